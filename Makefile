@@ -1,0 +1,42 @@
+# solidwhirl: `make pipeline` and `make test` are all a new machine needs.
+SCENE ?= ferraris
+OUT ?= out/$(SCENE)
+NP ?= 1
+BIN := .venv/bin
+export OPENBLAS_NUM_THREADS := 1
+# ranks on one machine: allow root and more ranks than cores, and let waiting ranks sleep
+export OMPI_ALLOW_RUN_AS_ROOT := 1
+export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM := 1
+export OMPI_MCA_rmaps_base_oversubscribe := 1
+export OMPI_MCA_mpi_yield_when_idle := 1
+
+.PHONY: help setup pipeline test check verify bench clean
+
+help: ## say what can be made
+	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
+
+setup: ## install Debian packages and .venv (quick when done)
+	@tools/setup.sh
+
+pipeline: setup ## run a scene end to end (SCENE=ferraris OUT=out/ferraris NP=1)
+	@if [ $(NP) = 1 ]; then $(BIN)/solidwhirl run scenes/$(SCENE).toml --out $(OUT); \
+	else mpirun -n $(NP) $(BIN)/solidwhirl run scenes/$(SCENE).toml --out $(OUT); fi
+
+test: setup ## run the tests
+	@$(BIN)/python -m pytest -m "not verify"
+
+check: setup ## lint, format, types and import rules
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check .
+	@$(BIN)/mypy
+	@$(BIN)/lint-imports
+
+verify: setup ## long comparisons: converged figures, other programs
+	@$(BIN)/python -m pytest -m verify
+
+bench: setup ## measure time and memory
+	@$(BIN)/python bench/harmonic_and_solid.py
+
+clean: ## remove results and caches, not the environment
+	rm -rf out build .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	find . -name __pycache__ -not -path './.venv/*' -prune -exec rm -rf {} +

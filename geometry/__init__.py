@@ -1,0 +1,62 @@
+"""What an engineer draws: materials, meridian sections, stages, interfaces, mass properties.
+
+The rotation axis is z; bodies of revolution are drawn in the half-plane (z, r), r >= 0, SI units.
+"""
+
+from __future__ import annotations
+
+from solidwhirl.geometry.errors import GeometryError
+from solidwhirl.geometry.fillet_merge import merge_fillets
+from solidwhirl.geometry.mass_properties import (
+    MassProperties,
+    combine,
+    mass_properties,
+    section_mass_properties,
+)
+from solidwhirl.geometry.materials import MATERIALS, Material, find_material
+from solidwhirl.geometry.profile import (
+    Body,
+    Coupling,
+    Interface,
+    InterfaceKind,
+    RigidDisk,
+    Section,
+)
+from solidwhirl.geometry.stages import (
+    TABLE_7,
+    Cone,
+    StageGroup,
+    Web,
+    stage_group_sections,
+    stage_values,
+)
+from solidwhirl.geometry.subdivision import Corner, Curve, Face, Subdivision, subdivide
+
+__all__ = [
+    "MATERIALS",
+    "TABLE_7",
+    "Body",
+    "Cone",
+    "Corner",
+    "Coupling",
+    "Curve",
+    "Face",
+    "GeometryError",
+    "Interface",
+    "InterfaceKind",
+    "MassProperties",
+    "Material",
+    "RigidDisk",
+    "Section",
+    "StageGroup",
+    "Subdivision",
+    "Web",
+    "combine",
+    "find_material",
+    "mass_properties",
+    "merge_fillets",
+    "section_mass_properties",
+    "stage_group_sections",
+    "stage_values",
+    "subdivide",
+]

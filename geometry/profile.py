@@ -1,0 +1,313 @@
+"""The body of revolution as an engineer draws it: sections in the meridian half-plane (z, r).
+
+The axis of rotation is z. What is said here is checked value by value; whether the sections
+fit together is found by `solidwhirl.geometry.subdivision.subdivide`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+from solidwhirl.geometry.errors import GeometryError
+from solidwhirl.geometry.materials import Material
+
+InterfaceKind = Literal["section", "outer", "inner", "face", "slab"]
+Coupling = Literal["distributing", "rigid"]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Section:
+    """Describe a trapezoid of the meridian with radial ends and linearly varying radii.
+
+    Attributes
+    ----------
+    name : str
+        Unique in its body.
+    start_m, end_m : float
+        Axial position of the two radial ends [m], start < end.
+    inner_radius_m, outer_radius_m : tuple of float
+        Radii at start and end [m]. Inner and outer may meet at one end (a triangle), not at both.
+    material : Material
+        Material of the section.
+
+    Raises
+    ------
+    GeometryError
+        For a value that is not finite, a negative width or radius, crossing radii, no thickness.
+    """
+
+    name: str
+    start_m: float
+    end_m: float
+    inner_radius_m: tuple[float, float]
+    outer_radius_m: tuple[float, float]
+    material: Material
+
+    def __post_init__(self) -> None:
+        _require_name("section", self.name)
+        where = f"section '{self.name}'"
+        for label, radii in (("inner", self.inner_radius_m), ("outer", self.outer_radius_m)):
+            if len(radii) != 2:
+                raise GeometryError(
+                    f"{where}: {label} radius has {len(radii)} values, needs two (start and end)"
+                )
+        _require_finite(where, self.start_m, self.end_m, *self.inner_radius_m, *self.outer_radius_m)
+        if self.end_m <= self.start_m:
+            raise GeometryError(
+                f"{where}: negative width, it starts at z = {self.start_m:.9g} m and ends at "
+                f"z = {self.end_m:.9g} m; the end must lie beyond the start"
+            )
+        self._check_radii(where)
+
+    def _check_radii(self, where: str) -> None:
+        ends = (self.start_m, self.end_m)
+        for z, inner, outer in zip(ends, self.inner_radius_m, self.outer_radius_m, strict=True):
+            if min(inner, outer) < 0.0:
+                raise GeometryError(
+                    f"{where}: negative radius {min(inner, outer):.9g} m at z = {z:.9g} m"
+                )
+            if inner > outer:
+                raise GeometryError(
+                    f"{where}: crossing radii at z = {z:.9g} m, the inner radius {inner:.9g} m "
+                    f"exceeds the outer radius {outer:.9g} m"
+                )
+        if tuple(self.inner_radius_m) == tuple(self.outer_radius_m):
+            raise GeometryError(
+                f"{where}: no thickness from z = {self.start_m:.9g} m to {self.end_m:.9g} m; inner "
+                "and outer radius may meet at one end only"
+            )
+
+    def radii_at(self, z_m: float) -> tuple[float, float]:
+        """Return inner and outer radius [m] at an axial position, exact at the two ends.
+
+        Parameters
+        ----------
+        z_m : float
+            Axial position [m] within the section.
+
+        Returns
+        -------
+        tuple of float
+            Inner and outer radius [m].
+
+        Raises
+        ------
+        GeometryError
+            If the position lies outside the section.
+        """
+        if not self.start_m <= z_m <= self.end_m:
+            raise GeometryError(
+                f"section '{self.name}' reaches from z = {self.start_m:.9g} to {self.end_m:.9g} m; "
+                f"z = {z_m:.9g} m lies outside"
+            )
+        if z_m == self.end_m:
+            return self.inner_radius_m[1], self.outer_radius_m[1]
+        share = (z_m - self.start_m) / (self.end_m - self.start_m)
+        (inner_0, inner_1), (outer_0, outer_1) = self.inner_radius_m, self.outer_radius_m
+        return inner_0 + share * (inner_1 - inner_0), outer_0 + share * (outer_1 - outer_0)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Interface:
+    """Name a part of the body where bearings, gears or other bodies attach.
+
+    Attributes
+    ----------
+    name : str
+        Unique in its body.
+    kind : {"section", "outer", "inner", "face", "slab"}
+        "section": every curve of the material cross-section in the plane z = `start_m`, inside
+        the body or on its outline; where the cross-section jumps in that plane, the union of both
+        sides. "face": the part of the outline that lies in the plane z = `start_m`. "outer" and
+        "inner": the part of the outline between `start_m` and `end_m` whose outward normal points
+        away from the axis (n_r > 0) or towards it (n_r < 0). "slab": all curves of the piece of
+        the body between the planes `start_m` and `end_m`, both cross-sections included; rigidly
+        coupled it moves as one piece, as the cross-sections of a beam under a clamped hub do.
+    coupling : {"distributing", "rigid"}
+        How the master node follows the interface.
+    start_m, end_m : float
+        Axial range [m]; equal for "section" and "face", start < end otherwise.
+    radius_m : tuple of float, optional
+        Radial range [m] the interface is limited to; everything when None.
+
+    Raises
+    ------
+    GeometryError
+        For an unknown word, a value that is not finite, or a range that does not fit the kind.
+    """
+
+    name: str
+    kind: InterfaceKind
+    coupling: Coupling
+    start_m: float
+    end_m: float
+    radius_m: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        _require_name("interface", self.name)
+        where = f"interface '{self.name}'"
+        for label, value, allowed in (
+            ("kind", self.kind, get_args(InterfaceKind)),
+            ("coupling", self.coupling, get_args(Coupling)),
+        ):
+            if value not in allowed:
+                raise GeometryError(f"{where}: {label} is '{value}', allowed: {', '.join(allowed)}")
+        _require_finite(where, self.start_m, self.end_m)
+        span = f"z = {self.start_m:.9g} m to {self.end_m:.9g} m"
+        if self.kind in ("section", "face") and self.start_m != self.end_m:
+            raise GeometryError(
+                f"{where}: {span} given for the kind '{self.kind}', which lies in one plane; "
+                "start and end must be equal"
+            )
+        if self.kind in ("outer", "inner", "slab") and self.end_m <= self.start_m:
+            raise GeometryError(
+                f"{where}: {span} given for the kind '{self.kind}'; the end must lie beyond the "
+                "start"
+            )
+        if self.radius_m is not None:
+            _check_radial_range(where, self.radius_m)
+
+    @property
+    def planes_m(self) -> tuple[float, ...]:
+        """Planes z [m] in which the interface cuts the material."""
+        if self.kind == "section":
+            return (self.start_m,)
+        return (self.start_m, self.end_m) if self.kind == "slab" else ()
+
+    @property
+    def position_m(self) -> tuple[float, float, float]:
+        """Position (x, y, z) [m] of the master node: on the axis, in the middle of the range."""
+        return 0.0, 0.0, 0.5 * (self.start_m + self.end_m)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class RigidDisk:
+    """Lump a rigid disk on the master node of an interface.
+
+    Attributes
+    ----------
+    name : str
+        Unique among the rigid disks of its body.
+    interface : str
+        Name of the interface that carries the disk.
+    mass_kg : float
+        Mass [kg], not negative.
+    polar_inertia_kg_m2, diametral_inertia_kg_m2 : float
+        Moments of inertia [kg m^2] about the disk's centre of gravity, not negative and
+        polar <= 2 diametral (to 1 %), as for every mass distribution.
+    offset_m : float
+        Axial distance [m] of the centre of gravity from the master node.
+
+    Raises
+    ------
+    GeometryError
+        If a value is not finite or the inertia cannot belong to a body.
+    """
+
+    name: str
+    interface: str
+    mass_kg: float
+    polar_inertia_kg_m2: float
+    diametral_inertia_kg_m2: float
+    offset_m: float = 0.0
+
+    def __post_init__(self) -> None:
+        _require_name("rigid disk", self.name)
+        where = f"rigid disk '{self.name}'"
+        values = (self.mass_kg, self.polar_inertia_kg_m2, self.diametral_inertia_kg_m2)
+        _require_finite(where, *values, self.offset_m)
+        if min(values) < 0.0:
+            raise GeometryError(
+                f"{where}: mass {self.mass_kg} kg, polar inertia {self.polar_inertia_kg_m2} and "
+                f"diametral inertia {self.diametral_inertia_kg_m2} kg m^2 must not be negative"
+            )
+        # One per cent leaves room for a thin disk (polar = 2 diametral) given with three digits.
+        if self.polar_inertia_kg_m2 > 2.02 * self.diametral_inertia_kg_m2:
+            raise GeometryError(
+                f"{where}: polar inertia {self.polar_inertia_kg_m2} kg m^2 exceeds twice the "
+                f"diametral inertia {self.diametral_inertia_kg_m2} kg m^2; no body is that flat"
+            )
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Body:
+    """Collect the sections, interfaces and lumped disks of one body of revolution.
+
+    Attributes
+    ----------
+    name : str
+        Name used in messages.
+    sections : tuple of Section
+        At least one; names unique.
+    interfaces : tuple of Interface
+        Names unique.
+    rigid_disks : tuple of RigidDisk
+        Each refers to an interface of this body; names unique.
+    fillet_radius_m : float
+        Radius [m] of the fillet at every re-entrant corner of the outline; 0 for sharp corners.
+
+    Raises
+    ------
+    GeometryError
+        For no section, a duplicate name, a disk on an unknown interface, a bad fillet radius.
+    """
+
+    name: str
+    sections: tuple[Section, ...]
+    interfaces: tuple[Interface, ...] = ()
+    rigid_disks: tuple[RigidDisk, ...] = ()
+    fillet_radius_m: float = 0.0
+
+    def __post_init__(self) -> None:
+        _require_name("body", self.name)
+        where = f"body '{self.name}'"
+        if not self.sections:
+            raise GeometryError(f"{where} has no section, needs at least one")
+        _require_unique(where, "section", (section.name for section in self.sections))
+        _require_unique(where, "interface", (interface.name for interface in self.interfaces))
+        _require_unique(where, "rigid disk", (disk.name for disk in self.rigid_disks))
+        known = [interface.name for interface in self.interfaces]
+        for disk in self.rigid_disks:
+            if disk.interface not in known:
+                raise GeometryError(
+                    f"{where}: rigid disk '{disk.name}' sits on the interface '{disk.interface}', "
+                    f"which does not exist; known: {', '.join(known) or 'none'}"
+                )
+        if not (math.isfinite(self.fillet_radius_m) and self.fillet_radius_m >= 0.0):
+            raise GeometryError(
+                f"{where}: fillet radius is {self.fillet_radius_m} m, must be finite and not "
+                "negative"
+            )
+
+
+def _require_name(what: str, name: str) -> None:
+    if not name:
+        raise GeometryError(f"a {what} needs a name, found an empty one")
+
+
+def _require_finite(where: str, *values: float) -> None:
+    for value in values:
+        if not math.isfinite(value):
+            raise GeometryError(f"{where}: found {value}, every value must be finite")
+
+
+def _require_unique(where: str, what: str, names: Iterable[str]) -> None:
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
+            raise GeometryError(f"{where}: two {what}s are called '{name}', names must be unique")
+        seen.add(name)
+
+
+def _check_radial_range(where: str, radius_m: tuple[float, float]) -> None:
+    if len(radius_m) != 2:
+        raise GeometryError(f"{where}: radial range has {len(radius_m)} values, needs two")
+    _require_finite(where, *radius_m)
+    if radius_m[0] < 0.0 or radius_m[1] <= radius_m[0]:
+        raise GeometryError(
+            f"{where}: radial range {radius_m[0]:.9g} m to {radius_m[1]:.9g} m; it must start at "
+            "0 or above and end beyond its start"
+        )

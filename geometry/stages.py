@@ -1,0 +1,303 @@
+"""Compressor and turbine stage groups of the parametrised engine, as sections of a body."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from solidwhirl.geometry.errors import GeometryError
+from solidwhirl.geometry.materials import Material
+from solidwhirl.geometry.profile import Section
+from solidwhirl.geometry.stage_table import TABLE_7, StageGroup, stage_values
+
+__all__ = ["TABLE_7", "Cone", "StageGroup", "Web", "stage_group_sections", "stage_values"]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Web:
+    """Describe a radial disk of constant thickness from the shaft to a stage's ring.
+
+    Attributes
+    ----------
+    stage : int
+        Stage that the web carries, counted from 1.
+    thickness_m : float
+        Axial thickness [m], at most the ring's width.
+    inner_radius_m : float
+        Radius [m] where the web starts: the shaft's outer radius, below the ring's inner radius.
+    position : {"centre", "front", "back"}
+        Middle of the ring, or flush with its face towards stage 1 ("front") or away from it.
+    """
+
+    stage: int
+    thickness_m: float
+    inner_radius_m: float
+    position: Literal["centre", "front", "back"] = "centre"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Cone:
+    """Describe a conical shell from a foot ring on the shaft to the radial face of a stage's ring.
+
+    The shell's inner line runs from the shaft's surface, at the foot's face that looks to the ring,
+    to the ring's inner radius, at the ring's face that looks to the foot. The foot is as high as
+    the shell is in radial direction, so both ends are bonded over the whole wall. Only a face
+    without a spacer can be met: the front of the first stage and the back of the last one.
+
+    Attributes
+    ----------
+    stage : int
+        Stage that the cone carries, counted from 1.
+    shaft_radius_m : float
+        Outer radius [m] of the shaft under the foot, below the ring's inner radius.
+    foot_start_m, foot_end_m : float
+        Axial range [m] of the foot on the shaft, all of it on one side of the ring.
+    thickness_m : float
+        Wall thickness [m] normal to the cone.
+    """
+
+    stage: int
+    shaft_radius_m: float
+    foot_start_m: float
+    foot_end_m: float
+    thickness_m: float
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class _Layout:
+    """Hold the axial places [m] of a group's rings, in stage order, and what names them."""
+
+    group: StageGroup
+    starts_m: tuple[float, ...]
+    ends_m: tuple[float, ...]
+    direction: Literal[1, -1]
+    material: Material
+    prefix: str
+
+    def ring(self, stage: int) -> Section:
+        """Return the ring of a stage, counted from 1."""
+        inner = float(self.group.inner_radii_m[stage - 1])
+        outer = float(self.group.outer_radii_m[stage - 1])
+        return self.section(
+            f"stage_{stage}", self.starts_m[stage - 1], self.ends_m[stage - 1], inner, outer
+        )
+
+    def section(
+        self, name: str, start_m: float, end_m: float, inner_m: float, outer_m: float
+    ) -> Section:
+        """Return a section of constant radii."""
+        return self.tapered(name, (start_m, end_m), (inner_m, inner_m), (outer_m, outer_m))
+
+    def tapered(
+        self,
+        name: str,
+        ends_m: tuple[float, float],
+        inner_m: tuple[float, float],
+        outer_m: tuple[float, float],
+    ) -> Section:
+        """Return a section between two axial places, given in any order."""
+        order = 1 if ends_m[0] < ends_m[1] else -1
+        return Section(
+            name=f"{self.prefix}_{name}",
+            start_m=min(ends_m),
+            end_m=max(ends_m),
+            inner_radius_m=(inner_m[::order][0], inner_m[::order][1]),
+            outer_radius_m=(outer_m[::order][0], outer_m[::order][1]),
+            material=self.material,
+        )
+
+
+def stage_group_sections(
+    group: StageGroup,
+    *,
+    start_m: float,
+    direction: Literal[1, -1],
+    material: Material,
+    spacer_thickness_m: float,
+    web: Web | Cone | Sequence[Web | Cone] | None,
+    prefix: str,
+) -> tuple[Section, ...]:
+    """Return a stage group as rings, spacers between them, and webs or cones to the shaft.
+
+    Parameters
+    ----------
+    group : StageGroup
+        Dimensions, for example from `TABLE_7` (see there for the assumed meaning of its rows).
+    start_m : float
+        Axial position [m] of the front face of stage 1.
+    direction : {1, -1}
+        1: the stages follow towards larger z; -1: towards smaller z.
+    material : Material
+        Material of all sections.
+    spacer_thickness_m : float
+        Radial thickness [m] of the spacers. A spacer's inner line runs from the inner radius of
+        one ring to that of the next; at a ring thinner than this it takes the ring's thickness.
+    web : Web, Cone, sequence of them, or None
+        Connections to the shaft. The shaft itself is not part of the result.
+    prefix : str
+        Names are `<prefix>_stage_1`, `<prefix>_spacer_1`, `<prefix>_web_1`, `<prefix>_cone_1` and
+        `<prefix>_foot_1`, with the number of the stage.
+
+    Returns
+    -------
+    tuple of Section
+        Rings and spacers in stage order, then the connections.
+
+    Raises
+    ------
+    GeometryError
+        If a thickness is not positive, or a web or cone does not fit its ring.
+    """
+    if direction not in (1, -1):
+        raise GeometryError(
+            f"stage group '{group.name}': direction is {direction}, must be 1 or -1"
+        )
+    _require_positive(group, "spacer thickness", spacer_thickness_m)
+    layout = _layout(group, start_m, direction, material, prefix)
+    sections: list[Section] = []
+    for stage in range(1, group.count + 1):
+        sections.append(layout.ring(stage))
+        if stage < group.count:
+            sections.append(_spacer(layout, stage, spacer_thickness_m))
+    connections = () if web is None else (web,) if isinstance(web, Web | Cone) else tuple(web)
+    for item in connections:
+        if not 1 <= item.stage <= group.count:
+            raise GeometryError(
+                f"stage group '{group.name}': a {type(item).__name__.lower()} is asked for at "
+                f"stage {item.stage}, there are stages 1 to {group.count}"
+            )
+        sections += [_web(layout, item)] if isinstance(item, Web) else _cone(layout, item)
+    return tuple(sections)
+
+
+def _layout(
+    group: StageGroup, start_m: float, direction: Literal[1, -1], material: Material, prefix: str
+) -> _Layout:
+    """Place ring after spacer after ring, starting with the front face of stage 1."""
+    starts, ends = [], []
+    front = start_m
+    for width, spacer in zip(group.widths_m, group.second_widths_m, strict=True):
+        back = front + direction * float(width)
+        starts.append(min(front, back))
+        ends.append(max(front, back))
+        front = back + direction * float(spacer)
+    return _Layout(
+        group=group,
+        starts_m=tuple(starts),
+        ends_m=tuple(ends),
+        direction=direction,
+        material=material,
+        prefix=prefix,
+    )
+
+
+def _spacer(layout: _Layout, stage: int, thickness_m: float) -> Section:
+    rings = (layout.ring(stage), layout.ring(stage + 1))
+    inner = tuple(ring.inner_radius_m[0] for ring in rings)
+    outer = tuple(
+        min(ring.inner_radius_m[0] + thickness_m, ring.outer_radius_m[0]) for ring in rings
+    )
+    near, far = rings if layout.direction > 0 else rings[::-1]
+    ends = (near.end_m, far.start_m)[:: layout.direction]
+    return layout.tapered(
+        f"spacer_{stage}", (ends[0], ends[1]), (inner[0], inner[1]), (outer[0], outer[1])
+    )
+
+
+def _web(layout: _Layout, web: Web) -> Section:
+    ring = layout.ring(web.stage)
+    where = f"web at stage {web.stage}"
+    _require_positive(layout.group, f"{where}: thickness", web.thickness_m)
+    width = ring.end_m - ring.start_m
+    # Equal widths may differ by round-off, which subdivision snaps away.
+    if web.thickness_m > width * (1.0 + 1e-12):
+        raise GeometryError(
+            f"stage group '{layout.group.name}': {where} is {web.thickness_m:.6g} m thick, the "
+            f"ring is only {width:.6g} m wide"
+        )
+    _require_below(layout.group, where, web.inner_radius_m, ring)
+    if web.position == "centre":
+        start = 0.5 * (ring.start_m + ring.end_m - web.thickness_m)
+    elif (web.position == "front") == (layout.direction > 0):
+        start = ring.start_m
+    else:
+        start = ring.end_m - web.thickness_m
+    return layout.section(
+        f"web_{web.stage}",
+        start,
+        start + web.thickness_m,
+        web.inner_radius_m,
+        ring.inner_radius_m[0],
+    )
+
+
+def _cone(layout: _Layout, cone: Cone) -> list[Section]:
+    ring = layout.ring(cone.stage)
+    where = f"cone at stage {cone.stage}"
+    _require_positive(layout.group, f"{where}: thickness", cone.thickness_m)
+    _require_below(layout.group, where, cone.shaft_radius_m, ring)
+    foot, face = _cone_ends(layout, cone, ring)
+    inner, outer = ring.inner_radius_m[0], ring.outer_radius_m[0]
+    slope = (inner - cone.shaft_radius_m) / (face - foot)
+    height = cone.thickness_m * math.hypot(1.0, slope)
+    if height > outer - inner:
+        raise GeometryError(
+            f"stage group '{layout.group.name}': {where} is {height:.6g} m thick in radial "
+            f"direction, the ring's face is only {outer - inner:.6g} m high; make it thinner or "
+            "less steep"
+        )
+    shaft = cone.shaft_radius_m
+    return [
+        layout.section(
+            f"foot_{cone.stage}", cone.foot_start_m, cone.foot_end_m, shaft, shaft + height
+        ),
+        layout.tapered(
+            f"cone_{cone.stage}", (foot, face), (shaft, inner), (shaft + height, inner + height)
+        ),
+    ]
+
+
+def _cone_ends(layout: _Layout, cone: Cone, ring: Section) -> tuple[float, float]:
+    """Return the axial places [m] where a cone leaves its foot and where it meets the ring."""
+    group = layout.group
+    if cone.foot_end_m <= cone.foot_start_m:
+        raise GeometryError(
+            f"stage group '{group.name}': cone at stage {cone.stage} has a foot from "
+            f"z = {cone.foot_start_m:.6g} m to {cone.foot_end_m:.6g} m; the end must lie beyond "
+            "the start"
+        )
+    if cone.foot_end_m < ring.start_m:
+        foot, face, ahead = cone.foot_end_m, ring.start_m, -1
+    elif cone.foot_start_m > ring.end_m:
+        foot, face, ahead = cone.foot_start_m, ring.end_m, 1
+    else:
+        raise GeometryError(
+            f"stage group '{group.name}': cone at stage {cone.stage} has a foot from "
+            f"z = {cone.foot_start_m:.6g} m to {cone.foot_end_m:.6g} m, which must lie on one side "
+            f"of the ring, clear of z = {ring.start_m:.6g} m to {ring.end_m:.6g} m; use a web there"
+        )
+    neighbour = cone.stage + ahead * layout.direction
+    if 1 <= neighbour <= group.count:
+        raise GeometryError(
+            f"stage group '{group.name}': cone at stage {cone.stage} would meet the ring's face at "
+            f"z = {face:.6g} m, which the spacer to stage {neighbour} occupies; use stage 1 from "
+            "its front, the last stage from its back, or a web"
+        )
+    return foot, face
+
+
+def _require_positive(group: StageGroup, label: str, value: float) -> None:
+    if not (math.isfinite(value) and value > 0.0):
+        raise GeometryError(
+            f"stage group '{group.name}': {label} is {value} m, must be finite and positive"
+        )
+
+
+def _require_below(group: StageGroup, where: str, radius_m: float, ring: Section) -> None:
+    if not 0.0 <= radius_m < ring.inner_radius_m[0]:
+        raise GeometryError(
+            f"stage group '{group.name}': {where} starts at r = {radius_m:.6g} m, which must lie "
+            f"below the ring's inner radius {ring.inner_radius_m[0]:.6g} m"
+        )

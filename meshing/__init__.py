@@ -1,0 +1,24 @@
+"""From a body of revolution to a second-order mesh of its meridian or of the whole solid."""
+
+from solidwhirl.meshing.errors import MeshingError
+from solidwhirl.meshing.files import write_gmsh, write_vtu
+from solidwhirl.meshing.meridian import MINIMUM_SCALED_JACOBIAN, mesh_meridian
+from solidwhirl.meshing.quality import scaled_jacobians, straighten
+from solidwhirl.meshing.records import FloatArray, IntArray, Mesh, MeshQuality, MeshSize
+from solidwhirl.meshing.solid import mesh_solid
+
+__all__ = [
+    "MINIMUM_SCALED_JACOBIAN",
+    "FloatArray",
+    "IntArray",
+    "Mesh",
+    "MeshQuality",
+    "MeshSize",
+    "MeshingError",
+    "mesh_meridian",
+    "mesh_solid",
+    "scaled_jacobians",
+    "straighten",
+    "write_gmsh",
+    "write_vtu",
+]

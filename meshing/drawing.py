@@ -1,0 +1,177 @@
+"""A meridian drawn in gmsh: entities, size field, and the session they live in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import gmsh
+import numpy as np
+
+from solidwhirl.geometry import Body, Subdivision
+from solidwhirl.meshing.errors import MeshingError
+from solidwhirl.meshing.records import FloatArray, MeshSize
+
+# Elements across the quarter circle of a fillet.
+_ACROSS_FILLET = 4
+
+
+@contextmanager
+def gmsh_session() -> Iterator[None]:
+    """Run gmsh quietly, with one thread (repeatable meshes), and always close it.
+
+    Raises
+    ------
+    MeshingError
+        What gmsh itself could not do, in its own words.
+    """
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setNumber("General.NumThreads", 1)
+        gmsh.option.setNumber("Geometry.OCCBoundsUseStl", 0)
+        for name in ("FromPoints", "FromCurvature", "ExtendFromBoundary"):
+            gmsh.option.setNumber(f"Mesh.MeshSize{name}", 0)
+        gmsh.model.add("body")
+        yield
+    except MeshingError:
+        raise
+    except Exception as error:  # gmsh raises bare Exception
+        if type(error) is not Exception:
+            raise
+        raise MeshingError(f"gmsh could not make the mesh: {error}") from error
+    finally:
+        gmsh.finalize()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drawing:
+    """gmsh tags of a drawn meridian, by index in the subdivision."""
+
+    curves: tuple[int, ...]
+    faces: tuple[int, ...]
+
+
+def draw(subdivision: Subdivision) -> Drawing:
+    """Draw the faces of a meridian in the plane y = 0, with x = r.
+
+    Parameters
+    ----------
+    subdivision
+        The conforming meridian.
+
+    Returns
+    -------
+    Drawing
+        Tags of curves and faces in the open gmsh model.
+    """
+    occ = gmsh.model.occ
+    points = [occ.addPoint(r, 0.0, z) for z, r in subdivision.points]
+    curves = []
+    for curve in subdivision.curves:
+        if curve.centre is None:
+            curves.append(occ.addLine(points[curve.start], points[curve.end]))
+        else:
+            arc = (points[curve.start], points[curve.centre], points[curve.end])
+            curves.append(occ.addCircleArc(*arc))
+    faces = []
+    for face in subdivision.faces:
+        loop = occ.addCurveLoop([sign * curves[c] for c, sign in face.loop])
+        faces.append(occ.addPlaneSurface([loop]))
+    occ.synchronize()
+    return Drawing(curves=tuple(curves), faces=tuple(faces))
+
+
+def face_thickness(subdivision: Subdivision) -> FloatArray:
+    """Smaller dimension of every face [m]: twice its area over its perimeter, at most.
+
+    For a long strip this is its thickness; for a square it is half the side, which the factor
+    in `size_fields` makes up for.
+    """
+    out = np.empty(len(subdivision.faces))
+    for k, face in enumerate(subdivision.faces):
+        ends = []
+        for c, sign in face.loop:
+            curve = subdivision.curves[c]
+            ends.append(curve.start if sign > 0 else curve.end)
+        p = subdivision.points[np.array(ends)]
+        q = np.roll(p, -1, axis=0)
+        area = 0.5 * abs(np.sum(p[:, 0] * q[:, 1] - q[:, 0] * p[:, 1]))
+        out[k] = 2.0 * area / np.linalg.norm(q - p, axis=1).sum()
+    return out
+
+
+def size_fields(body: Body, subdivision: Subdivision, size: MeshSize, entities: list[int]) -> None:
+    """Set gmsh's size field: graded to re-entrant corners, bounded by the sections' thickness.
+
+    Parameters
+    ----------
+    body, subdivision
+        The meridian.
+    size
+        What is asked.
+    entities
+        Tags of the drawn faces (2D) or of the volumes swept by them (3D), in the order of the
+        subdivision's faces.
+    """
+    field = gmsh.model.mesh.field
+    dimension = 3 if gmsh.model.getEntities(3) else 2
+    key = "VolumesList" if dimension == 3 else "SurfacesList"
+    tags = []
+    outer = np.array([max(body.sections[f.section].outer_radius_m) for f in subdivision.faces])
+    thickness = face_thickness(subdivision)
+    for k, entity in enumerate(entities):
+        bound = min(size.size_m, 1.5 * thickness[k] / size.through_thickness)
+        if dimension == 3:
+            bound = min(bound, 2.0 * np.pi * outer[k] / size.around)
+        tags.append(field.add("Constant"))
+        field.setNumber(tags[-1], "VIn", bound)
+        field.setNumber(tags[-1], "VOut", 1e22)
+        field.setNumbers(tags[-1], key, [entity])
+    for z, r, h in _graded_places(body, subdivision, size):
+        tags.append(field.add("MathEval"))
+        distance = f"Sqrt((z-({z!r}))^2+(Sqrt(x^2+y^2)-({r!r}))^2)"
+        field.setString(tags[-1], "F", f"{h!r}+{size.growth!r}*{distance}")
+    minimum = field.add("Min")
+    field.setNumbers(minimum, "FieldsList", tags)
+    field.setAsBackgroundMesh(minimum)
+
+
+def _graded_places(
+    body: Body, subdivision: Subdivision, size: MeshSize
+) -> list[tuple[float, float, float]]:
+    """Places (z, r) with the element size asked for there."""
+    places = []
+    for corner in subdivision.corners:
+        if not corner.filleted:
+            z, r = subdivision.points[corner.point]
+            places.append((float(z), float(r), size.corner_size_m))
+    for interface in body.interfaces:
+        if interface.coupling == "rigid":  # the stress is singular where the rigid part ends
+            for z, r in _ends(subdivision, subdivision.interfaces[interface.name]):
+                places.append((z, r, size.corner_size_m))
+    arc_size = body.fillet_radius_m * (np.pi / 2.0) / _ACROSS_FILLET
+    for c in subdivision.fillet_arcs:
+        curve = subdivision.curves[c]
+        z, r = subdivision.points[[curve.start, curve.end]].mean(axis=0)
+        places.append((float(z), float(r), min(arc_size, size.size_m)))
+    return places
+
+
+def _ends(subdivision: Subdivision, curves: tuple[int, ...]) -> list[tuple[float, float]]:
+    """Corners of a chain of curves off the axis: where it ends or turns."""
+    directions: dict[int, list[FloatArray]] = {}
+    for c in curves:
+        curve = subdivision.curves[c]
+        a, b = subdivision.points[curve.start], subdivision.points[curve.end]
+        step = (b - a) / np.linalg.norm(b - a)
+        directions.setdefault(curve.start, []).append(step)
+        directions.setdefault(curve.end, []).append(-step)
+    ends = []
+    for point, steps in directions.items():
+        z, r = subdivision.points[point]
+        straight = len(steps) == 2 and np.linalg.norm(steps[0] + steps[1]) < 1e-9
+        if r > 0.0 and not straight:
+            ends.append((float(z), float(r)))
+    return ends

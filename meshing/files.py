@@ -1,0 +1,64 @@
+"""Meshes as files: VTU for ParaView and gmsh's own format, both through meshio."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import meshio
+import numpy as np
+
+from solidwhirl.meshing.records import IntArray, Mesh
+
+_CELL = {2: ("triangle6", "line3"), 3: ("tetra10", "triangle6")}
+# meshio numbers as VTK does: the last two edges of the tetrahedron change places
+_TO_VTK = {6: [0, 1, 2, 3, 4, 5], 10: [0, 1, 2, 3, 4, 5, 6, 7, 9, 8], 3: [0, 1, 2]}
+
+
+def write_vtu(mesh: Mesh, path: Path) -> None:
+    """Write the cells with section and material numbers as cell data.
+
+    A meridian is written in the plane y = 0 with x = r, so that it lies where the solid is.
+    """
+    kind, _ = _CELL[mesh.dimension]
+    meshio.Mesh(
+        _points(mesh),
+        [(kind, _vtk(mesh.cells))],
+        cell_data={
+            "section": [mesh.cell_section.astype(np.int32)],
+            "material": [mesh.cell_material.astype(np.int32)],
+        },
+    ).write(path, file_format="vtu")
+
+
+def write_gmsh(mesh: Mesh, path: Path) -> None:
+    """Write gmsh's format 2.2 (read by every version) with sections and interfaces as named physical groups."""
+    kind, facet = _CELL[mesh.dimension]
+    blocks: list[tuple[str, IntArray]] = []
+    groups, names = [], {}
+    for k, name in enumerate(mesh.section_names):
+        chosen = mesh.cells[mesh.cell_section == k]
+        if len(chosen):
+            blocks.append((kind, _vtk(chosen)))
+            groups.append(np.full(len(chosen), k + 1))
+            names[name] = np.array([k + 1, mesh.dimension])
+    for k, (name, facets) in enumerate(mesh.interfaces.items()):
+        blocks.append((facet, _vtk(facets)))
+        groups.append(np.full(len(facets), k + 1))
+        names[f"interface_{name}"] = np.array([k + 1, mesh.dimension - 1])
+    out = meshio.Mesh(
+        _points(mesh),
+        blocks,
+        cell_data={"gmsh:physical": groups, "gmsh:geometrical": groups},
+        field_data=names,
+    )
+    meshio.gmsh.write(path, out, fmt_version="2.2", binary=False)
+
+
+def _vtk(cells: IntArray) -> IntArray:
+    return np.asarray(cells[:, _TO_VTK[cells.shape[1]]])
+
+
+def _points(mesh: Mesh) -> np.ndarray:
+    if mesh.dimension == 3:
+        return np.array(mesh.points)
+    return np.column_stack([mesh.points[:, 1], np.zeros(len(mesh.points)), mesh.points[:, 0]])

@@ -1,0 +1,121 @@
+"""Records of the meshing stage: what is asked of a mesh, and the meshes themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solidwhirl.geometry import Material
+from solidwhirl.meshing.errors import MeshingError
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshSize:
+    """What is asked of a mesh.
+
+    Attributes
+    ----------
+    size_m
+        Largest element edge [m].
+    corner_size_m
+        Element edge at the re-entrant corners of the meridian [m].
+    growth
+        Growth of the edge length per metre of distance from a corner (dimensionless, > 0).
+    through_thickness
+        Elements asked for across the smaller dimension of a section.
+    around
+        Elements asked for around the circumference (solid meshes only).
+    """
+
+    size_m: float
+    corner_size_m: float
+    growth: float = 0.3
+    through_thickness: float = 1.0
+    around: int = 16
+
+    def __post_init__(self) -> None:
+        """Refuse sizes that no mesh can have."""
+        for name in ("size_m", "corner_size_m", "growth", "through_thickness", "around"):
+            value = getattr(self, name)
+            if not np.isfinite(value) or value <= 0:
+                raise MeshingError(f"mesh {name} is {value}; a positive number is needed")
+        if self.corner_size_m > self.size_m:
+            raise MeshingError(
+                f"mesh corner_size_m = {self.corner_size_m} is larger than size_m = {self.size_m}"
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshQuality:
+    """Quality of the curved elements.
+
+    Attributes
+    ----------
+    minimum_scaled_jacobian
+        Smallest scaled Jacobian over all elements (1: ideal simplex, <= 0: folded), a guaranteed
+        lower bound (Bernstein coefficients), not a sample.
+    mean_scaled_jacobian
+        Mean over the elements of the same bound.
+    straightened_elements
+        Elements whose curved edges were made straight because they were folded or nearly so.
+    """
+
+    minimum_scaled_jacobian: float
+    mean_scaled_jacobian: float
+    straightened_elements: int = 0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Mesh:
+    """A second-order simplex mesh of the meridian (triangles) or of the solid (tetrahedra).
+
+    Attributes
+    ----------
+    points
+        (n, d) node coordinates [m]; d = 2: (z, r), d = 3: (x, y, z).
+    cells
+        (c, 6) or (c, 10) node numbers of the cells, gmsh's node order.
+    cell_section
+        (c,) index into ``section_names`` of every cell.
+    cell_material
+        (c,) index into ``materials`` of every cell.
+    materials
+        Materials by index.
+    section_names
+        Names of the profile's sections.
+    interfaces
+        Name to (f, 3) or (f, 6) nodes of the facets of every interface.
+    outline
+        (k,) nodes on the boundary of the meridian at θ = 0 (pictures are drawn from these).
+    size
+        What was asked.
+    quality
+        What was got.
+    """
+
+    points: FloatArray
+    cells: IntArray
+    cell_section: IntArray
+    cell_material: IntArray
+    materials: tuple[Material, ...]
+    section_names: tuple[str, ...]
+    interfaces: Mapping[str, IntArray]
+    outline: IntArray
+    size: MeshSize
+    quality: MeshQuality
+
+    @property
+    def dimension(self) -> int:
+        """2 for a meridian mesh, 3 for a solid mesh."""
+        return int(self.points.shape[1])
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        for array in (self.points, self.cells, self.cell_section, self.cell_material, self.outline):
+            array.setflags(write=False)

@@ -1,0 +1,13 @@
+"""From a mesh to a superelement: operators of the spinning body and their reduction."""
+
+from solidwhirl.reduction.craig_bampton import MAXIMUM_HOOP_STRAIN
+from solidwhirl.reduction.errors import ReductionError
+from solidwhirl.reduction.reduce import ReductionRequest, ReductionWork, reduce_body
+
+__all__ = [
+    "MAXIMUM_HOOP_STRAIN",
+    "ReductionError",
+    "ReductionRequest",
+    "ReductionWork",
+    "reduce_body",
+]

@@ -1,0 +1,157 @@
+"""The one place that knows how dolfinx 0.5.2 (Debian 12) and 0.9 (Debian 13) differ.
+
+Run with dolfinx 0.5.2; the branches for 0.9 follow its documentation. Nothing else in the
+project calls a dolfinx function whose name or signature differs between the two.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+from typing import Any
+
+import dolfinx
+import dolfinx.fem.petsc
+import numpy as np
+import ufl
+from dolfinx import cpp as _cpp
+from dolfinx import fem
+from dolfinx import mesh as _mesh
+from petsc4py import PETSc
+
+from solidwhirl.meshing import IntArray, Mesh
+
+VERSION = tuple(int(n) for n in re.findall(r"\d+", dolfinx.__version__)[:3])
+_OLD = not hasattr(fem, "functionspace")
+_CELL = {2: "triangle", 3: "tetrahedron"}
+
+
+def _coordinate_element(cell: str, gdim: int) -> Any:
+    """Second-order coordinate element on equispaced nodes, as gmsh has them."""
+    if _OLD:
+        shape = ufl.Cell(cell, geometric_dimension=gdim)
+        scalar = ufl.FiniteElement("Lagrange", shape, 2, variant="equispaced")
+        return ufl.Mesh(ufl.VectorElement(scalar))
+    import basix
+    import basix.ufl
+
+    variant = basix.LagrangeVariant.equispaced
+    return ufl.Mesh(basix.ufl.element("Lagrange", cell, 2, variant, shape=(gdim,)))
+
+
+def vector_space(mesh: Any, degree: int, components: int) -> Any:
+    """Continuous Lagrange space of vectors."""
+    if _OLD:
+        return fem.VectorFunctionSpace(mesh, ("Lagrange", degree), dim=components)
+    return fem.functionspace(mesh, ("Lagrange", degree, (components,)))
+
+
+def scalar_space(mesh: Any, family: str, degree: int) -> Any:
+    """Space of scalars."""
+    space = fem.FunctionSpace if _OLD else fem.functionspace
+    return space(mesh, (family, degree))
+
+
+def petsc_vector(function: Any) -> Any:
+    """PETSc vector of a function."""
+    return function.vector if _OLD else function.x.petsc_vec
+
+
+def compiled(form: Any) -> Any:
+    """Compile a UFL form (or find it in the compiler's cache), without the compiler's chatter."""
+    before = logging.root.manager.disable
+    logging.disable(logging.INFO)
+    try:
+        return fem.form(form)
+    finally:
+        logging.disable(before)
+
+
+def assemble_matrix(form: Any) -> Any:
+    """Assembled PETSc matrix of a compiled bilinear form."""
+    matrix = dolfinx.fem.petsc.assemble_matrix(form)
+    matrix.assemble()
+    return matrix
+
+
+def assemble_vector(form: Any) -> Any:
+    """Assembled PETSc vector of a compiled linear form."""
+    vector = dolfinx.fem.petsc.assemble_vector(form)
+    vector.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+    return vector
+
+
+def _permutation(dimension: int, nodes: int) -> IntArray:
+    """Node order: dolfinx[i] = gmsh[permutation[i]]."""
+    from importlib import import_module
+
+    name = "dolfinx.io.gmshio" if _OLD or VERSION < (0, 10) else "dolfinx.io.gmsh"
+    kind = getattr(_mesh.CellType, {1: "interval", 2: "triangle", 3: "tetrahedron"}[dimension])
+    return np.asarray(import_module(name).cell_perm_array(kind, nodes), dtype=np.int64)
+
+
+def _tags(mesh: Any, dimension: int, entities: IntArray, values: IntArray) -> Any:
+    """Mesh tags from the nodes (dolfinx order, input numbering) of entities on any rank."""
+    entities = np.ascontiguousarray(entities, dtype=np.int64)
+    values32 = np.ascontiguousarray(values, dtype=np.int32)
+    if _OLD:
+        handle = mesh._mesh if hasattr(mesh, "_mesh") else mesh
+        local, kept = _cpp.io.distribute_entity_data(handle, dimension, entities, values32)
+        adjacency = _cpp.graph.AdjacencyList_int32(local)
+    else:
+        from dolfinx.io import distribute_entity_data
+
+        local, kept = distribute_entity_data(mesh, dimension, entities, values32)
+        adjacency = dolfinx.graph.adjacencylist(local)
+    mesh.topology.create_connectivity(dimension, 0)
+    mesh.topology.create_connectivity(dimension, mesh.topology.dim)
+    return _mesh.meshtags_from_entities(mesh, dimension, adjacency, kept.astype(np.int32))
+
+
+def distribute(mesh: Mesh | None, dimension: int, comm: Any) -> tuple[Any, Any, dict[str, Any]]:
+    """Distribute a mesh that rank 0 holds.
+
+    Parameters
+    ----------
+    mesh
+        The mesh on rank 0; ignored elsewhere.
+    dimension
+        2 or 3.
+    comm
+        Communicator.
+
+    Returns
+    -------
+    domain, material tags, facet tags by interface name
+        Facets of an interface have the tag 1 in that interface's own tags (interfaces may share
+        facets).
+    """
+    nodes, facet_nodes = {2: (6, 3), 3: (10, 6)}[dimension]
+    cells = np.empty((0, nodes), dtype=np.int64)
+    points = np.empty((0, dimension))
+    material = np.empty(0, dtype=np.int64)
+    interfaces: dict[str, IntArray] = {}
+    if comm.rank == 0:
+        assert mesh is not None
+        cells = mesh.cells[:, _permutation(dimension, nodes)]
+        points, material = mesh.points, mesh.cell_material
+        order = _permutation(dimension - 1, facet_nodes)
+        interfaces = {name: facets[:, order] for name, facets in mesh.interfaces.items()}
+    names = comm.bcast(list(interfaces), root=0)
+    element = _coordinate_element(_CELL[dimension], dimension)
+    cells = np.ascontiguousarray(cells)
+    points = np.ascontiguousarray(points)
+    # interior facet integrals (cross-section interfaces) need the neighbour's cells
+    ghosts = _mesh.GhostMode.shared_facet
+    if _OLD:
+        domain = _mesh.create_mesh(comm, cells, points, element, ghosts)
+    else:
+        partitioner = _mesh.create_cell_partitioner(ghosts)
+        domain = _mesh.create_mesh(comm, cells=cells, x=points, e=element, partitioner=partitioner)
+    domain.topology.create_connectivity(dimension - 1, dimension)
+    none = np.empty((0, facet_nodes), dtype=np.int64)
+    facets = {}
+    for name in names:
+        own = interfaces.get(name, none)
+        facets[name] = _tags(domain, dimension - 1, own, np.ones(len(own), dtype=np.int64))
+    return domain, _tags(domain, dimension, cells, material), facets

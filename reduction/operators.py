@@ -1,0 +1,199 @@
+"""Matrices of a spinning body on its mesh: one record for the harmonic and the solid level."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from numpy.typing import NDArray
+
+from solidwhirl.geometry import Body
+from solidwhirl.meshing import Mesh
+from solidwhirl.reduction import compat, forms, kinematics
+from solidwhirl.reduction.coupling import Coupling, couple, reduced_motion
+from solidwhirl.reduction.prestress import centrifugal_displacement
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class OperatorEffects:
+    """Which matrices are assembled.
+
+    Attributes
+    ----------
+    gyroscopic
+        G.
+    centrifugal
+        Prestress solve, Kσ and S; the two belong together in the inertial frame, so there is no
+        switch for one of them alone.
+    components
+        Rigid motions that interfaces carry, a subset of ux, uy, uz, rx, ry, rz.
+    """
+
+    gyroscopic: bool
+    centrifugal: bool
+    components: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BodyOperators:
+    """Operators of one body, one circumferential order, on any communicator.
+
+    The unknowns û are the displacement degrees of freedom, of which those on rigid interfaces are
+    replaced by their master's motions.
+
+    Attributes
+    ----------
+    level
+        "harmonic" or "solid".
+    harmonic
+        Circumferential order, None for the solid.
+    families
+        Copies of the unknowns (2: cos and sin family with the same matrices).
+    mass, stiffness
+        M, K.
+    gyroscopic
+        G (one family) or N of G = [[0, 2N], [-2N, 0]] (two); None if not asked.
+    stress_stiffening, spin_softening
+        Kσ and S at unit speed; None if not asked.
+    circulation
+        Solid only: ∫ ρ Jv·Ju with J the generator of a turn of the whole field; its Rayleigh
+        quotient over M is the square of a mode's circumferential order.
+    coupling
+        Interface rows B and the map u = T û.
+    rigid_motions
+        Rigid motions about the origin by component, local rows of û.
+    second_family
+        Component of the first family to (component, sign) of the second.
+    hoop_strain
+        Largest hoop strain of the centrifugal field at unit speed (per (rad/s)²), 0 without it.
+    full_dofs
+        Unknowns of the whole body (all families) before reduction.
+    space
+        Displacement space.
+    assembled
+        What was assembled and solved, in order.
+    """
+
+    level: str
+    harmonic: int | None
+    families: int
+    mass: Any
+    stiffness: Any
+    gyroscopic: Any
+    stress_stiffening: Any
+    spin_softening: Any
+    circulation: Any
+    coupling: Coupling
+    rigid_motions: Mapping[str, FloatArray]
+    second_family: Mapping[str, tuple[str, float]]
+    hoop_strain: float
+    full_dofs: int
+    space: Any
+    assembled: tuple[str, ...]
+
+    @property
+    def comm(self) -> Any:
+        """mpi4py communicator."""
+        return self.mass.comm.tompi4py()
+
+
+def build_operators(
+    body: Body,
+    mesh: Mesh | None,
+    comm: Any,
+    *,
+    order: int | None,
+    degree: int,
+    effects: OperatorEffects,
+) -> BodyOperators:
+    """Assemble the operators of a body.
+
+    Parameters
+    ----------
+    body
+        For its interfaces and materials.
+    mesh
+        Meridian (harmonic level) or solid mesh; needed on rank 0 only.
+    comm
+        Communicator.
+    order
+        Circumferential order n on a meridian mesh, None on a solid mesh.
+    degree
+        Polynomial degree of the displacement.
+    effects
+        What to assemble.
+
+    Raises
+    ------
+    ReductionError
+        Interfaces that can not be coupled.
+    """
+    dimension = 3 if order is None else 2
+    domain, material_tags, facet_tags = compat.distribute(mesh, dimension, comm)
+    kin = kinematics.solid(domain) if order is None else kinematics.harmonic(domain, order)
+    materials = comm.bcast(mesh.materials if mesh is not None else None, root=0)
+    matter = forms.medium(domain, material_tags, materials)
+    space = compat.vector_space(domain, degree, 3)
+    coupling = couple(space, kin, facet_tags, body.interfaces, effects.components)
+    u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
+    metadata = {"quadrature_degree": forms.quadrature_degree(kin, degree)}
+    dx = ufl.Measure("dx", domain=domain, metadata=metadata)
+    ledger: list[str] = []
+
+    def assemble(name: str, form: Any) -> Any:
+        ledger.append(name)
+        return compat.assemble_matrix(compat.compiled(form))
+
+    stiffness = assemble("stiffness", forms.stiffness_form(kin, matter, u, v, dx))
+    mass = assemble("mass", forms.mass_form(kin, matter, u, v, dx))
+    gyroscopic = circulation = stiffening = softening = None
+    hoop = 0.0
+    if effects.gyroscopic:
+        gyroscopic = assemble("gyroscopic", forms.gyroscopic_form(kin, matter, u, v, dx))
+    if order is None:
+        circulation = assemble("circulation", forms.circulation_form(kin, matter, u, v, dx))
+    if effects.centrifugal:
+        around, static = kin, stiffness
+        if order not in (None, 0):
+            around = kinematics.harmonic(domain, 0)
+            form = forms.stiffness_form(around, matter, u, v, dx)
+            static = assemble("axisymmetric_stiffness", form)
+        ledger.append("prestress")
+        field, hoop = centrifugal_displacement(space, around, matter, dx, static)
+        prestress = forms.stress(around, matter, field)
+        stiffening = assemble("stress_stiffening", forms.stiffening_form(kin, prestress, u, v, dx))
+        softening = assemble("spin_softening", forms.softening_form(kin, matter, u, v, dx))
+    index_map = space.dofmap.index_map
+    return BodyOperators(
+        level="solid" if order is None else "harmonic",
+        harmonic=order,
+        families=kin.families,
+        mass=_coupled(mass, coupling),
+        stiffness=_coupled(stiffness, coupling),
+        gyroscopic=_coupled(gyroscopic, coupling),
+        stress_stiffening=_coupled(stiffening, coupling),
+        spin_softening=_coupled(softening, coupling),
+        circulation=_coupled(circulation, coupling),
+        coupling=coupling,
+        rigid_motions={
+            c: reduced_motion(space, kin, coupling, body.interfaces, c) for c in kin.rigid_motions
+        },
+        second_family=kin.second_family,
+        hoop_strain=hoop,
+        full_dofs=index_map.size_global * space.dofmap.index_map_bs * kin.families,
+        space=space,
+        assembled=tuple(ledger),
+    )
+
+
+def _coupled(matrix: Any, coupling: Coupling) -> Any:
+    """Tᵀ A T."""
+    if matrix is None or coupling.transformation is None:
+        return matrix
+    return matrix.PtAP(coupling.transformation)

@@ -1,0 +1,100 @@
+"""The centrifugal field of a body that spins at unit speed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+import ufl
+from dolfinx import fem
+from mpi4py import MPI
+from numpy.typing import NDArray
+
+from solidwhirl.reduction import compat, forms
+from solidwhirl.reduction.constrained import factorise
+from solidwhirl.reduction.coupling import motion_vectors
+from solidwhirl.reduction.kinematics import Kinematics
+from solidwhirl.reduction.vectors import inner
+
+FloatArray = NDArray[np.float64]
+
+
+def centrifugal_displacement(
+    space: Any, kin: Kinematics, matter: forms.Medium, dx: Any, stiffness: Any
+) -> tuple[Any, float]:
+    """Displacement of the free body under its own centrifugal load at 1 rad/s.
+
+    The load of a body of revolution is in equilibrium; the rigid motions are held in a statically
+    determinate way, so that no reaction arises. Rigid interface couplings are not applied: the
+    stress they would carry is not seen by the geometric stiffness.
+
+    Parameters
+    ----------
+    space
+        Displacement space.
+    kin
+        Kinematics of order 0 (meridian) or of the solid.
+    matter
+        Materials.
+    dx
+        The volume measure of all forms.
+    stiffness
+        K of this kinematics without interface couplings.
+
+    Returns
+    -------
+    u0, hoop
+        Displacement (Function) [m/(rad/s)²] and the largest hoop strain u_r/r [1/(rad/s)²].
+    """
+    v = ufl.TestFunction(space)
+    load = compat.assemble_vector(compat.compiled(forms.centrifugal_form(kin, matter, v, dx)))
+    motions = np.column_stack(list(motion_vectors(space, kin, 0.0).values()))
+    pins = _determinate_pins(motions, space.mesh.comm)
+    solution = factorise(stiffness, pins).solve(load.array[:, None], None)
+    field = fem.Function(space)
+    vector = compat.petsc_vector(field)
+    moved = solution[: len(motions), :1]
+    vector.array[:] = (moved - _rigid_part(motions, moved, space.mesh.comm))[:, 0]
+    field.x.scatter_forward()
+    return field, _hoop_strain(space, kin, field)
+
+
+def _determinate_pins(motions: FloatArray, comm: Any) -> FloatArray:
+    """Unit rows of as many unknowns as there are rigid motions, which hold all of them."""
+    gathered = comm.gather(motions, root=0)
+    pivots = None
+    if comm.rank == 0:
+        whole = np.vstack(gathered)
+        whole = whole / np.linalg.norm(whole, axis=0)
+        _, _, order = scipy.linalg.qr(whole.T, mode="economic", pivoting=True)
+        pivots = order[: whole.shape[1]]
+    pivots = comm.bcast(pivots, root=0)
+    start = comm.scan(len(motions)) - len(motions)
+    rows = np.zeros((len(motions), motions.shape[1]))
+    for j, p in enumerate(pivots):
+        if start <= p < start + len(motions):
+            rows[p - start, j] = 1.0
+    return rows
+
+
+def _rigid_part(motions: FloatArray, moved: FloatArray, comm: Any) -> FloatArray:
+    """Rigid motion nearest to a displacement: the pins move the body as a whole."""
+    fit = np.linalg.solve(inner(motions, motions, comm), inner(motions, moved, comm))
+    return np.asarray(motions @ fit)
+
+
+def _hoop_strain(space: Any, kin: Kinematics, field: Any) -> float:
+    """Largest u_r / r over the nodes off the axis."""
+    x = space.tabulate_dof_coordinates()
+    values = field.x.array.reshape(-1, 3)[: len(x)]
+    if kin.harmonic is None:
+        radius = np.hypot(x[:, 0], x[:, 1])
+        radial = values[:, 0] * x[:, 0] + values[:, 1] * x[:, 1]
+        off = radius > 1e-6 * radius.max()
+        strain = radial[off] / radius[off] ** 2
+    else:
+        radius = x[:, 1]
+        off = radius > 1e-6 * radius.max()
+        strain = values[off, 0] / radius[off]
+    return float(space.mesh.comm.allreduce(float(np.abs(strain).max()), op=MPI.MAX))

@@ -1,0 +1,200 @@
+"""The reduction of one body, from mesh to superelement."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solidwhirl.geometry import Body, mass_properties
+from solidwhirl.meshing import Mesh
+from solidwhirl.reduction.craig_bampton import Basis, orthogonality_error, reduction_basis
+from solidwhirl.reduction.operators import BodyOperators, OperatorEffects, build_operators
+from solidwhirl.reduction.superelements import (
+    ReducedBlock,
+    build_superelement,
+    lateral_free_frequencies,
+    reduce_block,
+)
+from solidwhirl.rotordyn.superelement import Superelement, attach_rigid_disk
+
+FloatArray = NDArray[np.float64]
+_AXIAL = ("uz", "rz")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReductionRequest:
+    """What a body's superelement has to hold.
+
+    Attributes
+    ----------
+    level
+        "harmonic" or "solid".
+    orders
+        Circumferential orders: 1 lateral, 0 axial and torsional (solid: which modes are kept;
+        harmonic: which problems are solved; others than 0 and 1 load no interface).
+    components
+        Interface coordinates, of ux, uy, uz, rx, ry, rz.
+    degree
+        Polynomial degree of the displacement.
+    modes
+        Fixed-interface modes per order, pairs counted once.
+    maximum_speed_rad_s
+        Largest speed of this body.
+    gyroscopic, centrifugal
+        Effects that are assembled.
+    """
+
+    level: str
+    orders: tuple[int, ...]
+    components: tuple[str, ...]
+    degree: int
+    modes: int
+    maximum_speed_rad_s: float
+    gyroscopic: bool
+    centrifugal: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReductionWork:
+    """What one reduction did.
+
+    Attributes
+    ----------
+    assembled, solved
+        Matrices and solutions by circumferential order ("solid" for the solid level).
+    orthogonality_error
+        Largest deviation of the interior modes from M-orthonormality.
+    seconds
+        Wall time of operators and of basis and projection.
+    """
+
+    assembled: Mapping[str, tuple[str, ...]]
+    solved: Mapping[str, tuple[str, ...]]
+    orthogonality_error: float
+    seconds: Mapping[str, float]
+
+
+def reduce_body(
+    body: Body,
+    mesh: Mesh | None,
+    comm: Any,
+    request: ReductionRequest,
+    provenance: Mapping[str, Any],
+) -> tuple[Superelement, ReductionWork]:
+    """Reduce a meshed body to its superelement.
+
+    Parameters
+    ----------
+    body
+        The body.
+    mesh
+        Meridian mesh (harmonic) or solid mesh, needed on rank 0 of `comm` only.
+    comm
+        Communicator; all its ranks get the same superelement.
+    request
+        What to compute.
+    provenance
+        Stored with the superelement.
+
+    Returns
+    -------
+    Superelement, ReductionWork
+
+    Raises
+    ------
+    ReductionError
+        See `reduction_basis` and `couple`.
+    """
+    points = comm.bcast(_recovery_points(mesh) if comm.rank == 0 else None, root=0)
+    blocks, dofs = [], 0
+    assembled, solved, errors = {}, {}, [0.0]
+    seconds = {"operators": 0.0, "basis": 0.0}
+    for order in (None,) if request.level == "solid" else request.orders:
+        start = time.perf_counter()
+        operators = build_operators(
+            body, mesh, comm, order=order, degree=request.degree, effects=_effects(request, order)
+        )
+        middle = time.perf_counter()
+        basis, block = _reduce_order(operators, request, points)
+        label = "solid" if order is None else f"n={order}"
+        assembled[label], solved[label] = operators.assembled, basis.solved
+        errors.append(orthogonality_error(operators, basis))
+        blocks.append(block)
+        dofs += operators.full_dofs
+        seconds["operators"] += middle - start
+        seconds["basis"] += time.perf_counter() - middle
+    bare = Body(name=body.name, sections=body.sections, fillet_radius_m=body.fillet_radius_m)
+    element = build_superelement(
+        body,
+        tuple(blocks),
+        level=request.level,
+        harmonics=() if request.level == "solid" else request.orders,
+        full_dofs=dofs,
+        maximum_speed_rad_s=request.maximum_speed_rad_s,
+        properties=mass_properties(bare),
+        points_m=points,
+        provenance=provenance,
+    )
+    element = _with_rigid_disks(element, body)
+    work = ReductionWork(
+        assembled=assembled, solved=solved, orthogonality_error=max(errors), seconds=seconds
+    )
+    return element, work
+
+
+def _with_rigid_disks(element: Superelement, body: Body) -> Superelement:
+    """Add the lumped disks; the free frequencies are those of the body with them."""
+    if not body.rigid_disks:
+        return element
+    for disk in body.rigid_disks:
+        element = attach_rigid_disk(
+            element,
+            disk.interface,
+            name=disk.name,
+            mass_kg=disk.mass_kg,
+            polar_kg_m2=disk.polar_inertia_kg_m2,
+            diametral_kg_m2=disk.diametral_inertia_kg_m2,
+            offset_m=disk.offset_m,
+        )
+    return replace(element, free_frequencies_hz=lateral_free_frequencies(element)[:10])
+
+
+def _effects(request: ReductionRequest, order: int | None) -> OperatorEffects:
+    """Effects of one circumferential order: axial motion and torsion live in order 0."""
+    components = request.components
+    if order is not None:
+        components = tuple(c for c in components if (c in _AXIAL) == (order == 0))
+    return OperatorEffects(
+        gyroscopic=request.gyroscopic, centrifugal=request.centrifugal, components=components
+    )
+
+
+def _reduce_order(
+    operators: BodyOperators, request: ReductionRequest, points: FloatArray
+) -> tuple[Basis, ReducedBlock]:
+    basis = reduction_basis(
+        operators,
+        modes=request.modes,
+        maximum_speed_rad_s=request.maximum_speed_rad_s,
+        orders=request.orders,
+    )
+    return basis, reduce_block(operators, basis, points)
+
+
+def _recovery_points(mesh: Mesh | None) -> FloatArray:
+    """Vertices of the outline at θ = 0 and at θ = 90°, (m, 3)."""
+    assert mesh is not None
+    vertices = np.intersect1d(mesh.outline, mesh.cells[:, : mesh.dimension + 1])
+    x = mesh.points[vertices]
+    if mesh.dimension == 2:
+        z, r = x[:, 0], x[:, 1]
+    else:
+        z, r = x[:, 2], x[:, 0]
+    order = np.lexsort((r, z))
+    z, r, zero = z[order], r[order], np.zeros(len(z))
+    return np.vstack([np.column_stack([r, zero, z]), np.column_stack([zero, r, z])])

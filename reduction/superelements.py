@@ -1,0 +1,359 @@
+"""From operators and bases to the superelement that the assembler reads."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from solidwhirl.geometry import Body, MassProperties
+from solidwhirl.reduction.craig_bampton import Basis
+from solidwhirl.reduction.errors import ReductionError
+from solidwhirl.reduction.kinematics import COMPONENTS
+from solidwhirl.reduction.operators import BodyOperators
+from solidwhirl.reduction.vectors import apply, inner, project, skew, symmetric
+from solidwhirl.rotordyn.superelement import Coordinate, InterfaceNode, Superelement
+
+FloatArray = NDArray[np.float64]
+_LATERAL = ("ux", "uy", "rx", "ry")
+_MATRICES = ("mass", "stiffness", "stress_stiffening", "spin_softening")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ReducedBlock:
+    """One circumferential order (or the solid) in reduced, named coordinates.
+
+    Attributes
+    ----------
+    coordinates
+        Interface coordinates first.
+    matrices
+        "mass", "stiffness", "gyroscopic", "stress_stiffening", "spin_softening": (n, n).
+    rigid
+        (n, 6) rigid motions about the origin.
+    present
+        (6,) which of them the block can make.
+    recovery
+        (m, 3, n) displacement of the recovery points.
+    lateral_frequencies_hz
+        Elastic lateral frequencies of the free block at rest, repeated modes repeated.
+    fixed_frequencies_hz
+        Fixed-interface frequencies at rest, repeated modes repeated.
+    """
+
+    coordinates: tuple[Coordinate, ...]
+    matrices: Mapping[str, FloatArray]
+    rigid: FloatArray
+    present: NDArray[np.bool_]
+    recovery: FloatArray
+    lateral_frequencies_hz: FloatArray
+    fixed_frequencies_hz: FloatArray
+
+
+def reduce_block(operators: BodyOperators, basis: Basis, points_m: FloatArray) -> ReducedBlock:
+    """Project the operators of one order on its basis.
+
+    Parameters
+    ----------
+    operators, basis
+        Of the same body and order.
+    points_m
+        (m, 3) recovery points at θ = 0 and 90°, vertices of the mesh.
+    """
+    comm = operators.comm
+    n = basis.vectors.shape[1]
+    family = {name: _projection(getattr(operators, name), basis, comm) for name in _MATRICES}
+    matrices = {name: symmetric(matrix) for name, matrix in family.items()}
+    raw = _projection(operators.gyroscopic, basis, comm)
+    coordinates = _family_coordinates(operators, basis)
+    rigid, present = _rigid_coefficients(operators, basis)
+    recovery = _recovery(operators, basis, points_m)
+    if operators.families == 1:
+        matrices["gyroscopic"] = skew(raw)
+        lateral = _free_frequencies(operators, basis, matrices, rigid)
+        fixed = np.sqrt(np.maximum(basis.fixed_eigenvalues, 0.0)) / (2.0 * np.pi)
+        order = np.arange(n)
+    else:
+        lateral = np.repeat(_free_frequencies(operators, basis, matrices, rigid), 2)
+        fixed = np.repeat(np.sqrt(np.maximum(basis.fixed_eigenvalues, 0.0)) / (2.0 * np.pi), 2)
+        matrices = {name: np.kron(np.eye(2), matrix) for name, matrix in matrices.items()}
+        coupling = np.array([[0.0, 2.0], [-2.0, 0.0]])
+        matrices["gyroscopic"] = skew(np.kron(coupling, symmetric(raw)))
+        coordinates, rigid, present, signs = _both_families(operators, coordinates, rigid, present)
+        matrices = {name: matrix * np.outer(signs, signs) for name, matrix in matrices.items()}
+        recovery = recovery * signs
+        order = _interleaved(coordinates)
+    return ReducedBlock(
+        coordinates=tuple(coordinates[k] for k in order),
+        matrices={name: matrix[np.ix_(order, order)] for name, matrix in matrices.items()},
+        rigid=rigid[order],
+        present=present,
+        recovery=recovery[:, :, order],
+        lateral_frequencies_hz=lateral,
+        fixed_frequencies_hz=fixed,
+    )
+
+
+def build_superelement(
+    body: Body,
+    blocks: tuple[ReducedBlock, ...],
+    *,
+    level: str,
+    harmonics: tuple[int, ...],
+    full_dofs: int,
+    maximum_speed_rad_s: float,
+    properties: MassProperties,
+    points_m: FloatArray,
+    provenance: Mapping[str, Any],
+) -> Superelement:
+    """Join the reduced blocks of one body (direct sum) to its superelement.
+
+    Parameters
+    ----------
+    body
+        For names and places of its interfaces.
+    blocks
+        One per circumferential order; different orders do not couple in a body of revolution.
+    level, harmonics, full_dofs, maximum_speed_rad_s, provenance
+        As in `Superelement`.
+    properties
+        Mass properties of the meshed part in closed form (without rigid disks).
+    points_m
+        Recovery points.
+    """
+    flat = [c for b in blocks for c in b.coordinates]
+    order = _joined_order(body, flat)
+
+    def joined(name: str) -> FloatArray:
+        whole = scipy.linalg.block_diag(*[b.matrices[name] for b in blocks])
+        return np.asarray(whole[np.ix_(order, order)])
+
+    recovery = np.concatenate([b.recovery for b in blocks], axis=2)[:, :, order]
+    inertia = np.diag([properties.diametral_inertia_kg_m2] * 2 + [properties.polar_inertia_kg_m2])
+    return Superelement(
+        name=body.name,
+        level=level,  # type: ignore[arg-type]
+        harmonics=harmonics,
+        coordinates=tuple(flat[k] for k in order),
+        interfaces=tuple(
+            InterfaceNode(
+                name=i.name,
+                position_m=np.array(i.position_m, dtype=float),
+                coupling=i.coupling,
+            )
+            for i in body.interfaces
+        ),
+        mass=joined("mass"),
+        stiffness=joined("stiffness"),
+        gyroscopic=joined("gyroscopic"),
+        stress_stiffening=joined("stress_stiffening"),
+        spin_softening=joined("spin_softening"),
+        rigid_body_modes=np.vstack([b.rigid for b in blocks])[order],
+        rigid_body_present=np.any([b.present for b in blocks], axis=0),
+        mass_kg=properties.mass_kg,
+        center_of_gravity_m=np.array(properties.center_of_gravity_m, dtype=float),
+        inertia_kg_m2=inertia,
+        full_dofs=full_dofs,
+        maximum_speed_rad_s=maximum_speed_rad_s,
+        recovery_points_m=points_m,
+        recovery_modes=recovery,
+        free_frequencies_hz=np.concatenate([b.lateral_frequencies_hz for b in blocks])[:10],
+        fixed_interface_frequencies_hz=np.sort(
+            np.concatenate([b.fixed_frequencies_hz for b in blocks])
+        ),
+        frequency_error_estimate=np.empty(0),
+        provenance=provenance,
+    )
+
+
+def lateral_free_frequencies(element: Superelement) -> FloatArray:
+    """Elastic frequencies of the free superelement at rest that move it laterally [Hz].
+
+    Lateral coordinates are those that M or K link to an interface's ux, uy, rx or ry; axial
+    motion and torsion of a body of revolution are not linked to them.
+    """
+    scale = [np.sqrt(np.outer(np.diag(a), np.diag(a))) for a in (element.mass, element.stiffness)]
+    linked = np.abs(element.mass) > 1e-9 * scale[0]
+    linked |= np.abs(element.stiffness) > 1e-9 * scale[1]
+    _, group = connected_components(linked, directed=False)
+    seeds = {group[k] for k, c in enumerate(element.coordinates) if c.component in _LATERAL}
+    chosen = np.flatnonzero([g in seeds for g in group])
+    values, vectors = scipy.linalg.eigh(
+        element.stiffness[np.ix_(chosen, chosen)], element.mass[np.ix_(chosen, chosen)]
+    )
+    mass = element.mass[np.ix_(chosen, chosen)]
+    rigid = element.rigid_body_modes[chosen][:, element.rigid_body_present]
+    elastic = _elastic(vectors, mass, rigid)
+    return np.asarray(np.sqrt(np.maximum(values[elastic], 0.0)) / (2.0 * np.pi))
+
+
+def _elastic(vectors: FloatArray, mass: FloatArray, rigid: FloatArray) -> NDArray[np.bool_]:
+    """Which M-normalised modes are not rigid motions."""
+    motions = rigid[:, np.any(rigid != 0.0, axis=0)]
+    if not motions.shape[1]:
+        return np.ones(vectors.shape[1], dtype=bool)
+    onto = vectors.T @ mass @ motions
+    gram = motions.T @ mass @ motions
+    share = np.einsum("ij,jk,ik->i", onto, np.linalg.inv(gram), onto)
+    return np.asarray(share < 0.5)
+
+
+def _projection(matrix: Any, basis: Basis, comm: Any) -> FloatArray:
+    """Vᵀ A V, zero where A was not assembled."""
+    if matrix is None:
+        return np.zeros((basis.vectors.shape[1],) * 2)
+    return project(matrix, basis.vectors, comm)
+
+
+def _family_coordinates(operators: BodyOperators, basis: Basis) -> list[Coordinate]:
+    out = [
+        Coordinate(kind="interface", interface=name, component=c, frequency_hz=0.0)  # type: ignore[arg-type]
+        for name, c in operators.coupling.coordinates
+    ]
+    for value in basis.eigenvalues:
+        f = float(np.sqrt(max(value, 0.0)) / (2.0 * np.pi))
+        out.append(Coordinate(kind="modal", interface="", component="q", frequency_hz=f))
+    return out
+
+
+def _rigid_coefficients(
+    operators: BodyOperators, basis: Basis
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Reduced coordinates of the rigid motions about the origin, by least squares in M."""
+    comm = operators.comm
+    n = basis.vectors.shape[1]
+    rigid, present = np.zeros((n, 6)), np.zeros(6, dtype=bool)
+    weighted = apply(operators.mass, basis.vectors)
+    gram = symmetric(inner(basis.vectors, weighted, comm))
+    for component, motion in operators.rigid_motions.items():
+        k = COMPONENTS.index(component)
+        fit = np.linalg.solve(gram, inner(weighted, motion[:, None], comm)[:, 0])
+        missing = motion - basis.vectors @ fit
+        weight = apply(operators.mass, np.column_stack([missing, motion]))
+        size = np.diag(inner(np.column_stack([missing, motion]), weight, comm))
+        if size[0] < 1e-12 * size[1]:
+            rigid[:, k], present[k] = fit, True
+    return rigid, present
+
+
+def _free_frequencies(
+    operators: BodyOperators, basis: Basis, matrices: Mapping[str, FloatArray], rigid: FloatArray
+) -> FloatArray:
+    """Elastic frequencies of order 1 of the free reduced body at rest [Hz], one family."""
+    if operators.harmonic not in (None, 1) or not len(matrices["mass"]):
+        return np.empty(0)
+    values, vectors = scipy.linalg.eigh(matrices["stiffness"], matrices["mass"])
+    elastic = _elastic(vectors, matrices["mass"], rigid)
+    if operators.harmonic is None:
+        squared = project(operators.circulation, basis.vectors, operators.comm)
+        order = np.sqrt(np.maximum(np.einsum("ik,ij,jk->k", vectors, squared, vectors), 0.0))
+        elastic &= np.abs(order - 1.0) < 0.25
+    return np.asarray(np.sqrt(np.maximum(values[elastic], 0.0)) / (2.0 * np.pi))
+
+
+def _both_families(
+    operators: BodyOperators,
+    coordinates: list[Coordinate],
+    rigid: FloatArray,
+    present: NDArray[np.bool_],
+) -> tuple[list[Coordinate], FloatArray, NDArray[np.bool_], FloatArray]:
+    """Coordinates of cos and sin family with true rotations, and the signs that make them so."""
+    n = len(coordinates)
+    second, signs = [], np.ones(2 * n)
+    for k, c in enumerate(coordinates):
+        component, sign = operators.second_family.get(c.component, (c.component, 1.0))
+        signs[n + k] = sign
+        second.append(
+            Coordinate(
+                kind=c.kind,
+                interface=c.interface,
+                component=component,  # type: ignore[arg-type]
+                frequency_hz=c.frequency_hz,
+            )
+        )
+    both, there = np.zeros((2 * n, 6)), np.zeros(6, dtype=bool)
+    for k in np.flatnonzero(present):
+        component, sign = operators.second_family[COMPONENTS[k]]
+        partner = COMPONENTS.index(component)
+        both[:n, k] = rigid[:, k]
+        both[n:, partner] = sign * rigid[:, k] * signs[n:]
+        there[k] = there[partner] = True
+    return coordinates + second, both, there, signs
+
+
+def _interleaved(coordinates: list[Coordinate]) -> NDArray[np.int64]:
+    """Order of two stacked families: interfaces by name and component, modes in pairs."""
+    n = len(coordinates) // 2
+    names = list(dict.fromkeys(c.interface for c in coordinates[:n]))
+
+    def key(k: int) -> tuple[int, int, int, int]:
+        c = coordinates[k]
+        if c.kind == "modal":
+            return (1, k % n, k // n, 0)
+        return (0, names.index(c.interface), COMPONENTS.index(c.component), 0)
+
+    return np.array(sorted(range(2 * n), key=key), dtype=np.int64)
+
+
+def _joined_order(body: Body, coordinates: list[Coordinate]) -> NDArray[np.int64]:
+    """Interface coordinates of all blocks by interface and component, then the modes."""
+    names = [i.name for i in body.interfaces]
+
+    def key(k: int) -> tuple[int, int, int]:
+        c = coordinates[k]
+        if c.kind == "modal":
+            return (1, k, 0)
+        return (0, names.index(c.interface), COMPONENTS.index(c.component))
+
+    return np.array(sorted(range(len(coordinates)), key=key), dtype=np.int64)
+
+
+def _recovery(operators: BodyOperators, basis: Basis, points_m: FloatArray) -> FloatArray:
+    """Displacement of points at θ = 0 and 90° per coordinate, (m, 3, families n)."""
+    n, comm = basis.vectors.shape[1], operators.comm
+    full = basis.vectors
+    if operators.coupling.transformation is not None:
+        full = apply(operators.coupling.transformation, full)
+    owned = len(full) // 3
+    x = operators.space.tabulate_dof_coordinates()[:owned]
+    gathered = comm.gather((x, full.reshape(owned, 3, n)), root=0)
+    values = None
+    if comm.rank == 0:
+        places = np.vstack([g[0] for g in gathered])
+        nodal = np.concatenate([g[1] for g in gathered])
+        wanted = points_m
+        if operators.harmonic is not None:
+            places = places[:, :2]
+            wanted = np.column_stack([points_m[:, 2], np.hypot(points_m[:, 0], points_m[:, 1])])
+        gap, nearest = cKDTree(places).query(wanted)
+        if len(gap) and gap.max() > 1e-9 * max(1e-30, float(np.abs(points_m).max())):
+            raise ReductionError(f"recovery points are {gap.max():.3g} m off the mesh")
+        values = nodal[nearest]
+    local = np.asarray(comm.bcast(values, root=0))
+    if operators.harmonic is None:
+        return local
+    return _on_the_round(operators.harmonic, local, points_m)
+
+
+def _on_the_round(order: int, amplitudes: FloatArray, points_m: FloatArray) -> FloatArray:
+    """Cartesian displacement at the points from amplitudes (a, b, c) of the cos and sin family."""
+    theta = np.arctan2(points_m[:, 1], points_m[:, 0])[:, None]
+    a, b, c = (amplitudes[:, k] for k in range(3))
+    families = [(np.cos(order * theta), np.sin(order * theta), 1.0)]
+    if order == 0:
+        families = [(np.ones_like(theta), np.ones_like(theta), 1.0)]
+    else:
+        families.append((np.sin(order * theta), -np.cos(order * theta), 1.0))
+    out = []
+    for radial, tangential, _ in families:
+        u_r, u_t, u_z = a * radial, b * tangential, c * radial
+        u_x = u_r * np.cos(theta) - u_t * np.sin(theta)
+        u_y = u_r * np.sin(theta) + u_t * np.cos(theta)
+        out.append(np.stack([u_x, u_y, u_z], axis=1))
+    return np.concatenate(out, axis=2)

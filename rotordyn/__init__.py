@@ -1,0 +1,56 @@
+"""Superelements of spinning bodies, their files, their assembly, and the analysis of an engine."""
+
+from __future__ import annotations
+
+from solidwhirl.rotordyn.beams import beam_superelement
+from solidwhirl.rotordyn.branch_notes import TrackingNote
+from solidwhirl.rotordyn.campbell import Campbell, campbell
+from solidwhirl.rotordyn.critical_speeds import CriticalSpeed, critical_speeds
+from solidwhirl.rotordyn.eigen import Modes, modes_at_speed
+from solidwhirl.rotordyn.errors import AnalysisError, AssemblyError, SuperelementError
+from solidwhirl.rotordyn.files import read_superelement, write_superelement
+from solidwhirl.rotordyn.invariants import Invariant, check_superelement
+from solidwhirl.rotordyn.parts import Bearing, End, Rotor, System
+from solidwhirl.rotordyn.pictures import draw_campbell
+from solidwhirl.rotordyn.shafts import Disk
+from solidwhirl.rotordyn.superelement import (
+    Coordinate,
+    InterfaceNode,
+    Superelement,
+    attach_rigid_disk,
+)
+from solidwhirl.rotordyn.system import AssembledSystem, SpeedMatrices, assemble, matrices_at_speed
+from solidwhirl.rotordyn.whirl import whirl_direction
+
+__all__ = [
+    "AnalysisError",
+    "AssembledSystem",
+    "AssemblyError",
+    "Bearing",
+    "Campbell",
+    "Coordinate",
+    "CriticalSpeed",
+    "Disk",
+    "End",
+    "InterfaceNode",
+    "Invariant",
+    "Modes",
+    "Rotor",
+    "SpeedMatrices",
+    "Superelement",
+    "SuperelementError",
+    "System",
+    "TrackingNote",
+    "assemble",
+    "attach_rigid_disk",
+    "beam_superelement",
+    "campbell",
+    "check_superelement",
+    "critical_speeds",
+    "draw_campbell",
+    "matrices_at_speed",
+    "modes_at_speed",
+    "read_superelement",
+    "whirl_direction",
+    "write_superelement",
+]

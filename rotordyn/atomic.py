@@ -1,0 +1,33 @@
+"""Writing a file so that readers see the old one or the new one, never half of it."""
+
+from __future__ import annotations
+
+import os
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Give a temporary path in the same folder that takes the place of `path` on success.
+
+    Parameters
+    ----------
+    path
+        The file to write; its folder must exist.
+
+    Yields
+    ------
+    Path
+        Where to write. Removed if the block raises.
+    """
+    temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex}.tmp")
+    try:
+        yield temporary
+        with temporary.open("rb") as written:
+            os.fsync(written.fileno())
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)

@@ -1,0 +1,167 @@
+"""Remarks on a tracked set of branches: where they cross, veer, end or are in doubt."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations, pairwise
+from typing import Literal
+
+import numpy as np
+
+from solidwhirl.rotordyn.arrays import FloatArray
+from solidwhirl.rotordyn.eigen import Modes
+from solidwhirl.rotordyn.system import AssembledSystem
+from solidwhirl.rotordyn.tracking import GOOD_OVERLAP, SAME_FREQUENCY, Front, mode_columns, overlaps
+
+# A veering is sought where two branches come closer than this fraction of their frequency,
+_CLOSE = 0.3
+# between places where they are this many times farther apart than at the closest point.
+_APART = 3.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackingNote:
+    """Say what a reader of a Campbell diagram should know about one place.
+
+    Attributes
+    ----------
+    kind
+        "crossing" (two branches pass through each other), "veering" (they come close, exchange
+        their shapes and part), "ambiguous" (the likeness stayed low however small the step),
+        "ended" (no partner: the branch became overdamped or rigid), "range" (a body runs faster
+        than its basis was made for), "indefinite" (K + Ω²K2 has negative eigenvalues).
+    speed_rad_s
+        Where, rad/s.
+    branches
+        Branch numbers from 0; empty if all are meant.
+    text
+        One sentence.
+    """
+
+    kind: Literal["crossing", "veering", "ambiguous", "ended", "range", "indefinite"]
+    speed_rad_s: float
+    branches: tuple[int, ...]
+    text: str
+
+
+def branch_notes(assembled: AssembledSystem, fronts: Sequence[Front]) -> tuple[TrackingNote, ...]:
+    """Return the remarks on a set of branches, by kind and place.
+
+    Parameters
+    ----------
+    assembled
+        The system.
+    fronts
+        All speeds the branches were followed through.
+
+    Returns
+    -------
+    tuple of TrackingNote
+        Possibly empty.
+    """
+    return (
+        *_range_notes(assembled, fronts),
+        *_indefinite_notes(fronts),
+        *_meeting_notes(assembled, fronts),
+        *_doubt_notes(fronts),
+    )
+
+
+def _range_notes(assembled: AssembledSystem, fronts: Sequence[Front]) -> Iterator[TrackingNote]:
+    limit = assembled.speed_limit_rad_s
+    fastest = max(abs(front.modes.speed_rad_s) for front in fronts)
+    if fastest > limit:
+        text = (
+            f"above {limit:.6g} rad/s a body runs faster than its basis was made for; the diagram "
+            f"goes to {fastest:.6g} rad/s"
+        )
+        yield TrackingNote(kind="range", speed_rad_s=limit, branches=(), text=text)
+
+
+def _indefinite_notes(fronts: Sequence[Front]) -> Iterator[TrackingNote]:
+    for front in fronts:
+        count = front.modes.negative_stiffness_count
+        if count:
+            speed = front.modes.speed_rad_s
+            text = f"the stiffness has {count} negative eigenvalue(s) at {speed:.6g} rad/s"
+            yield TrackingNote(kind="indefinite", speed_rad_s=speed, branches=(), text=text)
+            return
+
+
+def _doubt_notes(fronts: Sequence[Front]) -> Iterator[TrackingNote]:
+    for before, after in pairwise(fronts):
+        speed = after.modes.speed_rad_s
+        for branch in range(after.columns.size):
+            if before.columns[branch] < 0:
+                continue
+            likeness = float(after.overlap[branch])
+            if after.columns[branch] < 0:
+                text = f"branch {branch} ends before {speed:.6g} rad/s"
+                yield TrackingNote(kind="ended", speed_rad_s=speed, branches=(branch,), text=text)
+            elif likeness < GOOD_OVERLAP:
+                text = f"branch {branch} is in doubt at {speed:.6g} rad/s, likeness {likeness:.2f}"
+                yield TrackingNote(
+                    kind="ambiguous", speed_rad_s=speed, branches=(branch,), text=text
+                )
+
+
+def _meeting_notes(assembled: AssembledSystem, fronts: Sequence[Front]) -> Iterator[TrackingNote]:
+    """Find sign changes and minima of the distance between two branches."""
+    omega = np.array([front.values().imag for front in fronts])
+    speeds = np.array([front.modes.speed_rad_s for front in fronts])
+    for first, second in combinations(range(omega.shape[1]), 2):
+        gap = omega[:, second] - omega[:, first]
+        apart = np.flatnonzero(np.abs(gap) > SAME_FREQUENCY * omega[:, first])
+        for left, right in pairwise(apart):
+            if gap[left] * gap[right] < 0:
+                speed = _meeting_speed(speeds[left : right + 1], gap[left : right + 1])
+                text = f"branches {first} and {second} cross near {speed:.6g} rad/s"
+                yield TrackingNote(
+                    kind="crossing", speed_rad_s=speed, branches=(first, second), text=text
+                )
+        for at in _veerings(assembled, fronts, first, second, np.abs(gap), omega[:, first]):
+            speed, width = float(speeds[at]), float(abs(gap[at]) / (2.0 * np.pi))
+            text = (
+                f"branches {first} and {second} veer near {speed:.6g} rad/s, "
+                f"closest distance {width:.4g} Hz"
+            )
+            yield TrackingNote(
+                kind="veering", speed_rad_s=speed, branches=(first, second), text=text
+            )
+
+
+def _meeting_speed(speeds: FloatArray, gap: FloatArray) -> float:
+    """Return where a distance that changes its sign is zero, from the points nearest to it."""
+    if speeds.size > 2:
+        return float(speeds[np.abs(gap).argmin()])
+    return float(speeds[0] + gap[0] / (gap[0] - gap[1]) * (speeds[1] - speeds[0]))
+
+
+def _veerings(
+    assembled: AssembledSystem,
+    fronts: Sequence[Front],
+    first: int,
+    second: int,
+    gap: FloatArray,
+    omega: FloatArray,
+) -> Iterator[int]:
+    """Yield the fronts where two branches are closest and exchange their shapes."""
+    for at in range(1, gap.size - 1):
+        nearest = gap[at] <= gap[at - 1] and gap[at] < gap[at + 1]
+        if not nearest or not SAME_FREQUENCY * omega[at] < gap[at] < _CLOSE * omega[at]:
+            continue
+        left = np.flatnonzero(gap[:at] >= _APART * gap[at])
+        right = np.flatnonzero(gap[at:] >= _APART * gap[at])
+        if left.size == 0 or right.size == 0:
+            continue
+        before = _pair(fronts[int(left[-1])], first, second)
+        after = _pair(fronts[at + int(right[0])], first, second)
+        likeness = np.abs(overlaps(assembled, before, after)) ** 2
+        if likeness[0, 1] > 0.5 and likeness[1, 0] > 0.5:
+            yield at
+
+
+def _pair(front: Front, first: int, second: int) -> Modes:
+    """Return the modes of two branches alone."""
+    return mode_columns(front.modes, front.columns[[first, second]])

@@ -1,0 +1,176 @@
+"""Modes of an assembled system at one speed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, freeze_arrays
+from solidwhirl.rotordyn.errors import AnalysisError
+from solidwhirl.rotordyn.spectrum import (
+    Scaled,
+    Spectrum,
+    scale_by_stiffness,
+    solve_general,
+    solve_gyroscopic,
+    solve_standing,
+)
+from solidwhirl.rotordyn.system import AssembledSystem, SpeedMatrices, matrices_at_speed
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class Modes:
+    """Hold the oscillatory modes q = φ e^{λt} of a system at one speed.
+
+    Attributes
+    ----------
+    speed_rad_s
+        Ω, rad/s.
+    eigenvalues
+        λ in 1/s with Im λ > 0, by rising frequency, shape (m,). Each stands for itself and its
+        conjugate.
+    shapes
+        φ in the independent coordinates of the system, shape (n, m), complex, scaled to
+        φᴴMφ = 1 with the largest entry of each column real and positive; real for a system at
+        rest without damping.
+    real_eigenvalues
+        Non-oscillatory eigenvalues other than zeros (overdamped motion, or divergence if
+        positive), in 1/s, rising.
+    zero_count
+        Number of zero eigenvalues among the 2n: motions of free bodies that cost no energy.
+    negative_stiffness_count
+        Number of negative eigenvalues of the symmetric part of K + Ω²K2. Not zero for a support
+        with negative stiffness, and for disk modes above their critical speed.
+    """
+
+    speed_rad_s: float
+    eigenvalues: ComplexArray
+    shapes: ComplexArray
+    real_eigenvalues: FloatArray
+    zero_count: int
+    negative_stiffness_count: int
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "eigenvalues", "shapes", "real_eigenvalues")
+
+    @property
+    def frequency_hz(self) -> FloatArray:
+        """Damped natural frequencies Im λ / 2π, Hz, shape (m,)."""
+        return np.asarray(self.eigenvalues.imag / (2.0 * np.pi))
+
+    @property
+    def damping_ratio(self) -> FloatArray:
+        """Fractions of critical damping −Re λ / |λ|, shape (m,)."""
+        return np.asarray(-self.eigenvalues.real / np.abs(self.eigenvalues))
+
+    @property
+    def log_decrement(self) -> FloatArray:
+        """Logarithmic decrements −2π Re λ / |Im λ|, shape (m,); negative is unstable."""
+        return log_decrement(self.eigenvalues)
+
+
+def log_decrement(eigenvalues: ComplexArray) -> FloatArray:
+    """Return the logarithmic decrement of oscillatory eigenvalues.
+
+    Parameters
+    ----------
+    eigenvalues
+        λ in 1/s, any shape, Im λ ≠ 0.
+
+    Returns
+    -------
+    ndarray
+        −2π Re λ / |Im λ|, same shape.
+    """
+    return np.asarray(-2.0 * np.pi * eigenvalues.real / np.abs(eigenvalues.imag)) + 0.0
+
+
+def modes_at_speed(
+    assembled: AssembledSystem, speed_rad_s: float, count: int | None = None
+) -> Modes:
+    """Compute the lowest oscillatory modes of a system at one speed.
+
+    Parameters
+    ----------
+    assembled
+        The system.
+    speed_rad_s
+        Ω, rad/s.
+    count
+        Number of modes; None for all.
+
+    Returns
+    -------
+    Modes
+        Zero and real eigenvalues are counted, not listed among the modes.
+
+    Raises
+    ------
+    AnalysisError
+        If the speed is not finite, `count` is not positive, or M is not positive definite.
+
+    Notes
+    -----
+    Without damping and with K symmetric and positive (semi)definite the problem is solved as a
+    Hermitian one and λ is exactly imaginary; otherwise as a general one. See `spectrum`.
+    """
+    if not np.isfinite(speed_rad_s):
+        raise AnalysisError(f"speed_rad_s is {speed_rad_s}; it must be finite")
+    if count is not None and count < 1:
+        raise AnalysisError(f"count is {count}; it must be 1 or more, or None for all")
+    matrices = matrices_at_speed(assembled, speed_rad_s)
+    scaled = scaled_stiffness(assembled, matrices)
+    # Where zeros are possible they are counted by what is missing, so all modes are needed.
+    wanted = assembled.size if count is None else min(count, assembled.size)
+    solved = wanted if scaled.is_definite else assembled.size
+    spectrum = _spectrum(assembled, matrices, scaled, solved)
+    found = 2 * spectrum.eigenvalues.size + spectrum.real_eigenvalues.size
+    return Modes(
+        speed_rad_s=float(speed_rad_s),
+        eigenvalues=spectrum.eigenvalues[:wanted],
+        shapes=_normalised(spectrum.shapes[:, :wanted], matrices.mass),
+        real_eigenvalues=spectrum.real_eigenvalues,
+        zero_count=0 if scaled.is_definite else 2 * assembled.size - found,
+        negative_stiffness_count=scaled.negative_count,
+    )
+
+
+def scaled_stiffness(assembled: AssembledSystem, matrices: SpeedMatrices) -> Scaled:
+    """Return the scaled symmetric part of K at a speed, with M and the signature of K.
+
+    Parameters
+    ----------
+    assembled
+        The system.
+    matrices
+        Of the system at that speed.
+
+    Returns
+    -------
+    Scaled
+        See `spectrum.scale_by_stiffness`.
+    """
+    symmetric = 0.5 * (matrices.stiffness + matrices.stiffness.T)
+    return scale_by_stiffness(symmetric, matrices.mass, assembled.body_rate)
+
+
+def _spectrum(
+    assembled: AssembledSystem, matrices: SpeedMatrices, scaled: Scaled, count: int
+) -> Spectrum:
+    """Choose the solver that keeps the structure of the problem."""
+    if not assembled.is_conservative or scaled.negative_count:
+        velocity = matrices.damping + matrices.gyroscopic
+        return solve_general(scaled, matrices.stiffness, velocity, count)
+    if matrices.gyroscopic.any():
+        return solve_gyroscopic(scaled, matrices.gyroscopic, count)
+    omega, shapes = solve_standing(scaled)
+    return Spectrum(1j * omega, shapes.astype(complex), np.empty(0))
+
+
+def _normalised(shapes: ComplexArray, mass: FloatArray) -> ComplexArray:
+    """Scale to unit modal mass and turn the largest entry of each column real."""
+    size = np.sqrt(np.einsum("im,ij,jm->m", shapes.conj(), mass, shapes, optimize=True).real)
+    scaled = shapes / size
+    largest = scaled[np.abs(scaled).argmax(axis=0), np.arange(scaled.shape[1])]
+    return np.asarray(scaled * (np.abs(largest) / largest))

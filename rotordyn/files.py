@@ -1,0 +1,288 @@
+"""Superelement files: one HDF5 file per body, written atomically, read with suspicion."""
+
+from __future__ import annotations
+
+import json
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+
+from solidwhirl.rotordyn.atomic import replacing
+from solidwhirl.rotordyn.errors import SuperelementError
+from solidwhirl.rotordyn.file_checks import SuperelementFile, check_header
+from solidwhirl.rotordyn.file_format import (
+    COMPONENT_CODES,
+    COUPLING_CODES,
+    EQUATION,
+    EULER,
+    FORMAT,
+    FORMAT_VERSION,
+    INTERFACE_KIND,
+    MODAL_KIND,
+    OPERATORS,
+    UNITS,
+    Operator,
+)
+from solidwhirl.rotordyn.rigid_body import rigid_body_mass_matrix
+from solidwhirl.rotordyn.superelement import Coordinate, InterfaceNode, Superelement
+
+# Attributes of an HDF5 group are limited to 64 KiB.
+_LONGEST_ATTRIBUTE = 60_000
+
+
+def write_superelement(element: Superelement, path: str | Path) -> None:
+    """Write a superelement to an HDF5 file.
+
+    The file appears under its name only when it is complete. All numbers are kept bit for bit;
+    what varies between runs (date, program version) is in attributes of the root.
+
+    Parameters
+    ----------
+    element
+        The body.
+    path
+        The file; its folder must exist. An older file is replaced.
+
+    Raises
+    ------
+    OSError
+        If the folder does not exist or cannot be written.
+    """
+    with (
+        replacing(Path(path)) as temporary,
+        h5py.File(temporary, "x", libver=("earliest", "v110")) as file,
+    ):
+        _write_header(file, element)
+        _write_coordinates(file, element)
+        _write_operators(file.create_group("operators"), element)
+        _write_body(file, element)
+        recovery = file.create_group("recovery")
+        _put(recovery, "xyz", element.recovery_points_m, unit="m")
+        axes = "point,component(ux,uy,uz),generalized_coordinate"
+        _put(recovery, "Phi", element.recovery_modes, axes=axes)
+        frequencies = file.create_group("frequencies")
+        _put(frequencies, "free", element.free_frequencies_hz, unit="Hz")
+        _put(frequencies, "fixed_interface", element.fixed_interface_frequencies_hz, unit="Hz")
+        _put(frequencies, "error_estimate", element.frequency_error_estimate, unit="1")
+        text = json.dumps(element.provenance, sort_keys=True)
+        provenance = file.create_group("provenance")
+        if len(text.encode()) <= _LONGEST_ATTRIBUTE:
+            provenance.attrs["json"] = text
+        else:
+            provenance.create_dataset("json", data=text, dtype=h5py.string_dtype("utf-8"))
+
+
+def program_version() -> str:
+    """Return the version of the installed program, "unknown" when it is not installed."""
+    try:
+        return version("solidwhirl")
+    except PackageNotFoundError:
+        return "unknown"
+
+
+def _write_header(file: h5py.File, element: Superelement) -> None:
+    file.attrs.update(
+        {
+            "format": FORMAT,
+            "format_version": FORMAT_VERSION,
+            "generator": f"solidwhirl {program_version()}",
+            "created_utc": datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
+            "name": element.name,
+            "level": element.level,
+            "harmonics": np.array(element.harmonics, dtype=np.int64),
+            "unit_system": "SI",
+            "units": json.dumps(UNITS),
+            "frame": "inertial",
+            "spin_axis": np.array([0.0, 0.0, 1.0]),
+            "spin_origin": np.zeros(3),
+            "basis": "craig-bampton",
+            "rigid_modes": "included" if element.rigid_body_present.any() else "removed",
+            "equation": EQUATION,
+        }
+    )
+
+
+def _write_coordinates(file: h5py.File, element: Superelement) -> None:
+    names = [node.name for node in element.interfaces]
+    number = {"": 0} | {name: index + 1 for index, name in enumerate(names)}
+    kinds = {"interface": INTERFACE_KIND, "modal": MODAL_KIND}
+    dof = file.create_group("dof")
+    coordinates = element.coordinates
+    _put(dof, "node", np.array([number[c.interface] for c in coordinates], dtype=np.int64))
+    codes = [COMPONENT_CODES[c.component] for c in coordinates]
+    _put(dof, "component", np.array(codes, dtype=np.int8), enum="0 modal, 1..6 ux uy uz rx ry rz")
+    _put(
+        dof,
+        "kind",
+        np.array([kinds[c.kind] for c in coordinates], dtype=np.uint8),
+        enum="0=interface_physical,1=fixed_interface_mode",
+    )
+    _put(dof, "frequency", np.array([c.frequency_hz for c in coordinates]), unit="Hz")
+    _put_text(dof, "label", [c.label for c in coordinates])
+
+    interface = file.create_group("interface")
+    _put(interface, "node", np.arange(1, len(names) + 1, dtype=np.int64))
+    _put_text(interface, "name", names)
+    positions = np.array([node.position_m for node in element.interfaces]).reshape(-1, 3)
+    _put(interface, "xyz", positions, unit="m")
+    _put(interface, "R", np.tile(np.eye(3), (len(names), 1, 1)))
+    _put_text(interface, "coupling", [COUPLING_CODES[n.coupling] for n in element.interfaces])
+
+
+def _write_operators(group: h5py.Group, element: Superelement) -> None:
+    for name, operator in OPERATORS.items():
+        matrix = getattr(element, operator.field)
+        _put_operator(group, name, operator, -matrix if name == "Kspin" else matrix)
+    _put_operator(group, "Keul", EULER, 0.5 * element.gyroscopic)
+
+
+def _put_operator(
+    group: h5py.Group, name: str, operator: Operator, matrix: npt.NDArray[Any]
+) -> None:
+    _put(
+        group,
+        name,
+        matrix,
+        acts_on=operator.acts_on,
+        omega_power=np.int32(operator.omega_power),
+        omega_dot_power=np.int32(operator.omega_dot_power),
+        symmetry=operator.symmetry,
+        note=operator.note,
+    )
+
+
+def _write_body(file: h5py.File, element: Superelement) -> None:
+    body = file.create_group("body")
+    about_origin = rigid_body_mass_matrix(
+        element.mass_kg, element.center_of_gravity_m, element.inertia_kg_m2
+    )[3:, 3:]
+    _put(body, "mass", np.float64(element.mass_kg), unit="kg")
+    _put(body, "com", element.center_of_gravity_m, unit="m")
+    _put(body, "S", element.mass_kg * element.center_of_gravity_m, unit="kg m")
+    _put(body, "J_origin", about_origin, unit="kg m2")
+    _put(body, "J_com", element.inertia_kg_m2, unit="kg m2")
+    _put(body, "rigid_modes", element.rigid_body_modes, axes="coordinate,motion(ux..rz)")
+    _put(body, "rigid_present", element.rigid_body_present.astype(np.uint8))
+    _put(body, "full_dofs", np.int64(element.full_dofs))
+    _put(body, "maximum_speed", np.float64(element.maximum_speed_rad_s), unit="rad/s")
+
+
+def _put(group: h5py.Group, name: str, data: Any, **attributes: Any) -> None:
+    """Write numbers; arrays of two and more axes compressed and with a checksum."""
+    packed = np.ndim(data) >= 2 and np.size(data) > 0
+    options = {"compression": "gzip", "shuffle": True, "fletcher32": True} if packed else {}
+    dataset = group.create_dataset(name, data=data, track_times=False, **options)
+    dataset.attrs.update(attributes)
+
+
+def _put_text(group: h5py.Group, name: str, texts: list[str]) -> None:
+    group.create_dataset(name, data=texts, dtype=h5py.string_dtype("utf-8"), shape=(len(texts),))
+
+
+def read_superelement(path: str | Path) -> Superelement:
+    """Read a superelement from an HDF5 file.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Returns
+    -------
+    Superelement
+        Equal to the one written, bit for bit.
+
+    Raises
+    ------
+    SuperelementError
+        If the file is missing, damaged, of another format or a newer major version, not in SI
+        units or not in the inertial frame, lacks a dataset, or holds wrong shapes or numbers that
+        are not finite. The message names the file and the dataset. Sizes are checked before any
+        number is read.
+
+    Notes
+    -----
+    Groups and operators the program does not know are ignored, as later minor versions may add
+    some. Operators the format defines and the program does not evaluate (internal damping and
+    circulation, sampled stiffness) are refused unless zero, as the rest alone would be wrong.
+    """
+    with SuperelementFile.open(Path(path)) as file:
+        check_header(file)
+        n = file.coordinate_count()
+        count = file.interface_count()
+        points = file.length("recovery/xyz")
+        interfaces = _read_interfaces(file, count)
+        operators = {name: file.operator(name, n) for name in OPERATORS}
+        file.refuse_unsupported_operators(n)
+        recovery = file.numbers("recovery/Phi", (points, 3, n))
+        try:
+            return Superelement(
+                name=file.text_attribute("name"),
+                level=file.text_attribute("level"),  # type: ignore[arg-type]
+                harmonics=file.integers_attribute("harmonics"),
+                coordinates=_read_coordinates(file, n, interfaces),
+                interfaces=interfaces,
+                **{op.field: operators[name] for name, op in OPERATORS.items() if name != "Kspin"},
+                spin_softening=-operators["Kspin"],
+                rigid_body_modes=file.numbers("body/rigid_modes", (n, 6)),
+                rigid_body_present=file.numbers("body/rigid_present", (6,)) != 0,
+                mass_kg=float(file.numbers("body/mass", ())),
+                center_of_gravity_m=file.numbers("body/com", (3,)),
+                inertia_kg_m2=file.numbers("body/J_com", (3, 3)),
+                full_dofs=int(file.numbers("body/full_dofs", ())),
+                maximum_speed_rad_s=file.speed_limit("body/maximum_speed"),
+                recovery_points_m=file.numbers("recovery/xyz", (points, 3)),
+                recovery_modes=recovery,
+                free_frequencies_hz=file.vector("frequencies/free"),
+                fixed_interface_frequencies_hz=file.vector("frequencies/fixed_interface"),
+                frequency_error_estimate=file.vector("frequencies/error_estimate"),
+                provenance=file.provenance(),
+            )
+        except SuperelementError as error:
+            raise file.named(error) from error
+
+
+def _read_interfaces(file: SuperelementFile, count: int) -> tuple[InterfaceNode, ...]:
+    names = file.texts("interface/name", count)
+    codes = file.texts("interface/coupling", count)
+    positions = file.numbers("interface/xyz", (count, 3))
+    by_code = {code: coupling for coupling, code in COUPLING_CODES.items()}
+    for code in codes:
+        if code not in by_code:
+            raise file.error("interface/coupling", f"is {code!r}, allowed are {list(by_code)}")
+    return tuple(
+        InterfaceNode(name=name, position_m=position, coupling=by_code[code])  # type: ignore[arg-type]
+        for name, position, code in zip(names, positions, codes, strict=True)
+    )
+
+
+def _read_coordinates(
+    file: SuperelementFile, n: int, interfaces: tuple[InterfaceNode, ...]
+) -> tuple[Coordinate, ...]:
+    numbers = file.numbers("interface/node", (len(interfaces),)).astype(int)
+    names = dict(zip(numbers.tolist(), [node.name for node in interfaces], strict=True))
+    components = {code: component for component, code in COMPONENT_CODES.items()}
+    coordinates = []
+    columns = [file.numbers(f"dof/{c}", (n,)) for c in ("node", "component", "kind", "frequency")]
+    for node, component, kind, frequency in zip(*(c.tolist() for c in columns), strict=True):
+        if kind == MODAL_KIND:
+            coordinates.append(
+                Coordinate(kind="modal", interface="", component="q", frequency_hz=frequency)
+            )
+            continue
+        if kind != INTERFACE_KIND or node not in names or components.get(component, "q") == "q":
+            raise file.error("dof", f"has node {node}, component {component}, kind {kind}")
+        coordinates.append(
+            Coordinate(
+                kind="interface",
+                interface=names[node],
+                component=components[component],  # type: ignore[arg-type]
+                frequency_hz=frequency,
+            )
+        )
+    return tuple(coordinates)

@@ -1,0 +1,109 @@
+"""Faults of a system, all of them found in one pass."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from solidwhirl.rotordyn.parts import Bearing, System
+from solidwhirl.rotordyn.superelement_checks import MOTIONS
+
+_SQUARE = (
+    "stiffness_n_per_m",
+    "damping_n_s_per_m",
+    "tilt_stiffness_n_m_per_rad",
+    "tilt_damping_n_m_s_per_rad",
+)
+_SCALAR = (
+    "axial_stiffness_n_per_m",
+    "axial_damping_n_s_per_m",
+    "torsion_stiffness_n_m_per_rad",
+    "torsion_damping_n_m_s_per_rad",
+)
+
+
+def find_problems(system: System) -> tuple[str, ...]:
+    """Return one sentence for each fault of a system.
+
+    Parameters
+    ----------
+    system
+        The system as written by the user.
+
+    Returns
+    -------
+    tuple of str
+        Empty if the system can be assembled.
+    """
+    problems = list(_rotor_problems(system))
+    names = [bearing.name for bearing in system.bearings]
+    for name in sorted({name for name in names if names.count(name) > 1}):
+        problems.append(f"bearing name {name!r} occurs {names.count(name)} times; use it once")
+    for bearing in system.bearings:
+        found = list(_number_problems(bearing))
+        if not found:
+            found += _end_problems(system, bearing)
+            found += _rigid_problems(bearing)
+        problems += [f"bearing {bearing.name!r}: {text}" for text in found]
+    return tuple(problems)
+
+
+def _rotor_problems(system: System) -> Iterator[str]:
+    if not system.rotors:
+        yield "there are no rotors; at least one is needed"
+    for name, rotor in system.rotors.items():
+        if not np.isfinite(rotor.speed_ratio):
+            yield f"rotor {name!r}: speed_ratio is {rotor.speed_ratio}; it must be finite"
+    if system.reference is None:
+        return
+    if system.reference not in system.rotors:
+        yield f"reference {system.reference!r} is not a rotor; there are {list(system.rotors)}"
+    elif system.rotors[system.reference].speed_ratio != 1.0:
+        ratio = system.rotors[system.reference].speed_ratio
+        yield f"reference rotor {system.reference!r} has speed_ratio {ratio}; it must be 1"
+
+
+def _number_problems(bearing: Bearing) -> Iterator[str]:
+    for name in _SQUARE:
+        value = getattr(bearing, name)
+        if value.shape != (2, 2):
+            yield f"{name} has shape {value.shape}, allowed is (2, 2)"
+        elif not np.issubdtype(value.dtype, np.number) or not np.isfinite(value).all():
+            yield f"{name} is {value.tolist()}; all numbers must be finite"
+    for name in _SCALAR:
+        if not np.isfinite(getattr(bearing, name)):
+            yield f"{name} is {getattr(bearing, name)}; it must be finite"
+
+
+def _end_problems(system: System, bearing: Bearing) -> Iterator[str]:
+    if bearing.second == bearing.first:
+        yield f"both ends are {bearing.first.label}; they must differ"
+    stiffness, damping = bearing.matrices()
+    used = (stiffness != 0) | (damping != 0)
+    needed = [c for i, c in enumerate(MOTIONS) if used[i].any() or used[:, i].any()]
+    needed += [c for c in bearing.rigid if c in MOTIONS and c not in needed]
+    for end in bearing.ends:
+        if end.body not in system.rotors:
+            yield f"{end.label}: no rotor {end.body!r}; there are {list(system.rotors)}"
+            continue
+        element = system.rotors[end.body].element
+        names = [node.name for node in element.interfaces]
+        if end.interface not in names:
+            yield f"{end.label}: rotor {end.body!r} has interfaces {names}"
+            continue
+        has = element.components_at(end.interface)
+        missing = [component for component in needed if component not in has]
+        if missing:
+            yield f"{end.label}: needs components {missing}, the interface has {list(has)}"
+
+
+def _rigid_problems(bearing: Bearing) -> Iterator[str]:
+    unknown = [component for component in bearing.rigid if component not in MOTIONS]
+    if unknown:
+        yield f"rigid components {unknown} are unknown; allowed are {list(MOTIONS)}"
+    stiffness, damping = bearing.matrices()
+    for component in (c for c in bearing.rigid if c in MOTIONS):
+        at = MOTIONS.index(component)
+        if any(matrix[at].any() or matrix[:, at].any() for matrix in (stiffness, damping)):
+            yield f"{component} is rigid and has stiffness or damping; give one of the two"

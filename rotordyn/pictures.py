@@ -1,0 +1,190 @@
+"""Pictures of results; matplotlib is imported inside the functions that draw."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from solidwhirl.rotordyn.arrays import FloatArray, StringArray
+from solidwhirl.rotordyn.atomic import replacing
+from solidwhirl.rotordyn.campbell import Campbell
+from solidwhirl.rotordyn.critical_speeds import CriticalSpeed
+from solidwhirl.rotordyn.errors import AnalysisError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_RPM = 30.0 / np.pi
+# Critical speeds listed beside the diagram.
+_LISTED = 14
+
+
+class _Style(NamedTuple):
+    color: str
+    dashes: str | tuple[int, tuple[int, ...]]
+    marker: str
+
+
+# Colours of Okabe and Ito, told apart with any colour vision and in grey by dashes and markers.
+_STYLES = {
+    "forward": _Style("#0072B2", "solid", "^"),
+    "backward": _Style("#D55E00", (0, (5, 2)), "v"),
+    "mixed": _Style("#009E73", (0, (6, 2, 1, 2)), "D"),
+    "planar": _Style("#595959", (0, (1, 1)), "s"),
+}
+
+
+def draw_campbell(
+    campbell: Campbell,
+    critical_speeds: Sequence[CriticalSpeed],
+    path: str | Path,
+    title: str,
+    excitation_ratios: Mapping[str, float],
+) -> None:
+    """Draw a Campbell diagram to a picture file.
+
+    Parameters
+    ----------
+    campbell
+        The branches. Their whirl shows by colour, dashes and marker.
+    critical_speeds
+        Marked by circles and listed beside the diagram with their speed in rpm.
+    path
+        The file; its suffix chooses the kind (.png, .svg, .pdf). Replaced when complete.
+    title
+        Above the diagram.
+    excitation_ratios
+        Ratio of each excitation line by name, such as the speed ratio of each shaft; the line is
+        |ratio| · Ω. Lines of equal |ratio| are drawn once with all their names.
+
+    Raises
+    ------
+    AnalysisError
+        If the suffix is not a kind of picture that can be written.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    target = Path(path)
+    kind = target.suffix.lower().lstrip(".")
+    figure = Figure(figsize=(8.0, 5.0), dpi=150, layout="constrained")
+    kinds = FigureCanvasAgg(figure).get_supported_filetypes()
+    if kind not in kinds:
+        raise AnalysisError(f"{target}: suffix {target.suffix!r}; allowed are {sorted(kinds)}")
+    axes = figure.add_subplot()
+    top = 1.08 * float(np.nanmax(campbell.frequency_hz))
+    rpm = campbell.speeds_rad_s * _RPM
+    for frequency, whirl in zip(campbell.frequency_hz, campbell.whirl, strict=True):
+        _draw_branch(axes, rpm, frequency, whirl)
+    _draw_excitations(axes, rpm, top, excitation_ratios)
+    _draw_critical_speeds(axes, critical_speeds, float(rpm.max()), top)
+    axes.set_xlim(float(rpm.min()), float(rpm.max()))
+    axes.set_ylim(0.0, top)
+    axes.set_xlabel("speed of the reference shaft [rpm]")
+    axes.set_ylabel("natural frequency [Hz]")
+    # Room between the frame and the title for lines that leave at the top.
+    axes.set_title(title, pad=20.0)
+    axes.grid(visible=True, color="#E5E5E5", linewidth=0.6)
+    axes.set_axisbelow(True)
+    _add_legend(figure, axes, critical_speeds)
+    with replacing(target) as temporary:
+        figure.savefig(temporary, format=kind)
+
+
+def _draw_branch(axes: Axes, rpm: FloatArray, frequency: FloatArray, whirl: StringArray) -> None:
+    """Draw one branch in runs of equal whirl; a step has the whirl of its faster end."""
+    step = np.where(whirl[1:] == "", whirl[:-1], whirl[1:])
+    start = 0
+    for stop in range(1, step.size + 1):
+        if stop < step.size and step[stop] == step[start]:
+            continue
+        style = _STYLES.get(str(step[start]))
+        if style is not None:
+            axes.plot(
+                rpm[start : stop + 1],
+                frequency[start : stop + 1],
+                color=style.color,
+                linestyle=style.dashes,
+                linewidth=1.6,
+                marker=style.marker,
+                markersize=3.5,
+                markevery=max(1, rpm.size // 10),
+                label=str(step[start]),
+            )
+        start = stop
+
+
+def _draw_excitations(axes: Axes, rpm: FloatArray, top: float, ratios: Mapping[str, float]) -> None:
+    """Draw the lines |ratio| · Ω, named outside the frame where they leave it."""
+    names: dict[float, list[str]] = {}
+    for name, ratio in ratios.items():
+        if ratio != 0:
+            names.setdefault(abs(ratio), []).append(name)
+    for ratio, same in names.items():
+        fastest = float(rpm.max())
+        end = min(fastest, 60.0 * top / ratio)
+        height = ratio * end / 60.0
+        axes.plot([0.0, end], [0.0, height], color="black", linewidth=0.8, zorder=1.5)
+        leaves_right = end == fastest
+        axes.annotate(
+            f"{ratio:g}× " + ", ".join(same),
+            (end, height),
+            xytext=(4, 0) if leaves_right else (0, 4),
+            textcoords="offset points",
+            ha="left" if leaves_right else "center",
+            va="center" if leaves_right else "bottom",
+            fontsize=8,
+            annotation_clip=False,
+        )
+
+
+def _draw_critical_speeds(
+    axes: Axes, critical_speeds: Sequence[CriticalSpeed], rpm_max: float, top: float
+) -> None:
+    """Draw a circle at each critical speed inside the frame."""
+    shown = [
+        (critical.speed_rad_s * _RPM, critical.frequency_hz)
+        for critical in critical_speeds
+        if critical.speed_rad_s * _RPM <= rpm_max and critical.frequency_hz <= top
+    ]
+    if shown:
+        axes.plot(
+            [speed for speed, _ in shown],
+            [frequency for _, frequency in shown],
+            linestyle="none",
+            marker="o",
+            markersize=8,
+            markerfacecolor="none",
+            markeredgecolor="black",
+            zorder=4,
+            label="critical speed",
+        )
+
+
+def _add_legend(figure: Figure, axes: Axes, critical_speeds: Sequence[CriticalSpeed]) -> None:
+    """Put the whirl directions and the list of critical speeds beside the diagram."""
+    from matplotlib.lines import Line2D
+
+    handles, labels = axes.get_legend_handles_labels()
+    known = dict(zip(labels, handles, strict=True))
+    rows = [(name, known[name]) for name in (*_STYLES, "critical speed") if name in known]
+    nothing = Line2D([], [], linestyle="none")
+    if critical_speeds:
+        rows += [("", nothing), ("critical speeds [rpm]", nothing)]
+    rows += [
+        (f"{critical.speed_rad_s * _RPM:.0f}  {critical.whirl}", nothing)
+        for critical in critical_speeds[:_LISTED]
+    ]
+    if len(critical_speeds) > _LISTED:
+        rows.append((f"and {len(critical_speeds) - _LISTED} more", nothing))
+    figure.legend(
+        [handle for _, handle in rows],
+        [name for name, _ in rows],
+        loc="outside right upper",
+        frameon=False,
+        fontsize=8,
+    )

@@ -1,0 +1,341 @@
+"""Dense solvers for λ² M + λ (C + G) + K that keep their digits beside very stiff springs.
+
+All of them work in coordinates scaled by the diagonal of K, where a spring of 1e16 N/m is a one
+among ones, and find 1/λ (or 1/(λ − shift)), so that the lowest modes are the most accurate.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy.linalg as la
+
+from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.errors import AnalysisError
+
+# A coordinate softer than this fraction of the stiffest of the bodies is scaled by its mass.
+_SOFT = 1e-3
+# An eigenvalue of the scaled K below this many roundings of the size counts as zero.
+_ROUNDINGS = 64.0
+# |ω| below this fraction of the lowest elastic frequency is a rigid-body zero.
+_ZERO_FRACTION = 1e-6
+# A zero of multiplicity two with one eigenvector splits by the root of the rounding.
+_DEFECTIVE_ZERO_FRACTION = 1e-5
+# |Im λ| below this fraction of |λ| is real: equal real eigenvalues split into pairs by rounding.
+_REAL_FRACTION = 1e-6
+
+
+class Scaled(NamedTuple):
+    """K and M in coordinates x with q = scale · x, and the signature of K."""
+
+    scale: FloatArray
+    stiffness: FloatArray
+    mass: FloatArray
+    eigenvalues: FloatArray
+    vectors: FloatArray
+    negative_count: int
+    zero_count: int
+
+    @property
+    def is_definite(self) -> bool:
+        """Whether K is positive definite."""
+        return self.negative_count == 0 and self.zero_count == 0
+
+
+class Spectrum(NamedTuple):
+    """Eigenvalues with Im λ > 0 by rising Im λ, shapes (n, m), and the real non-zero rest."""
+
+    eigenvalues: ComplexArray
+    shapes: ComplexArray
+    real_eigenvalues: FloatArray
+
+
+def scale_by_stiffness(
+    stiffness: FloatArray, mass: FloatArray, body_rate: float | None = None
+) -> Scaled:
+    """Scale the coordinates so that stiff springs become ones, and count the signs of K.
+
+    Parameters
+    ----------
+    stiffness, mass
+        Symmetric, shape (n, n); M positive definite.
+    body_rate
+        Largest K_ii / M_ii of the bodies without their bearings, (rad/s)²: rounding in K is of
+        the order of eps times that. None takes it from the matrices given.
+
+    Returns
+    -------
+    Scaled
+        Coordinates with K_ii above a thousandth of body_rate · M_ii get a unit diagonal, softer
+        ones keep the scale of M. Eigenvalues of the scaled K below 64 n eps count as zero.
+    """
+    diagonal, inertia = np.diag(stiffness), np.diag(mass)
+    if not (inertia > 0).all():
+        at = int(np.argmin(inertia))
+        raise AnalysisError(
+            f"coordinate {at} has mass {inertia[at]:.3e}; every coordinate needs positive inertia"
+        )
+    rate = float(np.max(diagonal / inertia)) if body_rate is None else body_rate
+    floor = _SOFT * (rate if rate > 0 else 1.0) * inertia
+    scale = 1.0 / np.sqrt(np.maximum(diagonal, floor))
+    scaled = scale[:, None] * stiffness * scale
+    values, vectors = la.eigh(scaled)
+    limit = _ROUNDINGS * scale.size * np.finfo(float).eps
+    return Scaled(
+        scale=scale,
+        stiffness=scaled,
+        mass=scale[:, None] * mass * scale,
+        eigenvalues=values,
+        vectors=vectors,
+        negative_count=int(np.count_nonzero(values < -limit)),
+        zero_count=int(np.count_nonzero(np.abs(values) <= limit)),
+    )
+
+
+def cholesky_of_mass(mass: FloatArray) -> FloatArray:
+    """Return the lower Cholesky factor of M, or say that M is not positive definite."""
+    try:
+        return np.asarray(la.cholesky(mass, lower=True))
+    except la.LinAlgError as error:
+        raise AnalysisError(
+            f"the mass matrix is not positive definite ({error}); every coordinate needs inertia"
+        ) from error
+
+
+def solve_standing(scaled: Scaled) -> tuple[FloatArray, FloatArray]:
+    """Solve K q = ω² M q for K positive (semi)definite.
+
+    Parameters
+    ----------
+    scaled
+        From `scale_by_stiffness`, without negative eigenvalues.
+
+    Returns
+    -------
+    frequencies : ndarray
+        ω of the elastic modes in rad/s, rising, shape (n − zero_count,).
+    shapes : ndarray
+        Columns q, real, φᵀMφ = 1.
+
+    Notes
+    -----
+    With K + σ²M = LLᵀ and M = NNᵀ the singular values of L⁻¹N are (ω² + σ²)^-½: no squaring, so
+    rounding is relative to the ratio of frequencies, not to its square.
+    """
+    zeros = scaled.zero_count
+    if zeros == scaled.scale.size:
+        return np.empty(0), np.empty((scaled.scale.size, 0))
+    factor = cholesky_of_mass(scaled.mass)
+    if zeros == 0:
+        return _standing_shifted(scaled, factor, 0.0, 0)
+    rough = float(np.median(1.0 / np.diag(scaled.mass)))
+    lowest = float(_standing_shifted(scaled, factor, rough, zeros)[0][0])
+    # Rounding may drown the lowest frequency in the rough shift; never shift below 1e-6 of it.
+    shift = max(lowest**2, 1e-12 * rough)
+    return _standing_shifted(scaled, factor, shift, zeros)
+
+
+def _standing_shifted(
+    scaled: Scaled, factor: FloatArray, shift: float, zeros: int
+) -> tuple[FloatArray, FloatArray]:
+    """Solve with σ² = shift and drop the `zeros` lowest modes."""
+    lower = la.cholesky(scaled.stiffness + shift * scaled.mass, lower=True)
+    left, singular, _ = la.svd(la.solve_triangular(lower, factor, lower=True))
+    squared = np.maximum(1.0 / singular[zeros:] ** 2 - shift, 0.0)
+    shapes = la.solve_triangular(lower, left[:, zeros:], lower=True, trans="T")
+    shapes = scaled.scale[:, None] * shapes / singular[zeros:]
+    return np.sqrt(squared), shapes
+
+
+def solve_gyroscopic(scaled: Scaled, gyroscopic: FloatArray, count: int) -> Spectrum:
+    """Solve (K + iωG − ω²M) q = 0 for K positive (semi)definite and no damping.
+
+    Parameters
+    ----------
+    scaled
+        From `scale_by_stiffness`, without negative eigenvalues.
+    gyroscopic
+        G at speed in the original coordinates, skew, shape (n, n).
+    count
+        Number of lowest modes wanted; fewer are returned if there are fewer.
+
+    Returns
+    -------
+    Spectrum
+        λ = iω exactly on the imaginary axis.
+    """
+    skew = scaled.scale[:, None] * gyroscopic * scaled.scale
+    solve = _gyroscopic_definite if scaled.is_definite else _gyroscopic_semidefinite
+    omega, shapes = solve(scaled, skew, count)
+    return Spectrum(1j * omega, scaled.scale[:, None] * shapes, np.empty(0))
+
+
+def _gyroscopic_definite(
+    scaled: Scaled, skew: FloatArray, count: int
+) -> tuple[FloatArray, ComplexArray]:
+    """Solve with K = LLᵀ, L⁻¹ML⁻ᵀ = NNᵀ, x = Lᵀq, λ = 1/μ.
+
+    μ²x + μ L⁻¹GL⁻ᵀ x + NNᵀx = 0 is [[−G̃, −N], [Nᵀ, 0]] (x, y) = μ (x, y), a skew matrix.
+    """
+    n = skew.shape[0]
+    lower = la.cholesky(scaled.stiffness, lower=True)
+    half = la.solve_triangular(lower, cholesky_of_mass(scaled.mass), lower=True)
+    inner = la.solve_triangular(lower, skew, lower=True)
+    inner = la.solve_triangular(lower, inner.T, lower=True).T
+    hermitian = np.zeros((2 * n, 2 * n), dtype=complex)
+    hermitian[:n, :n] = -0.5j * (inner - inner.T)
+    hermitian[:n, n:] = -1j * half
+    hermitian[n:, :n] = 1j * half.T
+    wanted = min(count, n)
+    inverse, vectors = la.eigh(
+        hermitian, subset_by_index=(2 * n - wanted, 2 * n - 1), overwrite_a=True
+    )
+    shapes = la.solve_triangular(lower, vectors[:n, ::-1], lower=True, trans="T")
+    return 1.0 / inverse[::-1], shapes
+
+
+def _gyroscopic_semidefinite(
+    scaled: Scaled, skew: FloatArray, count: int
+) -> tuple[FloatArray, ComplexArray]:
+    """Solve with K = SSᵀ and states (Lᵀq', Sᵀq), M = LLᵀ: a skew matrix, shifted and inverted.
+
+    H = −i[[−G̃, −L⁻¹S], [SᵀL⁻ᵀ, 0]] is Hermitian with eigenvalues ω. The blocks of (H − σ)⁻¹ need
+    only Q⁻¹ with Q = K + iσG − σ²M: σLᵀQ⁻¹L, iLᵀQ⁻¹S and −(1 − SᵀQ⁻¹S)/σ.
+    """
+    n = skew.shape[0]
+    kept = scaled.eigenvalues > 0
+    kept[: scaled.zero_count] = False
+    root = scaled.vectors[:, kept] * np.sqrt(scaled.eigenvalues[kept])
+    lower = cholesky_of_mass(scaled.mass)
+    lowest = _lowest_frequency(scaled, skew)
+    for fraction in (0.5, 0.41, 0.63):
+        shift = fraction * lowest
+        inverse, vectors = la.eigh(_shifted_inverse(scaled, skew, lower, root, shift))
+        # A shift that happens to hit a mode drowns the others; take the next one.
+        if np.abs(inverse).max() * shift < 1e4:
+            break
+    omega = shift + 1.0 / inverse
+    order = np.flatnonzero(omega > _ZERO_FRACTION * lowest)
+    order = order[np.argsort(omega[order], kind="stable")][:count]
+    velocity = la.solve_triangular(lower, vectors[:n, order], lower=True, trans="T")
+    return omega[order], velocity / (1j * omega[order])
+
+
+def _lowest_frequency(scaled: Scaled, skew: FloatArray) -> float:
+    """Return a positive frequency of the order of the lowest mode, rad/s."""
+    standing, _ = solve_standing(scaled)
+    if standing.size:
+        return float(standing[0])
+    lower = cholesky_of_mass(scaled.mass)
+    spin = la.solve_triangular(lower, la.solve_triangular(lower, skew, lower=True).T, lower=True)
+    largest = float(np.abs(spin).max())
+    return largest if largest > 0 else 1.0
+
+
+def _shifted_inverse(
+    scaled: Scaled, skew: FloatArray, lower: FloatArray, root: FloatArray, shift: float
+) -> ComplexArray:
+    """Return (H − σ)⁻¹, shape (n + r, n + r)."""
+    dynamic = scaled.stiffness + 1j * shift * skew - shift**2 * scaled.mass
+    balance = 1.0 / np.sqrt(np.abs(scaled.stiffness.diagonal()) + shift**2 * scaled.mass.diagonal())
+    factors = la.lu_factor(balance[:, None] * dynamic * balance)
+    right = balance[:, None] * np.hstack((lower, root)).astype(complex)
+    flexible = right.T @ la.lu_solve(factors, right)
+    n, r = lower.shape[0], root.shape[1]
+    result = np.empty((n + r, n + r), dtype=complex)
+    result[:n, :n] = shift * flexible[:n, :n]
+    result[:n, n:] = 1j * flexible[:n, n:]
+    result[n:, :n] = -1j * flexible[n:, :n]
+    result[n:, n:] = (flexible[n:, n:] - np.eye(r)) / shift
+    return np.asarray(0.5 * (result + result.conj().T))
+
+
+def solve_general(
+    scaled: Scaled, stiffness: FloatArray, velocity: FloatArray, count: int
+) -> Spectrum:
+    """Solve (λ²M + λC + K) q = 0 for any real C and K.
+
+    Parameters
+    ----------
+    scaled
+        Of the symmetric part of K.
+    stiffness
+        K with its skew part, original coordinates, shape (n, n).
+    velocity
+        Damping plus gyroscopic matrix, original coordinates, shape (n, n).
+    count
+        Number of lowest oscillatory modes wanted.
+
+    Returns
+    -------
+    Spectrum
+        Oscillatory pairs once (Im λ > 0), and all real eigenvalues other than zeros.
+
+    Notes
+    -----
+    With λ = s + 1/μ and Q = K + sC + s²M = P + Z, P symmetric and positive definite for the real
+    shift s (0 if K is definite), P = LLᵀ, M = NNᵀ after L: the eigenvalues μ belong to
+    [[−(1+Z̃)⁻¹C̃, −(1+Z̃)⁻¹N], [Nᵀ, 0]] with C̃ of C + 2sM. 1 + Z̃ is regular as Z̃ is skew.
+    """
+    n = scaled.scale.size
+    outer = np.multiply.outer(scaled.scale, scaled.scale)
+    full, damping = outer * stiffness, outer * velocity
+    shift, reference = _real_shift(scaled, full, damping)
+    shifted = full + shift * damping + shift**2 * scaled.mass
+    lower = la.cholesky(0.5 * (shifted + shifted.T), lower=True)
+    skew = _congruent(lower, 0.5 * (shifted - shifted.T))
+    rate = _congruent(lower, damping + 2.0 * shift * scaled.mass)
+    half = la.solve_triangular(lower, cholesky_of_mass(scaled.mass), lower=True)
+    companion = np.zeros((2 * n, 2 * n))
+    companion[:n] = -la.solve(np.eye(n) + skew, np.hstack((rate, half)))
+    companion[n:, :n] = half.T
+    inverse, vectors = la.eig(companion)
+    shapes = scaled.scale[:, None] * la.solve_triangular(lower, vectors[:n], lower=True, trans="T")
+    values = shift + 1.0 / inverse
+    return _sorted_spectrum(values, shapes, _zero_limit(scaled, reference), count)
+
+
+def _congruent(lower: FloatArray, matrix: FloatArray) -> FloatArray:
+    """Return L⁻¹ A L⁻ᵀ."""
+    inner = la.solve_triangular(lower, matrix, lower=True)
+    return np.asarray(la.solve_triangular(lower, inner.T, lower=True).T)
+
+
+def _zero_limit(scaled: Scaled, reference: float) -> float:
+    return _DEFECTIVE_ZERO_FRACTION * reference if scaled.zero_count else 0.0
+
+
+def _real_shift(scaled: Scaled, full: FloatArray, damping: FloatArray) -> tuple[float, float]:
+    """Return s ≥ 0 with a positive definite Q(s), and a low frequency of the system."""
+    if scaled.is_definite:
+        return 0.0, 1.0
+    if scaled.negative_count == 0:
+        reference = _lowest_frequency(scaled, 0.5 * (damping - damping.T))
+    else:
+        values = la.eigh(scaled.stiffness, scaled.mass, eigvals_only=True)
+        reference = 2.0 * float(np.sqrt(-values[0]))
+    shift = reference
+    limit = _ROUNDINGS * scaled.scale.size * np.finfo(float).eps
+    # Doubling ends, because s²M outgrows any negative damping.
+    while _smallest_scaled_eigenvalue(full + shift * damping + shift**2 * scaled.mass) <= limit:
+        shift *= 2.0
+    return shift, reference
+
+
+def _smallest_scaled_eigenvalue(matrix: FloatArray) -> float:
+    """Return the smallest eigenvalue of the symmetric part, scaled to a unit diagonal."""
+    symmetric = 0.5 * (matrix + matrix.T)
+    balance = 1.0 / np.sqrt(np.abs(symmetric.diagonal()))
+    return float(la.eigvalsh(balance[:, None] * symmetric * balance)[0])
+
+
+def _sorted_spectrum(
+    values: ComplexArray, shapes: ComplexArray, zero_limit: float, count: int
+) -> Spectrum:
+    """Separate oscillatory pairs, real eigenvalues and zeros."""
+    nonzero = np.abs(values) > zero_limit
+    is_real = np.abs(values.imag) <= _REAL_FRACTION * np.abs(values)
+    order = np.flatnonzero(nonzero & ~is_real & (values.imag > 0))
+    order = order[np.argsort(values.imag[order], kind="stable")][:count]
+    return Spectrum(values[order], shapes[:, order], np.sort(values.real[nonzero & is_real]))

@@ -1,0 +1,399 @@
+"""The superelement: one spinning body as dense matrices in named coordinates, affine in speed.
+
+It is the only record that crosses from the reduction of a body to the assembly of an engine.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from solidwhirl.rotordyn.arrays import BoolArray, FloatArray
+from solidwhirl.rotordyn.errors import SuperelementError
+from solidwhirl.rotordyn.rigid_body import (
+    MassProperties,
+    joined_mass_properties,
+    rigid_body_mass_matrix,
+)
+from solidwhirl.rotordyn.superelement_checks import (
+    COUPLINGS,
+    MOTIONS,
+    SYMMETRIC_MATRICES,
+    Component,
+    Coupling,
+    Level,
+    array_shapes,
+    check_coordinates,
+    check_names,
+    check_scalars,
+    finite_array,
+    plain_json,
+    symmetrised,
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Coordinate:
+    """Name one generalised coordinate of a superelement.
+
+    Attributes
+    ----------
+    kind
+        "interface" for a displacement or rotation of an interface node, "modal" for the amplitude
+        of a fixed-interface mode.
+    interface
+        Name of the interface node; empty for a modal coordinate.
+    component
+        "ux" to "rz" at an interface (m, rad; rotations are true rotations about +x, +y, +z),
+        "q" for a modal coordinate.
+    frequency_hz
+        Fixed-interface frequency of a modal coordinate; 0 for an interface coordinate.
+    """
+
+    kind: Literal["interface", "modal"]
+    interface: str
+    component: Component
+    frequency_hz: float
+
+    @property
+    def label(self) -> str:
+        """Short text for tables, such as "front.ux" or "mode 412.7 Hz"."""
+        if self.kind == "interface":
+            return f"{self.interface}.{self.component}"
+        return f"mode {self.frequency_hz:.6g} Hz"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class InterfaceNode:
+    """Describe a place where a body can be held, joined or loaded.
+
+    Attributes
+    ----------
+    name
+        Unique within the body.
+    position_m
+        Place of the master node, shape (3,), m.
+    coupling
+        How the surface follows the node: "rigid" (the surface moves with the node),
+        "distributing" (the node is the weighted mean of the surface), "none" (the node is a point
+        of the body itself, as in a beam).
+    """
+
+    name: str
+    position_m: FloatArray
+    coupling: Coupling
+
+    def __post_init__(self) -> None:
+        where = f"interface {self.name!r}"
+        object.__setattr__(
+            self, "position_m", finite_array(where, "position_m", self.position_m, (3,))
+        )
+        if not self.name:
+            raise SuperelementError("an interface has an empty name; give each a unique name")
+        if self.coupling not in COUPLINGS:
+            raise SuperelementError(
+                f"{where}: coupling is {self.coupling!r}, allowed are {COUPLINGS}"
+            )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class Superelement:
+    """Hold one body at unit spin in the inertial frame.
+
+    With spin speed Ω about +z the free body obeys
+    M q'' + Ω G q' + [K + Ω² (Kgeo − S)] q = f, plus ½ Ω' G q when the speed varies.
+
+    Attributes
+    ----------
+    name
+        Name of the body.
+    level
+        Model behind the matrices: "solid", "harmonic", "beam" or "lumped".
+    harmonics
+        Circumferential harmonics of a "harmonic" model; empty for solid bodies and beams.
+    coordinates
+        The n coordinates, interface coordinates first.
+    interfaces
+        Interface nodes the coordinates refer to.
+    mass
+        M, shape (n, n), symmetric; kg for translations.
+    stiffness
+        K, elastic stiffness, shape (n, n), symmetric, N/m.
+    gyroscopic
+        G at Ω = 1 rad/s, shape (n, n), skew, kg.
+    stress_stiffening
+        Kgeo at Ω = 1 rad/s, from the centrifugal stress, shape (n, n), symmetric, kg.
+    spin_softening
+        S at Ω = 1 rad/s, shape (n, n), symmetric, kg.
+    rigid_body_modes
+        Motions ux, uy, uz, rx, ry, rz of the body about the origin, in the coordinates;
+        shape (n, 6). Column of a motion that is absent: zero.
+    rigid_body_present
+        Which of the six motions the model can make, shape (6,), bool.
+    mass_kg, center_of_gravity_m, inertia_kg_m2
+        Mass, centre of gravity (3,) and inertia tensor (3, 3) about the centre of gravity.
+    full_dofs
+        Number of degrees of freedom before reduction.
+    maximum_speed_rad_s
+        Largest |Ω| the basis was made for; inf where no basis depends on speed.
+    recovery_points_m
+        Points for pictures, shape (m, 3); m may be 0.
+    recovery_modes
+        Displacement of the points per unit coordinate, shape (m, 3, n).
+    free_frequencies_hz
+        Elastic frequencies of the free body at rest, shape (k,); empty when not known.
+    fixed_interface_frequencies_hz
+        Frequencies of the fixed-interface modes, shape (j,).
+    frequency_error_estimate
+        Relative error estimate of those, shape (j,) or empty.
+    provenance
+        How the body was made; anything JSON can hold.
+
+    Raises
+    ------
+    SuperelementError
+        If shapes disagree, a number is not finite, a matrix is not symmetric or skew to 1e-10 of
+        its largest entry, or the coordinates and interfaces contradict each other.
+    """
+
+    name: str
+    level: Level
+    harmonics: tuple[int, ...]
+    coordinates: tuple[Coordinate, ...]
+    interfaces: tuple[InterfaceNode, ...]
+    mass: FloatArray
+    stiffness: FloatArray
+    gyroscopic: FloatArray
+    stress_stiffening: FloatArray
+    spin_softening: FloatArray
+    rigid_body_modes: FloatArray
+    rigid_body_present: BoolArray
+    mass_kg: float
+    center_of_gravity_m: FloatArray
+    inertia_kg_m2: FloatArray
+    full_dofs: int
+    maximum_speed_rad_s: float
+    recovery_points_m: FloatArray
+    recovery_modes: FloatArray
+    free_frequencies_hz: FloatArray
+    fixed_interface_frequencies_hz: FloatArray
+    frequency_error_estimate: FloatArray
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        where = f"superelement {self.name!r}"
+        n = len(self.coordinates)
+        check_names(self, where)
+        check_coordinates(self, where)
+        for name, shape in array_shapes(self, n).items():
+            object.__setattr__(self, name, finite_array(where, name, getattr(self, name), shape))
+        for name in (*SYMMETRIC_MATRICES, "gyroscopic"):
+            sign = -1.0 if name == "gyroscopic" else 1.0
+            object.__setattr__(self, name, symmetrised(where, name, getattr(self, name), sign))
+        present = np.array(self.rigid_body_present, dtype=bool)
+        if present.shape != (6,):
+            raise SuperelementError(
+                f"{where}: rigid_body_present has shape {present.shape}, allowed is (6,)"
+            )
+        present.setflags(write=False)
+        object.__setattr__(self, "rigid_body_present", present)
+        check_scalars(self, where)
+        object.__setattr__(self, "mass_kg", float(self.mass_kg))
+        object.__setattr__(self, "maximum_speed_rad_s", float(self.maximum_speed_rad_s))
+        object.__setattr__(self, "provenance", plain_json(where, self.provenance))
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates n."""
+        return len(self.coordinates)
+
+    def interface_index(self, interface: str, component: str) -> int:
+        """Return the position of an interface coordinate.
+
+        Parameters
+        ----------
+        interface
+            Name of the interface.
+        component
+            "ux", "uy", "uz", "rx", "ry" or "rz".
+
+        Returns
+        -------
+        int
+            Index into `coordinates`.
+
+        Raises
+        ------
+        SuperelementError
+            If there is none; the message names what exists.
+        """
+        found = [
+            index
+            for index, coordinate in enumerate(self.coordinates)
+            if coordinate.interface == interface and coordinate.component == component
+        ]
+        if found:
+            return found[0]
+        names = [node.name for node in self.interfaces]
+        if interface not in names:
+            raise SuperelementError(
+                f"superelement {self.name!r} has no interface {interface!r}; it has {names}"
+            )
+        has = self.components_at(interface)
+        raise SuperelementError(
+            f"superelement {self.name!r}, interface {interface!r} has no component "
+            f"{component!r}; it has {list(has)}"
+        )
+
+    def components_at(self, interface: str) -> tuple[Component, ...]:
+        """Return the components an interface has, in coordinate order.
+
+        Parameters
+        ----------
+        interface
+            Name of the interface.
+
+        Returns
+        -------
+        tuple of str
+            Empty when the body has no coordinate there.
+        """
+        return tuple(c.component for c in self.coordinates if c.interface == interface != "")
+
+    def interface_node(self, interface: str) -> InterfaceNode:
+        """Return the interface node of a given name.
+
+        Parameters
+        ----------
+        interface
+            Name of the interface.
+
+        Returns
+        -------
+        InterfaceNode
+            The node.
+
+        Raises
+        ------
+        SuperelementError
+            If there is none; the message names what exists.
+        """
+        for node in self.interfaces:
+            if node.name == interface:
+                return node
+        names = [node.name for node in self.interfaces]
+        raise SuperelementError(
+            f"superelement {self.name!r} has no interface {interface!r}; it has {names}"
+        )
+
+
+def attach_rigid_disk(
+    element: Superelement,
+    interface: str,
+    name: str,
+    mass_kg: float,
+    polar_kg_m2: float,
+    diametral_kg_m2: float,
+    offset_m: float = 0.0,
+) -> Superelement:
+    """Return the superelement with a rigid disk added at an interface.
+
+    The disk turns with the body. It adds Id rx'' + Ω Ip ry' and Id ry'' − Ω Ip rx' and its mass;
+    in the inertial frame its stress stiffening and spin softening cancel, so both stay as they
+    were. Components the interface lacks are left out. The free frequencies of the result are
+    not known and become empty; the fixed-interface frequencies do not change.
+
+    Parameters
+    ----------
+    element
+        The body.
+    interface
+        Where the disk sits; it must have "ux" or "uy" or another component.
+    name
+        Name of the disk, kept in the provenance.
+    mass_kg, polar_kg_m2, diametral_kg_m2
+        Mass, polar and diametral moment of inertia about the disk's own centre; kg, kg m².
+    offset_m
+        Axial distance of the disk's centre from the interface node, m; joined by a rigid arm.
+
+    Returns
+    -------
+    Superelement
+        With mass, centre of gravity, inertia, M and G updated.
+
+    Raises
+    ------
+    SuperelementError
+        If the interface does not exist or has no coordinates, a number is negative or not
+        finite, or an offset is given where the interface has a translation but not the tilt
+        that moves the arm.
+    """
+    where = f"disk {name!r} on superelement {element.name!r}"
+    node = element.interface_node(interface)
+    components = element.components_at(interface)
+    _check_disk(where, components, mass_kg, polar_kg_m2, diametral_kg_m2, offset_m)
+    inertia = np.diag([diametral_kg_m2, diametral_kg_m2, polar_kg_m2])
+    disk_mass = rigid_body_mass_matrix(mass_kg, np.array([0.0, 0.0, offset_m]), inertia)
+    disk_gyroscopic = np.zeros((6, 6))
+    disk_gyroscopic[3, 4], disk_gyroscopic[4, 3] = polar_kg_m2, -polar_kg_m2
+
+    index = np.array([element.interface_index(interface, c) for c in components])
+    motion = np.array([MOTIONS.index(c) for c in components])
+    mass, gyroscopic = element.mass.copy(), element.gyroscopic.copy()
+    mass[np.ix_(index, index)] += disk_mass[np.ix_(motion, motion)]
+    gyroscopic[np.ix_(index, index)] += disk_gyroscopic[np.ix_(motion, motion)]
+
+    center = node.position_m + np.array([0.0, 0.0, offset_m])
+    whole = joined_mass_properties(
+        (
+            MassProperties(element.mass_kg, element.center_of_gravity_m, element.inertia_kg_m2),
+            MassProperties(mass_kg, center, inertia),
+        )
+    )
+    record = {
+        "name": name,
+        "interface": interface,
+        "mass_kg": float(mass_kg),
+        "polar_kg_m2": float(polar_kg_m2),
+        "diametral_kg_m2": float(diametral_kg_m2),
+        "offset_m": float(offset_m),
+    }
+    disks = [*element.provenance.get("rigid_disks", []), record]
+    return dataclasses.replace(
+        element,
+        mass=mass,
+        gyroscopic=gyroscopic,
+        mass_kg=whole.mass_kg,
+        center_of_gravity_m=whole.center_of_gravity_m,
+        inertia_kg_m2=whole.inertia_kg_m2,
+        free_frequencies_hz=np.empty(0),
+        provenance={**element.provenance, "rigid_disks": disks},
+    )
+
+
+def _check_disk(
+    where: str,
+    components: tuple[Component, ...],
+    mass_kg: float,
+    polar_kg_m2: float,
+    diametral_kg_m2: float,
+    offset_m: float,
+) -> None:
+    if not components:
+        raise SuperelementError(f"{where}: the interface has no coordinates to carry a disk")
+    numbers = {"mass_kg": mass_kg, "polar_kg_m2": polar_kg_m2, "diametral_kg_m2": diametral_kg_m2}
+    for label, value in numbers.items():
+        if not (np.isfinite(value) and value >= 0):
+            raise SuperelementError(f"{where}: {label} is {value}, allowed is 0 or more")
+    if not np.isfinite(offset_m):
+        raise SuperelementError(f"{where}: offset_m is {offset_m}, allowed is a finite number")
+    for translation, tilt in (("ux", "ry"), ("uy", "rx")):
+        if offset_m and translation in components and tilt not in components:
+            raise SuperelementError(
+                f"{where}: offset_m {offset_m} needs component {tilt!r} beside {translation!r}; "
+                f"the interface has {list(components)}"
+            )

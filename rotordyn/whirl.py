@@ -1,0 +1,123 @@
+"""Whirl direction of modes, from the orbits of the interface nodes."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from solidwhirl.rotordyn.arrays import ComplexArray, StringArray
+from solidwhirl.rotordyn.system import AssembledSystem
+
+# Orbits smaller than this fraction of the largest of the mode do not decide.
+_SMALL_ORBIT = 1e-2
+# An orbit whose minor axis is below this fraction of the major one is a line.
+_LINE = 1e-3
+# Translations below this fraction of what the tilt would give over the rotor's length are none.
+_NO_TRANSLATION = 1e-9
+# Lateral motion below this fraction of axial motion and torsion is none.
+_NO_LATERAL = 1e-6
+
+
+class Orbits(NamedTuple):
+    """Complex amplitudes of the interface nodes along x and y, each (nodes, m), in metres."""
+
+    x: ComplexArray
+    y: ComplexArray
+
+
+def whirl_direction(assembled: AssembledSystem, shapes: ComplexArray) -> StringArray:
+    """Tell whether the orbits of each mode turn with the reference shaft or against it.
+
+    Parameters
+    ----------
+    assembled
+        The system.
+    shapes
+        Modes φ of q = φ e^{iωt}, ω > 0, in its independent coordinates, shape (n, m).
+
+    Returns
+    -------
+    ndarray of str
+        Shape (m,): "forward" if all orbits turn with +Ω, "backward" if all turn against it,
+        "mixed" if some do either, "planar" if all are lines.
+
+    Notes
+    -----
+    An orbit is the sum of a forward circle of radius |X + iY|/2 and a backward one of |X − iY|/2.
+    Orbits at all interface nodes count, save those below 1/100 of the largest; a line is one with
+    an axis ratio below 1/1000. Where no interface node translates, the path of the tilting axis
+    is taken. A mode without lateral motion at the interfaces (axial, torsion, disk modes with two
+    and more nodal diameters) is "planar".
+    """
+    orbits = interface_orbits(assembled, shapes)
+    if orbits.x.size == 0:
+        return np.full(shapes.shape[1], "planar")
+    forward = 0.5 * np.abs(orbits.x + 1j * orbits.y)
+    backward = 0.5 * np.abs(orbits.x - 1j * orbits.y)
+    major = forward + backward
+    counts = (major >= _SMALL_ORBIT * major.max(axis=0)) & (major > 0)
+    round_orbit = counts & (np.abs(forward - backward) >= _LINE * major)
+    any_forward = (round_orbit & (forward > backward)).any(axis=0)
+    any_backward = (round_orbit & (forward < backward)).any(axis=0)
+    return np.select(
+        [any_forward & any_backward, any_forward, any_backward],
+        ["mixed", "forward", "backward"],
+        default="planar",
+    )
+
+
+def interface_orbits(assembled: AssembledSystem, shapes: ComplexArray) -> Orbits:
+    """Return the motion of the interface nodes in the plane across the axis.
+
+    Parameters
+    ----------
+    assembled
+        The system.
+    shapes
+        Modes in its independent coordinates, shape (n, m).
+
+    Returns
+    -------
+    Orbits
+        Of the nodes, body by body; of the tilting axis at one rotor length for modes in which no
+        node translates; zero for modes without lateral motion.
+    """
+    motion = _interface_motion(assembled, shapes)
+    length = _rotor_length(assembled)
+    translation, tilt = motion[:, [0, 1]], length * motion[:, [4, 3]] * np.array([[1], [-1]])
+    largest = np.abs(translation).max(axis=(0, 1), initial=0.0)
+    tilted = np.abs(tilt).max(axis=(0, 1), initial=0.0)
+    other = np.maximum(
+        np.abs(motion[:, 2]).max(axis=0, initial=0.0),
+        length * np.abs(motion[:, 5]).max(axis=0, initial=0.0),
+    )
+    path = np.where(largest > _NO_TRANSLATION * tilted, translation, tilt)
+    lateral = np.maximum(largest, tilted) > _NO_LATERAL * other
+    path = np.where(lateral, path, 0.0)
+    return Orbits(path[:, 0], path[:, 1])
+
+
+def _interface_motion(assembled: AssembledSystem, shapes: ComplexArray) -> ComplexArray:
+    """Return ux, uy, uz, rx, ry, rz of all interface nodes, shape (nodes, 6, m)."""
+    order = ("ux", "uy", "uz", "rx", "ry", "rz")
+    nodes = []
+    for name, rotor in assembled.system.rotors.items():
+        body = assembled.transformation[assembled.body_slices[name]] @ shapes
+        for node in rotor.element.interfaces:
+            motion = np.zeros((6, shapes.shape[1]), dtype=complex)
+            for component in rotor.element.components_at(node.name):
+                row = rotor.element.interface_index(node.name, component)
+                motion[order.index(component)] = body[row]
+            nodes.append(motion)
+    return np.array(nodes).reshape(-1, 6, shapes.shape[1])
+
+
+def _rotor_length(assembled: AssembledSystem) -> float:
+    """Return a length that compares tilts with translations, m."""
+    lengths = []
+    for rotor in assembled.system.rotors.values():
+        positions = [node.position_m[2] for node in rotor.element.interfaces]
+        gyration = np.sqrt(np.abs(rotor.element.inertia_kg_m2).max() / rotor.element.mass_kg)
+        lengths.append(max(float(np.ptp(positions)) if positions else 0.0, float(gyration)))
+    return max(lengths)

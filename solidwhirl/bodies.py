@@ -1,0 +1,135 @@
+"""From the bodies of a scene to geometry."""
+
+from __future__ import annotations
+
+from solidwhirl.geometry import (
+    MATERIALS,
+    TABLE_7,
+    Body,
+    Cone,
+    GeometryError,
+    Interface,
+    Material,
+    RigidDisk,
+    Section,
+    Web,
+    stage_group_sections,
+)
+from solidwhirl.scene import BodySpec, InterfaceSpec, Scene, StageGroupSpec
+
+
+def build_bodies(scene: Scene) -> dict[str, Body]:
+    """Make the geometry of every body of a scene.
+
+    Raises
+    ------
+    GeometryError
+        Unknown material, or a profile that is none; the message begins with the key.
+    """
+    materials = _materials(scene)
+    bodies = {}
+    for name, spec in scene.bodies.items():
+        try:
+            bodies[name] = _build_body(name, spec, materials)
+        except GeometryError as error:
+            raise GeometryError(f"bodies.{name}: {error}") from error
+    return bodies
+
+
+def _materials(scene: Scene) -> dict[str, Material]:
+    own = {
+        name: Material(
+            name=name,
+            density_kg_per_m3=spec.density_kg_per_m3,
+            youngs_modulus_pa=spec.youngs_modulus_pa,
+            poissons_ratio=spec.poissons_ratio,
+        )
+        for name, spec in scene.materials.items()
+    }
+    return {**MATERIALS, **own}
+
+
+def _material(
+    materials: dict[str, Material], name: str | None, default: str | None, where: str
+) -> Material:
+    chosen = name or default
+    if chosen is None:
+        raise GeometryError(f"{where}: no material; give the section or the body one")
+    if chosen not in materials:
+        raise GeometryError(
+            f"{where}: unknown material {chosen!r}; known are {', '.join(sorted(materials))}"
+        )
+    return materials[chosen]
+
+
+def _build_body(name: str, spec: BodySpec, materials: dict[str, Material]) -> Body:
+    sections: list[Section] = []
+    for s in spec.sections:
+        material = _material(materials, s.material, spec.material, f"sections {s.name!r}")
+        sections.append(
+            Section(
+                name=s.name,
+                start_m=s.start_m,
+                end_m=s.end_m,
+                inner_radius_m=s.inner_radius_m,
+                outer_radius_m=s.outer_radius_m,
+                material=material,
+            )
+        )
+    for group in spec.stage_groups:
+        material = _material(materials, group.material, spec.material, f"stages {group.name!r}")
+        sections += _stages(group, material)
+    return Body(
+        name=name,
+        sections=tuple(sections),
+        interfaces=tuple(_interface(i) for i in spec.interfaces),
+        rigid_disks=tuple(
+            RigidDisk(
+                name=d.name,
+                interface=d.interface,
+                mass_kg=d.mass_kg,
+                polar_inertia_kg_m2=d.polar_inertia_kg_m2,
+                diametral_inertia_kg_m2=d.diametral_inertia_kg_m2,
+                offset_m=d.offset_m,
+            )
+            for d in spec.rigid_disks
+        ),
+        fillet_radius_m=spec.fillet_radius_m,
+    )
+
+
+def _stages(group: StageGroupSpec, material: Material) -> tuple[Section, ...]:
+    webs = [
+        Web(
+            stage=w.stage,
+            thickness_m=w.thickness_m,
+            inner_radius_m=w.shaft_radius_m,
+            position=w.position,
+        )
+        for w in group.webs
+    ]
+    cones = [Cone(**c.model_dump()) for c in group.cones]
+    return stage_group_sections(
+        TABLE_7[group.table],
+        start_m=group.start_m,
+        direction=group.direction,
+        material=material,
+        spacer_thickness_m=group.spacer_thickness_m,
+        web=(*webs, *cones),
+        prefix=group.name,
+    )
+
+
+def _interface(spec: InterfaceSpec) -> Interface:
+    start = spec.at_m if spec.at_m is not None else spec.start_m
+    end = spec.at_m if spec.at_m is not None else spec.end_m
+    assert start is not None
+    assert end is not None
+    return Interface(
+        name=spec.name,
+        kind=spec.kind,
+        coupling=spec.coupling,
+        start_m=start,
+        end_m=end,
+        radius_m=spec.radius_m,
+    )

@@ -1,0 +1,312 @@
+"""The road from a scene to its results: geometry, mesh, reduction, assembly, analyses."""
+
+from __future__ import annotations
+
+import resource
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solidwhirl.bodies import build_bodies
+from solidwhirl.geometry import Body, MassProperties, mass_properties
+from solidwhirl.meshing import Mesh, mesh_meridian, mesh_solid
+from solidwhirl.plan import BodyPlan, Plan, make_plan
+from solidwhirl.rotordyn import (
+    AssembledSystem,
+    Bearing,
+    Campbell,
+    CriticalSpeed,
+    End,
+    Modes,
+    Rotor,
+    Superelement,
+    assemble,
+    campbell,
+    critical_speeds,
+    modes_at_speed,
+)
+from solidwhirl.scene import BearingSpec, Scene
+from solidwhirl.scene_file import scene_hash
+from solidwhirl.versions import package_versions
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BodyResult:
+    """One body after its reduction.
+
+    Attributes
+    ----------
+    body
+        Geometry.
+    mesh
+        Its mesh.
+    element
+        Its superelement.
+    properties
+        Mass properties in closed form, rigid disks included.
+    work
+        `solidwhirl.reduction.ReductionWork`: what was assembled and solved.
+    """
+
+    body: Body
+    mesh: Mesh
+    element: Superelement
+    properties: MassProperties
+    work: Any
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ExcitedCriticalSpeed:
+    """A critical speed of the reference shaft and who excites it.
+
+    Attributes
+    ----------
+    excited_by
+        Bodies whose unbalance turns at this frequency.
+    critical
+        The critical speed.
+    """
+
+    excited_by: tuple[str, ...]
+    critical: CriticalSpeed
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Results:
+    """All results of a scene, as arrays (units in the records that hold them).
+
+    Attributes
+    ----------
+    scene, plan
+        What was asked and what was decided.
+    bodies
+        By name.
+    system
+        The assembled system.
+    at_rest
+        Modes at zero speed.
+    campbell
+        Tracked branches over the speeds of the scene.
+    critical_speeds
+        Within the scene's speed range, by excitation.
+    timings_s
+        Wall time by stage.
+    peak_memory_gib
+        Largest resident set of this process.
+    """
+
+    scene: Scene
+    plan: Plan
+    bodies: Mapping[str, BodyResult]
+    system: AssembledSystem
+    at_rest: Modes
+    campbell: Campbell
+    critical_speeds: tuple[ExcitedCriticalSpeed, ...]
+    timings_s: Mapping[str, float]
+    peak_memory_gib: float
+
+
+def run_scene(
+    scene: Scene, *, comm: Any = None, progress: Progress = lambda text: None
+) -> Results | None:
+    """Run a scene from geometry to Campbell diagram.
+
+    Parameters
+    ----------
+    scene
+        The scene (see `solidwhirl.scene_file`).
+    comm
+        mpi4py communicator; None for this process alone. Solid bodies are reduced on all of its
+        ranks, everything else on rank 0.
+    progress
+        Called with one line per stage.
+
+    Returns
+    -------
+    Results, or None on ranks other than 0.
+
+    Raises
+    ------
+    ValueError
+        `GeometryError`, `MeshingError`, `ReductionError`, `AssemblyError`, each with one message.
+    """
+    from mpi4py import MPI
+
+    comm = MPI.COMM_SELF if comm is None else comm
+    clock = _Clock()
+    bodies = build_bodies(scene)
+    plan = make_plan(scene, bodies)
+    reduced = {}
+    for name, body in bodies.items():
+        result = _reduce(scene, body, plan, comm, progress, clock)
+        if result is not None:
+            reduced[name] = result
+    if comm.rank != 0:
+        return None
+    progress("assemble the system")
+    with clock.stage("assembly"):
+        system = assemble(_rotors(scene, reduced), _bearings(scene, plan))
+    progress(f"Campbell diagram at {len(plan.speeds_rad_s)} speeds")
+    with clock.stage("campbell"):
+        at_rest = modes_at_speed(system, 0.0)
+        diagram = campbell(system, plan.speeds_rad_s, **_branches(scene))
+    progress("critical speeds")
+    with clock.stage("critical_speeds"):
+        critical = _critical_speeds(scene, system, float(plan.speeds_rad_s.max()))
+    return Results(
+        scene=scene,
+        plan=plan,
+        bodies=reduced,
+        system=system,
+        at_rest=at_rest,
+        campbell=diagram,
+        critical_speeds=critical,
+        timings_s=clock.seconds,
+        peak_memory_gib=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0**2,
+    )
+
+
+class _Clock:
+    """Wall time by stage."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+
+    def stage(self, name: str) -> _Clock:
+        self._name = name
+        return self
+
+    def __enter__(self) -> None:
+        self._start = time.perf_counter()
+
+    def __exit__(self, *_: object) -> None:
+        spent = time.perf_counter() - self._start
+        self.seconds[self._name] = self.seconds.get(self._name, 0.0) + spent
+
+
+def _reduce(
+    scene: Scene, body: Body, plan: Plan, comm: Any, progress: Progress, clock: _Clock
+) -> BodyResult | None:
+    """Mesh and reduce one body; None on ranks that have no part in the result."""
+    from mpi4py import MPI
+
+    own = plan.bodies[body.name]
+    if own.level == "harmonic" and comm.rank != 0:
+        return None
+    mesh = None
+    if comm.rank == 0:
+        progress(f"mesh {body.name} ({own.level})")
+        with clock.stage("meshing"):
+            make = mesh_solid if own.level == "solid" else mesh_meridian
+            mesh = make(body, own.fineness.size)
+    with clock.stage("import_solvers"):
+        from solidwhirl.reduction import ReductionRequest, reduce_body
+    progress(f"reduce {body.name}")
+    request = ReductionRequest(
+        level=own.level,
+        orders=own.orders,
+        components=own.components,
+        degree=own.fineness.degree,
+        modes=scene.model.modes,
+        maximum_speed_rad_s=own.maximum_speed_rad_s,
+        gyroscopic=plan.on("gyroscopic"),
+        centrifugal=plan.on("stress_stiffening"),
+    )
+    team = comm if own.level == "solid" else MPI.COMM_SELF
+    record = _provenance(scene, own, mesh) if mesh is not None else {}
+    with clock.stage("reduction"):
+        element, work = reduce_body(
+            body, mesh, team, request, comm.bcast(record) if team is comm else record
+        )
+    if mesh is None:
+        return None
+    return BodyResult(
+        body=body, mesh=mesh, element=element, properties=mass_properties(body), work=work
+    )
+
+
+def _provenance(scene: Scene, own: BodyPlan, mesh: Mesh) -> dict[str, Any]:
+    """How a superelement was made."""
+    return {
+        "scene": scene.name,
+        "scene_sha256": scene_hash(scene),
+        "level": own.level,
+        "orders": list(own.orders),
+        "mesh": {
+            "points": len(mesh.points),
+            "cells": len(mesh.cells),
+            "size_m": mesh.size.size_m,
+            "corner_size_m": mesh.size.corner_size_m,
+            "growth": mesh.size.growth,
+            "minimum_scaled_jacobian": mesh.quality.minimum_scaled_jacobian,
+        },
+        "element_order": own.fineness.degree,
+        "expected_relative_error": own.fineness.expected_error,
+        "modes": scene.model.modes,
+        "effects": scene.effects.model_dump(),
+        "packages": package_versions(),
+    }
+
+
+def _rotors(scene: Scene, bodies: Mapping[str, BodyResult]) -> dict[str, Rotor]:
+    return {
+        name: Rotor(element=result.element, speed_ratio=scene.bodies[name].speed_ratio)
+        for name, result in bodies.items()
+    }
+
+
+def _bearings(scene: Scene, plan: Plan) -> tuple[Bearing, ...]:
+    damped = plan.on("bearing_damping")
+    return tuple(_bearing(spec, damped) for spec in scene.bearings)
+
+
+def _bearing(spec: BearingSpec, damped: bool) -> Bearing:
+    """A scene's bearing, without its damping if the plan leaves that out."""
+    values: dict[str, NDArray[np.float64] | float] = {}
+    for key in BearingSpec.model_fields:
+        if key in ("name", "first", "second", "rigid") or ("damping" in key and not damped):
+            continue
+        value = getattr(spec, key)
+        values[key] = value if isinstance(value, float) else np.array(value, dtype=float)
+    return Bearing(
+        name=spec.name,
+        first=_end(spec.first),
+        second=None if spec.second == "ground" else _end(spec.second),
+        rigid=tuple(spec.rigid),
+        **values,  # type: ignore[arg-type]
+    )
+
+
+def _end(text: str) -> End:
+    body, _, interface = text.partition(".")
+    return End(body=body, interface=interface)
+
+
+def _branches(scene: Scene) -> dict[str, Any]:
+    if scene.campbell.frequency_max_hz is not None:
+        return {"frequency_max_hz": scene.campbell.frequency_max_hz}
+    return {"branch_count": scene.campbell.branches}
+
+
+def _critical_speeds(
+    scene: Scene, system: AssembledSystem, top: float
+) -> tuple[ExcitedCriticalSpeed, ...]:
+    """Critical speeds up to the top speed, for the unbalance of every body that turns."""
+    if top == 0.0:
+        return ()
+    exciters: dict[float, list[str]] = {}
+    for name, spec in scene.bodies.items():
+        if spec.speed_ratio != 0.0:
+            exciters.setdefault(abs(spec.speed_ratio), []).append(name)
+    found = [
+        ExcitedCriticalSpeed(excited_by=tuple(names), critical=c)
+        for ratio, names in exciters.items()
+        for c in critical_speeds(system, excitation_ratio=ratio, speed_max_rad_s=top)
+    ]
+    return tuple(sorted(found, key=lambda f: f.critical.speed_rad_s))

@@ -1,0 +1,157 @@
+"""The report of a run: what was asked, computed, left out and why, and what came out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from solidwhirl.pipeline import Results
+from solidwhirl.plan import Plan
+
+
+def report_text(results: Results, document: dict[str, Any]) -> str:
+    """Markdown report of a run.
+
+    Parameters
+    ----------
+    results
+        The results.
+    document
+        The same as written to `results.json`.
+    """
+    parts = [
+        f"# {results.scene.title or results.scene.name}",
+        "\n".join(f"- {note}" for note in results.scene.notes),
+        "## What was computed, what was left out, and why",
+        plan_text(results.plan),
+        "## Bodies",
+        _bodies(document["bodies"]),
+        "## Assembled and solved",
+        _ledger(document["bodies"]),
+        "## Critical speeds",
+        _critical(document["critical_speeds"]),
+        "## Frequencies",
+        _branches(document["campbell"]),
+        "## Cost",
+        _cost(document),
+    ]
+    return "\n\n".join(p for p in parts if p) + "\n"
+
+
+def plan_text(plan: Plan) -> str:
+    """The plan as two Markdown tables."""
+    effects = _table(
+        ("effect", "", "why", "cost when on"),
+        ((e.name, "on" if e.on else "off", e.why, e.cost) for e in plan.effects),
+    )
+    bodies = _table(
+        (
+            "body",
+            "level",
+            "circumferential orders",
+            "interface motions",
+            "element order",
+            "corner size [mm]",
+            "expected error",
+            "matrices",
+            "factorisations",
+            "eigenproblems",
+        ),
+        (
+            (
+                name,
+                b.level,
+                ", ".join(str(n) for n in b.orders),
+                " ".join(b.components),
+                b.fineness.degree,
+                f"{1e3 * b.fineness.size.corner_size_m:.3g}",
+                f"{b.fineness.expected_error:.1e}",
+                b.matrices,
+                f"<= {b.factorisations}",
+                f"<= {b.eigenproblems}",
+            )
+            for name, b in plan.bodies.items()
+        ),
+    )
+    return f"{effects}\n\n{bodies}"
+
+
+def _bodies(bodies: dict[str, Any]) -> str:
+    return _table(
+        (
+            "body",
+            "mass [kg]",
+            "centre of gravity [m]",
+            "polar inertia [kg m²]",
+            "diametral inertia [kg m²]",
+            "level",
+            "unknowns",
+            "reduced",
+            "first free lateral frequencies [Hz]",
+        ),
+        (
+            (
+                name,
+                f"{b['mass_kg']:.5g}",
+                f"{b['center_of_gravity_m'][2]:.5g}",
+                f"{b['polar_inertia_kg_m2']:.5g}",
+                f"{b['diametral_inertia_kg_m2']:.5g}",
+                b["level"],
+                b["full_dofs"],
+                b["reduced_dofs"],
+                ", ".join(f"{f:.2f}" for f in b["free_frequencies_hz"][:6:2]),
+            )
+            for name, b in bodies.items()
+        ),
+    )
+
+
+def _ledger(bodies: dict[str, Any]) -> str:
+    lines = []
+    for name, b in bodies.items():
+        for label, done in b["assembled"].items():
+            lines.append(f"- {name}, {label}: {', '.join(done)}; {', '.join(b['solved'][label])}")
+    return "\n".join(lines)
+
+
+def _critical(entries: list[dict[str, Any]]) -> str:
+    if not entries:
+        return "None in the speed range."
+    return _table(
+        ("speed [rpm]", "frequency [Hz]", "whirl", "log decrement", "excited by"),
+        (
+            (
+                f"{c['speed_rpm']:.1f}",
+                f"{c['frequency_hz']:.3f}",
+                c["whirl"],
+                "-" if c["log_decrement"] is None else f"{c['log_decrement']:.4g}",
+                ", ".join(c["excited_by"]),
+            )
+            for c in entries
+        ),
+    )
+
+
+def _branches(diagram: dict[str, Any]) -> str:
+    """Frequencies at the first, middle and last speed."""
+    speeds = diagram["speed_rpm"]
+    chosen = sorted({0, len(speeds) // 2, len(speeds) - 1})
+    head = ("branch", *(f"{speeds[k]:.0f} rpm [Hz]" for k in chosen), "whirl at the last")
+    rows = []
+    for b, branch in enumerate(diagram["frequency_hz"]):
+        shown = ["-" if branch[k] is None else f"{branch[k]:.3f}" for k in chosen]
+        rows.append((b + 1, *shown, diagram["whirl"][b][-1]))
+    return _table(head, rows)
+
+
+def _cost(document: dict[str, Any]) -> str:
+    lines = [f"- {name}: {spent:.2f} s" for name, spent in document["timings_s"].items()]
+    lines.append(f"- peak memory: {document['peak_memory_gib']:.2f} GiB")
+    return "\n".join(lines)
+
+
+def _table(head: Iterable[Any], rows: Iterable[Iterable[Any]]) -> str:
+    titles = [str(h) for h in head]
+    lines = ["| " + " | ".join(titles) + " |", "|" + "---|" * len(titles)]
+    lines += ["| " + " | ".join(str(v) for v in row) + " |" for row in rows]
+    return "\n".join(lines)

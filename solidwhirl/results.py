@@ -1,0 +1,183 @@
+"""Results as JSON, the interface that other programs rely on, and the folder of a run."""
+
+from __future__ import annotations
+
+import json
+import math
+import shutil
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from solidwhirl.errors import OutputError
+from solidwhirl.meshing import write_gmsh, write_vtu
+from solidwhirl.pipeline import BodyResult, Results
+from solidwhirl.plan import Plan
+from solidwhirl.report import report_text
+from solidwhirl.rotordyn import draw_campbell, write_superelement
+from solidwhirl.scene_file import scene_hash
+from solidwhirl.versions import package_versions
+
+SCHEMA = "solidwhirl-results-1"
+_RPM = 30.0 / np.pi
+
+
+def results_document(results: Results) -> dict[str, Any]:
+    """Everything that `results.json` holds; units are in the keys, absent values are null."""
+    diagram = results.campbell
+    document = {
+        "schema": SCHEMA,
+        "scene": {
+            "name": results.scene.name,
+            "title": results.scene.title,
+            "notes": list(results.scene.notes),
+            "sha256": scene_hash(results.scene),
+        },
+        "plan": plan_document(results.plan),
+        "bodies": {name: _body(result) for name, result in results.bodies.items()},
+        "modes_at_rest": {"frequency_hz": results.at_rest.frequency_hz.tolist()},
+        "campbell": {
+            "frame": "inertial",
+            "speed_rpm": (diagram.speeds_rad_s * _RPM).tolist(),
+            "frequency_hz": diagram.frequency_hz.tolist(),
+            "whirl": diagram.whirl.tolist(),
+            "log_decrement": diagram.log_decrement.tolist(),
+            "notes": [str(note) for note in diagram.notes],
+        },
+        "critical_speeds": [
+            {
+                "speed_rpm": float(c.critical.speed_rad_s * _RPM),
+                "frequency_hz": float(c.critical.frequency_hz),
+                "whirl": str(c.critical.whirl),
+                "log_decrement": float(c.critical.log_decrement),
+                "excited_by": list(c.excited_by),
+            }
+            for c in results.critical_speeds
+        ],
+        "timings_s": dict(results.timings_s),
+        "peak_memory_gib": results.peak_memory_gib,
+        "packages": package_versions(),
+    }
+    return _plain(document)  # type: ignore[no-any-return]
+
+
+def plan_document(plan: Plan) -> dict[str, Any]:
+    """The plan as plain data."""
+    return {
+        "effects": [
+            {"name": e.name, "on": e.on, "why": e.why, "cost": e.cost} for e in plan.effects
+        ],
+        "bodies": {
+            name: {
+                "level": b.level,
+                "circumferential_orders": list(b.orders),
+                "interface_components": list(b.components),
+                "element_order": b.fineness.degree,
+                "corner_size_m": b.fineness.size.corner_size_m,
+                "size_m": b.fineness.size.size_m,
+                "expected_relative_error": b.fineness.expected_error,
+                "maximum_speed_rpm": b.maximum_speed_rad_s * _RPM,
+                "matrices": b.matrices,
+                "factorisations_at_most": b.factorisations,
+                "eigenproblems_at_most": b.eigenproblems,
+            }
+            for name, b in plan.bodies.items()
+        },
+    }
+
+
+def write_results(results: Results, out: str | Path) -> Path:
+    """Write the folder of a run: all of it or nothing.
+
+    Everything is written to a temporary folder beside the target and moved into place file by
+    file when it is complete, `results.json` last.
+
+    Returns
+    -------
+    The folder.
+
+    Raises
+    ------
+    OutputError
+        The folder can't be written.
+    """
+    out = Path(out)
+    document = results_document(results)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        scratch = Path(tempfile.mkdtemp(prefix=".writing-", dir=out))
+        try:
+            _write_all(results, document, scratch)
+            _move_into_place(scratch, out)
+        finally:
+            shutil.rmtree(scratch, ignore_errors=True)
+    except OSError as error:
+        raise OutputError(f"{out}: can not be written: {error.strerror or error}") from error
+    return out
+
+
+def _write_all(results: Results, document: dict[str, Any], folder: Path) -> None:
+    (folder / "bodies").mkdir()
+    (folder / "meshes").mkdir()
+    for name, result in results.bodies.items():
+        write_superelement(result.element, folder / "bodies" / f"{name}.h5")
+        write_vtu(result.mesh, folder / "meshes" / f"{name}.vtu")
+        write_gmsh(result.mesh, folder / "meshes" / f"{name}.msh")
+    ratios = {name: spec.speed_ratio for name, spec in results.scene.bodies.items()}
+    draw_campbell(
+        results.campbell,
+        tuple(c.critical for c in results.critical_speeds),
+        folder / "campbell.png",
+        title=results.scene.title or results.scene.name,
+        excitation_ratios=ratios,
+    )
+    (folder / "report.md").write_text(report_text(results, document), encoding="utf-8")
+    text = json.dumps(document, indent=1, allow_nan=False)
+    (folder / "results.json").write_text(text + "\n", encoding="utf-8")
+
+
+def _move_into_place(scratch: Path, out: Path) -> None:
+    files = [p for p in scratch.rglob("*") if p.is_file()]
+    for path in sorted(files, key=lambda p: p.name == "results.json"):
+        target = out / path.relative_to(scratch)
+        target.parent.mkdir(exist_ok=True)
+        path.replace(target)
+
+
+def _body(result: BodyResult) -> dict[str, Any]:
+    p, e = result.properties, result.element
+    return {
+        "level": e.level,
+        "mass_kg": p.mass_kg,
+        "center_of_gravity_m": np.asarray(p.center_of_gravity_m).tolist(),
+        "polar_inertia_kg_m2": p.polar_inertia_kg_m2,
+        "diametral_inertia_kg_m2": p.diametral_inertia_kg_m2,
+        "full_dofs": e.full_dofs,
+        "reduced_dofs": len(e.coordinates),
+        "free_frequencies_hz": e.free_frequencies_hz.tolist(),
+        "fixed_interface_frequencies_hz": e.fixed_interface_frequencies_hz.tolist(),
+        "mesh": {
+            "points": len(result.mesh.points),
+            "cells": len(result.mesh.cells),
+            "minimum_scaled_jacobian": result.mesh.quality.minimum_scaled_jacobian,
+            "straightened_elements": result.mesh.quality.straightened_elements,
+        },
+        "assembled": {k: list(v) for k, v in result.work.assembled.items()},
+        "solved": {k: list(v) for k, v in result.work.solved.items()},
+        "orthogonality_error": result.work.orthogonality_error,
+    }
+
+
+def _plain(value: Any) -> Any:
+    """JSON has no nan: absent numbers become null."""
+    if isinstance(value, dict):
+        return {k: _plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    if isinstance(value, float | np.floating):
+        return float(value) if math.isfinite(value) else None
+    if isinstance(value, np.integer):
+        return int(value)
+    return value

@@ -1,0 +1,197 @@
+"""Which curves an interface finds, where it cuts, and what it refuses."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from solidwhirl.geometry import GeometryError, subdivide
+
+
+def spans(found, name):
+    """Return the sorted end points (z, r) of an interface's curves, rounded to 1e-12 m."""
+    return sorted(
+        tuple(sorted(tuple(map(float, np.round(found.points[p], 12))) for p in (c.start, c.end)))
+        for c in (found.curves[number] for number in found.interfaces[name])
+    )
+
+
+@pytest.fixture
+def stepped(section, body):
+    """Hollow shaft with a disk; bore 0.01, shaft 0.02, disk 0.1 m from z = 0.1 to 0.2 m."""
+
+    def build(*interfaces, **options):
+        return body(
+            section("shaft", 0.0, 0.4, 0.01, 0.02),
+            section("disk", 0.1, 0.2, 0.02, 0.1),
+            interfaces=interfaces,
+            **options,
+        )
+
+    return build
+
+
+def test_section_plane_cuts_every_section(stepped, interface, conforming):
+    found = subdivide(stepped(interface("mid", "section", 0.15)))
+    conforming(found)
+    assert [face.section for face in found.faces] == [0, 0, 1, 1]
+    assert spans(found, "mid") == [((0.15, 0.01), (0.15, 0.02)), ((0.15, 0.02), (0.15, 0.1))]
+    assert not set(found.interfaces["mid"]) & set(found.boundary)
+
+
+def test_section_plane_limited_in_radius(stepped, interface, conforming):
+    found = subdivide(stepped(interface("mid", "section", 0.15, radius=(0.0, 0.02))))
+    conforming(found)
+    # Only the shaft is cut.
+    assert [face.section for face in found.faces] == [0, 0, 1]
+    assert spans(found, "mid") == [((0.15, 0.01), (0.15, 0.02))]
+
+
+def test_radial_limits_inside_a_section_become_vertices(stepped, interface, conforming):
+    found = subdivide(stepped(interface("mid", "section", 0.15, radius=(0.04, 0.07))))
+    conforming(found)
+    assert [face.section for face in found.faces] == [0, 1, 1]
+    assert spans(found, "mid") == [((0.15, 0.04), (0.15, 0.07))]
+
+
+def test_section_plane_at_the_end_is_the_end_face(stepped, interface):
+    found = subdivide(stepped(interface("end", "section", 0.4), interface("face", "face", 0.4)))
+    assert spans(found, "end") == [((0.4, 0.01), (0.4, 0.02))]
+    assert found.interfaces["end"] == found.interfaces["face"]
+    assert set(found.interfaces["end"]) <= set(found.boundary)
+
+
+def test_section_plane_where_the_body_steps(stepped, interface):
+    """In the plane of a step the interface is the union of both sides."""
+    found = subdivide(
+        stepped(
+            interface("all", "section", 0.1), interface("low", "section", 0.1, radius=(0.0, 0.02))
+        )
+    )
+    assert spans(found, "all") == [((0.1, 0.01), (0.1, 0.02)), ((0.1, 0.02), (0.1, 0.1))]
+    assert spans(found, "low") == [((0.1, 0.01), (0.1, 0.02))]
+
+
+def test_face_is_the_outline_in_the_plane(stepped, interface):
+    found = subdivide(
+        stepped(
+            interface("side", "face", 0.1),
+            interface("rim", "face", 0.2, radius=(0.05, 0.08)),
+        )
+    )
+    assert spans(found, "side") == [((0.1, 0.02), (0.1, 0.1))]
+    assert spans(found, "rim") == [((0.2, 0.05), (0.2, 0.08))]
+
+
+def test_bearing_seat_splits_the_surface(stepped, interface, conforming):
+    found = subdivide(
+        stepped(
+            interface("seat", "outer", 0.25, 0.3),
+            interface("bore", "inner", 0.05, 0.15),
+        )
+    )
+    conforming(found)
+    assert spans(found, "seat") == [((0.25, 0.02), (0.3, 0.02))]
+    assert spans(found, "bore") == [((0.05, 0.01), (0.15, 0.01))]
+
+
+def test_outer_surface_over_a_disk(stepped, interface):
+    """Radial faces do not belong to an outer surface, whatever lies between its ends does."""
+    found = subdivide(stepped(interface("seat", "outer", 0.05, 0.25)))
+    assert spans(found, "seat") == [
+        ((0.05, 0.02), (0.1, 0.02)),
+        ((0.1, 0.1), (0.2, 0.1)),
+        ((0.2, 0.02), (0.25, 0.02)),
+    ]
+
+
+def test_radius_picks_one_of_several_surfaces(section, body, interface):
+    shapes = (
+        section("shaft", 0.0, 1.0, 0.0, 0.1),
+        section("web", 0.4, 0.5, 0.1, 0.3),
+        section("drum", 0.4, 0.9, 0.3, 0.35),
+    )
+    found = subdivide(
+        body(
+            *shapes,
+            interfaces=[
+                interface("all", "outer", 0.6, 0.7),
+                interface("drum", "outer", 0.6, 0.7, (0.3, 0.4)),
+                interface("under", "inner", 0.6, 0.7),
+            ],
+        )
+    )
+    assert spans(found, "all") == [((0.6, 0.1), (0.7, 0.1)), ((0.6, 0.35), (0.7, 0.35))]
+    assert spans(found, "drum") == [((0.6, 0.35), (0.7, 0.35))]
+    # The axis is no surface.
+    assert spans(found, "under") == [((0.6, 0.3), (0.7, 0.3))]
+
+
+def test_sloped_surface_is_cut_in_z_and_r(section, body, interface, conforming):
+    cone = section("cone", 0.0, 1.0, 0.0, (0.1, 0.5))
+    found = subdivide(body(cone, interfaces=[interface("seat", "outer", 0.25, 0.5)]))
+    conforming(found)
+    assert spans(found, "seat") == [((0.25, 0.2), (0.5, 0.3))]
+    wide = interface("seat", "outer", 0.25, 0.5, (0.2, 0.25))
+    with pytest.raises(GeometryError, match=r"only z = 0.25 m to 0.375 m is covered"):
+        subdivide(body(cone, interfaces=[wide]))
+
+
+def test_interfaces_may_share_bounds_and_overlap(stepped, interface, conforming):
+    found = subdivide(
+        stepped(
+            interface("a", "outer", 0.22, 0.30),
+            interface("b", "outer", 0.26, 0.34),
+            interface("plane", "section", 0.26),
+        )
+    )
+    conforming(found)
+    assert len(set(found.interfaces["a"]) & set(found.interfaces["b"])) == 1
+    assert len(found.interfaces["a"]) == len(found.interfaces["b"]) == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            ("i", "section", 0.5),
+            r"interface 'i' of kind 'section' at z = 0.5 m lies outside the body 'rotor': no curve "
+            r"found there; the body reaches from z = 0 m to 0.4 m and from r = 0.01 m to 0.1 m",
+        ),
+        (("i", "section", 0.15, None, (0.2, 0.3)), "r = 0.2 m to 0.3 m lies outside the body"),
+        (("i", "face", 0.15), "'i' of kind 'face' at z = 0.15 m lies outside"),
+        (("i", "outer", 0.5, 0.6), "z = 0.5 m to 0.6 m lies outside"),
+        (("i", "inner", 0.1, 0.2, (0.05, 0.2)), "'i' of kind 'inner' at .* lies outside"),
+        (
+            ("i", "outer", 0.35, 0.45),
+            "'i' of kind 'outer' at z = 0.35 m to 0.45 m is partially outside the body: only "
+            "z = 0.35 m to 0.4 m is covered",
+        ),
+        (("i", "outer", -0.1, 0.05), "only z = 0 m to 0.05 m is covered"),
+        (
+            ("i", "outer", 0.05, 0.3, (0.0, 0.05)),
+            "only z = 0.05 m to 0.1 m and z = 0.2 m to 0.3 m is covered",
+        ),
+    ],
+)
+def test_refused_places(stepped, interface, arguments, message):
+    with pytest.raises(GeometryError, match=message):
+        subdivide(stepped(interface(*arguments)))
+
+
+def test_solid_shaft_has_no_inner_surface(section, body, interface):
+    with pytest.raises(GeometryError, match=r"'bore' of kind 'inner' .* lies outside"):
+        subdivide(
+            body(
+                section("shaft", 0.0, 1.0, 0.0, 0.1),
+                interfaces=[interface("bore", "inner", 0.1, 0.2)],
+            )
+        )
+
+
+def test_bound_next_to_a_vertex(stepped, interface):
+    """Within the tolerance the bound snaps to the step; a little more is refused as a slip."""
+    found = subdivide(stepped(interface("seat", "outer", 0.2 + 1e-11, 0.3)))
+    assert spans(found, "seat") == [((0.2, 0.02), (0.3, 0.02))]
+    with pytest.raises(GeometryError, match=r"gap or edge of only 1e-08 m at z = 0.2"):
+        subdivide(stepped(interface("seat", "outer", 0.2 + 1e-8, 0.3)))

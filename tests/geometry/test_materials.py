@@ -1,0 +1,60 @@
+"""The material table and what a material refuses."""
+
+from __future__ import annotations
+
+import pytest
+
+from solidwhirl.geometry import MATERIALS, GeometryError, Material, find_material
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("steel", (7800.0, 2.0e11, 0.3)),
+        ("titanium", (4430.0, 1.138e11, 0.342)),
+        ("nickel_alloy", (8190.0, 2.0e11, 0.29)),
+        ("aluminium", (2700.0, 7.0e10, 0.33)),
+    ],
+)
+def test_table_values(name, values):
+    material = find_material(name)
+    assert material.name == name
+    assert (
+        material.density_kg_per_m3,
+        material.youngs_modulus_pa,
+        material.poissons_ratio,
+    ) == values
+
+
+def test_table_is_read_only():
+    with pytest.raises(TypeError):
+        MATERIALS["cheese"] = MATERIALS["steel"]
+
+
+def test_unknown_material_lists_the_known_ones():
+    with pytest.raises(GeometryError, match="'cheese'; known: aluminium, nickel_alloy, steel"):
+        find_material("cheese")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"density_kg_per_m3": 0.0}, "'x': density is 0.0 kg/m"),
+        ({"density_kg_per_m3": float("nan")}, "density is nan"),
+        ({"youngs_modulus_pa": -1.0}, "Young's modulus is -1.0 Pa, must be finite and positive"),
+        ({"youngs_modulus_pa": float("inf")}, "Young's modulus is inf"),
+        ({"poissons_ratio": 0.5}, "Poisson's ratio is 0.5, must lie between -1 and 0.5"),
+        ({"poissons_ratio": -1.0}, "Poisson's ratio is -1.0"),
+        ({"poissons_ratio": float("nan")}, "Poisson's ratio is nan"),
+        ({"name": ""}, "a material needs a name"),
+    ],
+)
+def test_refused_constants(change, message):
+    good = {
+        "name": "x",
+        "density_kg_per_m3": 1.0,
+        "youngs_modulus_pa": 1.0,
+        "poissons_ratio": 0.0,
+    }
+    with pytest.raises(GeometryError, match=message):
+        Material(**{**good, **change})

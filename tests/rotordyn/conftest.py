@@ -1,0 +1,245 @@
+"""Rotors that several tests share; each fixture is a function that builds one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from solidwhirl.rotordyn import (
+    Bearing,
+    Coordinate,
+    Disk,
+    End,
+    InterfaceNode,
+    Rotor,
+    Superelement,
+    assemble,
+    beam_superelement,
+)
+
+RPM = np.pi / 30.0
+
+
+def _ground(body, interface, kx, ky=None, cx=0.0, cy=None, **options):
+    return Bearing(
+        name=f"{body}.{interface}",
+        first=End(body=body, interface=interface),
+        stiffness_n_per_m=np.diag([kx, kx if ky is None else ky]),
+        damping_n_s_per_m=np.diag([cx, cx if cy is None else cy]),
+        **options,
+    )
+
+
+def _pinned(body, interface):
+    return Bearing(
+        name=f"{body}.{interface}", first=End(body=body, interface=interface), rigid=("ux", "uy")
+    )
+
+
+def _one_rotor(element, bearings, ratio=1.0):
+    return assemble({"rotor": Rotor(element=element, speed_ratio=ratio)}, tuple(bearings))
+
+
+def _hub(
+    mass_kg=10.0, polar_kg_m2=0.1, diametral_kg_m2=0.05, stiffness=None, name="disk", present=None
+):
+    """Rigid disk at z = 0 with ux, uy, rx, ry; `stiffness` (4, 4) ties it to the ground."""
+    held = stiffness is not None
+    motion = np.zeros((4, 6))
+    motion[[0, 1, 2, 3], [0, 1, 3, 4]] = 1.0
+    gyroscopic = np.zeros((4, 4))
+    gyroscopic[2, 3], gyroscopic[3, 2] = polar_kg_m2, -polar_kg_m2
+    free = np.array([True, True, False, True, True, False]) & (not held)
+    return Superelement(
+        name=name,
+        level="lumped",
+        harmonics=(),
+        coordinates=tuple(
+            Coordinate(kind="interface", interface="hub", component=c, frequency_hz=0.0)
+            for c in ("ux", "uy", "rx", "ry")
+        ),
+        interfaces=(InterfaceNode(name="hub", position_m=np.zeros(3), coupling="none"),),
+        mass=np.diag([mass_kg, mass_kg, diametral_kg_m2, diametral_kg_m2]),
+        stiffness=np.asarray(stiffness) if held else np.zeros((4, 4)),
+        gyroscopic=gyroscopic,
+        stress_stiffening=np.zeros((4, 4)),
+        spin_softening=np.zeros((4, 4)),
+        rigid_body_modes=motion,
+        rigid_body_present=free if present is None else present,
+        mass_kg=mass_kg,
+        center_of_gravity_m=np.zeros(3),
+        inertia_kg_m2=np.diag([diametral_kg_m2, diametral_kg_m2, polar_kg_m2]),
+        full_dofs=4,
+        maximum_speed_rad_s=np.inf,
+        recovery_points_m=np.zeros((0, 3)),
+        recovery_modes=np.zeros((0, 3, 4)),
+        free_frequencies_hz=np.empty(0),
+        fixed_interface_frequencies_hz=np.empty(0),
+        frequency_error_estimate=np.empty(0),
+    )
+
+
+def _general(mass, stiffness, gyroscopic):
+    """Body held to the ground with any matrices: ux, uy, rx, ry of one hub, then modal ones."""
+    n = mass.shape[0]
+    held = [
+        Coordinate(kind="interface", interface="hub", component=c, frequency_hz=0.0)
+        for c in ("ux", "uy", "rx", "ry")
+    ]
+    modal = Coordinate(kind="modal", interface="", component="q", frequency_hz=1.0)
+    return Superelement(
+        name="general",
+        level="lumped",
+        harmonics=(),
+        coordinates=(*held, *[modal] * (n - 4)),
+        interfaces=(InterfaceNode(name="hub", position_m=np.zeros(3), coupling="none"),),
+        mass=mass,
+        stiffness=stiffness,
+        gyroscopic=gyroscopic,
+        stress_stiffening=np.zeros((n, n)),
+        spin_softening=np.zeros((n, n)),
+        rigid_body_modes=np.zeros((n, 6)),
+        rigid_body_present=np.zeros(6, dtype=bool),
+        mass_kg=1.0,
+        center_of_gravity_m=np.zeros(3),
+        inertia_kg_m2=np.eye(3),
+        full_dofs=n,
+        maximum_speed_rad_s=np.inf,
+        recovery_points_m=np.zeros((0, 3)),
+        recovery_modes=np.zeros((0, 3, n)),
+        free_frequencies_hz=np.empty(0),
+        fixed_interface_frequencies_hz=np.empty(0),
+        frequency_error_estimate=np.empty(0),
+    )
+
+
+def _plane_spring(translation, coupling, tilt):
+    """Stiffness (4, 4) on ux, uy, rx, ry that is equal in both planes: (ux, ry) and (uy, −rx)."""
+    stiffness = np.diag([translation, translation, tilt, tilt]).astype(float)
+    stiffness[0, 3] = stiffness[3, 0] = coupling
+    stiffness[1, 2] = stiffness[2, 1] = -coupling
+    return stiffness
+
+
+def _three_disk_element(splits=1):
+    """Lalanne-Ferraris three-disk rotor, as in Code_Aster SDLL124; 13 elements times splits."""
+    data = [
+        (0.2, 14.58013, 0.0646386, 0.1232021),
+        (0.5, 45.94579, 0.497746, 0.976348),
+        (1.0, 55.13495, 0.602349, 1.171618),
+    ]
+    disks = [
+        Disk(name=f"disk {i}", position_m=z, mass_kg=m, diametral_kg_m2=d, polar_kg_m2=p)
+        for i, (z, m, d, p) in enumerate(data)
+    ]
+    stations = np.linspace(0.0, 1.3, 13 * splits + 1)
+    ends = {"left": 0.0, "right": 1.3}
+    return beam_superelement("three-disk", stations, 0.05, 0.0, 2e11, 0.3, 7800.0, ends, disks)
+
+
+def _three_disk(cx=700.0, cy=500.0):
+    bearings = [_ground("rotor", end, 7e7, 5e7, cx, cy) for end in ("left", "right")]
+    return _one_rotor(_three_disk_element(), bearings)
+
+
+def _twin_bodies():
+    """Inner and outer rotor of the coaxial twin rotor, disks as rigid bodies at nodes."""
+    inner_disk = Disk(
+        name="1", position_m=0.4 / 3, mass_kg=16.2464, diametral_kg_m2=0.0942293,
+        polar_kg_m2=0.186022,
+    )  # fmt: skip
+    outer_disk = Disk(
+        name="2", position_m=0.4 * 13 / 15, mass_kg=6.45079, diametral_kg_m2=0.0185863,
+        polar_kg_m2=0.0362051,
+    )  # fmt: skip
+    c = 0.8 / 3
+    inner = beam_superelement(
+        "inner", np.linspace(0, 0.4, 13), 0.02, 0.0, 2e11, 0.3, 7800.0,
+        {"A": 0.0, "C": c, "B": 0.4}, [inner_disk],
+    )  # fmt: skip
+    outer = beam_superelement(
+        "outer", np.linspace(c, 0.4, 6), 0.035, 0.03, 2e11, 0.3, 7800.0,
+        {"C": c, "D": 0.4}, [outer_disk],
+    )  # fmt: skip
+    return inner, outer
+
+
+def _twin_bearings(support=1e10, joint=None):
+    """Supports at A, B, D; spring to ground in x at C; joint of the shafts at C, None is rigid."""
+    coupling = (
+        {"rigid": ("ux", "uy")} if joint is None else {"stiffness_n_per_m": joint * np.eye(2)}
+    )
+    shafts = Bearing(
+        name="C", first=End(body="inner", interface="C"), second=End(body="outer", interface="C"),
+        **coupling,
+    )  # fmt: skip
+    if support is None:
+        held = [_pinned(*at) for at in (("inner", "A"), ("inner", "B"), ("outer", "D"))]
+    else:
+        ends = (("inner", "A"), ("inner", "B"), ("outer", "D"))
+        held = [_ground(*at, support) for at in ends]
+    return (*held, _ground("inner", "C", 8e6, 0.0), shafts)
+
+
+def _twin(ratio=-1.0, support=1e10, joint=None, inner_ratio=1.0):
+    inner, outer = _twin_bodies()
+    rotors = {
+        "inner": Rotor(element=inner, speed_ratio=inner_ratio),
+        "outer": Rotor(element=outer, speed_ratio=ratio),
+    }
+    return assemble(rotors, _twin_bearings(support, joint))
+
+
+@pytest.fixture(scope="session")
+def ground():
+    return _ground
+
+
+@pytest.fixture(scope="session")
+def pinned():
+    return _pinned
+
+
+@pytest.fixture(scope="session")
+def one_rotor():
+    return _one_rotor
+
+
+@pytest.fixture(scope="session")
+def hub():
+    return _hub
+
+
+@pytest.fixture(scope="session")
+def general():
+    return _general
+
+
+@pytest.fixture(scope="session")
+def plane_spring():
+    return _plane_spring
+
+
+@pytest.fixture(scope="session")
+def three_disk_element():
+    return _three_disk_element
+
+
+@pytest.fixture(scope="session")
+def three_disk():
+    return _three_disk
+
+
+@pytest.fixture(scope="session")
+def twin():
+    return _twin
+
+
+@pytest.fixture(scope="session")
+def twin_bodies():
+    return _twin_bodies
+
+
+@pytest.fixture(scope="session")
+def twin_bearings():
+    return _twin_bearings

@@ -1,0 +1,323 @@
+"""Published rotors and rotors with a closed form; sources at each case."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from solidwhirl.rotordyn import (
+    Disk,
+    beam_superelement,
+    campbell,
+    critical_speeds,
+    modes_at_speed,
+)
+
+RPM = np.pi / 30.0
+
+
+# Lalanne and Ferraris, Rotordynamics Prediction in Engineering; Code_Aster SDLL124.
+# Values at rest are those of the Code_Aster test, whose own tolerance is 0.1 to 0.3 %.
+
+
+def test_three_disk_rotor_at_rest(three_disk):
+    modes = modes_at_speed(three_disk(), 0.0, 4)
+    np.testing.assert_allclose(modes.frequency_hz, [60.6148, 63.0260, 169.490, 185.563], rtol=1e-4)
+    np.testing.assert_allclose(
+        modes.damping_ratio, [5.0328e-4, 3.9882e-4, 3.1232e-3, 2.8533e-3], rtol=1e-3
+    )
+
+
+def test_three_disk_rotor_at_25000_rpm(three_disk):
+    published = [55.408, 67.209, 157.90, 193.71, 249.90, 407.62, 446.62, 622.65, 715.03]
+    modes = modes_at_speed(three_disk(), 25000 * RPM, 9)
+    # Two beam formulations, 13 elements: 0.04 % is the largest difference seen.
+    np.testing.assert_allclose(modes.frequency_hz, published, rtol=5e-4)
+
+
+def test_three_disk_rotor_critical_speeds(three_disk):
+    published = [3620.4, 3798.3, 10018, 11279, 16785, 24408, 26620]
+    found = critical_speeds(three_disk(), speed_max_rad_s=28000 * RPM)
+    # The book sweeps speed; the fifth differs most (0.1 %).
+    np.testing.assert_allclose([c.speed_rad_s / RPM for c in found], published, rtol=1.5e-3)
+    assert [c.whirl for c in found] == ["backward", "forward"] * 2 + [
+        "backward",
+        "forward",
+        "backward",
+    ]
+
+
+# Nelson and McVaugh 1976 (Ansys VM247). Published values are for a beam without shear; the
+# Timoshenko beam must lie 0.5 to 1.5 % below, and on an independent Timoshenko program.
+
+_NELSON_STATIONS_CM = [
+    0, 1.27, 5.08, 7.62, 8.89, 10.16, 10.67, 11.43, 12.70, 13.46, 16.51, 19.05, 22.86, 26.67,
+    28.70, 30.48, 31.50, 34.54, 35.5,
+]  # fmt: skip
+_NELSON_RADII_CM = [
+    0.51, 1.02, 0.76, 2.03, 2.03, 3.30, 3.30, 2.54, 2.54, 1.27, 1.27, 1.52, 1.52, 1.27, 1.27,
+    3.81, 2.03, 2.03,
+]  # fmt: skip
+
+
+def test_nelson_mcvaugh_critical_speeds(one_rotor, ground):
+    inner = np.zeros(18)
+    inner[[6, 7, 17]] = [0.0152, 0.0178, 0.0152]
+    shaft = beam_superelement(
+        "nelson",
+        np.array(_NELSON_STATIONS_CM) / 100,
+        np.array(_NELSON_RADII_CM) / 100,
+        inner,
+        2.078e11,
+        2.078e11 / (2 * 1.039e11) - 1,
+        7806.0,
+        {"left": 0.1651, "right": 0.2870},
+        [
+            Disk(
+                name="disk",
+                position_m=0.0889,
+                mass_kg=1.401,
+                diametral_kg_m2=0.00136,
+                polar_kg_m2=0.00203,
+            )
+        ],
+    )
+    system = one_rotor(shaft, [ground("rotor", end, 4.378e7) for end in ("left", "right")])
+    found = critical_speeds(system, speed_max_rad_s=1e5 * RPM)
+    rpm = np.array([c.speed_rad_s / RPM for c in found])
+    np.testing.assert_allclose(rpm, [15384, 17041, 46556, 49879, 64301, 95138], rtol=1e-4)
+    published = np.array([15470, 17159, 46612, 49983, 64752, 96457])
+    assert ((published / rpm - 1 > 1e-3) & (published / rpm - 1 < 1.5e-2)).all()
+    assert [c.whirl for c in found] == ["backward", "forward"] * 3
+
+
+# Friswell, Penny, Garvey and Lees 2010, Dynamics of Rotating Machines; rad/s as printed by ROSS
+# for the book's mesh of 6 elements. Printed to 2 decimals, so absolute 0.011 rad/s.
+
+_PRINTED = 0.011
+
+
+def _solid_disk(name, z, diameter, width, bore=0.05, density=7810.0):
+    mass = density * np.pi / 4 * (diameter**2 - bore**2) * width
+    polar = mass * (diameter**2 + bore**2) / 8
+    return Disk(
+        name=name,
+        position_m=z,
+        mass_kg=mass,
+        polar_kg_m2=polar,
+        diametral_kg_m2=polar / 2 + mass * width**2 / 12,
+    )
+
+
+def _friswell_shaft(diameter, interfaces, disks, nu):
+    stations = np.linspace(0, 1.5, 7)
+    return beam_superelement(
+        "friswell", stations, diameter / 2, 0.0, 211e9, nu, 7810.0, interfaces, disks
+    )
+
+
+@pytest.fixture
+def two_disk(one_rotor, ground):
+    def build(kx=1e6, ky=None, c=0.0):
+        disks = [_solid_disk("1", 0.5, 0.28, 0.07), _solid_disk("2", 1.0, 0.35, 0.07)]
+        nu = 211e9 / (2 * 81.2e9) - 1
+        shaft = _friswell_shaft(0.05, {"left": 0.0, "right": 1.5}, disks, nu)
+        return one_rotor(shaft, [ground("rotor", e, kx, ky, c) for e in ("left", "right")])
+
+    return build
+
+
+@pytest.mark.parametrize(
+    ("ky", "rpm", "printed"),
+    [
+        (None, 0, [86.66, 86.66, 274.31, 274.31, 716.78, 716.78]),
+        (None, 4000, [85.39, 87.80, 251.78, 294.71, 600.18]),
+        (8e5, 0, [82.65, 86.66, 254.52, 274.31, 679.49]),
+        (8e5, 4000, [82.33, 86.86, 239.64, 287.25, 583.49]),
+    ],
+)
+def test_friswell_two_disk_rotor(two_disk, ky, rpm, printed):
+    found = modes_at_speed(two_disk(ky=ky), rpm * RPM, len(printed)).eigenvalues.imag
+    np.testing.assert_allclose(found, printed, atol=_PRINTED, rtol=0)
+
+
+def test_friswell_two_disk_rotor_with_damping(two_disk):
+    found = modes_at_speed(two_disk(c=3e3), 0.0, 6).frequency_hz[::2]
+    np.testing.assert_allclose(found, [13.89, 46.54, 103.22], atol=0.0051, rtol=0)
+
+
+def test_friswell_overhung_rotor(one_rotor, ground):
+    nu = 211e9 / (2 * 81.2e9) - 1
+    disk = _solid_disk("1", 1.5, 0.35, 0.07)
+    shaft = _friswell_shaft(0.05, {"a": 0.0, "b": 1.0, "disk": 1.5}, [disk], nu)
+    system = one_rotor(shaft, [ground("rotor", end, 1e7) for end in ("a", "b")])
+    rest = modes_at_speed(system, 0.0, 6).eigenvalues.imag[::2]
+    np.testing.assert_allclose(rest, [90.14, 630.73, 830.43], atol=_PRINTED, rtol=0)
+    fast = modes_at_speed(system, 4000 * RPM, 6).eigenvalues.imag
+    printed = [76.19, 103.91, 565.99, 634.23, 647.75, 1174.2]
+    np.testing.assert_allclose(fast, printed, atol=_PRINTED, rtol=0)
+
+
+def test_friswell_overhung_rotor_on_thin_shaft(one_rotor, ground):
+    disk = Disk(name="1", position_m=1.5, mass_kg=15.3, polar_kg_m2=0.120, diametral_kg_m2=0.062)
+    shaft = _friswell_shaft(0.025, {"a": 0.0, "b": 1.0, "disk": 1.5}, [disk], 0.3)
+    system = one_rotor(shaft, [ground("rotor", end, 1e7) for end in ("a", "b")])
+    rest = modes_at_speed(system, 0.0, 4).eigenvalues.imag[::2]
+    # Printed to 5 digits.
+    np.testing.assert_allclose(rest, [44.322, 397.54], rtol=2e-5)
+    fast = modes_at_speed(system, 1000 * RPM, 4).eigenvalues.imag
+    np.testing.assert_allclose(fast, [42.250, 46.404, 389.80, 402.33], rtol=2e-5)
+
+
+# Pinned uniform Timoshenko shaft, closed form: with sines of wave number k = nπ/L,
+# (ρA ω² − κGA k²)(ρI ω² − 2ρI Ω ω − EI k² − κGA) = (κGA k)², ω < 0 for backward whirl.
+
+
+def _pinned_shaft_frequency(n, speed, radius, whirl):
+    length, modulus, nu, density = 1.0, 2.1e11, 0.3, 7850.0
+    area, second = np.pi * radius**2, np.pi * radius**4 / 4
+    shear = 6 * (1 + nu) / (7 + 6 * nu) * modulus / (2 * (1 + nu)) * area
+    k = n * np.pi / length
+
+    def miss(w):
+        a = density * area * w**2 - shear * k**2
+        tilt = density * second * (w**2 - 2 * speed * w) - modulus * second * k**2 - shear
+        return a * tilt - (shear * k) ** 2
+
+    # Between the slender beam's frequency less 20 % for shear and plus 3 % for the gyroscopic part.
+    slender = whirl * k**2 * np.sqrt(modulus * second / (density * area))
+    return abs(brentq(miss, 0.8 * slender, 1.03 * slender, xtol=1e-12, rtol=1e-14)) / (2 * np.pi)
+
+
+def _pinned_shaft(one_rotor, pinned, elements, radius):
+    ends = {"left": 0.0, "right": 1.0}
+    stations = np.linspace(0, 1, elements + 1)
+    shaft = beam_superelement("pinned", stations, radius, 0.0, 2.1e11, 0.3, 7850.0, ends)
+    return one_rotor(shaft, [pinned("rotor", end) for end in ends])
+
+
+def test_closed_form_of_pinned_shaft_has_the_tabulated_values():
+    cases = [(1, 0.0, 1), (2, 0.0, 1), (1, 1e3, 1), (1, 1e3, -1), (2, 1e3, 1), (2, 1e3, -1)]
+    found = [_pinned_shaft_frequency(n, speed, 0.05, whirl) for n, speed, whirl in cases]
+    table = [200.702, 776.255, 201.646, 199.762, 779.613, 772.907]
+    np.testing.assert_allclose(found, table, atol=6e-4, rtol=0)
+
+
+@pytest.mark.parametrize(("n", "whirl"), [(1, -1), (1, 1), (2, -1), (2, 1)])
+@pytest.mark.parametrize(
+    # Shape functions hold the static solution. Bending inertia then leaves an error of fourth
+    # order in the element length, shear inertia one of second order that shows in thick shafts.
+    ("radius", "counts", "order", "last"),
+    [(0.002, (4, 8, 16), 4.0, 2e-5), (0.05, (16, 32, 64), 2.0, 4e-5)],
+)
+def test_beam_elements_converge(one_rotor, pinned, n, whirl, radius, counts, order, last):
+    exact = _pinned_shaft_frequency(n, 1000.0, radius, whirl)
+    column = 2 * n - 2 + (whirl > 0)
+    errors = []
+    for count in counts:
+        system = _pinned_shaft(one_rotor, pinned, count, radius)
+        errors.append(modes_at_speed(system, 1000.0, 4).frequency_hz[column] / exact - 1)
+    assert min(errors) > 0, "a consistent-mass beam is too stiff"
+    rates = np.log2(np.array(errors[:-1]) / errors[1:])
+    np.testing.assert_allclose(rates, order, atol=0.15)
+    assert errors[-1] < last
+
+
+# Rigid disk on a massless cantilever, closed form, massless shaft of E 2.1e11 Pa, diameter 20 mm,
+# length 0.5 m; m 10 kg, Id 0.05, Ip 0.1 kg m². ω > 0 is forward.
+
+
+@pytest.fixture
+def cantilever(one_rotor, hub, plane_spring):
+    bending, length = 2.1e11 * np.pi * 0.01**4 / 4, 0.5
+    return one_rotor(
+        hub(
+            stiffness=plane_spring(
+                12 * bending / length**3, -6 * bending / length**2, 4 * bending / length
+            )
+        ),
+        [],
+    )
+
+
+@pytest.mark.parametrize(
+    ("speed", "roots"),
+    [
+        (0.0, [61.527, 61.527, 525.302, 525.302]),
+        (100.0, [-57.088, 65.903, -439.934, 631.119]),
+        (300.0, [-48.495, 74.067, -323.782, 898.211]),
+    ],
+)
+def test_overhung_disk_closed_form(cantilever, speed, roots):
+    diagram = campbell(cantilever, [0.0, max(speed, 1.0)], branch_count=4)
+    modes = modes_at_speed(cantilever, speed)
+    # The table has three decimals.
+    np.testing.assert_allclose(modes.eigenvalues.imag, np.abs(roots), atol=6e-4, rtol=0)
+    if speed:
+        signs = np.where(diagram.whirl[:, -1] == "forward", 1, -1)
+        found = np.sort(signs * diagram.eigenvalues[:, -1].imag)
+        np.testing.assert_allclose(found, np.sort(roots), atol=6e-4, rtol=0)
+
+
+def test_overhung_disk_critical_speeds(cantilever):
+    found = critical_speeds(cantilever)
+    # Only one forward speed, as Ip > Id: the other forward branch outruns the excitation.
+    assert [c.whirl for c in found] == ["backward", "forward", "backward"]
+    np.testing.assert_allclose(
+        [c.speed_rad_s for c in found], [58.912, 64.358, 316.745], atol=6e-4, rtol=0
+    )
+
+
+# Coaxial twin rotor after Ferraris et al. 1996, rigid disks at nodes, supports 1e10 N/m, spring of
+# 8e6 N/m to ground in x at C, outer rotor counter-rotating. Reference: an independent Timoshenko
+# program. The two third-and-fourth branches depend most on its mesh, hence 0.25 % there.
+
+
+@pytest.mark.parametrize(
+    ("rpm", "reference"),
+    [
+        (0, [163.13, 184.28, 475.16, 477.65]),
+        (4000, [162.39, 184.14, 427.75, 531.24]),
+        (10000, [158.51, 183.42, 368.84, 618.11]),
+        (15000, [152.74, 182.48, 332.58, 681.26]),
+        (20000, [145.01, 181.31, 306.51, 720.15]),
+    ],
+)
+def test_coaxial_twin_rotor_branches(twin, rpm, reference):
+    found = modes_at_speed(twin(), rpm * RPM, 4).frequency_hz
+    np.testing.assert_allclose(found[:3], reference[:3], rtol=1e-4)
+    np.testing.assert_allclose(found[3], reference[3], rtol=2.5e-3)
+
+
+def test_coaxial_twin_rotor_synchronous_peaks(twin):
+    found = critical_speeds(twin(), speed_max_rad_s=20000 * RPM)
+    # Peaks of the response to unbalance on the inner rotor lie at the undamped critical speeds.
+    np.testing.assert_allclose(
+        [c.frequency_hz for c in found], [158.93, 183.26, 312.25], atol=0.011, rtol=0
+    )
+
+
+# Elementary rotors.
+
+
+def test_jeffcott_rotor(one_rotor, hub, ground):
+    k, m, c = 3e5, 12.0, 80.0
+    disk = hub(mass_kg=m)
+    springs = ground("rotor", "hub", k, tilt_stiffness_n_m_per_rad=1e4 * np.eye(2))
+    for speed in (0.0, 400.0):
+        found = modes_at_speed(one_rotor(disk, [springs]), speed).eigenvalues.imag
+        assert np.isclose(found, np.sqrt(k / m), rtol=1e-12).sum() == 2
+    damped = ground("rotor", "hub", k, cx=c, tilt_stiffness_n_m_per_rad=1e4 * np.eye(2))
+    modes = modes_at_speed(one_rotor(disk, [damped]), 400.0)
+    exact = -c / (2 * m) + 1j * np.sqrt(k / m - (c / (2 * m)) ** 2)
+    assert np.isclose(modes.eigenvalues, exact, rtol=1e-12).sum() == 2
+
+
+@pytest.mark.parametrize("ratio", [0.5, 1.0, 1.9])
+def test_free_disk_nutates_at_polar_over_diametral(one_rotor, hub, ratio):
+    system = one_rotor(hub(polar_kg_m2=0.05 * ratio, diametral_kg_m2=0.05), [])
+    modes = modes_at_speed(system, 700.0)
+    np.testing.assert_allclose(modes.eigenvalues, [700.0j * ratio], rtol=1e-12)
+    # Two translations (two zeros each) and the steady tilt about both axes (one zero each).
+    assert modes.zero_count == 6

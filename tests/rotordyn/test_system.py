@@ -1,0 +1,298 @@
+"""Assembly: faults are named together, and what should not matter does not."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+import scipy.linalg as la
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from solidwhirl.rotordyn import (
+    AssemblyError,
+    Bearing,
+    Disk,
+    End,
+    Rotor,
+    assemble,
+    beam_superelement,
+    matrices_at_speed,
+    modes_at_speed,
+    whirl_direction,
+)
+
+JOINED = ("ux", "uy", "rx", "ry")
+
+
+def _frequencies(system, speed=1200.0, count=12):
+    return modes_at_speed(system, speed, count).frequency_hz
+
+
+def test_order_of_bodies_and_bearings_does_not_matter(twin_bodies, twin_bearings):
+    inner, outer = twin_bodies()
+    one = {"inner": Rotor(element=inner, speed_ratio=1.0)}
+    two = {"outer": Rotor(element=outer, speed_ratio=-1.0)}
+    first = assemble({**one, **two}, twin_bearings())
+    second = assemble({**two, **one}, twin_bearings()[::-1])
+    np.testing.assert_allclose(_frequencies(second), _frequencies(first), rtol=1e-9)
+
+
+def test_ends_of_a_bearing_may_be_exchanged(twin_bodies, twin_bearings):
+    inner, outer = twin_bodies()
+    rotors = {
+        "inner": Rotor(element=inner, speed_ratio=1.0),
+        "outer": Rotor(element=outer, speed_ratio=-1.0),
+    }
+    for joint in (None, 3e7):
+        *rest, shafts = twin_bearings(joint=joint)
+        turned = dataclasses.replace(shafts, first=shafts.second, second=shafts.first)
+        np.testing.assert_allclose(
+            _frequencies(assemble(rotors, (*rest, turned))),
+            _frequencies(assemble(rotors, (*rest, shafts))),
+            rtol=1e-10,
+        )
+
+
+def _stepped_shaft(stations, interfaces, disks=()):
+    # Radii by position, so that each part gets its own.
+    middle = 0.5 * (stations[:-1] + stations[1:])
+    outer = np.where(middle < 0.45, 0.03, 0.04)
+    return beam_superelement("part", stations, outer, 0.0, 2e11, 0.3, 7800.0, interfaces, disks)
+
+
+def test_splitting_a_shaft_changes_nothing(ground):
+    stations = np.linspace(0, 1, 21)
+    disk = Disk(name="d", position_m=0.7, mass_kg=30.0, polar_kg_m2=0.5, diametral_kg_m2=0.3)
+    whole = _stepped_shaft(stations, {"a": 0.0, "b": 1.0}, [disk])
+    left = _stepped_shaft(stations[:7], {"a": 0.0, "cut": 0.3})
+    middle = _stepped_shaft(stations[6:13], {"cut": 0.3, "next": 0.6})
+    right = _stepped_shaft(stations[12:], {"next": 0.6, "b": 1.0}, [disk])
+    one = assemble(
+        {"whole": Rotor(element=whole, speed_ratio=1.0)},
+        (ground("whole", "a", 1e8), ground("whole", "b", 2e8)),
+    )
+
+    def weld(first, second, at):
+        return Bearing(
+            name=at,
+            first=End(body=first, interface=at),
+            second=End(body=second, interface=at),
+            rigid=JOINED,
+        )
+
+    parts = {
+        name: Rotor(element=element, speed_ratio=1.0)
+        for name, element in (("left", left), ("middle", middle), ("right", right))
+    }
+    three = assemble(
+        parts,
+        (
+            ground("left", "a", 1e8),
+            ground("right", "b", 2e8),
+            weld("left", "middle", "cut"),
+            weld("right", "middle", "next"),
+        ),
+    )
+    assert three.size == one.size
+    for speed in (0.0, 800.0):
+        np.testing.assert_allclose(
+            _frequencies(three, speed, 20), _frequencies(one, speed, 20), rtol=1e-9
+        )
+
+
+@pytest.mark.parametrize("ratio", [1.0, -1.0, 1.7])
+def test_turning_all_shafts_the_other_way_mirrors_the_whirl(twin, ratio):
+    with_it, against = twin(ratio=ratio), twin(ratio=-ratio, inner_ratio=-1.0)
+    modes, mirrored = modes_at_speed(with_it, 1200.0, 8), modes_at_speed(against, 1200.0, 8)
+    np.testing.assert_allclose(mirrored.frequency_hz, modes.frequency_hz, rtol=1e-10)
+    swap = {"forward": "backward", "backward": "forward", "mixed": "mixed", "planar": "planar"}
+    directions = whirl_direction(with_it, modes.shapes)
+    expected = np.vectorize(swap.get)(directions)
+    assert (whirl_direction(against, mirrored.shapes) == expected).all()
+
+
+def test_gyroscopic_terms_change_the_result(twin):
+    # The coaxial rotor at 20000 rpm: 145 instead of 163 Hz.
+    still, fast = _frequencies(twin(), 0.0, 1), _frequencies(twin(), 2094.0, 1)
+    assert fast[0] < 0.9 * still[0]
+
+
+STRENGTHS = st.lists(st.floats(3, 9), min_size=8, max_size=8)
+
+
+@settings(max_examples=30, deadline=None, derandomize=True)
+@given(exponents=STRENGTHS)
+def test_loops_of_bearings_equal_plain_addition(twin_bodies, exponents):
+    """Relative coordinates along a tree, against springs added in the bodies' own coordinates."""
+    inner, outer = twin_bodies()
+    k = 10.0 ** np.array(exponents)
+    ends = {
+        "A": (End(body="inner", interface="A"), None),
+        "B": (End(body="inner", interface="B"), None),
+        "C": (End(body="outer", interface="C"), End(body="inner", interface="C")),
+        "D": (End(body="outer", interface="D"), End(body="inner", interface="B")),
+        "E": (End(body="outer", interface="D"), None),
+    }
+    bearings, links = [], []
+    for index, (name, (first, second)) in enumerate(ends.items()):
+        kx, ky = k[index % 8], k[(index + 3) % 8]
+        bearings.append(
+            Bearing(
+                name=name,
+                first=first,
+                second=second,
+                stiffness_n_per_m=np.array([[kx, 0.1 * ky], [0.1 * ky, kx + ky]]),
+            )
+        )
+        links.append((first, second, bearings[-1].stiffness_n_per_m))
+    rotors = {
+        "inner": Rotor(element=inner, speed_ratio=1.0),
+        "outer": Rotor(element=outer, speed_ratio=-1.0),
+    }
+    system = assemble(rotors, tuple(bearings))
+
+    plain = la.block_diag(inner.stiffness, outer.stiffness)
+    mass = la.block_diag(inner.mass, outer.mass)
+    start = {"inner": 0, "outer": inner.size}
+    bodies = {"inner": inner, "outer": outer}
+    for first, second, matrix in links:
+        rows = np.zeros((2, mass.shape[0]))
+        for sign, end in ((1, first), (-1, second)):
+            if end is not None:
+                for i, c in enumerate(("ux", "uy")):
+                    at = start[end.body] + bodies[end.body].interface_index(end.interface, c)
+                    rows[i, at] += sign
+        plain += rows.T @ matrix @ rows
+    exact = np.sqrt(np.abs(la.eigh(plain, mass, eigvals_only=True)[:8])) / (2 * np.pi)
+    # Plain addition itself keeps 8 digits or so here: eps times (1e6 rad/s / 1e3 rad/s)².
+    np.testing.assert_allclose(_frequencies(system, 0.0, 8), exact, rtol=1e-6)
+    assert (np.isin(system.transformation, [0.0, 1.0])).all()
+
+
+def test_matrices_are_affine_in_speed(twin):
+    system = twin()
+    one, two = matrices_at_speed(system, 1.0), matrices_at_speed(system, 2.0)
+    np.testing.assert_array_equal(two.gyroscopic, 2 * one.gyroscopic)
+    np.testing.assert_array_equal(one.gyroscopic, -one.gyroscopic.T)
+    np.testing.assert_array_equal(one.mass, system.mass)
+
+
+def test_rigid_bearing_to_ground_removes_its_coordinates(twin_bodies, pinned):
+    inner, _ = twin_bodies()
+    rotors = {"inner": Rotor(element=inner, speed_ratio=1.0)}
+    assert assemble(rotors, ()).size == inner.size
+    held = assemble(rotors, (pinned("inner", "A"),))
+    assert held.size == inner.size - 2
+    row = inner.interface_index("A", "uy")
+    assert not held.transformation[row].any()
+
+
+def test_axial_tilt_and_torsion_act_on_their_components(hub, one_rotor):
+    tilt = np.array([[3.0, 1.0], [1.0, 5.0]])
+    bearing = Bearing(
+        name="t",
+        first=End(body="rotor", interface="hub"),
+        tilt_stiffness_n_m_per_rad=tilt,
+        tilt_damping_n_m_s_per_rad=2 * tilt,
+    )
+    system = one_rotor(hub(), [bearing])
+    np.testing.assert_array_equal(system.stiffness[2:, 2:], tilt)
+    np.testing.assert_array_equal(system.damping[2:, 2:], 2 * tilt)
+    axial = Bearing(
+        name="a",
+        first=End(body="rotor", interface="hub"),
+        axial_stiffness_n_per_m=4.0,
+        torsion_damping_n_m_s_per_rad=6.0,
+    )
+    stiffness, damping = axial.matrices()
+    assert stiffness[2, 2] == 4.0 and damping[5, 5] == 6.0
+    with pytest.raises(AssemblyError, match=r"needs components \['uz', 'rz'\]"):
+        one_rotor(hub(), [axial])
+
+
+def test_all_faults_are_listed_at_once(hub):
+    rotors = {
+        "a": Rotor(element=hub(), speed_ratio=2.0),
+        "b": Rotor(element=hub(), speed_ratio=np.nan),
+    }
+    hub_of_a = End(body="a", interface="hub")
+    spring = {"stiffness_n_per_m": np.eye(2)}
+    bearings = (
+        Bearing(name="1", first=End(body="c", interface="hub"), **spring),
+        Bearing(name="1", first=End(body="a", interface="rim"), **spring),
+        Bearing(name="2", first=hub_of_a, stiffness_n_per_m=np.eye(3)),
+        Bearing(name="3", first=hub_of_a, damping_n_s_per_m=np.full((2, 2), np.inf)),
+        Bearing(name="4", first=hub_of_a, second=hub_of_a, **spring),
+        Bearing(name="5", first=hub_of_a, rigid=("ux", "u")),
+        Bearing(name="6", first=hub_of_a, rigid=("ux",), **spring),
+        Bearing(name="7", first=hub_of_a, axial_stiffness_n_per_m=np.nan),
+    )
+    with pytest.raises(AssemblyError) as caught:
+        assemble(rotors, bearings, reference="a")
+    expected = [
+        "rotor 'b': speed_ratio is nan",
+        "reference rotor 'a' has speed_ratio 2.0",
+        "bearing name '1' occurs 2 times",
+        "bearing '1': c.hub: no rotor 'c'; there are ['a', 'b']",
+        "bearing '1': a.rim: rotor 'a' has interfaces ['hub']",
+        "bearing '2': stiffness_n_per_m has shape (3, 3)",
+        "bearing '3': damping_n_s_per_m is [[inf, inf], [inf, inf]]",
+        "bearing '4': both ends are a.hub",
+        "bearing '5': rigid components ['u'] are unknown",
+        "bearing '6': ux is rigid and has stiffness or damping",
+        "bearing '7': axial_stiffness_n_per_m is nan",
+    ]
+    for text in expected:
+        assert sum(text in problem for problem in caught.value.problems) == 1, text
+    assert len(caught.value.problems) == len(expected)
+
+
+def test_reference_must_be_a_rotor(hub):
+    with pytest.raises(AssemblyError, match="reference 'x' is not a rotor"):
+        assemble({"a": Rotor(element=hub(), speed_ratio=1.0)}, (), reference="x")
+    with pytest.raises(AssemblyError, match="there are no rotors"):
+        assemble({}, ())
+
+
+def test_a_system_that_cannot_move_is_refused(hub):
+    fixed = Bearing(name="f", first=End(body="a", interface="hub"), rigid=JOINED)
+    with pytest.raises(AssemblyError, match="nothing can move"):
+        assemble({"a": Rotor(element=hub(), speed_ratio=1.0)}, (fixed,))
+
+
+def test_a_free_body_that_resists_rigid_motion_is_refused(hub, plane_spring):
+    present = np.array([True, True, False, True, True, False])
+    held = hub(stiffness=plane_spring(1e3, 0.0, 10.0), present=present)
+    with pytest.raises(AssemblyError, match="must clear rigid_body_present"):
+        assemble({"a": Rotor(element=held, speed_ratio=1.0)}, ())
+
+
+def test_one_centrifugal_effect_without_the_other_is_refused(twin_bodies):
+    inner, _ = twin_bodies()
+    softening = np.zeros((inner.size, inner.size))
+    at = inner.interface_index("A", "ry")
+    softening[at, at] = 0.1
+    for name in ("spin_softening", "stress_stiffening"):
+        alone = dataclasses.replace(inner, **{name: softening})
+        with pytest.raises(AssemblyError, match="use both effects or none"):
+            assemble({"a": Rotor(element=alone, speed_ratio=1.0)}, ())
+    both = dataclasses.replace(inner, spin_softening=softening, stress_stiffening=softening)
+    assert assemble({"a": Rotor(element=both, speed_ratio=1.0)}, ()).size == inner.size
+
+
+def test_rounding_in_rigid_motion_is_removed(twin_bodies):
+    inner, _ = twin_bodies()
+    rng = np.random.default_rng(1)
+    root = np.sqrt(np.diag(inner.mass))
+    noise = rng.standard_normal((inner.size, inner.size))
+    # Noise of the size that reduction leaves: 1e-12 of the largest stiffness.
+    size = np.abs(inner.stiffness / np.outer(root, root)).max() * 1e-12
+    noisy = inner.stiffness + size * np.outer(root, root) * (noise + noise.T)
+    system = assemble(
+        {"a": Rotor(element=dataclasses.replace(inner, stiffness=noisy), speed_ratio=1.0)}, ()
+    )
+    for speed, zeros in ((0.0, 8), (500.0, 6)):
+        modes = modes_at_speed(system, speed)
+        assert modes.zero_count == zeros and modes.negative_stiffness_count == 0

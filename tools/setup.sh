@@ -1,0 +1,50 @@
+#!/bin/sh
+# Install what solidwhirl needs on Debian: system packages, then .venv. Quick when nothing is missing.
+set -eu
+cd "$(dirname "$0")/.."
+
+# Compiled parts come from Debian; the GL and X libraries are what gmsh's wheel links to.
+# libopenblas0-pthread replaces the reference BLAS, which makes factorisations 4 to 8 times slower.
+PACKAGES="python3-venv python3-dolfinx python3-petsc4py python3-slepc4py gcc g++ libopenblas0-pthread
+libgl1 libglu1-mesa libxrender1 libxcursor1 libxft2 libxinerama1"
+PYTHON=/usr/bin/python3
+STAMP=.venv/.installed
+WANTED=$(cat pyproject.toml tools/setup.sh tools/constraints.py tools/warm_cache.py | sha256sum)
+
+missing() {
+    for package in $PACKAGES; do
+        dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null | grep -qx installed || printf '%s ' "$package"
+    done
+}
+
+install_packages() {
+    if [ "$(id -u)" = 0 ]; then run=""; elif command -v sudo >/dev/null; then run=sudo; else
+        echo "setup: these Debian packages are missing and only root can install them: $1" >&2
+        echo "setup: run as root: apt-get install --no-install-recommends $1" >&2
+        exit 1
+    fi
+    echo "setup: installing $1"
+    # another apt may hold the lock for a while
+    $run apt-get -qq -o DPkg::Lock::Timeout=300 update
+    # shellcheck disable=SC2086
+    $run env DEBIAN_FRONTEND=noninteractive apt-get -qq -y -o DPkg::Lock::Timeout=300 \
+        install --no-install-recommends $1 >/dev/null
+}
+
+command -v dpkg-query >/dev/null || {
+    echo "setup: this is no Debian system (dpkg-query is missing); dolfinx comes from Debian's packages" >&2
+    exit 1
+}
+absent=$(missing)
+[ -z "$absent" ] || install_packages "$absent"
+
+if [ "$(cat $STAMP 2>/dev/null)" != "$WANTED" ]; then
+    echo "setup: environment .venv"
+    [ -x .venv/bin/python ] || $PYTHON -m venv --system-site-packages .venv
+    $PYTHON tools/constraints.py > .venv/constraints.txt
+    .venv/bin/python -m pip install -q --disable-pip-version-check \
+        -c .venv/constraints.txt -e '.[pipeline,dev]'
+    echo "setup: compiling the finite element kernels once"
+    .venv/bin/python tools/warm_cache.py
+    printf '%s' "$WANTED" > $STAMP
+fi

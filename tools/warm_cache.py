@@ -1,0 +1,43 @@
+"""Compile the finite element kernels that scenes need, into the compiler's own cache."""
+
+from mpi4py import MPI
+
+from solidwhirl.geometry import MATERIALS, Body, Interface, Section
+from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid
+from solidwhirl.reduction import ReductionRequest, reduce_body
+
+
+def warm(level: str, degree: int) -> None:
+    """Reduce a small body, which compiles every form of a level and element order."""
+    section = Section(
+        name="tube",
+        start_m=0.0,
+        end_m=0.1,
+        inner_radius_m=(0.03, 0.03),
+        outer_radius_m=(0.05, 0.05),
+        material=MATERIALS["steel"],
+    )
+    ends = tuple(
+        Interface(name=name, kind="section", coupling="distributing", start_m=z, end_m=z)
+        for name, z in (("a", 0.0), ("b", 0.1))
+    )
+    body = Body(name="tube", sections=(section,), interfaces=ends)
+    size = MeshSize(size_m=0.05, corner_size_m=0.05)
+    request = ReductionRequest(
+        level=level,
+        orders=(1, 0),
+        components=("ux", "uy", "uz", "rx", "ry", "rz"),
+        degree=degree,
+        modes=2,
+        maximum_speed_rad_s=100.0,
+        gyroscopic=True,
+        centrifugal=True,
+    )
+    make = mesh_meridian if level == "harmonic" else mesh_solid
+    reduce_body(body, make(body, size), MPI.COMM_SELF, request, {})
+
+
+if __name__ == "__main__":
+    for order in (2, 3, 4):
+        warm("harmonic", order)
+    warm("solid", 2)
