@@ -95,6 +95,7 @@ def _mesh_quarter(body: Body, subdivision: Subdivision, size: MeshSize) -> _Quar
     gmsh.option.setNumber("Mesh.Algorithm3D", 1)
     gmsh.option.setNumber("Mesh.Optimize", 1)
     gmsh.model.mesh.generate(3)
+    gmsh.model.mesh.optimize("Netgen")
     gmsh.model.mesh.setOrder(2)
     numbering, points = node_table()
     rows, owner = [], []

@@ -14,12 +14,13 @@ import numpy as np
 import ufl
 from dolfinx import fem
 from numpy.typing import NDArray
-from petsc4py import PETSc
 
 from solidwhirl.geometry import Interface
 from solidwhirl.reduction import compat
 from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.kinematics import COMPONENTS, Kinematics
+from solidwhirl.reduction.unknowns import motion_vectors, unknowns_transformation
+from solidwhirl.reduction.vectors import apply_transposed
 
 FloatArray = NDArray[np.float64]
 
@@ -31,8 +32,10 @@ class Coupling:
     Attributes
     ----------
     transformation
-        PETSc matrix T, u = T û: û holds the free unknowns and the rigid masters; None if there
-        are no rigid interfaces.
+        PETSc matrix T, u = T û: û holds the unknowns that are free (of one sector, if symmetry
+        is used) and the rigid masters; None if that is all of u.
+    kept
+        Local unknowns of u that û holds, in û's order; rigid masters come after them.
     rows
         (local û, b) rows B of the interface coordinates q = B û.
     coordinates
@@ -44,18 +47,10 @@ class Coupling:
     """
 
     transformation: Any
+    kept: NDArray[np.int64]
     rows: FloatArray
     coordinates: tuple[tuple[str, str], ...]
     anchors: FloatArray
-
-
-def motion_vectors(space: Any, kin: Kinematics, z0: float) -> dict[str, FloatArray]:
-    """Nodal values (local rows) of the rigid motions about (0, 0, z0), by component.
-
-    Rigid motions are linear in the coordinates, so the second-order elements hold them exactly.
-    """
-    x = space.tabulate_dof_coordinates()[: space.dofmap.index_map.size_local]
-    return {c: motion(x, z0).ravel() for c, motion in kin.rigid_motions.items()}
 
 
 def rigid_motion_at(component: str, z_m: float) -> dict[str, float]:
@@ -97,7 +92,7 @@ def couple(
     """
     wanted = [c for c in COMPONENTS if c in components and c in kin.rigid_motions]
     rigid = [i for i in interfaces if i.coupling == "rigid"]
-    transformation = _rigid_transformation(space, kin, facet_tags, rigid) if rigid else None
+    transformation, kept = unknowns_transformation(space, kin, facet_tags, rigid)
     motions = [c for c in COMPONENTS if c in kin.rigid_motions]
     columns, anchors = [], []
     for interface in interfaces:
@@ -116,6 +111,7 @@ def couple(
     none = np.empty((local, 0))
     return Coupling(
         transformation=transformation,
+        kept=kept,
         rows=np.column_stack(columns) if columns else none,
         coordinates=tuple((i.name, c) for i in interfaces for c in wanted),
         anchors=np.column_stack(anchors) if anchors else none,
@@ -133,7 +129,7 @@ def reduced_motion(
     values = motion_vectors(space, kin, 0.0)[component]
     if coupling.transformation is None:
         return values
-    kept = _kept_rows(coupling.transformation)
+    kept = coupling.kept
     out = np.zeros(coupling.transformation.getLocalSize()[1])
     out[: len(kept)] = values[kept]
     motions = [c for c in COMPONENTS if c in kin.rigid_motions]
@@ -180,55 +176,6 @@ def _on_surface(space: Any, tags: Any, field: Any, weight: Any) -> Any:
     return integrand * ds(1) + ufl.avg(integrand) * inside(1)
 
 
-def _rigid_transformation(
-    space: Any, kin: Kinematics, facet_tags: dict[str, Any], rigid: list[Interface]
-) -> Any:
-    """T: surface nodes of rigid interfaces follow their masters, all others stay."""
-    index_map, bs = space.dofmap.index_map, space.dofmap.index_map_bs
-    comm, n_local = space.mesh.comm, index_map.size_local * bs
-    motions = [c for c in COMPONENTS if c in kin.rigid_motions]
-    owner = np.full(n_local, -1)
-    follow = np.zeros((n_local, len(motions)))
-    for k, interface in enumerate(rigid):
-        tags = facet_tags[interface.name]
-        blocks = fem.locate_dofs_topological(space, tags.dim, tags.indices)
-        blocks = blocks[blocks < index_map.size_local]
-        dofs = (blocks[:, None] * bs + np.arange(bs)).ravel()
-        shared = np.flatnonzero(owner[dofs] >= 0)
-        if comm.allreduce(len(shared)):
-            raise ReductionError(f"rigid interface {interface.name!r} shares nodes with another")
-        values = motion_vectors(space, kin, float(interface.position_m[2]))
-        owner[dofs] = k
-        follow[dofs] = np.column_stack([values[c] for c in motions])[dofs]
-    kept = np.flatnonzero(owner < 0)
-    start = comm.scan(len(kept)) - len(kept)
-    total_kept = comm.allreduce(len(kept))
-    masters = len(rigid) * len(motions)
-    counts = np.where(owner < 0, 1, len(motions))
-    indptr = np.concatenate([[0], np.cumsum(counts)])
-    indices, data = np.empty(indptr[-1], dtype=PETSc.IntType), np.empty(indptr[-1])
-    indices[indptr[kept]], data[indptr[kept]] = start + np.arange(len(kept)), 1.0
-    for i in np.flatnonzero(owner >= 0):
-        span = slice(indptr[i], indptr[i + 1])
-        indices[span] = total_kept + owner[i] * len(motions) + np.arange(len(motions))
-        data[span] = follow[i]
-    columns = len(kept) + (masters if comm.rank == comm.size - 1 else 0)
-    out = PETSc.Mat().createAIJ(
-        size=((n_local, index_map.size_global * bs), (columns, total_kept + masters)),
-        csr=(indptr.astype(PETSc.IntType), indices, data),
-        comm=comm,
-    )
-    out.assemble()
-    return out
-
-
-def _kept_rows(transformation: Any) -> NDArray[np.int64]:
-    """Local rows that T leaves as they are, in order."""
-    indptr, _, data = transformation.getValuesCSR()
-    singles = np.flatnonzero(np.diff(indptr) == 1)
-    return np.asarray(singles[data[indptr[singles]] == 1.0])
-
-
 def _unit_from_end(transformation: Any, offset: int) -> FloatArray:
     """Unit vector of a master; offset counts from the end (-1 is the last)."""
     comm = transformation.comm.tompi4py()
@@ -242,7 +189,4 @@ def _restrict(transformation: Any, values: FloatArray) -> FloatArray:
     """Tᵀ values."""
     if transformation is None:
         return values
-    x, y = transformation.createVecLeft(), transformation.createVecRight()
-    x.array[:] = values
-    transformation.multTranspose(x, y)
-    return np.asarray(y.array_r.copy())
+    return apply_transposed(transformation, values[:, None])[:, 0]

@@ -206,7 +206,7 @@ def _interior_modes(
     deflate[:local] = free
     wanted = modes if orders is None else 2 * modes
     available = operators.mass.getSize()[0] - rows.shape[1] - free.shape[1]
-    count = min(modes + 2 if orders is None else 2 * wanted + 8, available)
+    count = min(modes + 2 if orders is None else wanted + wanted // 2 + 4, available)
     while True:
         values, vectors = eigenpairs(factor, mass, shift=shift, count=count, deflate=deflate)
         vectors = vectors[:local]

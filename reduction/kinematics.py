@@ -9,13 +9,15 @@ derivative along the spin ``D u = ((e_z × x)·∇) u``.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 import ufl
 from numpy.typing import NDArray
+
+from solidwhirl.reduction.symmetry import AXISYMMETRIC, LATERAL, NONE, Symmetry
 
 FloatArray = NDArray[np.float64]
 
@@ -47,6 +49,8 @@ class Kinematics:
         (0, 0, z0): nodal values (m, 3) from node coordinates (m, 3) and z0.
     second_family
         First family's component to (component, sign) of the second family.
+    symmetry
+        Of the unknowns on a solid mesh.
     centrifugal
         Body force per unit density and unit speed squared, r e_r, in the components of u.
     """
@@ -61,6 +65,7 @@ class Kinematics:
     rigid_motions: Mapping[str, Callable[[FloatArray, float], FloatArray]]
     second_family: Mapping[str, tuple[str, float]]
     centrifugal: Any
+    symmetry: Symmetry = NONE
 
 
 def solid(domain: Any) -> Kinematics:
@@ -86,6 +91,20 @@ def solid(domain: Any) -> Kinematics:
         second_family={},
         centrifugal=ufl.as_vector((x[0], x[1], 0.0 * x[0])),
     )
+
+
+def solid_lateral(domain: Any) -> Kinematics:
+    """Kinematics of the solid, for lateral motion alone (odd circumferential orders)."""
+    whole = solid(domain)
+    lateral = {c: m for c, m in whole.rigid_motions.items() if c in ("ux", "uy", "rx", "ry")}
+    return replace(whole, rigid_motions=lateral, symmetry=LATERAL)
+
+
+def solid_axisymmetric(domain: Any) -> Kinematics:
+    """Kinematics of the solid, for the centrifugal field."""
+    whole = solid(domain)
+    axial = {c: m for c, m in whole.rigid_motions.items() if c in ("uz", "rz")}
+    return replace(whole, rigid_motions=axial, symmetry=AXISYMMETRIC)
 
 
 def harmonic(domain: Any, order: int) -> Kinematics:

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 import ufl
-from dolfinx import fem
 from numpy.typing import NDArray
 
 from solidwhirl.geometry import Body
 from solidwhirl.meshing import Mesh
 from solidwhirl.reduction import compat, forms, kinematics
 from solidwhirl.reduction.coupling import Coupling, couple, reduced_motion
+from solidwhirl.reduction.kinematics import Kinematics
 from solidwhirl.reduction.prestress import centrifugal_displacement
 
 FloatArray = NDArray[np.float64]
@@ -33,11 +33,15 @@ class OperatorEffects:
         switch for one of them alone.
     components
         Rigid motions that interfaces carry, a subset of ux, uy, uz, rx, ry, rz.
+    lateral_only
+        Solid level: only lateral motion is asked for, so only fields with its symmetry under a
+        half turn are sought.
     """
 
     gyroscopic: bool
     centrifugal: bool
     components: tuple[str, ...]
+    lateral_only: bool
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -136,7 +140,7 @@ def build_operators(
     """
     dimension = 3 if order is None else 2
     domain, material_tags, facet_tags = compat.distribute(mesh, dimension, comm)
-    kin = kinematics.solid(domain) if order is None else kinematics.harmonic(domain, order)
+    kin = _kinematics(domain, order, effects)
     materials = comm.bcast(mesh.materials if mesh is not None else None, root=0)
     matter = forms.medium(domain, material_tags, materials)
     space = compat.vector_space(domain, degree, 3)
@@ -160,7 +164,9 @@ def build_operators(
         circulation = assemble("circulation", forms.circulation_form(kin, matter, u, v, dx))
     if effects.centrifugal:
         around, static = kin, stiffness
-        if order not in (None, 0):
+        if order is None:
+            around = kinematics.solid_axisymmetric(domain)
+        elif order > 0:
             around = kinematics.harmonic(domain, 0)
             form = forms.stiffness_form(around, matter, u, v, dx)
             static = assemble("axisymmetric_stiffness", form)
@@ -190,6 +196,13 @@ def build_operators(
         space=space,
         assembled=tuple(ledger),
     )
+
+
+def _kinematics(domain: Any, order: int | None, effects: OperatorEffects) -> Kinematics:
+    if order is not None:
+        return kinematics.harmonic(domain, order)
+    describe = kinematics.solid_lateral if effects.lateral_only else kinematics.solid
+    return describe(domain)
 
 
 def _coupled(matrix: Any, coupling: Coupling) -> Any:

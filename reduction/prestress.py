@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from solidwhirl.reduction import compat, forms
 from solidwhirl.reduction.constrained import factorise
-from solidwhirl.reduction.coupling import motion_vectors
 from solidwhirl.reduction.kinematics import Kinematics
-from solidwhirl.reduction.vectors import inner
+from solidwhirl.reduction.unknowns import motion_vectors, unknowns_transformation
+from solidwhirl.reduction.vectors import apply, apply_transposed, inner
 
 FloatArray = NDArray[np.float64]
 
@@ -34,13 +34,13 @@ def centrifugal_displacement(
     space
         Displacement space.
     kin
-        Kinematics of order 0 (meridian) or of the solid.
+        Kinematics of order 0 (meridian) or of the solid's axisymmetric fields.
     matter
         Materials.
     dx
         The volume measure of all forms.
     stiffness
-        K of this kinematics without interface couplings.
+        K of all unknowns, without interface couplings.
 
     Returns
     -------
@@ -49,13 +49,17 @@ def centrifugal_displacement(
     """
     v = ufl.TestFunction(space)
     load = compat.assemble_vector(compat.compiled(forms.centrifugal_form(kin, matter, v, dx)))
-    motions = np.column_stack(list(motion_vectors(space, kin, 0.0).values()))
+    turned, kept = unknowns_transformation(space, kin, {}, [])
+    motions = np.column_stack(list(motion_vectors(space, kin, 0.0).values()))[kept]
+    force = load.array[:, None]
+    if turned is not None:
+        stiffness, force = stiffness.PtAP(turned), apply_transposed(turned, force)
     pins = _determinate_pins(motions, space.mesh.comm)
-    solution = factorise(stiffness, pins).solve(load.array[:, None], None)
+    moved = factorise(stiffness, pins).solve(force, None)[: len(motions)]
+    moved = moved - _rigid_part(motions, moved, space.mesh.comm)
     field = fem.Function(space)
-    vector = compat.petsc_vector(field)
-    moved = solution[: len(motions), :1]
-    vector.array[:] = (moved - _rigid_part(motions, moved, space.mesh.comm))[:, 0]
+    whole = moved if turned is None else apply(turned, moved)
+    compat.petsc_vector(field).array[:] = whole[:, 0]
     field.x.scatter_forward()
     return field, _hoop_strain(space, kin, field)
 

@@ -170,7 +170,10 @@ def _effects(request: ReductionRequest, order: int | None) -> OperatorEffects:
     if order is not None:
         components = tuple(c for c in components if (c in _AXIAL) == (order == 0))
     return OperatorEffects(
-        gyroscopic=request.gyroscopic, centrifugal=request.centrifugal, components=components
+        gyroscopic=request.gyroscopic,
+        centrifugal=request.centrifugal,
+        components=components,
+        lateral_only=request.orders == (1,),
     )
 
 

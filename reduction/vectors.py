@@ -31,6 +31,19 @@ def apply(matrix: Any, block: FloatArray) -> FloatArray:
     return out
 
 
+def apply_transposed(matrix: Any, block: FloatArray) -> FloatArray:
+    """Transposed matrix times every column; rows are this rank's."""
+    y, x = matrix.createVecs()
+    out = np.empty((y.getLocalSize(), block.shape[1]))
+    for k in range(block.shape[1]):
+        x.array[:] = block[:, k]
+        matrix.multTranspose(x, y)
+        out[:, k] = y.array_r
+    x.destroy()
+    y.destroy()
+    return out
+
+
 def inner(left: FloatArray, right: FloatArray, comm: Any) -> FloatArray:
     """leftᵀ right, summed over the ranks; the same array on every rank."""
     return np.asarray(comm.allreduce(left.T @ right))

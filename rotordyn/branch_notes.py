@@ -10,9 +10,16 @@ from typing import Literal
 import numpy as np
 
 from solidwhirl.rotordyn.arrays import FloatArray
+from solidwhirl.rotordyn.branches import untracked_below
 from solidwhirl.rotordyn.eigen import Modes
 from solidwhirl.rotordyn.system import AssembledSystem
-from solidwhirl.rotordyn.tracking import GOOD_OVERLAP, SAME_FREQUENCY, Front, mode_columns, overlaps
+from solidwhirl.rotordyn.tracking import (
+    GOOD_OVERLAP,
+    SAME_FREQUENCY,
+    Front,
+    mode_columns,
+    overlaps,
+)
 
 # A veering is sought where two branches come closer than this fraction of their frequency,
 _CLOSE = 0.3
@@ -30,7 +37,8 @@ class TrackingNote:
         "crossing" (two branches pass through each other), "veering" (they come close, exchange
         their shapes and part), "ambiguous" (the likeness stayed low however small the step),
         "ended" (no partner: the branch became overdamped or rigid), "range" (a body runs faster
-        than its basis was made for), "indefinite" (K + Ω²K2 has negative eigenvalues).
+        than its basis was made for), "indefinite" (K + Ω²K2 has negative eigenvalues),
+        "untracked" (a mode below the frequency limit has no branch from the first speed on).
     speed_rad_s
         Where, rad/s.
     branches
@@ -39,7 +47,7 @@ class TrackingNote:
         One sentence.
     """
 
-    kind: Literal["crossing", "veering", "ambiguous", "ended", "range", "indefinite"]
+    kind: Literal["crossing", "veering", "ambiguous", "ended", "range", "indefinite", "untracked"]
     speed_rad_s: float
     branches: tuple[int, ...]
     text: str
@@ -66,6 +74,32 @@ def branch_notes(assembled: AssembledSystem, fronts: Sequence[Front]) -> tuple[T
         *_meeting_notes(assembled, fronts),
         *_doubt_notes(fronts),
     )
+
+
+def untracked_notes(fronts: Sequence[Front], frequency_max_hz: float) -> tuple[TrackingNote, ...]:
+    """Return a remark if modes below a frequency belong to no branch.
+
+    Parameters
+    ----------
+    fronts
+        All speeds the branches were followed through.
+    frequency_max_hz
+        The limit, Hz.
+
+    Returns
+    -------
+    tuple of TrackingNote
+        One or none.
+    """
+    speeds = untracked_below(fronts, frequency_max_hz)
+    if not speeds:
+        return ()
+    text = (
+        f"a mode below {frequency_max_hz:g} Hz at {speeds[0]:.6g} rad/s has no branch, as it is "
+        "rigid or overdamped at the first speed"
+    )
+    note = TrackingNote(kind="untracked", speed_rad_s=speeds[0], branches=(), text=text)
+    return (note,)
 
 
 def _range_notes(assembled: AssembledSystem, fronts: Sequence[Front]) -> Iterator[TrackingNote]:

@@ -9,12 +9,16 @@ import numpy as np
 import numpy.typing as npt
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, StringArray, freeze_arrays
-from solidwhirl.rotordyn.branch_notes import TrackingNote, branch_notes
+from solidwhirl.rotordyn.branch_notes import TrackingNote, branch_notes, untracked_notes
+from solidwhirl.rotordyn.branches import follow_below, follow_lowest
 from solidwhirl.rotordyn.eigen import log_decrement
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.system import AssembledSystem
-from solidwhirl.rotordyn.tracking import Front, follow_below, follow_lowest
+from solidwhirl.rotordyn.tracking import Front
 from solidwhirl.rotordyn.whirl import whirl_direction
+
+# Frequencies closer than this (relative) at the first speed are equal.
+_EQUAL = 1e-8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -78,8 +82,9 @@ def campbell(
     branch_count
         Follow this many of the lowest modes of the first speed; all, if there are fewer.
     frequency_max_hz
-        Follow every mode that comes below this frequency at one of the speeds. Exactly one of
-        the two is given.
+        Follow every mode that comes below this frequency at one of the speeds; one that is rigid
+        or overdamped at the first speed has no branch and is noted. Exactly one of the two is
+        given.
 
     Returns
     -------
@@ -107,11 +112,14 @@ def campbell(
         raise AnalysisError(f"branch_count is {branch_count}; it must be 1 or more")
     if frequency_max_hz is not None:
         fronts = follow_below(assembled, speeds, frequency_max_hz)
+        missing = untracked_notes(fronts, frequency_max_hz)
     else:
+        missing = ()
         fronts = follow_lowest(assembled, speeds, branch_count or 1)
     if fronts[0].columns.size == 0:
-        raise AnalysisError(f"there is no oscillatory mode to follow at {speeds[0]:.6g} rad/s")
-    return _diagram(assembled, speeds, fronts)
+        limit = "" if frequency_max_hz is None else f" that comes below {frequency_max_hz:g} Hz"
+        raise AnalysisError(f"at {speeds[0]:.6g} rad/s there is no oscillatory mode{limit}")
+    return _diagram(assembled, speeds, fronts, missing)
 
 
 def _checked_speeds(speeds_rad_s: npt.ArrayLike) -> FloatArray:
@@ -126,7 +134,12 @@ def _checked_speeds(speeds_rad_s: npt.ArrayLike) -> FloatArray:
     return speeds
 
 
-def _diagram(assembled: AssembledSystem, speeds: FloatArray, fronts: list[Front]) -> Campbell:
+def _diagram(
+    assembled: AssembledSystem,
+    speeds: FloatArray,
+    fronts: list[Front],
+    notes: tuple[TrackingNote, ...],
+) -> Campbell:
     """Collect the fronts at the speeds asked for."""
     at = np.searchsorted(
         np.sign(speeds[-1] - speeds[0]) * np.array([f.modes.speed_rad_s for f in fronts]),
@@ -134,7 +147,8 @@ def _diagram(assembled: AssembledSystem, speeds: FloatArray, fronts: list[Front]
     )
     first, second = (fronts[int(i)].values().imag for i in at[:2])
     # Frequencies equal to rounding at the first speed are ordered by the second.
-    order = np.lexsort((second, np.round(np.log(first) * 1e8)))
+    group = np.concatenate(([0], np.cumsum(np.diff(first) > _EQUAL * first[1:])))
+    order = np.lexsort((second, group))
     fronts = [front.select(order) for front in fronts]
     eigenvalues = np.stack([fronts[int(i)].values() for i in at], axis=1)
     whirl = np.stack([_whirl(assembled, fronts[int(i)]) for i in at], axis=1)
@@ -148,17 +162,20 @@ def _diagram(assembled: AssembledSystem, speeds: FloatArray, fronts: list[Front]
         log_decrement=log_decrement(eigenvalues),
         whirl=whirl,
         overlap=np.stack(overlap, axis=1),
-        notes=branch_notes(assembled, fronts),
+        notes=(*notes, *branch_notes(assembled, fronts)),
     )
 
 
 def _whirl(assembled: AssembledSystem, front: Front) -> StringArray:
     """Return the whirl of each branch; at rest no orbit has a direction."""
     alive = front.columns >= 0
+    whirl = np.full(alive.size, "", dtype="<U8")
     if front.modes.speed_rad_s == 0 and assembled.is_conservative:
-        return np.where(alive, "planar", "")
-    directions = whirl_direction(assembled, front.modes.shapes[:, front.columns])
+        whirl[alive] = "planar"
+        return whirl
+    directions = whirl_direction(assembled, front.modes.shapes[:, front.columns[alive]])
     if front.modes.speed_rad_s < 0:
         swap = {"forward": "backward", "backward": "forward"}
         directions = np.array([swap.get(str(d), str(d)) for d in directions])
-    return np.where(alive, directions, "")
+    whirl[alive] = directions
+    return whirl

@@ -2,25 +2,40 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, freeze_arrays
+from solidwhirl.rotordyn.branches import follow_below, untracked_below
 from solidwhirl.rotordyn.eigen import log_decrement, modes_at_speed, scaled_stiffness
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.spectrum import Scaled
 from solidwhirl.rotordyn.system import AssembledSystem, matrices_at_speed
-from solidwhirl.rotordyn.tracking import Front, follow_below, match_modes
+from solidwhirl.rotordyn.tracking import Front, match_modes
 from solidwhirl.rotordyn.whirl import interface_orbits, whirl_direction
 
 # Critical speeds closer than this (relative) share a subspace.
 _SAME_SPEED = 1e-8
+# Where branches begin if there are rigid motions at rest, as a fraction of the limit.
+_JUST_ABOVE_REST = 1e-3
 # Steps of the search for a damped critical speed, and its relative accuracy.
 _ROOT_STEPS = 80
 _ROOT_ACCURACY = 1e-12
+# Two searches that end closer than this (relative) found the same critical speed.
+_SAME_ROOT = 1e-7
+
+
+class _Meeting(NamedTuple):
+    """Ω, λ and φ of a mode that meets the excitation."""
+
+    speed: float
+    value: complex
+    shape: ComplexArray
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -184,10 +199,31 @@ def _damped(
     seeds = np.empty(0)
     if scaled.negative_count == 0:
         seeds, _ = _undamped(assembled, scaled, ratio, limit)
-    marks = np.unique(np.concatenate(([0.0], seeds, [limit])))
+    # A motion that is rigid at rest may be a mode at any speed (nutation), so begin just above.
+    start = _JUST_ABOVE_REST * limit if scaled.zero_count else 0.0
+    marks = np.unique(np.concatenate(([start], seeds[seeds > start], [limit])))
     marks = marks[np.concatenate(([True], np.diff(marks) > 1e-6 * limit))]
     speeds = np.unique(np.concatenate((marks, 0.5 * (marks[1:] + marks[:-1]), [limit])))
-    fronts = follow_below(assembled, speeds, ratio * limit / (2.0 * np.pi))
+    highest = ratio * limit / (2.0 * np.pi)
+    fronts = follow_below(assembled, speeds, highest)
+    found = _meetings(assembled, fronts, ratio)
+    if untracked_below(fronts, highest):
+        # Modes that are overdamped at rest have a branch from the other end.
+        down = follow_below(assembled, speeds[::-1], highest)[::-1]
+        known = [item.speed for item in found]
+        found += [
+            item
+            for item in _meetings(assembled, down, ratio)
+            if not np.isclose(item.speed, known, rtol=_SAME_ROOT, atol=0.0).any()
+        ]
+    found.sort(key=lambda item: item.speed)
+    values = np.array([item.value for item in found], dtype=complex)
+    shapes = np.array([item.shape for item in found], dtype=complex).reshape(-1, assembled.size)
+    return np.array([item.speed for item in found]), shapes.T, log_decrement(values)
+
+
+def _meetings(assembled: AssembledSystem, fronts: Sequence[Front], ratio: float) -> list[_Meeting]:
+    """Return where branches meet the line, by rising speed of the fronts."""
     found = []
     for before, after in pairwise(fronts):
         for branch in range(before.columns.size):
@@ -195,10 +231,7 @@ def _damped(
                 miss = [_miss(front, branch, ratio) for front in (before, after)]
                 if miss[0] > 0 >= miss[1] or miss[0] < 0 <= miss[1]:
                     found.append(_solve_on_branch(assembled, before, after, branch, ratio))
-    found.sort(key=lambda item: item[0])
-    values = np.array([item[1] for item in found], dtype=complex)
-    shapes = np.array([item[2] for item in found], dtype=complex).reshape(-1, assembled.size)
-    return np.array([item[0] for item in found]), shapes.T, log_decrement(values)
+    return found
 
 
 def _miss(front: Front, branch: int, ratio: float) -> float:
@@ -207,7 +240,7 @@ def _miss(front: Front, branch: int, ratio: float) -> float:
 
 def _solve_on_branch(
     assembled: AssembledSystem, before: Front, after: Front, branch: int, ratio: float
-) -> tuple[float, complex, ComplexArray]:
+) -> _Meeting:
     """Return Ω, λ and φ where a branch meets the line between two fronts (Illinois method)."""
     low, high = before.select(np.array([branch])), after.select(np.array([branch]))
     miss_low, miss_high = _miss(low, 0, ratio), _miss(high, 0, ratio)
@@ -226,7 +259,7 @@ def _solve_on_branch(
         high, miss_high = nearest, miss
     column = int(nearest.columns[0])
     value = complex(nearest.modes.eigenvalues[column])
-    return nearest.modes.speed_rad_s, value, nearest.modes.shapes[:, column]
+    return _Meeting(nearest.modes.speed_rad_s, value, nearest.modes.shapes[:, column])
 
 
 def _front_at(assembled: AssembledSystem, low: Front, high: Front, speed: float) -> Front:

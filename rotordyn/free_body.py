@@ -39,8 +39,11 @@ def rigid_force(element: Superelement) -> float:
     -------
     float
         Largest |K r| / (|K| |r|) over the rigid motions r, in coordinates scaled by the diagonal
-        of M so that metres and radians compare; 0 if K is zero.
+        of M so that metres and radians compare; 0 if K is zero, inf if M has a diagonal entry
+        that is not positive.
     """
+    if not (np.diag(element.mass) > 0).all():
+        return float("inf")
     root = np.sqrt(np.diag(element.mass))
     modes = root[:, None] * element.rigid_body_modes[:, element.rigid_body_present]
     scaled = element.stiffness / np.outer(root, root)
@@ -62,12 +65,16 @@ def rigid_centrifugal_energy(element: Superelement) -> float:
     -------
     float
         Largest entry of Rᵀ(Kgeo − S)R over the largest of RᵀKgeoR and RᵀSR, in coordinates
-        where each rigid motion has unit kinetic energy; 0 if both are zero.
+        where each rigid motion has unit kinetic energy; 0 if both are zero, inf if a rigid
+        motion has no kinetic energy.
     """
     modes = element.rigid_body_modes[:, element.rigid_body_present]
     if modes.size == 0:
         return 0.0
-    modes = modes / np.sqrt(np.einsum("ij,ik,kj->j", modes, element.mass, modes))
+    kinetic = np.einsum("ij,ik,kj->j", modes, element.mass, modes)
+    if not (kinetic > 0).all():
+        return float("inf")
+    modes = modes / np.sqrt(kinetic)
     geometric = modes.T @ element.stress_stiffening @ modes
     softening = modes.T @ element.spin_softening @ modes
     size = max(float(np.abs(geometric).max()), float(np.abs(softening).max()))

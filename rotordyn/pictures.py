@@ -177,7 +177,7 @@ def _add_legend(figure: Figure, axes: Axes, critical_speeds: Sequence[CriticalSp
         rows += [("", nothing), ("critical speeds [rpm]", nothing)]
     rows += [
         (f"{critical.speed_rad_s * _RPM:.0f}  {critical.whirl}", nothing)
-        for critical in critical_speeds[:_LISTED]
+        for critical in sorted(critical_speeds, key=lambda c: c.speed_rad_s)[:_LISTED]
     ]
     if len(critical_speeds) > _LISTED:
         rows.append((f"and {len(critical_speeds) - _LISTED} more", nothing))

@@ -238,10 +238,43 @@ def _links(system: System, slices: Mapping[str, slice]) -> list[_Link]:
 
 
 def _transformation(system: System, slices: Mapping[str, slice]) -> FloatArray:
-    """Return the matrix from independent to body coordinates (maximum spanning tree of links)."""
+    """Return the matrix from independent to body coordinates, shape (N, n).
+
+    Each coordinate is that of its neighbour in a maximum spanning tree of the links plus, unless
+    the link is rigid, a relative motion of its own, which is the independent coordinate.
+    """
     total = max(at.stop for at in slices.values())
-    neighbours: dict[int, list[tuple[int, float]]] = {i: [] for i in range(GROUND, total)}
+    tree = _spanning_tree(total, _links(system, slices))
+    parents: dict[int, tuple[int, float]] = {}
+    order = []
+    # The ground comes first, so that a tree that reaches it starts there.
+    for start in range(GROUND, total):
+        if start in parents:
+            continue
+        parents[start] = (GROUND, 0.0)
+        waiting = [start]
+        while waiting:
+            here = waiting.pop()
+            order.append(here)
+            for there, strength in tree[here]:
+                if there not in parents:
+                    parents[there] = (here, strength)
+                    waiting.append(there)
+    moving = [i for i in range(total) if np.isfinite(parents[i][1])]
+    columns = {coordinate: column for column, coordinate in enumerate(moving)}
+    matrix = np.zeros((total + 1, len(moving)))
+    # Row −1 is the ground and stays zero.
+    for i in order[1:]:
+        matrix[i] = matrix[parents[i][0]]
+        if i in columns:
+            matrix[i, columns[i]] = 1.0
+    return matrix[:total]
+
+
+def _spanning_tree(total: int, links: list[_Link]) -> dict[int, list[tuple[int, float]]]:
+    """Return the neighbours of each coordinate and of the ground in the strongest tree."""
     group = {i: i for i in range(GROUND, total)}
+    tree: dict[int, list[tuple[int, float]]] = {i: [] for i in range(GROUND, total)}
 
     def root(i: int) -> int:
         while group[i] != i:
@@ -249,34 +282,13 @@ def _transformation(system: System, slices: Mapping[str, slice]) -> FloatArray:
             i = group[i]
         return i
 
-    for link in _links(system, slices):
-        a, b = root(link.first), root(link.second)
-        if a != b:
-            group[a] = b
-            neighbours[link.first].append((link.second, link.strength))
-            neighbours[link.second].append((link.first, link.strength))
-
-    rows: dict[int, dict[int, float]] = {GROUND: {}}
-    count = 0
-    for start in range(GROUND, total):
-        if start not in rows:
-            rows[start], count = {count: 1.0}, count + 1
-        waiting = [start]
-        while waiting:
-            here = waiting.pop()
-            for there, strength in neighbours[here]:
-                if there in rows:
-                    continue
-                rows[there] = dict(rows[here])
-                if np.isfinite(strength):
-                    rows[there][count] = 1.0
-                    count += 1
-                waiting.append(there)
-    matrix = np.zeros((total, count))
-    for i in range(total):
-        for column, value in rows[i].items():
-            matrix[i, column] = value
-    return matrix
+    for link in links:
+        first, second = root(link.first), root(link.second)
+        if first != second:
+            group[first] = second
+            tree[link.first].append((link.second, link.strength))
+            tree[link.second].append((link.first, link.strength))
+    return tree
 
 
 def _bearing_matrices(

@@ -58,9 +58,10 @@ class Front:
 
     def values(self) -> ComplexArray:
         """Return λ of each branch, nan where it is lost."""
-        return np.where(
-            self.columns >= 0, self.modes.eigenvalues[self.columns], complex(np.nan, np.nan)
-        )
+        values = np.full(self.columns.size, complex(np.nan, np.nan))
+        alive = self.columns >= 0
+        values[alive] = self.modes.eigenvalues[self.columns[alive]]
+        return values
 
     def select(self, branches: IntArray) -> Front:
         """Return the front with some of its branches."""
@@ -148,8 +149,10 @@ class Tracker:
 def _step(here: Front, match: Match) -> Front:
     """Return the front reached by a match; a branch without a likeness is lost."""
     alive = here.columns >= 0
-    likeness = np.where(alive, match.likeness[here.columns], 0.0)
-    columns = np.where(alive & (likeness > POOR_OVERLAP), match.partner[here.columns], -1)
+    likeness, columns = np.zeros(alive.size), np.full(alive.size, -1)
+    likeness[alive] = match.likeness[here.columns[alive]]
+    columns[alive] = match.partner[here.columns[alive]]
+    columns[likeness <= POOR_OVERLAP] = -1
     return Front(modes=match.second, columns=columns, overlap=likeness)
 
 
@@ -310,74 +313,3 @@ def _clusters(eigenvalues: ComplexArray) -> list[IntArray]:
         group = [index]
     groups.append(group)
     return [np.array(group) for group in groups if len(group) > 1]
-
-
-def follow_lowest(
-    assembled: AssembledSystem, speeds_rad_s: FloatArray, branch_count: int
-) -> list[Front]:
-    """Follow the lowest branches of the first speed, computing more modes where one gets lost.
-
-    Parameters
-    ----------
-    assembled
-        The system.
-    speeds_rad_s
-        Monotonic, shape (s,).
-    branch_count
-        Number of branches.
-
-    Returns
-    -------
-    list of Front
-        At the speeds given and at those added.
-    """
-    mode_count = min(assembled.size, 2 * branch_count + 12)
-    while True:
-        fronts = Tracker(assembled, mode_count).follow(speeds_rad_s, branch_count)
-        if (fronts[-1].columns >= 0).all() or mode_count == assembled.size:
-            return fronts
-        mode_count = min(assembled.size, 2 * mode_count)
-
-
-def follow_below(
-    assembled: AssembledSystem, speeds_rad_s: FloatArray, frequency_max_hz: float
-) -> list[Front]:
-    """Follow all branches that come below a frequency, those that enter from above as well.
-
-    Parameters
-    ----------
-    assembled
-        The system.
-    speeds_rad_s
-        Monotonic, shape (s,).
-    frequency_max_hz
-        The limit, Hz.
-
-    Returns
-    -------
-    list of Front
-        At the speeds given and at those added; branches that never come below are left out.
-        Modes that are rigid at the first speed have no branch.
-    """
-    everything = Tracker(assembled, assembled.size)
-    below = [
-        int(np.count_nonzero(everything.modes_at(float(v)).frequency_hz <= frequency_max_hz))
-        for v in speeds_rad_s
-    ]
-    available = everything.modes_at(float(speeds_rad_s[0])).eigenvalues.size
-    branch_count, largest = min(max(1, *below), available), min(2 * max(1, *below) + 8, available)
-    while True:
-        fronts = follow_lowest(assembled, speeds_rad_s, branch_count)
-        missing = max(_missing_below(front, frequency_max_hz) for front in fronts)
-        if missing == 0 or branch_count == largest:
-            break
-        branch_count = min(largest, branch_count + missing)
-    omega = np.array([front.values().imag for front in fronts])
-    kept = np.flatnonzero((omega <= 2.0 * np.pi * frequency_max_hz).any(axis=0))
-    return [front.select(kept) for front in fronts]
-
-
-def _missing_below(front: Front, frequency_max_hz: float) -> int:
-    """Return how many modes below a frequency belong to no branch."""
-    low = np.flatnonzero(front.modes.frequency_hz <= frequency_max_hz)
-    return int(np.setdiff1d(low, front.columns).size)

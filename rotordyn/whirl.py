@@ -110,7 +110,7 @@ def _interface_motion(assembled: AssembledSystem, shapes: ComplexArray) -> Compl
                 row = rotor.element.interface_index(node.name, component)
                 motion[order.index(component)] = body[row]
             nodes.append(motion)
-    return np.array(nodes).reshape(-1, 6, shapes.shape[1])
+    return np.array(nodes, dtype=complex).reshape(len(nodes), 6, shapes.shape[1])
 
 
 def _rotor_length(assembled: AssembledSystem) -> float:

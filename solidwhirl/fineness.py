@@ -22,7 +22,10 @@ CORNER_RATE = 1.0889
 _CORNER_ERROR = {2: 2.3e-2, 3: 8.9e-3, 4: 4.8e-3}
 # The measured error of the reference rotor stays below the asked one by this factor.
 _SAFETY = 2.0
-# Tetrahedra of even moderate number reach no better relative error than this by grading alone.
+# Tetrahedra: relative error per (corner size / thickness)^rate, which the circumference slows down.
+_SOLID_ERROR, _SOLID_RATE = 2.5e-2, 0.8
+#: Finest accuracy that the rule follows on the solid level: beyond it the number of tetrahedra
+#: around every corner explodes. Sizes given in the scene can go further.
 SOLID_FLOOR = 2e-3
 
 
@@ -60,14 +63,13 @@ def choose_fineness(body: Body, level: str, model: ModelSpec) -> Fineness:
     """
     thinnest = min(_thickness(body))
     if level == "solid":
-        degree, growth, through = 2, 0.6, 2.0
-        wanted = max(model.accuracy, SOLID_FLOOR)
+        degree, growth, through = 2, 0.6, 1.2
+        wanted, constant, rate = max(model.accuracy, SOLID_FLOOR), _SOLID_ERROR, _SOLID_RATE
     else:
         degree, growth, through = _harmonic_order(model.accuracy)
-        wanted = model.accuracy
-    if model.order is not None:
-        degree = model.order
-    share = (wanted / (_SAFETY * _CORNER_ERROR[degree])) ** (1.0 / CORNER_RATE)
+        degree = model.order or degree
+        wanted, constant, rate = model.accuracy, _SAFETY * _CORNER_ERROR[degree], CORNER_RATE
+    share = (wanted / constant) ** (1.0 / rate)
     corner = model.corner_size_m or thinnest * float(np.clip(share, 1e-5, 0.3))
     largest = model.size_m or 0.25 * _extent(body)
     size = MeshSize(
@@ -77,7 +79,7 @@ def choose_fineness(body: Body, level: str, model: ModelSpec) -> Fineness:
         through_thickness=through,
         around=12,
     )
-    expected = _SAFETY * _CORNER_ERROR[degree] * (corner / thinnest) ** CORNER_RATE
+    expected = constant * (corner / thinnest) ** rate
     return Fineness(degree=degree, size=size, expected_error=expected)
 
 

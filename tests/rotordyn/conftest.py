@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
+import scipy.linalg as la
 
 from solidwhirl.rotordyn import (
     Bearing,
@@ -121,6 +124,44 @@ def _plane_spring(translation, coupling, tilt):
     return stiffness
 
 
+def _with_axial_and_torsion(shaft, length_m, radius_m, first, second):
+    """Add uz and rz at two interfaces of a beam element: one rod element each, consistent mass."""
+    area, polar = np.pi * radius_m**2, np.pi * radius_m**4 / 2
+    spring, inertia = np.array([[1.0, -1.0], [-1.0, 1.0]]), np.array([[2.0, 1.0], [1.0, 2.0]]) / 6
+    added = [
+        Coordinate(kind="interface", interface=at, component=c, frequency_hz=0.0)
+        for c in ("uz", "rz")
+        for at in (first, second)
+    ]
+    held = sum(c.kind == "interface" for c in shaft.coordinates)
+    order = [*range(held), *range(shaft.size, shaft.size + 4), *range(held, shaft.size)]
+
+    def grown(matrix, block):
+        return la.block_diag(matrix, block)[np.ix_(order, order)]
+
+    mass = la.block_diag(7800 * area * length_m * inertia, 7800 * polar * length_m * inertia)
+    modulus, shear = 2e11, 2e11 / 2.6
+    stiffness = la.block_diag(modulus * area * spring, shear * polar * spring) / length_m
+    motions = np.zeros((shaft.size + 4, 6))
+    motions[: shaft.size] = shaft.rigid_body_modes
+    motions[shaft.size : shaft.size + 2, 2] = motions[shaft.size + 2 :, 5] = 1.0
+    coordinates = (*shaft.coordinates, *added)
+    zero = np.zeros((4, 4))
+    return dataclasses.replace(
+        shaft,
+        coordinates=tuple(coordinates[i] for i in order),
+        mass=grown(shaft.mass, mass),
+        stiffness=grown(shaft.stiffness, stiffness),
+        gyroscopic=grown(shaft.gyroscopic, zero),
+        stress_stiffening=grown(shaft.stress_stiffening, zero),
+        spin_softening=grown(shaft.spin_softening, zero),
+        rigid_body_modes=motions[order],
+        rigid_body_present=np.ones(6, dtype=bool),
+        recovery_points_m=np.zeros((0, 3)),
+        recovery_modes=np.zeros((0, 3, shaft.size + 4)),
+    )
+
+
 def _three_disk_element(splits=1):
     """Lalanne-Ferraris three-disk rotor, as in Code_Aster SDLL124; 13 elements times splits."""
     data = [
@@ -218,6 +259,11 @@ def general():
 @pytest.fixture(scope="session")
 def plane_spring():
     return _plane_spring
+
+
+@pytest.fixture(scope="session")
+def with_axial_and_torsion():
+    return _with_axial_and_torsion
 
 
 @pytest.fixture(scope="session")

@@ -129,6 +129,18 @@ def test_frequencies_below_a_limit_include_branches_that_enter(coupled_disk):
     assert diagram.frequency_hz[2, 0] > 60.0 > diagram.frequency_hz[2, -1]
 
 
+def test_modes_without_a_branch_are_noted(one_rotor, hub, ground):
+    # A free tilt is rigid at rest and nutates at speed.
+    system = one_rotor(hub(polar_kg_m2=0.06), [ground("rotor", "hub", 1e5)])
+    diagram = campbell(system, [0.0, 50.0, 100.0], frequency_max_hz=30.0)
+    assert diagram.frequency_hz.shape == (2, 3)
+    (note,) = _by_kind(diagram, "untracked")
+    assert note.speed_rad_s == 50.0
+    later = campbell(system, [50.0, 100.0], frequency_max_hz=30.0)
+    np.testing.assert_allclose(later.frequency_hz[0], [60 / (2 * np.pi), 120 / (2 * np.pi)])
+    assert not _by_kind(later, "untracked")
+
+
 def test_whirl_is_relative_to_the_reference_shaft(coupled_disk):
     with_it = campbell(coupled_disk(500.0), GRIDS[1], branch_count=4)
     against = campbell(coupled_disk(500.0, ratio=-1.0), GRIDS[1], branch_count=4)
@@ -147,8 +159,7 @@ def test_damped_branches_carry_their_decrement(three_disk):
 
 
 def test_a_branch_that_becomes_rigid_ends(one_rotor, hub, plane_spring):
-    # Negative damping of the gyroscopic kind cannot end a branch, a soft negative spring can: the
-    # tilt stiffness kr − Ω² s vanishes at 1000 rad/s.
+    # The tilt stiffness kr − Ω² s vanishes at 1000 rad/s.
     disk = hub(
         mass_kg=MASS,
         diametral_kg_m2=DIAMETRAL,
@@ -164,6 +175,14 @@ def test_a_branch_that_becomes_rigid_ends(one_rotor, hub, plane_spring):
     np.testing.assert_allclose(diagram.eigenvalues[:2].imag, MEET_OMEGA, rtol=1e-12)
     assert {note.branches for note in _by_kind(diagram, "ended")} == {(2,), (3,)}
     assert len(_by_kind(diagram, "indefinite")) == 1
+
+
+def test_all_branches_may_end(one_rotor, hub, plane_spring):
+    disk = hub(stiffness=plane_spring(TRANSLATION, 0.0, TILT), polar_kg_m2=0.0)
+    disk = dataclasses.replace(disk, spin_softening=disk.stiffness / 1e6)
+    diagram = campbell(one_rotor(disk, []), [0.0, 900.0, 1100.0, 1500.0], branch_count=4)
+    assert np.isfinite(diagram.frequency_hz[:, :2]).all()
+    assert np.isnan(diagram.frequency_hz[:, 2:]).all()
 
 
 def test_speeds_beyond_the_basis_are_noted(hub, plane_spring):
@@ -187,6 +206,7 @@ def test_speeds_beyond_the_basis_are_noted(hub, plane_spring):
         ([0.0, 1.0], {"branch_count": 2, "frequency_max_hz": 5.0}, "one of branch_count"),
         ([0.0, 1.0], {"branch_count": 0}, "branch_count is 0"),
         ([0.0, 1.0], {"frequency_max_hz": -1.0}, "frequency_max_hz is -1.0"),
+        ([0.0, 1.0], {"frequency_max_hz": 1.0}, "no oscillatory mode that comes below 1 Hz"),
     ],
 )
 def test_arguments_without_meaning_are_refused(coupled_disk, speeds, options, message):

@@ -14,6 +14,8 @@ from solidwhirl.rotordyn import (
     End,
     Rotor,
     assemble,
+    beam_superelement,
+    check_superelement,
     matrices_at_speed,
     modes_at_speed,
 )
@@ -200,6 +202,29 @@ def test_free_shaft_at_speed_has_a_rigid_nutation(three_disk_element, one_rotor)
     # At 20 rad/s against 900 rad/s of the first bending mode the shaft is nearly rigid; its
     # flexibility enters with the square of the ratio, 5e-4.
     assert modes.eigenvalues[0].imag == pytest.approx(rigid, rel=5e-4)
+
+
+@pytest.mark.parametrize("damping", [0.0, 300.0])
+@pytest.mark.parametrize("speed", [0.0, 900.0])
+@pytest.mark.parametrize("k", [1e7, 1e12, 1e16])
+def test_shaft_free_to_slide_and_turn(one_rotor, ground, with_axial_and_torsion, damping, speed, k):
+    """The usual solid rotor: six components, held laterally; uz and rz are rigid zeros."""
+    length, radius = 1.0, 0.03
+    stations = np.linspace(0, length, 9)
+    ends = {"a": 0.0, "b": length, "mid": 0.5}
+    lateral = beam_superelement("s", stations, radius, 0.0, 2e11, 0.3, 7800.0, ends)
+    full = with_axial_and_torsion(lateral, length, radius, "a", "b")
+    assert all(invariant.passed for invariant in check_superelement(full))
+    bearings = [ground("rotor", "a", k), ground("rotor", "b", k)]
+    bearings.append(ground("rotor", "mid", 0.0, cx=damping))
+    modes = modes_at_speed(one_rotor(full, bearings), speed)
+    only = modes_at_speed(one_rotor(lateral, bearings), speed)
+    assert modes.zero_count == 4 and only.zero_count == 0
+    assert modes.eigenvalues.size == only.eigenvalues.size + 2
+    # One free rod with consistent mass: ω = √12 c / L with the wave speed c.
+    added = np.sqrt(12 * np.array([2e11, 2e11 / 2.6]) / 7800) / length
+    for value in (*only.eigenvalues[:8], *1j * added):
+        assert np.abs(modes.eigenvalues - value).min() < 1e-9 * abs(value)
 
 
 def test_negative_support_stiffness_is_reported(one_rotor, hub, ground):

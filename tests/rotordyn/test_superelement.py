@@ -35,7 +35,7 @@ def _changed(array, index, value):
     [
         (lambda e: {"name": ""}, "empty name"),
         (lambda e: {"level": "shell"}, "level is 'shell'"),
-        (lambda e: {"mass": np.eye(3)}, r"mass has shape \(3, 3\), allowed is \(34, 34\)"),
+        (lambda e: {"mass": np.eye(3)}, r"mass has shape \(3, 3\), allowed is"),
         (
             lambda e: {"stiffness": _changed(e.stiffness, (0, 1), np.nan)},
             r"stiffness\[0, 1\] is nan",

@@ -119,7 +119,7 @@ def test_gyroscopic_terms_change_the_result(twin):
     assert fast[0] < 0.9 * still[0]
 
 
-STRENGTHS = st.lists(st.floats(3, 9), min_size=8, max_size=8)
+STRENGTHS = st.lists(st.floats(5, 9), min_size=8, max_size=8)
 
 
 @settings(max_examples=30, deadline=None, derandomize=True)
@@ -138,12 +138,13 @@ def test_loops_of_bearings_equal_plain_addition(twin_bodies, exponents):
     bearings, links = [], []
     for index, (name, (first, second)) in enumerate(ends.items()):
         kx, ky = k[index % 8], k[(index + 3) % 8]
+        cross = 0.3 * np.sqrt(kx * ky)
         bearings.append(
             Bearing(
                 name=name,
                 first=first,
                 second=second,
-                stiffness_n_per_m=np.array([[kx, 0.1 * ky], [0.1 * ky, kx + ky]]),
+                stiffness_n_per_m=np.array([[kx, cross], [cross, ky]]),
             )
         )
         links.append((first, second, bearings[-1].stiffness_n_per_m))
@@ -165,9 +166,11 @@ def test_loops_of_bearings_equal_plain_addition(twin_bodies, exponents):
                     at = start[end.body] + bodies[end.body].interface_index(end.interface, c)
                     rows[i, at] += sign
         plain += rows.T @ matrix @ rows
-    exact = np.sqrt(np.abs(la.eigh(plain, mass, eigvals_only=True)[:8])) / (2 * np.pi)
-    # Plain addition itself keeps 8 digits or so here: eps times (1e6 rad/s / 1e3 rad/s)².
-    np.testing.assert_allclose(_frequencies(system, 0.0, 8), exact, rtol=1e-6)
+    values = la.eigh(plain, mass, eigvals_only=True)
+    found = (2 * np.pi * _frequencies(system, 0.0, 8)) ** 2
+    # The plain way loses digits: eps times the highest ω², with a factor for the size.
+    assert (np.abs(found - values[:8]) < 1e-14 * values[-1]).all()
+    assert 1e-14 * values[-1] < 1e-2 * values[0], "the comparison is too weak"
     assert (np.isin(system.transformation, [0.0, 1.0])).all()
 
 

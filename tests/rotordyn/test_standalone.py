@@ -1,0 +1,63 @@
+"""The stage works where none of the finite element and mesh libraries can be imported."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+from solidwhirl.rotordyn import write_superelement
+
+BLOCKED = ("dolfinx", "ufl", "petsc4py", "slepc4py", "mpi4py", "gmsh", "meshio", "matplotlib")
+
+PROGRAM = """
+import sys
+for name in {blocked}:
+    sys.modules[name] = None
+import numpy as np
+from solidwhirl.rotordyn import Bearing, End, Rotor, assemble, campbell, read_superelement
+element = read_superelement({path!r})
+supports = tuple(
+    Bearing(name=n, first=End(body="r", interface=n), stiffness_n_per_m=7e7 * np.eye(2))
+    for n in ("left", "right")
+)
+system = assemble({{"r": Rotor(element=element, speed_ratio=1.0)}}, supports)
+diagram = campbell(system, [0.0, 500.0, 1000.0], branch_count=4)
+print(diagram.frequency_hz.shape, sorted(set(diagram.whirl[:, -1].tolist())))
+stages = ("geometry", "meshing", "reduction")
+print([m for m in sys.modules if m.startswith("solidwhirl.") and m.split(".")[1] in stages])
+"""
+
+
+def test_reads_a_file_and_computes_without_other_libraries(three_disk_element, tmp_path):
+    path = tmp_path / "rotor.h5"
+    write_superelement(three_disk_element(), path)
+    program = PROGRAM.format(blocked=BLOCKED, path=str(path))
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", program],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+        cwd=tmp_path,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines() == ["(4, 3) ['backward', 'forward']", "[]"]
+
+
+def test_only_known_libraries_are_named_in_the_sources():
+    import solidwhirl.rotordyn
+
+    folder = Path(solidwhirl.rotordyn.__file__).parent
+    allowed = {"numpy", "scipy", "h5py", "matplotlib", "solidwhirl"}
+    for source in folder.glob("*.py"):
+        for line in source.read_text(encoding="utf-8").splitlines():
+            words = line.split()
+            if not words or words[0] not in ("import", "from"):
+                continue
+            top = words[1].split(".")[0]
+            assert top in allowed or top in sys.stdlib_module_names, (source.name, line)
+            if top == "matplotlib":
+                assert source.name == "pictures.py" and line.startswith("    "), line
+            if top == "solidwhirl":
+                assert words[1].startswith("solidwhirl.rotordyn."), (source.name, line)
