@@ -7,7 +7,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 
-from solidwhirl.meshing.records import IntArray, Mesh
+from solidwhirl.meshing.records import FloatArray, IntArray, Mesh
 
 _CELL = {2: ("triangle6", "line3"), 3: ("tetra10", "triangle6")}
 # meshio numbers as VTK does: the last two edges of the tetrahedron change places
@@ -31,7 +31,7 @@ def write_vtu(mesh: Mesh, path: Path) -> None:
 
 
 def write_gmsh(mesh: Mesh, path: Path) -> None:
-    """Write gmsh's format 2.2 (read by every version) with sections and interfaces as named physical groups."""
+    """Write gmsh's format 2.2, sections and interfaces as named physical groups."""
     kind, facet = _CELL[mesh.dimension]
     blocks: list[tuple[str, IntArray]] = []
     groups, names = [], {}
@@ -58,7 +58,7 @@ def _vtk(cells: IntArray) -> IntArray:
     return np.asarray(cells[:, _TO_VTK[cells.shape[1]]])
 
 
-def _points(mesh: Mesh) -> np.ndarray:
+def _points(mesh: Mesh) -> FloatArray:
     if mesh.dimension == 3:
         return np.array(mesh.points)
     return np.column_stack([mesh.points[:, 1], np.zeros(len(mesh.points)), mesh.points[:, 0]])

@@ -225,4 +225,4 @@ def _outline(subdivision: Subdivision, points: FloatArray) -> IntArray:
     for c in subdivision.boundary:
         for k in np.flatnonzero(~on):
             on[k] = _distance_to_curve(subdivision, c, meridian[k : k + 1]) < 1e-7 * scale
-    return cut[on]
+    return np.asarray(cut[on])

@@ -193,6 +193,9 @@ def eigenpairs(
     deflate
         (local, k) vectors to keep out (rigid-body modes), bordered layout.
 
+    The factor is used up: SLEPc clears it when it is done. Solve what else it is needed for
+    before.
+
     Returns
     -------
     eigenvalues (m,), vectors (local N + own border rows, m)

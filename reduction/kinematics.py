@@ -166,7 +166,7 @@ def _solid_motion(index: int, x: FloatArray, z0: float) -> FloatArray:
     unit = np.eye(3)[index % 3]
     if index < 3:
         return np.broadcast_to(unit, x.shape).copy()
-    return np.cross(unit, x - np.array([0.0, 0.0, z0]))
+    return np.asarray(np.cross(unit, x - np.array([0.0, 0.0, z0])))
 
 
 def _lateral_motion(x: FloatArray, z0: float) -> FloatArray:

@@ -16,6 +16,8 @@ from solidwhirl.reduction import compat, forms, kinematics
 from solidwhirl.reduction.coupling import Coupling, couple, reduced_motion
 from solidwhirl.reduction.kinematics import Kinematics
 from solidwhirl.reduction.prestress import centrifugal_displacement
+from solidwhirl.reduction.unknowns import motion_vectors
+from solidwhirl.reduction.vectors import project
 
 FloatArray = NDArray[np.float64]
 
@@ -76,6 +78,9 @@ class BodyOperators:
         Component of the first family to (component, sign) of the second.
     hoop_strain
         Largest hoop strain of the centrifugal field at unit speed (per (rad/s)²), 0 without it.
+    rigid_mass
+        Solid: (6, 6) mass matrix of the mesh for the rigid motions about the origin; None on the
+        meridian, whose straight edges hold the profile exactly.
     full_dofs
         Unknowns of the whole body (all families) before reduction.
     space
@@ -97,6 +102,7 @@ class BodyOperators:
     rigid_motions: Mapping[str, FloatArray]
     second_family: Mapping[str, tuple[str, float]]
     hoop_strain: float
+    rigid_mass: FloatArray | None
     full_dofs: int
     space: Any
     assembled: tuple[str, ...]
@@ -192,6 +198,7 @@ def build_operators(
         },
         second_family=kin.second_family,
         hoop_strain=hoop,
+        rigid_mass=_rigid_mass(space, mass) if order is None else None,
         full_dofs=index_map.size_global * space.dofmap.index_map_bs * kin.families,
         space=space,
         assembled=tuple(ledger),
@@ -203,6 +210,12 @@ def _kinematics(domain: Any, order: int | None, effects: OperatorEffects) -> Kin
         return kinematics.harmonic(domain, order)
     describe = kinematics.solid_lateral if effects.lateral_only else kinematics.solid
     return describe(domain)
+
+
+def _rigid_mass(space: Any, mass: Any) -> FloatArray:
+    """Rᵀ M R with the six rigid motions of the solid."""
+    motions = motion_vectors(space, kinematics.solid(space.mesh), 0.0)
+    return project(mass, np.column_stack(list(motions.values())), space.mesh.comm)
 
 
 def _coupled(matrix: Any, coupling: Coupling) -> Any:

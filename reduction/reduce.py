@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from solidwhirl.geometry import Body, mass_properties
+from solidwhirl.geometry import Body, MassProperties, mass_properties
 from solidwhirl.meshing import Mesh
 from solidwhirl.reduction.craig_bampton import Basis, orthogonality_error, reduction_basis
 from solidwhirl.reduction.operators import BodyOperators, OperatorEffects, build_operators
@@ -18,6 +18,7 @@ from solidwhirl.reduction.superelements import (
     ReducedBlock,
     build_superelement,
     lateral_free_frequencies,
+    mesh_mass_properties,
     reduce_block,
 )
 from solidwhirl.rotordyn.superelement import Superelement, attach_rigid_disk
@@ -69,6 +70,9 @@ class ReductionWork:
         Matrices and solutions by circumferential order ("solid" for the solid level).
     orthogonality_error
         Largest deviation of the interior modes from M-orthonormality.
+    hoop_strain
+        Largest hoop strain of the centrifugal field at the top speed (0 if it was not computed).
+        The prestress neglects the change of shape, which is of that relative order.
     seconds
         Wall time of operators and of basis and projection.
     """
@@ -76,6 +80,7 @@ class ReductionWork:
     assembled: Mapping[str, tuple[str, ...]]
     solved: Mapping[str, tuple[str, ...]]
     orthogonality_error: float
+    hoop_strain: float
     seconds: Mapping[str, float]
 
 
@@ -128,7 +133,7 @@ def reduce_body(
         dofs += operators.full_dofs
         seconds["operators"] += middle - start
         seconds["basis"] += time.perf_counter() - middle
-    bare = Body(name=body.name, sections=body.sections, fillet_radius_m=body.fillet_radius_m)
+    properties = _properties(body, operators)
     element = build_superelement(
         body,
         tuple(blocks),
@@ -136,15 +141,27 @@ def reduce_body(
         harmonics=() if request.level == "solid" else request.orders,
         full_dofs=dofs,
         maximum_speed_rad_s=request.maximum_speed_rad_s,
-        properties=mass_properties(bare),
+        properties=properties,
         points_m=points,
         provenance=provenance,
     )
     element = _with_rigid_disks(element, body)
     work = ReductionWork(
-        assembled=assembled, solved=solved, orthogonality_error=max(errors), seconds=seconds
+        assembled=assembled,
+        solved=solved,
+        orthogonality_error=max(errors),
+        hoop_strain=operators.hoop_strain * request.maximum_speed_rad_s**2,
+        seconds=seconds,
     )
     return element, work
+
+
+def _properties(body: Body, operators: BodyOperators) -> MassProperties:
+    """Mass properties of the meshed part: the mesh's own where it only approximates the body."""
+    if operators.rigid_mass is not None:
+        return mesh_mass_properties(operators.rigid_mass)
+    bare = Body(name=body.name, sections=body.sections, fillet_radius_m=body.fillet_radius_m)
+    return mass_properties(bare)
 
 
 def _with_rigid_disks(element: Superelement, body: Body) -> Superelement:

@@ -123,7 +123,7 @@ def build_superelement(
     level, harmonics, full_dofs, maximum_speed_rad_s, provenance
         As in `Superelement`.
     properties
-        Mass properties of the meshed part in closed form (without rigid disks).
+        Mass properties of the meshed part (without rigid disks).
     points_m
         Recovery points.
     """
@@ -169,6 +169,24 @@ def build_superelement(
         ),
         frequency_error_estimate=np.empty(0),
         provenance=provenance,
+    )
+
+
+def mesh_mass_properties(rigid_mass: FloatArray) -> MassProperties:
+    """Mass properties of a mesh of a body of revolution from its rigid mass matrix.
+
+    Parameters
+    ----------
+    rigid_mass
+        (6, 6) for ux, uy, uz, rx, ry, rz about the origin.
+    """
+    mass = rigid_mass[0, 0]
+    z = rigid_mass[0, 4] / mass
+    return MassProperties(
+        mass_kg=float(mass),
+        center_of_gravity_m=np.array([0.0, 0.0, z]),
+        polar_inertia_kg_m2=float(rigid_mass[5, 5]),
+        diametral_inertia_kg_m2=float(rigid_mass[4, 4] - mass * z**2),
     )
 
 

@@ -78,7 +78,7 @@ def campbell(
     assembled
         The system.
     speeds_rad_s
-        Ω, strictly monotonic, shape (s,), s ≥ 2; begin at rest as a rule.
+        Ω, strictly monotonic, shape (s,); begin at rest as a rule.
     branch_count
         Follow this many of the lowest modes of the first speed; all, if there are fewer.
     frequency_max_hz
@@ -126,10 +126,9 @@ def _checked_speeds(speeds_rad_s: npt.ArrayLike) -> FloatArray:
     speeds = np.array(speeds_rad_s, dtype=float)
     steps = np.diff(speeds) if speeds.ndim == 1 else np.empty(0)
     monotonic = bool((steps > 0).all() or (steps < 0).all())
-    if speeds.ndim != 1 or speeds.size < 2 or not np.isfinite(speeds).all() or not monotonic:
+    if speeds.ndim != 1 or not speeds.size or not np.isfinite(speeds).all() or not monotonic:
         raise AnalysisError(
-            f"speeds_rad_s needs two or more finite, strictly monotonic speeds; found shape "
-            f"{speeds.shape}"
+            f"speeds_rad_s needs finite, strictly monotonic speeds; found shape {speeds.shape}"
         )
     return speeds
 
@@ -145,7 +144,7 @@ def _diagram(
         np.sign(speeds[-1] - speeds[0]) * np.array([f.modes.speed_rad_s for f in fronts]),
         np.sign(speeds[-1] - speeds[0]) * speeds,
     )
-    first, second = (fronts[int(i)].values().imag for i in at[:2])
+    first, second = (fronts[int(i)].values().imag for i in (at[0], at[min(1, len(at) - 1)]))
     # Frequencies equal to rounding at the first speed are ordered by the second.
     group = np.concatenate(([0], np.cumsum(np.diff(first) > _EQUAL * first[1:])))
     order = np.lexsort((second, group))

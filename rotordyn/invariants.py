@@ -119,7 +119,7 @@ def _negative_part(element: Superelement, matrix: FloatArray) -> float:
 
 def _interface_error(element: Superelement) -> float:
     """Return the largest deviation from t + θ × x, tilts compared over the body's size."""
-    size = max(float(np.abs(node.position_m).max()) for node in element.interfaces) or 1.0
+    size = max((float(np.abs(n.position_m).max()) for n in element.interfaces), default=0.0) or 1.0
     error = 0.0
     for row, coordinate in enumerate(element.coordinates):
         if coordinate.kind != "interface":

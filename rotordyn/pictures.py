@@ -82,7 +82,7 @@ def draw_campbell(
         _draw_branch(axes, rpm, frequency, whirl)
     _draw_excitations(axes, rpm, top, excitation_ratios)
     _draw_critical_speeds(axes, critical_speeds, float(rpm.max()), top)
-    axes.set_xlim(float(rpm.min()), float(rpm.max()))
+    axes.set_xlim(float(rpm.min()), max(float(rpm.max()), float(rpm.min()) + 1.0))
     axes.set_ylim(0.0, top)
     axes.set_xlabel("speed of the reference shaft [rpm]")
     axes.set_ylabel("natural frequency [Hz]")

@@ -128,7 +128,7 @@ def check_scalars(element: Superelement, where: str) -> None:
     """Refuse scalars out of range and short vectors whose lengths disagree."""
     checks = {
         "mass_kg": (np.isfinite(element.mass_kg) and element.mass_kg > 0, "a positive number"),
-        "maximum_speed_rad_s": (element.maximum_speed_rad_s > 0, "positive, or inf"),
+        "maximum_speed_rad_s": (element.maximum_speed_rad_s >= 0, "0 or more, or inf"),
         "full_dofs": (element.full_dofs >= 0, "0 or more"),
     }
     for name, (passed, allowed) in checks.items():

@@ -13,7 +13,9 @@ from solidwhirl.geometry import (
     RigidDisk,
     Section,
     Web,
+    merge_fillets,
     stage_group_sections,
+    subdivide,
 )
 from solidwhirl.scene import BodySpec, InterfaceSpec, Scene, StageGroupSpec
 
@@ -31,6 +33,7 @@ def build_bodies(scene: Scene) -> dict[str, Body]:
     for name, spec in scene.bodies.items():
         try:
             bodies[name] = _build_body(name, spec, materials)
+            merge_fillets(subdivide(bodies[name]))  # milliseconds: refuse before anything is meshed
         except GeometryError as error:
             raise GeometryError(f"bodies.{name}: {error}") from error
     return bodies

@@ -111,8 +111,15 @@ def _scene(path: Path, level: str | None, accuracy: float | None) -> Scene:
     try:
         return with_model(scene, level=level, accuracy=accuracy)
     except ValidationError as error:
-        problems = [f"--{e['loc'][0]}: {e['msg']}, found {e['input']!r}" for e in error.errors()]
+        problems = [_option_problem(e) for e in error.errors()]
         raise SceneError("command line", problems) from error
+
+
+def _option_problem(error: Any) -> str:
+    """One line; only the level can contradict another key of the scene."""
+    if not error["loc"]:
+        return f"--level: {str(error['msg']).removeprefix('Value error, ')}"
+    return f"--{error['loc'][0]}: {error['msg']}, found {error['input']!r}"
 
 
 def _refuse_unwritable(out: Path) -> None:

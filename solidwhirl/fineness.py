@@ -71,6 +71,8 @@ def choose_fineness(body: Body, level: str, model: ModelSpec) -> Fineness:
         wanted, constant, rate = model.accuracy, _SAFETY * _CORNER_ERROR[degree], CORNER_RATE
     share = (wanted / constant) ** (1.0 / rate)
     corner = model.corner_size_m or thinnest * float(np.clip(share, 1e-5, 0.3))
+    if model.corner_size_m is None and model.size_m is not None:
+        corner = min(corner, model.size_m)
     largest = model.size_m or 0.25 * _extent(body)
     size = MeshSize(
         size_m=max(largest, corner),

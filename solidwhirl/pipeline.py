@@ -5,7 +5,7 @@ from __future__ import annotations
 import resource
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -226,6 +226,8 @@ def _reduce(
         )
     if mesh is None:
         return None
+    if not plan.on("gyroscopic"):  # that of the rigid disks too
+        element = replace(element, gyroscopic=np.zeros_like(element.gyroscopic))
     return BodyResult(
         body=body, mesh=mesh, element=element, properties=mass_properties(body), work=work
     )
@@ -261,16 +263,26 @@ def _rotors(scene: Scene, bodies: Mapping[str, BodyResult]) -> dict[str, Rotor]:
     }
 
 
+# What belongs to an effect: a part of the keys of a bearing, and rigid motions.
+_OF_EFFECT = {
+    "bearing_damping": ("damping", ()),
+    "tilt": ("tilt", ("rx", "ry")),
+    "axial": ("axial", ("uz",)),
+    "torsion": ("torsion", ("rz",)),
+}
+
+
 def _bearings(scene: Scene, plan: Plan) -> tuple[Bearing, ...]:
-    damped = plan.on("bearing_damping")
-    return tuple(_bearing(spec, damped) for spec in scene.bearings)
+    off = tuple(name for name in _OF_EFFECT if not plan.on(name))
+    return tuple(_bearing(spec, off) for spec in scene.bearings)
 
 
-def _bearing(spec: BearingSpec, damped: bool) -> Bearing:
-    """A scene's bearing, without its damping if the plan leaves that out."""
+def _bearing(spec: BearingSpec, off: tuple[str, ...]) -> Bearing:
+    """A scene's bearing, without what belongs to effects that the plan has off."""
     values: dict[str, NDArray[np.float64] | float] = {}
+    fixed = {c for name in off for c in _OF_EFFECT[name][1]}
     for key in BearingSpec.model_fields:
-        if key in ("name", "first", "second", "rigid") or ("damping" in key and not damped):
+        if key in ("name", "first", "second", "rigid") or any(_OF_EFFECT[n][0] in key for n in off):
             continue
         value = getattr(spec, key)
         values[key] = value if isinstance(value, float) else np.array(value, dtype=float)
@@ -278,7 +290,7 @@ def _bearing(spec: BearingSpec, damped: bool) -> Bearing:
         name=spec.name,
         first=_end(spec.first),
         second=None if spec.second == "ground" else _end(spec.second),
-        rigid=tuple(spec.rigid),
+        rigid=tuple(c for c in spec.rigid if c not in fixed),
         **values,  # type: ignore[arg-type]
     )
 

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solidwhirl.fineness import Fineness, choose_fineness
 from solidwhirl.geometry import Body
@@ -83,14 +84,14 @@ class Plan:
 
     effects: tuple[Effect, ...]
     bodies: Mapping[str, BodyPlan]
-    speeds_rad_s: np.ndarray
+    speeds_rad_s: NDArray[np.float64]
 
     def on(self, name: str) -> bool:
         """Whether an effect is computed."""
         return next(e.on for e in self.effects if e.name == name)
 
 
-def scene_speeds(scene: Scene) -> np.ndarray:
+def scene_speeds(scene: Scene) -> NDArray[np.float64]:
     """Speeds of the reference shaft [rad/s]."""
     s = scene.speeds
     rpm = s.list_rpm if s.list_rpm is not None else np.linspace(s.from_rpm, s.to_rpm, s.count)
@@ -239,11 +240,12 @@ def _body_plan(scene: Scene, body: Body, top_speed: float, on: set[str]) -> Body
     components += ["rz"] if "torsion" in on else []
     orders = (1, 0) if {"axial", "torsion"} & on else (1,)
     problems = len(orders) if level == "harmonic" else 1
-    matrices = 2 + ("gyroscopic" in on) + (level == "solid")
+    matrices = (2 + ("gyroscopic" in on) + (level == "solid")) * problems
     factorisations = eigenproblems = 1
     turning = top_speed > 0.0
     if "stress_stiffening" in on:
-        matrices += 2 + (level == "harmonic")
+        # order 1 needs the stiffness of order 0 for the static solution; order 0 has it
+        matrices += 2 * problems + (level == "harmonic")
         factorisations += 1 + turning
         eigenproblems += turning
     return BodyPlan(
@@ -252,7 +254,7 @@ def _body_plan(scene: Scene, body: Body, top_speed: float, on: set[str]) -> Body
         components=tuple(components),
         fineness=choose_fineness(body, level, scene.model),
         maximum_speed_rad_s=top_speed,
-        matrices=matrices * problems,
+        matrices=matrices,
         factorisations=factorisations * problems,
         eigenproblems=eigenproblems * problems,
     )

@@ -167,6 +167,7 @@ def _body(result: BodyResult) -> dict[str, Any]:
         "assembled": {k: list(v) for k, v in result.work.assembled.items()},
         "solved": {k: list(v) for k, v in result.work.solved.items()},
         "orthogonality_error": result.work.orthogonality_error,
+        "hoop_strain_at_top_speed": result.work.hoop_strain,
     }
 
 

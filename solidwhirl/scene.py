@@ -10,9 +10,13 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
+# strict: whole numbers stand for floats, but texts and true or false for no number
+# far beyond every rotor, and far from where products of a few numbers overflow
+_LARGEST = 1e30
+Positive = Annotated[float, Field(gt=0, le=_LARGEST, allow_inf_nan=False, strict=True)]
+NotNegative = Annotated[float, Field(ge=0, le=_LARGEST, allow_inf_nan=False, strict=True)]
+Finite = Annotated[float, Field(ge=-_LARGEST, le=_LARGEST, allow_inf_nan=False, strict=True)]
+Count = Annotated[int, Field(ge=1, strict=True)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$")]
 Switch = Literal["auto", "on", "off"]
 
@@ -53,7 +57,7 @@ class MaterialSpec(Record):
 
     density_kg_per_m3: Positive
     youngs_modulus_pa: Positive
-    poissons_ratio: Annotated[float, Field(gt=-1, lt=0.5)]
+    poissons_ratio: Annotated[float, Field(gt=-1, lt=0.5, strict=True)]
 
 
 class SectionSpec(Record):
@@ -70,7 +74,7 @@ class SectionSpec(Record):
 class WebSpec(Record):
     """A radial disk of constant thickness between the shaft and a stage's ring."""
 
-    stage: Annotated[int, Field(ge=1)]
+    stage: Count
     thickness_m: Positive
     shaft_radius_m: Positive
     position: Literal["centre", "front", "back"] = "centre"
@@ -79,7 +83,7 @@ class WebSpec(Record):
 class ConeSpec(Record):
     """A conical shell between a foot ring on the shaft and the free face of an end stage."""
 
-    stage: Annotated[int, Field(ge=1)]
+    stage: Count
     thickness_m: Positive
     shaft_radius_m: Positive
     foot_start_m: Finite
@@ -166,12 +170,15 @@ class SpeedSpec(Record):
 
     from_rpm: NotNegative = 0.0
     to_rpm: NotNegative = 0.0
-    count: Annotated[int, Field(ge=1, le=2001)] = 1
+    count: Annotated[Count, Field(le=2001)] = 1
     list_rpm: tuple[NotNegative, ...] | None = None
 
     @model_validator(mode="after")
     def _range(self) -> SpeedSpec:
         if self.list_rpm is not None:
+            range_keys = sorted(self.model_fields_set - {"list_rpm"})
+            if range_keys:
+                raise ValueError(f"list_rpm stands alone, found {', '.join(range_keys)} beside it")
             if not self.list_rpm or list(self.list_rpm) != sorted(set(self.list_rpm)):
                 raise ValueError("list_rpm must be increasing and not empty")
         elif self.to_rpm < self.from_rpm:
@@ -184,8 +191,14 @@ class SpeedSpec(Record):
 class CampbellSpec(Record):
     """Which branches are followed."""
 
-    branches: Annotated[int, Field(ge=1, le=200)] = 8
+    branches: Annotated[Count, Field(le=200)] = 8
     frequency_max_hz: Positive | None = None
+
+    @model_validator(mode="after")
+    def _one_of(self) -> CampbellSpec:
+        if self.frequency_max_hz is not None and "branches" in self.model_fields_set:
+            raise ValueError("give branches or frequency_max_hz, not both")
+        return self
 
 
 class EffectsSpec(Record):
@@ -215,12 +228,23 @@ class ModelSpec(Record):
     """How finely the bodies are modelled."""
 
     level: Literal["auto", "harmonic", "solid"] = "auto"
-    accuracy: Annotated[float, Field(ge=1e-5, le=0.1)] = 1e-3
-    order: Annotated[int, Field(ge=2, le=4)] | None = None
-    modes: Annotated[int, Field(ge=1, le=500)] = 12
+    accuracy: Annotated[float, Field(ge=1e-5, le=0.1, strict=True)] = 1e-3
+    order: Annotated[int, Field(ge=2, le=4, strict=True)] | None = None
+    modes: Annotated[Count, Field(le=500)] = 12
     size_m: Positive | None = None
     corner_size_m: Positive | None = None
     growth: Positive | None = None
+
+    @model_validator(mode="after")
+    def _fitting(self) -> ModelSpec:
+        if self.level == "solid" and self.order not in (None, 2):
+            raise ValueError(f"order = {self.order} with level 'solid', which has order 2 only")
+        if self.size_m and self.corner_size_m and self.corner_size_m > self.size_m:
+            raise ValueError(
+                f"corner_size_m = {self.corner_size_m:g} is above size_m = {self.size_m:g}, the "
+                "largest element size"
+            )
+        return self
 
 
 class Scene(Record):

@@ -13,9 +13,11 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from solidwhirl.errors import SceneError
+from solidwhirl.references import bearing_problems
 from solidwhirl.scene import Scene
 
 _MAXIMUM_BYTES = 4_000_000
+_TOML_WORDS = {"tuple": "array", "Tuple": "Array", "dictionary": "table", "Dictionary": "Table"}
 
 
 def read_scene(path: str | Path) -> Scene:
@@ -61,9 +63,13 @@ def parse_scene(data: dict[str, Any], path: str | Path = "scene") -> Scene:
         All problems at once.
     """
     try:
-        return Scene.model_validate(data)
+        scene = Scene.model_validate(data)
     except ValidationError as error:
         raise SceneError(path, [_explain(e) for e in error.errors(include_url=False)]) from error
+    problems = bearing_problems(scene)
+    if problems:
+        raise SceneError(path, problems)
+    return scene
 
 
 def scene_hash(scene: Scene) -> str:
@@ -94,6 +100,8 @@ def _explain(error: Any) -> str:
     if kind == "missing":
         return f"{where}: missing; this key is needed"
     message = str(error["msg"]).removeprefix("Value error, ")
+    for word, said in _TOML_WORDS.items():
+        message = message.replace(word, said)
     shown = "" if isinstance(found, dict) else f", found {_short(found)}"
     return f"{where}: {message}{shown}"
 
@@ -104,7 +112,8 @@ def _key(location: tuple[Any, ...]) -> str:
         if isinstance(part, int):
             out += f"[{part}]"
         elif part != "[key]":
-            out += f".{part}" if out else str(part)
+            text = part if part.isprintable() else _short(part)
+            out += f".{text}" if out else text
     return out or "scene"
 
 

@@ -196,10 +196,18 @@ def test_speeds_beyond_the_basis_are_noted(hub, plane_spring):
     assert not _by_kind(campbell(system, [0.0, 150.0], branch_count=1), "range")
 
 
+def test_one_speed_is_the_first_column_of_many(coupled_disk):
+    system = coupled_disk(0.0)
+    one = campbell(system, [0.0], branch_count=2)
+    many = campbell(system, [0.0, 10.0], branch_count=2)
+    assert one.frequency_hz.shape == (2, 1)
+    np.testing.assert_array_equal(one.frequency_hz[:, 0], many.frequency_hz[:, 0])
+
+
 @pytest.mark.parametrize(
     ("speeds", "options", "message"),
     [
-        ([0.0], {"branch_count": 2}, "two or more"),
+        ([], {"branch_count": 2}, r"found shape \(0,\)"),
         ([0.0, 1.0, 1.0], {"branch_count": 2}, "strictly monotonic"),
         ([0.0, np.nan], {"branch_count": 2}, "finite"),
         ([0.0, 1.0], {}, "one of branch_count and frequency_max_hz"),

@@ -1,0 +1,5 @@
+"""`python -m solidwhirl` is the command `solidwhirl`."""
+
+from solidwhirl.cli import main
+
+main()

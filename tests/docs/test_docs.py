@@ -1,0 +1,215 @@
+"""The documentation says what is so: its code runs, its commands, files and links exist."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tomllib
+import unicodedata
+from pathlib import Path
+
+import h5py
+import pytest
+
+from solidwhirl.bodies import build_bodies
+from solidwhirl.plan import make_plan
+from solidwhirl.rotordyn import beam_superelement, write_superelement
+from solidwhirl.scene import Record
+from solidwhirl.scene_file import parse_scene
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
+FENCE = re.compile(r"^(?:<!-- (test[^>]*?) -->\n)?```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+# [text](target) and ![text](target)
+LINK = re.compile(r"\]\(([^)\s]+)\)")
+
+
+def blocks(page, language):
+    """(mark, text) of the fenced blocks of a language; the mark is the comment before the fence."""
+    found = FENCE.findall(page.read_text(encoding="utf-8"))
+    return [(mark, text) for mark, kind, text in found if kind == language]
+
+
+def name_of(page):
+    return str(page.relative_to(ROOT))
+
+
+def commands(page):
+    """Lines of the sh blocks, without comments."""
+    lines = [line for _, text in blocks(page, "sh") for line in text.splitlines()]
+    return [words for line in lines if (words := shlex.split(line, comments=True))]
+
+
+def scene_texts(page):
+    """TOML blocks; one that begins with `# <file>, continued` belongs to the one before."""
+    texts = []
+    for _, text in blocks(page, "toml"):
+        if texts and text.split("\n")[0].endswith(".toml, continued"):
+            texts.append(texts[-1] + text)
+        else:
+            texts.append(text)
+    return texts
+
+
+MARKED = {
+    page: [(mark, text) for mark, text in blocks(page, "python") if mark.startswith("test")]
+    for page in PAGES
+}
+WITH_CODE = [
+    pytest.param(page, mark, id=f"{name_of(page)}-{mark}", marks=[pytest.mark.solver] * solver)
+    for page, found in MARKED.items()
+    for mark, solver in (("test", 0), ("test: solver", 1))
+    if any(m == mark for m, _ in found)
+]
+
+
+def test_every_python_block_is_marked():
+    for page in PAGES:
+        assert len(MARKED[page]) == len(blocks(page, "python")), name_of(page)
+    assert {name_of(p.values[0]) for p in WITH_CODE} >= {"README.md", "docs/superelement.md"}
+
+
+@pytest.mark.parametrize(("page", "mark"), WITH_CODE)
+def test_python_blocks_run(page, mark, tmp_path):
+    """Each in a process of its own, as a reader would; blocks of a page share a folder."""
+    (tmp_path / "scenes").symlink_to(ROOT / "scenes", target_is_directory=True)
+    for number, (own, text) in enumerate(MARKED[page]):
+        if own != mark:
+            continue
+        done = subprocess.run(
+            [sys.executable, "-c", text],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            timeout=120,
+            check=False,
+            env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
+        )
+        assert done.returncode == 0, f"{name_of(page)}, block {number}: {done.stderr}"
+        assert "Warning" not in done.stderr, done.stderr
+
+
+def test_reader_of_the_superelement_page_agrees_with_the_program(tmp_path):
+    import numpy as np
+
+    from solidwhirl.rotordyn import Bearing, End, Rotor, assemble, modes_at_speed, read_superelement
+
+    page = ROOT / "docs" / "superelement.md"
+    printed = ""
+    for _, text in MARKED[page]:
+        printed = subprocess.run(
+            [sys.executable, "-c", text], cwd=tmp_path, capture_output=True, text=True, check=True
+        ).stdout
+    springs = tuple(
+        Bearing(name=n, first=End(body="r", interface=n), stiffness_n_per_m=5e7 * np.eye(2))
+        for n in ("a", "b")
+    )
+    rotor = Rotor(element=read_superelement(tmp_path / "shaft.h5"), speed_ratio=1.0)
+    expected = modes_at_speed(assemble({"r": rotor}, springs), 1000.0, 4).frequency_hz
+    found = [float(word) for word in re.findall(r"[\d.]+", printed)]
+    # printed to two decimals
+    np.testing.assert_allclose(found, expected, atol=0.0051, rtol=0)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_command_lines_are_valid(page):
+    """Parsed by the command line itself, not run."""
+    import typer.main
+
+    from solidwhirl.cli import app
+
+    group = typer.main.get_command(app)
+    targets = re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(), re.MULTILINE)
+    told = "\n".join(text for _, text in blocks(page, "toml"))
+    for words in commands(page):
+        if words[0] == "make":
+            named = [w for w in words[1:] if "=" not in w]
+            assert named and set(named) <= set(targets), words
+            for scene in (w.removeprefix("SCENE=") for w in words if w.startswith("SCENE=")):
+                assert (ROOT / "scenes" / f"{scene}.toml").is_file(), words
+            continue
+        at = [k for k, w in enumerate(words) if Path(w).name == "solidwhirl"]
+        if at:
+            name, *arguments = words[at[0] + 1 :]
+            # an unknown option or a missing argument raises
+            group.commands[name].make_context(name, arguments)
+        for path in (w for w in words if w.endswith((".toml", ".py"))):
+            assert (ROOT / path).is_file() or f"# {path}\n" in told, words
+
+
+def test_a_wrong_command_line_would_be_found():
+    import typer.main
+
+    from solidwhirl.cli import app
+
+    run = typer.main.get_command(app).commands["run"]
+    for wrong in (["scenes/laval.toml"], ["scenes/laval.toml", "--out", "x", "--levels", "solid"]):
+        with pytest.raises(Exception, match=r"out|levels"):
+            run.make_context("run", wrong)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_links_lead_somewhere(page):
+    # code may hold brackets that are no links
+    prose = re.sub(r"`[^`\n]*`", "", FENCE.sub("", page.read_text(encoding="utf-8")))
+    for target in LINK.findall(prose):
+        if re.match(r"[a-z]+://|mailto:", target):
+            continue
+        path, _, anchor = target.partition("#")
+        file = (page.parent / path).resolve() if path else page
+        assert file.exists(), f"{name_of(page)}: {target}"
+        assert file.is_relative_to(ROOT), f"{name_of(page)}: {target}"
+        if anchor:
+            assert anchor in anchors(file), f"{name_of(page)}: {target}"
+
+
+def anchors(page):
+    """Anchors of the headings, made as Git hosts make them."""
+    text = FENCE.sub("", page.read_text(encoding="utf-8"))
+    found = set()
+    for heading in re.findall(r"^#+ (.*)$", text, re.MULTILINE):
+        kept = [
+            c for c in heading.lower() if c in "-_ " or unicodedata.category(c)[0] in ("L", "N")
+        ]
+        found.add("".join(kept).replace(" ", "-"))
+    return found
+
+
+@pytest.mark.parametrize("page", [p for p in PAGES if blocks(p, "toml")], ids=name_of)
+def test_toml_blocks_are_scenes(page):
+    for text in scene_texts(page):
+        scene = parse_scene(tomllib.loads(text), name_of(page))
+        make_plan(scene, build_bodies(scene))
+
+
+def test_scene_page_names_every_key():
+    text = (ROOT / "docs" / "scene.md").read_text(encoding="utf-8")
+    keys = {key for record in Record.__subclasses__() for key in record.model_fields}
+    assert len(keys) > 60
+    assert not [key for key in sorted(keys) if f"`{key}`" not in text]
+
+
+def test_superelement_page_names_every_part_of_a_file(tmp_path):
+    text = (ROOT / "docs" / "superelement.md").read_text(encoding="utf-8")
+    shaft = beam_superelement("s", [0.0, 0.5], 0.02, 0.0, 2e11, 0.3, 7800.0, {"a": 0.0})
+    write_superelement(shaft, tmp_path / "s.h5")
+    datasets, attributes = set(), set()
+    with h5py.File(tmp_path / "s.h5") as file:
+        file.visititems(lambda name, node: datasets.add(name) if is_dataset(node) else None)
+        attributes |= set(file.attrs) | set(file["operators/M"].attrs)
+    # json of the provenance is an attribute in a short file
+    listed = set(re.findall(r"^\| `(\w+/\w+)` \|", text, re.MULTILINE))
+    assert listed == datasets
+    assert not [name for name in sorted(attributes) if f"`{name}`" not in text]
+
+
+def is_dataset(node):
+    return isinstance(node, h5py.Dataset)
+
+
+def test_pages_speak_of_the_project_alone():
+    for page in PAGES:
+        assert not re.search(r"(?<![\w.])/(work|tmp|root)\b", page.read_text(encoding="utf-8"))

@@ -1,0 +1,90 @@
+"""Scenes that several tests share; what takes seconds is computed once per session."""
+
+from __future__ import annotations
+
+import copy
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+# A shaft with a disk on two bearings: coarse, so that a run takes a tenth of a second.
+SMALL = {
+    "name": "small",
+    "model": {"accuracy": 0.05, "modes": 3},
+    "campbell": {"branches": 4},
+    "bodies": {
+        "rotor": {
+            "material": "steel",
+            "sections": [
+                {"name": "shaft", "start_m": 0.0, "end_m": 0.4, "outer_radius_m": 0.02},
+                {
+                    "name": "disk",
+                    "start_m": 0.1,
+                    "end_m": 0.14,
+                    "inner_radius_m": 0.02,
+                    "outer_radius_m": 0.12,
+                },
+            ],
+            "interfaces": [
+                {"name": "left", "kind": "section", "at_m": 0.0},
+                {"name": "right", "kind": "section", "at_m": 0.4},
+            ],
+        }
+    },
+    "bearings": [
+        {"name": "left", "first": "rotor.left", "stiffness_n_per_m": 1e7},
+        {"name": "right", "first": "rotor.right", "stiffness_n_per_m": 1e7},
+    ],
+}
+
+
+def build_small(rpm=(0.0, 15000.0, 30000.0), bearing=None, body=None, **tables):
+    """The small scene as data; `bearing` and `body` are added to its first bearing and its body."""
+    data = copy.deepcopy(SMALL)
+    if rpm is not None:
+        data["speeds"] = {"list_rpm": list(rpm)}
+    data["bearings"][0].update(bearing or {})
+    data["bodies"]["rotor"].update(body or {})
+    for name, table in tables.items():
+        data[name] = {**data.get(name, {}), **table}
+    return data
+
+
+@pytest.fixture(scope="session")
+def root():
+    return ROOT
+
+
+@pytest.fixture(scope="session")
+def scene_data():
+    """Function: content of a file in scenes/ by name, or of the small scene with changes."""
+
+    def load(name):
+        return tomllib.loads((ROOT / "scenes" / f"{name}.toml").read_text(encoding="utf-8"))
+
+    return load
+
+
+@pytest.fixture(scope="session")
+def small_scene():
+    """Function: the small scene as data, with changes."""
+    return build_small
+
+
+@pytest.fixture(scope="session")
+def computed(scene_data):
+    """Function: results of a file in scenes/, each computed once."""
+    from solidwhirl.pipeline import run_scene
+    from solidwhirl.scene_file import parse_scene
+
+    found = {}
+
+    def run(name):
+        if name not in found:
+            found[name] = run_scene(parse_scene(scene_data(name)))
+        return found[name]
+
+    return run

@@ -1,0 +1,160 @@
+"""Who may import what: the stages stand apart and one file knows the library's versions."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+STAGES = ("geometry", "meshing", "reduction", "rotordyn")
+LIBRARY = {"dolfinx", "ufl", "basix", "ffcx", "petsc4py", "slepc4py"}
+# Names that dolfinx renamed or removed between 0.5 and 0.9 and those that replace them.
+VERSIONED = {
+    "functionspace",
+    "FunctionSpace",
+    "VectorFunctionSpace",
+    "FiniteElement",
+    "VectorElement",
+    "create_mesh",
+    "gmshio",
+    "distribute_entity_data",
+    "petsc_vec",
+}
+VERSIONED_ATTRIBUTES = {*VERSIONED, "vector"}  # `vector` is also a good name for a variable
+BLOCKED = (
+    *sorted(LIBRARY),
+    "gmsh",
+    "meshio",
+    "mpi4py",
+    "pydantic",
+    "typer",
+    "rich",
+    "matplotlib",
+)
+
+
+def sources(root, *folders):
+    found = [p for folder in folders for p in sorted((root / folder).glob("*.py"))]
+    assert found
+    return found
+
+
+def imported(path):
+    """Top-level packages that a file imports, anywhere in it."""
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name.split(".")[0] for alias in node.names}
+        if isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}:{node.lineno}: relative import"
+            names.add(node.module.split(".")[0])
+    return names
+
+
+def versioned(path):
+    """Version-dependent names that a file reads or imports, with their lines."""
+    found = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        names = []
+        if isinstance(node, ast.Attribute) and node.attr in VERSIONED_ATTRIBUTES:
+            found.append((node.attr, node.lineno))
+        if isinstance(node, ast.Name):
+            names = [node.id]
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            names = [part for alias in node.names for part in alias.name.split(".")]
+        found += [(name, node.lineno) for name in names if name in VERSIONED]
+    return found
+
+
+def test_contracts_hold(root):
+    """The contracts of pyproject.toml, by import-linter."""
+    done = subprocess.run(
+        [str(Path(sys.executable).parent / "lint-imports"), "--no-cache"],
+        cwd=root,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "0 broken" in done.stdout
+    assert "0 kept" not in done.stdout
+
+
+@pytest.mark.solver
+def test_stages_are_never_imported_by_their_bare_names(computed):
+    """The tree lies open beside the package; one module under two names would be two modules."""
+    computed("laval")
+    assert "solidwhirl.reduction.reduce" in sys.modules
+    for stage in STAGES:
+        assert stage not in sys.modules
+        assert not [m for m in sys.modules if m.startswith(f"{stage}.")]
+
+
+def test_no_source_names_a_stage_without_the_package(root):
+    for path in sources(root, *STAGES, "solidwhirl"):
+        assert not imported(path) & set(STAGES), path
+
+
+def test_rotordyn_imports_without_the_other_libraries(tmp_path):
+    program = (
+        "import sys\n"
+        f"for name in {BLOCKED!r}:\n"
+        "    sys.modules[name] = None\n"
+        "import solidwhirl.rotordyn as rotordyn\n"
+        "print(rotordyn.assemble.__module__)\n"
+        f"print([s for s in {STAGES!r} if 'solidwhirl.' + s in sys.modules])\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", program],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines() == ["solidwhirl.rotordyn.system", "['rotordyn']"]
+
+
+def test_a_scene_is_planned_without_the_solvers(root, tmp_path):
+    """`solidwhirl plan` needs no finite element library, and does not wait for it to load."""
+    program = (
+        "import sys\n"
+        f"for name in {(*sorted(LIBRARY), 'mpi4py')!r}:\n"
+        "    sys.modules[name] = None\n"
+        "from solidwhirl.cli import app\n"
+        f"app(['plan', {str(root / 'scenes' / 'ferraris.toml')!r}])\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", program],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "stress_stiffening" in done.stdout
+
+
+def test_only_reduction_imports_the_finite_element_library(root):
+    users = {
+        path.parent.name
+        for path in sources(root, *STAGES, "solidwhirl")
+        if imported(path) & LIBRARY
+    }
+    assert users == {"reduction"}
+
+
+def test_only_compat_uses_names_that_differ_between_versions(root):
+    found = {
+        path.name: versioned(path) for path in sources(root, "reduction") if versioned(path)
+    }
+    assert set(found) == {"compat.py"}, found
+    # the scan sees what it is to see: the names for both versions stand in compat.py
+    names = {name for name, _ in found["compat.py"]}
+    assert {"functionspace", "FunctionSpace", "VectorFunctionSpace", "vector"} <= names

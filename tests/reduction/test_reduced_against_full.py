@@ -1,0 +1,246 @@
+"""The superelement against the unreduced model, couplings, and ranks."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from solidwhirl.geometry import Body, Interface
+from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid
+from solidwhirl.rotordyn import Bearing, End, Rotor, assemble, modes_at_speed
+
+pytestmark = pytest.mark.solver
+
+
+def full_frequencies(body, mesh, level, stiffness, speed, count):
+    """Lowest frequencies [Hz] of the unreduced model on springs at its interfaces."""
+    from mpi4py import MPI
+    from petsc4py import PETSc
+
+    from solidwhirl.reduction.operators import OperatorEffects, build_operators
+
+    effects = OperatorEffects(
+        gyroscopic=True, centrifugal=True, components=("ux", "uy"), lateral_only=True
+    )
+    order = 1 if level == "harmonic" else None
+    operators = build_operators(body, mesh, MPI.COMM_SELF, order=order, degree=2, effects=effects)
+    m, k, g, kg, s = (
+        csr(getattr(operators, name))
+        for name in ("mass", "stiffness", "gyroscopic", "stress_stiffening", "spin_softening")
+    )
+    rows = sp.csr_matrix(operators.coupling.rows)
+    k = k + stiffness * (rows @ rows.T) + speed**2 * (kg - s)
+    if operators.families == 2:
+        m, k = sp.block_diag([m, m]), sp.block_diag([k, k])
+        g = sp.bmat([[None, 2.0 * g], [-2.0 * g, None]])
+    matrices = []
+    for matrix in (k, speed * g + 0.0 * m, m):
+        a = sp.csr_matrix(matrix)
+        a.sort_indices()
+        matrices.append(PETSc.Mat().createAIJ(size=a.shape, csr=(a.indptr, a.indices, a.data)))
+    return quadratic_frequencies(matrices, count)
+
+
+def quadratic_frequencies(matrices, count):
+    """|λ|/2π of K + λ C + λ² M nearest to zero by SLEPc's two-level orthogonal Arnoldi."""
+    from petsc4py import PETSc
+    from slepc4py import SLEPc
+
+    pep = SLEPc.PEP().create(PETSc.COMM_SELF)
+    pep.setOperators(matrices)
+    pep.setType(SLEPc.PEP.Type.TOAR)
+    pep.setTarget(0.0)
+    pep.setWhichEigenpairs(SLEPc.PEP.Which.TARGET_MAGNITUDE)
+    pep.setDimensions(nev=2 * count + 4, ncv=6 * count)
+    pep.setTolerances(tol=1e-9)
+    pep.setScale(SLEPc.PEP.Scale.SCALAR)
+    st = pep.getST()
+    st.setType(SLEPc.ST.Type.SINVERT)
+    st.getKSP().setType("preonly")
+    st.getKSP().getPC().setType("lu")
+    st.getKSP().getPC().setFactorSolverType("mumps")
+    pep.solve()
+    assert pep.getConverged() >= 2 * count
+    values = np.array([pep.getEigenpair(j) for j in range(pep.getConverged())])
+    return np.sort(np.abs(values.imag) / (2.0 * np.pi))[::2][:count]
+
+
+def csr(matrix):
+    indptr, indices, data = matrix.getValuesCSR()
+    return sp.csr_matrix((data, indices, indptr), shape=matrix.getSize())
+
+
+@pytest.mark.parametrize(
+    ("level", "corner", "fractions"), [("harmonic", 2e-3, (0.0, 0.5, 1.0)), ("solid", 2e-2, (1.0,))]
+)
+def test_first_ten_frequencies_at_speed(twin_inner, reduce_to, level, corner, fractions):
+    """Eight modes per plane, at rest and at top speed: one basis for all speeds."""
+    size = MeshSize(size_m=0.05, corner_size_m=corner, growth=1.0)
+    mesh = (mesh_meridian if level == "harmonic" else mesh_solid)(twin_inner, size)
+    top = 20_000 * np.pi / 30.0
+    element, _ = reduce_to(
+        twin_inner,
+        level=level,
+        size=size,
+        modes=8,
+        maximum_speed_rad_s=top,
+        gyroscopic=True,
+        centrifugal=True,
+    )
+    springs = tuple(
+        Bearing(name=i, first=End(body="r", interface=i), stiffness_n_per_m=1e8 * np.eye(2))
+        for i in ("A", "B", "C")
+    )
+    system = assemble({"r": Rotor(element=element, speed_ratio=1.0)}, springs)
+    for fraction in fractions:
+        speed = fraction * top
+        found = modes_at_speed(system, speed).frequency_hz[:10]
+        full = full_frequencies(twin_inner, mesh, level, 1e8, speed, 14)
+        # the solid also has modes of three nodal diameters, which load no bearing
+        expected = np.array([full[np.abs(full - f).argmin()] for f in found])
+        np.testing.assert_allclose(found, expected, rtol=1e-4)
+        if level == "harmonic":
+            np.testing.assert_allclose(expected, full[:10], rtol=1e-9)
+
+
+def test_rigid_coupling_is_stiffer_than_distributing(twin_inner, reduce_to):
+    """Both leave the free rigid motions alone; rigid planes stiffen, mean motions do not."""
+    rigid = Body(
+        name="inner",
+        sections=twin_inner.sections,
+        interfaces=tuple(
+            Interface(
+                name=i.name, kind="section", coupling="rigid", start_m=i.start_m, end_m=i.end_m
+            )
+            for i in twin_inner.interfaces
+        ),
+    )
+    # graded at the same places, so that all three have the same mesh but for the rigid ends
+    size = MeshSize(size_m=0.02, corner_size_m=0.002)
+    soft, _ = reduce_to(twin_inner, size=size, modes=14)
+    hard, _ = reduce_to(rigid, size=size, modes=14)
+    free, _ = reduce_to(twin_inner, size=size, modes=14, components=())
+    # six retained modes beyond the compared ones keep the truncation below 1e-5
+    np.testing.assert_allclose(
+        soft.free_frequencies_hz[:6], free.free_frequencies_hz[:6], rtol=1e-5
+    )
+    assert np.all(hard.free_frequencies_hz[:6] > free.free_frequencies_hz[:6])
+    assert hard.free_frequencies_hz[0] < 1.02 * free.free_frequencies_hz[0]
+
+
+@pytest.mark.parametrize("coupling", ["rigid", "distributing"])
+def test_levels_agree_on_an_interface_stiffness(reduce_to, coupling):
+    """Static stiffness of a clamped stub against an Euler beam with shear, on both levels."""
+    from solidwhirl.geometry import MATERIALS, Section
+
+    stub = Section(
+        name="stub",
+        start_m=0.0,
+        end_m=0.2,
+        inner_radius_m=(0.0, 0.0),
+        outer_radius_m=(0.02, 0.02),
+        material=MATERIALS["steel"],
+    )
+    ends = tuple(
+        Interface(name=n, kind="section", coupling=coupling, start_m=z, end_m=z)
+        for n, z in (("clamp", 0.0), ("tip", 0.2))
+    )
+    body = Body(name="stub", sections=(stub,), interfaces=ends)
+    stiffness = []
+    for level, size in (
+        ("harmonic", MeshSize(size_m=0.01, corner_size_m=0.002)),
+        ("solid", MeshSize(size_m=0.02, corner_size_m=0.008, around=16)),
+    ):
+        element, _ = reduce_to(
+            body, level=level, size=size, components=("ux", "uy", "rx", "ry"), modes=2
+        )
+        tip = [element.interface_index("tip", c) for c in ("ux", "ry")]
+        flexibility = np.linalg.inv(element.stiffness[np.ix_(tip, tip)])
+        stiffness.append(1.0 / flexibility[0, 0])
+    inertia, area, shear = np.pi * 0.02**4 / 4, np.pi * 0.02**2, 2e11 / 2.6
+    kappa = 6 * 1.3 / (7 + 6 * 0.3)
+    beam = 1.0 / (0.2**3 / (3 * 2e11 * inertia) + 0.2 / (kappa * shear * area))
+    np.testing.assert_allclose(stiffness[0], stiffness[1], rtol=1e-2)
+    # end effects of the clamp reach about one radius of ten: rigid planes stiffen, means soften
+    assert stiffness[0] == pytest.approx(beam, rel=0.03)
+
+
+def test_partly_restrained_bodies_keep_their_rigid_motions(reference_rotor, reduce_to):
+    """One bearing plane with translations only leaves the tilt free."""
+    one = Interface(name="a", kind="section", coupling="distributing", start_m=0.0, end_m=0.0)
+    body = Body(name="rotor", sections=reference_rotor.sections, interfaces=(one,))
+    size = MeshSize(size_m=0.02, corner_size_m=0.002)
+    free, _ = reduce_to(reference_rotor, size=size, modes=12)
+    held, _ = reduce_to(body, size=size, modes=12)
+    assert held.rigid_body_present.tolist() == [True, True, False, True, True, False]
+    np.testing.assert_allclose(
+        held.free_frequencies_hz[:6], free.free_frequencies_hz[:6], rtol=1e-5
+    )
+
+
+SCENE = """
+name = "ranks"
+[model]
+level = "solid"
+size_m = 0.05
+corner_size_m = 0.01
+growth = 1.0
+modes = 3
+[speeds]
+to_rpm = 10000
+count = 3
+[bodies.rotor]
+material = "steel"
+sections = [
+    { name = "shaft", start_m = 0.0, end_m = 0.4, outer_radius_m = 0.02 },
+    { name = "disk", start_m = 0.145, end_m = 0.175, inner_radius_m = 0.02, outer_radius_m = 0.15 },
+]
+interfaces = [
+    { name = "a", kind = "outer", start_m = 0.0, end_m = 0.03, coupling = "rigid" },
+    { name = "b", kind = "section", at_m = 0.4 },
+]
+[[bearings]]
+name = "a"
+first = "rotor.a"
+stiffness_n_per_m = 1e8
+[[bearings]]
+name = "b"
+first = "rotor.b"
+stiffness_n_per_m = [1e8, 2e8]
+"""
+
+
+@pytest.mark.mpi
+def test_two_ranks_give_the_same_superelement(tmp_path):
+    """The solid path under mpirun -n 2 and alone: the same numbers."""
+    scene = tmp_path / "scene.toml"
+    scene.write_text(SCENE)
+    # this process may have MPI running; its children must not think that they are its ranks
+    clean = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_", "ORTE_"))}
+    found = []
+    for ranks in (1, 2):
+        out = tmp_path / str(ranks)
+        command = [sys.executable, "-m", "solidwhirl", "run", str(scene), "--out", str(out)]
+        if ranks > 1:
+            options = ["--allow-run-as-root", "--oversubscribe", "-n", str(ranks)]
+            command = ["mpirun", *options, *command]
+        done = subprocess.run(
+            command, check=False, timeout=300, capture_output=True, text=True, env=clean
+        )
+        assert done.returncode == 0, done.stderr
+        found.append(json.loads((out / "results.json").read_text()))
+    alone, both = found
+    assert alone["bodies"]["rotor"]["full_dofs"] == both["bodies"]["rotor"]["full_dofs"]
+    for place in (("campbell", "frequency_hz"), ("modes_at_rest", "frequency_hz")):
+        np.testing.assert_allclose(both[place[0]][place[1]], alone[place[0]][place[1]], rtol=1e-8)
+    np.testing.assert_allclose(
+        both["bodies"]["rotor"]["free_frequencies_hz"],
+        alone["bodies"]["rotor"]["free_frequencies_hz"],
+        rtol=1e-8,
+    )
