@@ -3,6 +3,7 @@
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.files import write_gmsh, write_vtu
 from solidwhirl.meshing.meridian import MINIMUM_SCALED_JACOBIAN, mesh_meridian
+from solidwhirl.meshing.prediction import predict_unknowns
 from solidwhirl.meshing.quality import scaled_jacobians, straighten
 from solidwhirl.meshing.records import FloatArray, IntArray, Mesh, MeshQuality, MeshSize
 from solidwhirl.meshing.solid import mesh_solid
@@ -17,6 +18,7 @@ __all__ = [
     "MeshingError",
     "mesh_meridian",
     "mesh_solid",
+    "predict_unknowns",
     "scaled_jacobians",
     "straighten",
     "write_gmsh",

@@ -119,17 +119,13 @@ def size_fields(body: Body, subdivision: Subdivision, size: MeshSize, entities: 
     dimension = 3 if gmsh.model.getEntities(3) else 2
     key = "VolumesList" if dimension == 3 else "SurfacesList"
     tags = []
-    outer = np.array([max(body.sections[f.section].outer_radius_m) for f in subdivision.faces])
-    thickness = face_thickness(subdivision)
-    for k, entity in enumerate(entities):
-        bound = min(size.size_m, 1.5 * thickness[k] / size.through_thickness)
-        if dimension == 3:
-            bound = min(bound, 2.0 * np.pi * outer[k] / size.around)
+    bounds = face_bounds(body, subdivision, size, dimension)
+    for entity, bound in zip(entities, bounds, strict=True):
         tags.append(field.add("Constant"))
         field.setNumber(tags[-1], "VIn", bound)
         field.setNumber(tags[-1], "VOut", 1e22)
         field.setNumbers(tags[-1], key, [entity])
-    for z, r, h in _graded_places(body, subdivision, size):
+    for z, r, h in graded_places(body, subdivision, size):
         tags.append(field.add("MathEval"))
         distance = f"Sqrt((z-({z!r}))^2+(Sqrt(x^2+y^2)-({r!r}))^2)"
         field.setString(tags[-1], "F", f"{h!r}+{size.growth!r}*{distance}")
@@ -138,7 +134,21 @@ def size_fields(body: Body, subdivision: Subdivision, size: MeshSize, entities: 
     field.setAsBackgroundMesh(minimum)
 
 
-def _graded_places(
+def face_bounds(
+    body: Body, subdivision: Subdivision, size: MeshSize, dimension: int
+) -> list[float]:
+    """Largest element edge [m] on every face, from its thickness and, in 3D, its circumference."""
+    bounds = []
+    for face, thickness in zip(subdivision.faces, face_thickness(subdivision), strict=True):
+        bound = min(size.size_m, 1.5 * float(thickness) / size.through_thickness)
+        if dimension == 3:
+            outer = max(body.sections[face.section].outer_radius_m)
+            bound = min(bound, 2.0 * np.pi * outer / size.around)
+        bounds.append(bound)
+    return bounds
+
+
+def graded_places(
     body: Body, subdivision: Subdivision, size: MeshSize
 ) -> list[tuple[float, float, float]]:
     """Places (z, r) with the element size asked for there."""

@@ -22,7 +22,8 @@ from solidwhirl.scene_file import parse_scene
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
-FENCE = re.compile(r"^(?:<!-- (test[^>]*?) -->\n)?```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+FLAGS = re.DOTALL | re.MULTILINE
+FENCE = re.compile(r"^(?:<!-- (test[^>]*?) -->\n)?```(\w*)\n(.*?)^```$", FLAGS)
 # [text](target) and ![text](target)
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 
@@ -35,6 +36,11 @@ def blocks(page, language):
 
 def name_of(page):
     return str(page.relative_to(ROOT))
+
+
+def rest_after(page, text):
+    """What follows a block; a text block there is what it prints."""
+    return page.read_text(encoding="utf-8").split(text, 1)[1]
 
 
 def commands(page):
@@ -90,6 +96,8 @@ def test_python_blocks_run(page, mark, tmp_path):
         )
         assert done.returncode == 0, f"{name_of(page)}, block {number}: {done.stderr}"
         assert "Warning" not in done.stderr, done.stderr
+        shown = re.match(r"```\n\n```text\n(.*?)^```$", rest_after(page, text), FLAGS)
+        assert shown is None or shown[1] == done.stdout, f"{name_of(page)}, block {number}"
 
 
 def test_reader_of_the_superelement_page_agrees_with_the_program(tmp_path):

@@ -151,9 +151,7 @@ def test_only_reduction_imports_the_finite_element_library(root):
 
 
 def test_only_compat_uses_names_that_differ_between_versions(root):
-    found = {
-        path.name: versioned(path) for path in sources(root, "reduction") if versioned(path)
-    }
+    found = {path.name: versioned(path) for path in sources(root, "reduction") if versioned(path)}
     assert set(found) == {"compat.py"}, found
     # the scan sees what it is to see: the names for both versions stand in compat.py
     names = {name for name, _ in found["compat.py"]}

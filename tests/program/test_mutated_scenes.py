@@ -89,7 +89,7 @@ def mutated(draw):
 
 
 def refused_or_planned(data):
-    """"planned", or the message with which a scene was refused; anything else is an error."""
+    """ "planned", or the message with which a scene was refused; anything else is an error."""
     try:
         scene = parse_scene(data)
         make_plan(scene, build_bodies(scene))

@@ -167,9 +167,7 @@ def test_accuracy_chooses_the_order(planned, model, degree):
 
 def test_finer_accuracy_means_smaller_corners_and_error(planned):
     """The rule: error proportional to (corner size)^1.0889 at one element order."""
-    coarse, fine = (
-        planned(model={"accuracy": a}).bodies["rotor"].fineness for a in (4e-3, 1e-3)
-    )
+    coarse, fine = (planned(model={"accuracy": a}).bodies["rotor"].fineness for a in (4e-3, 1e-3))
     assert fine.expected_error == pytest.approx(1e-3, rel=1e-9)
     assert coarse.expected_error == pytest.approx(4e-3, rel=1e-9)
     ratio = coarse.size.corner_size_m / fine.size.corner_size_m

@@ -109,7 +109,11 @@ WRONG = {
     "too large": (
         "1e10",
         "1e300",
-        ["bearings[0].stiffness_n_per_m", "less than or equal to 1000000000000000000000000000000", "found 1e+300"],
+        [
+            "bearings[0].stiffness_n_per_m",
+            "less than or equal to 1000000000000000000000000000000",
+            "found 1e+300",
+        ],
     ),
     "kind of interface": (
         'kind = "section", at_m = 0.0',
