@@ -31,7 +31,8 @@ check: setup ## lint, format, types and import rules
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports
 
-verify: setup ## long comparisons: converged figures, other programs
+verify: ## long comparisons: converged figures, other programs (installs calculix-ccx)
+	@tools/setup.sh verify
 	@$(BIN)/python -m pytest -m verify
 
 bench: setup ## measure time and memory

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import re
+import warnings
 from typing import Any
 
 import dolfinx
@@ -62,7 +63,10 @@ def compiled(form: Any) -> Any:
     before = logging.root.manager.disable
     logging.disable(logging.INFO)
     try:
-        return fem.form(form)
+        with warnings.catch_warnings():
+            # the compiler leaves files and deprecations of its own behind
+            warnings.simplefilter("ignore")
+            return fem.form(form)
     finally:
         logging.disable(before)
 

@@ -130,9 +130,12 @@ def _rotation_effects(scene: Scene, *, turning: bool) -> tuple[Effect, ...]:
         "stress_stiffening": "2 matrices, 1 static solution, modes at top speed if they matter",
         "spin_softening": "1 matrix",
     }
+    # the two centrifugal effects belong together: asking for one asks for both
+    pair = (scene.effects.stress_stiffening, scene.effects.spin_softening)
+    together = "on" if "on" in pair else pair[0]
     out = []
     for name, cost in costs.items():
-        asked = getattr(scene.effects, name)
+        asked = scene.effects.gyroscopic if name == "gyroscopic" else together
         if asked == "auto":
             why = "bodies turn" if turning else "nothing turns: all speeds are zero"
         else:

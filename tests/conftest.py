@@ -27,8 +27,8 @@ def plane(name, z, coupling="distributing", kind="section"):
 def reference_rotor():
     """Steel shaft 0.4 m, radius 0.02 m, with a disk of radius 0.15 m and width 0.03 m at 0.16 m.
 
-    First free bending frequency 600.45 Hz; two independent calculations of a published harmonic
-    model agree to 1e-5 on 600.45, 1178.58, 2884.60, 5499.70, 6636.76 Hz.
+    First free bending frequency 600.45 Hz; two independent harmonic calculations outside this
+    project agree to 1e-5 on 600.45, 1178.58, 2884.60, 5499.70, 6636.76 Hz.
     """
     return Body(
         name="rotor",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 import struct
@@ -440,18 +441,40 @@ def test_single_speed(run, small_scene, tmp_path, rpm):
         assert found[0] < rest[0] < found[1]  # the first pair has split
 
 
-def test_damped_and_absent_values(run, small_scene, tmp_path):
-    """A branch that ends, here by overdamping, is null in the file, never nan."""
-    data = small_scene(bearing={"damping_n_s_per_m": 3e4})
+def test_damped_run(run, small_scene, tmp_path):
+    data = small_scene(bearing={"damping_n_s_per_m": 300.0})
     data["campbell"] = {"frequency_max_hz": 400.0}
     done = run(data)
     assert done.exit_code == 0, done.stderr
-    text = (tmp_path / "out" / "results.json").read_text(encoding="utf-8")
+    document = json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8"))
+    decrements = np.array(document["campbell"]["log_decrement"])
+    assert decrements.shape[1] == 3
+    assert np.all(decrements > 0.0)
+    assert document["critical_speeds"]
+    assert all(c["log_decrement"] > 0.0 for c in document["critical_speeds"])
+
+
+def test_ended_branch_is_null_not_nan(computed, tmp_path):
+    """Where a branch has ended there is no number: null in JSON, a dash in the report."""
+    from solidwhirl.results import write_results
+
+    results = computed("laval")
+    ended = {}
+    for key, absent in (("frequency_hz", np.nan), ("log_decrement", np.nan), ("whirl", "")):
+        values = getattr(results.campbell, key).copy()
+        values[3, 5:] = absent
+        ended[key] = values
+    diagram = dataclasses.replace(results.campbell, **ended)
+    out = write_results(dataclasses.replace(results, campbell=diagram), tmp_path / "out")
+    text = (out / "results.json").read_text(encoding="utf-8")
     assert "NaN" not in text
-    assert "Infinity" not in text
-    diagram = json.loads(text)["campbell"]
-    values = [n for branch in diagram["log_decrement"] for n in branch if n is not None]
-    assert min(values) > 0.0
+    written = json.loads(text)["campbell"]
+    assert written["frequency_hz"][3][5:] == [None] * 8
+    assert written["log_decrement"][3][5:] == [None] * 8
+    assert None not in written["frequency_hz"][3][:5]
+    table = (out / "report.md").read_text(encoding="utf-8").split("## Frequencies")[1]
+    last = next(line for line in table.splitlines() if line.startswith("| 4 |"))
+    assert last.split("|")[3:5] == [" - ", " - "]  # middle and last speed
 
 
 def test_rotor_without_bearings(run, small_scene, tmp_path):

@@ -227,13 +227,13 @@ WRONG = {
         ["campbell: give branches or frequency_max_hz, not both"],
     ),
     "sizes reversed": (
-        "modes = 12",
-        "size_m = 1e-3\ncorner_size_m = 1e-2",
+        "[model]",
+        "[model]\nsize_m = 1e-3\ncorner_size_m = 1e-2",
         ["model: corner_size_m = 0.01 is above size_m = 0.001"],
     ),
     "order of tetrahedra": (
-        "modes = 12",
-        'level = "solid"\norder = 4',
+        "[model]",
+        '[model]\nlevel = "solid"\norder = 4',
         ["model: order = 4 with level 'solid'", "order 2 only"],
     ),
 }
@@ -279,10 +279,10 @@ def test_all_problems_at_once(invoke, ferraris):
     keys = [re.search(r"bad\.toml: (\S+):", line).group(1) for line in lines]
     assert keys == ["bearings[0].first", "bearings[1].first", "bearings[4].first"]
     assert "did you mean 'outer.D'?" in lines[2]
-    text = changed(changed(ferraris, "count = 21", "count = 0"), "modes = 12", "modes = 0")
+    text = changed(changed(ferraris, "count = 21", "count = 0"), "[model]", "[model]\norder = 9")
     lines = is_refusal(invoke(text)[0], "bad.toml").strip().splitlines()
     keys = [re.search(r"bad\.toml: (\S+):", line).group(1) for line in lines]
-    assert keys == ["speeds.count", "model.modes"]
+    assert keys == ["speeds.count", "model.order"]
 
 
 def test_bearing_without_any_interface_to_hold(small_scene):
@@ -381,7 +381,7 @@ def test_bad_option(invoke, ferraris, options, said):
 
 
 def test_option_that_contradicts_the_scene(invoke, ferraris):
-    done, _ = invoke(changed(ferraris, "modes = 12", "order = 4"), "--level", "solid")
+    done, _ = invoke(changed(ferraris, "[model]", "[model]\norder = 4"), "--level", "solid")
     assert "--level: order = 4 with level 'solid'" in is_refusal(done, "command line")
 
 
