@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -33,7 +34,7 @@ def test_even_meshes_approach_the_converged_values_from_above(converged):
         for h in (0.01, 0.005, 0.0025)
     ]
     assert np.all(np.array(errors) > 0.0)
-    for coarse, fine in zip(errors[:-1], errors[1:], strict=True):
+    for coarse, fine in pairwise(errors):
         assert np.median(fine / coarse) == pytest.approx(0.47, abs=0.12)
 
 
