@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -84,10 +85,10 @@ def draw_campbell(
     _draw_critical_speeds(axes, critical_speeds, float(rpm.max()), top)
     axes.set_xlim(float(rpm.min()), max(float(rpm.max()), float(rpm.min()) + 1.0))
     axes.set_ylim(0.0, top)
-    axes.set_xlabel("speed of the reference shaft [rpm]")
+    axes.set_xlabel("speed of the reference shaft, with which forward whirl turns [rpm]")
     axes.set_ylabel("natural frequency [Hz]")
     # Room between the frame and the title for lines that leave at the top.
-    axes.set_title(title, pad=20.0)
+    axes.set_title(fill(title, 60), pad=20.0, fontsize=11)
     axes.grid(visible=True, color="#E5E5E5", linewidth=0.6)
     axes.set_axisbelow(True)
     _add_legend(figure, axes, critical_speeds)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import combinations, permutations
+
 from solidwhirl.geometry import (
     MATERIALS,
     TABLE_7,
@@ -12,6 +14,7 @@ from solidwhirl.geometry import (
     Material,
     RigidDisk,
     Section,
+    Subdivision,
     Web,
     merge_fillets,
     stage_group_sections,
@@ -26,17 +29,36 @@ def build_bodies(scene: Scene) -> dict[str, Body]:
     Raises
     ------
     GeometryError
-        Unknown material, or a profile that is none; the message begins with the key.
+        Unknown material, a profile that is none, or interfaces that move as one; the message
+        begins with the key.
     """
     materials = _materials(scene)
     bodies = {}
     for name, spec in scene.bodies.items():
         try:
             bodies[name] = _build_body(name, spec, materials)
-            merge_fillets(subdivide(bodies[name]))  # milliseconds: refuse before anything is meshed
+            # milliseconds: what does not fit is refused before anything is meshed
+            _refuse_dependent_interfaces(bodies[name], merge_fillets(subdivide(bodies[name])))
         except GeometryError as error:
             raise GeometryError(f"bodies.{name}: {error}") from error
     return bodies
+
+
+def _refuse_dependent_interfaces(body: Body, subdivision: Subdivision) -> None:
+    """Interfaces of one surface, or inside a rigid one, have the same motion: one is enough."""
+    surfaces = {name: set(curves) for name, curves in subdivision.interfaces.items()}
+    for first, second in combinations(body.interfaces, 2):
+        if surfaces[first.name] == surfaces[second.name]:
+            raise GeometryError(
+                f"interfaces {first.name!r} and {second.name!r} are the same surface; keep one of "
+                "them, any number of bearings and rigid disks may use it"
+            )
+    for outer, inner in permutations(body.interfaces, 2):
+        if outer.coupling == "rigid" and surfaces[inner.name] <= surfaces[outer.name]:
+            raise GeometryError(
+                f"interface {inner.name!r} lies inside the rigid interface {outer.name!r} and "
+                f"moves with it; bearings and rigid disks may use {outer.name!r} instead"
+            )
 
 
 def _materials(scene: Scene) -> dict[str, Material]:

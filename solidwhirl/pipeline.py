@@ -41,6 +41,7 @@ from solidwhirl.scene_file import scene_hash
 from solidwhirl.versions import package_versions
 
 Progress = Callable[[str], None]
+_LATERAL = [0, 1, 3, 4]  # ux, uy, rx, ry of (ux, uy, uz, rx, ry, rz)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -258,11 +259,28 @@ def _reduce(
         )
     if mesh is None:
         return None
-    if not plan.on("gyroscopic"):  # that of the rigid disks too
-        element = replace(element, gyroscopic=np.zeros_like(element.gyroscopic))
     return BodyResult(
-        body=body, mesh=mesh, element=element, properties=mass_properties(body), work=work
+        body=body,
+        mesh=mesh,
+        element=_as_planned(element, plan),
+        properties=mass_properties(body),
+        work=work,
     )
+
+
+def _as_planned(element: Superelement, plan: Plan) -> Superelement:
+    """The superelement without effects that are off; refused if its interfaces depend."""
+    from solidwhirl.reduction import ReductionError
+
+    if not element.rigid_body_present[_LATERAL].all():
+        raise ReductionError(
+            f"body {element.name!r} can not move as a rigid one in its superelement: an interface "
+            "moves as others make it, such as one that is the union of two others; leave it out"
+        )
+    if plan.on("gyroscopic"):
+        return element
+    # the rigid disks brought theirs along
+    return replace(element, gyroscopic=np.zeros_like(element.gyroscopic))
 
 
 def _provenance(scene: Scene, own: BodyPlan, mesh: Mesh) -> dict[str, Any]:

@@ -87,6 +87,7 @@ def _bodies(bodies: dict[str, Any]) -> str:
             "level",
             "unknowns",
             "reduced",
+            "hoop strain at top speed",
             "first free lateral frequencies [Hz]",
         ),
         (
@@ -99,6 +100,7 @@ def _bodies(bodies: dict[str, Any]) -> str:
                 b["level"],
                 b["full_dofs"],
                 b["reduced_dofs"],
+                f"{b['hoop_strain_at_top_speed']:.1e}",
                 ", ".join(f"{f:.2f}" for f in b["free_frequencies_hz"][:6:2]),
             )
             for name, b in bodies.items()

@@ -42,7 +42,7 @@ def results_document(results: Results) -> dict[str, Any]:
             "frame": "inertial",
             "speed_rpm": (diagram.speeds_rad_s * _RPM).tolist(),
             "frequency_hz": diagram.frequency_hz.tolist(),
-            "whirl": diagram.whirl.tolist(),
+            "whirl": [[w or None for w in branch] for branch in diagram.whirl.tolist()],
             "log_decrement": diagram.log_decrement.tolist(),
             "notes": [str(note) for note in diagram.notes],
         },

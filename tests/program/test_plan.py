@@ -146,7 +146,7 @@ def test_explicit_on_and_off_win(planned, name, asked, on):
     [
         ((0.0,), {"gyroscopic": "on"}, {"gyroscopic"}),
         ((0.0, 9e3), {"gyroscopic": "off"}, {"stress_stiffening", "spin_softening"}),
-        ((0.0,), {"stress_stiffening": "on"}, {"stress_stiffening"}),
+        ((0.0,), {"stress_stiffening": "on"}, {"stress_stiffening", "spin_softening"}),
         ((0.0, 9e3), {"stress_stiffening": "off", "spin_softening": "off"}, {"gyroscopic"}),
     ],
 )
@@ -271,6 +271,17 @@ def test_run_keeps_to_the_plan(counted, case):
 
 
 @pytest.mark.solver
+def test_bounds_of_the_plan_are_reached(counted):
+    """Fast enough for the prestress to matter all that is planned is done; slow, modes once."""
+    results, _, fast = counted()
+    own = results.plan.bodies["rotor"]
+    assert (fast["factorisations"], fast["eigenproblems"]) == (3, 2)
+    assert (own.factorisations, own.eigenproblems) == (3, 2)
+    _, _, slow = counted(**SCENES["slow"])
+    assert (slow["factorisations"], slow["eigenproblems"]) == (2, 1)
+
+
+@pytest.mark.solver
 def test_at_rest_nothing_of_rotation_is_assembled(counted):
     results, document, done = counted(rpm=None)
     assert document["bodies"]["rotor"]["assembled"] == {"n=1": ["stiffness", "mass"]}
@@ -337,6 +348,26 @@ def test_gyroscopic_switched_off_holds_for_rigid_disks_too(counted):
     on, _, _ = counted(body=disks)
     split = on.campbell.frequency_hz[1::2, -1] / on.campbell.frequency_hz[0::2, -1] - 1.0
     assert split.max() > 0.01
+
+
+@pytest.mark.solver
+def test_interface_that_is_the_union_of_two_others_is_refused(counted, small_scene):
+    """Its mean motion follows from theirs: held by its own coordinate it gave 5 x the frequency."""
+    from solidwhirl.reduction import ReductionError
+
+    interfaces = small_scene()["bodies"]["rotor"]["interfaces"]
+    parts = [("front", 0.2, 0.3), ("back", 0.3, 0.39)]
+    for name, start, end in parts:
+        interfaces.append({"name": name, "kind": "outer", "start_m": start, "end_m": end})
+    plain, _, _ = counted(bearing=TILTING)
+    more, _, _ = counted(bearing=TILTING, body={"interfaces": interfaces})
+    # more interfaces change nothing but the basis, which is good to 1e-4 with three modes
+    np.testing.assert_allclose(
+        more.at_rest.frequency_hz[:4], plain.at_rest.frequency_hz[:4], rtol=1e-3
+    )
+    interfaces.append({"name": "both", "kind": "outer", "start_m": 0.2, "end_m": 0.39})
+    with pytest.raises(ReductionError, match="'rotor' can not move as a rigid one.*union of two"):
+        counted(bearing=TILTING, body={"interfaces": interfaces})
 
 
 @pytest.mark.solver

@@ -165,6 +165,17 @@ WRONG = {
         '{ name = "C", kind = "section", at_m = 0.1 },\n{ name = "A",',
         ["bodies.inner", "two interfaces are called 'C'"],
     ),
+    "two interfaces of a surface": (
+        '{ name = "A",',
+        '{ name = "twin", kind = "section", at_m = 0.4 },\n{ name = "A",',
+        ["bodies.inner", "interfaces 'twin' and 'B' are the same surface", "keep one"],
+    ),
+    "interface inside a rigid one": (
+        '{ name = "A",',
+        '{ name = "held", kind = "slab", start_m = 0.2, end_m = 0.3, coupling = "rigid" },\n'
+        '{ name = "A",',
+        ["bodies.inner", "interface 'C' lies inside the rigid interface 'held'"],
+    ),
     "unknown interface": (
         'first = "inner.B"',
         'first = "inner.X"',
