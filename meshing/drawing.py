@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import gmsh
 import numpy as np
 
-from solidwhirl.geometry import Body, Subdivision
+from solidwhirl.geometry import Body, Face, Subdivision
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.records import FloatArray, MeshSize
 
@@ -91,15 +91,20 @@ def face_thickness(subdivision: Subdivision) -> FloatArray:
     """
     out = np.empty(len(subdivision.faces))
     for k, face in enumerate(subdivision.faces):
-        ends = []
-        for c, sign in face.loop:
-            curve = subdivision.curves[c]
-            ends.append(curve.start if sign > 0 else curve.end)
-        p = subdivision.points[np.array(ends)]
-        q = np.roll(p, -1, axis=0)
+        p, q = face_edges(subdivision, face)
         area = 0.5 * abs(np.sum(p[:, 0] * q[:, 1] - q[:, 0] * p[:, 1]))
         out[k] = 2.0 * area / np.linalg.norm(q - p, axis=1).sum()
     return out
+
+
+def face_edges(subdivision: Subdivision, face: Face) -> tuple[FloatArray, FloatArray]:
+    """Start and end points (n, 2) of the edges of a face, arcs as chords, counterclockwise."""
+    starts = []
+    for c, sign in face.loop:
+        curve = subdivision.curves[c]
+        starts.append(curve.start if sign > 0 else curve.end)
+    p = subdivision.points[np.array(starts)]
+    return p, np.roll(p, -1, axis=0)
 
 
 def size_fields(body: Body, subdivision: Subdivision, size: MeshSize, entities: list[int]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from solidwhirl.geometry import Body, Subdivision, subdivide
-from solidwhirl.meshing.drawing import face_bounds, graded_places
+from solidwhirl.meshing.drawing import face_bounds, face_edges, graded_places
 from solidwhirl.meshing.records import MeshSize
 
 # A tetrahedron of edge h fills √2/12 h³; gmsh's meshes have 1.4 times as many after optimising,
@@ -46,12 +46,7 @@ def _faces(subdivision: Subdivision) -> list[tuple[float, float]]:
     """Area and centroid radius of every face."""
     out = []
     for face in subdivision.faces:
-        ends = []
-        for c, sign in face.loop:
-            curve = subdivision.curves[c]
-            ends.append(curve.start if sign > 0 else curve.end)
-        p = subdivision.points[np.array(ends)]
-        q = np.roll(p, -1, axis=0)
+        p, q = face_edges(subdivision, face)
         cross = p[:, 0] * q[:, 1] - q[:, 0] * p[:, 1]
         area = 0.5 * cross.sum()
         out.append((abs(area), float(((p + q)[:, 1] * cross).sum() / (6.0 * area))))

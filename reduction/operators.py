@@ -151,58 +151,81 @@ def build_operators(
     matter = forms.medium(domain, material_tags, materials)
     space = compat.vector_space(domain, degree, 3)
     coupling = couple(space, kin, facet_tags, body.interfaces, effects.components)
-    u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
-    metadata = {"quadrature_degree": forms.quadrature_degree(kin, degree)}
-    dx = ufl.Measure("dx", domain=domain, metadata=metadata)
-    ledger: list[str] = []
-
-    def assemble(name: str, form: Any) -> Any:
-        ledger.append(name)
-        return compat.assemble_matrix(compat.compiled(form))
-
-    stiffness = assemble("stiffness", forms.stiffness_form(kin, matter, u, v, dx))
-    mass = assemble("mass", forms.mass_form(kin, matter, u, v, dx))
-    gyroscopic = circulation = stiffening = softening = None
-    hoop = 0.0
-    if effects.gyroscopic:
-        gyroscopic = assemble("gyroscopic", forms.gyroscopic_form(kin, matter, u, v, dx))
-    if order is None:
-        circulation = assemble("circulation", forms.circulation_form(kin, matter, u, v, dx))
-    if effects.centrifugal:
-        around, static = kin, stiffness
-        if order is None:
-            around = kinematics.solid_axisymmetric(domain)
-        elif order > 0:
-            around = kinematics.harmonic(domain, 0)
-            form = forms.stiffness_form(around, matter, u, v, dx)
-            static = assemble("axisymmetric_stiffness", form)
-        ledger.append("prestress")
-        field, hoop = centrifugal_displacement(space, around, matter, dx, static)
-        prestress = forms.stress(around, matter, field)
-        stiffening = assemble("stress_stiffening", forms.stiffening_form(kin, prestress, u, v, dx))
-        softening = assemble("spin_softening", forms.softening_form(kin, matter, u, v, dx))
+    assembly = _assemble(space, kin, matter, degree, effects)
+    whole = assembly.matrices
     index_map = space.dofmap.index_map
     return BodyOperators(
         level="solid" if order is None else "harmonic",
         harmonic=order,
         families=kin.families,
-        mass=_coupled(mass, coupling),
-        stiffness=_coupled(stiffness, coupling),
-        gyroscopic=_coupled(gyroscopic, coupling),
-        stress_stiffening=_coupled(stiffening, coupling),
-        spin_softening=_coupled(softening, coupling),
-        circulation=_coupled(circulation, coupling),
+        mass=_coupled(whole.get("mass"), coupling),
+        stiffness=_coupled(whole.get("stiffness"), coupling),
+        gyroscopic=_coupled(whole.get("gyroscopic"), coupling),
+        stress_stiffening=_coupled(whole.get("stress_stiffening"), coupling),
+        spin_softening=_coupled(whole.get("spin_softening"), coupling),
+        circulation=_coupled(whole.get("circulation"), coupling),
         coupling=coupling,
         rigid_motions={
             c: reduced_motion(space, kin, coupling, body.interfaces, c) for c in kin.rigid_motions
         },
         second_family=kin.second_family,
-        hoop_strain=hoop,
-        rigid_mass=_rigid_mass(space, mass) if order is None else None,
+        hoop_strain=assembly.hoop_strain,
+        rigid_mass=_rigid_mass(space, whole["mass"]) if order is None else None,
         full_dofs=index_map.size_global * space.dofmap.index_map_bs * kin.families,
         space=space,
-        assembled=tuple(ledger),
+        assembled=assembly.ledger,
     )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Assembly:
+    """Matrices of all unknowns by name, and what was done for them."""
+
+    matrices: Mapping[str, Any]
+    hoop_strain: float
+    ledger: tuple[str, ...]
+
+
+def _assemble(
+    space: Any, kin: Kinematics, matter: forms.Medium, degree: int, effects: OperatorEffects
+) -> _Assembly:
+    """Assemble what the effects ask for, nothing else."""
+    u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
+    metadata = {"quadrature_degree": forms.quadrature_degree(kin, degree)}
+    dx = ufl.Measure("dx", domain=space.mesh, metadata=metadata)
+    wanted = {"stiffness": forms.stiffness_form, "mass": forms.mass_form}
+    if effects.gyroscopic:
+        wanted["gyroscopic"] = forms.gyroscopic_form
+    if kin.harmonic is None:
+        wanted["circulation"] = forms.circulation_form
+    matrices = {
+        name: compat.assemble_matrix(compat.compiled(form(kin, matter, u, v, dx)))
+        for name, form in wanted.items()
+    }
+    ledger = list(matrices)
+    if not effects.centrifugal:
+        return _Assembly(matrices=matrices, hoop_strain=0.0, ledger=tuple(ledger))
+    around, static = _axisymmetric(space.mesh, kin), matrices["stiffness"]
+    if kin.harmonic is not None and around is not kin:
+        form = forms.stiffness_form(around, matter, u, v, dx)
+        static = compat.assemble_matrix(compat.compiled(form))
+        ledger.append("axisymmetric_stiffness")
+    field, hoop = centrifugal_displacement(space, around, matter, dx, static)
+    prestress = forms.stress(around, matter, field)
+    for name, form in (
+        ("stress_stiffening", forms.stiffening_form(kin, prestress, u, v, dx)),
+        ("spin_softening", forms.softening_form(kin, matter, u, v, dx)),
+    ):
+        matrices[name] = compat.assemble_matrix(compat.compiled(form))
+    ledger += ["prestress", "stress_stiffening", "spin_softening"]
+    return _Assembly(matrices=matrices, hoop_strain=hoop, ledger=tuple(ledger))
+
+
+def _axisymmetric(domain: Any, kin: Kinematics) -> Kinematics:
+    """Kinematics of the centrifugal field on the same mesh."""
+    if kin.harmonic is None:
+        return kinematics.solid_axisymmetric(domain)
+    return kin if kin.harmonic == 0 else kinematics.harmonic(domain, 0)
 
 
 def _kinematics(domain: Any, order: int | None, effects: OperatorEffects) -> Kinematics:
