@@ -217,14 +217,17 @@ def _interior_modes(
     wanted = modes if orders is None else 2 * modes
     available = operators.mass.getSize()[0] - rows.shape[1] - free.shape[1]
     count = min(modes + 2 if orders is None else wanted + wanted // 2 + 4, available)
+    found = -1
     while True:
         values, vectors = eigenpairs(factor, mass, shift=shift, count=count, deflate=deflate)
         vectors = vectors[:local]
         if orders is not None:
             values, vectors = _of_orders(operators, values, vectors, orders)
         whole = _whole_clusters(values, wanted)
-        if whole >= min(wanted, available) or count == available:
+        # a coarse mesh mixes the orders of its highest modes: asking for more then brings nothing
+        if whole >= min(wanted, available) or count == available or whole <= found:
             return values[:whole], vectors[:, :whole], count
+        found = whole
         count = min(int(1.6 * count) + 4, available)
 
 

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 from pydantic import ValidationError
 from rich.console import Console
@@ -144,6 +145,11 @@ def _guarded(scene: Path, work: Callable[[], None]) -> None:
         _stop(str(error))
     except _user_errors() as error:
         _stop(f"{scene}: {error}")
+    except np.linalg.LinAlgError as error:
+        _stop(
+            f"{scene}: the numbers of this scene can not be solved ({error}); check masses, "
+            "inertias, stiffnesses and units"
+        )
 
 
 def _user_errors() -> tuple[type[Exception], ...]:

@@ -7,6 +7,9 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
+
+from solidwhirl.cli import app
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -88,3 +91,49 @@ def computed(scene_data):
         return found[name]
 
     return run
+
+
+@pytest.fixture
+def invoke(tmp_path):
+    """Function: run the command on a text; exit code, message, and whether the folder exists."""
+
+    def run(content, *options, out="results"):
+        path = tmp_path / "bad.toml"
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        arguments = ["run", str(path), "--out", str(tmp_path / out), *options]
+        done = CliRunner().invoke(app, arguments)
+        return done, (tmp_path / "results").exists()
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def ferraris(root):
+    return (root / "scenes" / "ferraris.toml").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="session")
+def changed():
+    """Function: the text with its first `old` replaced."""
+
+    def replace(text, old, new):
+        assert old in text, old
+        return text.replace(old, new, 1)
+
+    return replace
+
+
+@pytest.fixture(scope="session")
+def refusal():
+    """Function: check how a command ended that refused its input, and return the message."""
+
+    def check(done, name):
+        assert done.exit_code == 2, done.output
+        assert isinstance(done.exception, SystemExit)
+        assert done.stdout == ""
+        assert done.stderr.startswith("error: ")
+        assert name in done.stderr.splitlines()[0]
+        assert "Traceback" not in done.stderr
+        return done.stderr
+
+    return check

@@ -366,7 +366,7 @@ def test_interface_that_is_the_union_of_two_others_is_refused(counted, small_sce
         more.at_rest.frequency_hz[:4], plain.at_rest.frequency_hz[:4], rtol=1e-3
     )
     interfaces.append({"name": "both", "kind": "outer", "start_m": 0.2, "end_m": 0.39})
-    with pytest.raises(ReductionError, match="'rotor' can not move as a rigid one.*union of two"):
+    with pytest.raises(ReductionError, match=r"'rotor' can not move as a rigid one.*union of two"):
         counted(bearing=TILTING, body={"interfaces": interfaces})
 
 
