@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import gmsh
 import numpy as np
 
@@ -13,7 +15,9 @@ from solidwhirl.meshing.records import FloatArray, IntArray, Mesh, MeshQuality, 
 
 #: Elements below this scaled Jacobian are straightened; what stays below is refused.
 MINIMUM_SCALED_JACOBIAN = 0.02
-_TRIANGLE6, _LINE3 = 9, 8
+# gmsh's numbers of the second-order elements, and their nodes
+LINE3, TRIANGLE6, TETRAHEDRON10 = 8, 9, 11
+_NODES = {LINE3: 3, TRIANGLE6: 6, TETRAHEDRON10: 10}
 
 
 def mesh_meridian(body: Body, size: MeshSize) -> Mesh:
@@ -46,8 +50,8 @@ def mesh_meridian(body: Body, size: MeshSize) -> Mesh:
         gmsh.model.mesh.generate(2)
         gmsh.model.mesh.setOrder(2)
         numbering, points = node_table()
-        cells, owner = _blocks(2, drawing.faces, _TRIANGLE6, numbering)
-        curves = [_blocks(1, (tag,), _LINE3, numbering)[0] for tag in drawing.curves]
+        cells, owner = element_blocks(drawing.faces, TRIANGLE6, numbering)
+        curves = [element_blocks([tag], LINE3, numbering)[0] for tag in drawing.curves]
     cells, points, used = compact(points[:, [2, 0]], cells)
     points[np.abs(points[:, 1]) < 1e-12 * np.abs(points).max(), 1] = 0.0
     cells = _counterclockwise(points, cells)
@@ -111,19 +115,23 @@ def checked_quality(
     )
 
 
-def _blocks(
-    dimension: int, tags: tuple[int, ...], element: int, numbering: IntArray
+def element_blocks(
+    tags: Iterable[int], element: int, numbering: IntArray
 ) -> tuple[IntArray, IntArray]:
-    """Connectivity of one element type on entities, and which entity each row is from."""
-    nodes_per = {_TRIANGLE6: 6, _LINE3: 3}[element]
+    """Connectivity of one element type on entities, and which entity each row is from.
+
+    Raises
+    ------
+    MeshingError
+        An entity has no such elements.
+    """
     rows, owner = [], []
     for k, tag in enumerate(tags):
         _, nodes = gmsh.model.mesh.getElementsByType(element, tag)
-        block = numbering[nodes.astype(np.int64)].reshape(-1, nodes_per)
-        rows.append(block)
-        owner.append(np.full(len(block), k))
-    if not rows or not sum(len(r) for r in rows):
-        raise MeshingError(f"gmsh made no elements of dimension {dimension}")
+        if not len(nodes):
+            raise MeshingError(f"gmsh made no elements of type {element} on entity {tag}")
+        rows.append(numbering[nodes.astype(np.int64)].reshape(-1, _NODES[element]))
+        owner.append(np.full(len(rows[-1]), k))
     return np.vstack(rows), np.concatenate(owner)
 
 

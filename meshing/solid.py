@@ -16,10 +16,16 @@ from scipy.spatial import cKDTree
 from solidwhirl.geometry import Body, Subdivision, merge_fillets, subdivide
 from solidwhirl.meshing.drawing import Drawing, draw, gmsh_session, size_fields
 from solidwhirl.meshing.errors import MeshingError
-from solidwhirl.meshing.meridian import checked_quality, compact, node_table
+from solidwhirl.meshing.meridian import (
+    TETRAHEDRON10,
+    TRIANGLE6,
+    checked_quality,
+    compact,
+    element_blocks,
+    node_table,
+)
 from solidwhirl.meshing.records import FloatArray, IntArray, Mesh, MeshSize
 
-_TETRAHEDRON10, _TRIANGLE6 = 11, 9
 # A quarter turn about z: (x, y) -> (-y, x), exact in floating point.
 _QUARTER_TURN = (0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1)
 
@@ -98,18 +104,14 @@ def _mesh_quarter(body: Body, subdivision: Subdivision, size: MeshSize) -> _Quar
     gmsh.model.mesh.optimize("Netgen")
     gmsh.model.mesh.setOrder(2)
     numbering, points = node_table()
-    rows, owner = [], []
-    for k, tag in enumerate(volumes):
-        _, nodes = gmsh.model.mesh.getElementsByType(_TETRAHEDRON10, tag)
-        rows.append(numbering[nodes.astype(np.int64)].reshape(-1, 10))
-        owner.append(np.full(len(rows[-1]), k))
+    tetrahedra, owner = element_blocks(volumes, TETRAHEDRON10, numbering)
     facets = _facets_of_curves(subdivision, numbering, points)
-    cells, points, used = compact(points, np.vstack(rows))
+    cells, points, used = compact(points, tetrahedra)
     interfaces = {
         name: used[np.vstack([facets[c] for c in indices])]
         for name, indices in subdivision.interfaces.items()
     }
-    return _Quarter(points=points, cells=cells, owner=np.concatenate(owner), interfaces=interfaces)
+    return _Quarter(points=points, cells=cells, owner=owner, interfaces=interfaces)
 
 
 def _match_cut_faces(drawing: Drawing) -> None:
@@ -146,8 +148,7 @@ def _facets_of_curves(
     scale = float(np.abs(subdivision.points).max())
     found: dict[int, list[IntArray]] = {c: [] for c in wanted}
     for _, tag in gmsh.model.getEntities(2):
-        _, nodes = gmsh.model.mesh.getElementsByType(_TRIANGLE6, tag)
-        triangles = numbering[nodes.astype(np.int64)].reshape(-1, 6)
+        triangles, _ = element_blocks([tag], TRIANGLE6, numbering)
         x = points[np.unique(triangles[:, :3])]
         if np.abs(x[:, 0]).max() < 1e-9 * scale or np.abs(x[:, 1]).max() < 1e-9 * scale:
             continue  # a cut face

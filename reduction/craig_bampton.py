@@ -314,10 +314,10 @@ def _merge(
         squared, turn = np.linalg.eigh(symmetric(project(operators.circulation, basis, comm)))
         basis = basis @ turn[:, _is_of_order(squared, orders)]
     values, turn = np.linalg.eigh(symmetric(project(operators.stiffness, basis, comm)))
-    return apply_columns(basis, turn), values
+    return _turned_columns(basis, turn), values
 
 
-def apply_columns(basis: FloatArray, turn: FloatArray) -> FloatArray:
+def _turned_columns(basis: FloatArray, turn: FloatArray) -> FloatArray:
     """Rotate columns and fix their sign (largest entry of the turn positive)."""
     signs = np.sign(turn[np.abs(turn).argmax(axis=0), np.arange(turn.shape[1])])
     return np.asarray(basis @ (turn * signs))
@@ -328,8 +328,3 @@ def orthogonality_error(operators: BodyOperators, basis: Basis) -> float:
     interior = basis.vectors[:, basis.interface_count :]
     gram = project(operators.mass, interior, operators.comm)
     return float(np.abs(gram - np.eye(len(gram))).max()) if len(gram) else 0.0
-
-
-def reduced(matrix: Any, basis: Basis, comm: Any) -> FloatArray:
-    """Vᵀ A V."""
-    return inner(basis.vectors, apply(matrix, basis.vectors), comm)

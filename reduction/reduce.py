@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from solidwhirl.geometry import Body, MassProperties, mass_properties
 from solidwhirl.meshing import Mesh
 from solidwhirl.reduction.craig_bampton import Basis, orthogonality_error, reduction_basis
+from solidwhirl.reduction.errors import ReductionError
+from solidwhirl.reduction.kinematics import COMPONENTS
 from solidwhirl.reduction.operators import BodyOperators, OperatorEffects, build_operators
 from solidwhirl.reduction.superelements import (
     ReducedBlock,
@@ -113,7 +115,7 @@ def reduce_body(
     Raises
     ------
     ReductionError
-        See `reduction_basis` and `couple`.
+        See `reduction_basis` and `couple`; or the interfaces' motions depend on each other.
     """
     points = comm.bcast(_recovery_points(mesh) if comm.rank == 0 else None, root=0)
     blocks, dofs = [], 0
@@ -145,7 +147,8 @@ def reduce_body(
         points_m=points,
         provenance=provenance,
     )
-    element = _with_rigid_disks(element, body)
+    _refuse_dependent_interfaces(element, request)
+    element = _with_rigid_disks(element, body, request)
     work = ReductionWork(
         assembled=assembled,
         solved=solved,
@@ -164,7 +167,17 @@ def _properties(body: Body, operators: BodyOperators) -> MassProperties:
     return mass_properties(bare)
 
 
-def _with_rigid_disks(element: Superelement, body: Body) -> Superelement:
+def _refuse_dependent_interfaces(element: Superelement, request: ReductionRequest) -> None:
+    """Interfaces whose motions depend on each other leave the body no rigid motion."""
+    lateral = [COMPONENTS.index(c) for c in ("ux", "uy", "rx", "ry")]
+    if 1 in request.orders and not element.rigid_body_present[lateral].all():
+        raise ReductionError(
+            f"body {element.name!r} can not move as a rigid one in its superelement: an interface "
+            "moves as others make it, such as one that is the union of two others; leave it out"
+        )
+
+
+def _with_rigid_disks(element: Superelement, body: Body, request: ReductionRequest) -> Superelement:
     """Add the lumped disks; the free frequencies are those of the body with them."""
     if not body.rigid_disks:
         return element
@@ -178,6 +191,8 @@ def _with_rigid_disks(element: Superelement, body: Body) -> Superelement:
             diametral_kg_m2=disk.diametral_inertia_kg_m2,
             offset_m=disk.offset_m,
         )
+    if not request.gyroscopic:  # the disks brought theirs along
+        element = replace(element, gyroscopic=np.zeros_like(element.gyroscopic))
     return replace(element, free_frequencies_hz=lateral_free_frequencies(element)[:10])
 
 

@@ -310,11 +310,11 @@ def _interleaved(coordinates: list[Coordinate]) -> NDArray[np.int64]:
     n = len(coordinates) // 2
     names = list(dict.fromkeys(c.interface for c in coordinates[:n]))
 
-    def key(k: int) -> tuple[int, int, int, int]:
+    def key(k: int) -> tuple[int, int, int]:
         c = coordinates[k]
         if c.kind == "modal":
-            return (1, k % n, k // n, 0)
-        return (0, names.index(c.interface), COMPONENTS.index(c.component), 0)
+            return (1, k % n, k // n)
+        return (0, names.index(c.interface), COMPONENTS.index(c.component))
 
     return np.array(sorted(range(2 * n), key=key), dtype=np.int64)
 
@@ -363,13 +363,10 @@ def _on_the_round(order: int, amplitudes: FloatArray, points_m: FloatArray) -> F
     """Cartesian displacement at the points from amplitudes (a, b, c) of the cos and sin family."""
     theta = np.arctan2(points_m[:, 1], points_m[:, 0])[:, None]
     a, b, c = (amplitudes[:, k] for k in range(3))
-    families = [(np.cos(order * theta), np.sin(order * theta), 1.0)]
-    if order == 0:
-        families = [(np.ones_like(theta), np.ones_like(theta), 1.0)]
-    else:
-        families.append((np.sin(order * theta), -np.cos(order * theta), 1.0))
+    cos, sin = np.cos(order * theta), np.sin(order * theta)
+    families = [(cos, sin), (sin, -cos)] if order else [(cos, cos)]
     out = []
-    for radial, tangential, _ in families:
+    for radial, tangential in families:
         u_r, u_t, u_z = a * radial, b * tangential, c * radial
         u_x = u_r * np.cos(theta) - u_t * np.sin(theta)
         u_y = u_r * np.sin(theta) + u_t * np.cos(theta)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -21,23 +22,23 @@ def apply(matrix: Any, block: FloatArray) -> FloatArray:
         (local columns of the matrix, k).
     """
     x, y = matrix.createVecs()
-    out = np.empty((y.getLocalSize(), block.shape[1]))
-    for k in range(block.shape[1]):
-        x.array[:] = block[:, k]
-        matrix.mult(x, y)
-        out[:, k] = y.array_r
-    x.destroy()
-    y.destroy()
-    return out
+    return _by_column(matrix.mult, x, y, block)
 
 
 def apply_transposed(matrix: Any, block: FloatArray) -> FloatArray:
     """Transposed matrix times every column; rows are this rank's."""
     y, x = matrix.createVecs()
+    return _by_column(matrix.multTranspose, x, y, block)
+
+
+def _by_column(
+    multiply: Callable[[Any, Any], None], x: Any, y: Any, block: FloatArray
+) -> FloatArray:
+    """Multiply every column of a block with work vectors x and y, which are destroyed."""
     out = np.empty((y.getLocalSize(), block.shape[1]))
     for k in range(block.shape[1]):
         x.array[:] = block[:, k]
-        matrix.multTranspose(x, y)
+        multiply(x, y)
         out[:, k] = y.array_r
     x.destroy()
     y.destroy()

@@ -6,7 +6,7 @@ import os
 import resource
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -41,7 +41,6 @@ from solidwhirl.scene_file import scene_hash
 from solidwhirl.versions import package_versions
 
 Progress = Callable[[str], None]
-_LATERAL = [0, 1, 3, 4]  # ux, uy, rx, ry of (ux, uy, uz, rx, ry, rz)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -252,35 +251,14 @@ def _reduce(
         centrifugal=plan.on("stress_stiffening"),
     )
     team = comm if own.level == "solid" else MPI.COMM_SELF
-    record = _provenance(scene, own, mesh) if mesh is not None else {}
+    record = team.bcast(_provenance(scene, own, mesh) if mesh is not None else None)
     with clock.stage("reduction"):
-        element, work = reduce_body(
-            body, mesh, team, request, comm.bcast(record) if team is comm else record
-        )
+        element, work = reduce_body(body, mesh, team, request, record)
     if mesh is None:
         return None
     return BodyResult(
-        body=body,
-        mesh=mesh,
-        element=_as_planned(element, plan),
-        properties=mass_properties(body),
-        work=work,
+        body=body, mesh=mesh, element=element, properties=mass_properties(body), work=work
     )
-
-
-def _as_planned(element: Superelement, plan: Plan) -> Superelement:
-    """The superelement without effects that are off; refused if its interfaces depend."""
-    from solidwhirl.reduction import ReductionError
-
-    if not element.rigid_body_present[_LATERAL].all():
-        raise ReductionError(
-            f"body {element.name!r} can not move as a rigid one in its superelement: an interface "
-            "moves as others make it, such as one that is the union of two others; leave it out"
-        )
-    if plan.on("gyroscopic"):
-        return element
-    # the rigid disks brought theirs along
-    return replace(element, gyroscopic=np.zeros_like(element.gyroscopic))
 
 
 def _provenance(scene: Scene, own: BodyPlan, mesh: Mesh) -> dict[str, Any]:

@@ -99,6 +99,20 @@ def test_no_source_names_a_stage_without_the_package(root):
         assert not imported(path) & set(STAGES), path
 
 
+def printed_by(program, folder):
+    """What a program prints in a process of its own, warnings being errors."""
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", program],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
 def test_rotordyn_imports_without_the_other_libraries(tmp_path):
     program = (
         "import sys\n"
@@ -108,16 +122,10 @@ def test_rotordyn_imports_without_the_other_libraries(tmp_path):
         "print(rotordyn.assemble.__module__)\n"
         f"print([s for s in {STAGES!r} if 'solidwhirl.' + s in sys.modules])\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", program],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.splitlines() == ["solidwhirl.rotordyn.system", "['rotordyn']"]
+    assert printed_by(program, tmp_path).splitlines() == [
+        "solidwhirl.rotordyn.system",
+        "['rotordyn']",
+    ]
 
 
 def test_a_scene_is_planned_without_the_solvers(root, tmp_path):
@@ -129,16 +137,7 @@ def test_a_scene_is_planned_without_the_solvers(root, tmp_path):
         "from solidwhirl.cli import app\n"
         f"app(['plan', {str(root / 'scenes' / 'ferraris.toml')!r}])\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", program],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    assert "stress_stiffening" in done.stdout
+    assert "stress_stiffening" in printed_by(program, tmp_path)
 
 
 def test_only_reduction_imports_the_finite_element_library(root):
