@@ -172,7 +172,7 @@ def eigenpairs(
     *,
     shift: float,
     count: int,
-    tolerance: float = 1e-10,
+    tolerance: float = 1e-12,
     deflate: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Eigenpairs of A u = λ M u nearest to a shift under B u = 0, with the factor at hand.
