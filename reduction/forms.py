@@ -114,8 +114,14 @@ def circulation_form(kin: Kinematics, matter: Medium, u: Any, v: Any, dx: Any) -
 
     On a field of circumferential order n, J² = -n²; the form tells the order of a solid's modes.
     """
+    return matter.density * ufl.inner(_turned(kin, u), _turned(kin, v)) * kin.weight * dx
 
-    def turn(w: Any) -> Any:
-        return ufl.as_vector((-w[1], w[0], 0.0 * w[2])) - kin.spin(w)
 
-    return matter.density * ufl.inner(turn(u), turn(v)) * kin.weight * dx
+def turn_form(kin: Kinematics, matter: Medium, u: Any, v: Any, dx: Any) -> Any:
+    """∫ ρ v·Ju with J u = e_z × u - D u, the projection of a small turn of the field."""
+    return matter.density * ufl.inner(_turned(kin, u), v) * kin.weight * dx
+
+
+def _turned(kin: Kinematics, u: Any) -> Any:
+    """e_z × u - D u."""
+    return ufl.as_vector((-u[1], u[0], 0.0 * u[2])) - kin.spin(u)

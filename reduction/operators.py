@@ -70,6 +70,8 @@ class BodyOperators:
     circulation
         Solid only: ∫ ρ Jv·Ju with J the generator of a turn of the whole field; its Rayleigh
         quotient over M is the square of a mode's circumferential order.
+    turn
+        Solid only: ∫ ρ v·Ju.
     coupling
         Interface rows B and the map u = T û.
     rigid_motions
@@ -98,6 +100,7 @@ class BodyOperators:
     stress_stiffening: Any
     spin_softening: Any
     circulation: Any
+    turn: Any
     coupling: Coupling
     rigid_motions: Mapping[str, FloatArray]
     second_family: Mapping[str, tuple[str, float]]
@@ -164,6 +167,7 @@ def build_operators(
         stress_stiffening=_coupled(whole.get("stress_stiffening"), coupling),
         spin_softening=_coupled(whole.get("spin_softening"), coupling),
         circulation=_coupled(whole.get("circulation"), coupling),
+        turn=_coupled(whole.get("turn"), coupling),
         coupling=coupling,
         rigid_motions={
             c: reduced_motion(space, kin, coupling, body.interfaces, c) for c in kin.rigid_motions
@@ -198,6 +202,7 @@ def _assemble(
         wanted["gyroscopic"] = forms.gyroscopic_form
     if kin.harmonic is None:
         wanted["circulation"] = forms.circulation_form
+        wanted["turn"] = forms.turn_form
     matrices = {
         name: compat.assemble_matrix(compat.compiled(form(kin, matter, u, v, dx)))
         for name, form in wanted.items()

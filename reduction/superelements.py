@@ -17,6 +17,7 @@ from solidwhirl.reduction.craig_bampton import Basis
 from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.kinematics import COMPONENTS
 from solidwhirl.reduction.operators import BodyOperators
+from solidwhirl.reduction.turning import evenly_turned, turn_generator
 from solidwhirl.reduction.vectors import apply, inner, project, skew, symmetric
 from solidwhirl.rotordyn.superelement import Coordinate, InterfaceNode, Superelement
 
@@ -45,6 +46,9 @@ class ReducedBlock:
         Elastic lateral frequencies of the free block at rest, repeated modes repeated.
     fixed_frequencies_hz
         Fixed-interface frequencies at rest, repeated modes repeated.
+    generator
+        (n, n) change of the coordinates in a small turn of the field about the axis; None if it
+        is no exchange of coordinates.
     """
 
     coordinates: tuple[Coordinate, ...]
@@ -54,6 +58,7 @@ class ReducedBlock:
     recovery: FloatArray
     lateral_frequencies_hz: FloatArray
     fixed_frequencies_hz: FloatArray
+    generator: FloatArray | None
 
 
 def reduce_block(operators: BodyOperators, basis: Basis, points_m: FloatArray) -> ReducedBlock:
@@ -79,6 +84,14 @@ def reduce_block(operators: BodyOperators, basis: Basis, points_m: FloatArray) -
         lateral = _free_frequencies(operators, basis, matrices, rigid)
         fixed = np.sqrt(np.maximum(basis.fixed_eigenvalues, 0.0)) / (2.0 * np.pi)
         order = np.arange(n)
+        generator: FloatArray | None = np.zeros((n, n))
+        if operators.harmonic is None:
+            generator, signs = turn_generator(operators, basis, matrices["mass"])
+            matrices = {
+                name: evenly_turned(matrix * np.outer(signs, signs), generator)
+                for name, matrix in matrices.items()
+            }
+            rigid, recovery = rigid * signs[:, None], recovery * signs
     else:
         lateral = np.repeat(_free_frequencies(operators, basis, matrices, rigid), 2)
         fixed = np.repeat(np.sqrt(np.maximum(basis.fixed_eigenvalues, 0.0)) / (2.0 * np.pi), 2)
@@ -88,6 +101,9 @@ def reduce_block(operators: BodyOperators, basis: Basis, points_m: FloatArray) -
         coordinates, rigid, present, signs = _both_families(operators, coordinates, rigid, present)
         matrices = {name: matrix * np.outer(signs, signs) for name, matrix in matrices.items()}
         recovery = recovery * signs
+        # cos n(θ − α) = cos nθ + n α sin nθ, and the sin family goes back
+        turn = (operators.harmonic or 0) * np.array([[0.0, -1.0], [1.0, 0.0]])
+        generator = np.kron(turn, np.eye(n)) * np.outer(signs, signs)
         order = _interleaved(coordinates)
     return ReducedBlock(
         coordinates=tuple(coordinates[k] for k in order),
@@ -97,6 +113,7 @@ def reduce_block(operators: BodyOperators, basis: Basis, points_m: FloatArray) -
         recovery=recovery[:, :, order],
         lateral_frequencies_hz=lateral,
         fixed_frequencies_hz=fixed,
+        generator=None if generator is None else generator[np.ix_(order, order)],
     )
 
 
@@ -169,7 +186,17 @@ def build_superelement(
         ),
         frequency_error_estimate=np.empty(0),
         provenance=provenance,
+        spin_generator=_joined_generator(blocks, order),
     )
+
+
+def _joined_generator(
+    blocks: tuple[ReducedBlock, ...], order: NDArray[np.int64]
+) -> FloatArray | None:
+    known = [b.generator for b in blocks if b.generator is not None]
+    if len(known) < len(blocks):
+        return None
+    return np.asarray(scipy.linalg.block_diag(*known)[np.ix_(order, order)])
 
 
 def mesh_mass_properties(rigid_mass: FloatArray) -> MassProperties:

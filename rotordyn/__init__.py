@@ -5,13 +5,15 @@ from __future__ import annotations
 from solidwhirl.rotordyn.beams import beam_superelement
 from solidwhirl.rotordyn.branch_notes import TrackingNote
 from solidwhirl.rotordyn.campbell import Campbell, campbell
+from solidwhirl.rotordyn.complex_form import ComplexForm, complex_form
 from solidwhirl.rotordyn.critical_speeds import CriticalSpeed, critical_speeds
 from solidwhirl.rotordyn.eigen import Modes, modes_at_speed
 from solidwhirl.rotordyn.errors import AnalysisError, AssemblyError, SuperelementError
 from solidwhirl.rotordyn.files import read_superelement, write_superelement
 from solidwhirl.rotordyn.invariants import Invariant, check_superelement
-from solidwhirl.rotordyn.parts import Bearing, End, Rotor, System
+from solidwhirl.rotordyn.parts import Bearing, End, Gear, InternalDamping, Rotor, System
 from solidwhirl.rotordyn.pictures import draw_campbell
+from solidwhirl.rotordyn.rigid_superelement import rigid_superelement
 from solidwhirl.rotordyn.shafts import Disk
 from solidwhirl.rotordyn.superelement import (
     Coordinate,
@@ -28,11 +30,14 @@ __all__ = [
     "AssemblyError",
     "Bearing",
     "Campbell",
+    "ComplexForm",
     "Coordinate",
     "CriticalSpeed",
     "Disk",
     "End",
+    "Gear",
     "InterfaceNode",
+    "InternalDamping",
     "Invariant",
     "Modes",
     "Rotor",
@@ -46,11 +51,13 @@ __all__ = [
     "beam_superelement",
     "campbell",
     "check_superelement",
+    "complex_form",
     "critical_speeds",
     "draw_campbell",
     "matrices_at_speed",
     "modes_at_speed",
     "read_superelement",
+    "rigid_superelement",
     "whirl_direction",
     "write_superelement",
 ]

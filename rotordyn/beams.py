@@ -11,15 +11,18 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.arrays import FloatArray
 from solidwhirl.rotordyn.beam_elements import PlaneMatrices, shaft_matrices
+from solidwhirl.rotordyn.errors import SuperelementError
 from solidwhirl.rotordyn.rigid_body import MassProperties, joined_mass_properties
+from solidwhirl.rotordyn.rods import with_rods
 from solidwhirl.rotordyn.shafts import Disk, Shaft, checked_shaft
 from solidwhirl.rotordyn.spectrum import scale_by_stiffness, solve_standing
 from solidwhirl.rotordyn.superelement import Coordinate, InterfaceNode, Superelement
-from solidwhirl.rotordyn.superelement_checks import Component
+from solidwhirl.rotordyn.superelement_checks import MOTIONS, Component
 
 __all__ = ["Disk", "beam_superelement"]
 
 _FREE_MODES_LISTED = 10
+_LATERAL: tuple[Component, ...] = ("ux", "uy", "rx", "ry")
 
 
 def beam_superelement(
@@ -32,8 +35,9 @@ def beam_superelement(
     density_kg_m3: float,
     interface_stations: Mapping[str, float],
     disks: Sequence[Disk] = (),
+    components: Sequence[Component] = _LATERAL,
 ) -> Superelement:
-    """Build the superelement of a stepped shaft with rigid disks, for lateral motion.
+    """Build the superelement of a stepped shaft with rigid disks.
 
     Parameters
     ----------
@@ -50,13 +54,15 @@ def beam_superelement(
         Axial position of each interface by name, m; at least one.
     disks
         Rigid disks.
+    components
+        Motions of the interfaces: ux, uy, rx, ry always, "uz" (axial) and "rz" (torsion) if named.
 
     Returns
     -------
     Superelement
         Level "beam": ux, uy, rx, ry at each interface, then all fixed-interface modes as modal
-        coordinates in pairs (plane of x, plane of y). Nothing is truncated, so the element is
-        equivalent to the beam model itself. Axial motion and torsion are not modelled.
+        coordinates in pairs (plane of x, plane of y); likewise axial motion and torsion. Nothing
+        is truncated, so the element is equivalent to the beam model itself.
 
     Raises
     ------
@@ -69,6 +75,12 @@ def beam_superelement(
     and the spin softening of a tilting cross-section cancel. A shear modulus G and Young's
     modulus E stand for Poisson's ratio E/2G − 1.
     """
+    unknown = set(components) - set(MOTIONS)
+    if unknown or not set(_LATERAL) <= set(components):
+        raise SuperelementError(
+            f"beam {name!r}: components {tuple(components)}; allowed are {_LATERAL} and, beside "
+            "them, 'uz' and 'rz'"
+        )
     shaft = checked_shaft(
         name,
         np.asarray(stations_m, dtype=float),
@@ -82,7 +94,7 @@ def beam_superelement(
     held = [shaft.node_at(z) for z in shaft.interfaces.values()]
     plane = _fixed_interface_form(shaft.nodes_m, matrices, held)
     properties = _mass_properties(shaft)
-    return Superelement(
+    lateral = Superelement(
         name=name,
         level="beam",
         harmonics=(),
@@ -105,7 +117,10 @@ def beam_superelement(
         fixed_interface_frequencies_hz=np.repeat(plane.frequencies_hz, 2),
         frequency_error_estimate=np.empty(0),
         provenance=shaft.provenance(),
+        spin_generator=_spin_generator(len(held), plane.frequencies_hz.size),
     )
+    rods = [c for c in MOTIONS if c in components and c not in _LATERAL]
+    return with_rods(lateral, shaft, rods) if rods else lateral
 
 
 class _ReducedPlane(NamedTuple):
@@ -219,6 +234,12 @@ def _spatial_matrices(plane: _ReducedPlane, interface_count: int) -> dict[str, F
         "stress_stiffening": zero,
         "spin_softening": zero,
     }
+
+
+def _spin_generator(interface_count: int, mode_count: int) -> FloatArray:
+    """Return L: a small turn moves the plane of x into that of y."""
+    in_x, in_y = _planes(interface_count, mode_count)
+    return np.asarray(in_y @ in_x.T - in_x @ in_y.T)
 
 
 def _rigid_body_modes(positions_m: FloatArray, mode_count: int) -> FloatArray:

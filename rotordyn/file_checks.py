@@ -136,6 +136,24 @@ class SuperelementFile:
             raise self.error(place, f"has {values[bad]} at {list(bad)}; numbers must be finite")
         return values
 
+    def optional_matrix(self, place: str, rows: int) -> FloatArray | None:
+        """Return a matrix of any width that a file may lack, None where it is absent."""
+        group, _, name = place.rpartition("/")
+        holder = self.file.get(group)
+        if isinstance(holder, h5py.Group) and name not in holder:
+            return None
+        shape = self.dataset(place).shape
+        width = int(shape[1]) if len(shape) == 2 else 0
+        return self.numbers(place, (rows, width))
+
+    def optional_numbers(self, place: str, shape: tuple[int, ...]) -> FloatArray | None:
+        """Return a dataset that older files of the format lack, None where it is absent."""
+        group, _, name = place.rpartition("/")
+        holder = self.file.get(group)
+        if isinstance(holder, h5py.Group) and name not in holder:
+            return None
+        return self.numbers(place, shape)
+
     def speed_limit(self, place: str) -> float:
         """Return a positive number that may be infinite."""
         return float(self._values(place, ()))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 FORMAT = "ROTOR-SUPERELEMENT"
-FORMAT_VERSION = "1.0.0"
+FORMAT_VERSION = "1.1.0"
 MAJOR_VERSION = 1
 UNITS = {"length": "m", "mass": "kg", "time": "s", "force": "N", "angle": "rad"}
 EQUATION = (

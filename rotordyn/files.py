@@ -170,6 +170,10 @@ def _write_body(file: h5py.File, element: Superelement) -> None:
     _put(body, "rigid_present", element.rigid_body_present.astype(np.uint8))
     _put(body, "full_dofs", np.int64(element.full_dofs))
     _put(body, "maximum_speed", np.float64(element.maximum_speed_rad_s), unit="rad/s")
+    if element.constraint is not None:
+        _put(body, "constraint", element.constraint, axes="coordinate,free motion")
+    if element.spin_generator is not None:
+        _put(body, "spin_generator", element.spin_generator, axes="coordinate,coordinate")
 
 
 def _put(group: h5py.Group, name: str, data: Any, **attributes: Any) -> None:
@@ -242,6 +246,8 @@ def read_superelement(path: str | Path) -> Superelement:
                 fixed_interface_frequencies_hz=file.vector("frequencies/fixed_interface"),
                 frequency_error_estimate=file.vector("frequencies/error_estimate"),
                 provenance=file.provenance(),
+                constraint=file.optional_matrix("body/constraint", n),
+                spin_generator=file.optional_numbers("body/spin_generator", (n, n)),
             )
         except SuperelementError as error:
             raise file.named(error) from error

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from solidwhirl.rotordyn.arrays import FloatArray, freeze_arrays
+from solidwhirl.rotordyn.bearing_laws import SpeedLaw
 from solidwhirl.rotordyn.superelement import Superelement
 
 
@@ -53,6 +54,9 @@ class Bearing:
     rigid
         Components, "ux" to "rz", joined exactly: the coordinates are eliminated, no large spring
         is used. A component is either rigid or has stiffness and damping, not both.
+    speed_law
+        How the coefficients on (ux, uy) change with the spin speed of the body of `first`; None
+        keeps them constant.
     """
 
     name: str
@@ -67,6 +71,7 @@ class Bearing:
     torsion_stiffness_n_m_per_rad: float = 0.0
     torsion_damping_n_m_s_per_rad: float = 0.0
     rigid: tuple[str, ...] = ()
+    speed_law: SpeedLaw | None = None
 
     def __post_init__(self) -> None:
         freeze_arrays(
@@ -83,7 +88,7 @@ class Bearing:
         return (self.first,) if self.second is None else (self.first, self.second)
 
     def matrices(self) -> tuple[FloatArray, FloatArray]:
-        """Return stiffness and damping on (ux, uy, uz, rx, ry, rz).
+        """Return stiffness and damping on (ux, uy, uz, rx, ry, rz), a speed law left aside.
 
         Returns
         -------
@@ -100,6 +105,89 @@ class Bearing:
         return stiffness, damping
 
 
+@dataclass(frozen=True, kw_only=True)
+class Gear:
+    """Couple the torsion of two bodies by a gear.
+
+    Kinematically rz of `second` is ratio · rz of `first`; torques follow from the virtual work.
+
+    Attributes
+    ----------
+    name
+        Unique within the system.
+    first, second
+        The two gear seats; both need rz, and ux, uy where the mesh has a line of action.
+    ratio
+        Speed of `second` over that of `first`, negative for an external pair of spur gears. It
+        must be that of the bodies' speed ratios.
+    mesh_stiffness_n_per_m
+        Along the line of action; None is a rigid mesh, which is eliminated exactly.
+    mesh_damping_n_s_per_m
+        Along the line of action.
+    base_radius_first_m
+        Base circle of the first wheel; needed with a mesh stiffness or a line of action.
+    line_of_action_rad
+        Angle of the line of action across the axis, from +x towards +y, taken in the sense in
+        which a positive turn of `first` moves its contact point. None couples torsion alone, as
+        in a planetary gear whose planets balance each other.
+
+    Notes
+    -----
+    The relative motion of the teeth is δ = n·(u1 − u2) + r1 rz1 − (r1 / ratio) rz2, n = (cos,
+    sin) of the line of action (Rao, Shiau and Chang 1998; r2 = −r1/ratio for an external pair).
+    """
+
+    name: str
+    first: End
+    second: End
+    ratio: float
+    mesh_stiffness_n_per_m: float | None = None
+    mesh_damping_n_s_per_m: float = 0.0
+    base_radius_first_m: float | None = None
+    line_of_action_rad: float | None = None
+
+    @property
+    def ends(self) -> tuple[End, End]:
+        """Both gear seats."""
+        return (self.first, self.second)
+
+    def tooth_motion(self) -> tuple[FloatArray, FloatArray]:
+        """Return the relative motion of the teeth per motion of the two seats.
+
+        Returns
+        -------
+        first, second : ndarray
+            Shape (6,): factors of ux to rz at the seats.
+        """
+        radius = 1.0 if self.base_radius_first_m is None else self.base_radius_first_m
+        first, second = np.zeros(6), np.zeros(6)
+        first[5], second[5] = radius, -radius / self.ratio
+        if self.line_of_action_rad is not None:
+            direction = np.array([np.cos(self.line_of_action_rad), np.sin(self.line_of_action_rad)])
+            first[:2], second[:2] = direction, -direction
+        return first, second
+
+
+@dataclass(frozen=True, kw_only=True)
+class InternalDamping:
+    """Give a body's material viscous damping, which turns with it.
+
+    C = stiffness_coefficient_s · K + Σ 2 modal_ratio ω (Mφ)(Mφ)ᵀ over the body's free modes at
+    rest; the force is C (q' − Ω L q), whose second part drives forward whirl above a threshold
+    speed (Genta 2005, Dynamics of Rotating Systems, section 2.5).
+
+    Attributes
+    ----------
+    stiffness_coefficient_s
+        β of C = β K, s.
+    modal_ratio
+        Fraction of critical damping of each elastic free mode.
+    """
+
+    stiffness_coefficient_s: float = 0.0
+    modal_ratio: float = 0.0
+
+
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class Rotor:
     """Place a superelement in a system.
@@ -111,10 +199,13 @@ class Rotor:
     speed_ratio
         Its spin speed is speed_ratio · Ω: 1 for the reference shaft, negative for a
         counter-rotating one, 0 for a casing.
+    internal_damping
+        Of the body's material; None without.
     """
 
     element: Superelement
     speed_ratio: float
+    internal_damping: InternalDamping | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -129,8 +220,11 @@ class System:
         Between interfaces and the ground.
     reference
         Name of the shaft whose speed is Ω (its ratio must be 1); None when Ω is only a parameter.
+    gears
+        Between bodies.
     """
 
     rotors: Mapping[str, Rotor]
     bearings: tuple[Bearing, ...]
     reference: str | None = None
+    gears: tuple[Gear, ...] = ()

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from solidwhirl.rotordyn.parts import Bearing, System
+from solidwhirl.rotordyn.parts import Bearing, End, Gear, System
 from solidwhirl.rotordyn.superelement_checks import MOTIONS
 
+# Gear ratio and speed ratios must agree to this.
+_SAME_RATIO = 1e-9
 _SQUARE = (
     "stiffness_n_per_m",
     "damping_n_s_per_m",
@@ -46,6 +48,12 @@ def find_problems(system: System) -> tuple[str, ...]:
             found += _end_problems(system, bearing)
             found += _rigid_problems(bearing)
         problems += [f"bearing {bearing.name!r}: {text}" for text in found]
+    names = [gear.name for gear in system.gears]
+    for name in sorted({name for name in names if names.count(name) > 1}):
+        problems.append(f"gear name {name!r} occurs {names.count(name)} times; use it once")
+    for gear in system.gears:
+        found = [*_gear_number_problems(gear), *_gear_end_problems(system, gear)]
+        problems += [f"gear {gear.name!r}: {text}" for text in found]
     return tuple(problems)
 
 
@@ -55,6 +63,10 @@ def _rotor_problems(system: System) -> Iterator[str]:
     for name, rotor in system.rotors.items():
         if not np.isfinite(rotor.speed_ratio):
             yield f"rotor {name!r}: speed_ratio is {rotor.speed_ratio}; it must be finite"
+        damping = rotor.internal_damping
+        values = () if damping is None else (damping.stiffness_coefficient_s, damping.modal_ratio)
+        if not all(np.isfinite(value) and value >= 0 for value in values):
+            yield f"rotor {name!r}: internal damping {values}; both must be 0 or more"
     if system.reference is None:
         return
     if system.reference not in system.rotors:
@@ -83,19 +95,60 @@ def _end_problems(system: System, bearing: Bearing) -> Iterator[str]:
     used = (stiffness != 0) | (damping != 0)
     needed = [c for i, c in enumerate(MOTIONS) if used[i].any() or used[:, i].any()]
     needed += [c for c in bearing.rigid if c in MOTIONS and c not in needed]
+    if bearing.speed_law is not None:
+        needed += [c for c in ("ux", "uy") if c not in needed]
     for end in bearing.ends:
-        if end.body not in system.rotors:
-            yield f"{end.label}: no rotor {end.body!r}; there are {list(system.rotors)}"
-            continue
-        element = system.rotors[end.body].element
-        names = [node.name for node in element.interfaces]
-        if end.interface not in names:
-            yield f"{end.label}: rotor {end.body!r} has interfaces {names}"
-            continue
-        has = element.components_at(end.interface)
-        missing = [component for component in needed if component not in has]
-        if missing:
-            yield f"{end.label}: needs components {missing}, the interface has {list(has)}"
+        yield from _seat_problems(system, end, needed)
+
+
+def _seat_problems(system: System, end: End, needed: Sequence[str]) -> Iterator[str]:
+    if end.body not in system.rotors:
+        yield f"{end.label}: no rotor {end.body!r}; there are {list(system.rotors)}"
+        return
+    element = system.rotors[end.body].element
+    names = [node.name for node in element.interfaces]
+    if end.interface not in names:
+        yield f"{end.label}: rotor {end.body!r} has interfaces {names}"
+        return
+    has = element.components_at(end.interface)
+    missing = [component for component in needed if component not in has]
+    if missing:
+        yield f"{end.label}: needs components {missing}, the interface has {list(has)}"
+
+
+def _gear_number_problems(gear: Gear) -> Iterator[str]:
+    if not np.isfinite(gear.ratio) or gear.ratio == 0:
+        yield f"ratio is {gear.ratio}; finite and not 0 is allowed"
+    if gear.mesh_stiffness_n_per_m is not None and not 0 < gear.mesh_stiffness_n_per_m < np.inf:
+        yield f"mesh_stiffness_n_per_m is {gear.mesh_stiffness_n_per_m}; it must be positive"
+    if not 0 <= gear.mesh_damping_n_s_per_m < np.inf:
+        yield f"mesh_damping_n_s_per_m is {gear.mesh_damping_n_s_per_m}; 0 or more is allowed"
+    if gear.mesh_stiffness_n_per_m is None and gear.mesh_damping_n_s_per_m:
+        yield "a rigid mesh has no damping; give mesh_stiffness_n_per_m too"
+    if gear.line_of_action_rad is not None and not np.isfinite(gear.line_of_action_rad):
+        yield f"line_of_action_rad is {gear.line_of_action_rad}; it must be finite"
+    radius = gear.base_radius_first_m
+    if radius is not None and not 0 < radius < np.inf:
+        yield f"base_radius_first_m is {radius}; it must be positive"
+    elastic = gear.mesh_stiffness_n_per_m is not None or gear.line_of_action_rad is not None
+    if radius is None and elastic:
+        yield "base_radius_first_m is needed with a mesh stiffness or a line of action"
+
+
+def _gear_end_problems(system: System, gear: Gear) -> Iterator[str]:
+    if gear.first.body == gear.second.body:
+        yield f"both seats are on body {gear.first.body!r}; they must be on two"
+    needed = ["rz"] if gear.line_of_action_rad is None else ["ux", "uy", "rz"]
+    for end in gear.ends:
+        yield from _seat_problems(system, end, needed)
+    if not {end.body for end in gear.ends} <= set(system.rotors):
+        return
+    first, second = (system.rotors[end.body].speed_ratio for end in gear.ends)
+    if abs(second - gear.ratio * first) > _SAME_RATIO * abs(second):
+        yield (
+            f"ratio is {gear.ratio:g}, but {gear.first.body!r} turns at {first:g} and "
+            f"{gear.second.body!r} at {second:g} times the reference speed"
+        )
 
 
 def _rigid_problems(bearing: Bearing) -> Iterator[str]:

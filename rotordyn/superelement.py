@@ -152,6 +152,14 @@ class Superelement:
         Relative error estimate of those, shape (j,) or empty.
     provenance
         How the body was made; anything JSON can hold.
+    spin_generator
+        L at unit angle, shape (n, n): a turn of the whole displacement field by a small angle α
+        about +z changes q by α L q (L ux = uy, L uy = −ux, likewise tilts; pairs of modes turn
+        into each other; 0 for axial motion and torsion). None when it is not known; internal
+        damping needs it.
+    constraint
+        Shape (n, r): the coordinates are q = constraint · r and nothing else, as in a rigid body
+        with several interfaces. None when all are independent.
 
     Raises
     ------
@@ -183,6 +191,8 @@ class Superelement:
     fixed_interface_frequencies_hz: FloatArray
     frequency_error_estimate: FloatArray
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    spin_generator: FloatArray | None = None
+    constraint: FloatArray | None = None
 
     def __post_init__(self) -> None:
         where = f"superelement {self.name!r}"
@@ -194,6 +204,12 @@ class Superelement:
         for name in (*SYMMETRIC_MATRICES, "gyroscopic"):
             sign = -1.0 if name == "gyroscopic" else 1.0
             object.__setattr__(self, name, symmetrised(where, name, getattr(self, name), sign))
+        if self.spin_generator is not None:
+            turn = finite_array(where, "spin_generator", self.spin_generator, (n, n))
+            object.__setattr__(self, "spin_generator", turn)
+        if self.constraint is not None:
+            tie = finite_array(where, "constraint", self.constraint, (n, None))
+            object.__setattr__(self, "constraint", tie)
         present = np.array(self.rigid_body_present, dtype=bool)
         if present.shape != (6,):
             raise SuperelementError(

@@ -1,9 +1,4 @@
-"""Assembly of rotors and bearings into the matrices of one system.
-
-Joined coordinates are written as "that of the neighbour plus a relative motion", along the stiffest
-path. A rigid joint drops the relative motion; a stiff bearing acts on it alone, so that its number
-is never added to, and never swallows, the stiffness of the bodies.
-"""
+"""Assembly of rotors, bearings and gears into the matrices of one system."""
 
 from __future__ import annotations
 
@@ -15,16 +10,21 @@ import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.arrays import FloatArray, freeze_arrays
+from solidwhirl.rotordyn.bearing_laws import SpeedLaw
 from solidwhirl.rotordyn.errors import AssemblyError
-from solidwhirl.rotordyn.free_body import free_body_matrices, free_body_problems
-from solidwhirl.rotordyn.parts import Bearing, End, Rotor, System
+from solidwhirl.rotordyn.free_body import FreeBodyMatrices, free_body_matrices, free_body_problems
+from solidwhirl.rotordyn.internal_damping import body_damping
+from solidwhirl.rotordyn.joints import independent_coordinates, relative_motion, tooth_motion
+from solidwhirl.rotordyn.parts import Bearing, End, Gear, InternalDamping, Rotor, System
 from solidwhirl.rotordyn.parts_checks import find_problems
-from solidwhirl.rotordyn.superelement_checks import MOTIONS
 
 __all__ = [
     "AssembledSystem",
     "Bearing",
     "End",
+    "Gear",
+    "InternalDamping",
+    "LawJoint",
     "Rotor",
     "SpeedMatrices",
     "System",
@@ -32,7 +32,10 @@ __all__ = [
     "matrices_at_speed",
 ]
 
-GROUND = -1
+# A turn of the system is one of its independent coordinates if it misses by less than this.
+_SAME_TURN = 1e-9
+# Speeds at which a bearing's law is looked at for damping and asymmetry.
+_LAW_SAMPLES = 33
 
 
 class SpeedMatrices(NamedTuple):
@@ -45,23 +48,69 @@ class SpeedMatrices(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class AssembledSystem:
-    """Hold the matrices of a system in n independent coordinates, affine in the speed Ω.
+class LawJoint:
+    """Hold a bearing whose coefficients depend on the speed.
 
-    M q'' + (C + Ω G) q' + (K + Ω² K2) q = f in the inertial frame.
+    Attributes
+    ----------
+    bearing
+        Its name.
+    law
+        The law.
+    speed_ratio
+        The law is taken at |speed_ratio · Ω|.
+    stiffness_n_per_m, damping_n_s_per_m
+        The bearing's own coefficients, which the law scales, shape (2, 2).
+    motion
+        Relative ux and uy of the bearing per independent coordinate, shape (2, n).
+    """
+
+    bearing: str
+    law: SpeedLaw
+    speed_ratio: float
+    stiffness_n_per_m: FloatArray
+    damping_n_s_per_m: FloatArray
+    motion: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "stiffness_n_per_m", "damping_n_s_per_m", "motion")
+
+    def coefficients(self, speed_rad_s: float) -> tuple[FloatArray, FloatArray]:
+        """Return stiffness and damping (2, 2) at a speed Ω of the reference shaft."""
+        found = self.law.coefficients(
+            abs(self.speed_ratio * speed_rad_s), self.stiffness_n_per_m, self.damping_n_s_per_m
+        )
+        return found.stiffness_n_per_m, found.damping_n_s_per_m
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class AssembledSystem:
+    """Hold the matrices of a system in n independent coordinates.
+
+    M q'' + (C + Ω G) q' + (K + Ω² K2 + Ω N) q = f in the inertial frame, plus ½ Ω' G q while the
+    speed varies, plus the bearings with a speed law. `matrices_at_speed` sums them up.
 
     Attributes
     ----------
     system
         What was assembled.
     mass, stiffness, damping
-        M, K (elastic, with bearings) and C, shape (n, n).
+        M, K (elastic, with constant bearings and gears) and C (with the part of the internal
+        damping that acts on q'), shape (n, n).
     gyroscopic
         Σ n_i G_i with the speed ratios n_i, shape (n, n).
     centrifugal_stiffness
         K2 = Σ n_i² (Kgeo − S)_i, shape (n, n).
+    circulatory_stiffness
+        N = −Σ n_i C_i L_i of the internal damping C_i of the bodies, shape (n, n).
+    law_joints
+        Bearings that depend on the speed.
+    spin_generator
+        L of a turn of the whole system about the axis, shape (n, n); None where a body does not
+        know its own, or where joints are not the same in all directions.
     transformation
-        Coordinates of all bodies from the n independent ones, shape (N, n), entries 0 and 1.
+        Coordinates of all bodies from the n independent ones, shape (N, n); entries 0 and 1 but
+        for gears.
     body_slices
         Rows of `transformation` that belong to each body.
     speed_limit_rad_s
@@ -77,6 +126,9 @@ class AssembledSystem:
     gyroscopic: FloatArray
     centrifugal_stiffness: FloatArray
     damping: FloatArray
+    circulatory_stiffness: FloatArray
+    law_joints: tuple[LawJoint, ...] = ()
+    spin_generator: FloatArray | None = None
     transformation: FloatArray
     body_slices: Mapping[str, slice]
     speed_limit_rad_s: float
@@ -90,8 +142,11 @@ class AssembledSystem:
             "gyroscopic",
             "centrifugal_stiffness",
             "damping",
+            "circulatory_stiffness",
             "transformation",
         )
+        if self.spin_generator is not None:
+            freeze_arrays(self, "spin_generator")
 
     @property
     def size(self) -> int:
@@ -99,16 +154,36 @@ class AssembledSystem:
         return int(self.mass.shape[0])
 
     @property
+    def has_constant_bearings(self) -> bool:
+        """Whether no bearing depends on the speed."""
+        return not self.law_joints
+
+    @property
     def is_conservative(self) -> bool:
-        """Whether there is no damping and K is symmetric."""
+        """Whether there is no damping at any speed and K is symmetric."""
         symmetric = np.array_equal(self.stiffness, self.stiffness.T)
-        return symmetric and not self.damping.any()
+        still = not self.damping.any() and not self.circulatory_stiffness.any()
+        return symmetric and still and all(_law_is_conservative(j) for j in self.law_joints)
+
+
+def _law_is_conservative(joint: LawJoint) -> bool:
+    low, high = joint.law.speed_range_rad_s
+    for speed in np.linspace(low, min(high, low + 1e5), _LAW_SAMPLES):
+        stiffness, damping = joint.law.coefficients(
+            float(speed), joint.stiffness_n_per_m, joint.damping_n_s_per_m
+        )
+        if damping.any() or stiffness[0, 1] != stiffness[1, 0]:
+            return False
+    return True
 
 
 def assemble(
-    rotors: Mapping[str, Rotor], bearings: tuple[Bearing, ...], reference: str | None = None
+    rotors: Mapping[str, Rotor],
+    bearings: tuple[Bearing, ...],
+    reference: str | None = None,
+    gears: tuple[Gear, ...] = (),
 ) -> AssembledSystem:
-    """Assemble rotors and bearings.
+    """Assemble rotors, bearings and gears.
 
     Parameters
     ----------
@@ -118,6 +193,8 @@ def assemble(
         Joints between them and to the ground.
     reference
         Name of the shaft whose speed is Ω; None when Ω is only a parameter.
+    gears
+        Couplings of torsion between bodies.
 
     Returns
     -------
@@ -129,43 +206,38 @@ def assemble(
     AssemblyError
         If names, components or shapes do not fit; all faults are listed at once.
     """
-    system = System(rotors=dict(rotors), bearings=tuple(bearings), reference=reference)
+    system = System(
+        rotors=dict(rotors), bearings=tuple(bearings), reference=reference, gears=tuple(gears)
+    )
     problems = find_problems(system)
     for name, rotor in system.rotors.items():
         problems += tuple(f"rotor {name!r}: {text}" for text in free_body_problems(rotor.element))
     if problems:
         raise AssemblyError(problems)
     slices = _body_slices(system)
-    transformation = _transformation(system, slices)
-    if transformation.shape[1] == 0:
-        raise AssemblyError(("the rigid bearings hold every coordinate; nothing can move",))
-
+    transformation = independent_coordinates(system, slices)
     bodies = {name: free_body_matrices(rotor.element) for name, rotor in system.rotors.items()}
+    rotating = {name: body_damping(rotor, bodies[name]) for name, rotor in system.rotors.items()}
 
-    def joined(name: str, power: int) -> FloatArray:
-        blocks = [
-            rotor.speed_ratio**power * getattr(bodies[key], name)
-            for key, rotor in system.rotors.items()
-        ]
+    def joined(matrices: Mapping[str, FloatArray], power: int) -> FloatArray:
+        blocks = [rotor.speed_ratio**power * matrices[key] for key, rotor in system.rotors.items()]
         return np.asarray(transformation.T @ la.block_diag(*blocks) @ transformation)
 
-    supports, damping = _bearing_matrices(system, slices, transformation)
-    gyroscopic = joined("gyroscopic", 1)
-    limits = [
-        rotor.element.maximum_speed_rad_s / abs(rotor.speed_ratio)
-        for rotor in system.rotors.values()
-        if rotor.speed_ratio != 0
-    ]
+    supports, damping = _joint_matrices(system, slices, transformation)
+    gyroscopic = joined(_field(bodies, "gyroscopic"), 1)
     return AssembledSystem(
         system=system,
-        mass=_even(joined("mass", 0)),
-        stiffness=_even(joined("stiffness", 0)) + supports,
+        mass=_even(joined(_field(bodies, "mass"), 0)),
+        stiffness=_even(joined(_field(bodies, "stiffness"), 0)) + supports,
         gyroscopic=0.5 * (gyroscopic - gyroscopic.T),
-        centrifugal_stiffness=_even(joined("centrifugal_stiffness", 2)),
-        damping=damping,
+        centrifugal_stiffness=_even(joined(_field(bodies, "centrifugal_stiffness"), 2)),
+        damping=_even(joined({k: v.damping for k, v in rotating.items()}, 0)) + damping,
+        circulatory_stiffness=joined({k: v.circulatory for k, v in rotating.items()}, 1),
+        law_joints=_law_joints(system, slices, transformation),
+        spin_generator=_spin_generator(system, transformation),
         transformation=transformation,
         body_slices=slices,
-        speed_limit_rad_s=min(limits, default=np.inf),
+        speed_limit_rad_s=_speed_limit(system),
         body_rate=max(
             float(np.max(np.diag(r.element.stiffness) / np.diag(r.element.mass)))
             for r in system.rotors.values()
@@ -186,18 +258,39 @@ def matrices_at_speed(assembled: AssembledSystem, speed_rad_s: float) -> SpeedMa
     Returns
     -------
     SpeedMatrices
-        M, C, ΩG and K + Ω²K2.
+        M, C(Ω), ΩG and K(Ω) + Ω²K2 + ΩN.
     """
+    stiffness = assembled.stiffness + speed_rad_s**2 * assembled.centrifugal_stiffness
+    if assembled.circulatory_stiffness.any():
+        stiffness = stiffness + speed_rad_s * assembled.circulatory_stiffness
+    damping = assembled.damping
+    for joint in assembled.law_joints:
+        k, c = joint.coefficients(speed_rad_s)
+        stiffness = stiffness + joint.motion.T @ k @ joint.motion
+        damping = damping + joint.motion.T @ c @ joint.motion
     return SpeedMatrices(
         mass=assembled.mass,
-        damping=assembled.damping,
+        damping=damping,
         gyroscopic=speed_rad_s * assembled.gyroscopic,
-        stiffness=assembled.stiffness + speed_rad_s**2 * assembled.centrifugal_stiffness,
+        stiffness=stiffness,
     )
 
 
 def _even(matrix: FloatArray) -> FloatArray:
     return np.asarray(0.5 * (matrix + matrix.T))
+
+
+def _field(bodies: Mapping[str, FreeBodyMatrices], name: str) -> dict[str, FloatArray]:
+    return {key: getattr(matrices, name) for key, matrices in bodies.items()}
+
+
+def _speed_limit(system: System) -> float:
+    limits = [
+        rotor.element.maximum_speed_rad_s / abs(rotor.speed_ratio)
+        for rotor in system.rotors.values()
+        if rotor.speed_ratio != 0
+    ]
+    return min(limits, default=np.inf)
 
 
 def _body_slices(system: System) -> dict[str, slice]:
@@ -209,104 +302,54 @@ def _body_slices(system: System) -> dict[str, slice]:
     return slices
 
 
-def _coordinate(system: System, slices: Mapping[str, slice], body: str, at: str, c: str) -> int:
-    return int(slices[body].start) + system.rotors[body].element.interface_index(at, c)
-
-
-class _Link(NamedTuple):
-    """An edge between two coordinates (or the ground) of a given strength; inf is rigid."""
-
-    strength: float
-    first: int
-    second: int
-
-
-def _links(system: System, slices: Mapping[str, slice]) -> list[_Link]:
-    """Return all joints between coordinates, strongest first."""
-    links = []
-    for bearing in system.bearings:
-        stiffness, _ = bearing.matrices()
-        for at, component in enumerate(MOTIONS):
-            strength = np.inf if component in bearing.rigid else abs(stiffness[at, at])
-            if strength == 0:
-                continue
-            ends = [
-                _coordinate(system, slices, e.body, e.interface, component) for e in bearing.ends
-            ]
-            links.append(_Link(strength, ends[0], ends[1] if len(ends) == 2 else GROUND))
-    return sorted(links, key=lambda link: -link.strength)
-
-
-def _transformation(system: System, slices: Mapping[str, slice]) -> FloatArray:
-    """Return the matrix from independent to body coordinates, shape (N, n).
-
-    Each coordinate is that of its neighbour in a maximum spanning tree of the links plus, unless
-    the link is rigid, a relative motion of its own, which is the independent coordinate.
-    """
-    total = max(at.stop for at in slices.values())
-    tree = _spanning_tree(total, _links(system, slices))
-    parents: dict[int, tuple[int, float]] = {}
-    order = []
-    # The ground comes first, so that a tree that reaches it starts there.
-    for start in range(GROUND, total):
-        if start in parents:
-            continue
-        parents[start] = (GROUND, 0.0)
-        waiting = [start]
-        while waiting:
-            here = waiting.pop()
-            order.append(here)
-            for there, strength in tree[here]:
-                if there not in parents:
-                    parents[there] = (here, strength)
-                    waiting.append(there)
-    moving = [i for i in range(total) if np.isfinite(parents[i][1])]
-    columns = {coordinate: column for column, coordinate in enumerate(moving)}
-    matrix = np.zeros((total + 1, len(moving)))
-    # Row −1 is the ground and stays zero.
-    for i in order[1:]:
-        matrix[i] = matrix[parents[i][0]]
-        if i in columns:
-            matrix[i, columns[i]] = 1.0
-    return matrix[:total]
-
-
-def _spanning_tree(total: int, links: list[_Link]) -> dict[int, list[tuple[int, float]]]:
-    """Return the neighbours of each coordinate and of the ground in the strongest tree."""
-    group = {i: i for i in range(GROUND, total)}
-    tree: dict[int, list[tuple[int, float]]] = {i: [] for i in range(GROUND, total)}
-
-    def root(i: int) -> int:
-        while group[i] != i:
-            group[i] = group[group[i]]
-            i = group[i]
-        return i
-
-    for link in links:
-        first, second = root(link.first), root(link.second)
-        if first != second:
-            group[first] = second
-            tree[link.first].append((link.second, link.strength))
-            tree[link.second].append((link.first, link.strength))
-    return tree
-
-
-def _bearing_matrices(
+def _joint_matrices(
     system: System, slices: Mapping[str, slice], transformation: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the stiffness and damping of all bearings in the independent coordinates."""
+    """Return the constant stiffness and damping of bearings and gears."""
     n = transformation.shape[1]
     stiffness, damping = np.zeros((n, n)), np.zeros((n, n))
     for bearing in system.bearings:
-        relative = np.zeros((6, n))
-        for side, end in enumerate(bearing.ends):
-            sign = 1.0 if side == 0 else -1.0
-            has = system.rotors[end.body].element.components_at(end.interface)
-            for at, component in enumerate(MOTIONS):
-                if component in has:
-                    row = _coordinate(system, slices, end.body, end.interface, component)
-                    relative[at] += sign * transformation[row]
+        relative = relative_motion(system, slices, transformation, bearing)
         k, c = bearing.matrices()
+        if bearing.speed_law is not None:
+            k[:2, :2] = c[:2, :2] = 0.0
         stiffness += relative.T @ k @ relative
         damping += relative.T @ c @ relative
+    for gear in system.gears:
+        teeth = tooth_motion(system, slices, transformation, gear)
+        if gear.mesh_stiffness_n_per_m is not None:
+            stiffness += gear.mesh_stiffness_n_per_m * np.outer(teeth, teeth)
+            damping += gear.mesh_damping_n_s_per_m * np.outer(teeth, teeth)
     return stiffness, damping
+
+
+def _law_joints(
+    system: System, slices: Mapping[str, slice], transformation: FloatArray
+) -> tuple[LawJoint, ...]:
+    return tuple(
+        LawJoint(
+            bearing=bearing.name,
+            law=bearing.speed_law,
+            speed_ratio=system.rotors[bearing.first.body].speed_ratio,
+            stiffness_n_per_m=bearing.stiffness_n_per_m,
+            damping_n_s_per_m=bearing.damping_n_s_per_m,
+            motion=relative_motion(system, slices, transformation, bearing)[:2],
+        )
+        for bearing in system.bearings
+        if bearing.speed_law is not None
+    )
+
+
+def _spin_generator(system: System, transformation: FloatArray) -> FloatArray | None:
+    """Return L with T L = L_bodies T, None if a turn leaves the independent coordinates."""
+    generators = [rotor.element.spin_generator for rotor in system.rotors.values()]
+    known = [g for g in generators if g is not None]
+    if len(known) < len(generators):
+        return None
+    turned = la.block_diag(*known) @ transformation
+    generator, *_ = la.lstsq(transformation, turned)
+    if np.abs(transformation @ generator - turned).max() > _SAME_TURN:
+        return None
+    # entries are whole numbers but for rounding; gears do not touch those of lateral motion
+    whole = np.round(generator)
+    return np.asarray(whole if np.abs(generator - whole).max() < _SAME_TURN else generator)

@@ -243,7 +243,7 @@ def _body_plan(scene: Scene, body: Body, top_speed: float, on: set[str]) -> Body
     components += ["rz"] if "torsion" in on else []
     orders = (1, 0) if {"axial", "torsion"} & on else (1,)
     problems = len(orders) if level == "harmonic" else 1
-    matrices = (2 + ("gyroscopic" in on) + (level == "solid")) * problems
+    matrices = (2 + ("gyroscopic" in on) + 2 * (level == "solid")) * problems
     factorisations = eigenproblems = 1
     turning = top_speed > 0.0
     if "stress_stiffening" in on:

@@ -16,6 +16,7 @@ MATRICES = {
     "mass",
     "gyroscopic",
     "circulation",
+    "turn",
     "axisymmetric_stiffness",
     "stress_stiffening",
     "spin_softening",

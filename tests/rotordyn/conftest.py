@@ -159,6 +159,7 @@ def _with_axial_and_torsion(shaft, length_m, radius_m, first, second):
         rigid_body_present=np.ones(6, dtype=bool),
         recovery_points_m=np.zeros((0, 3)),
         recovery_modes=np.zeros((0, 3, shaft.size + 4)),
+        spin_generator=grown(shaft.spin_generator, zero),
     )
 
 

@@ -1,0 +1,322 @@
+"""Bearings whose stiffness and damping depend on the speed: polynomial factors and tables."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from solidwhirl.rotordyn.arrays import FloatArray, freeze_arrays
+from solidwhirl.rotordyn.errors import AssemblyError
+
+# Units of the argument of a polynomial, per rad/s.
+ARGUMENT_UNITS: Mapping[str, float] = MappingProxyType(
+    {"rad/s": 1.0, "rpm": 30.0 / np.pi, "Hz": 0.5 / np.pi}
+)
+INTERPOLATIONS = ("linear", "monotone")
+
+
+class BearingCoefficients(NamedTuple):
+    """Stiffness in N/m and damping in N s/m on (ux, uy) at one speed, each (2, 2)."""
+
+    stiffness_n_per_m: FloatArray
+    damping_n_s_per_m: FloatArray
+
+
+class SpeedLaw(Protocol):
+    """How the coefficients of a bearing on (ux, uy) depend on the spin speed of its first side.
+
+    A law never stops at the ends of its range: it has a value at any speed, and
+    `bearing_notes.bearing_notes` tells where it is used beyond them.
+    """
+
+    @property
+    def name(self) -> str:
+        """What the law is called in messages and pictures."""
+
+    @property
+    def speed_range_rad_s(self) -> tuple[float, float]:
+        """Lowest and highest spin speed the law was made for, rad/s."""
+
+    def coefficients(
+        self,
+        speed_rad_s: float,
+        stiffness_n_per_m: FloatArray,
+        damping_n_s_per_m: FloatArray,
+    ) -> BearingCoefficients:
+        """Return the coefficients at a spin speed (not negative) from the bearing's own ones."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PolynomialLaw:
+    """Scale the bearing's own diagonal coefficients by polynomials in the speed.
+
+    k_xx(Ω) = k_xx p(Ω), and so on. Beyond its range the polynomial is evaluated as it is.
+
+    Attributes
+    ----------
+    name
+        Of the law.
+    argument_unit
+        What the polynomials take: "rad/s", "rpm" or "Hz".
+    argument_range
+        Lowest and highest argument they were made for, in that unit.
+    stiffness_x, stiffness_y, damping_x, damping_y
+        Coefficients of the factors, lowest order first.
+
+    Raises
+    ------
+    AssemblyError
+        If the unit is unknown, the range is empty or a polynomial has no finite coefficients.
+    """
+
+    name: str
+    argument_unit: str
+    argument_range: tuple[float, float]
+    stiffness_x: tuple[float, ...]
+    stiffness_y: tuple[float, ...]
+    damping_x: tuple[float, ...]
+    damping_y: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        problems = []
+        if self.argument_unit not in ARGUMENT_UNITS:
+            problems.append(f"argument_unit {self.argument_unit!r}; use {list(ARGUMENT_UNITS)}")
+        low, high = self.argument_range
+        if not (0 <= low < high and np.isfinite(high)):
+            problems.append(f"argument_range is ({low}, {high}); needed is 0 <= low < high, finite")
+        for part in ("stiffness_x", "stiffness_y", "damping_x", "damping_y"):
+            values = tuple(float(value) for value in getattr(self, part))
+            if not values or not np.isfinite(values).all():
+                problems.append(f"{part} is {values}; one or more finite coefficients are needed")
+            object.__setattr__(self, part, values)
+        if problems:
+            raise AssemblyError(tuple(f"law {self.name!r}: {text}" for text in problems))
+
+    @property
+    def speed_range_rad_s(self) -> tuple[float, float]:
+        """Lowest and highest spin speed the polynomials were made for, rad/s."""
+        scale = ARGUMENT_UNITS[self.argument_unit]
+        return self.argument_range[0] / scale, self.argument_range[1] / scale
+
+    def coefficients(
+        self,
+        speed_rad_s: float,
+        stiffness_n_per_m: FloatArray,
+        damping_n_s_per_m: FloatArray,
+    ) -> BearingCoefficients:
+        """Return the scaled coefficients at a spin speed.
+
+        Parameters
+        ----------
+        speed_rad_s
+            Spin speed, rad/s, not negative.
+        stiffness_n_per_m, damping_n_s_per_m
+            The bearing's own coefficients on (ux, uy), diagonal, shape (2, 2).
+
+        Returns
+        -------
+        BearingCoefficients
+            Each (2, 2), diagonal.
+
+        Raises
+        ------
+        AssemblyError
+            If the bearing has cross terms, which this law does not scale.
+        """
+        k_xx, k_yy = _diagonal(self.name, "stiffness_n_per_m", stiffness_n_per_m)
+        d_xx, d_yy = _diagonal(self.name, "damping_n_s_per_m", damping_n_s_per_m)
+        x = ARGUMENT_UNITS[self.argument_unit] * speed_rad_s
+        stiffness, damping = np.zeros((2, 2)), np.zeros((2, 2))
+        stiffness[0, 0] = k_xx * _horner(self.stiffness_x, x)
+        stiffness[1, 1] = k_yy * _horner(self.stiffness_y, x)
+        damping[0, 0] = d_xx * _horner(self.damping_x, x)
+        damping[1, 1] = d_yy * _horner(self.damping_y, x)
+        return BearingCoefficients(stiffness, damping)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class TableLaw:
+    """Interpolate full coefficient matrices between tabulated speeds.
+
+    The values are absolute: the bearing's own coefficients must be zero. Beyond the table the
+    nearest end value holds.
+
+    Attributes
+    ----------
+    name
+        Of the law.
+    speeds_rad_s
+        Spin speeds, rising, not negative, shape (s,), s ≥ 2.
+    stiffness_n_per_m, damping_n_s_per_m
+        On (ux, uy), shape (s, 2, 2).
+    interpolation
+        "monotone" (piecewise cubic after Fritsch and Carlson, no overshoot between the values)
+        or "linear", entry by entry.
+
+    Raises
+    ------
+    AssemblyError
+        If shapes do not fit, numbers are not finite, or speeds do not rise.
+    """
+
+    name: str
+    speeds_rad_s: FloatArray
+    stiffness_n_per_m: FloatArray
+    damping_n_s_per_m: FloatArray
+    interpolation: str = "monotone"
+    _knots: tuple[float, ...] = field(init=False, repr=False)
+    _pieces: FloatArray = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "speeds_rad_s", "stiffness_n_per_m", "damping_n_s_per_m")
+        problems = _table_problems(self)
+        if problems:
+            raise AssemblyError(tuple(f"law {self.name!r}: {text}" for text in problems))
+        speeds = np.asarray(self.speeds_rad_s, dtype=float)
+        count = speeds.size
+        values = np.hstack(
+            (self.stiffness_n_per_m.reshape(count, 4), self.damping_n_s_per_m.reshape(count, 4))
+        ).astype(float)
+        if self.interpolation == "monotone":
+            pieces = PchipInterpolator(speeds, values).c
+        else:
+            pieces = np.zeros((4, count - 1, 8))
+            pieces[2] = np.diff(values, axis=0) / np.diff(speeds)[:, None]
+            pieces[3] = values[:-1]
+        # The last piece is the end value, so that it is met exactly.
+        last = np.zeros((4, 1, 8))
+        last[3, 0] = values[-1]
+        joined = np.concatenate((pieces, last), axis=1)
+        joined.setflags(write=False)
+        object.__setattr__(self, "_knots", tuple(float(speed) for speed in speeds))
+        object.__setattr__(self, "_pieces", joined)
+
+    @property
+    def speed_range_rad_s(self) -> tuple[float, float]:
+        """Lowest and highest tabulated spin speed, rad/s."""
+        return self._knots[0], self._knots[-1]
+
+    def coefficients(
+        self,
+        speed_rad_s: float,
+        stiffness_n_per_m: FloatArray,
+        damping_n_s_per_m: FloatArray,
+    ) -> BearingCoefficients:
+        """Return the interpolated coefficients at a spin speed.
+
+        Parameters
+        ----------
+        speed_rad_s
+            Spin speed, rad/s, not negative.
+        stiffness_n_per_m, damping_n_s_per_m
+            The bearing's own coefficients on (ux, uy), zero, shape (2, 2).
+
+        Returns
+        -------
+        BearingCoefficients
+            Each (2, 2).
+
+        Raises
+        ------
+        AssemblyError
+            If the bearing has coefficients of its own, which a table replaces.
+        """
+        _require_none(self.name, "stiffness_n_per_m", stiffness_n_per_m)
+        _require_none(self.name, "damping_n_s_per_m", damping_n_s_per_m)
+        piece = max(0, bisect_right(self._knots, speed_rad_s) - 1)
+        x = max(0.0, speed_rad_s - self._knots[piece])
+        c = self._pieces[:, piece]
+        values = ((c[0] * x + c[1]) * x + c[2]) * x + c[3]
+        return BearingCoefficients(values[:4].reshape(2, 2), values[4:].reshape(2, 2))
+
+
+def _horner(coefficients: tuple[float, ...], argument: float) -> float:
+    value = 0.0
+    for coefficient in reversed(coefficients):
+        value = value * argument + coefficient
+    return value
+
+
+def _diagonal(law: str, name: str, matrix: FloatArray) -> tuple[float, float]:
+    """Return the diagonal of a bearing's own coefficients, refusing cross terms."""
+    (xx, xy), (yx, yy) = matrix.tolist()
+    if xy != 0 or yx != 0:
+        raise AssemblyError(
+            (
+                f"law {law!r} scales diagonal coefficients, but {name} of the bearing has the "
+                f"cross terms {xy:g} and {yx:g}; give them in a table",
+            )
+        )
+    return xx, yy
+
+
+def _require_none(law: str, name: str, matrix: FloatArray) -> None:
+    if matrix.any():
+        raise AssemblyError(
+            (
+                f"law {law!r} is a table of absolute values, but the bearing has {name} = "
+                f"{matrix.tolist()} of its own; leave them out",
+            )
+        )
+
+
+def _table_problems(law: TableLaw) -> list[str]:
+    problems = []
+    speeds, count = law.speeds_rad_s, law.speeds_rad_s.size
+    if speeds.ndim != 1 or count < 2:
+        return [f"speeds_rad_s has shape {speeds.shape}; two or more speeds are needed"]
+    rising = np.isfinite(speeds).all() and speeds[0] >= 0 and (np.diff(speeds) > 0).all()
+    if not rising:
+        problems.append(f"speeds_rad_s is {speeds.tolist()}; allowed is 0 <= first < second < ...")
+    for name in ("stiffness_n_per_m", "damping_n_s_per_m"):
+        values = getattr(law, name)
+        if values.shape != (count, 2, 2):
+            problems.append(f"{name} has shape {values.shape}, allowed is ({count}, 2, 2)")
+        elif not np.isfinite(values).all():
+            problems.append(f"{name} has entries that are not finite")
+    if law.interpolation not in INTERPOLATIONS:
+        problems.append(f"interpolation {law.interpolation!r}; use {list(INTERPOLATIONS)}")
+    return problems
+
+
+# Müller and Hennings, Appendix A, equations 11 to 14, after Lee (1993), Vibration Analysis of
+# Rotors. They print no unit for Ω and no range. In rad/s the ratio of the stiffness at the design
+# point to that at rest (their table 5) comes out roughly for the low pressure (0.91 for 0.66) and
+# the high pressure unit (5.2 for 6.3), in rpm and Hz for none, and for the fan in no unit. The
+# y polynomials carry a factor 1/4, as they are normalised to k_xx and d_xx at rest.
+_LEE_STIFFNESS_X = (1.0, -3.52e-3, 7.06e-6, -6.77e-9, 2.46e-12)
+_LEE_STIFFNESS_Y = (0.25, 0.25 * 9.67e-4, -0.25 * 1.31e-6, 0.25 * 1.02e-9, -0.25 * 3.35e-13)
+_LEE_DAMPING_X = (1.0, -3.6e-3, 5.07e-6, -2.38e-9)
+_LEE_DAMPING_Y = (0.25, -0.25 * 2.3e-3, 0.25 * 3.06e-6, -0.25 * 1.39e-9)
+_LEE_RANGE = (0.0, 2000.0)
+
+# As printed: both base coefficients of the bearing are the value of x at rest.
+LEE_ANISOTROPIC = PolynomialLaw(
+    name="lee_anisotropic",
+    argument_unit="rad/s",
+    argument_range=_LEE_RANGE,
+    stiffness_x=_LEE_STIFFNESS_X,
+    stiffness_y=_LEE_STIFFNESS_Y,
+    damping_x=_LEE_DAMPING_X,
+    damping_y=_LEE_DAMPING_Y,
+)
+# The x polynomials in both directions: the paper calls its bearings symmetric and isotropic while
+# printing both pairs, and does not say which it used.
+LEE_ISOTROPIC = PolynomialLaw(
+    name="lee_isotropic",
+    argument_unit="rad/s",
+    argument_range=_LEE_RANGE,
+    stiffness_x=_LEE_STIFFNESS_X,
+    stiffness_y=_LEE_STIFFNESS_X,
+    damping_x=_LEE_DAMPING_X,
+    damping_y=_LEE_DAMPING_X,
+)
+LEE: Mapping[str, PolynomialLaw] = MappingProxyType(
+    {law.name: law for law in (LEE_ANISOTROPIC, LEE_ISOTROPIC)}
+)
