@@ -7,6 +7,7 @@ the area with a rigid motion; adds none.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -68,7 +69,7 @@ def couple(
     kin: Kinematics,
     facet_tags: dict[str, Any],
     interfaces: tuple[Interface, ...],
-    components: tuple[str, ...],
+    components: Mapping[str, tuple[str, ...]],
 ) -> Coupling:
     """Build the interface maps.
 
@@ -83,14 +84,19 @@ def couple(
     interfaces
         The interfaces, in the order of their coordinates.
     components
-        Which of the kinematics' components become coordinates.
+        Which of the kinematics' components become coordinates, by interface.
 
     Raises
     ------
     ReductionError
         Two rigid interfaces share nodes.
     """
-    wanted = [c for c in COMPONENTS if c in components and c in kin.rigid_motions]
+    wanted = {
+        i.name: [c for c in COMPONENTS if c in components[i.name] and c in kin.rigid_motions]
+        for i in interfaces
+    }
+    coordinates = tuple((i.name, c) for i in interfaces for c in wanted[i.name])
+    carried = {c for _, c in coordinates}
     rigid = [i for i in interfaces if i.coupling == "rigid"]
     transformation, kept = unknowns_transformation(space, kin, facet_tags, rigid)
     motions = [c for c in COMPONENTS if c in kin.rigid_motions]
@@ -102,9 +108,9 @@ def couple(
         else:
             means = _mean_motions(space, kin, facet_tags[interface.name], interface)
             maps = {c: _restrict(transformation, means[c]) for c in motions}
-        columns += [maps[c] for c in wanted]
+        columns += [maps[c] for c in wanted[interface.name]]
         if interface is interfaces[0]:
-            anchors = [maps[c] for c in ("uz", "rz") if c in maps and c not in wanted]
+            anchors = [maps[c] for c in ("uz", "rz") if c in maps and c not in carried]
     local = space.dofmap.index_map.size_local * space.dofmap.index_map_bs
     if transformation is not None:
         local = transformation.getLocalSize()[1]
@@ -113,7 +119,7 @@ def couple(
         transformation=transformation,
         kept=kept,
         rows=np.column_stack(columns) if columns else none,
-        coordinates=tuple((i.name, c) for i in interfaces for c in wanted),
+        coordinates=coordinates,
         anchors=np.column_stack(anchors) if anchors else none,
     )
 

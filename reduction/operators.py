@@ -34,7 +34,7 @@ class OperatorEffects:
         Prestress solve, Kσ and S; the two belong together in the inertial frame, so there is no
         switch for one of them alone.
     components
-        Rigid motions that interfaces carry, a subset of ux, uy, uz, rx, ry, rz.
+        Rigid motions that each interface carries, some of ux, uy, uz, rx, ry, rz.
     lateral_only
         Solid level: only lateral motion is asked for, so only fields with its symmetry under a
         half turn are sought.
@@ -42,7 +42,7 @@ class OperatorEffects:
 
     gyroscopic: bool
     centrifugal: bool
-    components: tuple[str, ...]
+    components: Mapping[str, tuple[str, ...]]
     lateral_only: bool
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -42,6 +42,8 @@ class ReductionRequest:
         harmonic: which problems are solved; others than 0 and 1 load no interface).
     components
         Interface coordinates, of ux, uy, uz, rx, ry, rz.
+    interface_components
+        Interfaces that carry fewer of them, by name; each costs a constraint mode.
     degree
         Polynomial degree of the displacement.
     modes
@@ -60,6 +62,7 @@ class ReductionRequest:
     maximum_speed_rad_s: float
     gyroscopic: bool
     centrifugal: bool
+    interface_components: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,7 +127,12 @@ def reduce_body(
     for order in (None,) if request.level == "solid" else request.orders:
         start = time.perf_counter()
         operators = build_operators(
-            body, mesh, comm, order=order, degree=request.degree, effects=_effects(request, order)
+            body,
+            mesh,
+            comm,
+            order=order,
+            degree=request.degree,
+            effects=_effects(body, request, order),
         )
         middle = time.perf_counter()
         basis, block = _reduce_order(operators, request, points)
@@ -196,11 +204,16 @@ def _with_rigid_disks(element: Superelement, body: Body, request: ReductionReque
     return replace(element, free_frequencies_hz=lateral_free_frequencies(element)[:10])
 
 
-def _effects(request: ReductionRequest, order: int | None) -> OperatorEffects:
+def _effects(body: Body, request: ReductionRequest, order: int | None) -> OperatorEffects:
     """Effects of one circumferential order: axial motion and torsion live in order 0."""
-    components = request.components
-    if order is not None:
-        components = tuple(c for c in components if (c in _AXIAL) == (order == 0))
+    components = {}
+    for interface in body.interfaces:
+        carried = request.interface_components.get(interface.name, request.components)
+        components[interface.name] = tuple(
+            c
+            for c in carried
+            if c in request.components and (order is None or (c in _AXIAL) == (order == 0))
+        )
     return OperatorEffects(
         gyroscopic=request.gyroscopic,
         centrifugal=request.centrifugal,

@@ -3,6 +3,14 @@
 from __future__ import annotations
 
 from solidwhirl.rotordyn.beams import beam_superelement
+from solidwhirl.rotordyn.bearing_laws import (
+    LEE_ANISOTROPIC,
+    LEE_ISOTROPIC,
+    PolynomialLaw,
+    SpeedLaw,
+    TableLaw,
+)
+from solidwhirl.rotordyn.bearing_notes import BearingNote, bearing_notes
 from solidwhirl.rotordyn.branch_notes import TrackingNote
 from solidwhirl.rotordyn.campbell import Campbell, campbell
 from solidwhirl.rotordyn.complex_form import ComplexForm, complex_form
@@ -25,10 +33,13 @@ from solidwhirl.rotordyn.system import AssembledSystem, SpeedMatrices, assemble,
 from solidwhirl.rotordyn.whirl import whirl_direction
 
 __all__ = [
+    "LEE_ANISOTROPIC",
+    "LEE_ISOTROPIC",
     "AnalysisError",
     "AssembledSystem",
     "AssemblyError",
     "Bearing",
+    "BearingNote",
     "Campbell",
     "ComplexForm",
     "Coordinate",
@@ -40,15 +51,19 @@ __all__ = [
     "InternalDamping",
     "Invariant",
     "Modes",
+    "PolynomialLaw",
     "Rotor",
+    "SpeedLaw",
     "SpeedMatrices",
     "Superelement",
     "SuperelementError",
     "System",
+    "TableLaw",
     "TrackingNote",
     "assemble",
     "attach_rigid_disk",
     "beam_superelement",
+    "bearing_notes",
     "campbell",
     "check_superelement",
     "complex_form",

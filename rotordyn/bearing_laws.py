@@ -31,8 +31,9 @@ class BearingCoefficients(NamedTuple):
 class SpeedLaw(Protocol):
     """How the coefficients of a bearing on (ux, uy) depend on the spin speed of its first side.
 
-    A law never stops at the ends of its range: it has a value at any speed, and
-    `bearing_notes.bearing_notes` tells where it is used beyond them.
+    A law either scales the bearing's own coefficients, so that its values are proportional to them,
+    or replaces them, and then they must be zero. It has a value at any speed, also beyond its
+    range; `bearing_notes.bearing_notes` tells where it is used there.
     """
 
     @property
@@ -286,14 +287,24 @@ def _table_problems(law: TableLaw) -> list[str]:
 
 
 # Müller and Hennings, Appendix A, equations 11 to 14, after Lee (1993), Vibration Analysis of
-# Rotors. They print no unit for Ω and no range. In rad/s the ratio of the stiffness at the design
-# point to that at rest (their table 5) comes out roughly for the low pressure (0.91 for 0.66) and
-# the high pressure unit (5.2 for 6.3), in rpm and Hz for none, and for the fan in no unit. The
-# y polynomials carry a factor 1/4, as they are normalised to k_xx and d_xx at rest.
+# Rotors. They print neither a unit for Ω nor a range. Stiffness at the design point over that at
+# rest, their table 5 against k_xx at 13690, 18049 and 4346 rpm with Ω in each unit:
+#
+#            table 5   rad/s      rpm       Hz
+#   LP        0.662    0.908    7.03e4   0.491
+#   HP        6.32     5.25     2.23e5   0.416
+#   fan       8.20     0.328    4.41e2   0.780
+#
+# rad/s comes near for HP, rad/s and Hz miss LP by a factor of 1.4 either way, and nothing fits the
+# fan; the three printed digits of the coefficients leave 0.1 open at most. In rad/s k_yy is
+# negative above 2150.7, d_xx above 1106.3 and d_yy above 1380.2 rad/s: the damping is negative at
+# the design points of LP and HP.
+# The y polynomials carry a factor 1/4, as they are normalised to k_xx and d_xx at rest.
 _LEE_STIFFNESS_X = (1.0, -3.52e-3, 7.06e-6, -6.77e-9, 2.46e-12)
 _LEE_STIFFNESS_Y = (0.25, 0.25 * 9.67e-4, -0.25 * 1.31e-6, 0.25 * 1.02e-9, -0.25 * 3.35e-13)
 _LEE_DAMPING_X = (1.0, -3.6e-3, 5.07e-6, -2.38e-9)
 _LEE_DAMPING_Y = (0.25, -0.25 * 2.3e-3, 0.25 * 3.06e-6, -0.25 * 1.39e-9)
+# No range is printed; this one holds the design points.
 _LEE_RANGE = (0.0, 2000.0)
 
 # As printed: both base coefficients of the bearing are the value of x at rest.

@@ -32,7 +32,7 @@ def build_bodies(scene: Scene) -> dict[str, Body]:
         Unknown material, a profile that is none, or interfaces that move as one; the message
         begins with the key.
     """
-    materials = _materials(scene)
+    materials = scene_materials(scene)
     bodies = {}
     for name, spec in scene.bodies.items():
         try:
@@ -61,7 +61,8 @@ def _refuse_dependent_interfaces(body: Body, subdivision: Subdivision) -> None:
             )
 
 
-def _materials(scene: Scene) -> dict[str, Material]:
+def scene_materials(scene: Scene) -> dict[str, Material]:
+    """Materials that a scene can name: its own before those of the program."""
     own = {
         name: Material(
             name=name,

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solidwhirl.analyses import run_analysis
 from solidwhirl.bodies import build_bodies
 from solidwhirl.geometry import Body, MassProperties, mass_properties
 from solidwhirl.meshing import (
@@ -21,23 +21,24 @@ from solidwhirl.meshing import (
     mesh_solid,
     predict_unknowns,
 )
-from solidwhirl.plan import BodyPlan, Plan, make_plan
+from solidwhirl.outcome import Outcome
+from solidwhirl.plan import BodyPlan, Plan, make_plan, top_speed
 from solidwhirl.rotordyn import (
     AssembledSystem,
-    Bearing,
+    BearingNote,
     Campbell,
     CriticalSpeed,
-    End,
     Modes,
-    Rotor,
     Superelement,
     assemble,
+    bearing_notes,
     campbell,
     critical_speeds,
     modes_at_speed,
 )
-from solidwhirl.scene import BearingSpec, Scene
+from solidwhirl.scene import Scene
 from solidwhirl.scene_file import scene_hash
+from solidwhirl.system_parts import bearings, gears, rotors, simple_elements
 from solidwhirl.versions import package_versions
 
 Progress = Callable[[str], None]
@@ -93,15 +94,21 @@ class Results:
     scene, plan
         What was asked and what was decided.
     bodies
-        By name.
+        Solids by name.
+    elements
+        Superelements of all bodies by name.
     system
         The assembled system.
+    bearing_notes
+        Bearings used beyond the range of their law, or that feed energy.
     at_rest
         Modes at zero speed.
     campbell
         Tracked branches over the speeds of the scene.
     critical_speeds
         Within the scene's speed range, by excitation.
+    analyses
+        The other analyses of the scene by name.
     timings_s
         Wall time by stage.
     peak_memory_gib
@@ -111,10 +118,13 @@ class Results:
     scene: Scene
     plan: Plan
     bodies: Mapping[str, BodyResult]
+    elements: Mapping[str, Superelement]
     system: AssembledSystem
+    bearing_notes: tuple[BearingNote, ...]
     at_rest: Modes
     campbell: Campbell
     critical_speeds: tuple[ExcitedCriticalSpeed, ...]
+    analyses: Mapping[str, Outcome]
     timings_s: Mapping[str, float]
     peak_memory_gib: float
 
@@ -157,9 +167,25 @@ def run_scene(
             reduced[name] = result
     if comm.rank != 0:
         return None
+    return _analyse(scene, plan, reduced, progress, clock)
+
+
+def _analyse(
+    scene: Scene,
+    plan: Plan,
+    reduced: Mapping[str, BodyResult],
+    progress: Progress,
+    clock: _Clock,
+) -> Results:
+    """Assemble the engine and run everything that the scene asks for."""
     progress("assemble the system")
     with clock.stage("assembly"):
-        system = assemble(_rotors(scene, reduced), _bearings(scene, plan))
+        elements = {name: result.element for name, result in reduced.items()}
+        elements |= simple_elements(scene, plan)
+        system = assemble(
+            rotors(scene, plan, elements), bearings(scene, plan), gears=gears(scene, plan)
+        )
+    top = top_speed(scene)
     progress(f"Campbell diagram at {len(plan.speeds_rad_s)} speeds")
     with clock.stage("campbell"):
         at_rest = modes_at_speed(system, 0.0)
@@ -167,14 +193,22 @@ def run_scene(
     progress("critical speeds")
     with clock.stage("critical_speeds"):
         critical = _critical_speeds(scene, system, float(plan.speeds_rad_s.max()))
+    outcomes = {}
+    for spec in scene.analyses:
+        progress(f"{spec.label} ({spec.kind})")
+        with clock.stage(spec.label):
+            outcomes[spec.label] = run_analysis(spec, scene, system, diagram)
     return Results(
         scene=scene,
         plan=plan,
         bodies=reduced,
+        elements=elements,
         system=system,
+        bearing_notes=bearing_notes(system, np.array([0.0, top])),
         at_rest=at_rest,
         campbell=diagram,
         critical_speeds=critical,
+        analyses=outcomes,
         timings_s=clock.seconds,
         peak_memory_gib=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0**2,
     )
@@ -244,14 +278,15 @@ def _reduce(
         level=own.level,
         orders=own.orders,
         components=own.components,
+        interface_components=own.interface_components,
         degree=own.fineness.degree,
-        modes=scene.model.modes,
+        modes=scene.bodies[body.name].modes or scene.model.modes,
         maximum_speed_rad_s=own.maximum_speed_rad_s,
         gyroscopic=plan.on("gyroscopic"),
         centrifugal=plan.on("stress_stiffening"),
     )
     team = comm if own.level == "solid" else MPI.COMM_SELF
-    record = team.bcast(_provenance(scene, own, mesh) if mesh is not None else None)
+    record = team.bcast(_provenance(scene, own, request.modes, mesh) if mesh is not None else None)
     with clock.stage("reduction"):
         element, work = reduce_body(body, mesh, team, request, record)
     if mesh is None:
@@ -261,7 +296,7 @@ def _reduce(
     )
 
 
-def _provenance(scene: Scene, own: BodyPlan, mesh: Mesh) -> dict[str, Any]:
+def _provenance(scene: Scene, own: BodyPlan, modes: int, mesh: Mesh) -> dict[str, Any]:
     """How a superelement was made."""
     return {
         "scene": scene.name,
@@ -278,54 +313,10 @@ def _provenance(scene: Scene, own: BodyPlan, mesh: Mesh) -> dict[str, Any]:
         },
         "element_order": own.fineness.degree,
         "expected_relative_error": own.fineness.expected_error,
-        "modes": scene.model.modes,
+        "modes": modes,
         "effects": scene.effects.model_dump(),
         "packages": package_versions(),
     }
-
-
-def _rotors(scene: Scene, bodies: Mapping[str, BodyResult]) -> dict[str, Rotor]:
-    return {
-        name: Rotor(element=result.element, speed_ratio=scene.bodies[name].speed_ratio)
-        for name, result in bodies.items()
-    }
-
-
-# What belongs to an effect: a part of the keys of a bearing, and rigid motions.
-_OF_EFFECT = {
-    "bearing_damping": ("damping", ()),
-    "tilt": ("tilt", ("rx", "ry")),
-    "axial": ("axial", ("uz",)),
-    "torsion": ("torsion", ("rz",)),
-}
-
-
-def _bearings(scene: Scene, plan: Plan) -> tuple[Bearing, ...]:
-    off = tuple(name for name in _OF_EFFECT if not plan.on(name))
-    return tuple(_bearing(spec, off) for spec in scene.bearings)
-
-
-def _bearing(spec: BearingSpec, off: tuple[str, ...]) -> Bearing:
-    """A scene's bearing, without what belongs to effects that the plan has off."""
-    values: dict[str, NDArray[np.float64] | float] = {}
-    fixed = {c for name in off for c in _OF_EFFECT[name][1]}
-    for key in BearingSpec.model_fields:
-        if key in ("name", "first", "second", "rigid") or any(_OF_EFFECT[n][0] in key for n in off):
-            continue
-        value = getattr(spec, key)
-        values[key] = value if isinstance(value, float) else np.array(value, dtype=float)
-    return Bearing(
-        name=spec.name,
-        first=_end(spec.first),
-        second=None if spec.second == "ground" else _end(spec.second),
-        rigid=tuple(c for c in spec.rigid if c not in fixed),
-        **values,  # type: ignore[arg-type]
-    )
-
-
-def _end(text: str) -> End:
-    body, _, interface = text.partition(".")
-    return End(body=body, interface=interface)
 
 
 def _branches(scene: Scene) -> dict[str, Any]:
@@ -341,9 +332,9 @@ def _critical_speeds(
     if top == 0.0:
         return ()
     exciters: dict[float, list[str]] = {}
-    for name, spec in scene.bodies.items():
-        if spec.speed_ratio != 0.0:
-            exciters.setdefault(abs(spec.speed_ratio), []).append(name)
+    for name, ratio in scene.speed_ratios().items():
+        if ratio != 0.0:
+            exciters.setdefault(abs(ratio), []).append(name)
     found = [
         ExcitedCriticalSpeed(excited_by=tuple(names), critical=c)
         for ratio, names in exciters.items()

@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 
 from solidwhirl.fineness import Fineness, choose_fineness
 from solidwhirl.geometry import Body
-from solidwhirl.scene import BearingSpec, Scene
+from solidwhirl.interface_motions import acting_on, carried_motions
+from solidwhirl.scene import Scene
+from solidwhirl.scene_joints import BearingSpec
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,7 +51,9 @@ class BodyPlan:
     orders
         Circumferential orders that are solved (harmonic) or kept (solid).
     components
-        Interface coordinates.
+        Motions that one interface or another carries.
+    interface_components
+        Motions of each interface; each is one constraint mode.
     fineness
         Mesh and element order.
     maximum_speed_rad_s
@@ -61,6 +65,7 @@ class BodyPlan:
     level: str
     orders: tuple[int, ...]
     components: tuple[str, ...]
+    interface_components: Mapping[str, tuple[str, ...]]
     fineness: Fineness
     maximum_speed_rad_s: float
     matrices: int
@@ -78,12 +83,18 @@ class Plan:
         All of them, on or off.
     bodies
         By name.
+    carried
+        Motions of the interfaces of all bodies, by "body.interface".
     speeds_rad_s
         (s,) speeds of the reference shaft.
+    analyses
+        Name and kind of the analyses beyond modes, Campbell diagram and critical speeds.
     """
 
     effects: tuple[Effect, ...]
     bodies: Mapping[str, BodyPlan]
+    carried: Mapping[str, tuple[str, ...]]
+    analyses: tuple[tuple[str, str], ...]
     speeds_rad_s: NDArray[np.float64]
 
     def on(self, name: str) -> bool:
@@ -109,18 +120,42 @@ def make_plan(scene: Scene, bodies: Mapping[str, Body]) -> Plan:
         Its geometry (see `solidwhirl.bodies.build_bodies`).
     """
     speeds = scene_speeds(scene)
-    top = {name: abs(spec.speed_ratio) * speeds.max() for name, spec in scene.bodies.items()}
+    fastest = top_speed(scene)
+    top = {name: abs(ratio) * fastest for name, ratio in scene.speed_ratios().items()}
     effects = (
         *_rotation_effects(scene, turning=any(v > 0.0 for v in top.values())),
         _damping(scene),
+        _internal_damping(scene),
+        _speed_laws(scene),
         _tilt(scene),
         _axial(scene),
         _torsion(scene),
         *_never(scene),
     )
     on = {e.name for e in effects if e.on}
-    plans = {name: _body_plan(scene, body, top[name], on) for name, body in bodies.items()}
-    return Plan(effects=effects, bodies=plans, speeds_rad_s=speeds)
+    carried = carried_motions(scene, on)
+    plans = {name: _body_plan(scene, body, top[name], on, carried) for name, body in bodies.items()}
+    return Plan(
+        effects=effects,
+        bodies=plans,
+        carried=carried,
+        speeds_rad_s=speeds,
+        analyses=tuple((a.label, a.kind) for a in scene.analyses),
+    )
+
+
+def top_speed(scene: Scene) -> float:
+    """Largest speed of the reference shaft in any analysis [rad/s]; the bases are made for it."""
+    rpm = [0.0]
+    for analysis in scene.analyses:
+        rpm += [getattr(analysis, key, None) or 0.0 for key in ("to_rpm", "search_to_rpm")]
+        rpm += [getattr(analysis, "speed_rpm", None) or 0.0, *getattr(analysis, "speeds_rpm", ())]
+        if analysis.kind in ("place_map", "stiffness_study"):
+            # one turn of the body that carries the unbalance per period
+            place = analysis.places[0] if analysis.kind == "place_map" else analysis.excite
+            ratio = abs(scene.speed_ratio(place.partition(".")[0]))
+            rpm.append(60.0 * analysis.frequency_max_hz / ratio if ratio else 0.0)
+    return max(float(scene_speeds(scene).max()), max(rpm) * np.pi / 30.0)
 
 
 def _rotation_effects(scene: Scene, *, turning: bool) -> tuple[Effect, ...]:
@@ -169,7 +204,12 @@ def _nonzero(bearing: BearingSpec, *keys: str) -> bool:
 
 def _damping(scene: Scene) -> Effect:
     keys = [k for k in BearingSpec.model_fields if "damping" in k]
-    found = [b.name for b in scene.bearings if _nonzero(b, *keys)]
+    tables = {
+        name
+        for name, law in scene.speed_laws.items()
+        if law.kind == "table" and np.any(np.asarray(law.damping_n_s_per_m))
+    }
+    found = [b.name for b in scene.bearings if _nonzero(b, *keys) or b.speed_law in tables]
     return _called_for(
         scene,
         "bearing_damping",
@@ -180,47 +220,64 @@ def _damping(scene: Scene) -> Effect:
     )
 
 
-def _tilt(scene: Scene) -> Effect:
+def _internal_damping(scene: Scene) -> Effect:
     found = [
-        b.name
-        for b in scene.bearings
-        if _nonzero(b, "tilt_stiffness_n_m_per_rad", "tilt_damping_n_m_s_per_rad")
-        or {"rx", "ry"} & set(b.rigid)
+        name
+        for name, damping in scene.internal_damping().items()
+        if damping.stiffness_coefficient_s or damping.modal_ratio
     ]
-    found += [d.name for spec in scene.bodies.values() for d in spec.rigid_disks]
+    return _called_for(
+        scene,
+        "internal_damping",
+        found,
+        "bodies have internal damping",
+        "no body has internal damping",
+        "general instead of Hermitian eigenproblems of the assembled system",
+    )
+
+
+def _speed_laws(scene: Scene) -> Effect:
+    found = [b.name for b in scene.bearings if b.speed_law is not None]
+    return _called_for(
+        scene,
+        "speed_dependent_bearings",
+        found,
+        "bearings have a speed law",
+        "no bearing has a speed law",
+        "critical speeds by root search instead of one linear eigenproblem",
+    )
+
+
+def _tilt(scene: Scene) -> Effect:
     return _called_for(
         scene,
         "tilt",
-        found,
+        acting_on(scene, "tilt"),
         "something acts on the tilt of an interface",
         "nothing acts on the tilt of an interface",
-        "2 constraint modes per interface",
+        "2 constraint modes per interface that is acted on",
     )
 
 
 def _axial(scene: Scene) -> Effect:
-    keys = ("axial_stiffness_n_per_m", "axial_damping_n_s_per_m")
-    found = [b.name for b in scene.bearings if _nonzero(b, *keys) or "uz" in b.rigid]
     return _called_for(
         scene,
         "axial",
-        found,
-        "bearings act along the axis",
-        "no bearing acts along the axis, and lateral motion does not couple to it",
-        "circumferential order 0: all matrices and modes once more",
+        acting_on(scene, "axial"),
+        "joints act along the axis",
+        "nothing acts along the axis, and lateral motion does not couple to it",
+        "circumferential order 0 of the bodies acted on: all matrices and modes once more",
     )
 
 
 def _torsion(scene: Scene) -> Effect:
-    keys = ("torsion_stiffness_n_m_per_rad", "torsion_damping_n_m_s_per_rad")
-    found = [b.name for b in scene.bearings if _nonzero(b, *keys) or "rz" in b.rigid]
     return _called_for(
         scene,
         "torsion",
-        found,
+        acting_on(scene, "torsion"),
         "bearings or gears act on torsion",
         "nothing acts on torsion, and lateral motion does not couple to it",
-        "circumferential order 0: all matrices and modes once more",
+        "circumferential order 0 of the bodies acted on: all matrices and modes once more",
     )
 
 
@@ -229,19 +286,22 @@ def _never(scene: Scene) -> tuple[Effect, ...]:
     reasons = {
         "nodal_diameter_modes": "order 2 and more of a body of revolution load no bearing",
         "change_of_shape": "prestress is computed on the undeformed body (hoop strain is checked)",
-        "internal_damping": "not part of this scene format",
-        "speed_dependent_bearings": "not part of this scene format; stiffness is constant",
     }
     return tuple(Effect(name=name, on=False, why=why) for name, why in reasons.items())
 
 
-def _body_plan(scene: Scene, body: Body, top_speed: float, on: set[str]) -> BodyPlan:
+def _body_plan(
+    scene: Scene,
+    body: Body,
+    top_speed: float,
+    on: set[str],
+    carried: Mapping[str, tuple[str, ...]],
+) -> BodyPlan:
     level = "harmonic" if scene.model.level == "auto" else scene.model.level
-    components = ["ux", "uy"]
-    components += ["uz"] if "axial" in on else []
-    components += ["rx", "ry"] if "tilt" in on else []
-    components += ["rz"] if "torsion" in on else []
-    orders = (1, 0) if {"axial", "torsion"} & on else (1,)
+    own = {i.name: carried[f"{body.name}.{i.name}"] for i in body.interfaces}
+    used = {motion for motions in own.values() for motion in motions} | {"ux", "uy"}
+    components = tuple(m for m in ("ux", "uy", "uz", "rx", "ry", "rz") if m in used)
+    orders = (1, 0) if {"uz", "rz"} & used else (1,)
     problems = len(orders) if level == "harmonic" else 1
     matrices = (2 + ("gyroscopic" in on) + 2 * (level == "solid")) * problems
     factorisations = eigenproblems = 1
@@ -254,7 +314,8 @@ def _body_plan(scene: Scene, body: Body, top_speed: float, on: set[str]) -> Body
     return BodyPlan(
         level=level,
         orders=orders,
-        components=tuple(components),
+        components=components,
+        interface_components=own,
         fineness=choose_fineness(body, level, scene.model),
         maximum_speed_rad_s=top_speed,
         matrices=matrices,

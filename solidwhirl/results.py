@@ -56,6 +56,11 @@ def results_document(results: Results) -> dict[str, Any]:
             }
             for c in results.critical_speeds
         ],
+        "bearing_notes": [note.message for note in results.bearing_notes],
+        "analyses": {
+            name: {"kind": outcome.kind, **outcome.document}
+            for name, outcome in results.analyses.items()
+        },
         "timings_s": dict(results.timings_s),
         "peak_memory_gib": results.peak_memory_gib,
         "packages": package_versions(),
@@ -74,6 +79,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
                 "level": b.level,
                 "circumferential_orders": list(b.orders),
                 "interface_components": list(b.components),
+                "motions_by_interface": {k: list(v) for k, v in b.interface_components.items()},
                 "element_order": b.fineness.degree,
                 "corner_size_m": b.fineness.size.corner_size_m,
                 "size_m": b.fineness.size.size_m,
@@ -122,10 +128,14 @@ def _write_all(results: Results, document: dict[str, Any], folder: Path) -> None
     (folder / "bodies").mkdir()
     (folder / "meshes").mkdir()
     for name, result in results.bodies.items():
-        write_superelement(result.element, folder / "bodies" / f"{name}.h5")
         write_vtu(result.mesh, folder / "meshes" / f"{name}.vtu")
         write_gmsh(result.mesh, folder / "meshes" / f"{name}.msh")
-    ratios = {name: spec.speed_ratio for name, spec in results.scene.bodies.items()}
+    for name, element in results.elements.items():
+        write_superelement(element, folder / "bodies" / f"{name}.h5")
+    for outcome in results.analyses.values():
+        for file, write in outcome.files.items():
+            write(folder / file)
+    ratios = results.scene.speed_ratios()
     draw_campbell(
         results.campbell,
         tuple(c.critical for c in results.critical_speeds),

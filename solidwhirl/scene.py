@@ -6,50 +6,29 @@ into a `Scene`; `solidwhirl.bodies` turns a scene's bodies into geometry.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
-# strict: whole numbers stand for floats, but texts and true or false for no number
-# far beyond every rotor, and far from where products of a few numbers overflow
-_LARGEST = 1e30
-Positive = Annotated[float, Field(gt=0, le=_LARGEST, allow_inf_nan=False, strict=True)]
-NotNegative = Annotated[float, Field(ge=0, le=_LARGEST, allow_inf_nan=False, strict=True)]
-Finite = Annotated[float, Field(ge=-_LARGEST, le=_LARGEST, allow_inf_nan=False, strict=True)]
-Count = Annotated[int, Field(ge=1, strict=True)]
-Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$")]
-Switch = Literal["auto", "on", "off"]
-
-
-def _switch(value: Any) -> Any:
-    """TOML's true and false are accepted for on and off."""
-    return {True: "on", False: "off"}.get(value, value) if isinstance(value, bool) else value
-
-
-def _pair(value: Any) -> Any:
-    """A number stands for the same value at both ends."""
-    return (value, value) if isinstance(value, int | float) else value
-
-
-def _matrix(value: Any) -> Any:
-    """A number k is k·I, a pair (kx, ky) is diagonal, a 2×2 list stands for itself."""
-    if isinstance(value, int | float):
-        return ((value, 0.0), (0.0, value))
-    if isinstance(value, list) and len(value) == 2 and not isinstance(value[0], list):
-        return ((value[0], 0.0), (0.0, value[1]))
-    return value
-
-
-AutoSwitch = Annotated[Switch, BeforeValidator(_switch)]
-Radii = Annotated[tuple[NotNegative, NotNegative], BeforeValidator(_pair)]
-Matrix = Annotated[tuple[tuple[Finite, Finite], tuple[Finite, Finite]], BeforeValidator(_matrix)]
-_ZERO = ((0.0, 0.0), (0.0, 0.0))
-
-
-class Record(BaseModel):
-    """Base of all scene records: frozen, no unknown keys."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=False)
+from solidwhirl.scene_analyses import AnalysisSpec
+from solidwhirl.scene_base import (
+    AutoSwitch,
+    Count,
+    Finite,
+    Name,
+    NotNegative,
+    Positive,
+    Radii,
+    Record,
+)
+from solidwhirl.scene_joints import (
+    BeamSpec,
+    BearingSpec,
+    GearSpec,
+    InternalDampingSpec,
+    RigidBodySpec,
+    SpeedLawSpec,
+)
 
 
 class MaterialSpec(Record):
@@ -146,23 +125,8 @@ class BodySpec(Record):
     stage_groups: tuple[StageGroupSpec, ...] = ()
     interfaces: tuple[InterfaceSpec, ...] = ()
     rigid_disks: tuple[RigidDiskSpec, ...] = ()
-
-
-class BearingSpec(Record):
-    """A linear bearing between two interfaces, or an interface and the ground."""
-
-    name: Name
-    first: str
-    second: str = "ground"
-    stiffness_n_per_m: Matrix = _ZERO
-    damping_n_s_per_m: Matrix = _ZERO
-    tilt_stiffness_n_m_per_rad: Matrix = _ZERO
-    tilt_damping_n_m_s_per_rad: Matrix = _ZERO
-    axial_stiffness_n_per_m: NotNegative = 0.0
-    axial_damping_n_s_per_m: NotNegative = 0.0
-    torsion_stiffness_n_m_per_rad: NotNegative = 0.0
-    torsion_damping_n_m_s_per_rad: NotNegative = 0.0
-    rigid: tuple[Literal["ux", "uy", "uz", "rx", "ry", "rz"], ...] = ()
+    modes: Annotated[Count, Field(le=500)] | None = None
+    internal_damping: InternalDampingSpec | None = None
 
 
 class SpeedSpec(Record):
@@ -208,6 +172,8 @@ class EffectsSpec(Record):
     stress_stiffening: AutoSwitch = "auto"
     spin_softening: AutoSwitch = "auto"
     bearing_damping: AutoSwitch = "auto"
+    internal_damping: AutoSwitch = "auto"
+    speed_dependent_bearings: AutoSwitch = "auto"
     tilt: AutoSwitch = "auto"
     axial: AutoSwitch = "auto"
     torsion: AutoSwitch = "auto"
@@ -253,10 +219,49 @@ class Scene(Record):
     name: Name
     title: str = ""
     notes: tuple[str, ...] = ()
-    materials: dict[Name, MaterialSpec] = {}
-    bodies: Annotated[dict[Name, BodySpec], Field(min_length=1)]
+    materials: dict[Name, MaterialSpec] = Field(default_factory=dict)
+    bodies: dict[Name, BodySpec] = Field(default_factory=dict)
+    beams: dict[Name, BeamSpec] = Field(default_factory=dict)
+    rigid_bodies: dict[Name, RigidBodySpec] = Field(default_factory=dict)
     bearings: tuple[BearingSpec, ...] = ()
+    speed_laws: dict[Name, SpeedLawSpec] = Field(default_factory=dict)
+    gears: tuple[GearSpec, ...] = ()
     speeds: SpeedSpec = SpeedSpec()
     campbell: CampbellSpec = CampbellSpec()
     effects: EffectsSpec = EffectsSpec()
     model: ModelSpec = ModelSpec()
+    analyses: tuple[AnalysisSpec, ...] = ()
+
+    @model_validator(mode="after")
+    def _has_bodies(self) -> Scene:
+        if not (self.bodies or self.beams or self.rigid_bodies):
+            raise ValueError(
+                "a scene needs a body: [bodies.NAME], [beams.NAME] or [rigid_bodies.NAME]"
+            )
+        named = [*self.bodies, *self.beams, *self.rigid_bodies]
+        twice = sorted({name for name in named if named.count(name) > 1})
+        if twice:
+            raise ValueError(f"more than one body is named {', '.join(twice)}")
+        return self
+
+    def speed_ratio(self, body: str) -> float:
+        """Speed of a body over that of the reference shaft."""
+        return self.speed_ratios()[body]
+
+    def speed_ratios(self) -> dict[str, float]:
+        """Speed of every body over that of the reference shaft."""
+        ratios = {name: b.speed_ratio for name, b in self.bodies.items()}
+        ratios |= {name: b.speed_ratio for name, b in self.beams.items()}
+        return ratios | {name: b.speed_ratio for name, b in self.rigid_bodies.items()}
+
+    def internal_damping(self) -> dict[str, InternalDampingSpec]:
+        """Internal damping of the bodies that have it."""
+        found = {name: b.internal_damping for name, b in self.bodies.items()}
+        found |= {name: b.internal_damping for name, b in self.beams.items()}
+        return {name: damping for name, damping in found.items() if damping is not None}
+
+    def interface_names(self) -> dict[str, tuple[str, ...]]:
+        """Interfaces of every body."""
+        names = {name: tuple(i.name for i in b.interfaces) for name, b in self.bodies.items()}
+        names |= {name: tuple(b.interfaces) for name, b in self.beams.items()}
+        return names | {name: tuple(b.interfaces) for name, b in self.rigid_bodies.items()}

@@ -13,7 +13,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from solidwhirl.errors import SceneError
-from solidwhirl.references import bearing_problems
+from solidwhirl.references import reference_problems
 from solidwhirl.scene import Scene
 
 _MAXIMUM_BYTES = 4_000_000
@@ -66,7 +66,7 @@ def parse_scene(data: dict[str, Any], path: str | Path = "scene") -> Scene:
         scene = Scene.model_validate(data)
     except ValidationError as error:
         raise SceneError(path, [_explain(e) for e in error.errors(include_url=False)]) from error
-    problems = bearing_problems(scene)
+    problems = reference_problems(scene)
     if problems:
         raise SceneError(path, problems)
     return scene

@@ -16,7 +16,7 @@ from solidwhirl.cli import app
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        (b"", ["name: missing", "bodies: missing"]),
+        (b"", ["name: missing", "name: missing"]),
         (b"name = = 3", ["is not valid TOML", "line 1"]),
         (b'name = "a"\nname = "b"', ["is not valid TOML"]),
         (b'name = "\xff"', ["is not UTF-8 text (byte 8)"]),

@@ -33,6 +33,8 @@ TOP = {
     "modes_at_rest",
     "campbell",
     "critical_speeds",
+    "bearing_notes",
+    "analyses",
     "timings_s",
     "peak_memory_gib",
     "packages",

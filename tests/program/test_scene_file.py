@@ -330,5 +330,5 @@ def test_path_is_part_of_the_error(tmp_path):
     with pytest.raises(SceneError) as caught:
         read_scene(path)
     assert caught.value.path == str(path)
-    assert len(caught.value.problems) == 3  # name and bodies are missing, colour is unknown
-    assert str(caught.value).count(str(path)) == 3
+    assert len(caught.value.problems) == 2  # name is missing, colour is unknown
+    assert str(caught.value).count(str(path)) == 2

@@ -26,7 +26,10 @@ def full_frequencies(body, mesh, level, stiffness, speed, count):
     from solidwhirl.reduction.operators import OperatorEffects, build_operators
 
     effects = OperatorEffects(
-        gyroscopic=True, centrifugal=True, components=("ux", "uy"), lateral_only=True
+        gyroscopic=True,
+        centrifugal=True,
+        components={i.name: ("ux", "uy") for i in body.interfaces},
+        lateral_only=True,
     )
     order = 1 if level == "harmonic" else None
     operators = build_operators(body, mesh, MPI.COMM_SELF, order=order, degree=2, effects=effects)

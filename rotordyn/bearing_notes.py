@@ -1,0 +1,267 @@
+"""Where the bearings of a system leave the range of their law, drive motion or push outwards."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import minimize_scalar
+
+from solidwhirl.rotordyn.arrays import FloatArray
+from solidwhirl.rotordyn.bearing_laws import BearingCoefficients
+from solidwhirl.rotordyn.errors import AnalysisError
+from solidwhirl.rotordyn.parts import Bearing
+from solidwhirl.rotordyn.system import AssembledSystem
+
+_RPM = 30.0 / np.pi
+# Speeds looked at besides those given; a dip between two of them is found if it has a slope there.
+_SAMPLES = 257
+# An eigenvalue above minus this fraction of the largest entry is a rounded zero.
+_ROUNDED_ZERO = 1e-14
+# Halvings that locate the ends of an interval.
+_HALVINGS = 48
+
+
+@dataclass(frozen=True, kw_only=True)
+class BearingNote:
+    """Tell that a bearing is doubtful over an interval of speed.
+
+    Attributes
+    ----------
+    bearing
+        Name of the bearing.
+    kind
+        "outside range" (of the speeds the law was made for), "negative damping" or "negative
+        stiffness" (a motion exists to which the bearing gives energy, or that it does not resist).
+    speed_low_rad_s, speed_high_rad_s
+        Where, as |Ω| of the reference shaft, rad/s.
+    message
+        One sentence with the bearing, the speeds and the figures.
+    """
+
+    bearing: str
+    kind: str
+    speed_low_rad_s: float
+    speed_high_rad_s: float
+    message: str
+
+    @property
+    def speed_low_rpm(self) -> float:
+        """Lower end of the interval, rpm of the reference shaft."""
+        return self.speed_low_rad_s * _RPM
+
+    @property
+    def speed_high_rpm(self) -> float:
+        """Upper end of the interval, rpm of the reference shaft."""
+        return self.speed_high_rad_s * _RPM
+
+
+class _Interval(NamedTuple):
+    """Speeds between which a measure is negative, and its lowest value there."""
+
+    low: float
+    high: float
+    lowest: float
+    lowest_at: float
+
+
+def bearing_notes(
+    assembled: AssembledSystem, speeds_rad_s: npt.ArrayLike
+) -> tuple[BearingNote, ...]:
+    """Find where bearings are used beyond their law, or have negative damping or stiffness.
+
+    Parameters
+    ----------
+    assembled
+        The system.
+    speeds_rad_s
+        Ω of an analysis; everything between the smallest and the largest |Ω| is looked at.
+
+    Returns
+    -------
+    tuple of BearingNote
+        Empty if all is well; bearings without a law are looked at too.
+
+    Raises
+    ------
+    AnalysisError
+        If there are no speeds or one is not finite.
+
+    Notes
+    -----
+    Negative means that the symmetric part of the 2×2 matrix on (ux, uy) has a negative
+    eigenvalue. The speeds given and 257 more are looked at, with a search for the minimum where
+    it lies between two of them; ends are located to rounding.
+    """
+    speeds = np.abs(np.asarray(speeds_rad_s, dtype=float)).ravel()
+    if not speeds.size or not np.isfinite(speeds).all():
+        raise AnalysisError(f"speeds_rad_s needs finite speeds; found {speeds.size} values")
+    signed = np.asarray(speeds_rad_s, dtype=float).ravel()
+    low = 0.0 if signed.min() < 0 < signed.max() else float(speeds.min())
+    sampled = np.unique(np.concatenate((speeds, np.linspace(low, speeds.max(), _SAMPLES))))
+    return tuple(
+        note
+        for bearing in assembled.system.bearings
+        for note in (
+            *_range_notes(assembled, bearing, sampled),
+            *_sign_notes(assembled, bearing, sampled),
+        )
+    )
+
+
+def spin_ratio(assembled: AssembledSystem, bearing: Bearing) -> float:
+    """Return the spin speed of a bearing's first side over that of the reference shaft.
+
+    Parameters
+    ----------
+    assembled
+        The system.
+    bearing
+        One of its bearings.
+
+    Returns
+    -------
+    float
+        Not negative; a law is evaluated at this times |Ω|.
+    """
+    return abs(float(assembled.system.rotors[bearing.first.body].speed_ratio))
+
+
+def coefficients_at_speed(
+    assembled: AssembledSystem, bearing: Bearing, speed_rad_s: float
+) -> BearingCoefficients:
+    """Return the coefficients of a bearing on (ux, uy) at a speed of the reference shaft.
+
+    Parameters
+    ----------
+    assembled
+        The system.
+    bearing
+        One of its bearings.
+    speed_rad_s
+        Ω, rad/s.
+
+    Returns
+    -------
+    BearingCoefficients
+        Of its law, or its own ones if it has none; each (2, 2).
+    """
+    if bearing.speed_law is None:
+        return BearingCoefficients(bearing.stiffness_n_per_m, bearing.damping_n_s_per_m)
+    return bearing.speed_law.coefficients(
+        spin_ratio(assembled, bearing) * abs(speed_rad_s),
+        bearing.stiffness_n_per_m,
+        bearing.damping_n_s_per_m,
+    )
+
+
+def _range_notes(
+    assembled: AssembledSystem, bearing: Bearing, speeds: FloatArray
+) -> Iterator[BearingNote]:
+    law = bearing.speed_law
+    if law is None:
+        return
+    ratio = spin_ratio(assembled, bearing)
+    low, high = law.speed_range_rad_s
+    for sign, end in ((-1.0, low), (1.0, high)):
+        outside = speeds[sign * ratio * speeds > sign * end * (1.0 + sign * _ROUNDED_ZERO)]
+        if not outside.size:
+            continue
+        first, last = float(outside[0]), float(outside[-1])
+        # The interval begins where the range ends, not at the sample after it.
+        if ratio > 0 and sign > 0:
+            first = max(end / ratio, float(speeds[0]))
+        elif ratio > 0:
+            last = min(end / ratio, float(speeds[-1]))
+        yield BearingNote(
+            bearing=bearing.name,
+            kind="outside range",
+            speed_low_rad_s=first,
+            speed_high_rad_s=last,
+            message=(
+                f"bearing {bearing.name!r}: law {law.name!r} was made for {_both(low)} to "
+                f"{_both(high)} of {bearing.first.body!r}, which turns at {_both(ratio * first)} "
+                f"to {_both(ratio * last)} while the reference shaft is at {_both(first)} to "
+                f"{_both(last)}"
+            ),
+        )
+
+
+def _sign_notes(
+    assembled: AssembledSystem, bearing: Bearing, speeds: FloatArray
+) -> Iterator[BearingNote]:
+    for part, kind, unit in ((1, "negative damping", "N s/m"), (0, "negative stiffness", "N/m")):
+
+        def lowest(speed: float, part: int = part) -> float:
+            return _lowest_eigenvalue(coefficients_at_speed(assembled, bearing, speed)[part])
+
+        law = "" if bearing.speed_law is None else f" by law {bearing.speed_law.name!r}"
+        for interval in _negative_intervals(lowest, speeds):
+            yield BearingNote(
+                bearing=bearing.name,
+                kind=kind,
+                speed_low_rad_s=interval.low,
+                speed_high_rad_s=interval.high,
+                message=(
+                    f"bearing {bearing.name!r} has {kind}{law} from {_both(interval.low)} to "
+                    f"{_both(interval.high)} of the reference shaft, down to "
+                    f"{interval.lowest:.4g} {unit} at {_both(interval.lowest_at)}"
+                ),
+            )
+
+
+def _lowest_eigenvalue(matrix: FloatArray) -> float:
+    """Return the smaller eigenvalue of the symmetric part, 0 if it is a rounded zero."""
+    (xx, xy), (yx, yy) = matrix.tolist()
+    value = 0.5 * (xx + yy - float(np.hypot(xx - yy, xy + yx)))
+    limit = _ROUNDED_ZERO * max(abs(xx), abs(xy), abs(yx), abs(yy))
+    return 0.0 if abs(value) <= limit else value
+
+
+def _negative_intervals(measure: Callable[[float], float], speeds: FloatArray) -> list[_Interval]:
+    """Return where a function of the speed is negative."""
+    values = [measure(float(speed)) for speed in speeds]
+    points = list(zip(speeds.tolist(), values, strict=True))
+    for i in range(1, len(values) - 1):
+        # A dip between samples: the minimum is at or beside a sample that is not negative.
+        if 0 <= values[i] <= min(values[i - 1], values[i + 1]) and values[i - 1] != values[i]:
+            found = minimize_scalar(measure, bounds=speeds[[i - 1, i + 1]], method="bounded")
+            if found.fun < 0:
+                points.append((float(found.x), float(found.fun)))
+    points.sort()
+    intervals = []
+    start = 0
+    while start < len(points):
+        if points[start][1] >= 0:
+            start += 1
+            continue
+        stop = start
+        while stop + 1 < len(points) and points[stop + 1][1] < 0:
+            stop += 1
+        low, high = points[start][0], points[stop][0]
+        if start > 0:
+            low = _end(measure, points[start][0], points[start - 1][0])
+        if stop + 1 < len(points):
+            high = _end(measure, points[stop][0], points[stop + 1][0])
+        lowest = min((value, speed) for speed, value in points[start : stop + 1])
+        intervals.append(_Interval(low, high, *lowest))
+        start = stop + 1
+    return intervals
+
+
+def _end(measure: Callable[[float], float], negative: float, other: float) -> float:
+    """Return where between two speeds a measure stops being negative."""
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (negative + other)
+        if measure(middle) < 0:
+            negative = middle
+        else:
+            other = middle
+    return negative
+
+
+def _both(speed_rad_s: float) -> str:
+    return f"{speed_rad_s:.6g} rad/s ({speed_rad_s * _RPM:.6g} rpm)"

@@ -1,0 +1,105 @@
+"""Which motions each interface of a scene must carry: those that something acts on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from solidwhirl.scene import Scene
+from solidwhirl.scene_joints import BearingSpec, GearSpec
+
+LATERAL = ("ux", "uy")
+# Keys of a bearing by the effect they belong to, and the motions they act on.
+_KEYS = {
+    "tilt": (("tilt_stiffness_n_m_per_rad", "tilt_damping_n_m_s_per_rad"), ("rx", "ry")),
+    "axial": (("axial_stiffness_n_per_m", "axial_damping_n_s_per_m"), ("uz",)),
+    "torsion": (("torsion_stiffness_n_m_per_rad", "torsion_damping_n_m_s_per_rad"), ("rz",)),
+}
+EFFECT_OF = {"rx": "tilt", "ry": "tilt", "uz": "axial", "rz": "torsion"}
+
+
+def motions_acted_on(scene: Scene) -> dict[str, tuple[tuple[str, str], ...]]:
+    """What acts on more than the lateral motion of an interface.
+
+    Parameters
+    ----------
+    scene
+        Its bearings, gears, rigid disks and unbalances.
+
+    Returns
+    -------
+    dict
+        By place "body.interface": pairs of a motion and the name of what acts on it.
+    """
+    found: dict[str, list[tuple[str, str]]] = {}
+    for place, motion, why in _actions(scene):
+        found.setdefault(place, []).append((motion, why))
+    return {place: tuple(dict.fromkeys(pairs)) for place, pairs in found.items()}
+
+
+def acting_on(scene: Scene, effect: str) -> list[str]:
+    """Names of what acts on the motions of an effect ("tilt", "axial", "torsion"), each once."""
+    names = [why for _, motion, why in _actions(scene) if EFFECT_OF[motion] == effect]
+    return list(dict.fromkeys(names))
+
+
+def _actions(scene: Scene) -> Iterator[tuple[str, str, str]]:
+    for bearing in scene.bearings:
+        for motion in _of_bearing(bearing):
+            for place in (bearing.first, bearing.second):
+                if place != "ground":
+                    yield place, motion, bearing.name
+    for gear in scene.gears:
+        for place in (gear.first, gear.second):
+            yield place, "rz", gear.name
+    for name, body in scene.bodies.items():
+        for disk in body.rigid_disks:
+            for motion in ("rx", "ry"):
+                yield f"{name}.{disk.interface}", motion, disk.name
+
+
+def _of_bearing(bearing: BearingSpec) -> Iterator[str]:
+    for keys, motions in _KEYS.values():
+        acts = any(np.any(np.asarray(getattr(bearing, key))) for key in keys)
+        yield from (m for m in motions if acts or m in bearing.rigid)
+
+
+def carried_motions(scene: Scene, on: set[str]) -> dict[str, tuple[str, ...]]:
+    """Motions that every interface carries under the effects that are on.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    on
+        Names of the effects that are on. An effect that the scene switches on itself, not by
+        what acts, is carried by all interfaces.
+
+    Returns
+    -------
+    dict
+        By place "body.interface", in the order ux, uy, uz, rx, ry, rz.
+    """
+    acted = motions_acted_on(scene)
+    everywhere = {
+        motion
+        for motion, effect in EFFECT_OF.items()
+        if effect in on and getattr(scene.effects, effect) == "on"
+    }
+    out = {}
+    for body, names in scene.interface_names().items():
+        for name in names:
+            place = f"{body}.{name}"
+            motions = {m for m, _ in acted.get(place, ()) if EFFECT_OF[m] in on}
+            motions |= everywhere | set(LATERAL)
+            if motions & {"rx", "ry"}:  # both, so that the body stays the same in all directions
+                motions |= {"rx", "ry"}
+            order = ("ux", "uy", "uz", "rx", "ry", "rz")
+            out[place] = tuple(m for m in order if m in motions)
+    return out
+
+
+def joint_places(joint: BearingSpec | GearSpec) -> tuple[str, ...]:
+    """Interfaces that a joint acts on."""
+    return tuple(end for end in (joint.first, joint.second) if end != "ground")

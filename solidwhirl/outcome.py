@@ -1,0 +1,32 @@
+"""What an analysis of a scene hands on: numbers for results.json, pictures and files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+Write = Callable[[Path], None]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Outcome:
+    """Results of one analysis.
+
+    Attributes
+    ----------
+    kind
+        Kind of analysis.
+    document
+        What results.json holds; units in the keys.
+    files
+        Pictures and data by file name, each a function that writes the file it is given.
+    headline
+        One line for the report.
+    """
+
+    kind: str
+    document: Mapping[str, Any]
+    files: Mapping[str, Write] = field(default_factory=dict)
+    headline: str = ""

@@ -1,0 +1,216 @@
+"""Scene records of the analyses beyond the Campbell diagram; each entry of [[analyses]] is one."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from solidwhirl.scene_base import Count, Finite, Name, NotNegative, Place, Positive, Record
+
+Points = Annotated[Count, Field(ge=2, le=20001)]
+Places = Annotated[tuple[Place, ...], Field(min_length=1)]
+Names = Annotated[tuple[Name, ...], Field(min_length=1)]
+
+
+class UnbalanceSpec(Record):
+    """An unbalance at an interface of a body that turns."""
+
+    at: Place
+    moment_kg_m: Positive
+    phase_deg: Finite = 0.0
+
+
+class _Analysis(Record):
+    """What all analyses share: a name for results and pictures, the kind if there is none."""
+
+    name: Name | None = None
+
+    @property
+    def label(self) -> str:
+        """Name in results and file names."""
+        return self.name or str(self.kind)  # type: ignore[attr-defined]
+
+
+class _Sweep(_Analysis):
+    """Speeds of the reference shaft."""
+
+    from_rpm: NotNegative = 0.0
+    to_rpm: Positive
+    count: Points = 201
+
+    @model_validator(mode="after")
+    def _rising(self) -> _Sweep:
+        if self.to_rpm <= self.from_rpm:
+            raise ValueError(f"to_rpm = {self.to_rpm:g} is not above from_rpm = {self.from_rpm:g}")
+        return self
+
+
+class _Frequencies(_Analysis):
+    """Excitation frequencies from one step above zero to the highest."""
+
+    frequency_max_hz: Positive
+    frequency_count: Points = 500
+
+
+class _Stiffnesses(_Analysis):
+    """Support stiffnesses, evenly spaced in their logarithm."""
+
+    bearings: Names
+    stiffness_from_n_per_m: Positive
+    stiffness_to_n_per_m: Positive
+    stiffness_count: Points = 31
+
+    @model_validator(mode="after")
+    def _rising(self) -> _Stiffnesses:
+        if self.stiffness_to_n_per_m <= self.stiffness_from_n_per_m:
+            raise ValueError("stiffness_to_n_per_m is not above stiffness_from_n_per_m")
+        return self
+
+
+class UnbalanceResponseSpec(_Sweep):
+    """Response to unbalances over the speed: amplitude, phase, orbits and bearing forces."""
+
+    kind: Literal["unbalance_response"]
+    unbalances: Annotated[tuple[UnbalanceSpec, ...], Field(min_length=1)]
+    observe: Places
+    orbits_at_rpm: tuple[Positive, ...] = ()
+
+
+class PlaceMapSpec(_Frequencies):
+    """Response to one unbalance at each place in turn, over its frequency."""
+
+    kind: Literal["place_map"]
+    places: Places
+    moment_kg_m: Positive
+    observe: Place | None = None
+
+
+class WaterfallSpec(_Frequencies):
+    """Response to harmonic motion of the ground over frequency and speed."""
+
+    kind: Literal["waterfall"]
+    from_rpm: NotNegative = 0.0
+    to_rpm: Positive
+    speed_count: Points = 51
+    amplitude_m: Positive = 1e-6
+    direction: Literal["x", "y"] = "x"
+    observe: Place
+
+
+class CriticalSpeedMapSpec(_Stiffnesses):
+    """Critical speeds over the stiffness of supports."""
+
+    kind: Literal["critical_speed_map"]
+    excited_by: Name
+    branches: Annotated[Count, Field(le=50)] = 6
+    operating_speed_rpm: Positive | None = None
+
+
+class StiffnessStudySpec(_Stiffnesses):
+    """Response over excitation frequency and support stiffness, and the stiffness to choose."""
+
+    kind: Literal["stiffness_study"]
+    excite: Place
+    observe: Place
+    moment_kg_m: Positive
+    frequency_max_hz: Positive
+    frequency_count: Points = 500
+    speed_rpm: NotNegative | None = None
+    operating_speed_rpm: Positive
+    margin: Annotated[float, Field(gt=0, lt=1, strict=True)] = 0.2
+
+
+class RotatingCampbellSpec(_Analysis):
+    """The Campbell diagram in the frames of bodies."""
+
+    kind: Literal["rotating_campbell"]
+    bodies: Names
+
+
+class ModeShapesSpec(_Analysis):
+    """Shapes of the lowest modes and which bodies and joints take part in them."""
+
+    kind: Literal["mode_shapes"]
+    speeds_rpm: Annotated[tuple[NotNegative, ...], Field(min_length=1)]
+    modes: Annotated[Count, Field(le=60)] = 8
+    bodies: tuple[Name, ...] = ()
+
+
+class OperatingSpec(Record):
+    """Operating speeds of one shaft itself."""
+
+    shaft: Name
+    from_rpm: Positive
+    to_rpm: Positive
+
+    @model_validator(mode="after")
+    def _rising(self) -> OperatingSpec:
+        if self.to_rpm < self.from_rpm:
+            raise ValueError(f"to_rpm = {self.to_rpm:g} is below from_rpm = {self.from_rpm:g}")
+        return self
+
+
+class SeparationMarginsSpec(_Analysis):
+    """Distance of critical speeds from operating speeds."""
+
+    kind: Literal["separation_margins"]
+    operating: Annotated[tuple[OperatingSpec, ...], Field(min_length=1)]
+    search_to_rpm: Positive
+
+
+class StabilitySpec(_Sweep):
+    """Smallest damping over the speed and where the engine becomes unstable."""
+
+    kind: Literal["stability"]
+    count: Points = 61
+
+
+class BearingLawsSpec(_Analysis):
+    """Stiffness and damping of the bearings that depend on the speed."""
+
+    kind: Literal["bearing_laws"]
+    to_rpm: Positive
+
+
+class RunUpSpec(_Analysis):
+    """Run-up of the engine: speed linear from rest, then constant."""
+
+    kind: Literal["run_up"]
+    ramp_s: Positive
+    hold_s: NotNegative = 0.0
+    to_rpm: Positive
+    sampling_hz: Positive = 20000.0
+    unbalances: tuple[UnbalanceSpec, ...] = ()
+    gravity_m_per_s2: tuple[Finite, Finite, Finite] | None = None
+    observe: tuple[Place, ...] = ()
+    mount: Name
+    compare_without_modes_of: tuple[tuple[Name, ...], ...] = ()
+
+
+class StateSpaceSpec(_Analysis):
+    """State-space matrices between forces and motions of interfaces."""
+
+    kind: Literal["state_space"]
+    inputs: Places
+    outputs: Places
+    from_rpm: NotNegative = 0.0
+    to_rpm: Positive
+    speed_count: Annotated[Count, Field(ge=1, le=501)] = 11
+
+
+AnalysisSpec = Annotated[
+    UnbalanceResponseSpec
+    | PlaceMapSpec
+    | WaterfallSpec
+    | CriticalSpeedMapSpec
+    | StiffnessStudySpec
+    | RotatingCampbellSpec
+    | ModeShapesSpec
+    | SeparationMarginsSpec
+    | StabilitySpec
+    | BearingLawsSpec
+    | RunUpSpec
+    | StateSpaceSpec,
+    Field(discriminator="kind"),
+]

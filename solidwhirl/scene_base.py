@@ -1,0 +1,50 @@
+"""Kinds of numbers and names in a scene file, and the base of its records."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+
+# strict: whole numbers stand for floats, but texts and true or false for no number
+# far beyond every rotor, and far from where products of a few numbers overflow
+_LARGEST = 1e30
+Positive = Annotated[float, Field(gt=0, le=_LARGEST, allow_inf_nan=False, strict=True)]
+NotNegative = Annotated[float, Field(ge=0, le=_LARGEST, allow_inf_nan=False, strict=True)]
+Finite = Annotated[float, Field(ge=-_LARGEST, le=_LARGEST, allow_inf_nan=False, strict=True)]
+Count = Annotated[int, Field(ge=1, strict=True)]
+Place = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}\.[A-Za-z][A-Za-z0-9_-]{0,63}$")]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$")]
+Switch = Literal["auto", "on", "off"]
+Motion = Literal["ux", "uy", "uz", "rx", "ry", "rz"]
+
+
+def _switch(value: Any) -> Any:
+    """TOML's true and false are accepted for on and off."""
+    return {True: "on", False: "off"}.get(value, value) if isinstance(value, bool) else value
+
+
+def _pair(value: Any) -> Any:
+    """A number stands for the same value at both ends."""
+    return (value, value) if isinstance(value, int | float) else value
+
+
+def _matrix(value: Any) -> Any:
+    """A number k is k·I, a pair (kx, ky) is diagonal, a 2×2 list stands for itself."""
+    if isinstance(value, int | float):
+        return ((value, 0.0), (0.0, value))
+    if isinstance(value, list) and len(value) == 2 and not isinstance(value[0], list):
+        return ((value[0], 0.0), (0.0, value[1]))
+    return value
+
+
+AutoSwitch = Annotated[Switch, BeforeValidator(_switch)]
+Radii = Annotated[tuple[NotNegative, NotNegative], BeforeValidator(_pair)]
+Matrix = Annotated[tuple[tuple[Finite, Finite], tuple[Finite, Finite]], BeforeValidator(_matrix)]
+ZERO_MATRIX = ((0.0, 0.0), (0.0, 0.0))
+
+
+class Record(BaseModel):
+    """Base of all scene records: frozen, no unknown keys."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=False)
