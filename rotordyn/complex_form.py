@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -183,6 +184,8 @@ class _Pairs(NamedTuple):
     rest: IndexArray
 
 
+# A system is a record that never changes; its form is wanted at every speed of an analysis.
+@lru_cache(maxsize=4)
 def complex_form(assembled: AssembledSystem) -> ComplexForm | None:
     """Return the complex form of a system, None where it has none.
 
@@ -333,14 +336,18 @@ def _isotropic_laws(assembled: AssembledSystem, pairs: _Pairs) -> tuple[Isotropi
     for place, joint in enumerate(assembled.law_joints):
         along_x, along_y = joint.motion[:, pairs.first], joint.motion[:, pairs.second] * pairs.sign
         # either plane may be p: z is then the motion along x + i y, or i times it
-        straight = np.array_equal(along_x[0], along_y[1]) and not along_x[1].any()
-        turned = np.array_equal(along_x[1], -along_y[0]) and not along_x[0].any()
+        straight = _equal(along_x[0], along_y[1]) and not along_x[1].any()
+        turned = _equal(along_x[1], -along_y[0]) and not along_x[0].any()
         if not (straight or turned) or joint.motion[:, pairs.rest].any():
             return None
         if not _is_isotropic(joint):
             return None
         laws.append(IsotropicLaw(motion=along_x[0] if straight else along_x[1], place=place))
     return tuple(laws)
+
+
+def _equal(first: FloatArray, second: FloatArray) -> bool:
+    return bool(np.abs(first - second).max() <= _ROUNDING * np.abs(first).max())
 
 
 def _is_isotropic(joint: LawJoint) -> bool:

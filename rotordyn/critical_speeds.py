@@ -8,19 +8,24 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-import scipy.linalg as la
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, freeze_arrays
 from solidwhirl.rotordyn.branches import follow_below, untracked_below
+from solidwhirl.rotordyn.direct_speeds import (
+    DirectSpeeds,
+    direct_speeds,
+    negative_count,
+    negative_count_at_rest,
+)
 from solidwhirl.rotordyn.eigen import log_decrement, modes_at_speed, scaled_stiffness
 from solidwhirl.rotordyn.errors import AnalysisError
-from solidwhirl.rotordyn.spectrum import Scaled
+from solidwhirl.rotordyn.spectrum import scale_by_stiffness
+from solidwhirl.rotordyn.speed_roots import SpeedRoots, speed_roots
 from solidwhirl.rotordyn.system import AssembledSystem, matrices_at_speed
 from solidwhirl.rotordyn.tracking import Front, match_modes
-from solidwhirl.rotordyn.whirl import interface_orbits, whirl_direction
+from solidwhirl.rotordyn.whirl import whirl_direction
+from solidwhirl.rotordyn.whirl_pencils import Pencil, separated_whirl, whirl_pencils
 
-# Critical speeds closer than this (relative) share a subspace.
-_SAME_SPEED = 1e-8
 # Where branches begin if there are rigid motions at rest, as a fraction of the limit.
 _JUST_ABOVE_REST = 1e-3
 # Steps of the search for a damped critical speed, and its relative accuracy.
@@ -66,12 +71,42 @@ class CriticalSpeed:
         freeze_arrays(self, "shape")
 
 
+@dataclass(frozen=True, kw_only=True)
+class CriticalSpeedCount:
+    """Hold the number of critical speeds of an undamped system up to a limit.
+
+    Attributes
+    ----------
+    speed_max_rad_s
+        The limit, rad/s.
+    below_at_rest, below_at_limit
+        Number of negative eigenvalues of K(Ω) + Ω² (K2 + iαG − α²M) near rest and at the limit.
+    falls, rises
+        Number of critical speeds at which an eigenvalue turns negative, or positive; a constant
+        stiffness has the first kind only.
+    unresolved_rad_s
+        Intervals in which an eigenvalue touches zero to rounding: no critical speed, or two.
+    """
+
+    speed_max_rad_s: float
+    below_at_rest: int
+    below_at_limit: int
+    falls: int
+    rises: int
+    unresolved_rad_s: tuple[tuple[float, float], ...]
+
+    @property
+    def count(self) -> int:
+        """Number of critical speeds."""
+        return self.falls + self.rises
+
+
 def critical_speeds(
     assembled: AssembledSystem,
     excitation_ratio: float = 1.0,
     speed_max_rad_s: float | None = None,
 ) -> tuple[CriticalSpeed, ...]:
-    """Compute the critical speeds of a system with constant bearings.
+    """Compute the critical speeds of a system.
 
     Parameters
     ----------
@@ -83,7 +118,8 @@ def critical_speeds(
         whirl are returned.
     speed_max_rad_s
         Leave out what lies above; None is the range the bodies were made for (no limit for
-        beams). A system with damping or an unsymmetric stiffness needs a finite limit.
+        beams). A system with damping, an unsymmetric stiffness or bearings that depend on the
+        speed needs a finite limit.
 
     Returns
     -------
@@ -97,24 +133,23 @@ def critical_speeds(
 
     Notes
     -----
-    Without damping, ω = αΩ turns the problem into [K + Ω² (K2 + iαG − α²M)] φ = 0, Hermitian and
-    linear in Ω²; no speed is swept (Genta 2005, Dynamics of Rotating Systems, section 4.6). An
-    eigenvalue Ω² that is negative or infinite belongs to no speed: the mode stiffens faster with
-    the spin than the excitation rises (a thin disk, Ip > Id, whirling forward). With damping, the
-    branches are followed from rest and Im λ(Ω) = αΩ is solved on each.
+    Without damping, ω = αΩ turns the problem into [K + Ω² (K2 + iαG − α²M)] φ = 0, Hermitian and,
+    for constant bearings, linear in Ω²; no speed is swept (Genta 2005, Dynamics of Rotating
+    Systems, section 4.6). An eigenvalue Ω² that is negative or infinite belongs to no speed: the
+    mode stiffens faster with the spin than the excitation rises (a thin disk, Ip > Id, whirling
+    forward). With bearings K(Ω) the speeds at which an eigenvalue of that matrix changes its sign
+    are found by counting negative eigenvalues, all of them (see `speed_roots`); one mode may have
+    several critical speeds. An isotropic system is solved for forward and backward whirl apart.
+
+    With damping, the branches are followed from rest and Im λ(Ω) = αΩ is solved on each; steps
+    begin and end at the critical speeds without damping.
     """
-    ratio = abs(float(excitation_ratio))
-    if not np.isfinite(ratio) or ratio == 0:
-        raise AnalysisError(f"excitation_ratio is {excitation_ratio}; finite and not 0 is allowed")
-    limit = assembled.speed_limit_rad_s if speed_max_rad_s is None else float(speed_max_rad_s)
-    if not limit > 0:
-        raise AnalysisError(f"speed_max_rad_s is {speed_max_rad_s}; it must be positive")
-    scaled = scaled_stiffness(assembled, matrices_at_speed(assembled, 0.0))
-    if assembled.is_conservative and scaled.negative_count == 0:
-        speeds, shapes = _undamped(assembled, scaled, ratio, limit)
+    ratio, limit = _checked(assembled, excitation_ratio, speed_max_rad_s)
+    if _is_undamped_problem(assembled):
+        speeds, shapes = _undamped(assembled, ratio, limit)
         decrements = np.zeros(speeds.size)
     elif np.isfinite(limit):
-        speeds, shapes, decrements = _damped(assembled, scaled, ratio, limit)
+        speeds, shapes, decrements = _damped(assembled, ratio, limit)
     else:
         raise AnalysisError(
             "speed_max_rad_s is needed: this system has damping, an unsymmetric or a negative "
@@ -133,72 +168,124 @@ def critical_speeds(
     )
 
 
-def _undamped(
-    assembled: AssembledSystem, scaled: Scaled, ratio: float, limit: float
-) -> tuple[FloatArray, ComplexArray]:
-    """Solve K φ = Ω² N φ, N = α²M − iαG − K2, with K positive (semi)definite.
+def count_critical_speeds(
+    assembled: AssembledSystem,
+    excitation_ratio: float = 1.0,
+    speed_max_rad_s: float | None = None,
+) -> CriticalSpeedCount:
+    """Count the critical speeds of a system without damping by the signs of its eigenvalues.
 
-    Motions without stiffness (kernel of K) follow from the rest: N_kk a + N_kc c = 0.
+    Parameters
+    ----------
+    assembled
+        The system; damping is left out.
+    excitation_ratio, speed_max_rad_s
+        As for `critical_speeds`; the limit must be finite.
+
+    Returns
+    -------
+    CriticalSpeedCount
+        For constant bearings from the matrices at rest and at the limit only, so that it
+        certifies the list of `critical_speeds` independently.
+
+    Raises
+    ------
+    AnalysisError
+        If the ratio is zero or not finite, the limit is not finite, or the constant part of the
+        stiffness is negative.
     """
-    moving: ComplexArray = ratio**2 * assembled.mass - 1j * ratio * assembled.gyroscopic
-    moving = moving - assembled.centrifugal_stiffness
-    inertia: ComplexArray = scaled.scale[:, None] * moving * scaled.scale
-    stiff = slice(scaled.zero_count, None)
-    # Cholesky of the scaled K keeps more digits than its eigenvectors where it exists.
-    if scaled.is_definite:
-        lower = la.cholesky(scaled.stiffness, lower=True)
-        basis = la.solve_triangular(lower, np.eye(scaled.scale.size), lower=True, trans="T")
-    else:
-        kernel = scaled.vectors[:, : scaled.zero_count]
-        elastic = scaled.vectors[:, stiff] / np.sqrt(scaled.eigenvalues[stiff])
-        basis = elastic - kernel @ _kernel_motion(inertia, kernel, elastic)
-    reduced = basis.conj().T @ inertia @ basis
-    values, vectors = la.eigh(0.5 * (reduced + reduced.conj().T))
-    smallest = 64.0 * values.size * np.finfo(float).eps * np.abs(values).max(initial=0.0)
-    kept = np.flatnonzero(values > max(smallest, 1.0 / limit**2))[::-1]
-    speeds = 1.0 / np.sqrt(values[kept])
-    shapes = scaled.scale[:, None] * (basis @ vectors[:, kept])
-    return speeds, _separated_whirl(assembled, speeds, shapes)
+    ratio, limit = _checked(assembled, excitation_ratio, speed_max_rad_s)
+    if not np.isfinite(limit):
+        raise AnalysisError("speed_max_rad_s is needed: critical speeds are counted up to it")
+    at_rest = at_limit = falls = rises = 0
+    unresolved: list[tuple[float, float]] = []
+    for pencil in whirl_pencils(assembled, ratio):
+        if pencil.laws:
+            roots = speed_roots(pencil, assembled.body_rate, limit)
+            counts = roots.counts
+            falls += int(np.count_nonzero(roots.falls))
+            rises += int(np.count_nonzero(~roots.falls))
+            unresolved += roots.unresolved
+        else:
+            counts = (
+                negative_count_at_rest(pencil, assembled.body_rate),
+                negative_count(pencil, limit, assembled.body_rate),
+            )
+            # K/Ω² − N of a constant K falls with Ω, so no eigenvalue comes back.
+            falls += counts[1] - counts[0]
+        at_rest += counts[0]
+        at_limit += counts[1]
+    return CriticalSpeedCount(
+        speed_max_rad_s=limit,
+        below_at_rest=at_rest,
+        below_at_limit=at_limit,
+        falls=falls,
+        rises=rises,
+        unresolved_rad_s=tuple(unresolved),
+    )
 
 
-def _kernel_motion(inertia: ComplexArray, kernel: FloatArray, basis: FloatArray) -> ComplexArray:
-    """Return N_kk⁻¹ N_kc, the motion without stiffness that goes with each other one."""
-    free = kernel.T @ inertia @ kernel
-    size = np.abs(la.eigvalsh(free))
-    if size.min() < 1e-10 * size.max():
+def _checked(
+    assembled: AssembledSystem, excitation_ratio: float, speed_max_rad_s: float | None
+) -> tuple[float, float]:
+    """Return |α| and the limit."""
+    ratio = abs(float(excitation_ratio))
+    if not np.isfinite(ratio) or ratio == 0:
+        raise AnalysisError(f"excitation_ratio is {excitation_ratio}; finite and not 0 is allowed")
+    limit = assembled.speed_limit_rad_s if speed_max_rad_s is None else float(speed_max_rad_s)
+    if not limit > 0:
+        raise AnalysisError(f"speed_max_rad_s is {speed_max_rad_s}; it must be positive")
+    return ratio, limit
+
+
+def _is_undamped_problem(assembled: AssembledSystem) -> bool:
+    """Whether there is no damping, and no negative stiffness but that of a speed law."""
+    constant = scale_by_stiffness(assembled.stiffness, assembled.mass, assembled.body_rate)
+    return assembled.is_conservative and constant.negative_count == 0
+
+
+def _undamped(
+    assembled: AssembledSystem, ratio: float, limit: float
+) -> tuple[FloatArray, ComplexArray]:
+    """Return the critical speeds and shapes without damping, by rising speed."""
+    speeds, shapes = [], []
+    for pencil in whirl_pencils(assembled, ratio):
+        found = _speeds_of(pencil, assembled.body_rate, limit)
+        speeds.append(found.speeds_rad_s)
+        shapes.append(pencil.expand(found.shapes))
+    together, columns = np.concatenate(speeds), np.hstack(shapes)
+    order = np.argsort(together, kind="stable")
+    return together[order], separated_whirl(assembled, together[order], columns[:, order])
+
+
+def _speeds_of(pencil: Pencil, body_rate: float, limit: float) -> DirectSpeeds | SpeedRoots:
+    if not pencil.laws:
+        return direct_speeds(pencil, pencil.stiffness, body_rate, limit)
+    if not np.isfinite(limit):
         raise AnalysisError(
-            "a free body whirls at this excitation ratio without any force (polar over diametral "
-            "inertia equals the ratio), so every speed is critical; support its tilt"
+            "speed_max_rad_s is needed: bearings depend on the speed, and critical speeds are "
+            "searched for up to a finite one"
         )
-    return np.asarray(la.solve(free, kernel.T @ inertia @ basis))
+    return speed_roots(pencil, body_rate, limit)
 
 
-def _separated_whirl(
-    assembled: AssembledSystem, speeds: FloatArray, shapes: ComplexArray
-) -> ComplexArray:
-    """Turn the modes of equal critical speeds into the most backward and most forward ones."""
-    result = shapes.astype(complex)
-    start = 0
-    for stop in range(1, speeds.size + 1):
-        if stop < speeds.size and speeds[stop] - speeds[stop - 1] <= _SAME_SPEED * speeds[stop]:
-            continue
-        if stop - start > 1:
-            group = result[:, start:stop]
-            orbits = interface_orbits(assembled, group)
-            forward, backward = orbits.x + 1j * orbits.y, orbits.x - 1j * orbits.y
-            turning: ComplexArray = forward.conj().T @ forward - backward.conj().T @ backward
-            result[:, start:stop] = group @ la.eigh(turning)[1]
-        start = stop
-    return result
+def _seeds(assembled: AssembledSystem, ratio: float, limit: float) -> FloatArray:
+    """Return the critical speeds without damping and skew stiffness, none if K is negative."""
+    start = matrices_at_speed(assembled, 0.0)
+    for stiffness in (assembled.stiffness, start.stiffness):
+        symmetric = 0.5 * (stiffness + stiffness.T)
+        scaled = scale_by_stiffness(symmetric, assembled.mass, assembled.body_rate)
+        if scaled.negative_count:
+            return np.empty(0)
+    return _undamped(assembled, ratio, limit)[0]
 
 
 def _damped(
-    assembled: AssembledSystem, scaled: Scaled, ratio: float, limit: float
+    assembled: AssembledSystem, ratio: float, limit: float
 ) -> tuple[FloatArray, ComplexArray, FloatArray]:
     """Follow the branches from rest and solve Im λ(Ω) = αΩ where one meets the line."""
-    seeds = np.empty(0)
-    if scaled.negative_count == 0:
-        seeds, _ = _undamped(assembled, scaled, ratio, limit)
+    scaled = scaled_stiffness(assembled, matrices_at_speed(assembled, 0.0))
+    seeds = _seeds(assembled, ratio, limit)
     # A motion that is rigid at rest may be a mode at any speed (nutation), so begin just above.
     start = _JUST_ABOVE_REST * limit if scaled.zero_count else 0.0
     marks = np.unique(np.concatenate(([start], seeds[seeds > start], [limit])))

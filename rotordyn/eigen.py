@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, freeze_arrays
 from solidwhirl.rotordyn.errors import AnalysisError
@@ -16,7 +17,10 @@ from solidwhirl.rotordyn.spectrum import (
     solve_gyroscopic,
     solve_standing,
 )
+from solidwhirl.rotordyn.split_spectrum import split_spectrum
 from solidwhirl.rotordyn.system import AssembledSystem, SpeedMatrices, matrices_at_speed
+
+IntArray = npt.NDArray[np.int_]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -42,6 +46,9 @@ class Modes:
     negative_stiffness_count
         Number of negative eigenvalues of the symmetric part of K + Ω²K2. Not zero for a support
         with negative stiffness, and for disk modes above their critical speed.
+    family
+        1 for whirl with +z, −1 against it, 0 for axial motion and torsion, shape (m,): modes of
+        different families never mix. None where the system tells no families apart.
     """
 
     speed_rad_s: float
@@ -50,9 +57,12 @@ class Modes:
     real_eigenvalues: FloatArray
     zero_count: int
     negative_stiffness_count: int
+    family: IntArray | None = None
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "eigenvalues", "shapes", "real_eigenvalues")
+        if self.family is not None:
+            freeze_arrays(self, "family")
 
     @property
     def frequency_hz(self) -> FloatArray:
@@ -120,6 +130,19 @@ def modes_at_speed(
     if count is not None and count < 1:
         raise AnalysisError(f"count is {count}; it must be 1 or more, or None for all")
     matrices = matrices_at_speed(assembled, speed_rad_s)
+    few = assembled.size if count is None else min(count, assembled.size)
+    if speed_rad_s != 0.0 or not assembled.is_conservative:
+        split = split_spectrum(assembled, matrices, float(speed_rad_s), few)
+        if split is not None:
+            return Modes(
+                speed_rad_s=float(speed_rad_s),
+                eigenvalues=split.spectrum.eigenvalues,
+                shapes=_normalised(split.spectrum.shapes, matrices.mass),
+                real_eigenvalues=split.spectrum.real_eigenvalues,
+                zero_count=split.zero_count,
+                negative_stiffness_count=0,
+                family=split.family,
+            )
     scaled = scaled_stiffness(assembled, matrices)
     # Where zeros are possible they are counted by what is missing, so all modes are needed.
     wanted = assembled.size if count is None else min(count, assembled.size)

@@ -211,8 +211,9 @@ def _tied(rows: FloatArray, constraint: FloatArray, strength: FloatArray) -> _Ch
     given_up, kept = order[:count], np.sort(order[count:])
     change = np.zeros((rows.shape[1], kept.size))
     change[kept, np.arange(kept.size)] = 1.0
-    solution, *_ = la.lstsq(forbidden[:, given_up], forbidden[:, kept])
-    change[given_up] = -_cleaned(solution)
+    if given_up.size and kept.size:
+        solution, *_ = la.lstsq(forbidden[:, given_up], forbidden[:, kept])
+        change[given_up] = -_cleaned(solution)
     return _Change(change, strength[kept])
 
 

@@ -20,8 +20,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _RPM = 30.0 / np.pi
+_SPEED_LABEL = "speed of the reference shaft, with which forward whirl turns [rpm]"
 # Critical speeds listed beside the diagram.
 _LISTED = 14
+# Decrements above this, close to critical damping, would flatten all others.
+_LARGEST_DECREMENT = 2.0
 
 
 class _Style(NamedTuple):
@@ -36,6 +39,18 @@ _STYLES = {
     "backward": _Style("#D55E00", (0, (5, 2)), "v"),
     "mixed": _Style("#009E73", (0, (6, 2, 1, 2)), "D"),
     "planar": _Style("#595959", (0, (1, 1)), "s"),
+}
+# Marks of notes on branches, and lines of notes on the whole diagram with their text.
+_MARKS = {
+    "crossing": _Style("#7F7F7F", "none", "x"),
+    "veering": _Style("#CC79A7", "none", "s"),
+    "ambiguous": _Style("#000000", "none", "*"),
+    "ended": _Style("#000000", "none", ">"),
+}
+_LIMITS = {
+    "range": _Style("#000000", (0, (4, 3)), "end of the basis"),
+    "indefinite": _Style("#CC79A7", (0, (1, 2)), "stiffness indefinite"),
+    "untracked": _Style("#7F7F7F", (0, (6, 2, 1, 2)), "mode without branch"),
 }
 
 
@@ -67,16 +82,126 @@ def draw_campbell(
     AnalysisError
         If the suffix is not a kind of picture that can be written.
     """
+    figure = blank_figure(path, 8.0, 5.0)
+    axes = figure.add_subplot()
+    _draw_diagram(axes, campbell, critical_speeds, title, excitation_ratios)
+    axes.set_xlabel(_SPEED_LABEL)
+    _add_legend(figure, axes, critical_speeds)
+    write_figure(figure, path)
+
+
+def draw_annotated_campbell(
+    campbell: Campbell,
+    critical_speeds: Sequence[CriticalSpeed],
+    path: str | Path,
+    title: str,
+    excitation_ratios: Mapping[str, float],
+) -> None:
+    """Draw a Campbell diagram with marks where branches cross, veer, end or are in doubt.
+
+    Parameters
+    ----------
+    campbell, critical_speeds, path, title, excitation_ratios
+        As in `draw_campbell`; the marks are those of `campbell.notes`.
+
+    Raises
+    ------
+    AnalysisError
+        If the suffix is not a kind of picture that can be written.
+    """
+    figure = blank_figure(path, 8.0, 5.0)
+    axes = figure.add_subplot()
+    _draw_diagram(axes, campbell, critical_speeds, title, excitation_ratios)
+    _draw_notes(axes, campbell)
+    axes.set_xlabel(_SPEED_LABEL)
+    _add_legend(figure, axes, critical_speeds)
+    write_figure(figure, path)
+
+
+def draw_damped_campbell(
+    campbell: Campbell,
+    critical_speeds: Sequence[CriticalSpeed],
+    path: str | Path,
+    title: str,
+    excitation_ratios: Mapping[str, float],
+) -> None:
+    """Draw an annotated Campbell diagram with the logarithmic decrements below it.
+
+    Parameters
+    ----------
+    campbell, critical_speeds, path, title, excitation_ratios
+        As in `draw_campbell`. Decrements above 2 leave the strip, which says so; the range
+        below zero, where a mode grows by itself, is shaded.
+
+    Raises
+    ------
+    AnalysisError
+        If the suffix is not a kind of picture that can be written.
+    """
+    figure = blank_figure(path, 8.0, 7.0)
+    axes, strip = figure.subplots(2, 1, sharex=True, height_ratios=[2.4, 1.0])
+    _draw_diagram(axes, campbell, critical_speeds, title, excitation_ratios)
+    _draw_notes(axes, campbell)
+    _draw_decrements(strip, campbell)
+    strip.set_xlabel(_SPEED_LABEL)
+    _add_legend(figure, axes, critical_speeds)
+    write_figure(figure, path)
+
+
+def blank_figure(path: str | Path, width_in: float, height_in: float) -> Figure:
+    """Return an empty figure for a picture file.
+
+    Parameters
+    ----------
+    path
+        The file it will be written to.
+    width_in, height_in
+        Size in inches.
+
+    Returns
+    -------
+    Figure
+        With 150 dots per inch and constrained layout.
+
+    Raises
+    ------
+    AnalysisError
+        If the suffix is not a kind of picture that can be written.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    target = Path(path)
-    kind = target.suffix.lower().lstrip(".")
-    figure = Figure(figsize=(8.0, 5.0), dpi=150, layout="constrained")
+    figure = Figure(figsize=(width_in, height_in), dpi=150, layout="constrained")
     kinds = FigureCanvasAgg(figure).get_supported_filetypes()
-    if kind not in kinds:
-        raise AnalysisError(f"{target}: suffix {target.suffix!r}; allowed are {sorted(kinds)}")
-    axes = figure.add_subplot()
+    suffix = Path(path).suffix
+    if suffix.lower().lstrip(".") not in kinds:
+        raise AnalysisError(f"{path}: suffix {suffix!r}; allowed are {sorted(kinds)}")
+    return figure
+
+
+def write_figure(figure: Figure, path: str | Path) -> None:
+    """Write a figure to its picture file, which is replaced when the new one is complete.
+
+    Parameters
+    ----------
+    figure
+        From `blank_figure`.
+    path
+        The file; its suffix chooses the kind.
+    """
+    target = Path(path)
+    with replacing(target) as temporary:
+        figure.savefig(temporary, format=target.suffix.lower().lstrip("."))
+
+
+def _draw_diagram(
+    axes: Axes,
+    campbell: Campbell,
+    critical_speeds: Sequence[CriticalSpeed],
+    title: str,
+    excitation_ratios: Mapping[str, float],
+) -> None:
+    """Draw branches, excitation lines and critical speeds."""
     top = 1.08 * float(np.nanmax(campbell.frequency_hz))
     rpm = campbell.speeds_rad_s * _RPM
     for frequency, whirl in zip(campbell.frequency_hz, campbell.whirl, strict=True):
@@ -85,15 +210,78 @@ def draw_campbell(
     _draw_critical_speeds(axes, critical_speeds, float(rpm.max()), top)
     axes.set_xlim(float(rpm.min()), max(float(rpm.max()), float(rpm.min()) + 1.0))
     axes.set_ylim(0.0, top)
-    axes.set_xlabel("speed of the reference shaft, with which forward whirl turns [rpm]")
     axes.set_ylabel("natural frequency [Hz]")
     # Room between the frame and the title for lines that leave at the top.
     axes.set_title(fill(title, 60), pad=20.0, fontsize=11)
     axes.grid(visible=True, color="#E5E5E5", linewidth=0.6)
     axes.set_axisbelow(True)
-    _add_legend(figure, axes, critical_speeds)
-    with replacing(target) as temporary:
-        figure.savefig(temporary, format=kind)
+
+
+def _draw_notes(axes: Axes, campbell: Campbell) -> None:
+    """Mark the places of the notes: on the branches, or as a line across where all are meant."""
+    order = np.argsort(campbell.speeds_rad_s)
+    speeds = campbell.speeds_rad_s[order]
+    for kind, mark in _MARKS.items():
+        places = []
+        for note in campbell.notes:
+            if note.kind == kind and note.branches:
+                values = campbell.frequency_hz[list(note.branches)][:, order]
+                found = [_frequency_near(speeds, row, note.speed_rad_s) for row in values]
+                places.append((note.speed_rad_s * _RPM, float(np.mean(found))))
+        if places:
+            axes.plot(
+                *np.array(places).T,
+                linestyle="none",
+                marker=mark.marker,
+                markersize=7,
+                markerfacecolor="none",
+                markeredgecolor=mark.color,
+                markeredgewidth=1.3,
+                zorder=3.5,
+                label=kind,
+            )
+    for kind, line in _LIMITS.items():
+        across = [n.speed_rad_s * _RPM for n in campbell.notes if n.kind == kind]
+        for place, speed in enumerate(across):
+            axes.axvline(
+                speed,
+                color=line.color,
+                linestyle=line.dashes,
+                linewidth=1.0,
+                label=line.marker if place == 0 else None,
+            )
+
+
+def _frequency_near(speeds: FloatArray, frequency: FloatArray, speed: float) -> float:
+    """Return the frequency of a branch at a speed, its last one where it has ended."""
+    alive = np.isfinite(frequency)
+    return float(np.interp(speed, speeds[alive], frequency[alive]))
+
+
+def _draw_decrements(axes: Axes, campbell: Campbell) -> None:
+    """Draw the logarithmic decrements and shade where they are negative."""
+    rpm = campbell.speeds_rad_s * _RPM
+    for decrement, whirl in zip(campbell.log_decrement, campbell.whirl, strict=True):
+        _draw_branch(axes, rpm, decrement, whirl)
+    largest, smallest = (float(f(campbell.log_decrement)) for f in (np.nanmax, np.nanmin))
+    top = 1.08 * min(max(largest, 1e-3), _LARGEST_DECREMENT)
+    bottom = min(1.2 * smallest, -0.08 * top)
+    axes.axhspan(bottom, 0.0, color="#F6D5C5", zorder=0.5)
+    axes.axhline(0.0, color="black", linewidth=0.8)
+    axes.set_ylim(bottom, top)
+    if largest > top:
+        axes.text(
+            0.995,
+            0.96,
+            f"up to {largest:.3g}, above {_LARGEST_DECREMENT:g} not shown",
+            transform=axes.transAxes,
+            ha="right",
+            va="top",
+            fontsize=8,
+        )
+    axes.set_ylabel("log. decrement [1]")
+    axes.grid(visible=True, color="#E5E5E5", linewidth=0.6)
+    axes.set_axisbelow(True)
 
 
 def _draw_branch(axes: Axes, rpm: FloatArray, frequency: FloatArray, whirl: StringArray) -> None:
@@ -172,7 +360,9 @@ def _add_legend(figure: Figure, axes: Axes, critical_speeds: Sequence[CriticalSp
 
     handles, labels = axes.get_legend_handles_labels()
     known = dict(zip(labels, handles, strict=True))
-    rows = [(name, known[name]) for name in (*_STYLES, "critical speed") if name in known]
+    limits = (line.marker for line in _LIMITS.values())
+    shown = (*_STYLES, "critical speed", *_MARKS, *limits)
+    rows = [(name, known[name]) for name in shown if name in known]
     nothing = Line2D([], [], linestyle="none")
     if critical_speeds:
         rows += [("", nothing), ("critical speeds [rpm]", nothing)]

@@ -313,14 +313,20 @@ def _joint_matrices(
         k, c = bearing.matrices()
         if bearing.speed_law is not None:
             k[:2, :2] = c[:2, :2] = 0.0
-        stiffness += relative.T @ k @ relative
-        damping += relative.T @ c @ relative
+        stiffness += _seen_by(relative, k)
+        damping += _seen_by(relative, c)
     for gear in system.gears:
         teeth = tooth_motion(system, slices, transformation, gear)
         if gear.mesh_stiffness_n_per_m is not None:
             stiffness += gear.mesh_stiffness_n_per_m * np.outer(teeth, teeth)
             damping += gear.mesh_damping_n_s_per_m * np.outer(teeth, teeth)
     return stiffness, damping
+
+
+def _seen_by(relative: FloatArray, matrix: FloatArray) -> FloatArray:
+    """Return the coefficients of a joint in the independent coordinates, symmetric if they are."""
+    product = relative.T @ matrix @ relative
+    return _even(product) if np.array_equal(matrix, matrix.T) else np.asarray(product)
 
 
 def _law_joints(

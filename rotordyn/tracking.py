@@ -167,19 +167,32 @@ def _place_to_look(here: Front, match: Match) -> float:
     if (match.likeness[tracked] < GOOD_OVERLAP).any():
         return 0.5 * (begin + end)
     paired = np.flatnonzero((match.partner >= 0) & (match.likeness > POOR_OVERLAP))
-    before = match.first.eigenvalues.imag[paired]
-    after = match.second.eigenvalues.imag[match.partner[paired]]
-    for column in tracked:
-        old, new = (v[paired == column][0] for v in (before, after))
-        crossed = (before - old) * (after - new) < 0
-        crossed &= np.abs(before - old) > SAME_FREQUENCY * old
-        crossed &= np.abs(after - new) > SAME_FREQUENCY * new
-        if crossed.any():
-            at = int(np.argmax(crossed))
-            gap_before, gap_after = abs(before[at] - old), abs(after[at] - new)
-            part = gap_before / (gap_before + gap_after)
-            return begin + float(np.clip(part, 0.02, 0.98)) * (end - begin)
-    return float("nan")
+    after = match.second.eigenvalues.imag[match.partner]
+    before = match.first.eigenvalues.imag
+    mine = tracked[np.isin(tracked, paired)]
+    gap_before = before[paired] - before[mine, None]
+    gap_after = after[paired] - after[mine, None]
+    crossed = gap_before * gap_after < 0
+    crossed &= np.abs(gap_before) > SAME_FREQUENCY * before[mine, None]
+    crossed &= np.abs(gap_after) > SAME_FREQUENCY * after[mine, None]
+    crossed &= _may_mix(match, mine, paired)
+    if not crossed.any():
+        return float("nan")
+    row, column = np.argwhere(crossed)[0]
+    sizes = abs(gap_before[row, column]), abs(gap_after[row, column])
+    part = sizes[0] / (sizes[0] + sizes[1])
+    return begin + float(np.clip(part, 0.02, 0.98)) * (end - begin)
+
+
+def _may_mix(match: Match, mine: IntArray, others: IntArray) -> npt.NDArray[np.bool_]:
+    """Tell which modes can veer: those of one family, or any where families are not known."""
+    families = [match.first.family, match.second.family]
+    columns = [(mine, others), (match.partner[mine], match.partner[others])]
+    mixing = np.ones((mine.size, others.size), dtype=bool)
+    for family, (left, right) in zip(families, columns, strict=True):
+        if family is not None:
+            mixing &= family[left][:, None] == family[right]
+    return mixing
 
 
 class _StateMetric(NamedTuple):
@@ -287,7 +300,10 @@ def _turn(metric: _StateMetric, group: Modes, product: ComplexArray) -> ComplexA
 def mode_columns(modes: Modes, columns: IntArray) -> Modes:
     """Return some of the modes of a set."""
     return dataclasses.replace(
-        modes, eigenvalues=modes.eigenvalues[columns], shapes=modes.shapes[:, columns]
+        modes,
+        eigenvalues=modes.eigenvalues[columns],
+        shapes=modes.shapes[:, columns],
+        family=None if modes.family is None else modes.family[columns],
     )
 
 

@@ -104,6 +104,7 @@ class CriticalSpeedMapSpec(_Stiffnesses):
     kind: Literal["critical_speed_map"]
     excited_by: Name
     branches: Annotated[Count, Field(le=50)] = 6
+    search_to_rpm: Positive
     operating_speed_rpm: Positive | None = None
 
 

@@ -19,6 +19,13 @@ from solidwhirl.rotordyn import (
     matrices_at_speed,
     modes_at_speed,
 )
+from solidwhirl.rotordyn.bearing_laws import (
+    LEE_ANISOTROPIC,
+    LEE_ISOTROPIC,
+    PolynomialLaw,
+    TableLaw,
+)
+from solidwhirl.rotordyn.critical_speeds import count_critical_speeds
 
 
 @pytest.mark.parametrize("ratio", [1.0, 0.5, 3.0])
@@ -237,3 +244,266 @@ def test_damped_disk_on_tilt_spring_in_closed_form(one_rotor, hub):
 def test_arguments_without_meaning_are_refused(three_disk, ratio, limit, message):
     with pytest.raises(AnalysisError, match=message):
         critical_speeds(three_disk(), ratio, limit)
+
+
+# Bearings that depend on the speed.
+
+
+def _law(stiffness_x, stiffness_y=None, high=5000.0):
+    return PolynomialLaw(
+        name="law",
+        argument_unit="rad/s",
+        argument_range=(0.0, high),
+        stiffness_x=stiffness_x,
+        stiffness_y=stiffness_x if stiffness_y is None else stiffness_y,
+        damping_x=(1.0,),
+        damping_y=(1.0,),
+    )
+
+
+def _law_bearing(end, law, stiffness=1e7, damping=0.0, **options):
+    return Bearing(
+        name=end,
+        first=End(body="rotor", interface=end),
+        stiffness_n_per_m=stiffness * np.eye(2),
+        damping_n_s_per_m=damping * np.eye(2),
+        speed_law=law,
+        **options,
+    )
+
+
+@pytest.fixture
+def point_mass(one_rotor, hub):
+    """Mass on a bearing with a law: k₀ p(Ω) = m Ω² in each plane, tilt far away."""
+
+    def build(law, stiffness, mass):
+        disk = hub(mass_kg=mass, polar_kg_m2=1e-3, diametral_kg_m2=1e-3)
+        tilt = {"tilt_stiffness_n_m_per_rad": 1e6 * np.eye(2)}
+        return one_rotor(disk, [_law_bearing("hub", law, stiffness, **tilt)])
+
+    return build
+
+
+def _positive_roots(polynomial, limit):
+    roots = np.roots(polynomial[::-1])
+    real = roots.real[np.abs(roots.imag) < 1e-9 * np.abs(roots)]
+    return np.sort(real[(real > 0) & (real < limit)])
+
+
+@pytest.mark.parametrize(("stiffness", "mass"), [(1e7, 5.0), (1e7, 20.0), (4.53e7, 100), (1e6, 12)])
+@pytest.mark.parametrize("law", [LEE_ANISOTROPIC, LEE_ISOTROPIC], ids=lambda law: law.name)
+def test_point_mass_on_lee_bearing_has_the_roots_of_a_polynomial(point_mass, law, stiffness, mass):
+    """One mode has several critical speeds where the bearing stiffens faster than Ω²."""
+    limit = 3000.0
+    exact = []
+    for factors in (law.stiffness_x, law.stiffness_y):
+        polynomial = stiffness * np.array(factors)
+        polynomial[2] -= mass
+        exact.append(_positive_roots(polynomial, limit))
+    expected = np.sort(np.concatenate(exact))
+    system = point_mass(law, stiffness, mass)
+    found = critical_speeds(system, 1.0, limit)
+    np.testing.assert_allclose([c.speed_rad_s for c in found], expected, rtol=1e-12)
+    count = count_critical_speeds(system, 1.0, limit)
+    assert count.count == expected.size
+    assert count.falls - count.rises == count.below_at_limit - count.below_at_rest
+    assert count.unresolved_rad_s == ()
+
+
+@pytest.mark.parametrize(("distance", "rtol"), [(1e-2, 1e-11), (1e-4, 1e-11), (1e-7, 1e-8)])
+def test_pairs_of_critical_speeds_that_nearly_touch(point_mass, distance, rtol):
+    """k = m (2Ω² − 2Ω₁Ω + Ω₁² − ε²) meets mΩ² at Ω₁ ± ε; rounding moves that by eps/ε."""
+    mass, at = 10.0, 777.0
+    law = _law((at**2 * (1 - distance**2), -2 * at, 2.0))
+    system = point_mass(law, mass, mass)
+    found = [c.speed_rad_s / at for c in critical_speeds(system, 1.0, 2000.0)]
+    expected = np.repeat([1 - distance, 1 + distance], 2)
+    np.testing.assert_allclose(found, expected, rtol=rtol)
+    assert count_critical_speeds(system, 1.0, 2000.0).rises == 2
+
+
+def test_touching_is_reported_and_missing_is_not(point_mass):
+    mass, at = 10.0, 777.0
+    touching = point_mass(_law((at**2, -2 * at, 2.0)), mass, mass)
+    count = count_critical_speeds(touching, 1.0, 2000.0)
+    assert count.count == 0
+    # One interval for each whirl direction.
+    assert len(count.unresolved_rad_s) == 2
+    for low, high in count.unresolved_rad_s:
+        assert low <= at <= high <= low * (1 + 2e-3)
+    apart = point_mass(_law((at**2 * (1 + 1e-6), -2 * at, 2.0)), mass, mass)
+    count = count_critical_speeds(apart, 1.0, 2000.0)
+    assert (count.count, count.unresolved_rad_s) == (0, ())
+    assert critical_speeds(apart, 1.0, 2000.0) == ()
+
+
+def test_kink_of_a_table_does_not_hide_a_pair(point_mass):
+    """Stiffness of a table falls and rises linearly: k meets mΩ² twice within 2 rad/s of the kink.
+
+    The kink is where k = mΩ²(1 − 1e-3); by hand on both sides of it.
+    """
+    mass, kink = 10.0, 1003.3
+    at_kink = mass * kink**2 * (1 - 1e-3)
+    slope = 40.0 * mass * kink
+    ends = kink + np.array([-20.0, 0.0, 20.0])
+    table = TableLaw(
+        name="kink",
+        speeds_rad_s=ends,
+        stiffness_n_per_m=np.multiply.outer(at_kink + slope * np.abs(ends - kink), np.eye(2)),
+        damping_n_s_per_m=np.zeros((3, 2, 2)),
+        interpolation="linear",
+    )
+    found = [c.speed_rad_s for c in critical_speeds(point_mass(table, 0.0, mass), 1.0, 1500.0)]
+    # mΩ² − k = 0 with k = k₁ ± s (Ω − Ω₁), then at the held end k₁ + 20 s.
+    left = np.roots([mass, slope, -at_kink - slope * kink])
+    right = np.roots([mass, -slope, -at_kink + slope * kink])
+    near = [x for x in (*left, *right) if abs(x - kink) < 2]
+    top = np.sqrt((at_kink + 20 * slope) / mass)
+    assert len(near) == 2
+    np.testing.assert_allclose(found, np.repeat(np.sort([*near, top]), 2), rtol=1e-11)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 2.0])
+def test_law_that_is_constant_changes_nothing(three_disk_element, one_rotor, ground, ratio):
+    """The search by counting signs against the direct solution."""
+    constant = one_rotor(three_disk_element(), [ground("rotor", e, 7e7) for e in ("left", "right")])
+    law = _law((1.0,))
+    bearings = [_law_bearing(end, law, 7e7) for end in ("left", "right")]
+    searched = one_rotor(three_disk_element(), bearings)
+    assert constant.has_constant_bearings
+    assert not searched.has_constant_bearings
+    direct, found = (critical_speeds(s, ratio, 3000.0) for s in (constant, searched))
+    assert len(direct) >= 5
+    speeds = [[c.speed_rad_s for c in each] for each in (direct, found)]
+    np.testing.assert_allclose(speeds[1], speeds[0], rtol=1e-11)
+    assert [c.whirl for c in found] == [c.whirl for c in direct]
+    for one, two in zip(direct, found, strict=True):
+        product = abs(np.vdot(one.shape, two.shape))
+        assert product == pytest.approx(la.norm(one.shape) * la.norm(two.shape), rel=1e-8)
+    assert count_critical_speeds(searched, ratio, 3000.0).count == len(direct)
+
+
+def test_whirl_directions_apart_or_together(three_disk_element, one_rotor):
+    """Half-size real problems against one Hermitian problem of full size."""
+    bearings = [_law_bearing(end, LEE_ISOTROPIC, 2e8) for end in ("left", "right")]
+    system = one_rotor(three_disk_element(), bearings)
+    apart = critical_speeds(system, 1.0, 2500.0)
+    together = critical_speeds(dataclasses.replace(system, spin_generator=None), 1.0, 2500.0)
+    assert len(apart) == len(together) >= 4
+    for one, two in zip(apart, together, strict=True):
+        assert two.speed_rad_s == pytest.approx(one.speed_rad_s, rel=1e-10)
+        assert two.whirl == one.whirl
+
+
+@pytest.fixture
+def twin_on_laws(twin_bodies, twin_bearings):
+    """Counter-rotating twin rotor with Lee bearings at A and between the shafts."""
+
+    def build(damping=0.0, scale=1.0):
+        inner, outer = twin_bodies()
+        rotors = {
+            "inner": Rotor(element=inner, speed_ratio=1.0),
+            "outer": Rotor(element=outer, speed_ratio=-1.3),
+        }
+        laws = {"inner.A": 2e8 * scale, "C": 1e8 * scale}
+        bearings = [
+            dataclasses.replace(
+                bearing,
+                stiffness_n_per_m=laws[bearing.name] * np.eye(2),
+                damping_n_s_per_m=damping * np.eye(2),
+                speed_law=LEE_ISOTROPIC,
+            )
+            if bearing.name in laws
+            else bearing
+            for bearing in twin_bearings(1e9, 1e8)
+        ]
+        return assemble(rotors, tuple(bearings))
+
+    return build
+
+
+@pytest.mark.parametrize("ratio", [1.0, -1.3])
+def test_search_against_a_dense_scan(twin_on_laws, ratio):
+    """Number of modes below the line |α|Ω at many speeds, from the modes at each of them."""
+    system, top = twin_on_laws(scale=0.1), 3200.0
+    speeds = np.linspace(0, top, 66)[1:]
+    below = [
+        np.count_nonzero(modes_at_speed(system, s).eigenvalues.imag < abs(ratio) * s)
+        for s in speeds
+    ]
+    found = np.array([c.speed_rad_s for c in critical_speeds(system, ratio, top)])
+    count = count_critical_speeds(system, ratio, top)
+    assert count.rises >= 1
+    assert count.falls >= 4
+    assert (count.below_at_rest, count.below_at_limit) == (0, below[-1])
+    assert count.count == found.size
+    for speed in found:
+        omega = modes_at_speed(system, speed).eigenvalues.imag
+        assert np.abs(omega / (abs(ratio) * speed) - 1).min() < 1e-9
+    # Each meeting changes the number by one; none changes between two that are found.
+    changes = np.flatnonzero(np.diff([0, *below]))
+    places = np.unique(np.searchsorted(speeds, found))
+    assert set(changes) <= set(places)
+    parity = [np.count_nonzero(found < s) % 2 for s in speeds]
+    assert parity == [b % 2 for b in below]
+
+
+def test_search_against_following_the_branches(twin_on_laws):
+    """Damping of 1e-3 N s/m sends the system down the other path; it moves λ by its square."""
+    system, damped = twin_on_laws(), twin_on_laws(1e-3)
+    limit = 1900.0
+    searched = critical_speeds(system, 1.0, limit)
+    followed = critical_speeds(damped, 1.0, limit)
+    assert len(searched) >= 2
+    np.testing.assert_allclose(
+        [c.speed_rad_s for c in followed], [c.speed_rad_s for c in searched], rtol=1e-9
+    )
+    assert [c.whirl for c in followed] == [c.whirl for c in searched]
+    assert all(c.log_decrement == 0 for c in searched)
+    assert all(c.log_decrement != 0 for c in followed)
+
+
+def test_negative_damping_of_a_law_shows_in_the_decrement(point_mass, one_rotor, hub):
+    """Mass on Lee's bearing: δ has the sign of d_xx, positive at 400 and negative at 1300 rad/s."""
+    for speed, sign in ((400.0, 1), (1300.0, -1)):
+        stiffness, damping = LEE_ISOTROPIC.coefficients(speed, np.eye(2), np.eye(2))
+        base = 10.0 * speed**2 / stiffness[0, 0]
+        disk = hub(mass_kg=10.0, polar_kg_m2=1e-3, diametral_kg_m2=1e-3)
+        tilt = {"tilt_stiffness_n_m_per_rad": 1e6 * np.eye(2)}
+        bearing = _law_bearing("hub", LEE_ISOTROPIC, base, 50.0, **tilt)
+        found = critical_speeds(one_rotor(disk, [bearing]), 1.0, 1.02 * speed)
+        nearest = min(found, key=lambda c: abs(c.speed_rad_s - speed))
+        # δ = π c / (m ω) for light damping.
+        expected = np.pi * 50.0 * damping[0, 0] / (10.0 * speed)
+        assert np.sign(expected) == sign
+        assert nearest.log_decrement == pytest.approx(expected, rel=1e-3)
+
+
+def test_bearing_without_stiffness_at_rest(point_mass):
+    """k = k₁ Ω = mΩ² at k₁/m; near rest the mode is at √(k₁Ω/m), above the excitation."""
+    system = point_mass(_law((0.0, 5.0)), 1e3, 10.0)
+    found = critical_speeds(system, 1.0, 2000.0)
+    np.testing.assert_allclose([c.speed_rad_s for c in found], [500.0, 500.0], rtol=1e-12)
+    count = count_critical_speeds(system, 1.0, 2000.0)
+    assert (count.below_at_rest, count.below_at_limit, count.falls) == (0, 2, 2)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 2.0])
+def test_count_certifies_the_direct_solution(twin, three_disk, ratio):
+    for system in (twin(), three_disk(0.0, 0.0)):
+        for limit in (500.0, 1500.0, 3000.0):
+            count = count_critical_speeds(system, ratio, limit)
+            assert count.count == len(critical_speeds(system, ratio, limit))
+            assert count.rises == 0
+
+
+def test_search_needs_a_limit_and_a_constant_part_that_is_not_negative(point_mass, one_rotor, hub):
+    system = point_mass(LEE_ISOTROPIC, 1e7, 10.0)
+    with pytest.raises(AnalysisError, match="bearings depend on the speed"):
+        critical_speeds(system, 1.0)
+    with pytest.raises(AnalysisError, match="counted up to it"):
+        count_critical_speeds(system, 1.0)
+    tilt = {"tilt_stiffness_n_m_per_rad": -1e6 * np.eye(2)}
+    negative = one_rotor(hub(), [_law_bearing("hub", LEE_ISOTROPIC, 1e7, **tilt)])
+    with pytest.raises(AnalysisError, match="2 negative eigenvalues"):
+        count_critical_speeds(negative, 1.0, 1000.0)

@@ -1,0 +1,266 @@
+"""Spectra of recorded forces: over all of a record, over short pieces, and by order of speed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+from scipy.signal import fftconvolve, get_window
+
+from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, freeze_arrays
+from solidwhirl.rotordyn.errors import AnalysisError
+
+NumberArray: TypeAlias = npt.NDArray[Any]
+
+WINDOWS = ("boxcar", "hann", "flattop")
+# Times may miss an even spacing by this fraction of it.
+_EVEN = 1e-6
+# A window of an order must hold this many turns of it, so that it tells the order from −order.
+_TURNS = 2.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class AmplitudeSpectrum:
+    """Hold the amplitudes of the harmonic parts of a signal.
+
+    Attributes
+    ----------
+    frequency_hz
+        From 0 to half the sample rate, shape (f,).
+    amplitude
+        In the unit of the signal, shape (..., f): a·cos(2πft + φ) gives a at f.
+    window
+        Name of the window; amplitudes are divided by its mean.
+    """
+
+    frequency_hz: FloatArray
+    amplitude: FloatArray
+    window: str
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "frequency_hz", "amplitude")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class Spectrogram:
+    """Hold amplitude spectra of short pieces of a signal.
+
+    Attributes
+    ----------
+    time_s
+        Middle of each piece, shape (t,).
+    frequency_hz
+        Shape (f,).
+    amplitude
+        In the unit of the signal, shape (f, t).
+    window
+        Name of the window.
+    duration_s
+        Of each piece; lines closer than about 2/duration are not told apart.
+    """
+
+    time_s: FloatArray
+    frequency_hz: FloatArray
+    amplitude: FloatArray
+    window: str
+    duration_s: float
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "time_s", "frequency_hz", "amplitude")
+
+
+def amplitude_spectrum(
+    time_s: npt.ArrayLike, signal: npt.ArrayLike, window: str = "hann"
+) -> AmplitudeSpectrum:
+    """Return the one-sided amplitude spectrum of real signals.
+
+    Parameters
+    ----------
+    time_s
+        Evenly spaced times, shape (s,), s.
+    signal
+        Shape (..., s).
+    window
+        "boxcar" (sharp lines, if their periods fit the record), "hann" (general), "flattop"
+        (amplitudes right to 0.1 % between lines).
+
+    Returns
+    -------
+    AmplitudeSpectrum
+        Of each signal.
+
+    Raises
+    ------
+    AnalysisError
+        If times are not even, shapes do not fit or the window is unknown.
+
+    Notes
+    -----
+    Harris 1978, Proc. IEEE 66: amplitudes are corrected by the coherent gain of the window.
+    """
+    step, values = _checked(time_s, signal)
+    _check_real(values)
+    weight = _window(window, values.shape[-1])
+    return AmplitudeSpectrum(
+        frequency_hz=np.fft.rfftfreq(values.shape[-1], step),
+        amplitude=_one_sided(values * weight, weight),
+        window=window,
+    )
+
+
+def spectrogram(
+    time_s: npt.ArrayLike,
+    signal: npt.ArrayLike,
+    duration_s: float,
+    window: str = "hann",
+    overlap: float = 0.75,
+) -> Spectrogram:
+    """Return amplitude spectra of overlapping pieces of a real signal.
+
+    Parameters
+    ----------
+    time_s
+        Evenly spaced times, shape (s,), s.
+    signal
+        Shape (s,).
+    duration_s
+        Of each piece. Resolution in frequency is about 2/duration for "hann"; a line that moves
+        by more within a piece is blurred.
+    window
+        See `amplitude_spectrum`.
+    overlap
+        Share of a piece that the next one has in common with it, 0 to below 1.
+
+    Returns
+    -------
+    Spectrogram
+        Of whole pieces only.
+
+    Raises
+    ------
+    AnalysisError
+        If an argument has no meaning.
+    """
+    step, values = _checked(time_s, signal)
+    _check_real(values)
+    count = round(duration_s / step) if np.isfinite(duration_s) else 0
+    if values.ndim != 1 or not 8 <= count <= values.size:
+        raise AnalysisError(
+            f"duration_s is {duration_s} and the signal has shape {values.shape}; pieces of 8 "
+            f"samples ({8 * step:.3g} s) up to all of one signal are allowed"
+        )
+    if not 0 <= overlap < 1:
+        raise AnalysisError(f"overlap is {overlap}; allowed is 0 to below 1")
+    weight = _window(window, count)
+    hop = max(1, round(count * (1.0 - overlap)))
+    starts = np.arange(0, values.size - count + 1, hop)
+    pieces = np.lib.stride_tricks.sliding_window_view(values, count)[starts]
+    first = float(np.asarray(time_s, dtype=float)[0])
+    return Spectrogram(
+        time_s=first + step * (starts + 0.5 * (count - 1)),
+        frequency_hz=np.fft.rfftfreq(count, step),
+        amplitude=_one_sided(pieces * weight, weight).T,
+        window=window,
+        duration_s=count * step,
+    )
+
+
+def order_amplitude(
+    time_s: npt.ArrayLike,
+    angle_rad: npt.ArrayLike,
+    signal: npt.ArrayLike,
+    order: float,
+    duration_s: float,
+) -> ComplexArray:
+    """Return the complex amplitude of the part of a signal that follows an order of the speed.
+
+    Parameters
+    ----------
+    time_s
+        Evenly spaced times, shape (s,), s.
+    angle_rad
+        ∫Ω dt of the reference shaft, shape (s,).
+    signal
+        Real, or complex such as F_x + i F_y, shape (s,).
+    order
+        Turns per turn of the reference shaft; in a complex signal positive is forward and
+        negative backward.
+    duration_s
+        Of the Hann window over which the part is averaged. Other parts are kept out if they are
+        more than 2/duration away in frequency; changes faster than that are smoothed.
+
+    Returns
+    -------
+    ndarray
+        a with signal ≈ Re(a e^{i·order·angle}) for a real signal, a e^{i·order·angle} for a
+        complex one, shape (s,); nan within half a window of the ends, and where the window holds
+        fewer than two turns of the order.
+
+    Raises
+    ------
+    AnalysisError
+        If an argument has no meaning.
+
+    Notes
+    -----
+    Heterodyne order tracking: multiplied by e^{−i·order·angle} the part stands still, whatever the
+    acceleration, and a window takes its mean.
+    """
+    step, values = _checked(time_s, signal)
+    angle = np.asarray(angle_rad, dtype=float)
+    count = 2 * round(0.5 * duration_s / step) + 1 if np.isfinite(duration_s) else 0
+    if values.ndim != 1 or angle.shape != values.shape or not 8 <= count <= values.size:
+        raise AnalysisError(
+            f"duration_s is {duration_s}, the signal has shape {values.shape} and the angle "
+            f"{angle.shape}; a window of 8 samples ({8 * step:.3g} s) up to all of one signal is "
+            "allowed"
+        )
+    if not np.isfinite(order) or order == 0:
+        raise AnalysisError(f"order is {order}; it must be finite and not 0")
+    weight = get_window("hann", count)
+    factor = (1.0 if np.iscomplexobj(values) else 2.0) / weight.sum()
+    still = values * np.exp(-1j * order * angle)
+    found = factor * fftconvolve(still, weight, mode="same")
+    half = count // 2
+    turned = np.zeros(values.size)
+    turned[half:-half] = np.abs(angle[2 * half :] - angle[: -2 * half])
+    few = turned * abs(order) < _TURNS * 2.0 * np.pi
+    return np.where(few, np.nan, found)
+
+
+def _checked(time_s: npt.ArrayLike, signal: npt.ArrayLike) -> tuple[float, NumberArray]:
+    """Return the time step and the signal."""
+    times, values = np.asarray(time_s, dtype=float), np.asarray(signal)
+    if times.ndim != 1 or times.size < 2 or values.ndim < 1 or values.shape[-1] != times.size:
+        raise AnalysisError(
+            f"time_s has shape {times.shape} and the signal {values.shape}; allowed are (s,) and "
+            "(..., s) with two or more samples"
+        )
+    step = float(times[-1] - times[0]) / (times.size - 1)
+    if not (np.isfinite(times).all() and np.isfinite(values).all()):
+        raise AnalysisError("time_s or the signal has entries that are not finite")
+    if step <= 0 or np.abs(np.diff(times) - step).max() > _EVEN * step:
+        raise AnalysisError("time_s is not evenly spaced and rising")
+    return step, values
+
+
+def _check_real(values: NumberArray) -> None:
+    if np.iscomplexobj(values):
+        raise AnalysisError("the signal is complex; one-sided spectra are those of real signals")
+
+
+def _window(name: str, count: int) -> FloatArray:
+    if name not in WINDOWS:
+        raise AnalysisError(f"window is {name!r}; allowed are {WINDOWS}")
+    return np.asarray(get_window(name, count))
+
+
+def _one_sided(weighted: NumberArray, weight: FloatArray) -> FloatArray:
+    """Return amplitudes of real signals, 0 and half the sample rate counted once."""
+    amplitude = 2.0 * np.abs(np.fft.rfft(weighted, axis=-1)) / weight.sum()
+    amplitude[..., 0] *= 0.5
+    if weight.size % 2 == 0:
+        amplitude[..., -1] *= 0.5
+    return np.asarray(amplitude)

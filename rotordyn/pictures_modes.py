@@ -1,0 +1,362 @@
+"""Pictures of modes: in the frame of a body, along the axis, and by what takes part in them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from textwrap import fill
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+
+from solidwhirl.rotordyn.arrays import BoolArray, FloatArray
+from solidwhirl.rotordyn.errors import AnalysisError
+from solidwhirl.rotordyn.frames import RotatingCampbell
+from solidwhirl.rotordyn.mode_shapes import BodyShape, ModeShapes
+from solidwhirl.rotordyn.participation import Participation
+from solidwhirl.rotordyn.pictures import blank_figure, write_figure
+
+_T = TypeVar("_T")
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_RPM = 30.0 / np.pi
+# Colours of Okabe and Ito, with dashes that tell bodies apart without colour.
+_COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#7F7F7F")
+_DASHES: tuple[str | tuple[int, tuple[int, ...]], ...] = (
+    "solid", (0, (5, 2)), (0, (6, 2, 1, 2)), (0, (1, 1)), (0, (8, 2)), (0, (3, 1, 1, 1)),
+)  # fmt: skip
+_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+_HATCHES = ("///", "\\\\\\", "xxx", "...", "+++", "ooo")
+# Components and bodies with a smaller part of a branch are not drawn.
+_SMALL = 0.05
+_NO_BAR = 0.005
+# Modes drawn in one picture at most.
+_MOST_MODES = 12
+_MOST_BARS = 16
+
+
+def draw_rotating_campbell(
+    frames: Sequence[RotatingCampbell], path: str | Path, title: str
+) -> None:
+    """Draw the frequencies that turning bodies see over their own speeds.
+
+    Parameters
+    ----------
+    frames
+        One for each body, as in Müller and Hennings, figure 11. A component is drawn where it
+        and the body have a part of 5 % and more in the branch, or where that is not known.
+        Full lines turn with the body's spin in its own frame, dashed ones against it: a forward
+        whirl slower than the body is dashed, after its mirror at zero.
+    path
+        The file; its suffix chooses the kind (.png, .svg, .pdf). Replaced when complete.
+    title
+        Above the diagram.
+
+    Raises
+    ------
+    AnalysisError
+        If no body turns, or the suffix is not a kind of picture that can be written.
+    """
+    from matplotlib.lines import Line2D
+
+    turning = [frame for frame in frames if frame.speed_ratio != 0]
+    if not turning:
+        raise AnalysisError("no body turns; there is no rotating frame to draw in")
+    figure = blank_figure(path, 8.0, 5.0)
+    axes = figure.add_subplot()
+    handles = []
+    for place, frame in enumerate(turning):
+        color, marker = _cycle(_COLORS, place), _cycle(_MARKERS, place)
+        # Bodies that move together see the same frequencies: the first lines show below others.
+        width = 1.2 + 1.4 * (len(turning) - 1 - place) / max(1, len(turning) - 1)
+        _draw_frame(axes, frame, width, (color, marker))
+        name = frame.body or f"frame at {frame.speed_ratio:g} times the speed"
+        handles.append(Line2D([], [], color=color, marker=marker, markersize=4, label=name))
+    fastest = max(float(np.abs(frame.spin_rad_s).max()) for frame in turning) * _RPM
+    top = 1.05 * max(float(np.nanmax(frame.frequency_hz[_drawn(frame)])) for frame in turning)
+    end = min(fastest, 60.0 * top)
+    axes.plot([0.0, end], [0.0, end / 60.0], color="black", linewidth=0.8, linestyle=(0, (1, 2)))
+    handles += [
+        Line2D([], [], color="#595959", label="turns with the spin"),
+        Line2D([], [], color="#595959", linestyle=_DASHES[1], label="turns against it"),
+        Line2D([], [], color="black", linewidth=0.8, linestyle=(0, (1, 2)), label="force at rest"),
+    ]
+    axes.set_xlim(0.0, fastest)
+    axes.set_ylim(0.0, top)
+    axes.set_xlabel("speed of the body [rpm]")
+    axes.set_ylabel("frequency in the frame of the body [Hz]")
+    axes.set_title(fill(title, 60), fontsize=11)
+    _grid(axes)
+    figure.legend(handles=handles, loc="outside right upper", frameon=False, fontsize=8)
+    write_figure(figure, path)
+
+
+def draw_mode_shapes(shapes: ModeShapes, path: str | Path, title: str) -> None:
+    """Draw the lateral deflection of every body along the axis, one frame for each mode.
+
+    Parameters
+    ----------
+    shapes
+        At most 12 modes; compute fewer for more.
+    path
+        The file; its suffix chooses the kind (.png, .svg, .pdf). Replaced when complete.
+    title
+        Above the frames.
+
+    Raises
+    ------
+    AnalysisError
+        If there are no modes or too many, or the suffix is not a kind of picture that can be
+        written.
+    """
+    count = _mode_count(shapes)
+    columns = 1 if count == 1 else 2
+    rows = -(-count // columns)
+    figure = blank_figure(path, 8.0, max(4.0, 0.9 + 1.65 * rows))
+    grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    frames = list(grid.flat)
+    for mode, axes in enumerate(frames[:count]):
+        for place, body in enumerate(shapes.bodies):
+            _draw_body(axes, body, mode, place)
+        axes.axhline(0.0, color="black", linewidth=0.6)
+        axes.set_ylim(-1.12, 1.12)
+        axes.set_title(_mode_title(shapes, mode), fontsize=9)
+        _grid(axes)
+    for unused in frames[count:]:
+        unused.set_visible(False)
+    for axes in frames[max(0, count - columns) : count]:
+        axes.set_xlabel("axial position [m]")
+        axes.tick_params(labelbottom=True)
+    figure.supylabel("lateral deflection, largest orbit 1", fontsize=10)
+    figure.suptitle(fill(title, 80), fontsize=11)
+    handles, labels = frames[0].get_legend_handles_labels()
+    columns = min(4, max(1, len(labels)))
+    figure.legend(
+        handles, labels, loc="outside lower center", ncols=columns, frameon=False, fontsize=8
+    )
+    write_figure(figure, path)
+
+
+def draw_body_modes(shapes: ModeShapes, body: str, path: str | Path, title: str) -> None:
+    """Draw the lateral deflection of one body in several modes over each other.
+
+    Parameters
+    ----------
+    shapes
+        At most 12 modes; each is scaled to the largest orbit of all bodies.
+    body
+        Name of the body, such as the low-pressure unit of Müller and Hennings, figures 12, 13.
+    path
+        The file; its suffix chooses the kind (.png, .svg, .pdf). Replaced when complete.
+    title
+        Above the diagram.
+
+    Raises
+    ------
+    AnalysisError
+        If there are no modes or too many, no such body, or the suffix is not a kind of picture
+        that can be written.
+    """
+    shape, count = shapes.body(body), _mode_count(shapes)
+    figure = blank_figure(path, 8.0, 5.0)
+    axes = figure.add_subplot()
+    for mode in range(count):
+        axes.plot(
+            shape.axial_m,
+            shape.deflection[:, mode],
+            color=_cycle(_COLORS, mode),
+            linestyle=_cycle(_DASHES, mode),
+            linewidth=1.5,
+            marker=_cycle(_MARKERS, mode),
+            markersize=4,
+            markevery=(3 * mode % 7, max(1, shape.axial_m.size // 8)),
+            label=_mode_title(shapes, mode),
+        )
+    for name, place in zip(shape.interfaces, shape.interface_axial_m, strict=True):
+        axes.axvline(place, color="#7F7F7F", linewidth=0.7, linestyle=(0, (2, 2)), zorder=0.8)
+        axes.annotate(
+            name, (place, 1.12), xytext=(0, 2), textcoords="offset points", ha="center",
+            va="bottom", fontsize=8, annotation_clip=False,
+        )  # fmt: skip
+    axes.axhline(0.0, color="black", linewidth=0.6)
+    axes.set_ylim(-1.12, 1.12)
+    axes.set_xlabel("axial position [m]")
+    axes.set_ylabel("lateral deflection, largest orbit 1")
+    axes.set_title(fill(title, 60), pad=18.0, fontsize=11)
+    _grid(axes)
+    figure.legend(loc="outside right upper", frameon=False, fontsize=8)
+    write_figure(figure, path)
+
+
+def draw_participation(result: Participation, path: str | Path, title: str) -> None:
+    """Draw the shares of bodies and joints in the energies of the modes as bars.
+
+    Parameters
+    ----------
+    result
+        At most 16 modes. Centrifugal parts count to their body; negative ones lie below zero.
+        Joints with less than 0.5 % of every mode are drawn as one.
+    path
+        The file; its suffix chooses the kind (.png, .svg, .pdf). Replaced when complete.
+    title
+        Above the diagram.
+
+    Raises
+    ------
+    AnalysisError
+        If there are no modes or too many, or the suffix is not a kind of picture that can be
+        written.
+    """
+    count = result.eigenvalues.size
+    if not 1 <= count <= _MOST_BARS:
+        raise AnalysisError(f"there are {count} modes; 1 to {_MOST_BARS} can be drawn")
+    figure = blank_figure(path, 8.0, 5.5)
+    upper, lower = figure.subplots(2, 1, sharex=True)
+    bodies = result.strain_bodies + result.centrifugal_bodies
+    _stack(upper, result.kinetic_bodies, result.bodies, 0)
+    _stack(lower, bodies, result.bodies, 0)
+    joints, names = _large_joints(result)
+    _stack(lower, joints, names, len(result.bodies), below=bodies)
+    upper.set_ylabel("kinetic energy [1]")
+    lower.set_ylabel("potential energy [1]")
+    hertz = result.eigenvalues.imag / (2.0 * np.pi)
+    lower.set_xticks(range(count), [f"{k + 1}\n{f:.4g}" for k, f in enumerate(hertz)], fontsize=8)
+    lower.set_xlabel("mode, frequency [Hz]")
+    for axes in (upper, lower):
+        axes.axhline(0.0, color="black", linewidth=0.6)
+        _grid(axes)
+    figure.suptitle(fill(title, 80), fontsize=11)
+    handles, labels = lower.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside right upper", frameon=False, fontsize=8)
+    write_figure(figure, path)
+
+
+def _mode_count(shapes: ModeShapes) -> int:
+    count = shapes.eigenvalues.size
+    if not 1 <= count <= _MOST_MODES:
+        raise AnalysisError(f"there are {count} modes; 1 to {_MOST_MODES} can be drawn")
+    return int(count)
+
+
+def _mode_title(shapes: ModeShapes, mode: int) -> str:
+    return f"{mode + 1}: {shapes.frequency_hz[mode]:.4g} Hz {shapes.whirl[mode]}"
+
+
+def _draw_body(axes: Axes, body: BodyShape, mode: int, place: int) -> None:
+    """Draw the centre line of one body and its interface nodes."""
+    color = _cycle(_COLORS, place)
+    axes.plot(
+        body.axial_m,
+        body.deflection[:, mode],
+        color=color,
+        linestyle=_cycle(_DASHES, place),
+        linewidth=1.5,
+        label=body.body,
+    )
+    axes.plot(
+        body.interface_axial_m,
+        body.interface_deflection[:, mode],
+        color=color,
+        linestyle="none",
+        marker=_cycle(_MARKERS, place),
+        markersize=4.5,
+        markerfacecolor="white",
+    )
+
+
+def _drawn(frame: RotatingCampbell) -> BoolArray:
+    """Return which points of the components belong in the picture, shape (c, b, s)."""
+    large = np.nan_to_num(frame.share, nan=1.0) >= _SMALL
+    large &= np.nan_to_num(frame.body_share, nan=1.0) >= _SMALL
+    return np.asarray(large & np.isfinite(frame.signed_hz))
+
+
+def _draw_frame(axes: Axes, frame: RotatingCampbell, width: float, look: tuple[str, str]) -> None:
+    """Draw the components of one body, step by step where both ends are drawn."""
+    rpm = np.abs(frame.spin_rad_s) * _RPM
+    sense = np.sign(frame.speed_ratio) * np.where(frame.speeds_rad_s < 0, -1.0, 1.0)
+    drawn = _drawn(frame)
+    for component in range(frame.orders.size):
+        for branch in range(frame.signed_hz.shape[1]):
+            signed = frame.signed_hz[component, branch] * sense
+            kept = drawn[component, branch]
+            for start, stop in _runs(kept[:-1] & kept[1:]):
+                x, y = _with_zero(rpm[start : stop + 1], signed[start : stop + 1])
+                for side, dashes in ((1.0, _DASHES[0]), (-1.0, _DASHES[1])):
+                    if not (side * y > 0).any():
+                        continue
+                    axes.plot(
+                        x,
+                        np.where(side * y >= 0, np.abs(y), np.nan),
+                        color=look[0],
+                        linestyle=dashes,
+                        linewidth=width,
+                        marker=look[1],
+                        markersize=3.5,
+                        markevery=max(1, rpm.size // 8),
+                    )
+
+
+def _runs(flags: BoolArray) -> list[tuple[int, int]]:
+    """Return begin and end of the runs of true steps."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False])).astype(int)))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _with_zero(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return a line with the points added at which it passes zero."""
+    at = np.flatnonzero(y[:-1] * y[1:] < 0)
+    part = y[at] / (y[at] - y[at + 1])
+    return (
+        np.insert(x, at + 1, x[at] + part * (x[at + 1] - x[at])),
+        np.insert(y, at + 1, 0.0),
+    )
+
+
+def _large_joints(result: Participation) -> tuple[FloatArray, list[str]]:
+    """Return the shares and names of the joints, small ones summed up at the end."""
+    shares = np.nan_to_num(result.strain_joints)
+    large = (np.abs(shares) >= _NO_BAR).any(axis=1)
+    names = [name for name, kept in zip(result.joints, large, strict=True) if kept]
+    if large.all():
+        return shares, names
+    others = shares[~large].sum(axis=0, keepdims=True)
+    return np.vstack((shares[large], others)), [*names, "other joints"]
+
+
+def _stack(
+    axes: Axes,
+    shares: FloatArray,
+    names: Sequence[str],
+    place: int,
+    below: FloatArray | None = None,
+) -> None:
+    """Draw bars on top of each other, negative parts under zero; joints above the bodies."""
+    modes = np.arange(shares.shape[1])
+    before = np.zeros((0, modes.size)) if below is None else below
+    positive, negative = (f(before, 0.0).sum(axis=0) for f in (np.maximum, np.minimum))
+    for row, name in zip(np.nan_to_num(shares), names, strict=True):
+        axes.bar(
+            modes,
+            row,
+            bottom=np.where(row >= 0, positive, negative),
+            width=0.7,
+            color=_cycle(_COLORS, place),
+            hatch=None if below is None else _cycle(_HATCHES, place),
+            edgecolor="white",
+            linewidth=0.5,
+            label=name,
+        )
+        positive, negative = positive + np.maximum(row, 0.0), negative + np.minimum(row, 0.0)
+        place += 1
+
+
+def _grid(axes: Axes) -> None:
+    axes.grid(visible=True, color="#E5E5E5", linewidth=0.6)
+    axes.set_axisbelow(True)
+
+
+def _cycle(values: Sequence[_T], place: int) -> _T:
+    return values[place % len(values)]

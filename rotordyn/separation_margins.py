@@ -1,0 +1,302 @@
+"""Distance of critical speeds from operating speeds, in the manner of API 617.
+
+A guide for design. The formulas are those of the standard; a check against them here is no claim
+of compliance, which asks for much more (models, test stand, stability).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from solidwhirl.rotordyn.critical_speeds import CriticalSpeed
+from solidwhirl.rotordyn.errors import AnalysisError
+from solidwhirl.rotordyn.unbalance_peaks import ResonancePeak
+
+_RPM = 30.0 / np.pi
+# Below this amplification a resonance counts as critically damped.
+_NO_PEAK = 2.5
+
+
+@dataclass(frozen=True, kw_only=True)
+class OperatingRange:
+    """Give the speeds at which a shaft may run for long.
+
+    Attributes
+    ----------
+    shaft
+        Its name.
+    speed_low_rad_s, speed_high_rad_s
+        Lowest and highest speed of the shaft itself (not of the reference shaft), positive, rad/s;
+        equal for one operating point.
+    """
+
+    shaft: str
+    speed_low_rad_s: float
+    speed_high_rad_s: float
+
+    def __post_init__(self) -> None:
+        low, high = self.speed_low_rad_s, self.speed_high_rad_s
+        if not (0 < low <= high and np.isfinite(high)):
+            raise AnalysisError(
+                f"operating range of {self.shaft!r} is {low} to {high} rad/s; allowed is "
+                "0 < low <= high, finite"
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Resonance:
+    """Hold a resonance of a shaft's own excitation.
+
+    Attributes
+    ----------
+    speed_rad_s
+        Speed of the shaft itself, rad/s.
+    amplification_factor
+        AF: height of the resonance over its width; inf without damping, negative if unstable.
+    whirl
+        Direction of the orbits; empty if it comes from a response.
+    """
+
+    speed_rad_s: float
+    amplification_factor: float
+    whirl: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SeparationMargin:
+    """Hold the distance of one resonance from one operating range.
+
+    Attributes
+    ----------
+    shaft
+        Name of the shaft.
+    resonance
+        The resonance.
+    operating_speed_rad_s
+        The end of the operating range N_op it is compared with: the nearer one.
+    position
+        "below" or "above" the operating range, or "inside" it.
+    margin
+        (N_c − N_op) / N_op, negative below; 0 inside.
+    required_api_617
+        |margin| asked for by the formulas of API 617, as a fraction; inf for an unstable mode
+        and for a resonance inside that is not critically damped.
+    verdict_api_617, verdict_15_percent, verdict_20_percent
+        "ok", "inside margin" or "unstable", by those formulas and by a fixed margin.
+    """
+
+    shaft: str
+    resonance: Resonance
+    operating_speed_rad_s: float
+    position: str
+    margin: float
+    required_api_617: float
+    verdict_api_617: str
+    verdict_15_percent: str
+    verdict_20_percent: str
+
+
+def amplification_factor(log_decrement: float) -> float:
+    """Return the amplification factor of a mode with a logarithmic decrement.
+
+    Parameters
+    ----------
+    log_decrement
+        δ = 2πζ / √(1 − ζ²).
+
+    Returns
+    -------
+    float
+        1 / 2ζ, which is π/δ for light damping; inf for δ = 0, negative for δ < 0 (unstable).
+    """
+    if log_decrement == 0:
+        return float("inf")
+    damping_ratio = log_decrement / float(np.hypot(2.0 * np.pi, log_decrement))
+    return 0.5 / damping_ratio
+
+
+def resonances_of_modes(critical_speeds: Sequence[CriticalSpeed]) -> tuple[Resonance, ...]:
+    """Turn critical speeds into resonances of the shaft that excites them.
+
+    Parameters
+    ----------
+    critical_speeds
+        Found with the speed ratio of that shaft as the excitation ratio.
+
+    Returns
+    -------
+    tuple of Resonance
+        At the shaft's own speed |α|Ω, with AF from the logarithmic decrement.
+    """
+    return tuple(
+        Resonance(
+            speed_rad_s=2.0 * np.pi * critical.frequency_hz,
+            amplification_factor=amplification_factor(critical.log_decrement),
+            whirl=critical.whirl,
+        )
+        for critical in critical_speeds
+    )
+
+
+def resonances_of_peaks(peaks: Sequence[ResonancePeak]) -> tuple[Resonance, ...]:
+    """Turn the peaks of an unbalance response into resonances of the shaft that excites them.
+
+    Parameters
+    ----------
+    peaks
+        Over the speed of that shaft, from `unbalance_peaks.resonance_peaks`.
+
+    Returns
+    -------
+    tuple of Resonance
+        With AF from the half-power points. Where one of them is missing twice the other side
+        counts, and without both AF is inf: the margin is then that of an undamped mode.
+    """
+    return tuple(
+        Resonance(speed_rad_s=peak.position_rad_s, amplification_factor=_sharpness(peak))
+        for peak in peaks
+    )
+
+
+def _sharpness(peak: ResonancePeak) -> float:
+    ends = np.array([peak.half_power_low_rad_s, peak.half_power_high_rad_s])
+    sides = np.abs(ends - peak.position_rad_s)
+    known = sides[np.isfinite(sides)]
+    return peak.position_rad_s / (2.0 * float(known.mean())) if known.size else float("inf")
+
+
+def separation_margins(
+    operating: OperatingRange, resonances: Sequence[Resonance]
+) -> tuple[SeparationMargin, ...]:
+    """Compare the resonances of one shaft with its operating range.
+
+    Parameters
+    ----------
+    operating
+        Speeds at which the shaft runs. Call once for each shaft.
+    resonances
+        Of the excitation by that shaft, at its own speed.
+
+    Returns
+    -------
+    tuple of SeparationMargin
+        By rising speed of the resonance.
+
+    Notes
+    -----
+    The formulas of API 617 (Axial and Centrifugal Compressors), in per cent, with AF the amplification factor: none is asked
+    for below AF = 2.5; 17 (1 − 1/(AF − 1.5)) of the lowest speed for a resonance below the range;
+    10 + 17 (1 − 1/(AF − 1.5)) of the highest for one above. Beside that fixed margins of 15 and
+    20 % are used, which do not look at the damping.
+    """
+    ordered = sorted(resonances, key=lambda resonance: resonance.speed_rad_s)
+    return tuple(_margin(operating, resonance) for resonance in ordered)
+
+
+def _margin(operating: OperatingRange, resonance: Resonance) -> SeparationMargin:
+    speed = resonance.speed_rad_s
+    low, high = operating.speed_low_rad_s, operating.speed_high_rad_s
+    if speed < low:
+        position, reference = "below", low
+    elif speed > high:
+        position, reference = "above", high
+    else:
+        position, reference = "inside", min((low, high), key=lambda end: abs(end - speed))
+    margin = 0.0 if position == "inside" else (speed - reference) / reference
+    factor = resonance.amplification_factor
+    required = required_margin_api_617(factor, position)
+    return SeparationMargin(
+        shaft=operating.shaft,
+        resonance=resonance,
+        operating_speed_rad_s=reference,
+        position=position,
+        margin=margin,
+        required_api_617=required,
+        verdict_api_617=_verdict(factor, margin, required),
+        verdict_15_percent=_verdict(factor, margin, 0.15),
+        verdict_20_percent=_verdict(factor, margin, 0.20),
+    )
+
+
+def required_margin_api_617(amplification_factor: float, position: str) -> float:
+    """Return the separation margin that API 617 asks for.
+
+    Parameters
+    ----------
+    amplification_factor
+        AF; negative for an unstable mode.
+    position
+        "below", "above" or "inside" the operating range.
+
+    Returns
+    -------
+    float
+        As a fraction of the operating speed; inf if no margin is enough.
+
+    Raises
+    ------
+    AnalysisError
+        If the position is not one of the three.
+    """
+    if position not in ("below", "above", "inside"):
+        raise AnalysisError(f"position is {position!r}; use 'below', 'above' or 'inside'")
+    if amplification_factor < 0:
+        return float("inf")
+    if amplification_factor < _NO_PEAK:
+        return 0.0
+    if position == "inside":
+        return float("inf")
+    damped = 0.17 * (1.0 - 1.0 / (amplification_factor - 1.5))
+    return damped if position == "below" else 0.10 + damped
+
+
+def _verdict(amplification: float, margin: float, required: float) -> str:
+    if amplification < 0:
+        return "unstable"
+    return "ok" if abs(margin) >= required else "inside margin"
+
+
+def format_margins(margins: Sequence[SeparationMargin]) -> str:
+    """Return the margins as a table in plain text.
+
+    Parameters
+    ----------
+    margins
+        Of any number of shafts.
+
+    Returns
+    -------
+    str
+        One line for each, below two lines of headings; speeds in rpm, margins in per cent.
+    """
+    heads = ("shaft", "whirl", "critical", "operating", "AF", "margin", "asked", "API 617")
+    units = ("", "", "rpm", "rpm", "", "%", "%", "(a guide)")
+    rows = [(*heads, "15 %", "20 %"), (*units, "", "")]
+    for item in margins:
+        factor = item.resonance.amplification_factor
+        rows.append(
+            (
+                item.shaft,
+                item.resonance.whirl or "-",
+                f"{item.resonance.speed_rad_s * _RPM:.1f}",
+                f"{item.operating_speed_rad_s * _RPM:.1f}",
+                f"{factor:.1f}",
+                f"{100 * item.margin:+.1f}",
+                f"{100 * item.required_api_617:.1f}",
+                item.verdict_api_617,
+                item.verdict_15_percent,
+                item.verdict_20_percent,
+            )
+        )
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    text = (
+        "  ".join(
+            cell.ljust(width) if i < 2 or i > 6 else cell.rjust(width)
+            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in rows
+    )
+    return "\n".join(text)

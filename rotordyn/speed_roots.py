@@ -1,0 +1,325 @@
+"""All critical speeds of undamped systems whose bearings depend on the speed, by counting signs.
+
+D(Ω) = K(Ω) − Ω² N is singular at a critical speed, so the number of its negative eigenvalues
+changes there (Sylvester). E = D/Ω² has the same signs and falls with Ω, in the order of symmetric
+matrices, as long as k(Ω)/Ω² of each bearing falls: then the numbers at two speeds tell exactly how
+many critical speeds lie between. Elsewhere bounds of E over an interval either prove that there is
+none, or the interval is halved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+import scipy.linalg as la
+from scipy.optimize import brentq, minimize_scalar
+
+from solidwhirl.rotordyn.arrays import BoolArray, ComplexArray, FloatArray
+from solidwhirl.rotordyn.direct_speeds import negative_count_at_rest
+from solidwhirl.rotordyn.errors import AnalysisError
+from solidwhirl.rotordyn.spectrum import scale_by_stiffness
+from solidwhirl.rotordyn.whirl_pencils import Pencil, PencilLaw
+
+# Speeds at which the laws are sampled over the whole range, and over one interval.
+_SAMPLES, _SAMPLES_INSIDE = 513, 9
+# Intervals are halved down to this width, relative to their upper end.
+_SMALLEST = 1e-3
+# First speed looked at, as a fraction of the limit; quartered while something lies below it.
+_START, _QUARTERINGS = 1e-3, 5
+# A fall of k(Ω)/Ω² counts as one up to this rise, relative.
+_ROUNDING = 1e-13
+# An extremum of an eigenvalue nearer to zero than this, relative to the largest, touches it.
+_TOUCH = 1e-11
+# Roots closer than this (relative) take their shapes from one eigenproblem.
+_SAME_SPEED = 1e-8
+
+
+class SpeedRoots(NamedTuple):
+    """Hold the critical speeds of one pencil.
+
+    Attributes
+    ----------
+    speeds_rad_s
+        Rising, shape (k,).
+    shapes
+        x, shape (m, k).
+    falls
+        Whether an eigenvalue of D turns negative there, as it does for a constant stiffness, or
+        positive, shape (k,).
+    counts
+        Number of negative eigenvalues of D at rest and at the limit.
+    unresolved
+        Intervals in rad/s in which an eigenvalue touches zero to rounding: none or two.
+    """
+
+    speeds_rad_s: FloatArray
+    shapes: FloatArray | ComplexArray
+    falls: BoolArray
+    counts: tuple[int, int]
+    unresolved: tuple[tuple[float, float], ...]
+
+
+class _Root(NamedTuple):
+    """A speed, and the place of the eigenvalue of E that is zero there, by rising order."""
+
+    speed: float
+    place: int
+    falls: bool
+
+
+def speed_roots(pencil: Pencil, body_rate: float, limit_rad_s: float) -> SpeedRoots:
+    """Find all speeds up to a limit at which D(Ω) is singular.
+
+    Parameters
+    ----------
+    pencil
+        With a positive (semi)definite constant part of K; the bearings with a law may have any
+        stiffness.
+    body_rate
+        See `spectrum.scale_by_stiffness`.
+    limit_rad_s
+        Finite.
+
+    Returns
+    -------
+    SpeedRoots
+        Complete as far as 513 samples over the range resolve the laws: where k(Ω)/Ω² falls by
+        the counts alone, elsewhere down to intervals of 1e-3 of the speed, in which an eigenvalue
+        is taken to have one extremum at most.
+
+    Raises
+    ------
+    AnalysisError
+        If the constant part has a negative eigenvalue, or the counts do not come to rest.
+    """
+    constant = scale_by_stiffness(pencil.stiffness, pencil.mass, body_rate)
+    if constant.negative_count:
+        raise AnalysisError(
+            f"the constant part of the stiffness has {constant.negative_count} negative "
+            "eigenvalues; give the bearing that has them a speed law, or damping"
+        )
+    search = _Search(pencil, body_rate, limit_rad_s)
+    start, at_rest = _start(search, negative_count_at_rest(pencil, body_rate), limit_rad_s)
+    roots = []
+    for low, high, falling in _regions(pencil.laws, start, limit_rad_s):
+        roots += search.monotonic(low, high) if falling else search.bounded(low, high)
+    roots.sort()
+    falls = np.array([root.falls for root in roots], dtype=bool)
+    at_limit = search.count(limit_rad_s)
+    if np.count_nonzero(falls) - np.count_nonzero(~falls) != at_limit - at_rest:
+        raise AnalysisError(
+            f"{np.count_nonzero(falls)} modes were found to fall below the excitation and "
+            f"{np.count_nonzero(~falls)} to rise above it, but the counts at rest and at the limit "
+            f"are {at_rest} and {at_limit}"
+        )
+    speeds = np.array([root.speed for root in roots])
+    shapes = search.shapes(roots)
+    return SpeedRoots(speeds, shapes, falls, (at_rest, at_limit), tuple(search.unresolved))
+
+
+def _start(search: _Search, at_rest: int, limit: float) -> tuple[float, int]:
+    """Return a speed below which there is nothing, and the number of negative eigenvalues there.
+
+    That number is the one at rest, unless a bearing that is soft at rest stiffens more quickly
+    than the speed to the square; then it settles as the speed goes to zero.
+    """
+    speeds = [_START * limit * 0.25**step for step in range(_QUARTERINGS + 1)]
+    counts = []
+    for speed in speeds:
+        counts.append(search.count(speed))
+        if counts[-1] == at_rest:
+            return speed, at_rest
+    if len(set(counts[1:])) == 1:
+        return speeds[1], counts[1]
+    raise AnalysisError(
+        f"from {speeds[0]:.3g} down to {speeds[-1]:.3g} rad/s {counts} modes lie below the "
+        f"excitation, and {at_rest} at rest; a bearing changes too quickly with the speed there"
+    )
+
+
+def _regions(
+    laws: tuple[PencilLaw, ...], low: float, high: float
+) -> Iterator[tuple[float, float, bool]]:
+    """Split a range of speed by whether k(Ω)/Ω² of all bearings falls."""
+    speeds = np.linspace(low, high, _SAMPLES)
+    falling = np.ones(speeds.size - 1, dtype=bool)
+    for law in laws:
+        over = _sampled(law, speeds) / speeds[:, None, None] ** 2
+        size = np.abs(over[:-1]).max(axis=(1, 2))
+        falling &= _largest_eigenvalue(np.diff(over, axis=0)) <= _ROUNDING * size
+    # An extremum may lie in the last step that still falls.
+    falling[1:-1] &= falling[2:] & falling[:-2]
+    falling[[0, -1]] &= falling[[1, -2]]
+    begin = 0
+    for stop in range(1, falling.size + 1):
+        if stop == falling.size or falling[stop] != falling[begin]:
+            yield float(speeds[begin]), float(speeds[stop]), bool(falling[begin])
+            begin = stop
+
+
+def _sampled(law: PencilLaw, speeds: FloatArray) -> FloatArray:
+    """Return the symmetric stiffness of a law at some speeds, shape (s, 2, 2)."""
+    values = np.array([law.stiffness(float(speed)) for speed in speeds])
+    return np.asarray(0.5 * (values + values.transpose(0, 2, 1)))
+
+
+def _largest_eigenvalue(matrices: FloatArray) -> FloatArray:
+    """Return the larger eigenvalue of symmetric (s, 2, 2)."""
+    xx, yy, xy = matrices[:, 0, 0], matrices[:, 1, 1], matrices[:, 0, 1]
+    return np.asarray(0.5 * (xx + yy + np.hypot(xx - yy, 2.0 * xy)))
+
+
+class _Search:
+    """E(Ω) = K(Ω)/Ω² − N of one pencil in a basis in which K(0) is about one.
+
+    Parameters
+    ----------
+    pencil, body_rate, limit
+        As for `speed_roots`.
+    """
+
+    def __init__(self, pencil: Pencil, body_rate: float, limit: float) -> None:
+        basis = _basis(pencil, body_rate, limit)
+        self.basis = basis
+        self.stiffness = basis.T @ pencil.stiffness @ basis
+        self.inertia = basis.T @ pencil.inertia @ basis
+        self.laws = tuple(law._replace(motion=law.motion @ basis) for law in pencil.laws)
+        self.unresolved: list[tuple[float, float]] = []
+        self._known: dict[float, FloatArray] = {}
+
+    def matrix(self, speed: float) -> FloatArray | ComplexArray:
+        """Return E."""
+        return self._assembled(speed, [law.stiffness(speed) / speed**2 for law in self.laws])
+
+    def _assembled(self, speed: float, over_squares: list[FloatArray]) -> FloatArray | ComplexArray:
+        """Return E with K/Ω² at a speed and k/Ω² of the bearings as given."""
+        stiffness = self.stiffness / speed**2
+        for law, k in zip(self.laws, over_squares, strict=True):
+            stiffness = stiffness + law.motion.T @ (0.5 * (k + k.T)) @ law.motion
+        return np.asarray(stiffness - self.inertia)
+
+    def eigenvalues(self, speed: float) -> FloatArray:
+        """Return the eigenvalues of E, rising, computed once."""
+        if speed not in self._known:
+            self._known[speed] = la.eigvalsh(self.matrix(speed))
+        return self._known[speed]
+
+    def count(self, speed: float) -> int:
+        """Return the number of negative eigenvalues of E."""
+        return int(np.count_nonzero(self.eigenvalues(speed) < 0))
+
+    def monotonic(self, low: float, high: float) -> list[_Root]:
+        """Return the roots of an interval in which every eigenvalue is monotonic."""
+        begin, end = self.count(low), self.count(high)
+        return [self._root(place, low, high) for place in range(min(begin, end), max(begin, end))]
+
+    def bounded(self, low: float, high: float) -> list[_Root]:
+        """Return the roots of any interval, halving it where bounds do not decide."""
+        roots, waiting = [], [(low, high)]
+        while waiting:
+            begin, end = waiting.pop()
+            least, most = self._count_bounds(begin, end)
+            if least == most:
+                continue
+            if end - begin > _SMALLEST * end:
+                middle = 0.5 * (begin + end)
+                waiting += [(begin, middle), (middle, end)]
+                continue
+            for place in range(least, most):
+                roots += self._roots_of_one(place, begin, end)
+        return roots
+
+    def _count_bounds(self, low: float, high: float) -> tuple[int, int]:
+        """Return bounds of the number of negative eigenvalues over an interval."""
+        speeds = np.linspace(low, high, _SAMPLES_INSIDE)
+        upper, lower = [], []
+        for law in self.laws:
+            over = _sampled(law, speeds) / speeds[:, None, None] ** 2
+            # Between samples a curve, or a kink, goes beyond them by its second difference at most.
+            beyond = np.abs(np.diff(over, 2, axis=0)).max(axis=0)
+            top, bottom = over.max(axis=0) + beyond, over.min(axis=0) - beyond
+            # Diagonal entries take up what the cross term may vary.
+            spread = 0.5 * (top[0, 1] - bottom[0, 1]) * np.eye(2)
+            cross = 0.5 * (top[0, 1] + bottom[0, 1]) * np.array([[0.0, 1.0], [1.0, 0.0]])
+            upper.append(np.diag(np.diag(top)) + cross + spread)
+            lower.append(np.diag(np.diag(bottom)) + cross - spread)
+        fewest = la.eigvalsh(self._assembled(low, upper))
+        most = la.eigvalsh(self._assembled(high, lower))
+        return int(np.count_nonzero(fewest < 0)), int(np.count_nonzero(most < 0))
+
+    def _roots_of_one(self, place: int, low: float, high: float) -> list[_Root]:
+        """Return the roots of one eigenvalue that has one extremum at most."""
+        begin, end = (float(self.eigenvalues(speed)[place]) for speed in (low, high))
+        if (begin < 0) != (end < 0):
+            return [self._root(place, low, high)]
+        sign = -1.0 if begin < 0 else 1.0
+        found = minimize_scalar(
+            lambda speed: sign * self.eigenvalues(float(speed))[place],
+            bounds=(low, high),
+            method="bounded",
+            options={"xatol": 1e-6 * (high - low)},
+        )
+        turn = float(found.x)
+        if found.fun < 0:
+            return [self._root(place, low, turn), self._root(place, turn, high)]
+        if found.fun <= _TOUCH * np.abs(self.eigenvalues(turn)).max():
+            self.unresolved.append((low, high))
+        return []
+
+    def _root(self, place: int, low: float, high: float) -> _Root:
+        """Return where one eigenvalue changes its sign, which it does once."""
+
+        def value(inverse_square: float) -> float:
+            return float(self.eigenvalues(float(inverse_square**-0.5))[place])
+
+        # What is known from other roots narrows the bracket.
+        falls = bool(self.eigenvalues(low)[place] >= 0)
+        for speed in sorted(speed for speed in self._known if low < speed < high):
+            if (self._known[speed][place] >= 0) == falls:
+                low = speed
+            else:
+                high = speed
+                break
+        # In 1/Ω² the eigenvalues of a constant stiffness are straight lines.
+        ends = low**-2, high**-2
+        if value(ends[0]) == 0:
+            return _Root(low, place, falls)
+        if (value(ends[0]) < 0) == (value(ends[1]) < 0):
+            # The change lies within the rounding of the two ends.
+            return _Root(low, place, falls)
+        root = brentq(value, ends[1], ends[0], xtol=1e-15 * ends[1], rtol=1e-15)
+        return _Root(float(root**-0.5), place, falls)
+
+    def shapes(self, roots: list[_Root]) -> FloatArray | ComplexArray:
+        """Return the shapes at the roots; those of equal speeds are independent."""
+        columns: list[FloatArray | ComplexArray] = []
+        start = 0
+        for stop in range(1, len(roots) + 1):
+            if stop < len(roots):
+                step = roots[stop].speed - roots[stop - 1].speed
+                if step <= _SAME_SPEED * roots[stop].speed:
+                    continue
+            group = roots[start:stop]
+            speed = float(np.mean([root.speed for root in group]))
+            vectors = la.eigh(self.matrix(speed))[1]
+            columns += [self.basis @ vectors[:, root.place] for root in group]
+            start = stop
+        if not columns:
+            return np.empty((self.basis.shape[0], 0))
+        return np.hstack([column[:, None] for column in columns])
+
+
+def _basis(pencil: Pencil, body_rate: float, limit: float) -> FloatArray:
+    """Return P with Pᵀ(K(0) + σ²M)P = 1; σ = 0 if K(0) is positive definite."""
+    scaled = scale_by_stiffness(pencil.stiffness_at(0.0), pencil.mass, body_rate)
+    shift = 0.0 if scaled.is_definite else limit**2
+    while True:
+        try:
+            lower = la.cholesky(scaled.stiffness + shift * scaled.mass, lower=True)
+            break
+        except la.LinAlgError:
+            shift = max(4.0 * shift, limit**2)
+    inverse = la.solve_triangular(lower, np.eye(scaled.scale.size), lower=True, trans="T")
+    return np.asarray(scaled.scale[:, None] * inverse)

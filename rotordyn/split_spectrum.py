@@ -1,0 +1,198 @@
+"""Eigenvalues of a system that is the same in all directions: half of it, in complex coordinates.
+
+Lateral motion is solved in z = p + i s, where whirl with +z and against it come apart by the sign
+of the frequency; axial motion and torsion, which a turn does not move, are solved beside it.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import scipy.linalg as la
+
+from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.complex_form import ComplexForm, complex_form
+from solidwhirl.rotordyn.spectrum import (
+    Spectrum,
+    cholesky_of_mass,
+    scale_by_stiffness,
+    solve_general,
+    solve_standing,
+)
+from solidwhirl.rotordyn.system import AssembledSystem, SpeedMatrices
+
+IntArray = npt.NDArray[np.int_]
+
+# |Im λ| below this fraction of |λ| is real: equal real eigenvalues split into pairs by rounding.
+_REAL_FRACTION = 1e-6
+
+
+class SplitSpectrum(NamedTuple):
+    """A spectrum, the number of zero eigenvalues among the 2n, and the family of each mode."""
+
+    spectrum: Spectrum
+    zero_count: int
+    family: IntArray
+
+
+class _Part(NamedTuple):
+    """Eigenvalues with Im λ > 0, shapes (n, m), real eigenvalues, zeros, sense of whirl."""
+
+    values: ComplexArray
+    shapes: ComplexArray
+    real: FloatArray
+    zeros: int
+    family: IntArray
+
+
+def split_spectrum(
+    assembled: AssembledSystem, matrices: SpeedMatrices, speed_rad_s: float, count: int
+) -> SplitSpectrum | None:
+    """Solve an isotropic system at one speed.
+
+    Parameters
+    ----------
+    assembled
+        The system.
+    matrices
+        Its matrices at that speed.
+    speed_rad_s
+        Ω, rad/s.
+    count
+        Number of lowest oscillatory modes wanted.
+
+    Returns
+    -------
+    SplitSpectrum or None
+        None if the system has no complex form, or its lateral stiffness is not positive definite.
+
+    Notes
+    -----
+    With k = LLᵀ, L⁻¹AL⁻ᵀ = NNᵀ and z = z0 e^{iνt}, ν = 1/μ, conservative whirl is the real
+    symmetric problem [[−Ω g̃, N], [Nᵀ, 0]] (x, y) = μ (x, y): all ν of both signs at once, the
+    lowest as the largest μ. See `spectrum` for the reason of 1/ν and the scaling.
+    """
+    form = complex_form(assembled)
+    if form is None:
+        return None
+    stiffness, damping = form.real_parts(speed_rad_s)
+    scaled = scale_by_stiffness(stiffness, form.mass, assembled.body_rate)
+    if not scaled.is_definite:
+        return None
+    outer = np.multiply.outer(scaled.scale, scaled.scale)
+    lower = la.cholesky(scaled.stiffness, lower=True)
+    half = la.solve_triangular(lower, cholesky_of_mass(scaled.mass), lower=True)
+    turning = _congruent(lower, speed_rad_s * outer * form.gyroscopic)
+    circulating = form.circulatory.any()
+    if damping.any() or circulating:
+        rate = _congruent(lower, outer * damping) - 1j * turning
+        skew = _congruent(lower, -speed_rad_s * outer * form.circulatory) if circulating else None
+        lateral = _damped(form, lower, scaled.scale, half, rate, skew)
+    else:
+        lateral = _conservative(form, lower, scaled.scale, half, turning, count)
+    rest = _rest(assembled, matrices, form)
+    return _joined(lateral, rest, count)
+
+
+def _congruent(lower: FloatArray, matrix: FloatArray) -> FloatArray:
+    """Return L⁻¹ A L⁻ᵀ of a symmetric matrix."""
+    inner = la.solve_triangular(lower, matrix, lower=True)
+    result = la.solve_triangular(lower, inner.T, lower=True)
+    return np.asarray(0.5 * (result + result.T))
+
+
+def _conservative(
+    form: ComplexForm,
+    lower: FloatArray,
+    scale: FloatArray,
+    half: FloatArray,
+    turning: FloatArray,
+    count: int,
+) -> _Part:
+    m = scale.size
+    matrix = np.zeros((2 * m, 2 * m))
+    matrix[:m, :m] = -turning
+    matrix[:m, m:], matrix[m:, :m] = half, half.T
+    inverse, vectors = la.eigh(matrix, overwrite_a=True, check_finite=False)
+    order = np.argsort(-np.abs(inverse), kind="stable")[: min(count, 2 * m)]
+    frequencies = 1.0 / inverse[order]
+    shapes = scale[:, None] * la.solve_triangular(lower, vectors[:m, order], lower=True, trans="T")
+    return _Part(
+        1j * np.abs(frequencies),
+        _in_the_round(form, shapes, frequencies > 0),
+        np.empty(0),
+        0,
+        np.sign(frequencies).astype(int),
+    )
+
+
+def _damped(
+    form: ComplexForm,
+    lower: FloatArray,
+    scale: FloatArray,
+    half: FloatArray,
+    rate: ComplexArray,
+    circulation: FloatArray | None,
+) -> _Part:
+    """Solve the general problem of half the size; see `spectrum.solve_general`."""
+    m = scale.size
+    companion = np.zeros((2 * m, 2 * m), dtype=complex)
+    companion[:m, :m], companion[:m, m:] = -rate, -half
+    if circulation is not None:
+        companion[:m] = la.solve(np.eye(m) + 1j * circulation, companion[:m])
+    companion[m:, :m] = half.T
+    inverse, vectors = la.eig(companion, overwrite_a=True, check_finite=False)
+    values = 1.0 / inverse
+    shapes = scale[:, None] * la.solve_triangular(lower, vectors[:m], lower=True, trans="T")
+    is_real = np.abs(values.imag) <= _REAL_FRACTION * np.abs(values)
+    forward = values.imag[~is_real] > 0
+    upper = np.where(forward, values[~is_real], values[~is_real].conj())
+    # every λ of z stands for itself and its conjugate in the real coordinates
+    return _Part(
+        upper,
+        _in_the_round(form, shapes[:, ~is_real], forward),
+        np.repeat(values.real[is_real], 2),
+        0,
+        np.where(forward, 1, -1),
+    )
+
+
+def _in_the_round(form: ComplexForm, shapes: ComplexArray, forward: ComplexArray) -> ComplexArray:
+    """Return amplitudes of the independent coordinates for λ with Im λ > 0."""
+    none = np.zeros_like(shapes)
+    along = np.where(forward, shapes, none)
+    against = np.where(forward, none, shapes)
+    return form.whirl_shapes(along, against)
+
+
+def _rest(assembled: AssembledSystem, matrices: SpeedMatrices, form: ComplexForm) -> _Part:
+    """Solve axial motion and torsion."""
+    n, at = assembled.size, form.rest
+    if not at.size:
+        none = np.empty(0, dtype=int)
+        return _Part(np.empty(0, complex), np.empty((n, 0), complex), np.empty(0), 0, none)
+    block = np.ix_(at, at)
+    stiffness, damping = matrices.stiffness[block], matrices.damping[block]
+    even = 0.5 * (stiffness + stiffness.T)
+    scaled = scale_by_stiffness(even, matrices.mass[block], assembled.body_rate)
+    if damping.any() or scaled.negative_count:
+        found = solve_general(scaled, stiffness, damping, at.size)
+    else:
+        omega, vectors = solve_standing(scaled)
+        found = Spectrum(1j * omega, vectors.astype(complex), np.empty(0))
+    shapes = np.zeros((n, found.eigenvalues.size), dtype=complex)
+    shapes[at] = found.shapes
+    zeros = 2 * at.size - 2 * found.eigenvalues.size - found.real_eigenvalues.size
+    family = np.zeros(found.eigenvalues.size, dtype=int)
+    return _Part(found.eigenvalues, shapes, found.real_eigenvalues, zeros, family)
+
+
+def _joined(lateral: _Part, rest: _Part, count: int) -> SplitSpectrum:
+    values = np.concatenate((lateral.values, rest.values))
+    order = np.argsort(values.imag, kind="stable")[:count]
+    shapes = np.hstack((lateral.shapes, rest.shapes))[:, order]
+    real = np.sort(np.concatenate((lateral.real, rest.real)))
+    family = np.concatenate((lateral.family, rest.family))[order]
+    return SplitSpectrum(Spectrum(values[order], shapes, real), lateral.zeros + rest.zeros, family)

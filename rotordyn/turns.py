@@ -1,0 +1,95 @@
+"""The motion of one body split by how it turns: parts of circumferential order 0, ±1, ±2, ..."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import scipy.linalg as la
+
+from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, freeze_arrays
+from solidwhirl.rotordyn.superelement import Superelement
+
+# Orders are whole numbers, and L is skew in the product with M, to this accuracy.
+_EXACT = 1e-6
+
+IntArray = npt.NDArray[np.int_]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class Turns:
+    """Hold the coordinates of a body in which a turn about the axis is a change of phase.
+
+    A part of order μ obeys L q = iμ q with the generator L of a turn. In q e^{iωt}, ω > 0, it
+    is a pattern of |μ| waves round the axis that turns about +z for μ > 0 and about −z for
+    μ < 0; μ = ±1 is lateral motion, forward and backward for a positive Ω.
+
+    Attributes
+    ----------
+    orders
+        μ of each part, shape (r,), rising; r = n but for bodies with a constraint.
+    amplitudes
+        Takes coordinates to the parts, shape (r, n); |part|² adds up to qᴴ M q.
+    vectors
+        Takes the parts to coordinates, shape (n, r).
+    """
+
+    orders: IntArray
+    amplitudes: ComplexArray
+    vectors: ComplexArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "orders", "amplitudes", "vectors")
+
+    def lateral(self) -> FloatArray:
+        """Return the projector on the lateral motion, |μ| = 1, shape (n, n), real."""
+        kept = np.abs(self.orders) == 1
+        return np.asarray((self.vectors[:, kept] @ self.amplitudes[kept]).real)
+
+
+def body_turns(element: Superelement) -> Turns | None:
+    """Return the parts of a body's motion by circumferential order.
+
+    Parameters
+    ----------
+    element
+        The body.
+
+    Returns
+    -------
+    Turns or None
+        None if the body does not know its generator, or if the generator does not keep M, as in
+        a body that is not one of revolution.
+
+    Notes
+    -----
+    With M = RRᵀ and y = Rᵀq the generator becomes RᵀLR⁻ᵀ, skew because a turn keeps the kinetic
+    energy; i times it is Hermitian with whole eigenvalues.
+    """
+    if element.spin_generator is None:
+        return None
+    free = np.eye(element.size) if element.constraint is None else element.constraint
+    spread = np.linalg.pinv(free)
+    turned = element.spin_generator @ free
+    inner = spread @ turned
+    # A place off the axis does not turn within its own coordinates.
+    if np.abs(free @ inner - turned).max(initial=0.0) > _EXACT * np.abs(free).max(initial=1.0):
+        return None
+    try:
+        factor = la.cholesky(free.T @ element.mass @ free, lower=True)
+    except la.LinAlgError:
+        return None
+    turn = la.solve_triangular(factor, (factor.T @ inner).T, lower=True).T
+    size = max(float(np.abs(turn).max(initial=0.0)), 1.0)
+    if np.abs(turn + turn.T).max(initial=0.0) > _EXACT * size:
+        return None
+    values, vectors = la.eigh(-0.5j * (turn - turn.T))
+    orders = np.round(values)
+    if np.abs(values - orders).max(initial=0.0) > _EXACT * size:
+        return None
+    return Turns(
+        orders=orders.astype(int),
+        amplitudes=vectors.conj().T @ factor.T @ spread,
+        vectors=free @ la.solve_triangular(factor, vectors, lower=True, trans="T"),
+    )

@@ -1,0 +1,314 @@
+"""Response of a system to unbalance, each body at its own spin frequency and in its own sense."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, freeze_arrays
+from solidwhirl.rotordyn.errors import AnalysisError
+from solidwhirl.rotordyn.harmonic_response import harmonic_response, independent_loads
+from solidwhirl.rotordyn.harmonic_response_nodes import (
+    TILTS,
+    TRANSLATIONS,
+    check_lateral,
+    interface_nodes,
+    node_amplitudes,
+    non_negative,
+)
+from solidwhirl.rotordyn.orbits import EllipticOrbits, elliptic_orbits
+from solidwhirl.rotordyn.parts import End
+from solidwhirl.rotordyn.reactions import bearing_forces
+from solidwhirl.rotordyn.system import AssembledSystem
+
+# Bodies whose |speed ratios| differ by less than this fraction excite at one frequency.
+_SAME_RATIO = 1e-12
+
+
+@dataclass(frozen=True, kw_only=True)
+class Unbalance:
+    """Place a mass off the axis of a body.
+
+    Attributes
+    ----------
+    body, interface
+        Where; the interface needs ux and uy.
+    moment_kg_m
+        Mass times its distance from the axis, kg m.
+    phase_rad
+        Angle of the mass from +x towards +y at the time 0, rad. With the time it turns by
+        speed_ratio · Ω t.
+
+    Raises
+    ------
+    AnalysisError
+        If the moment is negative or a number is not finite.
+    """
+
+    body: str
+    interface: str
+    moment_kg_m: float
+    phase_rad: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.moment_kg_m) and self.moment_kg_m >= 0):
+            raise AnalysisError(
+                f"unbalance at {self.body}.{self.interface}: moment_kg_m is {self.moment_kg_m}; "
+                "finite and 0 or more is allowed (turn phase_rad by π for the other side)"
+            )
+        if not np.isfinite(self.phase_rad):
+            raise AnalysisError(
+                f"unbalance at {self.body}.{self.interface}: phase_rad is {self.phase_rad}; it "
+                "must be finite"
+            )
+
+    @property
+    def end(self) -> End:
+        """The interface."""
+        return End(body=self.body, interface=self.interface)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class ExciterResponse:
+    """Hold the response to all unbalance that turns at one frequency, over the speed.
+
+    Attributes
+    ----------
+    bodies
+        Bodies with that unbalance.
+    frequency_ratio
+        |speed ratio| of those bodies: frequency over Ω.
+    speeds_rad_s, frequencies_rad_s
+        Ω and ω = frequency_ratio · Ω, shape (s,).
+    nodes
+        All interface nodes of the system.
+    translation_m
+        Complex amplitudes of ux, uy, time factor e^{iωt}, shape (s, nodes, 2); nan where a node
+        has no such component.
+    tilt_rad
+        Those of rx, ry, shape (s, nodes, 2).
+    bearing_forces
+        By name of the bearing: complex amplitudes of the force in N and moment in N m that its
+        first side exerts on its second, shape (s, 6).
+    relative_residual
+        Of the equations at each speed, shape (s,).
+    """
+
+    bodies: tuple[str, ...]
+    frequency_ratio: float
+    speeds_rad_s: FloatArray
+    frequencies_rad_s: FloatArray
+    nodes: tuple[End, ...]
+    translation_m: ComplexArray
+    tilt_rad: ComplexArray
+    bearing_forces: Mapping[str, ComplexArray]
+    relative_residual: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(
+            self,
+            "speeds_rad_s",
+            "frequencies_rad_s",
+            "translation_m",
+            "tilt_rad",
+            "relative_residual",
+        )
+
+    def at_node(self, body: str, interface: str) -> ComplexArray:
+        """Return the amplitudes of ux, uy of one node, shape (s, 2), m.
+
+        Parameters
+        ----------
+        body, interface
+            The node.
+
+        Returns
+        -------
+        ndarray
+            Complex; the angle of an entry is its phase ahead of cos ωt.
+
+        Raises
+        ------
+        AnalysisError
+            If there is no such node; the message names what exists.
+        """
+        wanted = End(body=body, interface=interface)
+        if wanted not in self.nodes:
+            known = [node.label for node in self.nodes]
+            raise AnalysisError(f"there is no node {wanted.label}; there are {known}")
+        return self.translation_m[:, self.nodes.index(wanted)]
+
+    def orbits(self) -> EllipticOrbits:
+        """Return the orbits of all nodes, arrays of shape (s, nodes).
+
+        Returns
+        -------
+        EllipticOrbits
+            Axes, inclination and direction.
+        """
+        return elliptic_orbits(self.translation_m[..., 0], self.translation_m[..., 1])
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class UnbalanceResponse:
+    """Hold the response to unbalance over the speed, apart for each frequency.
+
+    Motions of different frequency have no common phase: the largest distance a node can reach is
+    the sum of the major axes.
+
+    Attributes
+    ----------
+    unbalances
+        What was placed.
+    speeds_rad_s
+        Ω, shape (s,).
+    exciters
+        By rising frequency ratio.
+    """
+
+    unbalances: tuple[Unbalance, ...]
+    speeds_rad_s: FloatArray
+    exciters: tuple[ExciterResponse, ...]
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "speeds_rad_s")
+
+
+def unbalance_response(
+    assembled: AssembledSystem, unbalances: Sequence[Unbalance], speeds_rad_s: npt.ArrayLike
+) -> UnbalanceResponse:
+    """Compute the steady response to unbalance over a range of speeds.
+
+    Parameters
+    ----------
+    assembled
+        The system.
+    unbalances
+        One or more, on bodies that turn.
+    speeds_rad_s
+        Ω ≥ 0 of the reference shaft, rad/s, shape (s,).
+
+    Returns
+    -------
+    UnbalanceResponse
+        A body at speed ratio r is excited by u (rΩ)², u the moment, at the frequency |r| Ω. The
+        force turns with the body, so one that runs against the reference shaft excites backward
+        whirl of the system.
+
+    Raises
+    ------
+    AnalysisError
+        If an unbalance or a speed has no meaning, or a speed lies at an undamped resonance.
+    """
+    speeds = non_negative("speeds_rad_s", speeds_rad_s)
+    if not unbalances:
+        raise AnalysisError("unbalances is empty; one or more are needed")
+    groups: list[list[Unbalance]] = []
+    ratios: list[float] = []
+    for unbalance in unbalances:
+        ratio = frequency_ratio(assembled, unbalance)
+        same = [abs(ratio - known) <= _SAME_RATIO * known for known in ratios]
+        if any(same):
+            groups[same.index(True)].append(unbalance)
+        else:
+            ratios.append(ratio)
+            groups.append([unbalance])
+    order = np.argsort(ratios)
+    return UnbalanceResponse(
+        unbalances=tuple(unbalances),
+        speeds_rad_s=speeds,
+        exciters=tuple(_exciter(assembled, groups[i], ratios[i], speeds) for i in order),
+    )
+
+
+def frequency_ratio(assembled: AssembledSystem, unbalance: Unbalance) -> float:
+    """Return the frequency of an unbalance over the speed Ω.
+
+    Parameters
+    ----------
+    assembled
+        The system.
+    unbalance
+        On one of its bodies.
+
+    Returns
+    -------
+    float
+        |speed ratio| of the body.
+
+    Raises
+    ------
+    AnalysisError
+        If the place does not exist or lacks ux or uy, or the body does not turn.
+    """
+    what = f"unbalance at {unbalance.end.label}"
+    check_lateral(assembled, unbalance.end, what)
+    ratio = abs(assembled.system.rotors[unbalance.body].speed_ratio)
+    if ratio == 0:
+        raise AnalysisError(f"{what}: the body has speed ratio 0 and does not turn")
+    return float(ratio)
+
+
+def turning_load(assembled: AssembledSystem, unbalance: Unbalance) -> ComplexArray:
+    """Return the load of an unbalance per square of its frequency.
+
+    Parameters
+    ----------
+    assembled
+        The system.
+    unbalance
+        On a body that turns.
+
+    Returns
+    -------
+    ndarray
+        f/ω² on the coordinates of its body, shape (n_body,), kg m, for the time factor e^{iωt} with
+        ω > 0: turning with +Ω for a positive speed ratio (f_y = −i f_x), else against it.
+    """
+    rotor = assembled.system.rotors[unbalance.body]
+    sense = 1.0 if rotor.speed_ratio > 0 else -1.0
+    load = np.zeros(rotor.element.size, dtype=complex)
+    force = unbalance.moment_kg_m * np.exp(1j * sense * unbalance.phase_rad)
+    load[rotor.element.interface_index(unbalance.interface, "ux")] = force
+    load[rotor.element.interface_index(unbalance.interface, "uy")] = -1j * sense * force
+    return load
+
+
+def _exciter(
+    assembled: AssembledSystem, unbalances: Sequence[Unbalance], ratio: float, speeds: FloatArray
+) -> ExciterResponse:
+    """Return the response to unbalances of one frequency."""
+    patterns: dict[str, ComplexArray] = {}
+    for unbalance in unbalances:
+        load = turning_load(assembled, unbalance)
+        patterns[unbalance.body] = patterns.get(unbalance.body, 0.0) + load
+    omega = ratio * speeds
+    square = (omega**2)[:, None]
+    loads = square * independent_loads(assembled, patterns)
+    solved = harmonic_response(assembled, speeds, omega, loads[:, :, None])
+    motion = solved.displacement[:, :, 0]
+    forces = bearing_forces(
+        assembled,
+        speeds,
+        motion,
+        1j * omega[:, None] * motion,
+        -square * motion,
+        {body: square * pattern for body, pattern in patterns.items()},
+    )
+    for force in forces.values():
+        force.setflags(write=False)
+    nodes = interface_nodes(assembled)
+    return ExciterResponse(
+        bodies=tuple(patterns),
+        frequency_ratio=ratio,
+        speeds_rad_s=speeds,
+        frequencies_rad_s=omega,
+        nodes=nodes,
+        translation_m=node_amplitudes(assembled, nodes, TRANSLATIONS, motion),
+        tilt_rad=node_amplitudes(assembled, nodes, TILTS, motion),
+        bearing_forces=forces,
+        relative_residual=solved.relative_residual,
+    )

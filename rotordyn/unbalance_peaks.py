@@ -1,0 +1,130 @@
+"""Resonance peaks of a response curve: where they are, how high and how sharp."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from solidwhirl.rotordyn.arrays import FloatArray
+from solidwhirl.rotordyn.errors import AnalysisError
+
+_HALF_POWER = np.sqrt(0.5)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ResonancePeak:
+    """Hold one peak of a response curve.
+
+    Attributes
+    ----------
+    position_rad_s
+        Speed or frequency of the peak, between the samples, rad/s.
+    amplitude
+        Height there, in the unit of the curve.
+    prominence
+        Height over that of the higher of the two saddles beside the peak; 1 is no peak.
+    half_power_low_rad_s, half_power_high_rad_s
+        Where the curve has fallen to 1/√2 of the height; nan where it does not before it rises
+        again or ends.
+    amplification
+        position / (high − low): the amplification factor of API 617 (Axial and Centrifugal
+        Compressors), 1/(2ζ) for a single lightly damped mode; nan without both sides.
+    """
+
+    position_rad_s: float
+    amplitude: float
+    prominence: float
+    half_power_low_rad_s: float
+    half_power_high_rad_s: float
+    amplification: float
+
+
+def resonance_peaks(
+    position_rad_s: npt.ArrayLike, amplitude: npt.ArrayLike, minimum_prominence: float = 1.05
+) -> tuple[ResonancePeak, ...]:
+    """Find the peaks of a response curve.
+
+    Parameters
+    ----------
+    position_rad_s
+        Speeds or frequencies, rising, shape (s,).
+    amplitude
+        Heights, 0 or more, in any unit, shape (s,).
+    minimum_prominence
+        Leave out what rises above its saddles by a smaller factor; 1 or more.
+
+    Returns
+    -------
+    tuple of ResonancePeak
+        By rising position. A peak lies on the parabola through the logarithms of the highest
+        sample and its neighbours, so its height depends on the samples where it is narrower than
+        a few of them: check with finer samples.
+
+    Raises
+    ------
+    AnalysisError
+        If the arrays do not fit or the positions do not rise.
+    """
+    # Imported here as it takes longer than all of the rest of this package.
+    from scipy.signal import find_peaks
+
+    x = np.asarray(position_rad_s, dtype=float)
+    y = np.asarray(amplitude, dtype=float)
+    if x.ndim != 1 or x.shape != y.shape or x.size < 3 or not (np.diff(x) > 0).all():
+        raise AnalysisError(
+            "position_rad_s and amplitude need equal shapes (s,) with s of 3 or more and rising "
+            f"positions; found {x.shape} and {y.shape}"
+        )
+    if not (np.isfinite(x).all() and np.isfinite(y).all()) or y.min() < 0:
+        raise AnalysisError("positions must be finite, amplitudes finite and 0 or more")
+    if not minimum_prominence >= 1:
+        raise AnalysisError(f"minimum_prominence is {minimum_prominence}; 1 or more is allowed")
+    if not y.any():
+        return ()
+    height = np.log(np.maximum(y, y[y > 0].min()))
+    places, found = find_peaks(height, prominence=max(np.log(minimum_prominence), 1e-12))
+    return tuple(
+        _peak(x, height, int(at), float(np.exp(rise)))
+        for at, rise in zip(places, found["prominences"], strict=True)
+    )
+
+
+def _peak(x: FloatArray, height: FloatArray, at: int, prominence: float) -> ResonancePeak:
+    position, top = _summit(x[at - 1 : at + 2], height[at - 1 : at + 2])
+    level = top + np.log(_HALF_POWER)
+    low = _crossing(x[: at + 1][::-1], height[: at + 1][::-1], level)
+    high = _crossing(x[at:], height[at:], level)
+    return ResonancePeak(
+        position_rad_s=position,
+        amplitude=float(np.exp(top)),
+        prominence=prominence,
+        half_power_low_rad_s=low,
+        half_power_high_rad_s=high,
+        amplification=position / (high - low),
+    )
+
+
+def _summit(x: FloatArray, y: FloatArray) -> tuple[float, float]:
+    """Return the vertex of the parabola through three points."""
+    left, right = (y[1] - y[0]) / (x[1] - x[0]), (y[2] - y[1]) / (x[2] - x[1])
+    bend = (right - left) / (x[2] - x[0])
+    if bend >= 0:
+        return float(x[1]), float(y[1])
+    slope = left + bend * (x[1] - x[0])
+    step = -0.5 * slope / bend
+    return float(x[1] + step), float(y[1] + 0.5 * slope * step)
+
+
+def _crossing(x: FloatArray, y: FloatArray, level: float) -> float:
+    """Return where a curve falls below a level on its way from a peak, nan if it rises before."""
+    if y[0] <= level:
+        return float("nan")
+    for here in range(1, x.size):
+        if y[here] > y[here - 1]:
+            return float("nan")
+        if y[here] <= level:
+            part = (y[here - 1] - level) / (y[here - 1] - y[here])
+            return float(x[here - 1] + part * (x[here] - x[here - 1]))
+    return float("nan")

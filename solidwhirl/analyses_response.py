@@ -1,0 +1,270 @@
+"""Forced response of the engine of a scene: unbalance, ground motion, support stiffness."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solidwhirl.outcome import Outcome, Write
+from solidwhirl.rotordyn import AssembledSystem, End
+from solidwhirl.rotordyn.pictures_response import (
+    draw_bearing_forces,
+    draw_orbits,
+    draw_unbalance_response,
+)
+from solidwhirl.rotordyn.pictures_response_maps import (
+    draw_ground_motion,
+    draw_place_map,
+    draw_stiffness_map,
+)
+from solidwhirl.rotordyn.response_maps import ground_motion_map, place_map
+from solidwhirl.rotordyn.response_maps_stiffness import (
+    choose_stiffness,
+    stiffness_map_at_speed,
+    synchronous_stiffness_map,
+)
+from solidwhirl.rotordyn.unbalance import (
+    ExciterResponse,
+    Unbalance,
+    frequency_ratio,
+    unbalance_response,
+)
+from solidwhirl.rotordyn.unbalance_peaks import ResonancePeak, resonance_peaks
+from solidwhirl.scene_analyses import (
+    PlaceMapSpec,
+    StiffnessStudySpec,
+    UnbalanceResponseSpec,
+    UnbalanceSpec,
+    WaterfallSpec,
+)
+
+RPM = np.pi / 30.0
+
+
+def end_of(place: str) -> End:
+    """Interface of a text "body.interface"."""
+    body, _, interface = place.partition(".")
+    return End(body=body, interface=interface)
+
+
+def unbalance_of(spec: UnbalanceSpec) -> Unbalance:
+    """Unbalance of a scene's entry."""
+    end = end_of(spec.at)
+    return Unbalance(
+        body=end.body,
+        interface=end.interface,
+        moment_kg_m=spec.moment_kg_m,
+        phase_rad=float(np.radians(spec.phase_deg)),
+    )
+
+
+def sweep(spec: Any) -> NDArray[np.float64]:
+    """Speeds [rad/s] of an analysis with from_rpm, to_rpm and count."""
+    return np.linspace(spec.from_rpm, spec.to_rpm, spec.count) * RPM
+
+
+def frequencies(spec: Any) -> NDArray[np.float64]:
+    """Angular frequencies [rad/s] in equal steps up to frequency_max_hz, without zero."""
+    steps = np.arange(1, spec.frequency_count + 1) / spec.frequency_count
+    return np.asarray(2.0 * np.pi * spec.frequency_max_hz * steps)
+
+
+def peak_documents(peaks: tuple[ResonancePeak, ...], ratio: float) -> list[dict[str, Any]]:
+    """Peaks as plain data; `ratio` is frequency over reference speed."""
+    return [
+        {
+            "frequency_hz": p.position_rad_s / (2.0 * np.pi),
+            "speed_rpm": p.position_rad_s / ratio / RPM,
+            "amplitude_m": p.amplitude,
+            "amplification": p.amplification,
+        }
+        for p in peaks
+    ]
+
+
+def run_unbalance_response(
+    spec: UnbalanceResponseSpec, system: AssembledSystem, title: str
+) -> Outcome:
+    """Unbalance response over the speed at the places that the scene observes."""
+    response = unbalance_response(system, [unbalance_of(u) for u in spec.unbalances], sweep(spec))
+    nodes = [end_of(place) for place in spec.observe]
+    exciters = [_exciter_document(e, nodes) for e in response.exciters]
+    files: dict[str, Write] = {
+        f"{spec.label}.png": lambda path: draw_unbalance_response(response, nodes, path, title),
+        f"{spec.label}_bearing_forces.png": lambda path: draw_bearing_forces(response, path, title),
+    }
+    if spec.orbits_at_rpm:
+        speeds = [rpm * RPM for rpm in spec.orbits_at_rpm]
+        there = unbalance_response(system, response.unbalances, sorted(speeds))
+        files[f"{spec.label}_orbits.png"] = lambda path: draw_orbits(
+            there, nodes, speeds, path, title
+        )
+    peaks = [p["frequency_hz"] for e in exciters for p in e["peaks"][spec.observe[0]]]
+    return Outcome(
+        kind=spec.kind,
+        document={
+            "speed_rpm": (response.speeds_rad_s / RPM).tolist(),
+            "unbalances": [u.model_dump() for u in spec.unbalances],
+            "exciters": exciters,
+        },
+        files=files,
+        headline=f"peaks at {spec.observe[0]}: " + _list_hz(peaks),
+    )
+
+
+def _exciter_document(exciter: ExciterResponse, nodes: list[End]) -> dict[str, Any]:
+    ratio = exciter.frequency_ratio
+    moving = exciter.frequencies_rad_s > 0.0
+    documents, peaks = {}, {}
+    orbits = exciter.orbits()
+    for node in nodes:
+        at = exciter.nodes.index(node)
+        amplitude = exciter.translation_m[:, at]
+        documents[node.label] = {
+            "amplitude_x_m": np.abs(amplitude[:, 0]).tolist(),
+            "amplitude_y_m": np.abs(amplitude[:, 1]).tolist(),
+            "phase_x_deg": np.degrees(np.angle(amplitude[:, 0])).tolist(),
+            "phase_y_deg": np.degrees(np.angle(amplitude[:, 1])).tolist(),
+            "major_m": orbits.major_m[:, at].tolist(),
+            "minor_m": orbits.minor_m[:, at].tolist(),
+            "orbit": orbits.direction[:, at].tolist(),
+        }
+        found = resonance_peaks(exciter.frequencies_rad_s[moving], orbits.major_m[moving, at])
+        peaks[node.label] = peak_documents(found, ratio)
+    return {
+        "bodies": list(exciter.bodies),
+        "frequency_ratio": ratio,
+        "frequency_hz": (exciter.frequencies_rad_s / (2.0 * np.pi)).tolist(),
+        "places": documents,
+        "peaks": peaks,
+        "bearing_force_n": {
+            name: np.linalg.norm(np.abs(force[:, :2]), axis=1).tolist()
+            for name, force in exciter.bearing_forces.items()
+        },
+        "largest_relative_residual": float(np.max(exciter.relative_residual)),
+    }
+
+
+def run_place_map(spec: PlaceMapSpec, system: AssembledSystem, title: str) -> Outcome:
+    """Response over the place of an unbalance and its frequency."""
+    places = [end_of(place) for place in spec.places]
+    ratio = frequency_ratio(
+        system,
+        Unbalance(body=places[0].body, interface=places[0].interface, moment_kg_m=spec.moment_kg_m),
+    )
+    found = place_map(system, places, spec.moment_kg_m, frequencies(spec) / ratio)
+    observe = end_of(spec.observe) if spec.observe else None
+    major = found.major_m()
+    own = [found.nodes.index(place) for place in places]
+    seen = (
+        major[:, :, found.nodes.index(observe)]
+        if observe is not None
+        else np.stack([major[k, :, at] for k, at in enumerate(own)])
+    )
+    peaks = {
+        place.label: peak_documents(resonance_peaks(found.frequencies_rad_s[k], seen[k]), ratio)
+        for k, place in enumerate(places)
+    }
+    largest = int(np.unravel_index(seen.argmax(), seen.shape)[0])
+    shown = observe or places[largest]
+    return Outcome(
+        kind=spec.kind,
+        document={
+            "moment_kg_m": spec.moment_kg_m,
+            "places": list(spec.places),
+            "observed": spec.observe or "each place itself",
+            "frequency_hz": (found.frequencies_rad_s[0] / (2.0 * np.pi)).tolist(),
+            "amplitude_m": seen.tolist(),
+            "peaks": peaks,
+            "most_sensitive_place": spec.places[largest],
+        },
+        files={f"{spec.label}.png": lambda path: draw_place_map(found, shown, path, title)},
+        headline=f"largest at {spec.places[largest]}: "
+        + _list_hz([p["frequency_hz"] for p in peaks[spec.places[largest]]]),
+    )
+
+
+def run_waterfall(spec: WaterfallSpec, system: AssembledSystem, title: str) -> Outcome:
+    """Response to harmonic ground motion over frequency and speed."""
+    speeds = np.linspace(spec.from_rpm, spec.to_rpm, spec.speed_count) * RPM
+    found = ground_motion_map(
+        system, spec.amplitude_m, spec.direction, speeds, frequencies(spec), end_of(spec.observe)
+    )
+    major = found.major_m()
+    peaks = _map_peaks(major, speeds / RPM, found.frequencies_rad_s / (2.0 * np.pi))
+    return Outcome(
+        kind=spec.kind,
+        document={
+            "observed": spec.observe,
+            "ground_amplitude_m": spec.amplitude_m,
+            "direction": spec.direction,
+            "speed_rpm": (speeds / RPM).tolist(),
+            "frequency_hz": (found.frequencies_rad_s / (2.0 * np.pi)).tolist(),
+            "amplitude_m": major.tolist(),
+            "peaks": peaks,
+        },
+        files={f"{spec.label}.png": lambda path: draw_ground_motion(found, path, title)},
+        headline="highest: "
+        + ", ".join(f"{p['speed_rpm']:.0f} rpm {p['frequency_hz']:.1f} Hz" for p in peaks[:3]),
+    )
+
+
+def _map_peaks(
+    major: NDArray[np.float64], rpm: NDArray[np.float64], hertz: NDArray[np.float64]
+) -> list[dict[str, float]]:
+    """Points of a map that are higher than their eight neighbours, the highest first."""
+    padded = np.pad(major, 1, constant_values=-np.inf)
+    highest = np.ones(major.shape, dtype=bool)
+    for down in (-1, 0, 1):
+        for right in (-1, 0, 1):
+            if down or right:
+                part = padded[1 + down :, 1 + right :][: major.shape[0], : major.shape[1]]
+                highest &= major > part
+    order = sorted(np.argwhere(highest).tolist(), key=lambda at: -float(major[tuple(at)]))
+    return [
+        {"speed_rpm": rpm[i], "frequency_hz": hertz[j], "amplitude_m": major[i, j]}
+        for i, j in order[:10]
+    ]
+
+
+def run_stiffness_study(spec: StiffnessStudySpec, system: AssembledSystem, title: str) -> Outcome:
+    """Response over excitation frequency and support stiffness, and the stiffness to choose."""
+    stiffness = np.geomspace(
+        spec.stiffness_from_n_per_m, spec.stiffness_to_n_per_m, spec.stiffness_count
+    )
+    place = end_of(spec.excite)
+    unbalance = Unbalance(body=place.body, interface=place.interface, moment_kg_m=spec.moment_kg_m)
+    common = (system, spec.bearings, stiffness, unbalance, frequencies(spec), end_of(spec.observe))
+    if spec.speed_rpm is None:
+        found = synchronous_stiffness_map(*common)
+    else:
+        found = stiffness_map_at_speed(*common, spec.speed_rpm * RPM)
+    operating = spec.operating_speed_rpm * RPM
+    choice = choose_stiffness(found, operating, spec.margin)
+    return Outcome(
+        kind=spec.kind,
+        document={
+            "bearings": list(spec.bearings),
+            "excited": spec.excite,
+            "observed": spec.observe,
+            "moment_kg_m": spec.moment_kg_m,
+            "speed_rpm": spec.speed_rpm,
+            "stiffness_n_per_m": stiffness.tolist(),
+            "frequency_hz": (found.frequencies_rad_s / (2.0 * np.pi)).tolist(),
+            "amplitude_m": found.major_m().tolist(),
+            "operating_speed_rpm": spec.operating_speed_rpm,
+            "margin": spec.margin,
+            "chosen_stiffness_n_per_m": choice.stiffness_n_per_m,
+            "chosen_amplitude_m": choice.amplitude_m,
+            "choice_is_at_the_end_of_the_range": choice.is_at_end,
+        },
+        files={f"{spec.label}.png": lambda path: draw_stiffness_map(found, path, title, choice)},
+        headline=f"smallest response around {spec.operating_speed_rpm:.0f} rpm at "
+        f"{choice.stiffness_n_per_m:.3g} N/m",
+    )
+
+
+def _list_hz(values: list[float]) -> str:
+    return ", ".join(f"{v:.2f}" for v in values) + " Hz" if values else "none"
