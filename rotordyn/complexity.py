@@ -12,6 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from solidwhirl.rotordyn.arrays import FloatArray, freeze_arrays
 from solidwhirl.rotordyn.errors import AnalysisError, SuperelementError
@@ -87,8 +88,8 @@ def without_modes(element: Superelement) -> Superelement:
     SuperelementError
         If the body has no interface coordinates.
     """
-    kept = [i for i, c in enumerate(element.coordinates) if c.kind == "interface"]
-    if not kept:
+    kept = np.flatnonzero([c.kind == "interface" for c in element.coordinates])
+    if not kept.size:
         raise SuperelementError(
             f"superelement {element.name!r} has no interface coordinates; without its modes "
             "nothing is left"
@@ -296,7 +297,7 @@ def _band_errors(
     return errors
 
 
-def _kept_turn(element: Superelement, kept: list[int]) -> FloatArray | None:
+def _kept_turn(element: Superelement, kept: npt.NDArray[np.int_]) -> FloatArray | None:
     """Return the spin generator of some coordinates, None if a turn leaves them."""
     if element.spin_generator is None:
         return None

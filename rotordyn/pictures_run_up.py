@@ -161,7 +161,7 @@ def draw_spectrogram(
         shading="nearest",
         rasterized=True,
     )
-    figure.colorbar(mesh, ax=axes, label=f"amplitude [{unit}]", pad=0.16)
+    figure.colorbar(mesh, ax=axes, label=f"amplitude [{unit}]", pad=0.02)
     for ratio, names in _spools(run).items():
         frequency = ratio * np.abs(run.speed_rad_s) / (2.0 * np.pi)
         times, _, line = _envelope(run.time_s, frequency)

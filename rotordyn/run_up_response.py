@@ -128,13 +128,13 @@ def normalised_response(
     _check_rate(run)
     part = excitation.real if axis == "x" else excitation.imag
     weight = get_window(("tukey", _FADE), run.time_s.size, fftbins=False)
-    frequency = np.asarray(np.fft.rfftfreq(run.time_s.size, 1.0 / run.sample_rate_hz), dtype=float)
+    frequency = np.fft.rfftfreq(run.time_s.size, 1.0 / run.sample_rate_hz)
     width = max(1, round(band_hz / float(frequency[1])))
-    out = _band_mean(np.abs(np.fft.rfft(force * weight)) ** 2, width)
-    given = _band_mean((np.abs(np.fft.rfft(part * weight)) ** 2).sum(axis=0), width)
+    out = _band_mean(_power(force * weight), width)
+    given = _band_mean(_power(part * weight).sum(axis=0), width)
     known = given > floor**2 * given.max()
     ratio = np.sqrt(np.divide(out, given, out=np.full(out.size, np.nan), where=known))
-    return NormalisedResponse(frequency_hz=_band_mean(frequency, width), ratio=ratio)
+    return NormalisedResponse(frequency_hz=_band_mean(np.asarray(frequency), width), ratio=ratio)
 
 
 def order_response(run: RunUp, bearing: str, body: str, duration_s: float) -> NormalisedResponse:
@@ -180,6 +180,11 @@ def order_response(run: RunUp, bearing: str, body: str, duration_s: float) -> No
         frequency_hz=np.abs(ratio) * np.abs(run.speed_rad_s) / (2.0 * np.pi),
         ratio=np.divide(sizes[0] + sizes[1], given, out=np.full(given.size, np.nan), where=known),
     )
+
+
+def _power(signal: FloatArray) -> FloatArray:
+    """Return the squared magnitude of the Fourier transform, (..., f)."""
+    return np.asarray(np.abs(np.fft.rfft(signal, axis=-1)) ** 2)
 
 
 def _band_mean(values: FloatArray, width: int) -> FloatArray:

@@ -150,7 +150,7 @@ def run_state_space(spec: StateSpaceSpec, system: AssembledSystem) -> Outcome:
 
 def _all(places: tuple[str, ...], system: AssembledSystem) -> list[tuple[str, str, str]]:
     """Every motion that interfaces carry."""
-    out = []
+    out: list[tuple[str, str, str]] = []
     for place in places:
         end = end_of(place)
         element = system.system.rotors[end.body].element

@@ -62,7 +62,7 @@ def unbalance_of(spec: UnbalanceSpec) -> Unbalance:
 
 def sweep(spec: Any) -> NDArray[np.float64]:
     """Speeds [rad/s] of an analysis with from_rpm, to_rpm and count."""
-    return np.linspace(spec.from_rpm, spec.to_rpm, spec.count) * RPM
+    return np.asarray(np.linspace(spec.from_rpm, spec.to_rpm, spec.count) * RPM)
 
 
 def frequencies(spec: Any) -> NDArray[np.float64]:

@@ -2,11 +2,182 @@
 
 from __future__ import annotations
 
-from solidwhirl.outcome import Outcome
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from solidwhirl.analyses_response import RPM, end_of, unbalance_of
+from solidwhirl.outcome import Outcome, Write
 from solidwhirl.rotordyn import AssembledSystem
+from solidwhirl.rotordyn.atomic import replacing
+from solidwhirl.rotordyn.complexity import (
+    ComplexityComparison,
+    compare_complexity,
+    rigid_bodies_system,
+)
+from solidwhirl.rotordyn.force_spectrum import amplitude_spectrum, spectrogram
+from solidwhirl.rotordyn.pictures_run_up import (
+    draw_normalised_responses,
+    draw_run_up,
+    draw_spectrogram,
+)
+from solidwhirl.rotordyn.run_up import run_up
+from solidwhirl.rotordyn.run_up_record import RunUp
+from solidwhirl.rotordyn.run_up_response import normalised_response
+from solidwhirl.rotordyn.speed_profile import ramp_and_hold
+from solidwhirl.rotordyn.unbalance_peaks import resonance_peaks
 from solidwhirl.scene_analyses import RunUpSpec
+
+# Length of the pieces of a spectrogram, s.
+_PIECE_S = 0.25
+# A line of the spectrum is a peak where it rises above its surroundings by this factor.
+_PROMINENT = 3.0
 
 
 def run_run_up(spec: RunUpSpec, system: AssembledSystem, title: str) -> Outcome:
-    """Run-up."""
-    raise NotImplementedError
+    """Run-up with the force through the mount, its spectrum, and models of less complexity."""
+    profile = ramp_and_hold(spec.to_rpm * RPM, spec.ramp_s, spec.hold_s)
+    unbalances = [unbalance_of(u) for u in spec.unbalances]
+    every = max(1, round(spec.sampling_hz / spec.record_hz))
+    start = time.perf_counter()
+    run = run_up(
+        system,
+        profile,
+        unbalances,
+        step_s=1.0 / spec.sampling_hz,
+        record_every=every,
+        outputs=[end_of(place) for place in spec.observe],
+        bearings=[spec.mount],
+        gravity_m_per_s2=spec.gravity_m_per_s2,
+        drives=[end_of(place) for place in spec.drives],
+    )
+    spent = time.perf_counter() - start
+    files: dict[str, Write] = {
+        f"{spec.label}.png": lambda path: draw_run_up(run, spec.mount, path, title),
+        f"{spec.label}.npz": lambda path: _write_record(run, path),
+    }
+    document = _document(spec, run, spent)
+    force = run.bearing_force_n(spec.mount)
+    if np.abs(force[0]).max() > 0.0:
+        pieces = spectrogram(run.time_s, force[0], _PIECE_S)
+        files[f"{spec.label}_spectrogram.png"] = lambda path: draw_spectrogram(
+            pieces, run, path, title, 2.0 * document["fastest_excitation_hz"]
+        )
+    if unbalances:
+        response = normalised_response(run, spec.mount)
+        document["normalised_response"] = _response_document(response)
+        files[f"{spec.label}_response.png"] = lambda path: draw_normalised_responses(
+            {"all modes": response}, path, title
+        )
+    if spec.compare_flexible:
+        compared = _compare(spec, system)
+        document["complexity"] = _complexity_document(compared)
+        curves = dict(zip(compared.names, compared.responses, strict=True))
+        files[f"{spec.label}_complexity.png"] = lambda path: draw_normalised_responses(
+            curves, path, title
+        )
+    return Outcome(
+        kind=spec.kind,
+        document=document,
+        files=files,
+        headline=f"largest mount force {document['largest_mount_force_n']:.4g} N, "
+        f"{profile.duration_s:.0f} s simulated in {spent:.1f} s",
+    )
+
+
+def _document(spec: RunUpSpec, run: RunUp, spent: float) -> dict[str, Any]:
+    force = run.bearing_force_n(spec.mount)
+    spectrum = amplitude_spectrum(run.time_s, force[0])
+    known = spectrum.frequency_hz > 1.0
+    peaks = resonance_peaks(
+        2.0 * np.pi * spectrum.frequency_hz[known], spectrum.amplitude[known], _PROMINENT
+    )
+    highest = sorted(peaks, key=lambda p: -p.amplitude)[:12]
+    fastest = max([abs(r) for r in run.speed_ratios.values()] or [1.0]) * spec.to_rpm / 60.0
+    steps = run.profile.duration_s / run.step_s
+    return {
+        "ramp_s": spec.ramp_s,
+        "hold_s": spec.hold_s,
+        "to_rpm": spec.to_rpm,
+        "step_s": run.step_s,
+        "steps": round(steps),
+        "steps_per_frozen_speed_at_most": run.longest_block,
+        "wall_time_s": spent,
+        "wall_time_per_step_s": spent / steps,
+        "mount": spec.mount,
+        "largest_mount_force_n": float(np.linalg.norm(force[:2], axis=0).max()),
+        "fastest_excitation_hz": fastest,
+        "force_spectrum_peaks": [
+            {"frequency_hz": p.position_rad_s / (2.0 * np.pi), "amplitude_n": p.amplitude}
+            for p in sorted(highest, key=lambda p: p.position_rad_s)
+        ],
+        "energy": {
+            "load_work_j": float(run.energy.load_work_j[-1]),
+            "drive_work_j": float(run.energy.drive_work_j[-1]),
+            "dissipated_j": float(run.energy.dissipated_j[-1]),
+            "largest_error_j": float(np.abs(run.energy.error_j).max()),
+        },
+        "notes": list(run.notes),
+    }
+
+
+def _response_document(response: Any) -> dict[str, Any]:
+    known = np.isfinite(response.ratio) & (response.frequency_hz > 0)
+    hertz, ratio = response.frequency_hz[known], response.ratio[known]
+    peaks = resonance_peaks(2.0 * np.pi * hertz, ratio, 1.5)
+    return {
+        "peaks": [
+            {"frequency_hz": p.position_rad_s / (2.0 * np.pi), "force_per_force": p.amplitude}
+            for p in peaks
+        ]
+    }
+
+
+def _compare(spec: RunUpSpec, system: AssembledSystem) -> ComplexityComparison:
+    """Run models in which only some bodies keep their flexibility."""
+    turning = [name for name, rotor in system.system.rotors.items() if rotor.speed_ratio != 0]
+    variants = {"all modes": system}
+    for kept in spec.compare_flexible:
+        name = "modes of " + " and ".join(kept) if kept else "no modes"
+        variants[name] = rigid_bodies_system(system, [b for b in turning if b not in kept])
+    return compare_complexity(
+        variants,
+        ramp_and_hold(spec.to_rpm * RPM, spec.ramp_s, spec.hold_s),
+        [unbalance_of(u) for u in spec.unbalances],
+        bearing=spec.mount,
+        step_s=1.0 / spec.sampling_hz,
+        bands_hz=spec.bands_hz,
+        record_every=max(1, round(spec.sampling_hz / spec.record_hz)),
+    )
+
+
+def _complexity_document(compared: ComplexityComparison) -> dict[str, Any]:
+    return {
+        "bands_hz": compared.bands_hz.tolist(),
+        "models": [
+            {
+                "name": name,
+                "coordinates": compared.sizes[k],
+                "peak_force_n": compared.peak_force_n[k],
+                "peak_force_error": compared.peak_error[k],
+                "response_error_by_band": compared.band_error[k].tolist(),
+                "wall_time_s": compared.wall_time_s[k],
+            }
+            for k, name in enumerate(compared.names)
+        ],
+    }
+
+
+def _write_record(run: RunUp, path: Path) -> None:
+    with replacing(path) as temporary, temporary.open("wb") as file:
+        np.savez_compressed(
+            file,
+            time_s=run.time_s,
+            speed_rad_s=run.speed_rad_s,
+            mount_force_n=run.force_n[0],
+            mount_moment_n_m=run.moment_n_m[0],
+            outputs=np.array([end.label for end in run.outputs]),
+            translation_m=run.translation_m,
+        )

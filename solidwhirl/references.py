@@ -22,8 +22,8 @@ _MOTIONS = {
     "rz": ("torsion_stiffness_n_m_per_rad", "torsion_damping_n_m_s_per_rad", 0),
 }
 # Keys of analyses by what they name.
-_PLACES = ("at", "observe", "excite", "places", "inputs", "outputs")
-_BODIES = ("bodies", "excited_by", "shaft", "compare_without_modes_of")
+_PLACES = ("at", "observe", "excite", "places", "inputs", "outputs", "drives")
+_BODIES = ("bodies", "excited_by", "shaft", "compare_flexible")
 _BEARINGS = ("bearings", "mount")
 # A gear's ratio and the speeds of its bodies must agree to this.
 _SAME_RATIO = 1e-9

@@ -182,11 +182,29 @@ class RunUpSpec(_Analysis):
     hold_s: NotNegative = 0.0
     to_rpm: Positive
     sampling_hz: Positive = 20000.0
+    record_hz: Positive = 4000.0
     unbalances: tuple[UnbalanceSpec, ...] = ()
     gravity_m_per_s2: tuple[Finite, Finite, Finite] | None = None
+    drives: tuple[Place, ...] = ()
     observe: tuple[Place, ...] = ()
     mount: Name
-    compare_without_modes_of: tuple[tuple[Name, ...], ...] = ()
+    compare_flexible: tuple[tuple[Name, ...], ...] = ()
+    bands_hz: tuple[tuple[NotNegative, Positive], ...] = ()
+
+    @model_validator(mode="after")
+    def _whole(self) -> RunUpSpec:
+        if self.record_hz > self.sampling_hz:
+            raise ValueError(
+                f"record_hz = {self.record_hz:g} is above sampling_hz = {self.sampling_hz:g}"
+            )
+        if self.compare_flexible and not self.unbalances:
+            raise ValueError("compare_flexible needs unbalances, which the responses refer to")
+        if self.compare_flexible and not self.bands_hz:
+            raise ValueError("compare_flexible needs bands_hz, in which models are compared")
+        for low, high in self.bands_hz:
+            if high <= low:
+                raise ValueError(f"bands_hz has ({low:g}, {high:g}); the second must be higher")
+        return self
 
 
 class StateSpaceSpec(_Analysis):

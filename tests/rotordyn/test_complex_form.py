@@ -1,4 +1,4 @@
-"""Complex coordinates: the same eigenvalues as in real ones, and refusal of what is not isotropic."""
+"""Complex coordinates: eigenvalues as in real ones, and refusal of what is not isotropic."""
 
 import numpy as np
 import pytest
