@@ -18,6 +18,8 @@ FILES = {
     "results.json",
     "report.md",
     "campbell.png",
+    "unbalance_response.png",
+    "unbalance_response_bearing_forces.png",
     "bodies/inner.h5",
     "bodies/outer.h5",
     "meshes/inner.vtu",

@@ -84,7 +84,7 @@ def test_without_modes_keeps_statics_and_rigid_motion():
     assert reduced.size == 12 and element.size > 20
     assert all(result.passed for result in check_superelement(reduced))
     full, small = engine(), engine(reduced)
-    force = []
+    sag = []
     for system in (full, small):
         load = interface_row(system, "shaft", "middle", "ux")
         place = la.solve(system.stiffness, load)
@@ -219,9 +219,7 @@ def test_what_makes_no_sense_is_refused(hub):
 
     element = shaft()
     modal = [i for i, c in enumerate(element.coordinates) if c.kind == "modal"]
-    with pytest.raises(
-        AnalysisError, match=r"no bodies \['nose'\]; there are \['shaft', 'casing'\]"
-    ):
+    with pytest.raises(AnalysisError, match=r"\['nose'\]; there are \['shaft', 'casing'\]"):
         rigid_bodies_system(engine(), ["nose"])
     with pytest.raises(AnalysisError, match=r"no bodies \['nose'\]"):
         system_with(engine(), {"nose": element})

@@ -37,9 +37,9 @@ def test_amplitudes_of_lines_on_the_grid(window):
 
 
 def test_flattop_keeps_amplitudes_between_the_lines():
-    for shift, worst in (("flattop", 1e-3), ("hann", 0.16)):
+    for window, worst in (("flattop", 2e-3), ("hann", 0.16)):
         errors = [
-            amplitude_spectrum(TIME, np.cos(2 * np.pi * f * TIME), shift).amplitude.max() - 1.0
+            amplitude_spectrum(TIME, np.cos(2 * np.pi * f * TIME), window).amplitude.max() - 1.0
             for f in np.linspace(100.0, 100.5, 7)
         ]
         # Harris 1978: scalloping losses of 0.01 dB and of 1.42 dB
@@ -95,7 +95,7 @@ STIFFNESS, DAMPING = MASS * NATURAL**2, 2 * RATIO * MASS * NATURAL
 
 @pytest.fixture(scope="module")
 def swept(hub, ground):
-    """A damped disk and a far lighter one that turns backward, run up slowly past resonance."""
+    """A damped disk with two unbalances that turns backward, run up slowly past resonance."""
     held = ground(
         "rotor", "hub", STIFFNESS, None, DAMPING, tilt_stiffness_n_m_per_rad=1e6 * np.eye(2)
     )
@@ -125,9 +125,9 @@ def test_normalised_response_of_a_slow_sweep_is_the_transmissibility(swept, axis
     inside = (found.frequency_hz > 5.0) & (found.frequency_hz < 44.0)
     expected = transmissibility(found.frequency_hz)
     # Resonance of width 2Dω0 = 7.2 rad/s swept at 5 rad/s²: of the order of 5/3.6² but for the
-    # linearity, which keeps the ratio of the transforms; the band of 0.4 Hz flattens the peak.
+    # linearity, which keeps the ratio of the transforms; the band of 0.4 Hz takes 2 % of the peak.
     np.testing.assert_allclose(found.ratio[inside], expected[inside], rtol=0.05)
-    assert found.ratio[inside].max() == pytest.approx(1 / (2 * RATIO), rel=0.02)
+    assert found.ratio[inside].max() == pytest.approx(1 / (2 * RATIO), rel=0.03)
 
 
 def test_order_response_of_a_slow_sweep_is_the_transmissibility(swept):
@@ -195,7 +195,5 @@ def test_responses_need_unbalance_and_enough_records(hub, ground):
     with pytest.raises(AnalysisError, match="no unbalance to normalise with"):
         normalised_response(run_up(system, profile, [], **options), "rotor.hub")
     unbalance = [Unbalance(body="rotor", interface="hub", moment_kg_m=1e-3)]
-    with pytest.raises(
-        AnalysisError, match=r"recorded at 100 Hz, the excitation goes to 47.7\d+ Hz"
-    ):
+    with pytest.raises(AnalysisError, match=r"at 100 Hz, the excitation goes to 47.7\d+ Hz"):
         normalised_response(run_up(system, profile, unbalance, **options), "rotor.hub")

@@ -1,0 +1,160 @@
+"""Beam rotors from plain data, and what ROSS says about the same data."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from solidwhirl.rotordyn import (
+    Bearing,
+    Disk,
+    End,
+    Gear,
+    Rotor,
+    assemble,
+    beam_superelement,
+    rigid_superelement,
+)
+from solidwhirl.rotordyn.bearing_laws import PolynomialLaw
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="session")
+def run_ross(tmp_path_factory):
+    """Function from cases to ROSS's values, one process in its environment per call."""
+    python = ROOT / ".venv-ross" / "bin" / "python"
+
+    def run(cases):
+        assert python.exists(), "ROSS is missing; `make verify` installs it in .venv-ross"
+        folder = tmp_path_factory.mktemp("ross")
+        (folder / "cases.json").write_text(json.dumps(cases))
+        script = Path(__file__).with_name("ross_reference.py")
+        done = subprocess.run(
+            [python, script, "cases.json", "values.json"],
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            timeout=600,
+            check=False,
+            env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"},
+        )
+        assert done.returncode == 0, done.stderr[-2000:]
+        found = json.loads((folder / "values.json").read_text())
+        assert found["version"] == "2.3.0"
+        return found["values"]
+
+    return run
+
+
+def beam_of(case, number):
+    """Beam with an interface at every node; a geared one twists."""
+    data, steel = case["shafts"][number], case["material"]
+    nodes = data["nodes_m"]
+    disks = [
+        Disk(
+            name=f"{i}",
+            position_m=nodes[d["node"]],
+            mass_kg=d["mass"],
+            polar_kg_m2=d["polar"],
+            diametral_kg_m2=d["diametral"],
+        )
+        for i, d in enumerate(data["disks"])
+    ]
+    return beam_superelement(
+        f"shaft {number}",
+        nodes,
+        data["outer_radius_m"],
+        data["inner_radius_m"],
+        steel["E"],
+        steel["E"] / (2 * steel["G"]) - 1,
+        steel["rho"],
+        {f"{i}": z for i, z in enumerate(nodes)},
+        disks,
+        ("ux", "uy", "rx", "ry", *(["rz"] if "gear" in case else [])),
+    )
+
+
+def law_of(bearing):
+    """Speed law of a bearing whose coefficients have factors over Ω in rad/s."""
+    if "factors" not in bearing:
+        return None
+    k, c = bearing["factors"]["k"], bearing["factors"]["c"]
+    return PolynomialLaw(
+        name="factors",
+        argument_unit="rad/s",
+        argument_range=(0.0, bearing["speeds_rad_s"][-1]),
+        stiffness_x=tuple(k),
+        stiffness_y=tuple(k),
+        damping_x=tuple(c),
+        damping_y=tuple(c),
+    )
+
+
+def joints(case):
+    """Bearings of all shafts and pedestals; nodes beyond the shafts are the pedestals' masses."""
+    places = {}
+    for number, data in enumerate(case["shafts"]):
+        for i in range(len(data["nodes_m"])):
+            # geared shafts count their own nodes, coaxial ones go on counting
+            key = (number, i) if "gear" in case else data["first_node"] + i
+            places[key] = End(body=f"{number}", interface=f"{i}")
+    for node, _ in case.get("point_masses", []):
+        places[node] = End(body=f"mass {node}", interface="at")
+    listed = [(number, b) for number, s in enumerate(case["shafts"]) for b in s["bearings"]]
+    listed += [(0, b) for b in case.get("pedestals", [])]
+    return tuple(
+        Bearing(
+            name=f"bearing {at}",
+            first=places[(number, b["node"]) if "gear" in case else b["node"]],
+            second=places[b["other"]] if "other" in b else None,
+            stiffness_n_per_m=np.array(b["stiffness"]),
+            damping_n_s_per_m=np.array(b["damping"]),
+            speed_law=law_of(b),
+        )
+        for at, (number, b) in enumerate(listed)
+    )
+
+
+def gear(case):
+    """ROSS turns the line of action by the pressure angle from the tangent of the wheels."""
+    orientation = case["gear"]["orientation_rad"]
+    wheel = next(d for d in case["shafts"][0]["disks"] if "teeth" in d)
+    ends = [End(body=f"{i}", interface=f"{n}") for i, n in enumerate(case["gear"]["nodes"])]
+    return Gear(
+        name="gear",
+        first=ends[0],
+        second=ends[1],
+        ratio=case["ratios"][1],
+        mesh_stiffness_n_per_m=case["gear"]["stiffness"],
+        base_radius_first_m=wheel["base_radius_m"],
+        line_of_action_rad=np.pi / 2 - wheel["pressure_angle_rad"] + orientation,
+    )
+
+
+def pedestal(mass_kg):
+    """Mass that moves along x and y; its inertia about itself does not matter."""
+    seats = {"at": 0.0, "foot": 0.0}
+    return rigid_superelement("pedestal", mass_kg, np.zeros(3), np.ones(3), seats, ("ux", "uy"))
+
+
+def _system(case):
+    """Assembled system of a case."""
+    rotors = {}
+    for number, _ in enumerate(case["shafts"]):
+        ratio = case.get("ratios", [1.0])[number]
+        rotors[f"{number}"] = Rotor(element=beam_of(case, number), speed_ratio=ratio)
+    for node, mass in case.get("point_masses", []):
+        rotors[f"mass {node}"] = Rotor(element=pedestal(mass), speed_ratio=0.0)
+    gears = (gear(case),) if "gear" in case else ()
+    return assemble(rotors, joints(case), "0", gears)
+
+
+@pytest.fixture(scope="session")
+def system_of():
+    return _system
