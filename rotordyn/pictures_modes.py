@@ -75,7 +75,8 @@ def draw_rotating_campbell(
         name = frame.body or f"frame at {frame.speed_ratio:g} times the speed"
         handles.append(Line2D([], [], color=color, marker=marker, markersize=4, label=name))
     fastest = max(float(np.abs(frame.spin_rad_s).max()) for frame in turning) * _RPM
-    top = 1.05 * max(float(np.nanmax(frame.frequency_hz[_drawn(frame)])) for frame in turning)
+    drawn = np.concatenate([frame.frequency_hz[_drawn(frame)] for frame in turning])
+    top = 1.05 * float(np.nanmax(drawn, initial=1.0))
     end = min(fastest, 60.0 * top)
     axes.plot([0.0, end], [0.0, end / 60.0], color="black", linewidth=0.8, linestyle=(0, (1, 2)))
     handles += [

@@ -217,7 +217,8 @@ def draw_orbits(
         axes.locator_params(nbins=5)
         axes.grid(visible=True, color="#E5E5E5", linewidth=0.6)
         axes.set_axisbelow(True)
-    picture.figure.supxlabel("x [µm]", fontsize=10)
+    for axes in grid[max(0, len(places) - columns) : len(places)]:
+        axes.set_xlabel("x [µm]", fontsize=9)
     picture.figure.supylabel("y [µm]", fontsize=10)
     picture.figure.suptitle(fill(title, 70), fontsize=11)
     _legend(picture.figure, response, [node.label for node in nodes], "outside lower center", 4)

@@ -32,6 +32,10 @@ def report_text(results: Results, document: dict[str, Any]) -> str:
         _critical(document["critical_speeds"]),
         "## Frequencies",
         _branches(document["campbell"]),
+        "## Other analyses" if results.analyses else "",
+        _analyses(results),
+        "## Doubts" if results.bearing_notes else "",
+        "\n".join(f"- {note.message}" for note in results.bearing_notes),
         "## Cost",
         _cost(document),
     ]
@@ -144,6 +148,19 @@ def _branches(diagram: dict[str, Any]) -> str:
         shown = ["-" if branch[k] is None else f"{branch[k]:.3f}" for k in chosen]
         rows.append((b + 1, *shown, diagram["whirl"][b][-1]))
     return _table(head, rows)
+
+
+def _analyses(results: Results) -> str:
+    """One line for each analysis, and its files."""
+    if not results.analyses:
+        return ""
+    return _table(
+        ("analysis", "kind", "result", "files"),
+        (
+            (name, outcome.kind, outcome.headline, ", ".join(outcome.files))
+            for name, outcome in results.analyses.items()
+        ),
+    )
 
 
 def _cost(document: dict[str, Any]) -> str:
