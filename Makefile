@@ -33,11 +33,15 @@ check: setup ## lint, format, types and import rules
 
 verify: ## long comparisons: converged figures, other programs (installs calculix-ccx)
 	@tools/setup.sh verify
+	@tools/ross_environment.sh
 	@$(BIN)/python -m pytest -m verify
 
 bench: setup ## measure time and memory
+	@tools/ross_environment.sh
 	@$(BIN)/python bench/harmonic_and_solid.py
+	@$(BIN)/python bench/engine.py
+	@$(BIN)/python bench/run_up.py
 
 clean: ## remove results and caches, not the environment
 	rm -rf out build .mypy_cache .ruff_cache .hypothesis .import_linter_cache
-	find . -name __pycache__ -not -path './.venv/*' -prune -exec rm -rf {} +
+	find . -name __pycache__ -not -path './.venv*' -prune -exec rm -rf {} +

@@ -30,9 +30,7 @@ def follow_lowest(
     list of Front
         At the speeds given and at those added.
     """
-    # The general solver finds all modes in any case.
-    few = 2 * branch_count + 12 if assembled.is_conservative else assembled.size
-    mode_count = min(assembled.size, few)
+    mode_count = min(assembled.size, 2 * branch_count + 12)
     while True:
         fronts = Tracker(assembled, mode_count).follow(speeds_rad_s, branch_count)
         if (fronts[-1].columns >= 0).all() or mode_count == assembled.size:

@@ -175,7 +175,7 @@ class ComplexForm:
         )
 
 
-class _Pairs(NamedTuple):
+class Pairs(NamedTuple):
     """p = q[first], s = sign · q[second], and the coordinates that do not turn."""
 
     first: IndexArray
@@ -205,7 +205,7 @@ def complex_form(assembled: AssembledSystem) -> ComplexForm | None:
     -----
     Genta 2005, Dynamics of Rotating Systems, section 3.4 (complex coordinates).
     """
-    pairs = _pairs(assembled)
+    pairs = plane_pairs(assembled)
     if pairs is None or not pairs.first.size:
         return None
     parts = {}
@@ -233,8 +233,19 @@ def complex_form(assembled: AssembledSystem) -> ComplexForm | None:
     )
 
 
-def _pairs(assembled: AssembledSystem) -> _Pairs | None:
-    """Return pairs with L p = s and L s = −p, with all p in one plane."""
+def plane_pairs(assembled: AssembledSystem) -> Pairs | None:
+    """Return pairs of coordinates that turn into each other, those of one plane first.
+
+    Parameters
+    ----------
+    assembled
+        The system.
+
+    Returns
+    -------
+    Pairs or None
+        With L p = s and L s = −p; None if the system does not know how it turns.
+    """
     generator = assembled.spin_generator
     if generator is None or not np.array_equal(generator, -generator.T):
         return None
@@ -245,7 +256,7 @@ def _pairs(assembled: AssembledSystem) -> _Pairs | None:
     first = np.array([j for j in np.flatnonzero(per_row) if generator[partner[j], j] == 1.0], int)
     second = partner[first]
     planes = _planes(assembled, first, second)
-    return _Pairs(
+    return Pairs(
         first=np.where(planes, second, first),
         second=np.where(planes, first, second),
         sign=np.where(planes, -1.0, 1.0),
@@ -297,7 +308,7 @@ def _vanishes(part: FloatArray, matrix: FloatArray, rows: IndexArray, columns: I
     return bool((np.abs(part) <= _ROUNDING * scale + 1e-15 * largest).all())
 
 
-def _same(matrix: FloatArray, pairs: _Pairs) -> FloatArray | None:
+def _same(matrix: FloatArray, pairs: Pairs) -> FloatArray | None:
     """Return the block that is equal in both planes, None if they differ or couple."""
     first, second, sign, rest = pairs
     in_p = _block(matrix, first, first)
@@ -311,7 +322,7 @@ def _same(matrix: FloatArray, pairs: _Pairs) -> FloatArray | None:
     return np.asarray(0.5 * (mean + mean.T)) if _is_symmetric(mean) else None
 
 
-def _crossed(matrix: FloatArray, pairs: _Pairs) -> FloatArray | None:
+def _crossed(matrix: FloatArray, pairs: Pairs) -> FloatArray | None:
     """Return b of [[0, b], [−b, 0]], None if the matrix is not of that kind."""
     first, second, sign, rest = pairs
     upper = _block(matrix, first, second) * sign
@@ -330,7 +341,7 @@ def _is_symmetric(matrix: FloatArray) -> bool:
     return bool(np.abs(matrix - matrix.T).max() <= _ROUNDING * np.abs(matrix).max(initial=0.0))
 
 
-def _isotropic_laws(assembled: AssembledSystem, pairs: _Pairs) -> tuple[IsotropicLaw, ...] | None:
+def _isotropic_laws(assembled: AssembledSystem, pairs: Pairs) -> tuple[IsotropicLaw, ...] | None:
     """Return the speed-dependent bearings as complex motions, None if one is not isotropic."""
     laws = []
     for place, joint in enumerate(assembled.law_joints):

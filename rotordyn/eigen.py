@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, freeze_arrays
 from solidwhirl.rotordyn.errors import AnalysisError
+from solidwhirl.rotordyn.plane_spectrum import plane_spectrum
 from solidwhirl.rotordyn.spectrum import (
     Scaled,
     Spectrum,
@@ -143,6 +144,16 @@ def modes_at_speed(
                 negative_stiffness_count=0,
                 family=split.family,
             )
+    planes = plane_spectrum(assembled, matrices, few) if matrices.gyroscopic.any() else None
+    if planes is not None:
+        return Modes(
+            speed_rad_s=float(speed_rad_s),
+            eigenvalues=1j * planes.frequencies,
+            shapes=_normalised(planes.shapes, matrices.mass),
+            real_eigenvalues=np.empty(0),
+            zero_count=0,
+            negative_stiffness_count=0,
+        )
     scaled = scaled_stiffness(assembled, matrices)
     # Where zeros are possible they are counted by what is missing, so all modes are needed.
     wanted = assembled.size if count is None else min(count, assembled.size)
@@ -193,7 +204,7 @@ def _spectrum(
 
 def _normalised(shapes: ComplexArray, mass: FloatArray) -> ComplexArray:
     """Scale to unit modal mass and turn the largest entry of each column real."""
-    size = np.sqrt(np.einsum("im,ij,jm->m", shapes.conj(), mass, shapes, optimize=True).real)
+    size = np.sqrt((shapes.conj() * (mass @ shapes)).sum(axis=0).real)
     scaled = shapes / size
     largest = scaled[np.abs(scaled).argmax(axis=0), np.arange(scaled.shape[1])]
     return np.asarray(scaled * (np.abs(largest) / largest))

@@ -84,7 +84,7 @@ def amplitude_spectrum(
         Shape (..., s).
     window
         "boxcar" (sharp lines, if their periods fit the record), "hann" (general), "flattop"
-        (amplitudes right to 0.1 % between lines).
+        (amplitudes right to 0.2 % between lines).
 
     Returns
     -------

@@ -204,6 +204,8 @@ def _tied(rows: FloatArray, constraint: FloatArray, strength: FloatArray) -> _Ch
     left, values, _ = la.svd(constraint, full_matrices=True)
     rank = int(np.count_nonzero(values > _DEPENDENT * values.max(initial=0.0)))
     forbidden = left[:, rank:].T @ rows
+    if not forbidden.size:
+        return _Change(np.eye(rows.shape[1]), strength)
     weight = 1.0 / (1.0 + np.sqrt(strength))
     _, upper, order = la.qr(forbidden * weight, pivoting=True, mode="economic")
     diagonal = np.abs(np.diag(upper))

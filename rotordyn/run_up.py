@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from solidwhirl.rotordyn.arrays import FloatArray
+from solidwhirl.rotordyn.bearing_notes import bearing_notes
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.parts import End
 from solidwhirl.rotordyn.run_up_basis import modal_basis
@@ -46,7 +47,7 @@ def run_up(
     gravity_m_per_s2: npt.ArrayLike | None = None,
     drives: Sequence[End] = (),
     initial: MotionState | None = None,
-    phase_error_rad: float = 1e-3,
+    phase_error_rad: float = 3e-4,
 ) -> RunUp:
     """Integrate the motion of a system while its speed follows a profile.
 
@@ -196,11 +197,15 @@ def _record(
 
 
 def _notes(assembled: AssembledSystem, profile: SpeedProfile) -> tuple[str, ...]:
+    """Say where bodies and bearings run beyond what they were made for."""
+    doubtful = bearing_notes(assembled, profile.speeds_rad_s)
+    notes = tuple(note.message for note in doubtful)
     fastest = float(np.abs(profile.speeds_rad_s).max())
     limit = assembled.speed_limit_rad_s
     if fastest <= limit:
-        return ()
+        return notes
     return (
         f"above {limit:.6g} rad/s a body runs faster than its basis was made for; the run goes to "
         f"{fastest:.6g} rad/s",
+        *notes,
     )

@@ -115,7 +115,8 @@ def _conservative(
     matrix = np.zeros((2 * m, 2 * m))
     matrix[:m, :m] = -turning
     matrix[:m, m:], matrix[m:, :m] = half, half.T
-    inverse, vectors = la.eigh(matrix, overwrite_a=True, check_finite=False)
+    # divide and conquer is twice as fast as the default where all vectors are wanted
+    inverse, vectors = la.eigh(matrix, overwrite_a=True, check_finite=False, driver="evd")
     order = np.argsort(-np.abs(inverse), kind="stable")[: min(count, 2 * m)]
     frequencies = 1.0 / inverse[order]
     shapes = scale[:, None] * la.solve_triangular(lower, vectors[:m, order], lower=True, trans="T")

@@ -210,8 +210,9 @@ class _StateMetric(NamedTuple):
 
     def unit(self, modes: Modes) -> Modes:
         """Return the modes scaled to states of unit size."""
-        inertia = np.einsum("im,im->m", modes.shapes.conj(), self.mass @ modes.shapes).real
-        elastic = np.einsum("im,im->m", modes.shapes.conj(), self.stiffness @ modes.shapes).real
+        conjugate = modes.shapes.conj()
+        inertia = (conjugate * (self.mass @ modes.shapes)).sum(axis=0).real
+        elastic = (conjugate * (self.stiffness @ modes.shapes)).sum(axis=0).real
         size = np.sqrt(elastic + np.abs(modes.eigenvalues) ** 2 * inertia)
         return dataclasses.replace(modes, shapes=modes.shapes / size)
 

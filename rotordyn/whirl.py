@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from solidwhirl.rotordyn.arrays import ComplexArray, StringArray
+from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, StringArray
 from solidwhirl.rotordyn.system import AssembledSystem
 
 # Orbits smaller than this fraction of the largest of the mode do not decide.
@@ -100,17 +101,25 @@ def interface_orbits(assembled: AssembledSystem, shapes: ComplexArray) -> Orbits
 
 def _interface_motion(assembled: AssembledSystem, shapes: ComplexArray) -> ComplexArray:
     """Return ux, uy, uz, rx, ry, rz of all interface nodes, shape (nodes, 6, m)."""
+    rows = _interface_rows(assembled)
+    return np.asarray((rows @ shapes).reshape(len(rows) // 6, 6, shapes.shape[1]))
+
+
+# Wanted at every speed of a diagram, and the same for all of them.
+@lru_cache(maxsize=4)
+def _interface_rows(assembled: AssembledSystem) -> FloatArray:
+    """Return the motions of all interface nodes per independent coordinate, (6 nodes, n)."""
     order = ("ux", "uy", "uz", "rx", "ry", "rz")
     nodes = []
     for name, rotor in assembled.system.rotors.items():
-        body = assembled.transformation[assembled.body_slices[name]] @ shapes
+        body = assembled.transformation[assembled.body_slices[name]]
         for node in rotor.element.interfaces:
-            motion = np.zeros((6, shapes.shape[1]), dtype=complex)
+            motion = np.zeros((6, assembled.size))
             for component in rotor.element.components_at(node.name):
                 row = rotor.element.interface_index(node.name, component)
                 motion[order.index(component)] = body[row]
             nodes.append(motion)
-    return np.array(nodes, dtype=complex).reshape(len(nodes), 6, shapes.shape[1])
+    return np.array(nodes).reshape(-1, assembled.size)
 
 
 def _rotor_length(assembled: AssembledSystem) -> float:
