@@ -189,8 +189,8 @@ def separation_margins(
     -----
     The formulas of API 617 (Axial and Centrifugal Compressors), in per cent, with AF the
     amplification factor: none is asked for below AF = 2.5; 17 (1 − 1/(AF − 1.5)) of the lowest
-    speed for a resonance below the range; 10 + 17 (1 − 1/(AF − 1.5)) of the highest for one above. Beside that fixed margins of 15 and
-    20 % are used, which do not look at the damping.
+    speed for a resonance below the range; 10 + 17 (1 − 1/(AF − 1.5)) of the highest for one above.
+    Beside that fixed margins of 15 and 20 % are used, which do not look at the damping.
     """
     ordered = sorted(resonances, key=lambda resonance: resonance.speed_rad_s)
     return tuple(_margin(operating, resonance) for resonance in ordered)

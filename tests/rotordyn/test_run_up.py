@@ -10,8 +10,6 @@ import scipy.linalg as la
 from scipy.integrate import solve_ivp
 
 from solidwhirl.rotordyn import (
-    AnalysisError,
-    AssemblyError,
     Bearing,
     End,
     InternalDamping,
@@ -24,11 +22,12 @@ from solidwhirl.rotordyn import (
     rigid_superelement,
 )
 from solidwhirl.rotordyn.coordinates import interface_row
+from solidwhirl.rotordyn.harmonic_response import harmonic_response, independent_loads
 from solidwhirl.rotordyn.run_up import run_up
 from solidwhirl.rotordyn.run_up_record import MotionState
 from solidwhirl.rotordyn.run_up_reference import run_up_newmark
 from solidwhirl.rotordyn.speed_profile import SpeedProfile, ramp_and_hold
-from solidwhirl.rotordyn.unbalance import Unbalance, unbalance_response
+from solidwhirl.rotordyn.unbalance import Unbalance, turning_load, unbalance_response
 
 TABLE = TableLaw(
     name="table",
@@ -99,6 +98,17 @@ OUTPUTS = (End(body="a", interface="l"), End(body="b", interface="r"))
 PROFILE = SpeedProfile(times_s=[0.0, 0.1, 0.14], speeds_rad_s=[0.0, 200.0, 200.0])
 
 
+def times_of_knots(profile, speeds):
+    """Times at which the speed passes given values."""
+    found = []
+    for piece, slope in enumerate(profile.accelerations_rad_s2):
+        begin, stop = profile.times_s[piece : piece + 2]
+        if slope != 0:
+            at = [begin + (value - profile.speeds_rad_s[piece]) / slope for value in speeds]
+            found += [t for t in at if begin < t < stop]
+    return found
+
+
 def integrated(system, profile, unbalances, times, start):
     """Motion by an adaptive Runge-Kutta method of order 8, smooth piece by piece, (s, 2n)."""
     n = system.size
@@ -124,8 +134,7 @@ def integrated(system, profile, unbalances, times, start):
         return np.concatenate((state[n:], inverse @ force))
 
     states, state = [start], start
-    knot = np.interp(90.0, profile.speeds_rad_s[:2], profile.times_s[:2])
-    edges = np.unique([*profile.times_s, knot])
+    edges = np.unique([*profile.times_s, *times_of_knots(profile, (-90.0, 0.0, 90.0))])
     for begin, stop in pairwise(edges):
         inside = times[(times > begin + 1e-9) & (times <= stop + 1e-9)].clip(begin, stop)
         piece = int(np.searchsorted(profile.times_s, 0.5 * (begin + stop))) - 1
@@ -144,15 +153,21 @@ def integrated(system, profile, unbalances, times, start):
     return np.array(states)
 
 
-@pytest.mark.parametrize("law", [TABLE, POLYNOMIAL, None])
-def test_agrees_with_an_adaptive_integrator(law):
+REVERSAL = SpeedProfile(times_s=[0.0, 0.06, 0.1], speeds_rad_s=[150.0, 20.0, -110.0])
+
+
+@pytest.mark.parametrize(
+    ("law", "profile"),
+    [(TABLE, PROFILE), (POLYNOMIAL, PROFILE), (None, PROFILE), (TABLE, REVERSAL)],
+)
+def test_agrees_with_an_adaptive_integrator(law, profile):
     system = spools(law)
     run = run_up(
-        system, PROFILE, UNBALANCES, step_s=5e-5, outputs=OUTPUTS, phase_error_rad=1e-5,
+        system, profile, UNBALANCES, step_s=5e-5, outputs=OUTPUTS, phase_error_rad=1e-5,
         record_every=20,
     )  # fmt: skip
     start = np.zeros(2 * system.size)
-    states = integrated(system, PROFILE, UNBALANCES, run.time_s, start)
+    states = integrated(system, profile, UNBALANCES, run.time_s, start)
     place = states[-1, : system.size]
     # phase 1e-5 in the blocks; the load of 280 rad/s is a cubic to (ωh)⁴/384 = 6e-8
     np.testing.assert_allclose(run.final.displacement, place, atol=2e-5 * np.abs(place).max())
@@ -187,9 +202,6 @@ def test_error_falls_with_the_square_of_the_block():
 
 def steady_start(system, speed, unbalances):
     """Displacement and velocity at time 0 of the steady response at constant speed."""
-    from solidwhirl.rotordyn.harmonic_response import harmonic_response, independent_loads
-    from solidwhirl.rotordyn.unbalance import turning_load
-
     place, rate = np.zeros(system.size), np.zeros(system.size)
     for u in unbalances:
         omega = abs(system.system.rotors[u.body].speed_ratio) * speed
@@ -303,87 +315,3 @@ def test_forces_of_exact_joints_are_those_of_very_stiff_ones(hub):
     # and its part ½ Ω' Ip of the tilt is well above that
     part = 0.5 * 3000.0 * 0.08 * np.abs(runs[0].rotation_rad).max()
     assert part > 1e-3 * np.abs(runs[0].moment_n_m).max()
-
-
-def test_a_run_may_be_continued():
-    system = spools(POLYNOMIAL)
-    options = {"step_s": 5e-5, "outputs": OUTPUTS, "bearings": ["left"], "phase_error_rad": 1e-5}
-    whole = run_up(system, PROFILE, UNBALANCES, **options)
-    first = run_up(system, ramp_and_hold(200.0, 0.1), UNBALANCES, **options)
-    angle = float(PROFILE.angle_rad(0.1))
-    ratios = {"a": 1.0, "b": -1.4}
-    turned = [
-        Unbalance(
-            body=u.body,
-            interface=u.interface,
-            moment_kg_m=u.moment_kg_m,
-            phase_rad=u.phase_rad + ratios[u.body] * angle,
-        )
-        for u in UNBALANCES
-    ]
-    rest = SpeedProfile(times_s=[0.0, 0.04], speeds_rad_s=[200.0, 200.0])
-    second = run_up(system, rest, turned, initial=first.final, **options)
-    for name in ("translation_m", "force_n"):
-        expected, found = getattr(whole, name)[..., -800:], getattr(second, name)[..., -800:]
-        np.testing.assert_allclose(found, expected, atol=1e-9 * np.abs(expected).max())
-
-
-def test_records_are_samples_of_all_steps():
-    system = spools(None)
-    options = {"step_s": 1e-4, "outputs": OUTPUTS, "bearings": ["left", "outer"]}
-    every = run_up(system, PROFILE, UNBALANCES, **options)
-    some = run_up(system, PROFILE, UNBALANCES, record_every=7, **options)
-    assert every.time_s.size == 1401 and some.time_s.size == 201
-    assert some.sample_rate_hz == pytest.approx(1e4 / 7)
-    for name in ("translation_m", "angular_velocity_rad_per_s", "force_n", "moment_n_m"):
-        np.testing.assert_array_equal(getattr(some, name), getattr(every, name)[..., ::7])
-    np.testing.assert_array_equal(some.energy.stored_j, every.energy.stored_j[::7])
-
-
-def test_speeds_beyond_the_basis_are_noted(three_disk_element, ground):
-    import dataclasses
-
-    element = dataclasses.replace(three_disk_element(), maximum_speed_rad_s=100.0)
-    system = assemble(
-        {"rotor": Rotor(element=element, speed_ratio=2.0)},
-        tuple(ground("rotor", at, 7e7) for at in ("left", "right")),
-    )
-    run = run_up(system, ramp_and_hold(60.0, 1e-2), [], step_s=1e-3, phase_error_rad=1.0)
-    assert run.notes == (
-        "above 50 rad/s a body runs faster than its basis was made for; the run goes to 60 rad/s",
-    )
-
-
-@pytest.mark.parametrize(
-    ("changes", "text"),
-    [
-        ({"step_s": 0.0}, "step_s is 0.0; it must be positive"),
-        ({"step_s": 3e-4}, r"breakpoint of the profile at 0\.\d+ s is not a whole number of steps"),
-        ({"step_s": 2e-2}, "turns by 5.6 rad; take a step of at most 0.00357 s"),
-        ({"step_s": 2e-3, "phase_error_rad": 1e-9}, "allows to freeze"),
-        ({"phase_error_rad": 0.0}, "phase_error_rad is 0.0"),
-        ({"record_every": 0}, "record_every is 0"),
-        ({"bearings": ["nose"]}, r"there are no bearings \['nose'\]; there are \['left'"),
-        ({"gravity_m_per_s2": (0.0, 9.81)}, "three finite numbers"),
-        ({"gravity_m_per_s2": (0.0, 0.0, 9.81)}, "no body can move along z"),
-        (
-            {"initial": MotionState(displacement=np.zeros(3), velocity=np.zeros(3))},
-            r"displacement of the initial state has shape \(3,\)",
-        ),
-    ],
-)
-def test_what_makes_no_sense_is_refused(changes, text):
-    options = {"step_s": 1e-4, **changes}
-    with pytest.raises(AnalysisError, match=text):
-        run_up(spools(None), PROFILE, UNBALANCES, **options)
-
-
-def test_places_that_do_not_exist_are_refused():
-    system = spools(None)
-    with pytest.raises(AssemblyError, match="no body 'c'"):
-        run_up(system, PROFILE, [], step_s=1e-4, outputs=[End(body="c", interface="m")])
-    with pytest.raises(AssemblyError, match="no interface 'nose'"):
-        missing = Unbalance(body="a", interface="nose", moment_kg_m=1.0)
-        run_up(system, PROFILE, [missing], step_s=1e-4)
-    with pytest.raises(AssemblyError, match="no component 'rz'"):
-        run_up(system, PROFILE, [], step_s=1e-4, drives=[OUTPUTS[0]])

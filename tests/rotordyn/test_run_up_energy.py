@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 import scipy.linalg as la
@@ -33,8 +35,6 @@ def held(element, ground, c=0.0, ky=5e7, **options):
 
 def with_centrifugal(element):
     """The element with a made-up K2 on its modes that leaves rigid motion alone."""
-    import dataclasses
-
     modal = np.array([c.kind == "modal" for c in element.coordinates], dtype=float)
     return dataclasses.replace(element, stress_stiffening=np.diag(0.3 * modal))
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import fresnel
 
-from solidwhirl.rotordyn import End, Rotor, assemble
+from solidwhirl.rotordyn import Disk, End, Rotor, assemble, beam_superelement
 from solidwhirl.rotordyn.parts import Bearing
 from solidwhirl.rotordyn.run_up import run_up
 from solidwhirl.rotordyn.speed_profile import SpeedProfile, ramp_and_hold
@@ -182,10 +182,8 @@ def test_end_of_the_ramp_excites_free_vibration(laval):
     assert np.abs(free - waves @ found).max() < 0.02 * np.abs(expected).max()
 
 
-def test_torsion_answers_a_step_of_acceleration(hub):
+def test_torsion_answers_a_step_of_acceleration():
     """Two inertias on a shaft, driven at one end: ψ = ψs (1 − cos ωt), ψs = −Ω' J2/k."""
-    from solidwhirl.rotordyn import Disk, beam_superelement
-
     radius, length = 0.01, 0.5
     disks = [
         Disk(name=n, position_m=z, mass_kg=5.0, polar_kg_m2=j, diametral_kg_m2=0.5 * j)
