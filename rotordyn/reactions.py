@@ -37,6 +37,10 @@ class JointForces(NamedTuple):
     gears: dict[str, NumberArray]
 
 
+# Components that are none of a bearing: teeth of a gear, motion that a tied body cannot make.
+_TEETH, _WITHIN = -1, -2
+
+
 class _Motion(NamedTuple):
     """Ω and Ω' (p, 1), and q, q', q'' (p, n)."""
 
@@ -48,7 +52,7 @@ class _Motion(NamedTuple):
 
 
 class _ExactJoint(NamedTuple):
-    """One eliminated motion: its joint, its component (−1 for teeth), its row (N,)."""
+    """One eliminated motion: its joint, its component (or one of the two below), its row (N,)."""
 
     name: str
     component: int
@@ -158,7 +162,9 @@ def joint_forces(
             missing += np.multiply.outer(gears[gear.name], on_teeth)
         solution = -missing @ _inverse(joints, rows[:, touched]).T
         for joint, force in zip(joints, solution.T, strict=True):
-            if joint.component < 0:
+            if joint.component == _WITHIN:
+                continue
+            if joint.component == _TEETH:
                 gears[joint.name] = gears[joint.name] + force
             else:
                 bearings[joint.name][:, joint.component] += force
@@ -247,11 +253,25 @@ def _exact_joints(assembled: AssembledSystem, every: FloatArray) -> list[_ExactJ
             places = [MOTIONS.index(c) for c in MOTIONS if c in bearing.rigid]
             joints += [_ExactJoint(bearing.name, at, rows[at]) for at in places]
     joints += [
-        _ExactJoint(gear.name, -1, tooth_motion(system, slices, every, gear))
+        _ExactJoint(gear.name, _TEETH, tooth_motion(system, slices, every, gear))
         for gear in system.gears
         if gear.mesh_stiffness_n_per_m is None
     ]
-    return joints
+    return joints + _within_bodies(assembled, joints)
+
+
+def _within_bodies(assembled: AssembledSystem, joints: list[_ExactJoint]) -> list[_ExactJoint]:
+    """Return the motions that tied bodies cannot make, held by forces inside them."""
+    inside = []
+    for name, rotor in assembled.system.rotors.items():
+        at = assembled.body_slices[name]
+        if rotor.element.constraint is None or not any(j.row[at].any() for j in joints):
+            continue
+        for direction in la.null_space(rotor.element.constraint.T, rcond=_DEPENDENT).T:
+            row = np.zeros(assembled.transformation.shape[0])
+            row[at] = direction
+            inside.append(_ExactJoint(name, _WITHIN, row))
+    return inside
 
 
 def _body_forces(

@@ -110,8 +110,7 @@ def test_internal_damping_of_a_shaft_on_rigid_bearings_drives_it_above_the_criti
     def growth(speed):
         values = _eigenvalues(*form.at_speed(speed))
         forward = values[values.imag > 0]
-        first = forward[np.argmin(forward.imag)]
-        return first
+        return forward[np.argmin(forward.imag)]
 
     def critical(speed):
         return growth(speed).imag - speed

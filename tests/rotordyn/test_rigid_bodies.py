@@ -16,6 +16,7 @@ from solidwhirl.rotordyn import (
     rigid_superelement,
     write_superelement,
 )
+from solidwhirl.rotordyn.reactions import bearing_forces
 
 MASS, DIAMETRAL, POLAR = 20.0, 0.4, 0.25
 PLACES = {"a": -0.3, "middle": 0.1, "b": 0.5}
@@ -168,3 +169,26 @@ def test_impossible_bodies(changes, message):
     }
     with pytest.raises(SuperelementError, match=message):
         rigid_superelement("body", **{**values, **changes})
+
+
+def test_exact_joint_of_a_rigid_body_carries_what_statics_says():
+    # 10 kg with the centre of gravity at 0.3 m, hung on a spring at 0 and a pin at 1 m.
+    body = rigid_superelement(
+        "drum",
+        10.0,
+        [0.0, 0.0, 0.3],
+        [0.4, 0.4, 0.2],
+        {"spring": 0.0, "middle": 0.6, "pin": 1.0},
+        components=("ux", "uy", "rx", "ry"),
+    )
+    pin = Bearing(name="pin", first=End(body="drum", interface="pin"), rigid=("ux", "uy"))
+    held = assemble({"drum": Rotor(element=body, speed_ratio=0.0)}, (_spring("spring", 2e5), pin))
+    weight = 10.0 * 9.81
+    # weight along −x on every coordinate of the body, as its mass matrix spreads it
+    load = body.mass @ body.rigid_body_modes[:, 0] * -9.81
+    rest = la.solve(held.stiffness, held.transformation.T @ load)
+    still = np.zeros_like(rest)
+    forces = bearing_forces(held, 0.0, rest, still, still, {"drum": load})
+    # moments about the pin: the spring carries 0.7 of the weight
+    assert forces["spring"][0] == pytest.approx(-0.7 * weight, rel=1e-10)
+    assert forces["pin"][0] == pytest.approx(-0.3 * weight, rel=1e-10)
