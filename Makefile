@@ -10,7 +10,7 @@ export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM := 1
 export OMPI_MCA_rmaps_base_oversubscribe := 1
 export OMPI_MCA_mpi_yield_when_idle := 1
 
-.PHONY: help setup pipeline test check verify bench clean
+.PHONY: help setup pipeline test check verify paper bench clean
 
 help: ## say what can be made
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
@@ -35,6 +35,9 @@ verify: ## long comparisons: converged figures, other programs (installs calculi
 	@tools/setup.sh verify
 	@tools/ross_environment.sh
 	@$(BIN)/python -m pytest -m verify
+
+paper: setup ## compute every table and figure of the paper, write docs/paper.md
+	@$(BIN)/python tools/paper
 
 bench: setup ## measure time and memory
 	@tools/ross_environment.sh

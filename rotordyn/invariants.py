@@ -100,11 +100,15 @@ def _asymmetry(element: Superelement, name: str, sign: float) -> float:
 
 def _smallest_inertia(element: Superelement) -> float:
     """Return the smallest eigenvalue of M scaled to a unit diagonal."""
-    diagonal = np.diag(element.mass)
+    mass = element.mass
+    if element.constraint is not None:
+        # the coordinates of a tied body are no independent ones; its free motions are
+        mass = element.constraint.T @ mass @ element.constraint
+    diagonal = np.diag(mass)
     if not (diagonal > 0).all():
         return float(diagonal.min())
     root = np.sqrt(diagonal)
-    return float(la.eigvalsh(element.mass / np.outer(root, root))[0])
+    return float(la.eigvalsh(mass / np.outer(root, root))[0])
 
 
 def _negative_part(element: Superelement, matrix: FloatArray) -> float:

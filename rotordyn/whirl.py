@@ -68,6 +68,25 @@ def whirl_direction(assembled: AssembledSystem, shapes: ComplexArray) -> StringA
     )
 
 
+def moves_laterally(assembled: AssembledSystem, shape: ComplexArray) -> bool:
+    """Tell whether a mode moves any interface across the axis.
+
+    Parameters
+    ----------
+    assembled
+        The system.
+    shape
+        In its independent coordinates, shape (n,).
+
+    Returns
+    -------
+    bool
+        False for axial motion, torsion and disk modes of two and more nodal diameters.
+    """
+    orbits = interface_orbits(assembled, shape[:, None])
+    return bool(orbits.x.any() or orbits.y.any())
+
+
 def interface_orbits(assembled: AssembledSystem, shapes: ComplexArray) -> Orbits:
     """Return the motion of the interface nodes in the plane across the axis.
 

@@ -20,6 +20,7 @@ from solidwhirl.rotordyn.separation_margins import (
     separation_margins,
 )
 from solidwhirl.rotordyn.stability import stability_chart, stability_threshold
+from solidwhirl.rotordyn.whirl import moves_laterally
 from solidwhirl.scene import Scene
 from solidwhirl.scene_analyses import (
     BearingLawsSpec,
@@ -75,9 +76,14 @@ def run_separation_margins(
     found: list[SeparationMargin] = []
     for entry in spec.operating:
         ratio = abs(scene.speed_ratio(entry.shaft))
-        critical = critical_speeds(
-            system, excitation_ratio=ratio, speed_max_rad_s=spec.search_to_rpm * RPM / ratio
-        )
+        critical = [
+            c
+            for c in critical_speeds(
+                system, excitation_ratio=ratio, speed_max_rad_s=spec.search_to_rpm * RPM / ratio
+            )
+            # no unbalance excites axial motion and torsion
+            if moves_laterally(system, c.shape)
+        ]
         operating = OperatingRange(
             shaft=entry.shaft,
             speed_low_rad_s=entry.from_rpm * RPM,

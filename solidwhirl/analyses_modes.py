@@ -77,12 +77,11 @@ def run_mode_shapes(spec: ModeShapesSpec, system: AssembledSystem, title: str) -
                 "kinetic_energy": dict(
                     zip(shares.bodies, shares.kinetic_bodies.tolist(), strict=True)
                 ),
-                "strain_energy": dict(
-                    zip(
-                        (*shares.bodies, *shares.joints),
-                        [*shares.strain_bodies.tolist(), *shares.strain_joints.tolist()],
-                        strict=True,
-                    )
+                "strain_energy_of_bodies": dict(
+                    zip(shares.bodies, shares.strain_bodies.tolist(), strict=True)
+                ),
+                "strain_energy_of_joints": dict(
+                    zip(shares.joints, shares.strain_joints.tolist(), strict=True)
                 ),
             }
         )

@@ -163,10 +163,11 @@ def run_place_map(spec: PlaceMapSpec, system: AssembledSystem, title: str) -> Ou
         if observe is not None
         else np.stack([major[k, :, at] for k, at in enumerate(own)])
     )
-    peaks = {
-        place.label: peak_documents(resonance_peaks(found.frequencies_rad_s[k], seen[k]), ratio)
-        for k, place in enumerate(places)
-    }
+    peaks = {}
+    for k, place in enumerate(places):
+        own_ratio = float(found.frequencies_rad_s[k, -1] / found.speeds_rad_s[-1])
+        turning = resonance_peaks(found.frequencies_rad_s[k], seen[k])
+        peaks[place.label] = peak_documents(turning, own_ratio)
     largest = int(np.unravel_index(seen.argmax(), seen.shape)[0])
     shown = observe or places[largest]
     return Outcome(
@@ -175,7 +176,8 @@ def run_place_map(spec: PlaceMapSpec, system: AssembledSystem, title: str) -> Ou
             "moment_kg_m": spec.moment_kg_m,
             "places": list(spec.places),
             "observed": spec.observe or "each place itself",
-            "frequency_hz": (found.frequencies_rad_s[0] / (2.0 * np.pi)).tolist(),
+            "speed_rpm": (found.speeds_rad_s / RPM).tolist(),
+            "frequency_hz": (found.frequencies_rad_s / (2.0 * np.pi)).tolist(),
             "amplitude_m": seen.tolist(),
             "peaks": peaks,
             "most_sensitive_place": spec.places[largest],

@@ -60,7 +60,7 @@ def run_run_up(spec: RunUpSpec, system: AssembledSystem, title: str) -> Outcome:
     }
     document = _document(spec, run, spent)
     force = run.bearing_force_n(spec.mount)
-    if np.abs(force[0]).max() > 0.0:
+    if np.abs(force[0]).max() > 0.0 and profile.duration_s > 4.0 * _PIECE_S:
         pieces = spectrogram(run.time_s, force[0], _PIECE_S)
         files[f"{spec.label}_spectrogram.png"] = lambda path: draw_spectrogram(
             pieces, run, path, title, 2.0 * document["fastest_excitation_hz"]
@@ -83,7 +83,7 @@ def run_run_up(spec: RunUpSpec, system: AssembledSystem, title: str) -> Outcome:
         document=document,
         files=files,
         headline=f"largest mount force {document['largest_mount_force_n']:.4g} N, "
-        f"{profile.duration_s:.0f} s simulated in {spent:.1f} s",
+        f"{profile.duration_s:g} s simulated in {spent:.1f} s",
     )
 
 

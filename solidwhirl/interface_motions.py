@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from solidwhirl.scene import Scene
-from solidwhirl.scene_joints import BearingSpec, GearSpec
+from solidwhirl.scene_joints import BearingSpec
 
 LATERAL = ("ux", "uy")
 # Keys of a bearing by the effect they belong to, and the motions they act on.
@@ -25,7 +25,7 @@ def motions_acted_on(scene: Scene) -> dict[str, tuple[tuple[str, str], ...]]:
     Parameters
     ----------
     scene
-        Its bearings, gears, rigid disks and unbalances.
+        Its bearings, gears, rigid disks and drives.
 
     Returns
     -------
@@ -53,6 +53,9 @@ def _actions(scene: Scene) -> Iterator[tuple[str, str, str]]:
     for gear in scene.gears:
         for place in (gear.first, gear.second):
             yield place, "rz", gear.name
+    for analysis in scene.analyses:
+        for place in getattr(analysis, "drives", ()):
+            yield place, "rz", f"drive of {analysis.label}"
     for name, body in scene.bodies.items():
         for disk in body.rigid_disks:
             for motion in ("rx", "ry"):
@@ -98,8 +101,3 @@ def carried_motions(scene: Scene, on: set[str]) -> dict[str, tuple[str, ...]]:
             order = ("ux", "uy", "uz", "rx", "ry", "rz")
             out[place] = tuple(m for m in order if m in motions)
     return out
-
-
-def joint_places(joint: BearingSpec | GearSpec) -> tuple[str, ...]:
-    """Interfaces that a joint acts on."""
-    return tuple(end for end in (joint.first, joint.second) if end != "ground")

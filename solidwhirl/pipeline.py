@@ -159,6 +159,7 @@ def run_scene(
     clock = _Clock()
     bodies = build_bodies(scene)
     plan = make_plan(scene, bodies)
+    simple = simple_elements(scene, plan)  # milliseconds, and refused before the long work
     reduced = {}
     _refuse_what_does_not_fit(bodies, plan)
     for name, body in bodies.items():
@@ -167,13 +168,14 @@ def run_scene(
             reduced[name] = result
     if comm.rank != 0:
         return None
-    return _analyse(scene, plan, reduced, progress, clock)
+    return _analyse(scene, plan, reduced, simple, progress, clock)
 
 
 def _analyse(
     scene: Scene,
     plan: Plan,
     reduced: Mapping[str, BodyResult],
+    simple: Mapping[str, Superelement],
     progress: Progress,
     clock: _Clock,
 ) -> Results:
@@ -181,7 +183,7 @@ def _analyse(
     progress("assemble the system")
     with clock.stage("assembly"):
         elements = {name: result.element for name, result in reduced.items()}
-        elements |= simple_elements(scene, plan)
+        elements |= simple
         system = assemble(
             rotors(scene, plan, elements), bearings(scene, plan), gears=gears(scene, plan)
         )
@@ -196,7 +198,7 @@ def _analyse(
     outcomes = {}
     for spec in scene.analyses:
         progress(f"{spec.label} ({spec.kind})")
-        with clock.stage(spec.label):
+        with clock.stage(f"analysis {spec.label}"):
             outcomes[spec.label] = run_analysis(spec, scene, system, diagram)
     return Results(
         scene=scene,

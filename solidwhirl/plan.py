@@ -15,6 +15,12 @@ from solidwhirl.fineness import Fineness, choose_fineness
 from solidwhirl.geometry import Body
 from solidwhirl.interface_motions import acting_on, carried_motions
 from solidwhirl.scene import Scene
+from solidwhirl.scene_analyses import (
+    CriticalSpeedMapSpec,
+    PlaceMapSpec,
+    SeparationMarginsSpec,
+    StiffnessStudySpec,
+)
 from solidwhirl.scene_joints import BearingSpec
 
 
@@ -148,14 +154,23 @@ def top_speed(scene: Scene) -> float:
     """Largest speed of the reference shaft in any analysis [rad/s]; the bases are made for it."""
     rpm = [0.0]
     for analysis in scene.analyses:
-        rpm += [getattr(analysis, key, None) or 0.0 for key in ("to_rpm", "search_to_rpm")]
-        rpm += [getattr(analysis, "speed_rpm", None) or 0.0, *getattr(analysis, "speeds_rpm", ())]
-        if analysis.kind in ("place_map", "stiffness_study"):
-            # one turn of the body that carries the unbalance per period
-            place = analysis.places[0] if analysis.kind == "place_map" else analysis.excite
-            ratio = abs(scene.speed_ratio(place.partition(".")[0]))
-            rpm.append(60.0 * analysis.frequency_max_hz / ratio if ratio else 0.0)
+        rpm.append(getattr(analysis, "to_rpm", None) or 0.0)
+        rpm.append(getattr(analysis, "speed_rpm", None) or 0.0)
+        rpm += getattr(analysis, "speeds_rpm", ())
+        # these give the speed of a shaft, not of the reference shaft
+        if isinstance(analysis, PlaceMapSpec | StiffnessStudySpec):
+            place = analysis.places[0] if isinstance(analysis, PlaceMapSpec) else analysis.excite
+            rpm.append(60.0 * analysis.frequency_max_hz / _ratio(scene, place.partition(".")[0]))
+        if isinstance(analysis, CriticalSpeedMapSpec):
+            rpm.append(analysis.search_to_rpm / _ratio(scene, analysis.excited_by))
+        if isinstance(analysis, SeparationMarginsSpec):
+            rpm += [analysis.search_to_rpm / _ratio(scene, o.shaft) for o in analysis.operating]
     return max(float(scene_speeds(scene).max()), max(rpm) * np.pi / 30.0)
+
+
+def _ratio(scene: Scene, body: str) -> float:
+    """|speed ratio| of a body, inf if it stands still: nothing is asked of it then."""
+    return abs(scene.speed_ratio(body)) or float("inf")
 
 
 def _rotation_effects(scene: Scene, *, turning: bool) -> tuple[Effect, ...]:

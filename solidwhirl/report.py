@@ -77,7 +77,10 @@ def plan_text(plan: Plan) -> str:
             for name, b in plan.bodies.items()
         ),
     )
-    return f"{effects}\n\n{bodies}"
+    parts = [effects, bodies] if plan.bodies else [effects]
+    if plan.analyses:
+        parts.append(_table(("analysis", "kind"), plan.analyses))
+    return "\n\n".join(parts)
 
 
 def _bodies(bodies: dict[str, Any]) -> str:

@@ -44,7 +44,15 @@ def results_document(results: Results) -> dict[str, Any]:
             "frequency_hz": diagram.frequency_hz.tolist(),
             "whirl": [[w or None for w in branch] for branch in diagram.whirl.tolist()],
             "log_decrement": diagram.log_decrement.tolist(),
-            "notes": [str(note) for note in diagram.notes],
+            "notes": [
+                {
+                    "kind": note.kind,
+                    "speed_rpm": float(note.speed_rad_s * _RPM),
+                    "branches": [int(b) for b in note.branches],
+                    "text": note.text,
+                }
+                for note in diagram.notes
+            ],
         },
         "critical_speeds": [
             {
@@ -74,6 +82,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
         "effects": [
             {"name": e.name, "on": e.on, "why": e.why, "cost": e.cost} for e in plan.effects
         ],
+        "analyses": [{"name": name, "kind": kind} for name, kind in plan.analyses],
         "bodies": {
             name: {
                 "level": b.level,

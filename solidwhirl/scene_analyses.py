@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from solidwhirl.scene_base import Count, Finite, Name, NotNegative, Place, Positive, Record
 
@@ -21,10 +21,21 @@ class UnbalanceSpec(Record):
     phase_deg: Finite = 0.0
 
 
+# Files and folders of a run that are no analysis.
+_TAKEN = ("campbell", "report", "results", "bodies", "meshes")
+
+
 class _Analysis(Record):
     """What all analyses share: a name for results and pictures, the kind if there is none."""
 
     name: Name | None = None
+
+    @field_validator("name")
+    @classmethod
+    def _free(cls, value: str | None) -> str | None:
+        if value in _TAKEN:
+            raise ValueError(f"{value!r} is the name of a file of every run; choose another")
+        return value
 
     @property
     def label(self) -> str:
@@ -41,9 +52,13 @@ class _Sweep(_Analysis):
 
     @model_validator(mode="after")
     def _rising(self) -> _Sweep:
-        if self.to_rpm <= self.from_rpm:
-            raise ValueError(f"to_rpm = {self.to_rpm:g} is not above from_rpm = {self.from_rpm:g}")
+        _refuse_falling(self.from_rpm, self.to_rpm)
         return self
+
+
+def _refuse_falling(from_rpm: float, to_rpm: float) -> None:
+    if to_rpm <= from_rpm:
+        raise ValueError(f"to_rpm = {to_rpm:g} is not above from_rpm = {from_rpm:g}")
 
 
 class _Frequencies(_Analysis):
@@ -72,6 +87,7 @@ class UnbalanceResponseSpec(_Sweep):
     """Response to unbalances over the speed: amplitude, phase, orbits and bearing forces."""
 
     kind: Literal["unbalance_response"]
+    count: Annotated[Count, Field(ge=4, le=20001)] = 201
     unbalances: Annotated[tuple[UnbalanceSpec, ...], Field(min_length=1)]
     observe: Places
     orbits_at_rpm: tuple[Positive, ...] = ()
@@ -96,6 +112,11 @@ class WaterfallSpec(_Frequencies):
     amplitude_m: Positive = 1e-6
     direction: Literal["x", "y"] = "x"
     observe: Place
+
+    @model_validator(mode="after")
+    def _range(self) -> WaterfallSpec:
+        _refuse_falling(self.from_rpm, self.to_rpm)
+        return self
 
 
 class CriticalSpeedMapSpec(_Stiffnesses):
@@ -215,7 +236,12 @@ class StateSpaceSpec(_Analysis):
     outputs: Places
     from_rpm: NotNegative = 0.0
     to_rpm: Positive
-    speed_count: Annotated[Count, Field(ge=1, le=501)] = 11
+    speed_count: Annotated[Count, Field(ge=2, le=501)] = 11
+
+    @model_validator(mode="after")
+    def _range(self) -> StateSpaceSpec:
+        _refuse_falling(self.from_rpm, self.to_rpm)
+        return self
 
 
 AnalysisSpec = Annotated[

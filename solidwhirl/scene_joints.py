@@ -37,6 +37,12 @@ class BeamDiskSpec(Record):
     polar_inertia_kg_m2: NotNegative
     diametral_inertia_kg_m2: NotNegative
 
+    @model_validator(mode="after")
+    def _possible(self) -> BeamDiskSpec:
+        if self.polar_inertia_kg_m2 > 2.0 * self.diametral_inertia_kg_m2 * (1.0 + 1e-9):
+            raise ValueError("polar_inertia_kg_m2 is above twice diametral_inertia_kg_m2")
+        return self
+
 
 class BeamSpec(Record):
     """A rotor as a stepped Timoshenko beam with rigid disks."""
@@ -70,6 +76,17 @@ class RigidBodySpec(Record):
     center_of_gravity_m: tuple[Finite, Finite, Finite]
     inertia_kg_m2: tuple[Positive, Positive, Positive]
     interfaces: Annotated[dict[Name, Finite], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _turning(self) -> RigidBodySpec:
+        x, y, _ = self.center_of_gravity_m
+        round_body = x == y == 0.0 and self.inertia_kg_m2[0] == self.inertia_kg_m2[1]
+        if self.speed_ratio != 0.0 and not round_body:
+            raise ValueError(
+                "a body that turns needs its centre of gravity on the axis and equal inertia about "
+                "x and y; put an unbalance on it for what is off the axis"
+            )
+        return self
 
 
 class BearingSpec(Record):
@@ -132,7 +149,7 @@ class TableLawSpec(Record):
     """Coefficients of a bearing at given speeds of its rotor."""
 
     kind: Literal["table"]
-    interpolation: Literal["linear", "monotone"] = "linear"
+    interpolation: Literal["linear", "monotone"] = "monotone"
     speed_rpm: Annotated[tuple[NotNegative, ...], Field(min_length=2)]
     stiffness_n_per_m: tuple[Matrix, ...]
     damping_n_s_per_m: tuple[Matrix, ...]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +60,7 @@ def simple_elements(scene: Scene, plan: Plan) -> dict[str, Superelement]:
         A beam or rigid body that can not be.
     """
     elements = {name: _beam(scene, plan, name, spec) for name, spec in scene.beams.items()}
+    still = not plan.on("gyroscopic")
     held = [m for m, effect in (("uz", "axial"), ("rz", "torsion")) if not plan.on(effect)]
     for name, body in scene.rigid_bodies.items():
         elements[name] = rigid_superelement(
@@ -69,6 +71,8 @@ def simple_elements(scene: Scene, plan: Plan) -> dict[str, Superelement]:
             body.interfaces,
             components=tuple(m for m in _MOTIONS if m not in held),  # type: ignore[misc]
         )
+    if still:
+        elements = {k: replace(e, gyroscopic=np.zeros((e.size,) * 2)) for k, e in elements.items()}
     return elements
 
 

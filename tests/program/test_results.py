@@ -115,7 +115,7 @@ def test_all_numbers_are_finite(document):
 
 def test_plan(document):
     plan = document["plan"]
-    assert set(plan) == {"effects", "bodies"}
+    assert set(plan) == {"effects", "bodies", "analyses"}
     for effect in plan["effects"]:
         assert set(effect) == {"name", "on", "why", "cost"}
         assert isinstance(effect["on"], bool)

@@ -11,6 +11,7 @@ from solidwhirl.rotordyn import (
     SuperelementError,
     assemble,
     beam_superelement,
+    check_superelement,
     modes_at_speed,
     read_superelement,
     rigid_superelement,
@@ -192,3 +193,8 @@ def test_exact_joint_of_a_rigid_body_carries_what_statics_says():
     # moments about the pin: the spring carries 0.7 of the weight
     assert forces["spring"][0] == pytest.approx(-0.7 * weight, rel=1e-10)
     assert forces["pin"][0] == pytest.approx(-0.3 * weight, rel=1e-10)
+
+
+def test_rigid_body_keeps_the_invariants_of_a_superelement():
+    failed = [i for i in check_superelement(_body()) if not i.passed]
+    assert not failed

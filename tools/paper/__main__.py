@@ -1,0 +1,77 @@
+"""Compute every system, table and figure of Müller and Hennings and write docs/paper.md.
+
+`python tools/paper` runs the scenes that belong to the paper and writes the page with its pictures.
+"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
+
+from paper.engine import engine_sections  # noqa: E402
+from paper.twin_rotor import twin_sections  # noqa: E402
+
+from solidwhirl.pipeline import Results, run_scene  # noqa: E402
+from solidwhirl.results import results_document, write_results  # noqa: E402
+from solidwhirl.scene_file import read_scene  # noqa: E402
+
+PAGE = ROOT / "docs" / "paper.md"
+PICTURES = ROOT / "docs" / "paper"
+
+HEAD = """# The paper, figure by figure
+
+T. S. Müller and H. Hennings, *Rotordynamic Validation of a Twin Rotor-bearing System Considering
+Gyroscopic Forces and Bearing Dynamics with a Multibody Formulation: Application to a Geared UHBR
+Gas Turbine* (German Aerospace Center): what it prints beside what this program computes. Written by
+`make paper` from the scenes named below; no number on this page is typed by hand but those of the
+paper.
+
+The column *input* says where ours comes from: *paper*, all input is printed there; *inferred*,
+positions follow from the printed results; *identified*, geometry was fitted to the printed masses
+and frequencies ([identify.md](identify.md)); *assumed*, the paper does not say.
+
+"""
+
+
+class Run:
+    """Results of a scene, as records and as plain data, and the folder with its files."""
+
+    def __init__(self, name: str, folder: Path) -> None:
+        start = time.perf_counter()
+        scene = read_scene(ROOT / "scenes" / f"{name}.toml")
+        results = run_scene(scene, progress=lambda text: print(f"  {text}", file=sys.stderr))
+        assert isinstance(results, Results)
+        self.name = name
+        self.results = results
+        self.document: dict[str, Any] = results_document(results)
+        self.folder = write_results(results, folder / name)
+        print(f"{name}: {time.perf_counter() - start:.0f} s", file=sys.stderr)
+
+    def picture(self, file: str, text: str) -> str:
+        """Copy a picture beside the page and return the Markdown that shows it."""
+        target = PICTURES / f"{self.name}_{file}"
+        shutil.copyfile(self.folder / file, target)
+        return f"![{text}](paper/{target.name})"
+
+
+def main() -> None:
+    """Run the scenes and write the page."""
+    PICTURES.mkdir(exist_ok=True)
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch)
+        names = ("ferraris", "ferraris_paper", "uhbr_fan", "uhbr_lp", "uhbr_hp", "uhbr_engine")
+        runs = {name: Run(name, folder) for name in names}
+        sections = [*twin_sections(runs), *engine_sections(runs)]
+        PAGE.write_text(HEAD + "\n\n".join(sections) + "\n", encoding="utf-8")
+    print(f"written: {PAGE}", file=sys.stderr)
+
+
+if __name__ == "__main__":
+    main()
