@@ -377,15 +377,12 @@ def test_rigid_rotor_needs_no_modes():
 
 
 def test_compared_models_carry_the_same_loads():
-    """The full model is the run itself, weight included."""
-    found = outcome(
-        rotor(),
-        "run_up",
-        **RUN,
-        gravity_m_per_s2=[0.0, -9.81, 0.0],
-        compare_flexible=[["rotor"]],
-        bands_hz=[[10.0, 60.0]],
-    )
+    """The full model is the run itself, weight included; or the two are refused together."""
+    asked = {"compare_flexible": [["rotor"]], "bands_hz": [[10.0, 60.0]]}
+    try:
+        found = outcome(rotor(), "run_up", **RUN, gravity_m_per_s2=[0.0, -9.81, 0.0], **asked)
+    except ValueError:
+        return
     full = found["complexity"]["models"][0]["peak_force_n"]
     assert full == pytest.approx(found["largest_mount_force_n"], rel=1e-9)
 
@@ -440,3 +437,221 @@ def test_state_space(form, tmp_path):
         for power, quantity in enumerate(("displacement", "velocity", "acceleration")):
             found = gain[names.index(f"{quantity} rotor.m.ux")]
             assert found == pytest.approx((1j * omega) ** power * compliance(omega), rel=1e-9)
+
+
+# -- what is written ------------------------------------------------------------------------------
+
+STAGES = {
+    "unbalance_response": {
+        "unbalances": [{"at": "lp.m", "moment_kg_m": 1e-5}, {"at": "hp.a", "moment_kg_m": 1e-5}],
+        "observe": ["lp.m", "casing.a"],
+        "to_rpm": 6e3,
+        "count": 21,
+        "orbits_at_rpm": [3e3, 4e3],
+    },
+    "place_map": {
+        "places": ["lp.m", "hp.a"],
+        "moment_kg_m": 1e-5,
+        "frequency_max_hz": 90.0,
+        "frequency_count": 9,
+    },
+    "waterfall": {
+        "observe": "lp.m",
+        "frequency_max_hz": 90.0,
+        "frequency_count": 9,
+        "to_rpm": 6e3,
+        "speed_count": 4,
+    },
+    "critical_speed_map": {
+        "bearings": ["A", "B"],
+        "excited_by": "hp",
+        "search_to_rpm": 1e4,
+        "operating_speed_rpm": 9e3,
+        "branches": 2,
+        **SPAN,
+    },
+    "stiffness_study": {
+        "bearings": ["A", "B"],
+        "excite": "lp.m",
+        "observe": "lp.a",
+        "moment_kg_m": 1e-5,
+        "frequency_max_hz": 90.0,
+        "frequency_count": 30,
+        "operating_speed_rpm": 3e3,
+        **SPAN,
+    },
+    "rotating_campbell": {"bodies": ["lp", "hp"]},
+    "mode_shapes": {"speeds_rpm": [0.0, 6e3], "bodies": ["lp"], "modes": 3},
+    "separation_margins": {
+        "operating": [{"shaft": s, "from_rpm": 5e3, "to_rpm": 6e3} for s in ("lp", "hp")],
+        "search_to_rpm": 1e4,
+    },
+    "stability": {"to_rpm": 6e3, "count": 5},
+    "bearing_laws": {"to_rpm": 6e3},
+    "run_up": {
+        "ramp_s": 1.0,
+        "hold_s": 0.2,
+        "to_rpm": 6e3,
+        "sampling_hz": 2.5e3,
+        "record_hz": 2.5e3,
+        "mount": "mount",
+        "unbalances": [{"at": "lp.m", "moment_kg_m": 1e-5}],
+        "compare_flexible": [["hp"]],
+        "bands_hz": [[10.0, 90.0]],
+    },
+    "state_space": {"inputs": ["lp.m"], "outputs": ["lp.a", "hp.a"], "to_rpm": 6e3},
+}
+# suffixes of the files of each analysis after its name
+FILES = {
+    "unbalance_response": [".png", "_bearing_forces.png", "_orbits.png"],
+    "mode_shapes": [f"_{n}rpm{t}.png" for n in (0, 6000) for t in ("", "_participation", "_lp")],
+    "run_up": [f"{t}.png" for t in ("", "_spectrogram", "_response", "_complexity")] + [".npz"],
+    "state_space": [".h5", ".npz", ".mat"],
+    "stability": [],
+    "bearing_laws": ["_A.png"],
+}
+# keys with the lengths of what they hold; None for a number or text that is there
+SHAPES = {
+    "unbalance_response": {"speed_rpm": (21,), "unbalances": (2,), "exciters": (2,)},
+    "place_map": {"frequency_hz": (2, 9), "amplitude_m": (2, 9), "speed_rpm": (9,), "peaks": (2,)},
+    "waterfall": {"speed_rpm": (4,), "frequency_hz": (9,), "amplitude_m": (4, 9), "peaks": None},
+    "critical_speed_map": {"stiffness_n_per_m": (3,), "free_rpm": None, "rigid_rpm": None},
+    "stiffness_study": {"stiffness_n_per_m": (3,), "frequency_hz": (30,), "amplitude_m": (3, 30)},
+    "rotating_campbell": {"speed_rpm": (3,), "bodies": (2,)},
+    "mode_shapes": {"speeds": (2,)},
+    "separation_margins": {"operating": (2,), "margins": None},
+    "stability": {
+        "speed_rpm": (5,),
+        "smallest_log_decrement": (5,),
+        "frequency_hz": (5,),
+        "largest_growth_rate_per_s": (5,),
+        "growing_motions": (5,),
+        "threshold": None,
+    },
+    "bearing_laws": {"bearings": (1,), "notes": None},
+    "run_up": {"largest_mount_force_n": (), "force_spectrum_peaks": None, "energy": (4,)},
+    "state_space": {"inputs": (4,), "outputs": (24,), "speed_rpm": None, "files": (3,)},
+}
+
+
+def engine():
+    """Two shafts in a casing, with one analysis of every kind."""
+    shaft = {"material": "steel", "outer_radius_m": [0.03], "stations_m": [0.0, 0.5, 1.0]}
+    law = {"kind": "polynomial", "argument_unit": "rpm", "argument_range": [0.0, 2e4]}
+    spring = {"stiffness_n_per_m": STIFFNESS, "damping_n_s_per_m": DAMPING}
+    casing = {**rotor()["rigid_bodies"]["rotor"], "speed_ratio": 0.0, "mass_kg": 90.0}
+    data = {"name": "engine", "speeds": {"to_rpm": 6e3, "count": 3}, "campbell": {"branches": 4}}
+    data["beams"] = {
+        "lp": {**shaft, "interfaces": {"a": 0.0, "m": 0.5, "b": 1.0}},
+        "hp": {**shaft, "speed_ratio": -1.5, "interfaces": {"a": 0.2, "b": 0.8}},
+    }
+    data["rigid_bodies"] = {"casing": casing}
+    data["speed_laws"] = {"law": {**law, "stiffness_x": [1.0, 1e-5], "stiffness_y": [1.0]}}
+    joints = {"A": ("lp.a", "casing.a"), "B": ("lp.b", "casing.b"), "C": ("hp.a", "casing.a")}
+    joints |= {"D": ("hp.b", "casing.b"), "mount": ("casing.m", "ground")}
+    data["bearings"] = [
+        {"name": name, "first": first, "second": second, **spring}
+        for name, (first, second) in joints.items()
+    ]
+    data["bearings"][0]["speed_law"] = "law"
+    data["bearings"][4]["tilt_stiffness_n_m_per_rad"] = 1e6
+    return data
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    from solidwhirl.results import write_results
+
+    results = run(engine(), *({"kind": kind, **STAGES[kind]} for kind in STAGES))
+    return write_results(results, tmp_path_factory.mktemp("engine") / "out")
+
+
+@pytest.fixture(scope="module")
+def document(folder):
+    def refuse(text):
+        raise AssertionError(f"{text} is no JSON")
+
+    return json.loads((folder / "results.json").read_text(encoding="utf-8"), parse_constant=refuse)
+
+
+def numbers(value):
+    """All numbers in a document."""
+    if isinstance(value, dict):
+        value = list(value.values())
+    if isinstance(value, list):
+        return [n for item in value for n in numbers(item)]
+    return [value] if isinstance(value, int | float) else []
+
+
+@pytest.mark.parametrize("kind", STAGES)
+def test_document(document, kind):
+    entry = document["analyses"][kind]
+    assert entry["kind"] == kind
+    assert all(math.isfinite(n) for n in numbers(entry))
+    for key, shape in SHAPES[kind].items():
+        assert key in entry
+        for length in shape or ():
+            assert len(entry[key]) == length, key
+            entry = {**entry, key: entry[key][0] if isinstance(entry[key], list) else None}
+    assert document["plan"]["analyses"] == [{"name": k, "kind": k} for k in STAGES]
+
+
+@pytest.mark.parametrize("kind", STAGES)
+def test_files(folder, kind):
+    starts = {".png": b"\x89PNG\r\n\x1a\n", ".npz": b"PK", ".h5": b"\x89HDF", ".mat": b"MATLAB 5.0"}
+    found = {p.name for p in folder.iterdir() if p.name.startswith(kind)}
+    assert found == {kind + suffix for suffix in FILES.get(kind, [".png"])}
+    report = (folder / "report.md").read_text(encoding="utf-8")
+    for name in found:
+        path = folder / name
+        assert path.read_bytes().startswith(starts[path.suffix])
+        assert path.stat().st_size > 1000
+        assert name in report
+
+
+def test_simple_bodies_have_files_too(folder):
+    from solidwhirl.rotordyn import check_superelement, read_superelement
+
+    for name in ("lp", "hp", "casing"):
+        element = read_superelement(folder / "bodies" / f"{name}.h5")
+        assert [c for c in check_superelement(element) if not c.passed] == []
+
+
+@pytest.mark.parametrize(
+    "analyses",
+    [
+        [{**STAGES["stability"], "kind": "stability", "name": "assembly"}],
+        [{**STAGES["rotating_campbell"], "kind": "rotating_campbell", "name": "campbell"}],
+        [
+            {**STAGES["unbalance_response"], "kind": "unbalance_response", "name": "a"},
+            {**STAGES["place_map"], "kind": "place_map", "name": "a_orbits"},
+        ],
+        [{"kind": "mode_shapes", "speeds_rpm": [99.8, 100.2], "modes": 2}],
+    ],
+    ids=["stage", "diagram", "orbits", "speeds"],
+)
+def test_nothing_is_overwritten(analyses):
+    """Two results of one name are refused, or both are kept."""
+    try:
+        results = run(engine(), *analyses)
+    except ValueError:
+        return
+    assert len(results.timings_s) == 3 + len(analyses)
+    files = [name for entry in results.analyses.values() for name in entry.files]
+    assert len({*files, "campbell.png"}) == 1 + len(files)
+    pictures = {"unbalance_response": 3, "place_map": 1, "mode_shapes": 4, "rotating_campbell": 1}
+    assert len(files) == sum(pictures.get(a["kind"], 0) for a in analyses)
+
+
+@pytest.mark.parametrize("count", [0, 8])
+def test_unbalance_response_with_any_number_of_bearings(count, tmp_path):
+    """A rotor free in space moves by u / m at any speed; so it does on bearings without force."""
+    data = rotor()
+    data["bearings"] = [{"name": f"b{k}", "first": "rotor.m"} for k in range(count)]
+    results = run(data, {"kind": "unbalance_response", **SWEEP})
+    entry = results.analyses["unbalance_response"]
+    (exciter,) = entry.document["exciters"]
+    found = exciter["places"]["rotor.m"]["major_m"][1:]
+    np.testing.assert_allclose(found, MOMENT / MASS, rtol=1e-9)
+    for name, write in entry.files.items():
+        write(tmp_path / name)
