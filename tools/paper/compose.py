@@ -1,0 +1,193 @@
+# ruff: noqa: E501
+"""Compose scenes/uhbr_engine.toml from the scenes of the three units.
+
+`python tools/paper/compose.py` copies the bodies of uhbr_fan, uhbr_lp and uhbr_hp, puts them on the
+casing and gears the fan to the low pressure unit. Run it again after an identification.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+import numpy as np
+
+from solidwhirl.bodies import build_bodies
+from solidwhirl.geometry import mass_properties
+from solidwhirl.scene_file import read_scene
+
+SCENES = Path(__file__).resolve().parents[2] / "scenes"
+UNITS = {"fan": "uhbr_fan", "lp": "uhbr_lp", "hp": "uhbr_hp"}
+# Table 4 of the source: mass [kg], centre of gravity [m], polar and diametral inertia [kg m²].
+TOTAL = (2021.42, 1.174, 1017.71, 1424.2)
+BEARINGS = {"A": "fan", "B": "fan", "C": "lp", "D": "lp", "E": "hp", "F": "hp"}
+MODES = {"fan": 7, "lp": 10, "hp": 11}
+
+HEAD = """# The geared engine of Müller and Hennings, section 5: three units on the casing.
+# Composed by tools/paper/compose.py from uhbr_fan, uhbr_lp and uhbr_hp; edit those.
+name = "uhbr_engine"
+title = "Geared turbofan: fan, low and high pressure unit on the casing"
+notes = [
+    "Units as in the scenes uhbr_fan, uhbr_lp and uhbr_hp: stages from Table 7 of the source, the rest IDENTIFIED from its Tables 4 and 6.",
+    "Gear ratio 0.315 and speed ratio -1.32 from the source. The design point of 13 690 rpm then gives the fan 4312 rpm; the source prints 4346 rpm, a ratio of 0.3175.",
+    "The casing is rigid. Its mass, centre of gravity and inertia are what Table 4 leaves when the three units are taken from the whole engine. It is held at P, whose place is ASSUMED to be the engine's centre of gravity.",
+    "Stiffness of the bearings at rest from Table 5, over the speed by the printed polynomial for x in both directions (the source calls its bearings isotropic), Ω in rad/s. Damping is that of Table 5 and constant: the printed damping polynomials turn negative from 1106 rad/s, so that the engine would be unstable at its design point.",
+]
+
+[model]
+accuracy = 5e-3
+modes = 10
+
+[speeds]
+from_rpm = 0
+to_rpm = 13690
+count = 41
+
+[campbell]
+frequency_max_hz = 400
+
+[speed_laws.lee]
+kind = "polynomial"
+argument_unit = "rad/s"
+argument_range = [0.0, 2000.0]
+stiffness_x = [1.0, -3.52e-3, 7.06e-6, -6.77e-9, 2.46e-12]
+stiffness_y = [1.0, -3.52e-3, 7.06e-6, -6.77e-9, 2.46e-12]
+
+"""
+
+TAIL = """
+[[gears]]
+name = "gear"
+first = "lp.n16"
+second = "fan.n8"
+ratio = 0.315
+
+[[bearings]]
+name = "mount"
+first = "casing.P"
+rigid = ["ux", "uy", "uz", "rx", "ry", "rz"]
+
+[[analyses]]
+kind = "rotating_campbell"
+bodies = ["lp", "hp", "fan"]
+
+[[analyses]]
+kind = "mode_shapes"
+speeds_rpm = [0, 9000]
+modes = 12
+
+[[analyses]]
+kind = "unbalance_response"
+unbalances = [
+    { at = "lp.n9", moment_kg_m = 1e-6 },
+    { at = "hp.n5", moment_kg_m = 1e-6 },
+    { at = "fan.n4", moment_kg_m = 1e-4 },
+]
+observe = ["lp.n9", "hp.n5", "fan.n4"]
+to_rpm = 13690
+count = 801
+orbits_at_rpm = [4000, 9000, 13690]
+
+[[analyses]]
+kind = "separation_margins"
+operating = [
+    { shaft = "fan", from_rpm = 4312.35, to_rpm = 4312.35 },
+    { shaft = "lp", from_rpm = 13690, to_rpm = 13690 },
+    { shaft = "hp", from_rpm = 18070.8, to_rpm = 18070.8 },
+]
+search_to_rpm = 18070.8
+
+[[analyses]]
+kind = "stability"
+to_rpm = 13690
+
+# Figures 17 and 18 and section 5.8: 20 s linear, 10 s constant.
+[[analyses]]
+kind = "run_up"
+ramp_s = 20
+hold_s = 10
+to_rpm = 13690
+sampling_hz = 20000
+unbalances = [
+    { at = "lp.n9", moment_kg_m = 1e-6 },
+    { at = "hp.n5", moment_kg_m = 1e-6 },
+    { at = "fan.n4", moment_kg_m = 1e-4 },
+]
+drives = ["lp.n13"]
+observe = ["lp.n9"]
+mount = "mount"
+compare_flexible = [[], ["lp"], ["hp"], ["fan"], ["fan", "lp"]]
+bands_hz = [[5, 80], [80, 140], [140, 300]]
+
+# What the source wanted for its wing: forces and motions at P over the speed.
+[[analyses]]
+kind = "state_space"
+inputs = ["lp.n9", "hp.n5", "fan.n4"]
+outputs = ["lp.n9", "fan.n4"]
+to_rpm = 13690
+speed_count = 15
+"""
+
+
+def main() -> None:
+    """Write the scene."""
+    ratios = {"fan": 0.315, "lp": 1.0, "hp": -1.32}
+    bodies, units, places = [], {}, {}
+    materials: dict[str, str] = {}
+    for body, name in UNITS.items():
+        text = (SCENES / f"{name}.toml").read_text(encoding="utf-8")
+        scene = read_scene(SCENES / f"{name}.toml")
+        properties = mass_properties(build_bodies(scene)[body])
+        units[body] = properties
+        for interface in scene.bodies[body].interfaces:
+            if interface.name in BEARINGS:
+                at = interface.at_m
+                places[interface.name] = (
+                    at if at is not None else (interface.start_m + interface.end_m) / 2
+                )
+        start = text.index(f"[bodies.{body}]")
+        end = re.search(r"^\[\[(bearings|analyses)\]\]", text[start:], flags=re.M)
+        block = text[start : start + end.start()].rstrip()
+        block = re.sub(r"^speed_ratio = .*\n", "", block, flags=re.M)
+        block = re.sub(r"^modes = .*\n", "", block, flags=re.M)
+        header = f"[bodies.{body}]\nspeed_ratio = {ratios[body]}\nmodes = {MODES[body]}"
+        bodies.append(block.replace(f"[bodies.{body}]", header, 1))
+        for found in re.finditer(r"^\[materials\.(\w+)\]\n(?:.+\n)+", text, flags=re.M):
+            materials[found.group(1)] = found.group(0).rstrip()
+    stiffness = {"fan": (8.54e7, 3000.0), "lp": (4.53e7, 1000.0), "hp": (5.54e7, 1000.0)}
+    joints = [
+        f'[[bearings]]\nname = "{name}"\nfirst = "{body}.{name}"\nsecond = "casing.{name}"\n'
+        f"stiffness_n_per_m = {stiffness[body][0]:.3g}\ndamping_n_s_per_m = {stiffness[body][1]:.4g}\n"
+        'speed_law = "lee"'
+        for name, body in BEARINGS.items()
+    ]
+    parts = [HEAD.rstrip(), *materials.values(), *bodies, _casing(units, places), *joints]
+    out = "\n\n".join(parts) + "\n" + TAIL
+    tomllib.loads(out)
+    (SCENES / "uhbr_engine.toml").write_text(out, encoding="utf-8")
+
+
+def _casing(units: dict[str, object], places: dict[str, float]) -> str:
+    """What the units leave of the whole engine, inertias about the casing's own centre."""
+    mass = TOTAL[0] - sum(u.mass_kg for u in units.values())
+    moment = TOTAL[0] * TOTAL[1] - sum(u.mass_kg * u.center_of_gravity_m[2] for u in units.values())
+    center = moment / mass
+    polar = TOTAL[2] - sum(u.polar_inertia_kg_m2 for u in units.values())
+    diametral = TOTAL[3] - mass * (center - TOTAL[1]) ** 2
+    for unit in units.values():
+        arm = unit.center_of_gravity_m[2] - TOTAL[1]
+        diametral -= unit.diametral_inertia_kg_m2 + unit.mass_kg * arm**2
+    seats = ", ".join(f"{name} = {at:.6g}" for name, at in sorted(places.items()))
+    return (
+        "[rigid_bodies.casing]\n"
+        f"mass_kg = {mass:.6g}\n"
+        f"center_of_gravity_m = [0.0, 0.0, {center:.6g}]\n"
+        f"inertia_kg_m2 = [{diametral:.6g}, {diametral:.6g}, {polar:.6g}]\n"
+        f"interfaces = {{ {seats}, P = {TOTAL[1]:.6g} }}"
+    )
+
+
+if __name__ == "__main__":
+    np.seterr(all="raise")
+    main()
