@@ -79,7 +79,7 @@ def run_separation_margins(
         critical = [
             c
             for c in critical_speeds(
-                system, excitation_ratio=ratio, speed_max_rad_s=spec.search_to_rpm * RPM / ratio
+                system, excitation_ratio=ratio, speed_max_rad_s=spec.search_factor * entry.to_rpm * RPM / ratio
             )
             # no unbalance excites axial motion and torsion
             if moves_laterally(system, c.shape)

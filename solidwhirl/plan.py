@@ -164,7 +164,8 @@ def top_speed(scene: Scene) -> float:
         if isinstance(analysis, CriticalSpeedMapSpec):
             rpm.append(analysis.search_to_rpm / _ratio(scene, analysis.excited_by))
         if isinstance(analysis, SeparationMarginsSpec):
-            rpm += [analysis.search_to_rpm / _ratio(scene, o.shaft) for o in analysis.operating]
+            factor = analysis.search_factor
+            rpm += [factor * o.to_rpm / _ratio(scene, o.shaft) for o in analysis.operating]
     return max(float(scene_speeds(scene).max()), max(rpm) * np.pi / 30.0)
 
 

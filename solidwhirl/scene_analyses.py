@@ -174,11 +174,11 @@ class OperatingSpec(Record):
 
 
 class SeparationMarginsSpec(_Analysis):
-    """Distance of critical speeds from operating speeds."""
+    """Distance of critical speeds from operating speeds, sought up to a multiple of these."""
 
     kind: Literal["separation_margins"]
     operating: Annotated[tuple[OperatingSpec, ...], Field(min_length=1)]
-    search_to_rpm: Positive
+    search_factor: Annotated[float, Field(ge=1, le=10, strict=True)] = 1.3
 
 
 class StabilitySpec(_Sweep):

@@ -171,6 +171,14 @@ def test_effect_of_motions_on_everywhere_and_off_nowhere(small_scene, effect, mo
     assert planned(data).bodies["rotor"].orders == (1,)
 
 
+def test_drive_of_a_run_up_calls_for_torsion():
+    analysis = {"kind": "run_up", "ramp_s": 1.0, "to_rpm": 9e3, "mount": "A"}
+    plan = planned(rigid_rotor(analyses=[{**analysis, "drives": ["rotor.m"]}]))
+    assert plan.on("torsion")
+    assert plan.carried["rotor.m"] == (*LATERAL, "rz")
+    assert not planned(rigid_rotor(analyses=[analysis])).on("torsion")
+
+
 def test_rigid_disk_tilts_its_interface_alone(small_scene):
     disk = {"name": "hub", "interface": "right", "mass_kg": 1.0}
     disk |= {"polar_inertia_kg_m2": 0.02, "diametral_inertia_kg_m2": 0.01}
@@ -563,3 +571,11 @@ def test_modes_of_one_body(small_scene):
         for body in ({"modes": 2}, {})
     )
     assert many.size - few.size == 2 * 2
+
+
+@pytest.mark.solver
+def test_more_modes_than_a_body_has(small_scene):
+    """As many as the record allows, of a mesh that has fewer: a message, or all there are."""
+    section = {"name": "shaft", "start_m": 0.0, "end_m": 0.4, "outer_radius_m": 0.02}
+    results = run_or_refuse(small_scene(rpm=None, body={"sections": [section], "modes": 500}))
+    assert results is None or results.at_rest.frequency_hz[0] > 0.0

@@ -17,11 +17,13 @@ from solidwhirl.bodies import build_bodies
 from solidwhirl.geometry import mass_properties
 from solidwhirl.scene_file import read_scene
 
-SCENES = Path(__file__).resolve().parents[2] / "scenes"
+SCENES = Path(__import__("os").environ.get("SCN", Path(__file__).resolve().parents[2] / "scenes"))
 UNITS = {"fan": "uhbr_fan", "lp": "uhbr_lp", "hp": "uhbr_hp"}
 # Table 4 of the source: mass [kg], centre of gravity [m], polar and diametral inertia [kg m²].
 TOTAL = (2021.42, 1.174, 1017.71, 1424.2)
 BEARINGS = {"A": "fan", "B": "fan", "C": "lp", "D": "lp", "E": "hp", "F": "hp"}
+# Nodes that joints, unbalances and results need; each costs two coordinates.
+KEPT = {"fan": ("n4", "n8"), "lp": ("n9", "n13", "n16"), "hp": ("n5",)}
 MODES = {"fan": 7, "lp": 10, "hp": 11}
 
 HEAD = """# The geared engine of Müller and Hennings, section 5: three units on the casing.
@@ -96,7 +98,7 @@ operating = [
     { shaft = "lp", from_rpm = 13690, to_rpm = 13690 },
     { shaft = "hp", from_rpm = 18070.8, to_rpm = 18070.8 },
 ]
-search_to_rpm = 18070.8
+search_factor = 1.3
 
 [[analyses]]
 kind = "stability"
@@ -148,7 +150,8 @@ def main() -> None:
                 )
         start = text.index(f"[bodies.{body}]")
         end = re.search(r"^\[\[(bearings|analyses)\]\]", text[start:], flags=re.M)
-        block = text[start : start + end.start()].rstrip()
+        block = text[start : start + end.start() if end else None].rstrip()
+        block = _without_unused_nodes(block, KEPT[body])
         block = re.sub(r"^speed_ratio = .*\n", "", block, flags=re.M)
         block = re.sub(r"^modes = .*\n", "", block, flags=re.M)
         header = f"[bodies.{body}]\nspeed_ratio = {ratios[body]}\nmodes = {MODES[body]}"
@@ -166,6 +169,19 @@ def main() -> None:
     out = "\n\n".join(parts) + "\n" + TAIL
     tomllib.loads(out)
     (SCENES / "uhbr_engine.toml").write_text(out, encoding="utf-8")
+
+
+def _without_unused_nodes(block: str, kept: tuple[str, ...]) -> str:
+    """Leave out the nodes n1, n2, ... that are not kept, with the comments above them."""
+    lines: list[str] = []
+    for line in block.splitlines():
+        node = re.match(r'\s*\{ name = "(n\d+)"', line)
+        if node and node.group(1) not in kept:
+            while lines and lines[-1].lstrip().startswith("#"):
+                lines.pop()
+            continue
+        lines.append(line)
+    return "\n".join(lines)
 
 
 def _casing(units: dict[str, object], places: dict[str, float]) -> str:
