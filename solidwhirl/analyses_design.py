@@ -64,7 +64,9 @@ def run_critical_speed_map(
         },
         files={
             f"{spec.label}.png": lambda path: draw_critical_speed_map(found, path, title, operating)
-        },
+        }
+        if np.isfinite(found.speed_rad_s).any()
+        else {},
         headline=f"{len(found.speed_rad_s)} branches over {spec.stiffness_count} stiffnesses",
     )
 
@@ -79,7 +81,9 @@ def run_separation_margins(
         critical = [
             c
             for c in critical_speeds(
-                system, excitation_ratio=ratio, speed_max_rad_s=spec.search_factor * entry.to_rpm * RPM / ratio
+                system,
+                excitation_ratio=ratio,
+                speed_max_rad_s=spec.search_factor * entry.to_rpm * RPM / ratio,
             )
             # no unbalance excites axial motion and torsion
             if moves_laterally(system, c.shape)

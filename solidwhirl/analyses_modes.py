@@ -24,7 +24,15 @@ from solidwhirl.rotordyn.pictures_modes import (
 from solidwhirl.rotordyn.state_channels import ForceInput, Input, MotionOutput, Output
 from solidwhirl.rotordyn.state_space import state_space, tabulated_state_space
 from solidwhirl.rotordyn.state_space_file import export_mat, export_npz, write_state_space
-from solidwhirl.scene_analyses import ModeShapesSpec, RotatingCampbellSpec, StateSpaceSpec
+from solidwhirl.scene_analyses import (
+    ModeShapesSpec,
+    RotatingCampbellSpec,
+    StateSpaceSpec,
+    speed_text,
+)
+
+# Modes that have room in one picture.
+_MOST_MODES = 12
 
 
 def run_rotating_campbell(
@@ -61,12 +69,7 @@ def run_mode_shapes(spec: ModeShapesSpec, system: AssembledSystem, title: str) -
     for rpm in spec.speeds_rpm:
         modes = modes_at_speed(system, rpm * RPM, spec.modes)
         shapes, shares = mode_shapes(system, modes), participation(system, modes)
-        at = f"{spec.label}_{rpm:.0f}rpm"
-        text = f"{title}, {rpm:.0f} rpm"
-        files[f"{at}.png"] = _later(draw_mode_shapes, shapes, text)
-        files[f"{at}_participation.png"] = _later(draw_participation, shares, text)
-        for body in spec.bodies:
-            files[f"{at}_{body}.png"] = _later(draw_body_modes, shapes, body, text)
+        files |= _mode_files(spec, system, rpm, f"{title}, {speed_text(rpm)} rpm")
         documents.append(
             {
                 "speed_rpm": rpm,
@@ -92,6 +95,26 @@ def run_mode_shapes(spec: ModeShapesSpec, system: AssembledSystem, title: str) -
         files=files,
         headline=f"{spec.speeds_rpm[0]:.0f} rpm: {lowest} Hz",
     )
+
+
+def _mode_files(
+    spec: ModeShapesSpec, system: AssembledSystem, rpm: float, title: str
+) -> dict[str, Write]:
+    """Pictures of the modes that have room in them, the lowest ones."""
+    modes = modes_at_speed(system, rpm * RPM, min(spec.modes, _MOST_MODES))
+    if modes.frequency_hz.size == 0:
+        return {}
+    shapes, shares = mode_shapes(system, modes), participation(system, modes)
+    if spec.modes > _MOST_MODES:
+        title += f", the lowest {modes.frequency_hz.size} modes"
+    at = f"{spec.label}_{speed_text(rpm)}rpm"
+    files: dict[str, Write] = {
+        f"{at}.png": _later(draw_mode_shapes, shapes, title),
+        f"{at}_participation.png": _later(draw_participation, shares, title),
+    }
+    for body in spec.bodies:
+        files[f"{at}_{body}.png"] = _later(draw_body_modes, shapes, body, title)
+    return files
 
 
 def _later(draw: Callable[..., None], *arguments: Any) -> Write:

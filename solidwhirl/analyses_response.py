@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solidwhirl.outcome import Outcome, Write
+from solidwhirl.outcome import MOST_CURVES, MOST_ORBITS, Outcome, Write
 from solidwhirl.rotordyn import AssembledSystem, End
+from solidwhirl.rotordyn.orbits import elliptic_orbits
 from solidwhirl.rotordyn.pictures_response import (
     draw_bearing_forces,
     draw_orbits,
@@ -28,6 +32,7 @@ from solidwhirl.rotordyn.response_maps_stiffness import (
 from solidwhirl.rotordyn.unbalance import (
     ExciterResponse,
     Unbalance,
+    UnbalanceResponse,
     frequency_ratio,
     unbalance_response,
 )
@@ -40,6 +45,7 @@ from solidwhirl.scene_analyses import (
     WaterfallSpec,
 )
 
+_T = TypeVar("_T")
 RPM = np.pi / 30.0
 
 
@@ -91,16 +97,7 @@ def run_unbalance_response(
     response = unbalance_response(system, [unbalance_of(u) for u in spec.unbalances], sweep(spec))
     nodes = [end_of(place) for place in spec.observe]
     exciters = [_exciter_document(e, nodes) for e in response.exciters]
-    files: dict[str, Write] = {
-        f"{spec.label}.png": lambda path: draw_unbalance_response(response, nodes, path, title),
-        f"{spec.label}_bearing_forces.png": lambda path: draw_bearing_forces(response, path, title),
-    }
-    if spec.orbits_at_rpm:
-        speeds = [rpm * RPM for rpm in spec.orbits_at_rpm]
-        there = unbalance_response(system, response.unbalances, sorted(speeds))
-        files[f"{spec.label}_orbits.png"] = lambda path: draw_orbits(
-            there, nodes, speeds, path, title
-        )
+    files = _response_files(spec, system, response, title)
     peaks = [p["frequency_hz"] for e in exciters for p in e["peaks"][spec.observe[0]]]
     return Outcome(
         kind=spec.kind,
@@ -112,6 +109,59 @@ def run_unbalance_response(
         files=files,
         headline=f"peaks at {spec.observe[0]}: " + _list_hz(peaks),
     )
+
+
+def _response_files(
+    spec: UnbalanceResponseSpec, system: AssembledSystem, response: UnbalanceResponse, title: str
+) -> dict[str, Write]:
+    """Pictures, each with as many curves as can be told apart, the others in further ones."""
+    nodes = _parts([end_of(place) for place in spec.observe], MOST_CURVES)
+    files: dict[str, Write] = {}
+    for suffix, own in _numbered(nodes):
+        files[f"{spec.label}{suffix}.png"] = partial(_draw_response, response, own, title)
+    names = _parts(list(response.exciters[0].bearing_forces), MOST_CURVES)
+    for suffix, some in _numbered(names):
+        shown = _with_bearings(response, some)
+        files[f"{spec.label}_bearing_forces{suffix}.png"] = partial(_draw_forces, shown, title)
+    if spec.orbits_at_rpm:
+        speeds = sorted({rpm * RPM for rpm in spec.orbits_at_rpm})
+        there = unbalance_response(system, response.unbalances, speeds)
+        pairs = [(own, at) for own in nodes for at in _parts(speeds, MOST_ORBITS)]
+        for suffix, (own, at) in _numbered(pairs):
+            files[f"{spec.label}_orbits{suffix}.png"] = partial(_draw_orbits, there, own, at, title)
+    return files
+
+
+def _parts(items: list[_T], most: int) -> list[list[_T]]:
+    return [items[k : k + most] for k in range(0, len(items), most)]
+
+
+def _numbered(items: list[_T]) -> list[tuple[str, _T]]:
+    """Suffixes of file names: none for the first, then _2, _3 and so on."""
+    return [(f"_{k + 1}" if k else "", item) for k, item in enumerate(items)]
+
+
+def _with_bearings(response: UnbalanceResponse, names: list[str]) -> UnbalanceResponse:
+    """The response with the forces of some bearings only."""
+    exciters = tuple(
+        replace(e, bearing_forces={name: e.bearing_forces[name] for name in names})
+        for e in response.exciters
+    )
+    return replace(response, exciters=exciters)
+
+
+def _draw_response(response: UnbalanceResponse, nodes: list[End], title: str, path: Path) -> None:
+    draw_unbalance_response(response, nodes, path, title)
+
+
+def _draw_forces(response: UnbalanceResponse, title: str, path: Path) -> None:
+    draw_bearing_forces(response, path, title)
+
+
+def _draw_orbits(
+    response: UnbalanceResponse, nodes: list[End], speeds: list[float], title: str, path: Path
+) -> None:
+    draw_orbits(response, nodes, speeds, path, title)
 
 
 def _exciter_document(exciter: ExciterResponse, nodes: list[End]) -> dict[str, Any]:
@@ -140,7 +190,7 @@ def _exciter_document(exciter: ExciterResponse, nodes: list[End]) -> dict[str, A
         "places": documents,
         "peaks": peaks,
         "bearing_force_n": {
-            name: np.linalg.norm(np.abs(force[:, :2]), axis=1).tolist()
+            name: elliptic_orbits(force[:, 0], force[:, 1]).major_m.tolist()
             for name, force in exciter.bearing_forces.items()
         },
         "largest_relative_residual": float(np.max(exciter.relative_residual)),
@@ -182,7 +232,9 @@ def run_place_map(spec: PlaceMapSpec, system: AssembledSystem, title: str) -> Ou
             "peaks": peaks,
             "most_sensitive_place": spec.places[largest],
         },
-        files={f"{spec.label}.png": lambda path: draw_place_map(found, shown, path, title)},
+        files={f"{spec.label}.png": lambda path: draw_place_map(found, shown, path, title)}
+        if major[:, :, found.nodes.index(shown)].any()
+        else {},
         headline=f"largest at {spec.places[largest]}: "
         + _list_hz([p["frequency_hz"] for p in peaks[spec.places[largest]]]),
     )
@@ -207,7 +259,9 @@ def run_waterfall(spec: WaterfallSpec, system: AssembledSystem, title: str) -> O
             "amplitude_m": major.tolist(),
             "peaks": peaks,
         },
-        files={f"{spec.label}.png": lambda path: draw_ground_motion(found, path, title)},
+        files={f"{spec.label}.png": lambda path: draw_ground_motion(found, path, title)}
+        if major.any()
+        else {},
         headline="highest: "
         + ", ".join(f"{p['speed_rpm']:.0f} rpm {p['frequency_hz']:.1f} Hz" for p in peaks[:3]),
     )
@@ -262,7 +316,9 @@ def run_stiffness_study(spec: StiffnessStudySpec, system: AssembledSystem, title
             "chosen_amplitude_m": choice.amplitude_m,
             "choice_is_at_the_end_of_the_range": choice.is_at_end,
         },
-        files={f"{spec.label}.png": lambda path: draw_stiffness_map(found, path, title, choice)},
+        files={f"{spec.label}.png": lambda path: draw_stiffness_map(found, path, title, choice)}
+        if found.translation_m.any()
+        else {},
         headline=f"smallest response around {spec.operating_speed_rpm:.0f} rpm at "
         f"{choice.stiffness_n_per_m:.3g} N/m",
     )

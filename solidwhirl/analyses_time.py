@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solidwhirl.analyses_response import RPM, end_of, unbalance_of
 from solidwhirl.outcome import Outcome, Write
@@ -27,11 +28,13 @@ from solidwhirl.rotordyn.run_up import run_up
 from solidwhirl.rotordyn.run_up_record import RunUp
 from solidwhirl.rotordyn.run_up_response import normalised_response
 from solidwhirl.rotordyn.speed_profile import ramp_and_hold
-from solidwhirl.rotordyn.unbalance_peaks import resonance_peaks
+from solidwhirl.rotordyn.unbalance_peaks import ResonancePeak, resonance_peaks
 from solidwhirl.scene_analyses import RunUpSpec
 
 # Length of the pieces of a spectrogram, s.
 _PIECE_S = 0.25
+# Records in one of them at least.
+_FEWEST = 8
 # A line of the spectrum is a peak where it rises above its surroundings by this factor.
 _PROMINENT = 3.0
 
@@ -60,7 +63,7 @@ def run_run_up(spec: RunUpSpec, system: AssembledSystem, title: str) -> Outcome:
     }
     document = _document(spec, run, spent)
     force = run.bearing_force_n(spec.mount)
-    if np.abs(force[0]).max() > 0.0 and profile.duration_s > 4.0 * _PIECE_S:
+    if np.abs(force[0]).max() > 0.0 and _long_enough(spec):
         pieces = spectrogram(run.time_s, force[0], _PIECE_S)
         files[f"{spec.label}_spectrogram.png"] = lambda path: draw_spectrogram(
             pieces, run, path, title, 2.0 * document["fastest_excitation_hz"]
@@ -68,9 +71,10 @@ def run_run_up(spec: RunUpSpec, system: AssembledSystem, title: str) -> Outcome:
     if unbalances:
         response = normalised_response(run, spec.mount)
         document["normalised_response"] = _response_document(response)
-        files[f"{spec.label}_response.png"] = lambda path: draw_normalised_responses(
-            {"all modes": response}, path, title
-        )
+        if np.isfinite(response.ratio).any():
+            files[f"{spec.label}_response.png"] = lambda path: draw_normalised_responses(
+                {"all modes": response}, path, title
+            )
     if spec.compare_flexible:
         compared = _compare(spec, system)
         document["complexity"] = _complexity_document(compared)
@@ -87,13 +91,23 @@ def run_run_up(spec: RunUpSpec, system: AssembledSystem, title: str) -> Outcome:
     )
 
 
+def _long_enough(spec: RunUpSpec) -> bool:
+    """Whether a spectrogram has some pieces, and these some records."""
+    return spec.ramp_s + spec.hold_s > 4.0 * _PIECE_S and _PIECE_S * spec.record_hz >= _FEWEST
+
+
+def _peaks(
+    hertz: NDArray[np.float64], height: NDArray[np.float64], prominence: float
+) -> tuple[ResonancePeak, ...]:
+    """Peaks of a curve; none of one with too few points."""
+    return resonance_peaks(2.0 * np.pi * hertz, height, prominence) if hertz.size >= 3 else ()
+
+
 def _document(spec: RunUpSpec, run: RunUp, spent: float) -> dict[str, Any]:
     force = run.bearing_force_n(spec.mount)
     spectrum = amplitude_spectrum(run.time_s, force[0])
     known = spectrum.frequency_hz > 1.0
-    peaks = resonance_peaks(
-        2.0 * np.pi * spectrum.frequency_hz[known], spectrum.amplitude[known], _PROMINENT
-    )
+    peaks = _peaks(spectrum.frequency_hz[known], spectrum.amplitude[known], _PROMINENT)
     highest = sorted(peaks, key=lambda p: -p.amplitude)[:12]
     fastest = max([abs(r) for r in run.speed_ratios.values()] or [1.0]) * spec.to_rpm / 60.0
     steps = run.profile.duration_s / run.step_s
@@ -126,7 +140,7 @@ def _document(spec: RunUpSpec, run: RunUp, spent: float) -> dict[str, Any]:
 def _response_document(response: Any) -> dict[str, Any]:
     known = np.isfinite(response.ratio) & (response.frequency_hz > 0)
     hertz, ratio = response.frequency_hz[known], response.ratio[known]
-    peaks = resonance_peaks(2.0 * np.pi * hertz, ratio, 1.5)
+    peaks = _peaks(hertz, ratio, 1.5)
     return {
         "peaks": [
             {"frequency_hz": p.position_rad_s / (2.0 * np.pi), "force_per_force": p.amplitude}

@@ -97,6 +97,41 @@ def plan(scene: SceneFile, level: Level = None, accuracy: Accuracy = None) -> No
 
 
 @app.command()
+def identify(
+    problem: Annotated[Path, typer.Argument(metavar="PROBLEM.toml", help="The problem file.")],
+    out: Annotated[Path, typer.Option(metavar="SCENE.toml", help="The scene file to write.")],
+    quiet: Annotated[bool, typer.Option("--quiet", help="Say nothing but errors.")] = False,
+) -> None:
+    """Find numbers of a scene that nobody gives from masses and frequencies that are known.
+
+    Writes the scene with the values found, and a record of how well the data determine them.
+    A search that was broken off goes on where it stopped.
+    """
+
+    def work() -> None:
+        _refuse_unwritable(out.parent)
+        from solidwhirl.identify import identify_command
+
+        console = Console(stderr=True, quiet=quiet)
+        with console.status("") as status:
+
+            def progress(text: str) -> None:
+                status.update(text)
+                if not console.is_terminal:
+                    console.print(text)
+
+            done = identify_command(problem, out, progress)
+        if not quiet:
+            typer.echo(f"scene: {done.scene}")
+            typer.echo(f"record: {done.report}")
+        if not done.met:
+            typer.echo(f"targets that are not met: {', '.join(done.missed)}", err=True)
+            raise typer.Exit(1)
+
+    _guarded(problem, work)
+
+
+@app.command()
 def version() -> None:
     """Print the versions of the program and of what it runs on."""
     from solidwhirl.versions import package_versions

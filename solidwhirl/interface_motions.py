@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from solidwhirl.scene import Scene
-from solidwhirl.scene_joints import BearingSpec
+from solidwhirl.scene_joints import BearingSpec, RigidBodySpec
 
 LATERAL = ("ux", "uy")
 # Keys of a bearing by the effect they belong to, and the motions they act on.
@@ -36,6 +36,11 @@ def motions_acted_on(scene: Scene) -> dict[str, tuple[tuple[str, str], ...]]:
     for place, motion, why in _actions(scene):
         found.setdefault(place, []).append((motion, why))
     return {place: tuple(dict.fromkeys(pairs)) for place, pairs in found.items()}
+
+
+def is_off_axis(body: RigidBodySpec) -> bool:
+    """Whether a rigid body's lateral motion couples to uz and rz: its c.g. is off the axis."""
+    return any(body.center_of_gravity_m[:2])
 
 
 def acting_on(scene: Scene, effect: str) -> list[str]:

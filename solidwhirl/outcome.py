@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 Write = Callable[[Path], None]
+# Curves of one picture that can be told apart by colour, and speeds whose orbits have room in one.
+MOST_CURVES, MOST_ORBITS = 7, 8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -24,6 +24,7 @@ from solidwhirl.meshing import (
 from solidwhirl.outcome import Outcome
 from solidwhirl.plan import BodyPlan, Plan, make_plan, top_speed
 from solidwhirl.rotordyn import (
+    AnalysisError,
     AssembledSystem,
     BearingNote,
     Campbell,
@@ -42,6 +43,8 @@ from solidwhirl.system_parts import bearings, gears, rotors, simple_elements
 from solidwhirl.versions import package_versions
 
 Progress = Callable[[str], None]
+# PETSC_ERR_USER_INPUT: more eigenvalues are asked for than the matrix has.
+_WRONG_REQUEST = 95
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -196,10 +199,13 @@ def _analyse(
     with clock.stage("critical_speeds"):
         critical = _critical_speeds(scene, system, float(plan.speeds_rad_s.max()))
     outcomes = {}
-    for spec in scene.analyses:
+    for k, spec in enumerate(scene.analyses):
         progress(f"{spec.label} ({spec.kind})")
         with clock.stage(f"analysis {spec.label}"):
-            outcomes[spec.label] = run_analysis(spec, scene, system, diagram)
+            try:
+                outcomes[spec.label] = run_analysis(spec, scene, system, diagram)
+            except AnalysisError as error:
+                raise AnalysisError(f"analyses[{k}] ({spec.label}): {error}") from error
     return Results(
         scene=scene,
         plan=plan,
@@ -274,7 +280,7 @@ def _reduce(
             make = mesh_solid if own.level == "solid" else mesh_meridian
             mesh = make(body, own.fineness.size)
     with clock.stage("import_solvers"):
-        from solidwhirl.reduction import ReductionRequest, reduce_body
+        from solidwhirl.reduction import ReductionError, ReductionRequest, reduce_body
     progress(f"reduce {body.name}")
     request = ReductionRequest(
         level=own.level,
@@ -290,7 +296,15 @@ def _reduce(
     team = comm if own.level == "solid" else MPI.COMM_SELF
     record = team.bcast(_provenance(scene, own, request.modes, mesh) if mesh is not None else None)
     with clock.stage("reduction"):
-        element, work = reduce_body(body, mesh, team, request, record)
+        try:
+            element, work = reduce_body(body, mesh, team, request, record)
+        except RuntimeError as error:
+            if getattr(error, "ierr", None) != _WRONG_REQUEST:
+                raise
+            raise ReductionError(
+                f"bodies.{body.name}.modes: {request.modes} (its own, or that of [model]) are more "
+                "than the eigenvalue solver can find on its mesh; choose fewer, or a finer mesh"
+            ) from error
     if mesh is None:
         return None
     return BodyResult(

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from solidwhirl.fineness import Fineness, choose_fineness
 from solidwhirl.geometry import Body
-from solidwhirl.interface_motions import acting_on, carried_motions
+from solidwhirl.interface_motions import acting_on, carried_motions, is_off_axis
 from solidwhirl.scene import Scene
 from solidwhirl.scene_analyses import (
+    AnalysisSpec,
     CriticalSpeedMapSpec,
     PlaceMapSpec,
     SeparationMarginsSpec,
@@ -129,7 +130,7 @@ def make_plan(scene: Scene, bodies: Mapping[str, Body]) -> Plan:
     fastest = top_speed(scene)
     top = {name: abs(ratio) * fastest for name, ratio in scene.speed_ratios().items()}
     effects = (
-        *_rotation_effects(scene, turning=any(v > 0.0 for v in top.values())),
+        *_rotation_effects(scene, turning=any(v > 0.0 for v in top.values()), solid=bool(bodies)),
         _damping(scene),
         _internal_damping(scene),
         _speed_laws(scene),
@@ -156,11 +157,12 @@ def top_speed(scene: Scene) -> float:
     for analysis in scene.analyses:
         rpm.append(getattr(analysis, "to_rpm", None) or 0.0)
         rpm.append(getattr(analysis, "speed_rpm", None) or 0.0)
-        rpm += getattr(analysis, "speeds_rpm", ())
+        rpm += (*getattr(analysis, "speeds_rpm", ()), *getattr(analysis, "orbits_at_rpm", ()))
         # these give the speed of a shaft, not of the reference shaft
-        if isinstance(analysis, PlaceMapSpec | StiffnessStudySpec):
-            place = analysis.places[0] if isinstance(analysis, PlaceMapSpec) else analysis.excite
-            rpm.append(60.0 * analysis.frequency_max_hz / _ratio(scene, place.partition(".")[0]))
+        place = _synchronous(analysis)
+        if place is not None:
+            fastest = 60.0 * getattr(analysis, "frequency_max_hz", 0.0)
+            rpm.append(fastest / _ratio(scene, place.partition(".")[0]))
         if isinstance(analysis, CriticalSpeedMapSpec):
             rpm.append(analysis.search_to_rpm / _ratio(scene, analysis.excited_by))
         if isinstance(analysis, SeparationMarginsSpec):
@@ -169,12 +171,21 @@ def top_speed(scene: Scene) -> float:
     return max(float(scene_speeds(scene).max()), max(rpm) * np.pi / 30.0)
 
 
+def _synchronous(analysis: AnalysisSpec) -> str | None:
+    """Place that an unbalance excites at all frequencies of a map, each at its own speed."""
+    if isinstance(analysis, PlaceMapSpec):
+        return analysis.places[0]
+    if isinstance(analysis, StiffnessStudySpec) and analysis.speed_rpm is None:
+        return analysis.excite
+    return None
+
+
 def _ratio(scene: Scene, body: str) -> float:
     """|speed ratio| of a body, inf if it stands still: nothing is asked of it then."""
     return abs(scene.speed_ratio(body)) or float("inf")
 
 
-def _rotation_effects(scene: Scene, *, turning: bool) -> tuple[Effect, ...]:
+def _rotation_effects(scene: Scene, *, turning: bool, solid: bool) -> tuple[Effect, ...]:
     """Gyroscopic matrix, stress stiffening, spin softening."""
     costs = {
         "gyroscopic": "1 matrix",
@@ -194,6 +205,11 @@ def _rotation_effects(scene: Scene, *, turning: bool) -> tuple[Effect, ...]:
             if asked == "off" and turning:
                 why += "; the results at speed leave it out"
         chosen = asked == "on" or (asked == "auto" and turning)
+        if chosen and not solid and name != "gyroscopic":
+            chosen, why = (
+                False,
+                f"{why}, but there is no solid body, and others have none",
+            )
         out.append(Effect(name=name, on=chosen, why=why, cost=cost))
     return tuple(out)
 
@@ -226,12 +242,14 @@ def _damping(scene: Scene) -> Effect:
         if law.kind == "table" and np.any(np.asarray(law.damping_n_s_per_m))
     }
     found = [b.name for b in scene.bearings if _nonzero(b, *keys) or b.speed_law in tables]
+    if scene.effects.torsion != "off":  # which leaves out the gears
+        found += [g.name for g in scene.gears if g.mesh_damping_n_s_per_m]
     return _called_for(
         scene,
         "bearing_damping",
         found,
-        "bearings have damping",
-        "no bearing has damping",
+        "bearings or gears have damping",
+        "no bearing or gear has damping",
         "general instead of Hermitian eigenproblems of the assembled system",
     )
 
@@ -281,7 +299,7 @@ def _axial(scene: Scene) -> Effect:
         "axial",
         acting_on(scene, "axial"),
         "joints act along the axis",
-        "nothing acts along the axis, and lateral motion does not couple to it",
+        "nothing acts along the axis, and lateral motion does not couple to it" + _kept(scene),
         "circumferential order 0 of the bodies acted on: all matrices and modes once more",
     )
 
@@ -292,9 +310,15 @@ def _torsion(scene: Scene) -> Effect:
         "torsion",
         acting_on(scene, "torsion"),
         "bearings or gears act on torsion",
-        "nothing acts on torsion, and lateral motion does not couple to it",
+        "nothing acts on torsion, and lateral motion does not couple to it" + _kept(scene),
         "circumferential order 0 of the bodies acted on: all matrices and modes once more",
     )
+
+
+def _kept(scene: Scene) -> str:
+    """Which rigid bodies keep uz and rz all the same."""
+    names = [name for name, body in scene.rigid_bodies.items() if is_off_axis(body)]
+    return f", but in {', '.join(names)}: the centre of gravity is off the axis" if names else ""
 
 
 def _never(scene: Scene) -> tuple[Effect, ...]:

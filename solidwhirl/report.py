@@ -26,7 +26,7 @@ def report_text(results: Results, document: dict[str, Any]) -> str:
         plan_text(results.plan),
         "## Bodies",
         _bodies(document["bodies"]),
-        "## Assembled and solved",
+        "## Assembled and solved" if results.bodies else "",
         _ledger(document["bodies"]),
         "## Critical speeds",
         _critical(document["critical_speeds"]),
@@ -103,12 +103,14 @@ def _bodies(bodies: dict[str, Any]) -> str:
                 f"{b['mass_kg']:.5g}",
                 f"{b['center_of_gravity_m'][2]:.5g}",
                 f"{b['polar_inertia_kg_m2']:.5g}",
-                f"{b['diametral_inertia_kg_m2']:.5g}",
+                "-"
+                if b["diametral_inertia_kg_m2"] is None
+                else f"{b['diametral_inertia_kg_m2']:.5g}",
                 b["level"],
                 b["full_dofs"],
                 b["reduced_dofs"],
-                f"{b['hoop_strain_at_top_speed']:.1e}",
-                ", ".join(f"{f:.2f}" for f in b["free_frequencies_hz"][:6:2]),
+                f"{b['hoop_strain_at_top_speed']:.1e}" if "hoop_strain_at_top_speed" in b else "-",
+                ", ".join(f"{f:.2f}" for f in b["free_frequencies_hz"][:6:2]) or "-",
             )
             for name, b in bodies.items()
         ),
@@ -118,7 +120,7 @@ def _bodies(bodies: dict[str, Any]) -> str:
 def _ledger(bodies: dict[str, Any]) -> str:
     lines = []
     for name, b in bodies.items():
-        for label, done in b["assembled"].items():
+        for label, done in b.get("assembled", {}).items():  # beams and rigid bodies have none
             lines.append(f"- {name}, {label}: {', '.join(done)}; {', '.join(b['solved'][label])}")
     return "\n".join(lines)
 

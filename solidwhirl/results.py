@@ -16,7 +16,7 @@ from solidwhirl.meshing import write_gmsh, write_vtu
 from solidwhirl.pipeline import BodyResult, Results
 from solidwhirl.plan import Plan
 from solidwhirl.report import report_text
-from solidwhirl.rotordyn import draw_campbell, write_superelement
+from solidwhirl.rotordyn import Superelement, draw_campbell, write_superelement
 from solidwhirl.scene_file import scene_hash
 from solidwhirl.versions import package_versions
 
@@ -36,7 +36,7 @@ def results_document(results: Results) -> dict[str, Any]:
             "sha256": scene_hash(results.scene),
         },
         "plan": plan_document(results.plan),
-        "bodies": {name: _body(result) for name, result in results.bodies.items()},
+        "bodies": _bodies(results),
         "modes_at_rest": {"frequency_hz": results.at_rest.frequency_hz.tolist()},
         "campbell": {
             "frame": "inertial",
@@ -165,18 +165,43 @@ def _move_into_place(scratch: Path, out: Path) -> None:
         path.replace(target)
 
 
-def _body(result: BodyResult) -> dict[str, Any]:
-    p, e = result.properties, result.element
+def _bodies(results: Results) -> dict[str, Any]:
+    solids = results.bodies
     return {
-        "level": e.level,
+        name: _solid(solids[name]) if name in solids else _simple(element)
+        for name, element in results.elements.items()
+    }
+
+
+def _body(element: Superelement) -> dict[str, Any]:
+    """What all bodies have."""
+    inertia = np.asarray(element.inertia_kg_m2)
+    return {
+        "level": element.level,
+        "mass_kg": element.mass_kg,
+        "center_of_gravity_m": np.asarray(element.center_of_gravity_m).tolist(),
+        "polar_inertia_kg_m2": inertia[2, 2],
+        "diametral_inertia_kg_m2": inertia[0, 0] if inertia[0, 0] == inertia[1, 1] else None,
+        "full_dofs": element.full_dofs,
+        "reduced_dofs": len(element.coordinates),
+        "free_frequencies_hz": element.free_frequencies_hz.tolist(),
+        "fixed_interface_frequencies_hz": element.fixed_interface_frequencies_hz.tolist(),
+    }
+
+
+def _simple(element: Superelement) -> dict[str, Any]:
+    """A beam or rigid body: no mesh and nothing assembled, but the whole tensor of inertia."""
+    return {**_body(element), "inertia_kg_m2": np.asarray(element.inertia_kg_m2).tolist()}
+
+
+def _solid(result: BodyResult) -> dict[str, Any]:
+    p = result.properties
+    return {
+        **_body(result.element),
         "mass_kg": p.mass_kg,
         "center_of_gravity_m": np.asarray(p.center_of_gravity_m).tolist(),
         "polar_inertia_kg_m2": p.polar_inertia_kg_m2,
         "diametral_inertia_kg_m2": p.diametral_inertia_kg_m2,
-        "full_dofs": e.full_dofs,
-        "reduced_dofs": len(e.coordinates),
-        "free_frequencies_hz": e.free_frequencies_hz.tolist(),
-        "fixed_interface_frequencies_hz": e.fixed_interface_frequencies_hz.tolist(),
         "mesh": {
             "points": len(result.mesh.points),
             "cells": len(result.mesh.cells),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
@@ -23,6 +24,17 @@ class UnbalanceSpec(Record):
 
 # Files and folders of a run that are no analysis.
 _TAKEN = ("campbell", "report", "results", "bodies", "meshes")
+
+
+# Frequencies of a stiffness study around the operating speed.
+_FEWEST_IN_BAND = 5
+# Points of a map, steps of a run-up.
+_MOST_POINTS = 2e6
+_MOST_STEPS = 5e7
+# Models whose curves can be told apart beside the full one.
+_MOST_MODELS = 6
+# Numbers of steps must be whole to this.
+_WHOLE = 1e-6
 
 
 class _Analysis(Record):
@@ -68,6 +80,13 @@ class _Frequencies(_Analysis):
     frequency_count: Points = 500
 
 
+def _refuse_large(what: str, rows: int, columns: int) -> None:
+    if rows * columns > _MOST_POINTS:
+        raise ValueError(
+            f"{what} is {rows} x {columns} = {rows * columns}; a map has at most {_MOST_POINTS:.0f}"
+        )
+
+
 class _Stiffnesses(_Analysis):
     """Support stiffnesses, evenly spaced in their logarithm."""
 
@@ -90,13 +109,14 @@ class UnbalanceResponseSpec(_Sweep):
     count: Annotated[Count, Field(ge=4, le=20001)] = 201
     unbalances: Annotated[tuple[UnbalanceSpec, ...], Field(min_length=1)]
     observe: Places
-    orbits_at_rpm: tuple[Positive, ...] = ()
+    orbits_at_rpm: Annotated[tuple[Positive, ...], Field(max_length=64)] = ()
 
 
 class PlaceMapSpec(_Frequencies):
     """Response to one unbalance at each place in turn, over its frequency."""
 
     kind: Literal["place_map"]
+    frequency_count: Annotated[Count, Field(ge=3, le=20001)] = 500
     places: Places
     moment_kg_m: Positive
     observe: Place | None = None
@@ -116,6 +136,7 @@ class WaterfallSpec(_Frequencies):
     @model_validator(mode="after")
     def _range(self) -> WaterfallSpec:
         _refuse_falling(self.from_rpm, self.to_rpm)
+        _refuse_large("speed_count x frequency_count", self.speed_count, self.frequency_count)
         return self
 
 
@@ -142,6 +163,21 @@ class StiffnessStudySpec(_Stiffnesses):
     operating_speed_rpm: Positive
     margin: Annotated[float, Field(gt=0, lt=1, strict=True)] = 0.2
 
+    @model_validator(mode="after")
+    def _covered(self) -> StiffnessStudySpec:
+        count, highest = self.frequency_count, self.frequency_max_hz
+        _refuse_large("stiffness_count x frequency_count", self.stiffness_count, count)
+        low, high = ((1.0 + s * self.margin) * self.operating_speed_rpm / 60.0 for s in (-1, 1))
+        step = highest / count
+        inside = math.floor(high / step) - math.ceil(low / step) + 1
+        if low < step or high > highest or inside < _FEWEST_IN_BAND:
+            raise ValueError(
+                f"the band of margin around operating_speed_rpm is {low:.6g} to {high:.6g} Hz; the "
+                f"frequencies of the map, {step:.6g} to {highest:.6g} Hz in {count} steps, must "
+                f"cover it with {_FEWEST_IN_BAND} or more inside"
+            )
+        return self
+
 
 class RotatingCampbellSpec(_Analysis):
     """The Campbell diagram in the frames of bodies."""
@@ -157,6 +193,11 @@ class ModeShapesSpec(_Analysis):
     speeds_rpm: Annotated[tuple[NotNegative, ...], Field(min_length=1)]
     modes: Annotated[Count, Field(le=60)] = 8
     bodies: tuple[Name, ...] = ()
+
+
+def speed_text(rpm: float) -> str:
+    """A speed as in the names of files: to 1e-6 rpm, without zeros at the end."""
+    return f"{rpm:.6f}".rstrip("0").rstrip(".")
 
 
 class OperatingSpec(Record):
@@ -218,6 +259,39 @@ class RunUpSpec(_Analysis):
             raise ValueError(
                 f"record_hz = {self.record_hz:g} is above sampling_hz = {self.sampling_hz:g}"
             )
+        steps = (self.ramp_s + self.hold_s) * self.sampling_hz
+        if steps > _MOST_STEPS:
+            raise ValueError(
+                f"(ramp_s + hold_s) * sampling_hz is {steps:.6g} steps; at most {_MOST_STEPS:g}"
+            )
+        every = self.sampling_hz / self.record_hz
+        if abs(every - round(every)) > _WHOLE * every:
+            near = self.sampling_hz / math.floor(every), self.sampling_hz / math.ceil(every)
+            raise ValueError(
+                f"sampling_hz / record_hz is {every:.9g} and must be whole; the nearest record_hz "
+                f"are {near[1]:.9g} and {near[0]:.9g}"
+            )
+        for key in ("ramp_s", "hold_s"):
+            steps = getattr(self, key) * self.sampling_hz
+            if abs(steps - round(steps)) > _WHOLE or (key == "ramp_s" and steps < 0.5):
+                raise ValueError(
+                    f"{key} * sampling_hz is {steps:.12g}; {key} must be a whole number of steps "
+                    f"of 1 / sampling_hz = {1.0 / self.sampling_hz:.9g} s"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _comparable(self) -> RunUpSpec:
+        kept = [frozenset(names) for names in self.compare_flexible]
+        for k, names in enumerate(kept):
+            if names in kept[:k]:
+                raise ValueError(
+                    f"compare_flexible[{k}] is the same as compare_flexible[{kept.index(names)}]"
+                )
+            if len(names) < len(self.compare_flexible[k]):
+                raise ValueError(f"compare_flexible[{k}] names a body twice")
+        if len(kept) > _MOST_MODELS:
+            raise ValueError(f"compare_flexible has {len(kept)} models; at most {_MOST_MODELS}")
         if self.compare_flexible and not self.unbalances:
             raise ValueError("compare_flexible needs unbalances, which the responses refer to")
         if self.compare_flexible and not self.bands_hz:

@@ -92,18 +92,32 @@ def with_model(scene: Scene, *, level: str | None, accuracy: float | None) -> Sc
 
 def _explain(error: Any) -> str:
     """One line for one of pydantic's errors."""
-    where = _key(error["loc"])
+    location, record = _in_file(error["loc"])
+    where = _key(location)
     found = error.get("input")
     kind = error["type"]
     if kind == "extra_forbidden":
-        return f"{where}: unknown key{_suggestion(error['loc'])}"
+        _, holder = _in_file(error["loc"][:-1])
+        return f"{where}: unknown key{_suggestion(str(location[-1]), holder)}"
     if kind == "missing":
         return f"{where}: missing; this key is needed"
+    if kind in ("union_tag_not_found", "union_tag_invalid"):
+        return f"{where}.kind: {_explain_kind(error, list(_kinds(record)))}"
     message = str(error["msg"]).removeprefix("Value error, ")
     for word, said in _TOML_WORDS.items():
         message = message.replace(word, said)
     shown = "" if isinstance(found, dict) else f", found {_short(found)}"
     return f"{where}: {message}{shown}"
+
+
+def _explain_kind(error: Any, kinds: list[str]) -> str:
+    allowed = "allowed are " + ", ".join(repr(k) for k in kinds)
+    if error["type"] == "union_tag_not_found":
+        return f"missing; {allowed}"
+    tag = str(error["ctx"]["tag"])
+    near = difflib.get_close_matches(tag, kinds, n=1, cutoff=0.6)
+    hint = f"did you mean {near[0]!r}? " if near else ""
+    return f"no kind {_short(tag)}; {hint}{allowed}"
 
 
 def _key(location: tuple[Any, ...]) -> str:
@@ -122,41 +136,71 @@ def _short(value: Any) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-def _suggestion(location: tuple[Any, ...]) -> str:
-    """Allowed keys at a place, the nearest first."""
-    model = _model_at(Scene, location[:-1])
-    if model is None:
+def _suggestion(key: str, holder: Any) -> str:
+    """Allowed keys of a record, the nearest first."""
+    if not _is_record(holder):
         return ""
-    names = list(model.model_fields)
-    near = difflib.get_close_matches(str(location[-1]), names, n=1, cutoff=0.6)
+    names = list(holder.model_fields)
+    near = difflib.get_close_matches(key, names, n=1, cutoff=0.6)
     if near:
         return f"; did you mean {near[0]!r}?"
     return "; allowed are " + ", ".join(names)
 
 
-def _model_at(annotation: Any, location: tuple[Any, ...]) -> type[BaseModel] | None:
-    """Record type that a location in the data leads to."""
-    current: Any = annotation
+def _in_file(location: tuple[Any, ...]) -> tuple[tuple[Any, ...], Any]:
+    """Keys of the file in a location of pydantic's, which has the kinds of records between them.
+
+    The second value is the type of what lies there, None if that is not known.
+    """
+    current: Any = Scene
+    keys = []
     for part in location:
-        if isinstance(current, type) and issubclass(current, BaseModel):
+        kinds = _kinds(current)
+        if part in kinds:
+            current = kinds[part]
+            continue
+        keys.append(part)
+        if _is_record(current):
             field = current.model_fields.get(str(part))
-            if field is None:
-                return None
-            current = field.annotation
+            current = _bare(field.annotation) if field is not None else None
         else:
             current = _element(current)
-    while not (isinstance(current, type) and issubclass(current, BaseModel)):
-        inner = _element(current)
-        if inner is None:
-            return None
-        current = inner
-    return current
+    return tuple(keys), current
+
+
+def _is_record(annotation: Any) -> bool:
+    return isinstance(annotation, type) and issubclass(annotation, BaseModel)
+
+
+def _bare(annotation: Any) -> Any:
+    """Type without its notes, and without None beside it."""
+    while typing.get_origin(annotation) is typing.Annotated:
+        annotation = typing.get_args(annotation)[0]
+    if typing.get_origin(annotation) in (typing.Union, types.UnionType):
+        members = [a for a in typing.get_args(annotation) if a is not type(None)]
+        if len(members) == 1:
+            return _bare(members[0])
+    return annotation
+
+
+def _kinds(annotation: Any) -> dict[Any, Any]:
+    """Records of a union by their kind; empty for other types."""
+    if typing.get_origin(annotation) not in (typing.Union, types.UnionType):
+        return {}
+    records = [a for a in typing.get_args(annotation) if _is_record(a)]
+    return {
+        kind: record
+        for record in records
+        if "kind" in record.model_fields
+        for kind in typing.get_args(record.model_fields["kind"].annotation)
+    }
 
 
 def _element(annotation: Any) -> Any:
-    """Type of the elements of a container, or of the non-None part of a union."""
-    origin = typing.get_origin(annotation)
-    arguments = [a for a in typing.get_args(annotation) if a not in (type(None), Ellipsis)]
-    if origin in (dict, tuple, list, typing.Annotated, typing.Union, types.UnionType):
-        return arguments[1] if origin is dict else (arguments[0] if arguments else None)
+    """Type of the elements of a container; None for other types."""
+    arguments = [a for a in typing.get_args(annotation) if a is not Ellipsis]
+    if typing.get_origin(annotation) is dict:
+        return _bare(arguments[1])
+    if typing.get_origin(annotation) in (tuple, list) and arguments:
+        return _bare(arguments[0])
     return None

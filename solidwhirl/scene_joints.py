@@ -78,6 +78,17 @@ class RigidBodySpec(Record):
     interfaces: Annotated[dict[Name, Finite], Field(min_length=1)]
 
     @model_validator(mode="after")
+    def _possible(self) -> RigidBodySpec:
+        largest = max(self.inertia_kg_m2)
+        others = sum(self.inertia_kg_m2) - largest
+        if largest > others * (1.0 + 1e-9):
+            raise ValueError(
+                f"inertia_kg_m2 has {largest:.12g}, which is above the sum of the other two, "
+                f"{others:.12g}; no body is like that"
+            )
+        return self
+
+    @model_validator(mode="after")
     def _turning(self) -> RigidBodySpec:
         x, y, _ = self.center_of_gravity_m
         round_body = x == y == 0.0 and self.inertia_kg_m2[0] == self.inertia_kg_m2[1]
@@ -143,6 +154,13 @@ class PolynomialLawSpec(Record):
     stiffness_y: Coefficients
     damping_x: Coefficients = (1.0,)
     damping_y: Coefficients = (1.0,)
+
+    @model_validator(mode="after")
+    def _rising(self) -> PolynomialLawSpec:
+        low, high = self.argument_range
+        if high <= low:
+            raise ValueError(f"argument_range has ({low:g}, {high:g}); the second must be higher")
+        return self
 
 
 class TableLawSpec(Record):

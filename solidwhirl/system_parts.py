@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from solidwhirl.bodies import scene_materials
 from solidwhirl.geometry import GeometryError
+from solidwhirl.interface_motions import is_off_axis
 from solidwhirl.plan import Plan
 from solidwhirl.rotordyn import (
     LEE_ANISOTROPIC,
@@ -61,8 +62,10 @@ def simple_elements(scene: Scene, plan: Plan) -> dict[str, Superelement]:
     """
     elements = {name: _beam(scene, plan, name, spec) for name, spec in scene.beams.items()}
     still = not plan.on("gyroscopic")
-    held = [m for m, effect in (("uz", "axial"), ("rz", "torsion")) if not plan.on(effect)]
+    unused = {m for m, effect in (("uz", "axial"), ("rz", "torsion")) if not plan.on(effect)}
     for name, body in scene.rigid_bodies.items():
+        # off the axis, lateral and tilting motion drag uz and rz along
+        held = set() if is_off_axis(body) else unused
         elements[name] = rigid_superelement(
             name,
             body.mass_kg,
@@ -124,9 +127,24 @@ def bearings(scene: Scene, plan: Plan) -> tuple[Bearing, ...]:
     off = tuple(name for name in _OF_EFFECT if not plan.on(name))
     damped = plan.on("bearing_damping")
     laws = {name: _law(name, spec, damped) for name, spec in scene.speed_laws.items()}
-    if not plan.on("speed_dependent_bearings"):
-        laws = {}
-    return tuple(_bearing(spec, off, laws) for spec in scene.bearings)
+    if plan.on("speed_dependent_bearings"):
+        return tuple(_bearing(spec, off, laws) for spec in scene.bearings)
+    tables = {name: law for name, law in laws.items() if isinstance(law, TableLaw)}
+    return tuple(_at_rest(_bearing(spec, off, tables)) for spec in scene.bearings)
+
+
+def _at_rest(bearing: Bearing) -> Bearing:
+    """The bearing with the values of its table at rest, as the table has no others."""
+    if bearing.speed_law is None:
+        return bearing
+    zero = np.zeros((2, 2))
+    found = bearing.speed_law.coefficients(0.0, zero, zero)
+    return replace(
+        bearing,
+        speed_law=None,
+        stiffness_n_per_m=found.stiffness_n_per_m,
+        damping_n_s_per_m=found.damping_n_s_per_m,
+    )
 
 
 def _law(name: str, spec: SpeedLawSpec, damped: bool) -> SpeedLaw:
@@ -167,10 +185,11 @@ def gears(scene: Scene, plan: Plan) -> tuple[Gear, ...]:
     """Gears of a scene; none where the plan has torsion off."""
     if not plan.on("torsion"):
         return ()
-    return tuple(_gear(spec) for spec in scene.gears)
+    damped = plan.on("bearing_damping")
+    return tuple(_gear(spec, damped) for spec in scene.gears)
 
 
-def _gear(spec: GearSpec) -> Gear:
+def _gear(spec: GearSpec, damped: bool) -> Gear:
     angle = spec.line_of_action_deg
     return Gear(
         name=spec.name,
@@ -178,7 +197,7 @@ def _gear(spec: GearSpec) -> Gear:
         second=_end(spec.second),
         ratio=spec.ratio,
         mesh_stiffness_n_per_m=spec.mesh_stiffness_n_per_m,
-        mesh_damping_n_s_per_m=spec.mesh_damping_n_s_per_m,
+        mesh_damping_n_s_per_m=spec.mesh_damping_n_s_per_m * float(damped),
         base_radius_first_m=spec.base_radius_first_m,
         line_of_action_rad=None if angle is None else float(np.radians(angle)),
     )

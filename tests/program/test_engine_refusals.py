@@ -92,7 +92,7 @@ stiffness_to_n_per_m = 1e8
 frequency_max_hz = 150.0
 [separation_margins]
 operating = [{ shaft = "lp", from_rpm = 5000.0, to_rpm = 6000.0 }]
-search_to_rpm = 9000.0
+search_factor = 1.5
 [run_up]
 ramp_s = 0.3
 hold_s = 0.2

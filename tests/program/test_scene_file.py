@@ -154,7 +154,10 @@ WRONG = {
     "unknown interface": (
         'first = "inner.B"',
         'first = "inner.X"',
-        ["bearings[1].first: no interface 'inner.X'", "allowed are inner.A, inner.disk, inner.C, inner.B"],
+        [
+            "bearings[1].first: no interface 'inner.X'",
+            "allowed are inner.A, inner.disk, inner.C, inner.B",
+        ],
     ),
     "unknown second end": (
         'second = "outer.C"',

@@ -5,10 +5,11 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import sys
-import tempfile
 import time
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +20,9 @@ from paper.engine import engine_sections  # noqa: E402
 from paper.twin_rotor import twin_sections  # noqa: E402
 
 from solidwhirl.pipeline import Results, run_scene  # noqa: E402
-from solidwhirl.results import results_document, write_results  # noqa: E402
-from solidwhirl.scene_file import read_scene  # noqa: E402
+from solidwhirl.results import write_results  # noqa: E402
+from solidwhirl.scene_file import read_scene, scene_hash  # noqa: E402
+from solidwhirl.versions import package_versions  # noqa: E402
 
 PAGE = ROOT / "docs" / "paper.md"
 PICTURES = ROOT / "docs" / "paper"
@@ -41,18 +43,35 @@ and frequencies ([identify.md](identify.md)); *assumed*, the paper does not say.
 
 
 class Run:
-    """Results of a scene, as records and as plain data, and the folder with its files."""
+    """Results of a scene, as records and as plain data, and the folder with its files.
+
+    A folder that was written from the same scene by the same program is used again.
+    """
 
     def __init__(self, name: str, folder: Path) -> None:
-        start = time.perf_counter()
         scene = read_scene(ROOT / "scenes" / f"{name}.toml")
+        self.name, self.folder = name, folder / name
+        self._scene = scene
+        known = self.folder / "results.json"
+        if known.exists():
+            self.document: dict[str, Any] = json.loads(known.read_text(encoding="utf-8"))
+            same = self.document["scene"]["sha256"] == scene_hash(scene)
+            if same and self.document["packages"] == package_versions():
+                print(f"{name}: as computed before", file=sys.stderr)
+                return
+        start = time.perf_counter()
         results = run_scene(scene, progress=lambda text: print(f"  {text}", file=sys.stderr))
-        assert isinstance(results, Results)
-        self.name = name
-        self.results = results
-        self.document: dict[str, Any] = results_document(results)
-        self.folder = write_results(results, folder / name)
+        assert results is not None
+        write_results(results, self.folder)
+        self.document = json.loads(known.read_text(encoding="utf-8"))
         print(f"{name}: {time.perf_counter() - start:.0f} s", file=sys.stderr)
+
+    @cached_property
+    def results(self) -> Results:
+        """The records, computed anew if need be."""
+        results = run_scene(self._scene)
+        assert results is not None
+        return results
 
     def picture(self, file: str, text: str) -> str:
         """Copy a picture beside the page and return the Markdown that shows it."""
@@ -64,12 +83,13 @@ class Run:
 def main() -> None:
     """Run the scenes and write the page."""
     PICTURES.mkdir(exist_ok=True)
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = Path(scratch)
-        names = ("ferraris", "ferraris_paper", "uhbr_fan", "uhbr_lp", "uhbr_hp", "uhbr_engine")
-        runs = {name: Run(name, folder) for name in names}
-        sections = [*twin_sections(runs), *engine_sections(runs)]
-        PAGE.write_text(HEAD + "\n\n".join(sections) + "\n", encoding="utf-8")
+    names = ("ferraris", "ferraris_paper", "uhbr_fan", "uhbr_lp", "uhbr_hp", "uhbr_engine")
+    chosen = sys.argv[1:] or names
+    runs = {name: Run(name, ROOT / "out" / "paper") for name in chosen}
+    if set(runs) != set(names):
+        return
+    sections = [*twin_sections(runs), *engine_sections(runs)]
+    PAGE.write_text(HEAD + "\n\n".join(sections) + "\n", encoding="utf-8")
     print(f"written: {PAGE}", file=sys.stderr)
 
 

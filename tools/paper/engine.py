@@ -7,9 +7,7 @@ from typing import Any
 import numpy as np
 from paper.rows import Row, markdown, per_cent, table
 
-from solidwhirl.rotordyn import LEE_ANISOTROPIC, LEE_ISOTROPIC, modes_at_speed
-from solidwhirl.rotordyn.body_frames import campbell_seen_by_body
-from solidwhirl.rotordyn.campbell import campbell
+from solidwhirl.rotordyn import LEE_ANISOTROPIC, LEE_ISOTROPIC
 
 RPM = np.pi / 30.0
 # Table 4: mass [kg], centre of gravity [m], polar and diametral inertia [kg m²].
@@ -44,7 +42,7 @@ def engine_sections(runs: dict[str, Any]) -> list[str]:
         "### Table 5 and Figure 8: bearings that depend on the speed",
         _table_5(),
         _law_text(),
-        lp.picture("bearing_laws_C.png", "Stiffness and damping of bearing C over the speed"),
+        engine.picture("bearing_laws_C.png", "Stiffness and damping of bearing C over the speed"),
         "### Figure 9: critical speed map",
         lp.picture("critical_speed_map.png", "Critical speed map of the low pressure unit"),
         _map_text(lp),
@@ -72,7 +70,7 @@ def engine_sections(runs: dict[str, Any]) -> list[str]:
         engine.picture("run_up_spectrogram.png", "Spectrogram of the mount force"),
         _run_up_text(engine),
         "### Section 5.8: required complexity",
-        engine.picture("run_up_complexity.png", "Response of models of less complexity"),
+        engine.picture("complexity_complexity.png", "Response of models of less complexity"),
         _complexity_table(engine),
         "### Appendix B: frames",
         "`solidwhirl.rotordyn.frames` has equations 15 to 17 (`inertial_frequency`) and turns a "
@@ -101,9 +99,9 @@ def _table_4(runs: dict[str, Any]) -> str:
             per_cent(f"{body}: {name}", p, o, unit, "identified")
             for name, unit, p, o in zip(names, units, printed, ours, strict=True)
         ]
-    elements = runs["uhbr_engine"].results.elements
-    mass = sum(e.mass_kg for e in elements.values())
-    center = sum(e.mass_kg * e.center_of_gravity_m[2] for e in elements.values()) / mass
+    parts = runs["uhbr_engine"].document["bodies"].values()
+    mass = sum(b["mass_kg"] for b in parts)
+    center = sum(b["mass_kg"] * b["center_of_gravity_m"][2] for b in parts) / mass
     rows.append(per_cent("engine: mass", TOTAL[0], mass, "kg", "casing is the rest"))
     rows.append(per_cent("engine: centre of gravity", TOTAL[1], center, "m", "casing is the rest"))
     return table(rows)
@@ -170,19 +168,20 @@ def _study_text(lp: Any) -> str:
 
 
 def _table_6(lp: Any) -> str:
-    system = lp.results.system
-    at_rest = modes_at_speed(system, 0.0).frequency_hz[:8:2]
+    at_rest, at_speed = lp.document["analyses"]["mode_shapes"]["speeds"]
     rows = [
-        per_cent(f"mode pair {k + 1} at rest", p, float(o), "Hz", "identified")
-        for k, (p, o) in enumerate(zip(AT_REST, at_rest, strict=True))
+        per_cent(f"mode pair {k + 1} at rest", p, o, "Hz", "identified")
+        for k, (p, o) in enumerate(zip(AT_REST, at_rest["frequency_hz"][:8:2], strict=True))
     ]
-    diagram = campbell(system, np.linspace(0.0, 9000.0, 19) * RPM, branch_count=10)
-    frame = campbell_seen_by_body(system, diagram, "lp")
-    last = np.take_along_axis(frame.frequency_hz[:, :, -1], frame.dominant[None, :, -1], axis=0)[0]
-    rotating = np.sort(last[np.isfinite(last)])
-    start = int(
-        np.argmin([np.abs(rotating[k : k + 6] - AT_9000).sum() for k in range(len(rotating) - 5)])
-    )
+    spin = at_speed["speed_rpm"] / 60.0
+    # Appendix B: forward whirl is seen at |f - spin|, backward whirl at f + spin
+    seen = [
+        abs(f - spin) if whirl == "forward" else f + spin
+        for f, whirl in zip(at_speed["frequency_hz"], at_speed["whirl"], strict=True)
+    ]
+    rotating = np.sort(seen)
+    misses = [np.abs(rotating[k : k + 6] - AT_9000).sum() for k in range(len(rotating) - 5)]
+    start = int(np.argmin(misses))
     for k, printed in enumerate(AT_9000):
         rows.append(
             per_cent(
@@ -190,19 +189,24 @@ def _table_6(lp: Any) -> str:
                 printed,
                 float(rotating[start + k]),
                 "Hz",
-                "prediction of the identified model",
+                "prediction",
             )
         )
-    note = (
-        "\n\nThe values at 9000 rpm were not used in the identification. Ours are the frequencies "
-        "of the damped engine model in the frame of the unit, all that lie between the lowest and "
-        f"the highest of the six: {', '.join(f'{f:.2f}' for f in rotating[:10])} Hz in all. The "
-        "damped values of the paper are "
-        + ", ".join(f"{f:g}" for f in AT_9000_DAMPED)
-        + " Hz; they differ from its undamped ones by up to 13 %, which damping of 1000 N s/m "
-        "can't do to modes whose decrement is small."
+    inertial = ", ".join(
+        f"{f:.2f} {whirl}"
+        for f, whirl in zip(at_speed["frequency_hz"], at_speed["whirl"], strict=True)
     )
-    return table(rows) + note
+    return table(rows) + (
+        "\n\nThe values at 9000 rpm were not used in the identification. Ours are the six "
+        "neighbours that come nearest among those seen in the frame of the unit: "
+        + ", ".join(f"{f:.2f}" for f in rotating)
+        + f" Hz (inertial frame: {inertial}). They do not agree: the paper's six lie within 15 Hz "
+        "of each other, ours do not. The masses and frequencies at rest do not determine the "
+        "gyroscopic behaviour of a unit whose inner layout is withheld. The paper's damped values, "
+        + ", ".join(f"{f:g}" for f in AT_9000_DAMPED)
+        + " Hz, differ from its undamped ones by up to 13 %, which damping of 1000 N s/m can't do "
+        "to modes whose decrement is small."
+    )
 
 
 def _shape_text(lp: Any) -> str:
@@ -262,7 +266,7 @@ def _run_up_text(engine: Any) -> str:
 
 
 def _complexity_table(engine: Any) -> str:
-    found = engine.document["analyses"]["run_up"]["complexity"]
+    found = engine.document["analyses"]["complexity"]["complexity"]
     bands = [f"{low:.0f} to {high:.0f} Hz" for low, high in found["bands_hz"]]
     head = ("model", "coordinates", "peak force [N]", "error of the peak", *bands, "time [s]")
     rows = [

@@ -1,0 +1,265 @@
+"""What the model of a problem's scene says for values of the parameters, remembered."""
+
+from __future__ import annotations
+
+import copy
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solidwhirl.bodies import build_bodies
+from solidwhirl.errors import OutputError, SceneError
+from solidwhirl.geometry import GeometryError, MassProperties, mass_properties
+from solidwhirl.identify_problem import DIGITS, Problem, is_mass_target
+from solidwhirl.rotordyn.atomic import replacing
+from solidwhirl.scene import Scene
+from solidwhirl.scene_file import parse_scene
+
+FloatArray = NDArray[np.float64]
+Progress = Callable[[str], None]
+_RPM = np.pi / 30.0
+# What a scene asks for beyond its model.
+_ANALYSES = ("speeds", "campbell", "analyses")
+
+
+class InfeasibleError(ValueError):
+    """Values of the parameters for which there is no model; the message says why."""
+
+
+class BudgetError(RuntimeError):
+    """The problem's maximum number of evaluations is used up."""
+
+
+class Model:
+    """Quantities of the targets for points of the unit cube of the parameters.
+
+    A point u in [0, 1]^n stands for the values lower + u (upper - lower), rounded to `DIGITS`
+    significant digits. Evaluations of the whole model are kept in a state file, so that a search
+    that repeats the same points continues where it was broken off.
+
+    Parameters
+    ----------
+    problem
+        The problem.
+    state
+        Path of the state file, read if it exists; None for none.
+    progress
+        Called with one line per evaluation.
+
+    Raises
+    ------
+    OutputError
+        The state file belongs to another problem, or can't be read or written.
+
+    Attributes
+    ----------
+    evaluations
+        Evaluations of the whole model, repeated ones counted.
+    infeasible
+        Messages of the points without a model, in order, mass evaluations included.
+    """
+
+    def __init__(
+        self, problem: Problem, state: Path | None = None, progress: Progress = lambda text: None
+    ) -> None:
+        self.problem = problem
+        self.evaluations = 0
+        self.infeasible: list[str] = []
+        self._progress = progress
+        self._limit: int | None = problem.spec.settings.maximum_evaluations
+        self._lower = np.array([p.lower for p in problem.spec.parameters])
+        self._range = np.array([p.upper - p.lower for p in problem.spec.parameters])
+        self._state = state
+        self._known: dict[str, Any] = {} if state is None else _read_state(state, problem)
+
+    def values(self, point: FloatArray) -> dict[str, float]:
+        """Return the values of the parameters by name."""
+        names = [p.name for p in self.problem.spec.parameters]
+        found = self._lower + point * self._range
+        return {n: float(f"{v:.{DIGITS}g}") for n, v in zip(names, found, strict=True)}
+
+    def point(self, values: Mapping[str, float]) -> FloatArray:
+        """Return the point of the unit cube for values of the parameters by name."""
+        found = np.array([values[p.name] for p in self.problem.spec.parameters])
+        return np.asarray((found - self._lower) / self._range)
+
+    def masses(self, point: FloatArray) -> FloatArray:
+        """Return the targets' quantities with nan for those that are not in closed form.
+
+        Raises
+        ------
+        InfeasibleError
+            No body with these values.
+        """
+        try:
+            return _masses(self.problem, self.problem.scene_at(self.values(point)))
+        except (GeometryError, SceneError) as error:
+            self.infeasible.append(str(error))
+            raise InfeasibleError(str(error)) from error
+
+    def whole(self, point: FloatArray, accuracy: float) -> FloatArray:
+        """Return all targets' quantities, at a relative accuracy of the model.
+
+        Interfaces that nothing uses are left out; see `complete`.
+
+        Raises
+        ------
+        InfeasibleError
+            No model with these values.
+        BudgetError
+            After the problem's maximum number of evaluations.
+        """
+        if self._limit is not None and self.evaluations >= self._limit:
+            raise BudgetError
+        self.evaluations += 1
+        found = self._remembered("whole", point, accuracy)
+        value = np.array([t.value for t in self.problem.spec.targets])
+        deviation = np.abs(found / value - 1.0)
+        worst = self.problem.spec.targets[int(deviation.argmax())].name
+        self._progress(
+            f"evaluation {self.evaluations} at accuracy {accuracy:g}: "
+            f"{worst} deviates most, by {deviation.max():.2%}"
+        )
+        return found
+
+    def complete(self, point: FloatArray, accuracy: float) -> FloatArray:
+        """Return all targets' quantities of the scene with all of its interfaces, uncounted.
+
+        Raises
+        ------
+        InfeasibleError
+            No model with these values.
+        """
+        return self._remembered("complete", point, accuracy)
+
+    def _remembered(self, kind: str, point: FloatArray, accuracy: float) -> FloatArray:
+        """Quantities, computed if they are not known."""
+        values = self.values(point)
+        key = json.dumps([kind, accuracy, *values.values()])
+        if key not in self._known:
+            self._known[key] = self._computed(values, accuracy, kind)
+            if self._state is not None and not isinstance(self._known[key], str):
+                _write_state(self._state, self.problem, self._known)
+        found = self._known[key]
+        if isinstance(found, str):
+            self.infeasible.append(found)
+            self._progress(f"evaluation {self.evaluations}: no model: {found}")
+            raise InfeasibleError(found)
+        return np.array(found)
+
+    def lift_limit(self) -> None:
+        """Let what is evaluated after the search not count against its limit."""
+        self._limit = None
+
+    def _computed(
+        self, values: Mapping[str, float], accuracy: float, kind: str
+    ) -> list[float] | str:
+        """Quantities, or why there is no model."""
+        try:
+            data = self.problem.scene_at(values)
+            data = _lean(data) if kind == "whole" else data
+            found = _masses(self.problem, data)
+            if self.problem.needs_model:
+                _fill_frequencies(self.problem, data, accuracy, found)
+        except (ValueError, np.linalg.LinAlgError) as error:
+            # every stage refuses what it can not do with a ValueError of its own
+            return str(error) or type(error).__name__
+        return [float(value) for value in found]
+
+
+def _masses(problem: Problem, data: Mapping[str, Any]) -> FloatArray:
+    """Closed-form mass properties; nan for the other targets."""
+    bodies = build_bodies(parse_scene(dict(data), problem.path))
+    wanted = {t.body for t in problem.spec.targets if is_mass_target(t)}
+    properties = {name: mass_properties(bodies[name]) for name in bodies if name in wanted}
+    return np.array(
+        [
+            _mass(properties[str(t.body)], t.quantity) if is_mass_target(t) else np.nan
+            for t in problem.spec.targets
+        ]
+    )
+
+
+def _mass(properties: MassProperties, quantity: str) -> float:
+    return float(np.atleast_1d(getattr(properties, quantity))[-1])
+
+
+def _fill_frequencies(
+    problem: Problem, data: Mapping[str, Any], accuracy: float, found: FloatArray
+) -> None:
+    """Compute the natural frequencies that targets ask for."""
+    from solidwhirl.pipeline import run_scene
+    from solidwhirl.rotordyn import modes_at_speed
+
+    targets = problem.spec.targets
+    asked = sorted({t.speed_rpm for t in targets if not is_mass_target(t)})
+    results = run_scene(_model_scene(problem, data, accuracy, asked))
+    assert results is not None
+    for speed in asked:
+        frequencies = modes_at_speed(results.system, speed * _RPM).frequency_hz
+        for k, t in enumerate(targets):
+            if is_mass_target(t) or t.speed_rpm != speed or t.mode is None:
+                continue
+            if t.mode > len(frequencies):
+                raise InfeasibleError(
+                    f"target {t.name!r}: mode {t.mode} of {len(frequencies)} that the model has"
+                )
+            found[k] = frequencies[t.mode - 1]
+
+
+def _model_scene(
+    problem: Problem, data: Mapping[str, Any], accuracy: float, speeds_rpm: list[float]
+) -> Scene:
+    """The scene at these speeds without its analyses."""
+    model = {**data.get("model", {}), "accuracy": accuracy}
+    kept = {k: v for k, v in data.items() if k not in _ANALYSES}
+    return parse_scene({**kept, "model": model, "speeds": {"list_rpm": speeds_rpm}}, problem.path)
+
+
+def _lean(data: Mapping[str, Any]) -> dict[str, Any]:
+    """The scene without interfaces that nothing uses: they add no stiffness, but cost time."""
+    joints = [*data.get("bearings", []), *data.get("gears", [])]
+    used = {joint.get(end) for joint in joints for end in ("first", "second")}
+    lean = copy.deepcopy(dict(data))
+    for name, body in lean.get("bodies", {}).items():
+        disks = {disk["interface"] for disk in body.get("rigid_disks", [])}
+        body["interfaces"] = [
+            i
+            for i in body.get("interfaces", [])
+            if f"{name}.{i['name']}" in used
+            or i["name"] in disks
+            or i.get("coupling", "distributing") == "rigid"
+        ]
+    return lean
+
+
+def _read_state(path: Path, problem: Problem) -> dict[str, Any]:
+    """Evaluations of an earlier run of the same problem."""
+    if not path.exists():
+        return {}
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        known, owner = dict(content["evaluations"]), content["problem"]
+    except OSError as error:
+        raise OutputError(f"{path}: can not be read: {error.strerror or error}") from error
+    except (ValueError, KeyError, TypeError) as error:
+        raise OutputError(f"{path}: is no state of an identification; remove it") from error
+    if owner != problem.fingerprint:
+        raise OutputError(
+            f"{path}: is the state of another problem, or of this one before it or its scene was "
+            "changed; remove it, or choose another output file"
+        )
+    return known
+
+
+def _write_state(path: Path, problem: Problem, known: Mapping[str, Any]) -> None:
+    content = {"problem": problem.fingerprint, "evaluations": known}
+    try:
+        with replacing(path) as temporary:
+            temporary.write_text(json.dumps(content, indent=0), encoding="utf-8")
+    except OSError as error:
+        raise OutputError(f"{path}: can not be written: {error.strerror or error}") from error
