@@ -21,6 +21,8 @@ _T = TypeVar("_T")
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+# Width of a letter of a label, as a fraction of the length of the body.
+_LABEL_WIDTH = 0.014
 _RPM = 30.0 / np.pi
 # Colours of Okabe and Ito, with dashes that tell bodies apart without colour.
 _COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#7F7F7F")
@@ -175,12 +177,7 @@ def draw_body_modes(shapes: ModeShapes, body: str, path: str | Path, title: str)
             markevery=(3 * mode % 7, max(1, shape.axial_m.size // 8)),
             label=_mode_title(shapes, mode),
         )
-    for name, place in zip(shape.interfaces, shape.interface_axial_m, strict=True):
-        axes.axvline(place, color="#7F7F7F", linewidth=0.7, linestyle=(0, (2, 2)), zorder=0.8)
-        axes.annotate(
-            name, (place, 1.12), xytext=(0, 2), textcoords="offset points", ha="center",
-            va="bottom", fontsize=8, annotation_clip=False,
-        )  # fmt: skip
+    _draw_interfaces(axes, shape)
     axes.axhline(0.0, color="black", linewidth=0.6)
     axes.set_ylim(-1.12, 1.12)
     axes.set_xlabel("axial position [m]")
@@ -189,6 +186,23 @@ def draw_body_modes(shapes: ModeShapes, body: str, path: str | Path, title: str)
     _grid(axes)
     figure.legend(loc="outside right upper", frameon=False, fontsize=8)
     write_figure(figure, path)
+
+
+def _draw_interfaces(axes: Axes, shape: BodyShape) -> None:
+    """Draw a line at each interface; names that would touch the one before are left out."""
+    room = _LABEL_WIDTH * float(np.ptp(shape.axial_m))
+    last = -np.inf
+    for k in np.argsort(shape.interface_axial_m):
+        name, place = shape.interfaces[k], float(shape.interface_axial_m[k])
+        axes.axvline(place, color="#7F7F7F", linewidth=0.7, linestyle=(0, (2, 2)), zorder=0.8)
+        half = 0.5 * room * len(name)
+        if place - half < last:
+            continue
+        last = place + half
+        axes.annotate(
+            name, (place, 1.12), xytext=(0, 2), textcoords="offset points", ha="center",
+            va="bottom", fontsize=8, annotation_clip=False,
+        )  # fmt: skip
 
 
 def draw_participation(result: Participation, path: str | Path, title: str) -> None:
