@@ -150,6 +150,28 @@ speed_count = 15
 """
 
 
+# The engine let go at P: what a wing needs that carries it there.
+FREE = """[[analyses]]
+kind = "state_space"
+inputs = ["casing.P"]
+outputs = ["casing.P"]
+to_rpm = 13690
+speed_count = 15
+"""
+
+
+def _freed(text: str) -> str:
+    """Return the head and bodies for the engine without its mount, at rest only."""
+    text = text.replace('name = "uhbr_engine"', 'name = "uhbr_engine_free"')
+    text = text.replace('on the casing"\nnotes', 'on the casing, free at the mount P"\nnotes')
+    text = text.replace("It is held at P, whose", "It is free: forces and motions at P, whose")
+    text = text.replace(
+        "place is ASSUMED to be the engine's centre of gravity.",
+        "place is ASSUMED to be the engine's centre of gravity, go to the wing.",
+    )
+    return text.replace("to_rpm = 13690\ncount = 21", "to_rpm = 0\ncount = 1", 1)
+
+
 def main() -> None:
     """Write the scene."""
     ratios = {"fan": 0.315, "lp": 1.0, "hp": -1.32}
@@ -185,9 +207,13 @@ def main() -> None:
         for name, body in BEARINGS.items()
     ]
     parts = [HEAD.rstrip(), *materials.values(), *bodies, _casing(units, places), *joints]
-    out = "\n\n".join(parts) + "\n" + TAIL
-    tomllib.loads(out)
-    (SCENES / "uhbr_engine.toml").write_text(out, encoding="utf-8")
+    gear = TAIL.split("[[bearings]]", 1)[0]
+    for name, out in (
+        ("uhbr_engine", "\n\n".join(parts) + "\n" + TAIL),
+        ("uhbr_engine_free", _freed("\n\n".join(parts)) + "\n" + gear + FREE),
+    ):
+        tomllib.loads(out)
+        (SCENES / f"{name}.toml").write_text(out, encoding="utf-8")
 
 
 def _without_unused_nodes(block: str, kept: tuple[str, ...]) -> str:
