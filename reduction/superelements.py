@@ -223,7 +223,9 @@ def lateral_free_frequencies(element: Superelement) -> FloatArray:
     Lateral coordinates are those that M or K link to an interface's ux, uy, rx or ry; axial
     motion and torsion of a body of revolution are not linked to them.
     """
-    scale = [np.sqrt(np.outer(np.diag(a), np.diag(a))) for a in (element.mass, element.stiffness)]
+    # a coordinate that costs no force, such as the one torsion of a body, may be rounded below 0
+    size = [np.sqrt(np.maximum(np.diag(a), 0.0)) for a in (element.mass, element.stiffness)]
+    scale = [np.outer(s, s) for s in size]
     linked = np.abs(element.mass) > 1e-9 * scale[0]
     linked |= np.abs(element.stiffness) > 1e-9 * scale[1]
     _, group = connected_components(linked, directed=False)
