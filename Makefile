@@ -10,7 +10,7 @@ export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM := 1
 export OMPI_MCA_rmaps_base_oversubscribe := 1
 export OMPI_MCA_mpi_yield_when_idle := 1
 
-.PHONY: help setup pipeline test check verify paper bench clean
+.PHONY: help setup pipeline test check verify paper study bench clean
 
 help: ## say what can be made
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
@@ -39,8 +39,18 @@ verify: ## long comparisons: converged figures, other programs (installs calculi
 paper: setup ## compute every table and figure of the paper, write docs/paper.md
 	@$(BIN)/python tools/paper
 
-bench: setup ## measure time and memory
+study: setup ## error against time and memory over levels, meshes and modes (SCENE=ferraris)
+	@$(BIN)/solidwhirl study scenes/$(SCENE).toml --out out/study/$(SCENE)
+
+bench: setup ## measure time and memory, beside other programs (an hour)
+	@tools/setup.sh verify
 	@tools/ross_environment.sh
+	@tools/exudyn_environment.sh
+	@$(BIN)/python bench/peers.py
+	@$(BIN)/python bench/effectivity.py
+	@$(BIN)/python bench/dial.py
+	@$(BIN)/python bench/scaling.py
+	@$(BIN)/python bench/solver_settings.py
 	@$(BIN)/python bench/harmonic_and_solid.py
 	@$(BIN)/python bench/engine.py
 	@$(BIN)/python bench/run_up.py

@@ -5,13 +5,22 @@ from solidwhirl.meshing.files import write_gmsh, write_vtu
 from solidwhirl.meshing.meridian import MINIMUM_SCALED_JACOBIAN, mesh_meridian
 from solidwhirl.meshing.prediction import predict_unknowns
 from solidwhirl.meshing.quality import scaled_jacobians, straighten
-from solidwhirl.meshing.records import FloatArray, IntArray, Mesh, MeshQuality, MeshSize
+from solidwhirl.meshing.records import (
+    FloatArray,
+    IntArray,
+    LocalSize,
+    Mesh,
+    MeshQuality,
+    MeshSize,
+)
+from solidwhirl.meshing.refinement import refined_size
 from solidwhirl.meshing.solid import mesh_solid
 
 __all__ = [
     "MINIMUM_SCALED_JACOBIAN",
     "FloatArray",
     "IntArray",
+    "LocalSize",
     "Mesh",
     "MeshQuality",
     "MeshSize",
@@ -19,6 +28,7 @@ __all__ = [
     "mesh_meridian",
     "mesh_solid",
     "predict_unknowns",
+    "refined_size",
     "scaled_jacobians",
     "straighten",
     "write_gmsh",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from solidwhirl.geometry import Body, Face, Subdivision
 from solidwhirl.meshing.errors import MeshingError
-from solidwhirl.meshing.records import FloatArray, MeshSize
+from solidwhirl.meshing.records import FloatArray, LocalSize, MeshSize
 
 # Elements across the quarter circle of a fillet.
 _ACROSS_FILLET = 4
@@ -107,6 +107,58 @@ def face_edges(subdivision: Subdivision, face: Face) -> tuple[FloatArray, FloatA
     return p, np.roll(p, -1, axis=0)
 
 
+def local_size_field(local: LocalSize, size: MeshSize) -> None:
+    """Set gmsh's size field of a meridian: sizes given at points, and no larger than the largest.
+
+    Parameters
+    ----------
+    local
+        Sizes over a triangulation of the meridian.
+    size
+        For the largest edge.
+    """
+    corners = local.points[local.triangles]
+    z, r = corners[:, :, 0], corners[:, :, 1]
+    values = local.size_m[local.triangles]
+    data = np.concatenate([r, np.zeros_like(r), z, values], axis=1)
+    view = gmsh.view.add("sizes")
+    gmsh.view.addListData(view, "ST", len(data), data.ravel())
+    field = gmsh.model.mesh.field
+    given = field.add("PostView")
+    field.setNumber(given, "ViewTag", view)
+    field.setNumber(given, "UseClosest", 1)
+    largest = field.add("Constant")
+    field.setNumber(largest, "VIn", size.size_m)
+    field.setNumber(largest, "VOut", size.size_m)
+    graded = _graded_fields(local.places, local.growth, size.size_m, 2)
+    minimum = field.add("Min")
+    field.setNumbers(minimum, "FieldsList", [given, largest, *graded])
+    field.setAsBackgroundMesh(minimum)
+
+
+def _graded_fields(
+    places: Iterable[tuple[float, float, float]], growth: float, largest: float, dimension: int
+) -> list[int]:
+    """Size fields that grow with the distance from places (z, r, h), of circles in 3D.
+
+    In the plane a ball does it, which gmsh evaluates ten times faster than an expression.
+    """
+    field = gmsh.model.mesh.field
+    tags = []
+    for z, r, h in places:
+        if dimension == 2:
+            tags.append(field.add("Ball"))
+            settings = {"XCenter": r, "YCenter": 0.0, "ZCenter": z, "Radius": 1e-9 * largest}
+            settings |= {"VIn": h, "VOut": largest, "Thickness": (largest - h) / growth}
+            for name, value in settings.items():
+                field.setNumber(tags[-1], name, value)
+        else:
+            tags.append(field.add("MathEval"))
+            distance = f"Sqrt((z-({z!r}))^2+(Sqrt(x^2+y^2)-({r!r}))^2)"
+            field.setString(tags[-1], "F", f"{h!r}+{growth!r}*{distance}")
+    return tags
+
+
 def size_fields(body: Body, subdivision: Subdivision, size: MeshSize, entities: list[int]) -> None:
     """Set gmsh's size field: graded to re-entrant corners, bounded by the sections' thickness.
 
@@ -130,10 +182,8 @@ def size_fields(body: Body, subdivision: Subdivision, size: MeshSize, entities: 
         field.setNumber(tags[-1], "VIn", bound)
         field.setNumber(tags[-1], "VOut", 1e22)
         field.setNumbers(tags[-1], key, [entity])
-    for z, r, h in graded_places(body, subdivision, size):
-        tags.append(field.add("MathEval"))
-        distance = f"Sqrt((z-({z!r}))^2+(Sqrt(x^2+y^2)-({r!r}))^2)"
-        field.setString(tags[-1], "F", f"{h!r}+{size.growth!r}*{distance}")
+    places = graded_places(body, subdivision, size)
+    tags += _graded_fields(places, size.growth, size.size_m, dimension)
     minimum = field.add("Min")
     field.setNumbers(minimum, "FieldsList", tags)
     field.setAsBackgroundMesh(minimum)

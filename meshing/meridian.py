@@ -8,10 +8,17 @@ import gmsh
 import numpy as np
 
 from solidwhirl.geometry import Body, Subdivision, merge_fillets, subdivide
-from solidwhirl.meshing.drawing import draw, gmsh_session, size_fields
+from solidwhirl.meshing.drawing import draw, gmsh_session, local_size_field, size_fields
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.quality import scaled_jacobians, straighten
-from solidwhirl.meshing.records import FloatArray, IntArray, Mesh, MeshQuality, MeshSize
+from solidwhirl.meshing.records import (
+    FloatArray,
+    IntArray,
+    LocalSize,
+    Mesh,
+    MeshQuality,
+    MeshSize,
+)
 
 #: Elements below this scaled Jacobian are straightened; what stays below is refused.
 MINIMUM_SCALED_JACOBIAN = 0.02
@@ -20,7 +27,7 @@ LINE3, TRIANGLE6, TETRAHEDRON10 = 8, 9, 11
 _NODES = {LINE3: 3, TRIANGLE6: 6, TETRAHEDRON10: 10}
 
 
-def mesh_meridian(body: Body, size: MeshSize) -> Mesh:
+def mesh_meridian(body: Body, size: MeshSize, local: LocalSize | None = None) -> Mesh:
     """Mesh the meridian of a body with second-order triangles.
 
     Parameters
@@ -29,6 +36,8 @@ def mesh_meridian(body: Body, size: MeshSize) -> Mesh:
         The body; its sections become cell sections, its interfaces sets of facets.
     size
         Element sizes.
+    local
+        Element sizes over the meridian, in place of those that corners and thicknesses ask for.
 
     Returns
     -------
@@ -45,7 +54,10 @@ def mesh_meridian(body: Body, size: MeshSize) -> Mesh:
     subdivision = merge_fillets(subdivide(body))
     with gmsh_session():
         drawing = draw(subdivision)
-        size_fields(body, subdivision, size, list(drawing.faces))
+        if local is None:
+            size_fields(body, subdivision, size, list(drawing.faces))
+        else:
+            local_size_field(local, size)
         gmsh.option.setNumber("Mesh.Algorithm", 6)
         gmsh.model.mesh.generate(2)
         gmsh.model.mesh.setOrder(2)

@@ -51,6 +51,38 @@ class MeshSize:
             )
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LocalSize:
+    """Element sizes wanted over a meridian, as a function that is linear in triangles.
+
+    Attributes
+    ----------
+    points
+        (m, 2) places (z, r) [m].
+    triangles
+        (c, 3) corners of the triangles.
+    size_m
+        (m,) element edge at the points [m].
+    places
+        (z, r, h): places with an element edge of their own, from which it grows.
+    growth
+        Growth of the edge per metre of distance from these places.
+    """
+
+    points: FloatArray
+    triangles: IntArray
+    size_m: FloatArray
+    places: tuple[tuple[float, float, float], ...] = ()
+    growth: float = 0.6
+
+    def __post_init__(self) -> None:
+        """Refuse sizes that no mesh can have; make the arrays read-only."""
+        if not (np.isfinite(self.size_m).all() and (self.size_m > 0.0).all()):
+            raise MeshingError("mesh size_m of the local sizes must be positive everywhere")
+        for array in (self.points, self.triangles, self.size_m):
+            array.setflags(write=False)
+
+
 @dataclass(frozen=True, kw_only=True)
 class MeshQuality:
     """Quality of the curved elements.

@@ -53,6 +53,35 @@ def scalar_space(mesh: Any, family: str, degree: int) -> Any:
     return space(mesh, (family, degree))
 
 
+def polynomial_degree(space: Any) -> int:
+    """Degree of a Lagrange space."""
+    degree = space.ufl_element().degree
+    return int(degree() if callable(degree) else degree)
+
+
+def straight_cells(mesh: Any) -> tuple[Any, IntArray]:
+    """Coordinates of the mesh's nodes and the vertices of its cells (one process).
+
+    The cells come in the order of the cell-wise constants of the mesh.
+    """
+    nodes = mesh.geometry.dofmap
+    count = mesh.topology.index_map(mesh.topology.dim).size_local
+    table = nodes.array.reshape(count, -1) if hasattr(nodes, "array") else np.asarray(nodes)
+    dimension = mesh.topology.dim
+    return mesh.geometry.x[:, :dimension].copy(), table[:, : dimension + 1].astype(np.int64)
+
+
+def cell_unknowns(space: Any) -> IntArray:
+    """Local unknowns (blocks of them) of every cell, flat."""
+    cells = space.dofmap.list
+    return np.asarray(cells.array if _OLD else cells, dtype=np.int64).ravel()
+
+
+def constant(mesh: Any, value: float) -> Any:
+    """Constant of a form that is no part of its compiled code."""
+    return fem.Constant(mesh, PETSc.ScalarType(value))
+
+
 def petsc_vector(function: Any) -> Any:
     """PETSc vector of a function."""
     return function.vector if _OLD else function.x.petsc_vec
@@ -83,6 +112,16 @@ def assemble_vector(form: Any) -> Any:
     vector = dolfinx.fem.petsc.assemble_vector(form)
     vector.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
     return vector
+
+
+def collect_garbage(comm: Any) -> None:
+    """Free what PETSc kept of objects that Python has dropped; PETSc 3.18 and later only.
+
+    From then on PETSc keeps them until all ranks agree, and never asks by itself.
+    """
+    clean = getattr(PETSc, "garbage_cleanup", None)
+    if clean is not None:
+        clean(comm)
 
 
 def _permutation(dimension: int, nodes: int) -> IntArray:

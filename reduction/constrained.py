@@ -1,7 +1,7 @@
 """Linear systems and eigenproblems under linear constraints B u = q.
 
 The constraint rows border the matrix, ``[[A, Bᵀ], [B, 0]]``; MUMPS factorises the symmetric
-indefinite result once, and SLEPc's shift-and-invert uses that factor.
+indefinite result once, and all solutions and modes use that factor.
 """
 
 from __future__ import annotations
@@ -12,15 +12,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from petsc4py import PETSc
-from slepc4py import SLEPc
 
+from solidwhirl.reduction.block_krylov import krylov_pairs
 from solidwhirl.reduction.errors import ReductionError
+from solidwhirl.reduction.memory import available_memory_bytes
+from solidwhirl.reduction.vectors import apply, dense_matrix
 
 FloatArray = NDArray[np.float64]
+#: Right-hand sides that MUMPS takes through the factor together (ICNTL(27)).
+SOLUTION_BLOCK = 32
+_MEGABYTE = 1_000_000
 
 
 def bordered(matrix: Any, rows: FloatArray) -> Any:
-    """Border a distributed matrix with dense rows and their transposes.
+    """Border a distributed symmetric matrix with dense rows and their transposes.
 
     Parameters
     ----------
@@ -31,48 +36,40 @@ def bordered(matrix: Any, rows: FloatArray) -> Any:
 
     Returns
     -------
-    (N + b, N + b) PETSc AIJ matrix; the b new unknowns are the last of the last rank.
+    (N + b, N + b) PETSc SBAIJ matrix, of which the upper half is stored; the b new unknowns are
+    the last of the last rank.
     """
     comm = matrix.comm.tompi4py()
     last = comm.rank == comm.size - 1
     size, b = matrix.getSize()[0], rows.shape[1]
     local = matrix.getLocalSize()[0]
-    indptr, indices, data = _with_border_columns(matrix, rows, size)
+    indptr, indices, data = matrix.getValuesCSR()
+    i, j = np.nonzero(rows)  # row by row; the border's columns are the largest of their rows
+    place = indptr[i + 1]
+    indices = np.insert(indices, place, size + j)
+    data = np.insert(data, place, rows[i, j])
+    added = np.concatenate([[0], np.cumsum(np.bincount(i, minlength=local))])
+    indptr = indptr + added
     counts = comm.gather(rows, root=comm.size - 1)
     if last:
         dense = np.vstack(counts)
-        for j in range(b):
-            columns = np.flatnonzero(dense[:, j])
-            indices = np.concatenate([indices, columns, [size + j]])
-            data = np.concatenate([data, dense[columns, j], [0.0]])
+        for k in range(b):
+            columns = np.flatnonzero(dense[:, k])
+            # the diagonal is stored, though zero: MUMPS wants it
+            indices = np.concatenate([indices, columns, [size + k]])
+            data = np.concatenate([data, dense[columns, k], [0.0]])
             indptr = np.append(indptr, indptr[-1] + len(columns) + 1)
         local += b
-    out = PETSc.Mat().createAIJ(
+    whole = PETSc.Mat().createAIJ(
         size=((local, size + b), (local, size + b)),
         csr=(indptr.astype(PETSc.IntType), indices.astype(PETSc.IntType), data),
         comm=comm,
     )
-    out.assemble()
-    out.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+    whole.assemble()
+    whole.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+    out = whole.convert("sbaij", PETSc.Mat())
+    whole.destroy()
     return out
-
-
-def _with_border_columns(
-    matrix: Any, rows: FloatArray, size: int
-) -> tuple[NDArray[Any], NDArray[Any], FloatArray]:
-    """CSR of this rank's rows, without stored zeros, with the border's columns appended."""
-    indptr, indices, data = matrix.getValuesCSR()
-    start = matrix.getOwnershipRange()[0]
-    counts = np.diff(indptr)
-    # the diagonal stays, even if zero: MUMPS and shifts want it
-    keep = (data != 0.0) | (indices == np.repeat(np.arange(start, start + len(counts)), counts))
-    kept = np.concatenate([[0], np.cumsum(keep)])[indptr]
-    indices, data = indices[keep].astype(np.int64), data[keep]
-    i, j = np.nonzero(rows)  # row by row; the border's columns are the largest of their rows
-    indices = np.insert(indices, kept[i + 1], size + j)
-    data = np.insert(data, kept[i + 1], rows[i, j])
-    added = np.concatenate([[0], np.cumsum(np.bincount(i, minlength=len(counts)))])
-    return kept + added, indices, data
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -89,17 +86,25 @@ class ConstrainedFactor:
         Negative eigenvalues of the bordered matrix; b of them belong to the border if A is
         positive definite under the constraint (Sylvester), every further one is an eigenvalue
         of A below zero.
+    memory_bytes
+        Memory of the factor, on all ranks.
     """
 
     matrix: Any
     solver: Any
     border: int
     negative_pivots: int
+    memory_bytes: int
 
     @property
     def indefinite_count(self) -> int:
         """Negative eigenvalues of A on the space B u = 0."""
         return self.negative_pivots - self.border
+
+    def destroy(self) -> None:
+        """Free the factor and its matrix."""
+        self.solver.destroy()
+        self.matrix.destroy()
 
     def solve(self, force: FloatArray | None, values: FloatArray | None) -> FloatArray:
         """Solve A u + Bᵀ λ = force, B u = values.
@@ -118,30 +123,41 @@ class ConstrainedFactor:
         comm = self.matrix.comm.tompi4py()
         given = force if force is not None else values
         assert given is not None
-        x, y = self.matrix.createVecs()
-        own = y.getLocalSize() - (self.border if comm.rank == comm.size - 1 else 0)
-        out = np.empty((y.getLocalSize(), given.shape[1]))
-        for k in range(given.shape[1]):
-            y.set(0.0)
-            if force is not None:
-                y.array[:own] = force[:, k]
-            if values is not None and comm.rank == comm.size - 1:
-                y.array[own:] = values[:, k]
-            self.solver.solve(y, x)
-            out[:, k] = x.array_r
+        last = comm.rank == comm.size - 1
+        rows = self.matrix.getLocalSize()[0]
+        own = rows - (self.border if last else 0)
+        right = np.zeros((rows, given.shape[1]), order="F")
+        if force is not None:
+            right[:own] = force
+        if values is not None and last:
+            right[own:] = values
+        return self.solve_whole(right)
+
+    def solve_whole(self, right: FloatArray) -> FloatArray:
+        """Solve the bordered system for every column of a block.
+
+        Parameters
+        ----------
+        right
+            (local N + own border rows, k).
+
+        Returns
+        -------
+        Same shape. All columns go through the factor together, which is several times faster
+        than one by one.
+        """
+        if not right.shape[1]:
+            return np.empty(right.shape)
+        comm, height = self.matrix.comm, self.matrix.getSize()[0]
+        b = dense_matrix(right, height, comm)
+        x = dense_matrix(np.zeros(right.shape, order="F"), height, comm)
+        result = self.solver.getPC().getFactorMatrix()
+        result.matSolve(b, x)
+        result.destroy()  # this reference to it
+        out = np.array(x.getDenseArray(), order="F")
+        b.destroy()
+        x.destroy()
         return out
-
-
-def _mumps(context: Any) -> None:
-    """Direct solution by MUMPS, symmetric."""
-    context.setType(PETSc.KSP.Type.PREONLY)
-    pc = context.getPC()
-    pc.setType(PETSc.PC.Type.CHOLESKY)
-    pc.setFactorSolverType("mumps")
-    pc.setFactorSetUpSolverType()
-    factor = pc.getFactorMatrix()
-    factor.setMumpsIcntl(13, 1)  # root on one process: the inertia is then counted whole
-    factor.setMumpsIcntl(14, 40)  # work space for delayed pivots of the border
 
 
 def factorise(matrix: Any, rows: FloatArray) -> ConstrainedFactor:
@@ -153,17 +169,64 @@ def factorise(matrix: Any, rows: FloatArray) -> ConstrainedFactor:
         (N, N) PETSc matrix.
     rows
         (local N, b) this rank's part of Bᵀ (b may be 0).
+
+    Raises
+    ------
+    ReductionError
+        The factor needs more memory than the machine has available, which is known before any
+        of it is computed; or the factorisation failed.
     """
     whole = bordered(matrix, rows)
     solver = PETSc.KSP().create(whole.comm)
     solver.setOperators(whole)
-    _mumps(solver)
+    available = available_memory_bytes(whole.comm.tompi4py())
+    _mumps(solver, available)
     solver.setUp()
+    result = solver.getPC().getFactorMatrix()
+    _refuse_failure(result, whole.getSize()[0], available)
     # INFOG(12); getInertia would want null pivot detection, which costs a quarter of the time
-    negative = int(solver.getPC().getFactorMatrix().getMumpsInfog(12))
+    negative = int(result.getMumpsInfog(12))
+    memory = _MEGABYTE * int(result.getMumpsInfog(22))
+    result.destroy()  # this reference to it
     return ConstrainedFactor(
-        matrix=whole, solver=solver, border=rows.shape[1], negative_pivots=negative
+        matrix=whole,
+        solver=solver,
+        border=rows.shape[1],
+        negative_pivots=negative,
+        memory_bytes=memory,
     )
+
+
+def _mumps(context: Any, available: int | None) -> None:
+    """Direct solution by MUMPS, symmetric."""
+    context.setType(PETSc.KSP.Type.PREONLY)
+    pc = context.getPC()
+    pc.setType(PETSc.PC.Type.CHOLESKY)
+    pc.setFactorSolverType("mumps")
+    pc.setFactorSetUpSolverType()
+    factor = pc.getFactorMatrix()
+    factor.setMumpsIcntl(13, 1)  # root on one process: the inertia is then counted whole
+    factor.setMumpsIcntl(14, 40)  # work space for delayed pivots of the border
+    factor.setMumpsIcntl(27, SOLUTION_BLOCK)
+    if available is not None:
+        # what it may take; address space, of which only what is needed becomes memory
+        factor.setMumpsIcntl(23, max(1, available // _MEGABYTE))
+    factor.destroy()  # this reference to it
+
+
+def _refuse_failure(factor: Any, size: int, available: int | None) -> None:
+    """Turn what MUMPS says into an error; PETSc would go on without a factor."""
+    state = int(factor.getMumpsInfog(1))
+    if state >= 0:
+        return
+    needed = int(factor.getMumpsInfog(16)) / 1e3
+    if state in (-9, -13, -19) and available is not None:
+        raise ReductionError(
+            f"the factor of {size} unknowns needs {needed:.3g} GB of memory in one process and "
+            f"{available / 1e9:.3g} GB are available; take a coarser mesh, the harmonic level, "
+            "or more processes on other machines"
+        )
+    raise ReductionError(f"the factorisation of {size} unknowns failed: MUMPS INFOG(1) = {state}")
 
 
 def eigenpairs(
@@ -172,33 +235,29 @@ def eigenpairs(
     *,
     shift: float,
     count: int,
-    tolerance: float = 1e-12,
+    tolerance: float = 1e-11,
     deflate: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Eigenpairs of A u = λ M u nearest to a shift under B u = 0, with the factor at hand.
 
-    SLEPc's shift-and-invert is given ``A - shift M``, already factorised, as its matrix and zero
-    as its shift, so that nothing is factorised twice.
-
     Parameters
     ----------
     factor
-        Factor of the bordered ``A - shift M``.
+        Factor of the bordered ``A - shift M``; stays as it is and can go on solving.
     mass
-        Bordered M (zero border).
+        M, without a border.
     shift
         The shift that the factor was made for.
     count
         Eigenpairs wanted.
+    tolerance
+        Relative residual of the inverse problem, in the norm of M.
     deflate
-        (local, k) vectors to keep out (rigid-body modes), bordered layout.
-
-    The factor is used up: SLEPc clears it when it is done. Solve what else it is needed for
-    before.
+        (local, k) M-orthonormal vectors to keep out (rigid-body modes).
 
     Returns
     -------
-    eigenvalues (m,), vectors (local N + own border rows, m)
+    eigenvalues (m,), vectors (local N, m)
         With m >= count unless the space has fewer; M-orthonormal to round-off.
 
     Raises
@@ -206,43 +265,19 @@ def eigenpairs(
     ReductionError
         If fewer pairs than asked converged.
     """
-    operator = factor.matrix
-    free = operator.getSize()[0] - 2 * factor.border
-    count = min(count, free)
-    eps = SLEPc.EPS().create(operator.comm)
-    eps.setOperators(operator, mass)
-    eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
-    eps.setType(SLEPc.EPS.Type.KRYLOVSCHUR)
-    eps.setTarget(0.0)
-    eps.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
-    eps.setTolerances(tol=tolerance, max_it=500)
-    # purification clears the border's part of the vectors, which is not used
-    eps.setPurify(False)
-    eps.setDimensions(nev=count, ncv=min(max(2 * count, count + 16), free))
-    st = eps.getST()
-    st.setType(SLEPc.ST.Type.SINVERT)
-    st.setShift(0.0)
-    st.setKSP(factor.solver)
-    if deflate is not None and deflate.shape[1]:
-        eps.setDeflationSpace(_as_vectors(operator, deflate))
-    eps.solve()
-    found = eps.getConverged()
-    if found < count:
-        raise ReductionError(f"{found} of {count} fixed-interface modes converged")
-    x = operator.createVecRight()
-    values, vectors = np.empty(found), np.empty((x.getLocalSize(), found))
-    for k in range(found):
-        values[k] = eps.getEigenpair(k, x).real + shift
-        vectors[:, k] = x.array_r
-    eps.destroy()
+    local, size = mass.getLocalSize()[0], mass.getSize()[0]
+    outside = np.empty((local, 0)) if deflate is None else deflate
+    count = min(count, size - factor.border - outside.shape[1])
+    theta, vectors, _ = krylov_pairs(
+        lambda block: factor.solve(apply(mass, block), None)[:local],
+        mass,
+        first=lambda theta: np.argsort(-np.abs(theta)),
+        count=count,
+        tolerance=tolerance,
+        outside=outside,
+    )
+    if len(theta) < count:
+        raise ReductionError(f"{len(theta)} of {count} fixed-interface modes converged")
+    values = shift + 1.0 / theta
     order = np.argsort(values)
     return values[order], vectors[:, order]
-
-
-def _as_vectors(matrix: Any, block: FloatArray) -> list[Any]:
-    out = []
-    for k in range(block.shape[1]):
-        v = matrix.createVecRight()
-        v.array[:] = block[:, k]
-        out.append(v)
-    return out

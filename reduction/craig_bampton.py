@@ -20,26 +20,28 @@ from petsc4py import PETSc
 
 from solidwhirl.reduction.constrained import (
     ConstrainedFactor,
-    bordered,
     eigenpairs,
     factorise,
 )
 from solidwhirl.reduction.errors import ReductionError
+from solidwhirl.reduction.merging import is_of_order, merged, reference_eigenvalue
 from solidwhirl.reduction.operators import BodyOperators
-from solidwhirl.reduction.vectors import apply, inner, project, symmetric
+from solidwhirl.reduction.spinning_modes import (
+    MARGIN,
+    Spinning,
+    modes_at_speed,
+    remaining_stiffness,
+)
+from solidwhirl.reduction.vectors import apply, inner, project
 
 FloatArray = NDArray[np.float64]
 
 #: Hoop strain beyond which a centrifugal field computed on the undeformed shape is refused.
 MAXIMUM_HOOP_STRAIN = 0.05
-# All matrices of a body come from one space and have one pattern.
-_SAME = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
+# All matrices of a body come from one space; the stiffness has all entries that others have.
+_SAME = PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN
 # Relative change of a modal stiffness by Ω² (Kσ - S) from which the top speed gets modes too.
 _PRESTRESS_MATTERS = 1e-4
-# Singular values of the merged modes below this are the same vector twice.
-_SAME_VECTOR = 1e-7
-# A Rayleigh quotient this near to n counts as order n; a mesh mixes orders a little.
-_ORDER_TOLERANCE = 0.25
 # Modes this near in λ are one cluster: their directions are not determined.
 _CLUSTER = 1e-6
 
@@ -58,6 +60,15 @@ class Basis:
         (m,) squared angular frequencies of the interior vectors (Rayleigh-Ritz, at rest) [1/s²].
     fixed_eigenvalues
         (k,) those of the fixed-interface modes at rest, k <= m.
+    omitted_eigenvalue
+        Lowest eigenvalue of a fixed-interface mode at rest that is not in the basis, or the
+        highest that is, whichever is known [1/s²].
+    factor
+        Factor of K - shift M at rest with the interfaces held.
+    shift
+        0, or a small negative number [1/s²] where rigid motions are not held.
+    free
+        (local û, f) rigid motions that the interfaces do not hold; they lie in the basis.
     solved
         What was factorised and solved, in order.
     """
@@ -66,6 +77,10 @@ class Basis:
     interface_count: int
     eigenvalues: FloatArray
     fixed_eigenvalues: FloatArray
+    omitted_eigenvalue: float
+    factor: ConstrainedFactor
+    shift: float
+    free: FloatArray
     solved: tuple[str, ...]
 
 
@@ -75,6 +90,7 @@ def reduction_basis(
     modes: int,
     maximum_speed_rad_s: float,
     orders: tuple[int, ...] = (1,),
+    speeds_between_rad_s: tuple[float, ...] = (),
 ) -> Basis:
     """Compute the basis.
 
@@ -90,6 +106,8 @@ def reduction_basis(
     orders
         Solid only: circumferential orders of the modes that are kept. Orders other than 0 and 1
         load no interface of a body of revolution.
+    speeds_between_rad_s
+        Speeds between rest and the top whose modes are taken in as well.
 
     Raises
     ------
@@ -101,7 +119,7 @@ def reduction_basis(
     rows = operators.coupling.rows
     all_rows = np.hstack([rows, operators.coupling.anchors])
     free = _unrestrained(operators, all_rows)
-    shift = -_reference_eigenvalue(operators) if free.shape[1] else 0.0
+    shift = -reference_eigenvalue(operators) if free.shape[1] else 0.0
     solved = []
     factor = _factor(operators, operators.stiffness, all_rows, shift)
     solved.append("factorisation at rest")
@@ -113,23 +131,40 @@ def reduction_basis(
         candidates.append(factor.solve(inertia, None)[: len(rows)])
         solved.append(f"inertia corrections of constraint modes: {rows.shape[1]}")
     kept = orders if operators.level == "solid" else None
-    fixed, at_rest, used = _interior_modes(operators, factor, all_rows, shift, modes, kept, free)
+    fixed, at_rest, used, beyond, every = _interior_modes(
+        operators, factor, all_rows, shift, modes, kept, free
+    )
     solved.append(f"fixed-interface modes at rest: {used}")
     candidates.append(at_rest)
     if _prestress_matters(operators, at_rest, maximum_speed_rad_s):
-        stiffness = _spinning_stiffness(operators, maximum_speed_rad_s)
-        spinning = _factor(operators, stiffness, all_rows, shift)
-        solved.append("factorisation at top speed")
-        _refuse_instability(spinning, maximum_speed_rad_s)
-        _, at_speed, used = _interior_modes(operators, spinning, all_rows, shift, modes, kept, free)
-        solved.append(f"fixed-interface modes at top speed: {used}")
-        candidates.append(at_speed)
-    interior, eigenvalues = _merge(operators, np.hstack(candidates), kept)
+        for speed in (*speeds_between_rad_s, maximum_speed_rad_s):
+            named = "top speed" if speed == maximum_speed_rad_s else f"{speed:.6g} rad/s"
+            found = _modes_from_rest(operators, factor, every, free, modes, kept, speed)
+            if found is not None:
+                at_speed, used = found
+                solved.append(f"modes at {named} with the factor at rest, solutions: {used}")
+                candidates.append(at_speed)
+                continue
+            stiffness = _spinning_stiffness(operators, speed)
+            spinning = _factor(operators, stiffness, all_rows, shift)
+            _refuse_instability(spinning, speed)
+            _, at_speed, used, _, _ = _interior_modes(
+                operators, spinning, all_rows, shift, modes, kept, free
+            )
+            spinning.destroy()
+            stiffness.destroy()
+            solved += [f"factorisation at {named}", f"fixed-interface modes at {named}: {used}"]
+            candidates.append(at_speed)
+    interior, eigenvalues = merged(operators, candidates, kept)
     return Basis(
         vectors=np.hstack([constraint, interior]),
         interface_count=rows.shape[1],
         eigenvalues=eigenvalues,
         fixed_eigenvalues=fixed,
+        omitted_eigenvalue=beyond,
+        factor=factor,
+        shift=shift,
+        free=free,
         solved=tuple(solved),
     )
 
@@ -171,12 +206,6 @@ def _unrestrained(operators: BodyOperators, rows: FloatArray) -> FloatArray:
     return motions @ vt[rank:].T
 
 
-def _reference_eigenvalue(operators: BodyOperators) -> float:
-    """A small squared frequency: 1e-6 of the ratio of traces, far below the elastic modes."""
-    ratio = operators.stiffness.getDiagonal().sum() / operators.mass.getDiagonal().sum()
-    return float(1e-9 * ratio)
-
-
 def _factor(
     operators: BodyOperators, stiffness: Any, rows: FloatArray, shift: float
 ) -> ConstrainedFactor:
@@ -205,30 +234,73 @@ def _interior_modes(
     modes: int,
     orders: tuple[int, ...] | None,
     free: FloatArray,
-) -> tuple[FloatArray, FloatArray, int]:
+) -> tuple[FloatArray, FloatArray, int, float, FloatArray]:
     """Fixed-interface modes of the wanted circumferential orders.
 
-    Returns eigenvalues, vectors and the number of pairs that SLEPc was asked for.
+    Returns eigenvalues, vectors, the number of pairs that were asked for, the next eigenvalue
+    (or the last one of the list), and the vectors of all orders that were found.
     """
-    local = len(rows)
-    mass = bordered(operators.mass, np.zeros_like(rows))
-    deflate = np.zeros((factor.matrix.getLocalSize()[0], free.shape[1]))
-    deflate[:local] = free
     wanted = modes if orders is None else 2 * modes
     available = operators.mass.getSize()[0] - rows.shape[1] - free.shape[1]
     count = min(modes + 2 if orders is None else wanted + wanted // 2 + 4, available)
     found = -1
     while True:
-        values, vectors = eigenpairs(factor, mass, shift=shift, count=count, deflate=deflate)
-        vectors = vectors[:local]
+        values, vectors = eigenpairs(factor, operators.mass, shift=shift, count=count, deflate=free)
+        every = vectors
         if orders is not None:
             values, vectors = _of_orders(operators, values, vectors, orders)
         whole = _whole_clusters(values, wanted)
         # a coarse mesh mixes the orders of its highest modes: asking for more then brings nothing
         if whole >= min(wanted, available) or count == available or whole <= found:
-            return values[:whole], vectors[:, :whole], count
+            beyond = float(values[min(whole, len(values) - 1)]) if len(values) else 0.0
+            return values[:whole], vectors[:, :whole], count, beyond, every
         found = whole
         count = min(int(1.6 * count) + 4, available)
+
+
+def _modes_from_rest(
+    operators: BodyOperators,
+    factor: ConstrainedFactor,
+    at_rest: FloatArray,
+    free: FloatArray,
+    modes: int,
+    orders: tuple[int, ...] | None,
+    speed: float,
+) -> tuple[FloatArray, int] | None:
+    """Modes of a solid at speed without another factorisation; None where that is not safe."""
+    if orders is None or free.shape[1]:
+        return None
+
+    def centrifugal(block: FloatArray) -> FloatArray:
+        stiffening = apply(operators.stress_stiffening, block)
+        return np.asarray(stiffening - apply(operators.spin_softening, block))
+
+    left = remaining_stiffness(factor, operators.stiffness, centrifugal, free, speed)
+    if left < MARGIN:
+        return None
+    body = Spinning(
+        stiffness=lambda block: apply(operators.stiffness, block),
+        centrifugal=centrifugal,
+        mass=operators.mass,
+        speed_rad_s=speed,
+        factor=factor,
+        free=free,
+    )
+
+    def wanted(values: FloatArray, vectors: FloatArray) -> NDArray[np.bool_]:
+        squared = np.diag(project(operators.circulation, vectors, operators.comm))
+        of_order = np.flatnonzero(is_of_order(squared, orders))
+        out = np.zeros(len(values), dtype=bool)
+        if len(of_order):
+            last = values[of_order[: 2 * modes][-1]] * (1.0 + _CLUSTER)
+            out[of_order[values[of_order] <= last]] = True
+        return out
+
+    found = modes_at_speed(body, at_rest, wanted)
+    if found is None:
+        return None
+    values, vectors = _of_orders(operators, found[0], found[1], orders)
+    return vectors[:, : _whole_clusters(values, 2 * modes)], found[2]
 
 
 def _whole_clusters(values: FloatArray, wanted: int) -> int:
@@ -260,14 +332,8 @@ def _of_orders(
         rotated[:, span] = vectors[:, span] @ turn
         squares[span] = n2
         start = stop
-    keep = _is_of_order(squares, orders)
+    keep = is_of_order(squares, orders)
     return values[keep], rotated[:, keep]
-
-
-def _is_of_order(squared: FloatArray, orders: tuple[int, ...]) -> NDArray[np.bool_]:
-    """Whether Rayleigh quotients of J² belong to one of the circumferential orders."""
-    order = np.sqrt(np.maximum(squared, 0.0))
-    return np.any([np.abs(order - n) < _ORDER_TOLERANCE for n in orders], axis=0)  # type: ignore[no-any-return]
 
 
 def _spinning_stiffness(operators: BodyOperators, speed: float) -> Any:
@@ -288,39 +354,6 @@ def _prestress_matters(operators: BodyOperators, modes: FloatArray, speed: float
     stiffness = np.sqrt(np.diag(project(operators.stiffness, modes, comm)))
     relative = speed**2 * np.abs(change) / np.outer(stiffness, stiffness)
     return bool(relative.max() > _PRESTRESS_MATTERS)
-
-
-def _merge(
-    operators: BodyOperators, candidates: FloatArray, orders: tuple[int, ...] | None
-) -> tuple[FloatArray, FloatArray]:
-    """M-orthonormal interior vectors without duplicates, and their Rayleigh-Ritz eigenvalues.
-
-    On a solid mesh, directions that are not of the wanted circumferential orders are dropped: a
-    trace of other orders, which the mesh mixes in, would come out as modes of no accuracy.
-    """
-    comm = operators.comm
-    if not candidates.shape[1]:
-        return candidates, np.empty(0)
-    length = np.sqrt(np.diag(project(operators.mass, candidates, comm)))
-    scaled = candidates[:, length > 0.0] / length[length > 0.0]
-    gram = symmetric(project(operators.mass, scaled, comm))
-    s, q = np.linalg.eigh(gram)
-    keep = s > _SAME_VECTOR**2 * s.max()
-    basis = scaled @ (q[:, keep] / np.sqrt(s[keep]))
-    # a second pass takes out the round-off that the small singular values brought in
-    gram = symmetric(project(operators.mass, basis, comm))
-    basis = basis @ np.linalg.inv(np.linalg.cholesky(gram)).T
-    if orders is not None:
-        squared, turn = np.linalg.eigh(symmetric(project(operators.circulation, basis, comm)))
-        basis = basis @ turn[:, _is_of_order(squared, orders)]
-    values, turn = np.linalg.eigh(symmetric(project(operators.stiffness, basis, comm)))
-    return _turned_columns(basis, turn), values
-
-
-def _turned_columns(basis: FloatArray, turn: FloatArray) -> FloatArray:
-    """Rotate columns and fix their sign (largest entry of the turn positive)."""
-    signs = np.sign(turn[np.abs(turn).argmax(axis=0), np.arange(turn.shape[1])])
-    return np.asarray(basis @ (turn * signs))
 
 
 def orthogonality_error(operators: BodyOperators, basis: Basis) -> float:

@@ -2,7 +2,12 @@
 
     M ü + Ω G u̇ + (K + Ω² (Kσ - S)) u = f
 
-in the inertial frame (Hamilton's principle with the velocity v = Ω e_z×x + ∂u/∂t + Ω D u).
+in the inertial frame (Hamilton's principle with the velocity v = Ω e_z×x + ∂u/∂t + Ω D u). On the
+solid all but the stiffness may be given one component of u alone, see `solid_matrices`.
+
+How much a field changes in a turn about the axis is J u = e_z × u - D u. On a field of
+circumferential order n, J² = -n²; the Rayleigh quotient of ∫ ρ Jv·Ju tells the order of a
+solid's modes.
 """
 
 from __future__ import annotations
@@ -86,12 +91,17 @@ def gyroscopic_form(kin: Kinematics, matter: Medium, u: Any, v: Any, dx: Any) ->
     """Return G for one family (skew), or N of G = [[0, 2N], [-2N, 0]] for two (symmetric).
 
     For one family the skew half ∫ ρ (v·Du - u·Dv) is taken, which equals 2 ∫ ρ v·Du on an exact
-    body of revolution and stays exactly skew on a mesh of one.
+    body of revolution and stays exactly skew on a mesh of one. (Solids: `solid_matrices`.)
     """
     weight = matter.density * kin.weight
     if kin.families == 2:
         return weight * ufl.inner(kin.spin(u), v) * dx
     return weight * (ufl.inner(kin.spin(u), v) - ufl.inner(u, kin.spin(v))) * dx
+
+
+def spin_form(kin: Kinematics, matter: Medium, u: Any, v: Any, dx: Any) -> Any:
+    """∫ ρ v·Du of a solid."""
+    return matter.density * ufl.inner(kin.spin(u), v) * kin.weight * dx
 
 
 def softening_form(kin: Kinematics, matter: Medium, u: Any, v: Any, dx: Any) -> Any:
@@ -107,21 +117,3 @@ def stiffening_form(kin: Kinematics, prestress: Any, u: Any, v: Any, dx: Any) ->
 def centrifugal_form(kin: Kinematics, matter: Medium, v: Any, dx: Any) -> Any:
     """Load at unit speed: ∫ ρ r e_r·v."""
     return matter.density * ufl.inner(kin.centrifugal, v) * kin.weight * dx
-
-
-def circulation_form(kin: Kinematics, matter: Medium, u: Any, v: Any, dx: Any) -> Any:
-    """∫ ρ Jv·Ju with J u = e_z × u - D u, the change of the field under a turn about the axis.
-
-    On a field of circumferential order n, J² = -n²; the form tells the order of a solid's modes.
-    """
-    return matter.density * ufl.inner(_turned(kin, u), _turned(kin, v)) * kin.weight * dx
-
-
-def turn_form(kin: Kinematics, matter: Medium, u: Any, v: Any, dx: Any) -> Any:
-    """∫ ρ v·Ju with J u = e_z × u - D u, the projection of a small turn of the field."""
-    return matter.density * ufl.inner(_turned(kin, u), v) * kin.weight * dx
-
-
-def _turned(kin: Kinematics, u: Any) -> Any:
-    """e_z × u - D u."""
-    return ufl.as_vector((-u[1], u[0], 0.0 * u[2])) - kin.spin(u)

@@ -17,6 +17,7 @@ import numpy as np
 import ufl
 from numpy.typing import NDArray
 
+from solidwhirl.reduction import compat
 from solidwhirl.reduction.symmetry import AXISYMMETRIC, LATERAL, NONE, Symmetry
 
 FloatArray = NDArray[np.float64]
@@ -39,7 +40,7 @@ class Kinematics:
         How many copies of the body's unknowns there are: 2 for n >= 1 (cos and sin family,
         which share every matrix and are coupled by the spin derivative), else 1.
     weight
-        Factor of the volume element (r times the integral over θ; 1 for the solid).
+        Factor of the volume element (r times the integral over θ; `copies` for the solid).
     strain, gradient
         Functions of u: (3, 3) UFL tensors.
     spin
@@ -51,6 +52,8 @@ class Kinematics:
         First family's component to (component, sign) of the second family.
     symmetry
         Of the unknowns on a solid mesh.
+    copies
+        Turned copies of the mesh that make the solid.
     centrifugal
         Body force per unit density and unit speed squared, r e_r, in the components of u.
     """
@@ -66,6 +69,7 @@ class Kinematics:
     second_family: Mapping[str, tuple[str, float]]
     centrifugal: Any
     symmetry: Symmetry = NONE
+    copies: int = 1
 
 
 def solid(domain: Any) -> Kinematics:
@@ -83,7 +87,7 @@ def solid(domain: Any) -> Kinematics:
         dimension=3,
         harmonic=None,
         families=1,
-        weight=1.0,
+        weight=compat.constant(domain, 1.0),
         strain=lambda u: ufl.sym(ufl.grad(u)),
         gradient=ufl.grad,
         spin=lambda u: ufl.dot(ufl.grad(u), along_spin),
@@ -93,18 +97,38 @@ def solid(domain: Any) -> Kinematics:
     )
 
 
-def solid_lateral(domain: Any) -> Kinematics:
-    """Kinematics of the solid, for lateral motion alone (odd circumferential orders)."""
+def solid_lateral(domain: Any, copies: int = 1) -> Kinematics:
+    """Kinematics of the solid, for lateral motion alone (odd circumferential orders).
+
+    Parameters
+    ----------
+    domain
+        Mesh of the solid, or of the half at 0 <= θ <= 180°.
+    copies
+        Turned copies of the mesh that make the solid: 1 or 2.
+    """
     whole = solid(domain)
     lateral = {c: m for c, m in whole.rigid_motions.items() if c in ("ux", "uy", "rx", "ry")}
-    return replace(whole, rigid_motions=lateral, symmetry=LATERAL)
+    return replace(
+        whole,
+        rigid_motions=lateral,
+        symmetry=LATERAL,
+        copies=copies,
+        weight=compat.constant(domain, float(copies)),
+    )
 
 
-def solid_axisymmetric(domain: Any) -> Kinematics:
-    """Kinematics of the solid, for the centrifugal field."""
+def solid_axisymmetric(domain: Any, copies: int = 1) -> Kinematics:
+    """Kinematics of the solid, for the centrifugal field; parameters as for lateral motion."""
     whole = solid(domain)
     axial = {c: m for c, m in whole.rigid_motions.items() if c in ("uz", "rz")}
-    return replace(whole, rigid_motions=axial, symmetry=AXISYMMETRIC)
+    return replace(
+        whole,
+        rigid_motions=axial,
+        symmetry=AXISYMMETRIC,
+        copies=copies,
+        weight=compat.constant(domain, float(copies)),
+    )
 
 
 def harmonic(domain: Any, order: int) -> Kinematics:

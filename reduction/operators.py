@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 
 from solidwhirl.geometry import Body
 from solidwhirl.meshing import Mesh
-from solidwhirl.reduction import compat, forms, kinematics
+from solidwhirl.reduction import compat, forms, kinematics, solid_matrices
 from solidwhirl.reduction.coupling import Coupling, couple, reduced_motion
 from solidwhirl.reduction.kinematics import Kinematics
 from solidwhirl.reduction.prestress import centrifugal_displacement
+from solidwhirl.reduction.symmetry import sector_mesh, whole_node_count
 from solidwhirl.reduction.unknowns import motion_vectors
-from solidwhirl.reduction.vectors import project
+from solidwhirl.reduction.vectors import folded, project
 
 FloatArray = NDArray[np.float64]
 
@@ -44,6 +45,29 @@ class OperatorEffects:
     centrifugal: bool
     components: Mapping[str, tuple[str, ...]]
     lateral_only: bool
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Ingredients:
+    """What the matrices of a body are assembled from.
+
+    Attributes
+    ----------
+    kinematics, matter
+        On the mesh.
+    facet_tags
+        Facets of the interfaces by name.
+    centrifugal_field
+        Displacement at unit speed (Function), None without it.
+    effects
+        What was asked.
+    """
+
+    kinematics: Kinematics
+    matter: forms.Medium
+    facet_tags: Mapping[str, Any]
+    centrifugal_field: Any
+    effects: OperatorEffects
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -87,6 +111,8 @@ class BodyOperators:
         Unknowns of the whole body (all families) before reduction.
     space
         Displacement space.
+    ingredients
+        What the matrices were assembled from.
     assembled
         What was assembled and solved, in order.
     """
@@ -108,12 +134,22 @@ class BodyOperators:
     rigid_mass: FloatArray | None
     full_dofs: int
     space: Any
+    ingredients: Ingredients
     assembled: tuple[str, ...]
 
     @property
     def comm(self) -> Any:
         """mpi4py communicator."""
         return self.mass.comm.tompi4py()
+
+    def release(self) -> None:
+        """Free the matrices, which Python alone would not, on all ranks; then they are gone."""
+        comm = self.mass.comm
+        compat.collect_garbage(comm)
+        matrices = (self.mass, self.stiffness, self.gyroscopic, self.circulation, self.turn)
+        for matrix in (*matrices, self.stress_stiffening, self.spin_softening):
+            if matrix is not None:
+                matrix.destroy()
 
 
 def build_operators(
@@ -148,106 +184,170 @@ def build_operators(
         Interfaces that can not be coupled.
     """
     dimension = 3 if order is None else 2
-    domain, material_tags, facet_tags = compat.distribute(mesh, dimension, comm)
-    kin = _kinematics(domain, order, effects)
+    copies = 2 if order is None and effects.lateral_only else 1
     materials = comm.bcast(mesh.materials if mesh is not None else None, root=0)
+    part = sector_mesh(mesh, copies) if mesh is not None else None
+    domain, material_tags, facet_tags = compat.distribute(part, dimension, comm)
+    kin = _kinematics(domain, order, copies)
     matter = forms.medium(domain, material_tags, materials)
     space = compat.vector_space(domain, degree, 3)
     coupling = couple(space, kin, facet_tags, body.interfaces, effects.components)
-    assembly = _assemble(space, kin, matter, degree, effects)
+    assemble = _assemble_solid if order is None else _assemble_meridian
+    assembly = assemble(space, kin, matter, degree, effects, coupling)
     whole = assembly.matrices
-    index_map = space.dofmap.index_map
     return BodyOperators(
         level="solid" if order is None else "harmonic",
         harmonic=order,
         families=kin.families,
-        mass=_coupled(whole.get("mass"), coupling),
-        stiffness=_coupled(whole.get("stiffness"), coupling),
-        gyroscopic=_coupled(whole.get("gyroscopic"), coupling),
-        stress_stiffening=_coupled(whole.get("stress_stiffening"), coupling),
-        spin_softening=_coupled(whole.get("spin_softening"), coupling),
-        circulation=_coupled(whole.get("circulation"), coupling),
-        turn=_coupled(whole.get("turn"), coupling),
+        mass=whole.get("mass"),
+        stiffness=whole.get("stiffness"),
+        gyroscopic=whole.get("gyroscopic"),
+        stress_stiffening=whole.get("stress_stiffening"),
+        spin_softening=whole.get("spin_softening"),
+        circulation=whole.get("circulation"),
+        turn=whole.get("turn"),
         coupling=coupling,
         rigid_motions={
             c: reduced_motion(space, kin, coupling, body.interfaces, c) for c in kin.rigid_motions
         },
         second_family=kin.second_family,
         hoop_strain=assembly.hoop_strain,
-        rigid_mass=_rigid_mass(space, whole["mass"]) if order is None else None,
-        full_dofs=index_map.size_global * space.dofmap.index_map_bs * kin.families,
+        rigid_mass=assembly.rigid_mass,
+        full_dofs=3 * whole_node_count(space, copies) * kin.families,
         space=space,
+        ingredients=Ingredients(
+            kinematics=kin,
+            matter=matter,
+            facet_tags=facet_tags,
+            centrifugal_field=assembly.centrifugal_field,
+            effects=effects,
+        ),
         assembled=assembly.ledger,
     )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Assembly:
-    """Matrices of all unknowns by name, and what was done for them."""
+    """Matrices of the unknowns û by name, and what was done for them."""
 
     matrices: Mapping[str, Any]
+    centrifugal_field: Any
     hoop_strain: float
+    rigid_mass: FloatArray | None
     ledger: tuple[str, ...]
 
 
-def _assemble(
-    space: Any, kin: Kinematics, matter: forms.Medium, degree: int, effects: OperatorEffects
+def _measure(space: Any, kin: Kinematics, degree: int) -> Any:
+    """The volume measure of all forms of a body."""
+    metadata = {"quadrature_degree": forms.quadrature_degree(kin, degree)}
+    return ufl.Measure("dx", domain=space.mesh, metadata=metadata)
+
+
+def _assemble_meridian(
+    space: Any,
+    kin: Kinematics,
+    matter: forms.Medium,
+    degree: int,
+    effects: OperatorEffects,
+    coupling: Coupling,
 ) -> _Assembly:
     """Assemble what the effects ask for, nothing else."""
-    u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
-    metadata = {"quadrature_degree": forms.quadrature_degree(kin, degree)}
-    dx = ufl.Measure("dx", domain=space.mesh, metadata=metadata)
+    u, v, dx = ufl.TrialFunction(space), ufl.TestFunction(space), _measure(space, kin, degree)
     wanted = {"stiffness": forms.stiffness_form, "mass": forms.mass_form}
     if effects.gyroscopic:
         wanted["gyroscopic"] = forms.gyroscopic_form
-    if kin.harmonic is None:
-        wanted["circulation"] = forms.circulation_form
-        wanted["turn"] = forms.turn_form
     matrices = {
         name: compat.assemble_matrix(compat.compiled(form(kin, matter, u, v, dx)))
         for name, form in wanted.items()
     }
-    ledger = list(matrices)
-    if not effects.centrifugal:
-        return _Assembly(matrices=matrices, hoop_strain=0.0, ledger=tuple(ledger))
-    around, static = _axisymmetric(space.mesh, kin), matrices["stiffness"]
-    if kin.harmonic is not None and around is not kin:
-        form = forms.stiffness_form(around, matter, u, v, dx)
-        static = compat.assemble_matrix(compat.compiled(form))
-        ledger.append("axisymmetric_stiffness")
-    field, hoop = centrifugal_displacement(space, around, matter, dx, static)
-    prestress = forms.stress(around, matter, field)
-    for name, form in (
-        ("stress_stiffening", forms.stiffening_form(kin, prestress, u, v, dx)),
-        ("spin_softening", forms.softening_form(kin, matter, u, v, dx)),
-    ):
-        matrices[name] = compat.assemble_matrix(compat.compiled(form))
-    ledger += ["prestress", "stress_stiffening", "spin_softening"]
-    return _Assembly(matrices=matrices, hoop_strain=hoop, ledger=tuple(ledger))
+    ledger, field, hoop = list(matrices), None, 0.0
+    if effects.centrifugal:
+        around, static = kin, matrices["stiffness"]
+        if kin.harmonic != 0:
+            around = kinematics.harmonic(space.mesh, 0)
+            form = forms.stiffness_form(around, matter, u, v, dx)
+            static = compat.assemble_matrix(compat.compiled(form))
+            ledger.append("axisymmetric_stiffness")
+        field, hoop = centrifugal_displacement(space, around, matter, dx, static)
+        prestress = forms.stress(around, matter, field)
+        for name, form in (
+            ("stress_stiffening", forms.stiffening_form(kin, prestress, u, v, dx)),
+            ("spin_softening", forms.softening_form(kin, matter, u, v, dx)),
+        ):
+            matrices[name] = compat.assemble_matrix(compat.compiled(form))
+        ledger += ["prestress", "stress_stiffening", "spin_softening"]
+    return _Assembly(
+        matrices={name: _coupled(matrix, coupling) for name, matrix in matrices.items()},
+        centrifugal_field=field,
+        hoop_strain=hoop,
+        rigid_mass=None,
+        ledger=tuple(ledger),
+    )
 
 
-def _axisymmetric(domain: Any, kin: Kinematics) -> Kinematics:
-    """Kinematics of the centrifugal field on the same mesh."""
-    if kin.harmonic is None:
-        return kinematics.solid_axisymmetric(domain)
-    return kin if kin.harmonic == 0 else kinematics.harmonic(domain, 0)
+def _assemble_solid(
+    space: Any,
+    kin: Kinematics,
+    matter: forms.Medium,
+    degree: int,
+    effects: OperatorEffects,
+    coupling: Coupling,
+) -> _Assembly:
+    """Assemble the stiffness of vectors and all other matrices by component."""
+    u, v, dx = ufl.TrialFunction(space), ufl.TestFunction(space), _measure(space, kin, degree)
+    turned = coupling.transformation
+    parts = solid_matrices.component_matrices(space, kin, matter, dx)
+    ledger, field, hoop = ["stiffness", "mass", "spin", "spin_softening"], None, 0.0
+    matrices = {
+        "mass": solid_matrices.mass_matrix(parts, turned),
+        "circulation": solid_matrices.circulation_matrix(parts, turned),
+        "turn": solid_matrices.turn_matrix(parts, turned),
+    }
+    if effects.gyroscopic:
+        matrices["gyroscopic"] = solid_matrices.gyroscopic_matrix(parts, turned)
+    stiffness = compat.assemble_matrix(compat.compiled(forms.stiffness_form(kin, matter, u, v, dx)))
+    if effects.centrifugal:
+        around = kinematics.solid_axisymmetric(space.mesh, kin.copies)
+        field, hoop = centrifugal_displacement(space, around, matter, dx, stiffness)
+        prestress = forms.stress(around, matter, field)
+        stiffening = solid_matrices.component_stiffening(space, kin, prestress, dx)
+        matrices["stress_stiffening"] = solid_matrices.componentwise(stiffening, turned)
+        matrices["spin_softening"] = solid_matrices.componentwise(parts.softening, turned)
+        ledger += ["prestress", "stress_stiffening"]
+    matrices["stiffness"] = _coupled(stiffness, coupling)
+    return _Assembly(
+        matrices=matrices,
+        centrifugal_field=field,
+        hoop_strain=hoop,
+        rigid_mass=_rigid_mass(space, kin, parts.mass),
+        ledger=tuple(ledger),
+    )
 
 
-def _kinematics(domain: Any, order: int | None, effects: OperatorEffects) -> Kinematics:
+def _kinematics(domain: Any, order: int | None, copies: int) -> Kinematics:
     if order is not None:
         return kinematics.harmonic(domain, order)
-    describe = kinematics.solid_lateral if effects.lateral_only else kinematics.solid
-    return describe(domain)
+    # the half is worked on when lateral motion alone is asked for
+    return kinematics.solid(domain) if copies == 1 else kinematics.solid_lateral(domain, copies)
 
 
-def _rigid_mass(space: Any, mass: Any) -> FloatArray:
-    """Rᵀ M R with the six rigid motions of the solid."""
+def _rigid_mass(space: Any, kin: Kinematics, mass: Any) -> FloatArray:
+    """Rᵀ M R with the six rigid motions R of the solid, M given by component."""
     motions = motion_vectors(space, kinematics.solid(space.mesh), 0.0)
-    return project(mass, np.column_stack(list(motions.values())), space.mesh.comm)
+    values = np.column_stack(list(motions.values())).reshape(-1, 3, len(motions))
+    comm = space.mesh.comm
+    out = np.sum([project(mass, values[:, i], comm) for i in range(3)], axis=0)
+    if kin.copies > 1:
+        # over the whole, lateral and axial motions are orthogonal; half of it does not know
+        lateral = np.array([c in kin.rigid_motions for c in motions])
+        out = np.where(lateral[:, None] == lateral, out, 0.0)
+    return np.asarray(out)
 
 
 def _coupled(matrix: Any, coupling: Coupling) -> Any:
-    """Tᵀ A T."""
+    """Tᵀ A T; A is destroyed."""
     if matrix is None or coupling.transformation is None:
         return matrix
-    return matrix.PtAP(coupling.transformation)
+    out = folded(matrix, coupling.transformation)
+    matrix.destroy()
+    return out

@@ -15,7 +15,7 @@ from solidwhirl.reduction import compat, forms
 from solidwhirl.reduction.constrained import factorise
 from solidwhirl.reduction.kinematics import Kinematics
 from solidwhirl.reduction.unknowns import motion_vectors, unknowns_transformation
-from solidwhirl.reduction.vectors import apply, apply_transposed, inner
+from solidwhirl.reduction.vectors import apply, apply_transposed, folded, inner
 
 FloatArray = NDArray[np.float64]
 
@@ -52,10 +52,15 @@ def centrifugal_displacement(
     turned, kept = unknowns_transformation(space, kin, {}, [])
     motions = np.column_stack(list(motion_vectors(space, kin, 0.0).values()))[kept]
     force = load.array[:, None]
-    if turned is not None:
-        stiffness, force = stiffness.PtAP(turned), apply_transposed(turned, force)
     pins = _determinate_pins(motions, space.mesh.comm)
-    moved = factorise(stiffness, pins).solve(force, None)[: len(motions)]
+    if turned is None:
+        factor = factorise(stiffness, pins)
+    else:
+        small, force = folded(stiffness, turned), apply_transposed(turned, force)
+        factor = factorise(small, pins)
+        small.destroy()
+    moved = factor.solve(force, None)[: len(motions)]
+    factor.destroy()
     moved = moved - _rigid_part(motions, moved, space.mesh.comm)
     field = fem.Function(space)
     whole = moved if turned is None else apply(turned, moved)

@@ -14,11 +14,14 @@ from solidwhirl.geometry import Body, MassProperties, mass_properties
 from solidwhirl.meshing import Mesh
 from solidwhirl.reduction.craig_bampton import Basis, orthogonality_error, reduction_basis
 from solidwhirl.reduction.errors import ReductionError
+from solidwhirl.reduction.indicators import ElementIndicators
 from solidwhirl.reduction.kinematics import COMPONENTS
+from solidwhirl.reduction.omitted import FinerSpace, Omitted, mesh_energy, truncation_energy
 from solidwhirl.reduction.operators import BodyOperators, OperatorEffects, build_operators
 from solidwhirl.reduction.superelements import (
     ReducedBlock,
     build_superelement,
+    joined_order,
     lateral_free_frequencies,
     mesh_mass_properties,
     reduce_block,
@@ -52,6 +55,11 @@ class ReductionRequest:
         Largest speed of this body.
     gyroscopic, centrifugal
         Effects that are assembled.
+    speeds_between_rad_s
+        Speeds between rest and the top whose modes the basis takes in as well.
+    estimates
+        Errors to estimate: "mode_truncation", and on the harmonic level "mesh", which compares
+        with elements one order higher.
     """
 
     level: str
@@ -63,6 +71,8 @@ class ReductionRequest:
     gyroscopic: bool
     centrifugal: bool
     interface_components: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    speeds_between_rad_s: tuple[float, ...] = ()
+    estimates: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,7 +89,9 @@ class ReductionWork:
         Largest hoop strain of the centrifugal field at the top speed (0 if it was not computed).
         The prestress neglects the change of shape, which is of that relative order.
     seconds
-        Wall time of operators and of basis and projection.
+        Wall time of operators, of basis and projection, and of the error estimate.
+    indicators
+        Where on the mesh the estimated error arises; empty unless "mesh" was asked for.
     """
 
     assembled: Mapping[str, tuple[str, ...]]
@@ -87,6 +99,7 @@ class ReductionWork:
     orthogonality_error: float
     hoop_strain: float
     seconds: Mapping[str, float]
+    indicators: tuple[ElementIndicators, ...] = ()
 
 
 def reduce_body(
@@ -121,9 +134,9 @@ def reduce_body(
         See `reduction_basis` and `couple`; or the interfaces' motions depend on each other.
     """
     points = comm.bcast(_recovery_points(mesh) if comm.rank == 0 else None, root=0)
-    blocks, dofs = [], 0
+    blocks, omitted, finer, dofs = [], [], [], 0
     assembled, solved, errors = {}, {}, [0.0]
-    seconds = {"operators": 0.0, "basis": 0.0}
+    seconds = {"operators": 0.0, "basis": 0.0, "error_estimate": 0.0}
     for order in (None,) if request.level == "solid" else request.orders:
         start = time.perf_counter()
         operators = build_operators(
@@ -141,8 +154,16 @@ def reduce_body(
         errors.append(orthogonality_error(operators, basis))
         blocks.append(block)
         dofs += operators.full_dofs
+        reduced = time.perf_counter()
+        parts, fine, did = _omitted(operators, basis, body, request)
+        omitted.append(parts)
+        finer.append(fine)
+        solved[label] += did
         seconds["operators"] += middle - start
-        seconds["basis"] += time.perf_counter() - middle
+        seconds["basis"] += reduced - middle
+        seconds["error_estimate"] += time.perf_counter() - reduced
+        basis.factor.destroy()
+        operators.release()
     properties = _properties(body, operators)
     element = build_superelement(
         body,
@@ -154,6 +175,7 @@ def reduce_body(
         properties=properties,
         points_m=points,
         provenance=provenance,
+        omitted=tuple(omitted),
     )
     _refuse_dependent_interfaces(element, request)
     element = _with_rigid_disks(element, body, request)
@@ -163,8 +185,45 @@ def reduce_body(
         orthogonality_error=max(errors),
         hoop_strain=operators.hoop_strain * request.maximum_speed_rad_s**2,
         seconds=seconds,
+        indicators=_indicators(body, tuple(blocks), tuple(finer)),
     )
     return element, work
+
+
+def _omitted(
+    operators: BodyOperators, basis: Basis, body: Body, request: ReductionRequest
+) -> tuple[tuple[Omitted, ...], FinerSpace | None, tuple[str, ...]]:
+    """What one order leaves out, the finer space it was measured in, and what was solved."""
+    if not request.estimates:
+        return (), None, ()
+    truncation, answers = truncation_energy(operators, basis)
+    columns = basis.vectors.shape[1]
+    did: tuple[str, ...] = (f"error estimate of the reduction: {3 * columns} solutions",)
+    if "mesh" not in request.estimates:
+        return (truncation,), None, did
+    mesh, finer = mesh_energy(operators, basis, answers, body.interfaces)
+    did += (f"error estimate of the mesh: factorisation one order higher, {3 * columns} solutions",)
+    return (truncation, mesh), finer, did
+
+
+def _indicators(
+    body: Body, blocks: tuple[ReducedBlock, ...], finer: tuple[FinerSpace | None, ...]
+) -> tuple[ElementIndicators, ...]:
+    """Where on the mesh the estimated error arises, one record per circumferential order."""
+    flat = [c for b in blocks for c in b.coordinates]
+    order = joined_order(body, flat)
+    starts = np.cumsum([0, *(len(b.coordinates) for b in blocks)])
+    place = np.argsort(order)
+    return tuple(
+        ElementIndicators(
+            finer=fine,
+            rows=place[start : start + len(block.coordinates)],
+            signs=block.signs,
+            order=block.order,
+        )
+        for block, fine, start in zip(blocks, finer, starts[:-1], strict=True)
+        if fine is not None
+    )
 
 
 def _properties(body: Body, operators: BodyOperators) -> MassProperties:
@@ -230,6 +289,7 @@ def _reduce_order(
         modes=request.modes,
         maximum_speed_rad_s=request.maximum_speed_rad_s,
         orders=request.orders,
+        speeds_between_rad_s=request.speeds_between_rad_s,
     )
     return basis, reduce_block(operators, basis, points)
 

@@ -10,13 +10,14 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from solidwhirl.geometry import Body, MassProperties
 from solidwhirl.reduction.craig_bampton import Basis
-from solidwhirl.reduction.errors import ReductionError
+from solidwhirl.reduction.error_forms import joined_forms
 from solidwhirl.reduction.kinematics import COMPONENTS
+from solidwhirl.reduction.omitted import Omitted
 from solidwhirl.reduction.operators import BodyOperators
+from solidwhirl.reduction.recovery import recovery_modes
 from solidwhirl.reduction.turning import evenly_turned, turn_generator
 from solidwhirl.reduction.vectors import apply, inner, project, skew, symmetric
 from solidwhirl.rotordyn.superelement import Coordinate, InterfaceNode, Superelement
@@ -49,6 +50,8 @@ class ReducedBlock:
     generator
         (n, n) change of the coordinates in a small turn of the field about the axis; None if it
         is no exchange of coordinates.
+    signs, order
+        (n,) how the coordinates came from the families' own: sign, then order.
     """
 
     coordinates: tuple[Coordinate, ...]
@@ -59,6 +62,8 @@ class ReducedBlock:
     lateral_frequencies_hz: FloatArray
     fixed_frequencies_hz: FloatArray
     generator: FloatArray | None
+    signs: FloatArray
+    order: NDArray[np.int64]
 
 
 def reduce_block(operators: BodyOperators, basis: Basis, points_m: FloatArray) -> ReducedBlock:
@@ -78,7 +83,8 @@ def reduce_block(operators: BodyOperators, basis: Basis, points_m: FloatArray) -
     raw = _projection(operators.gyroscopic, basis, comm)
     coordinates = _family_coordinates(operators, basis)
     rigid, present = _rigid_coefficients(operators, basis)
-    recovery = _recovery(operators, basis, points_m)
+    recovery = recovery_modes(operators, basis, points_m)
+    signs = np.ones(n * operators.families)
     if operators.families == 1:
         matrices["gyroscopic"] = skew(raw)
         lateral = _free_frequencies(operators, basis, matrices, rigid)
@@ -114,6 +120,8 @@ def reduce_block(operators: BodyOperators, basis: Basis, points_m: FloatArray) -
         lateral_frequencies_hz=lateral,
         fixed_frequencies_hz=fixed,
         generator=None if generator is None else generator[np.ix_(order, order)],
+        signs=signs,
+        order=np.asarray(order, dtype=np.int64),
     )
 
 
@@ -128,6 +136,7 @@ def build_superelement(
     properties: MassProperties,
     points_m: FloatArray,
     provenance: Mapping[str, Any],
+    omitted: tuple[tuple[Omitted, ...], ...] = (),
 ) -> Superelement:
     """Join the reduced blocks of one body (direct sum) to its superelement.
 
@@ -143,9 +152,11 @@ def build_superelement(
         Mass properties of the meshed part (without rigid disks).
     points_m
         Recovery points.
+    omitted
+        What every block leaves out, the same parts for all.
     """
     flat = [c for b in blocks for c in b.coordinates]
-    order = _joined_order(body, flat)
+    order = joined_order(body, flat)
 
     def joined(name: str) -> FloatArray:
         whole = scipy.linalg.block_diag(*[b.matrices[name] for b in blocks])
@@ -187,6 +198,7 @@ def build_superelement(
         frequency_error_estimate=np.empty(0),
         provenance=provenance,
         spin_generator=_joined_generator(blocks, order),
+        error_forms=joined_forms(blocks, omitted, order),
     )
 
 
@@ -348,7 +360,7 @@ def _interleaved(coordinates: list[Coordinate]) -> NDArray[np.int64]:
     return np.array(sorted(range(2 * n), key=key), dtype=np.int64)
 
 
-def _joined_order(body: Body, coordinates: list[Coordinate]) -> NDArray[np.int64]:
+def joined_order(body: Body, coordinates: list[Coordinate]) -> NDArray[np.int64]:
     """Interface coordinates of all blocks by interface and component, then the modes."""
     names = [i.name for i in body.interfaces]
 
@@ -359,45 +371,3 @@ def _joined_order(body: Body, coordinates: list[Coordinate]) -> NDArray[np.int64
         return (0, names.index(c.interface), COMPONENTS.index(c.component))
 
     return np.array(sorted(range(len(coordinates)), key=key), dtype=np.int64)
-
-
-def _recovery(operators: BodyOperators, basis: Basis, points_m: FloatArray) -> FloatArray:
-    """Displacement of points at θ = 0 and 90° per coordinate, (m, 3, families n)."""
-    n, comm = basis.vectors.shape[1], operators.comm
-    full = basis.vectors
-    if operators.coupling.transformation is not None:
-        full = apply(operators.coupling.transformation, full)
-    owned = len(full) // 3
-    x = operators.space.tabulate_dof_coordinates()[:owned]
-    gathered = comm.gather((x, full.reshape(owned, 3, n)), root=0)
-    values = None
-    if comm.rank == 0:
-        places = np.vstack([g[0] for g in gathered])
-        nodal = np.concatenate([g[1] for g in gathered])
-        wanted = points_m
-        if operators.harmonic is not None:
-            places = places[:, :2]
-            wanted = np.column_stack([points_m[:, 2], np.hypot(points_m[:, 0], points_m[:, 1])])
-        gap, nearest = cKDTree(places).query(wanted)
-        if len(gap) and gap.max() > 1e-9 * max(1e-30, float(np.abs(points_m).max())):
-            raise ReductionError(f"recovery points are {gap.max():.3g} m off the mesh")
-        values = nodal[nearest]
-    local = np.asarray(comm.bcast(values, root=0))
-    if operators.harmonic is None:
-        return local
-    return _on_the_round(operators.harmonic, local, points_m)
-
-
-def _on_the_round(order: int, amplitudes: FloatArray, points_m: FloatArray) -> FloatArray:
-    """Cartesian displacement at the points from amplitudes (a, b, c) of the cos and sin family."""
-    theta = np.arctan2(points_m[:, 1], points_m[:, 0])[:, None]
-    a, b, c = (amplitudes[:, k] for k in range(3))
-    cos, sin = np.cos(order * theta), np.sin(order * theta)
-    families = [(cos, sin), (sin, -cos)] if order else [(cos, cos)]
-    out = []
-    for radial, tangential in families:
-        u_r, u_t, u_z = a * radial, b * tangential, c * radial
-        u_x = u_r * np.cos(theta) - u_t * np.sin(theta)
-        u_y = u_r * np.sin(theta) + u_t * np.cos(theta)
-        out.append(np.stack([u_x, u_y, u_z], axis=1))
-    return np.concatenate(out, axis=2)

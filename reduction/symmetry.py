@@ -3,22 +3,27 @@
 Under a turn R of 360°/k about the axis a field of a body of revolution can be sought with
 ``u(R x) = χ R u(x)``: k = 2, χ = -1 holds all lateral motion (odd circumferential orders),
 k = 4, χ = +1 the centrifugal field (order 0, and multiples of 4). Only the unknowns of one sector
-remain, and what belongs to other orders costs nothing.
+remain, and what belongs to other orders costs nothing. The mesh that is worked on may be the
+sector itself (`sector_mesh`); then only its cut faces are tied to each other.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from mpi4py import MPI
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from solidwhirl.meshing import Mesh
 from solidwhirl.reduction.errors import ReductionError
 
 IntArray = NDArray[np.int64]
 FloatArray = NDArray[np.float64]
+# Nodes are on a cut face or turned into each other up to this part of the size of the mesh.
+_NEAR = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,44 +84,126 @@ def symmetric_unknowns(space: Any, symmetry: Symmetry) -> SymmetricUnknowns:
         The mesh does not have the symmetry.
     """
     nodes, comm = space.dofmap.index_map, space.mesh.comm
-    first = nodes.local_range[0]
+    first, count = nodes.local_range[0], nodes.size_local
     if symmetry.turns == 1:
-        own = 3 * first + np.arange(3 * nodes.size_local, dtype=np.int64)
+        own = 3 * first + np.arange(3 * count, dtype=np.int64)
         return SymmetricUnknowns(
             source=own, sign=np.ones(len(own)), kept=np.ones(len(own), dtype=bool)
         )
-    x = space.tabulate_dof_coordinates()[: nodes.size_local]
-    representative, steps = _orbits(np.vstack(comm.allgather(x)), symmetry.turns)
-    local = slice(first, first + nodes.size_local)
-    on_axis = np.hypot(x[:, 0], x[:, 1]) == 0.0
-    source = np.empty((nodes.size_local, 3), dtype=np.int64)
-    sign = np.empty((nodes.size_local, 3))
+    x = space.tabulate_dof_coordinates()[:count]
+    scale = comm.allreduce(float(np.abs(x).max(initial=0.0)), op=MPI.MAX)
+    on_axis = np.hypot(x[:, 0], x[:, 1]) <= _NEAR * scale
+    steps, home = _sent_home(x, symmetry.turns, _NEAR * scale)
+    representative = np.arange(count) + first
+    away = steps > 0
+    representative[away] = _owners(home, away, first, symmetry.turns, scale, comm)
+    source = np.empty((count, 3), dtype=np.int64)
+    sign = np.empty((count, 3))
     for m in range(symmetry.turns):
         matrix = symmetry.power(m)
-        rows = np.flatnonzero(steps[local] == m)
+        rows = np.flatnonzero(steps == m)
         column = np.abs(matrix).argmax(axis=1)
-        source[rows] = 3 * representative[local][rows, None] + column
+        source[rows] = 3 * representative[rows, None] + column
         sign[rows] = matrix[np.arange(3), column]
     # on the axis only what the turn leaves alone can be
     fixed = np.diag(symmetry.power(1)) == 1.0
     source[np.ix_(on_axis, ~fixed)] = -1
-    own = np.arange(nodes.size_local) + first
-    kept = (representative[local] == own)[:, None] & (source >= 0)
+    kept = ~away[:, None] & (source >= 0)
     return SymmetricUnknowns(source=source.ravel(), sign=sign.ravel(), kept=kept.ravel())
 
 
-def _orbits(points: FloatArray, turns: int) -> tuple[IntArray, IntArray]:
-    """Representative of every node and how many turns lead from it to the node."""
-    x, y, z = points.T
-    turned = np.column_stack([-x, -y, z] if turns == 2 else [-y, x, z])
-    gap, following = cKDTree(points).query(turned)
-    if gap.max() > 1e-9 * np.abs(points).max():
+def _sent_home(x: FloatArray, turns: int, near: float) -> tuple[IntArray, FloatArray]:
+    """Turns that lead from the first sector, 0 <= θ < 360°/turns, to every node; the place there.
+
+    Nodes on the axis stay where they are.
+    """
+    steps = np.zeros(len(x), dtype=np.int64)
+    home = x.copy()
+    off = np.hypot(x[:, 0], x[:, 1]) > near
+    for _ in range(turns - 1):
+        a, b = home[:, 0], home[:, 1]
+        if turns == 2:
+            inside = (b > near) | ((np.abs(b) <= near) & (a > 0.0))
+            turned = np.column_stack([-a, -b, home[:, 2]])
+        else:
+            inside = (a > near) & (b > -near)
+            turned = np.column_stack([b, -a, home[:, 2]])
+        outside = off & ~inside
+        home[outside] = turned[outside]
+        steps[outside] += 1
+    return steps, home
+
+
+def _owners(
+    home: FloatArray, away: NDArray[np.bool_], first: int, turns: int, scale: float, comm: Any
+) -> IntArray:
+    """Global node of the first sector at the home of every node away from it."""
+    stay = np.flatnonzero(~away)
+    # on a sector only nodes of the first cut face are looked for
+    wanted = comm.allreduce(float(home[away, 1].max(initial=0.0)), op=MPI.MAX)
+    stay = stay[home[stay, 1] <= wanted + _NEAR * scale]
+    places = np.vstack(comm.allgather(home[stay]))
+    numbers = np.concatenate(comm.allgather(stay + first))
+    gap, nearest = np.empty(0), np.empty(0, dtype=np.int64)
+    if away.any():
+        gap, nearest = cKDTree(places).query(home[away])
+    largest = comm.allreduce(float(gap.max(initial=0.0)), op=MPI.MAX)
+    if largest > _NEAR * scale:
         raise ReductionError(
             f"the mesh is not unchanged by a turn of {360 // turns}°: a node is off by "
-            f"{gap.max():.3g} m"
+            f"{largest:.3g} m"
         )
-    orbit = [np.arange(len(points))]
-    for _ in range(turns - 1):
-        orbit.append(following[orbit[-1]])
-    orbits = np.array(orbit)
-    return orbits.min(axis=0), (turns - orbits.argmin(axis=0)) % turns
+    return np.asarray(numbers[nearest])
+
+
+def sector_mesh(mesh: Mesh, turns: int) -> Mesh:
+    """Return the cells of a solid mesh at 0 <= θ <= 180°, of which turned copies make the rest.
+
+    Parameters
+    ----------
+    mesh
+        Of the whole solid, unchanged by a half turn.
+    turns
+        Copies that make the whole; 1 returns the mesh, 2 its half.
+
+    Raises
+    ------
+    ReductionError
+        Half of the cells do not make half of the mesh.
+    """
+    if turns == 1:
+        return mesh
+    centre = mesh.points[mesh.cells[:, :4], 1].mean(axis=1)
+    inside = centre > 0.0
+    cells = mesh.cells[inside]
+    used = np.zeros(len(mesh.points), dtype=bool)
+    used[cells] = True
+    scale = np.abs(mesh.points).max()
+    if 2 * len(cells) != len(mesh.cells) or mesh.points[used, 1].min() < -_NEAR * scale:
+        raise ReductionError("the mesh is not cut in halves by the plane y = 0")
+    number = np.cumsum(used) - 1
+    return replace(
+        mesh,
+        points=mesh.points[used],
+        cells=number[cells],
+        cell_material=mesh.cell_material[inside],
+        cell_section=mesh.cell_section[inside],
+        interfaces={
+            name: number[facets[mesh.points[facets[:, :3], 1].mean(axis=1) > 0.0]]
+            for name, facets in mesh.interfaces.items()
+        },
+        outline=number[mesh.outline[used[mesh.outline]]],
+    )
+
+
+def whole_node_count(space: Any, turns: int) -> int:
+    """Nodes of the whole body when the mesh of a space is a sector of it."""
+    nodes, comm = space.dofmap.index_map, space.mesh.comm
+    if turns == 1:
+        return int(nodes.size_global)
+    x = space.tabulate_dof_coordinates()[: nodes.size_local]
+    scale = comm.allreduce(float(np.abs(x).max(initial=0.0)), op=MPI.MAX)
+    steps, _ = _sent_home(x, turns, _NEAR * scale)
+    axis = np.hypot(x[:, 0], x[:, 1]) <= _NEAR * scale
+    own = turns * int(np.sum((steps == 0) & ~axis)) + int(np.sum(axis))
+    return int(comm.allreduce(own))

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from petsc4py import PETSc
 
 FloatArray = NDArray[np.float64]
 
@@ -21,27 +21,61 @@ def apply(matrix: Any, block: FloatArray) -> FloatArray:
     block
         (local columns of the matrix, k).
     """
-    x, y = matrix.createVecs()
-    return _by_column(matrix.mult, x, y, block)
+    rows, width = matrix.getLocalSize()[0], matrix.getSize()[1]
+    dense = dense_matrix(block, width, matrix.comm)
+    product = matrix.matMult(dense)
+    out = np.array(product.getDenseArray(), order="F")
+    product.destroy()
+    dense.destroy()
+    return out.reshape(rows, block.shape[1], order="F")
 
 
 def apply_transposed(matrix: Any, block: FloatArray) -> FloatArray:
     """Transposed matrix times every column; rows are this rank's."""
     y, x = matrix.createVecs()
-    return _by_column(matrix.multTranspose, x, y, block)
-
-
-def _by_column(
-    multiply: Callable[[Any, Any], None], x: Any, y: Any, block: FloatArray
-) -> FloatArray:
-    """Multiply every column of a block with work vectors x and y, which are destroyed."""
     out = np.empty((y.getLocalSize(), block.shape[1]))
     for k in range(block.shape[1]):
         x.array[:] = block[:, k]
-        multiply(x, y)
+        matrix.multTranspose(x, y)
         out[:, k] = y.array_r
     x.destroy()
     y.destroy()
+    return out
+
+
+def folded(matrix: Any, transformation: Any) -> Any:
+    """Tᵀ A T.
+
+    Parameters
+    ----------
+    matrix
+        A, PETSc AIJ.
+    transformation
+        T, PETSc AIJ.
+    """
+    product = matrix.PtAP(transformation)
+    # the product holds on to A and to its work space as long as it lives
+    out = product.copy()
+    product.destroy()
+    return out
+
+
+def dense_matrix(block: FloatArray, height: int, comm: Any) -> Any:
+    """PETSc dense matrix of a block; shares the memory of a block that is stored by columns.
+
+    Parameters
+    ----------
+    block
+        (local rows, k).
+    height
+        Rows on all ranks.
+    comm
+        PETSc communicator.
+    """
+    rows, k = block.shape
+    size = ((rows, height), (PETSc.DECIDE, k))
+    out = PETSc.Mat().createDense(size, array=np.asfortranarray(block), comm=comm)
+    out.assemble()
     return out
 
 

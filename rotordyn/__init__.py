@@ -13,9 +13,12 @@ from solidwhirl.rotordyn.bearing_laws import (
 from solidwhirl.rotordyn.bearing_notes import BearingNote, bearing_notes
 from solidwhirl.rotordyn.branch_notes import TrackingNote
 from solidwhirl.rotordyn.campbell import Campbell, campbell
+from solidwhirl.rotordyn.campbell_errors import CampbellErrors, campbell_errors
 from solidwhirl.rotordyn.complex_form import ComplexForm, complex_form
+from solidwhirl.rotordyn.critical_speed_errors import CriticalSpeedErrors, critical_speed_errors
 from solidwhirl.rotordyn.critical_speeds import CriticalSpeed, critical_speeds
 from solidwhirl.rotordyn.eigen import Modes, modes_at_speed
+from solidwhirl.rotordyn.eigenvalue_errors import FrequencyErrors, frequency_errors
 from solidwhirl.rotordyn.errors import AnalysisError, AssemblyError, SuperelementError
 from solidwhirl.rotordyn.files import read_superelement, write_superelement
 from solidwhirl.rotordyn.invariants import Invariant, check_superelement
@@ -25,6 +28,7 @@ from solidwhirl.rotordyn.rigid_superelement import rigid_superelement
 from solidwhirl.rotordyn.shafts import Disk
 from solidwhirl.rotordyn.superelement import (
     Coordinate,
+    ErrorForm,
     InterfaceNode,
     Superelement,
     attach_rigid_disk,
@@ -41,11 +45,15 @@ __all__ = [
     "Bearing",
     "BearingNote",
     "Campbell",
+    "CampbellErrors",
     "ComplexForm",
     "Coordinate",
     "CriticalSpeed",
+    "CriticalSpeedErrors",
     "Disk",
     "End",
+    "ErrorForm",
+    "FrequencyErrors",
     "Gear",
     "InterfaceNode",
     "InternalDamping",
@@ -65,10 +73,13 @@ __all__ = [
     "beam_superelement",
     "bearing_notes",
     "campbell",
+    "campbell_errors",
     "check_superelement",
     "complex_form",
+    "critical_speed_errors",
     "critical_speeds",
     "draw_campbell",
+    "frequency_errors",
     "matrices_at_speed",
     "modes_at_speed",
     "read_superelement",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -222,7 +222,7 @@ def _planes(interface_count: int, mode_count: int) -> tuple[FloatArray, FloatArr
     return in_x, in_y
 
 
-def _spatial_matrices(plane: _ReducedPlane, interface_count: int) -> dict[str, FloatArray]:
+def _spatial_matrices(plane: _ReducedPlane, interface_count: int) -> dict[str, Any]:
     """Return the matrices of both planes; G couples them through Ip (rx ry' − ry rx')."""
     mass, stiffness, gyroscopic = plane.matrices
     in_x, in_y = _planes(interface_count, plane.frequencies_hz.size)

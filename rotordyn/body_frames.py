@@ -124,7 +124,7 @@ def _energies(
     """Return the sizes of the branches at one speed, modes of equal frequency parted by whirl."""
     speed = float(campbell.speeds_rad_s[place])
     modes = modes_at_speed(assembled, speed)
-    columns = _columns(campbell.eigenvalues[alive, place], modes.eigenvalues, speed)
+    columns = branch_columns(campbell.eigenvalues[alive, place], modes.eigenvalues, speed)
     values, shapes = modes.eigenvalues[columns], modes.shapes[:, columns].copy()
     sense = _sense(campbell.whirl[alive, place], speed)
     clusters = _clusters(values)
@@ -146,13 +146,33 @@ def _energies(
     return _Energies(found[:-2], found[-2], found[-1])
 
 
-def _columns(wanted: ComplexArray, values: ComplexArray, speed: float) -> IntArray:
-    """Return the mode of each branch by its eigenvalue, one to one."""
+def branch_columns(wanted: ComplexArray, values: ComplexArray, speed_rad_s: float) -> IntArray:
+    """Return the mode of each branch by its eigenvalue, one to one.
+
+    Parameters
+    ----------
+    wanted
+        Eigenvalues of the branches at a speed, none of them nan, shape (b,).
+    values
+        Eigenvalues of all modes there, shape (m,).
+    speed_rad_s
+        The speed, for the message.
+
+    Returns
+    -------
+    ndarray
+        Index into `values`, shape (b,).
+
+    Raises
+    ------
+    AnalysisError
+        If a branch is not among the modes.
+    """
     distance = np.abs(wanted[:, None] - values) / np.abs(wanted)[:, None]
     rows, columns = linear_sum_assignment(np.minimum(distance, 1.0))
     if rows.size < wanted.size or (distance[rows, columns] > _FOUND).any():
         raise AnalysisError(
-            f"the diagram has a branch at {speed:.6g} rad/s that is no mode of this system; "
+            f"the diagram has a branch at {speed_rad_s:.6g} rad/s that is no mode of this system; "
             "give the system it was computed from"
         )
     return np.asarray(columns)

@@ -81,7 +81,7 @@ def without_modes(element: Superelement) -> Superelement:
     Superelement
         Without its modal coordinates (Guyan 1965, AIAA J. 3, static condensation): rigid motion,
         mass and inertia are exact, the stiffness between interfaces is that of statics. What was
-        known of its frequencies is gone.
+        known of its frequencies and errors is gone: the error forms are of other coordinates.
 
     Raises
     ------
@@ -110,6 +110,7 @@ def without_modes(element: Superelement) -> Superelement:
         frequency_error_estimate=np.empty(0),
         spin_generator=_kept_turn(element, kept),
         constraint=None if element.constraint is None else element.constraint[kept],
+        error_forms=(),
         provenance={**element.provenance, "without_modes": True},
     )
 
@@ -126,7 +127,8 @@ def as_rigid_body(element: Superelement) -> Superelement:
     -------
     Superelement
         With the same coordinates, tied to its rigid motions by a `constraint`: mass, inertia and
-        gyroscopic moment are exact, interfaces stay where they were.
+        gyroscopic moment are exact, interfaces stay where they were. The error forms are left
+        out, as they do not hold what the rigid body lacks.
 
     Raises
     ------
@@ -144,6 +146,7 @@ def as_rigid_body(element: Superelement) -> Superelement:
         free_frequencies_hz=np.empty(0),
         fixed_interface_frequencies_hz=np.empty(0),
         frequency_error_estimate=np.empty(0),
+        error_forms=(),
         provenance={**element.provenance, "rigid": True},
     )
 

@@ -90,6 +90,22 @@ class SuperelementFile:
 
     def dataset(self, place: str) -> h5py.Dataset:
         """Return a dataset that lies in this file itself."""
+        node = self._node(place)
+        if not isinstance(node, h5py.Dataset):
+            raise self.error(place, "is not a dataset")
+        if node.is_virtual or node.external:
+            raise self.error(place, "keeps its data in another file, which is not followed")
+        return node
+
+    def group(self, place: str) -> h5py.Group:
+        """Return a group that lies in this file itself."""
+        node = self._node(place)
+        if not isinstance(node, h5py.Group):
+            raise self.error(place, "is not a group")
+        return node
+
+    def _node(self, place: str) -> Any:
+        """Return what lies at a place, following no links."""
         parts = place.split("/")
         node: Any = self.file
         for depth, part in enumerate(parts):
@@ -99,10 +115,6 @@ class SuperelementFile:
             if not isinstance(link, h5py.HardLink):
                 raise self.error("/".join(parts[: depth + 1]), "is a link; links are not followed")
             node = node[part]
-        if not isinstance(node, h5py.Dataset):
-            raise self.error(place, "is not a dataset")
-        if node.is_virtual or node.external:
-            raise self.error(place, "keeps its data in another file, which is not followed")
         return node
 
     def length(self, place: str) -> int:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import h5py
+import numpy as np
 
 FORMAT = "ROTOR-SUPERELEMENT"
-FORMAT_VERSION = "1.1.0"
+FORMAT_VERSION = "1.2.0"
 MAJOR_VERSION = 1
 UNITS = {"length": "m", "mass": "kg", "time": "s", "force": "N", "angle": "rad"}
 EQUATION = (
@@ -46,3 +49,23 @@ EULER = Operator("gyroscopic", "q", 0, 1, "skew", "Euler term, half of G")
 
 # Terms the format knows and this program does not evaluate; leaving them out would be wrong.
 UNSUPPORTED = ("D0", "Kcirc", "sampled")
+
+
+def put_numbers(group: h5py.Group, name: str, data: Any, **attributes: Any) -> None:
+    """Write numbers; arrays of two and more axes compressed and with a checksum.
+
+    Parameters
+    ----------
+    group
+        Where.
+    name
+        Of the dataset.
+    data
+        A number or an array.
+    attributes
+        Of the dataset.
+    """
+    packed = np.ndim(data) >= 2 and np.size(data) > 0
+    options = {"compression": "gzip", "shuffle": True, "fletcher32": True} if packed else {}
+    dataset = group.create_dataset(name, data=data, track_times=False, **options)
+    dataset.attrs.update(attributes)

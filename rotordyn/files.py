@@ -27,7 +27,9 @@ from solidwhirl.rotordyn.file_format import (
     OPERATORS,
     UNITS,
     Operator,
+    put_numbers,
 )
+from solidwhirl.rotordyn.file_forms import read_error_forms, write_error_forms
 from solidwhirl.rotordyn.rigid_body import rigid_body_mass_matrix
 from solidwhirl.rotordyn.superelement import Coordinate, InterfaceNode, Superelement
 
@@ -62,13 +64,16 @@ def write_superelement(element: Superelement, path: str | Path) -> None:
         _write_operators(file.create_group("operators"), element)
         _write_body(file, element)
         recovery = file.create_group("recovery")
-        _put(recovery, "xyz", element.recovery_points_m, unit="m")
+        put_numbers(recovery, "xyz", element.recovery_points_m, unit="m")
         axes = "point,component(ux,uy,uz),generalized_coordinate"
-        _put(recovery, "Phi", element.recovery_modes, axes=axes)
+        put_numbers(recovery, "Phi", element.recovery_modes, axes=axes)
         frequencies = file.create_group("frequencies")
-        _put(frequencies, "free", element.free_frequencies_hz, unit="Hz")
-        _put(frequencies, "fixed_interface", element.fixed_interface_frequencies_hz, unit="Hz")
-        _put(frequencies, "error_estimate", element.frequency_error_estimate, unit="1")
+        put_numbers(frequencies, "free", element.free_frequencies_hz, unit="Hz")
+        put_numbers(
+            frequencies, "fixed_interface", element.fixed_interface_frequencies_hz, unit="Hz"
+        )
+        put_numbers(frequencies, "error_estimate", element.frequency_error_estimate, unit="1")
+        write_error_forms(file, element.error_forms)
         text = json.dumps(element.provenance, sort_keys=True)
         provenance = file.create_group("provenance")
         if len(text.encode()) <= _LONGEST_ATTRIBUTE:
@@ -113,24 +118,26 @@ def _write_coordinates(file: h5py.File, element: Superelement) -> None:
     kinds = {"interface": INTERFACE_KIND, "modal": MODAL_KIND}
     dof = file.create_group("dof")
     coordinates = element.coordinates
-    _put(dof, "node", np.array([number[c.interface] for c in coordinates], dtype=np.int64))
+    put_numbers(dof, "node", np.array([number[c.interface] for c in coordinates], dtype=np.int64))
     codes = [COMPONENT_CODES[c.component] for c in coordinates]
-    _put(dof, "component", np.array(codes, dtype=np.int8), enum="0 modal, 1..6 ux uy uz rx ry rz")
-    _put(
+    put_numbers(
+        dof, "component", np.array(codes, dtype=np.int8), enum="0 modal, 1..6 ux uy uz rx ry rz"
+    )
+    put_numbers(
         dof,
         "kind",
         np.array([kinds[c.kind] for c in coordinates], dtype=np.uint8),
         enum="0=interface_physical,1=fixed_interface_mode",
     )
-    _put(dof, "frequency", np.array([c.frequency_hz for c in coordinates]), unit="Hz")
+    put_numbers(dof, "frequency", np.array([c.frequency_hz for c in coordinates]), unit="Hz")
     _put_text(dof, "label", [c.label for c in coordinates])
 
     interface = file.create_group("interface")
-    _put(interface, "node", np.arange(1, len(names) + 1, dtype=np.int64))
+    put_numbers(interface, "node", np.arange(1, len(names) + 1, dtype=np.int64))
     _put_text(interface, "name", names)
     positions = np.array([node.position_m for node in element.interfaces]).reshape(-1, 3)
-    _put(interface, "xyz", positions, unit="m")
-    _put(interface, "R", np.tile(np.eye(3), (len(names), 1, 1)))
+    put_numbers(interface, "xyz", positions, unit="m")
+    put_numbers(interface, "R", np.tile(np.eye(3), (len(names), 1, 1)))
     _put_text(interface, "coupling", [COUPLING_CODES[n.coupling] for n in element.interfaces])
 
 
@@ -144,7 +151,7 @@ def _write_operators(group: h5py.Group, element: Superelement) -> None:
 def _put_operator(
     group: h5py.Group, name: str, operator: Operator, matrix: npt.NDArray[Any]
 ) -> None:
-    _put(
+    put_numbers(
         group,
         name,
         matrix,
@@ -161,27 +168,19 @@ def _write_body(file: h5py.File, element: Superelement) -> None:
     about_origin = rigid_body_mass_matrix(
         element.mass_kg, element.center_of_gravity_m, element.inertia_kg_m2
     )[3:, 3:]
-    _put(body, "mass", np.float64(element.mass_kg), unit="kg")
-    _put(body, "com", element.center_of_gravity_m, unit="m")
-    _put(body, "S", element.mass_kg * element.center_of_gravity_m, unit="kg m")
-    _put(body, "J_origin", about_origin, unit="kg m2")
-    _put(body, "J_com", element.inertia_kg_m2, unit="kg m2")
-    _put(body, "rigid_modes", element.rigid_body_modes, axes="coordinate,motion(ux..rz)")
-    _put(body, "rigid_present", element.rigid_body_present.astype(np.uint8))
-    _put(body, "full_dofs", np.int64(element.full_dofs))
-    _put(body, "maximum_speed", np.float64(element.maximum_speed_rad_s), unit="rad/s")
+    put_numbers(body, "mass", np.float64(element.mass_kg), unit="kg")
+    put_numbers(body, "com", element.center_of_gravity_m, unit="m")
+    put_numbers(body, "S", element.mass_kg * element.center_of_gravity_m, unit="kg m")
+    put_numbers(body, "J_origin", about_origin, unit="kg m2")
+    put_numbers(body, "J_com", element.inertia_kg_m2, unit="kg m2")
+    put_numbers(body, "rigid_modes", element.rigid_body_modes, axes="coordinate,motion(ux..rz)")
+    put_numbers(body, "rigid_present", element.rigid_body_present.astype(np.uint8))
+    put_numbers(body, "full_dofs", np.int64(element.full_dofs))
+    put_numbers(body, "maximum_speed", np.float64(element.maximum_speed_rad_s), unit="rad/s")
     if element.constraint is not None:
-        _put(body, "constraint", element.constraint, axes="coordinate,free motion")
+        put_numbers(body, "constraint", element.constraint, axes="coordinate,free motion")
     if element.spin_generator is not None:
-        _put(body, "spin_generator", element.spin_generator, axes="coordinate,coordinate")
-
-
-def _put(group: h5py.Group, name: str, data: Any, **attributes: Any) -> None:
-    """Write numbers; arrays of two and more axes compressed and with a checksum."""
-    packed = np.ndim(data) >= 2 and np.size(data) > 0
-    options = {"compression": "gzip", "shuffle": True, "fletcher32": True} if packed else {}
-    dataset = group.create_dataset(name, data=data, track_times=False, **options)
-    dataset.attrs.update(attributes)
+        put_numbers(body, "spin_generator", element.spin_generator, axes="coordinate,coordinate")
 
 
 def _put_text(group: h5py.Group, name: str, texts: list[str]) -> None:
@@ -248,6 +247,7 @@ def read_superelement(path: str | Path) -> Superelement:
                 provenance=file.provenance(),
                 constraint=file.optional_matrix("body/constraint", n),
                 spin_generator=file.optional_numbers("body/spin_generator", (n, n)),
+                error_forms=read_error_forms(file, n),
             )
         except SuperelementError as error:
             raise file.named(error) from error

@@ -7,7 +7,6 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-from scipy.signal import fftconvolve, get_window
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, freeze_arrays
 from solidwhirl.rotordyn.errors import AnalysisError
@@ -219,6 +218,8 @@ def order_amplitude(
         )
     if not np.isfinite(order) or order == 0:
         raise AnalysisError(f"order is {order}; it must be finite and not 0")
+    from scipy.signal import fftconvolve, get_window  # takes a quarter of a second to import
+
     weight = get_window("hann", count)
     factor = (1.0 if np.iscomplexobj(values) else 2.0) / weight.sum()
     still = values * np.exp(-1j * order * angle)
@@ -254,6 +255,8 @@ def _check_real(values: NumberArray) -> None:
 def _window(name: str, count: int) -> FloatArray:
     if name not in WINDOWS:
         raise AnalysisError(f"window is {name!r}; allowed are {WINDOWS}")
+    from scipy.signal import get_window
+
     return np.asarray(get_window(name, count))
 
 

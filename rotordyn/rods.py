@@ -46,6 +46,7 @@ def with_rods(element: Superelement, shaft: Shaft, components: Sequence[Componen
     -------
     Superelement
         Interface coordinates in the order ux to rz, then lateral modes, then those of the rods.
+        Without error forms, as the coordinates are others.
     """
     held = [shaft.node_at(z) for z in shaft.interfaces.values()]
     rods = [_reduced(c, *_matrices(shaft, c), held) for c in components]
@@ -76,6 +77,7 @@ def with_rods(element: Superelement, shaft: Shaft, components: Sequence[Componen
             )
         ),
         spin_generator=None if generator is None else grown(generator, zero),
+        error_forms=(),
     )
 
 

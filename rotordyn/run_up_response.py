@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.signal import get_window
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, freeze_arrays
 from solidwhirl.rotordyn.errors import AnalysisError
@@ -127,6 +126,8 @@ def normalised_response(
         raise AnalysisError("the run-up has no unbalance to normalise with")
     _check_rate(run)
     part = excitation.real if axis == "x" else excitation.imag
+    from scipy.signal import get_window  # takes a quarter of a second to import
+
     weight = get_window(("tukey", _FADE), run.time_s.size, fftbins=False)
     frequency = np.fft.rfftfreq(run.time_s.size, 1.0 / run.sample_rate_hz)
     width = max(1, round(band_hz / float(frequency[1])))

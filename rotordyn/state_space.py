@@ -9,7 +9,6 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 import scipy.linalg as la
-import scipy.signal
 
 from solidwhirl.rotordyn.arrays import FloatArray, freeze_arrays
 from solidwhirl.rotordyn.errors import AnalysisError
@@ -121,6 +120,8 @@ class StateSpace:
         scipy.signal.StateSpace
             Of all inputs and outputs.
         """
+        import scipy.signal  # takes a quarter of a second
+
         return scipy.signal.StateSpace(*self.at_speed(speed_rad_s))
 
 

@@ -27,7 +27,8 @@ app = typer.Typer(
 )
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE.toml", help="The scene file.")]
 Level = Annotated[
-    str | None, typer.Option(metavar="auto|harmonic|solid", help="Instead of the scene's level.")
+    str | None,
+    typer.Option(metavar="auto|beam|harmonic|solid", help="Instead of the scene's level."),
 ]
 Accuracy = Annotated[
     float | None, typer.Option(metavar="TOL", help="Instead of the scene's relative accuracy.")
@@ -40,6 +41,7 @@ def run(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results.")],
     level: Level = None,
     accuracy: Accuracy = None,
+    pictures: Annotated[bool, typer.Option(help="Draw pictures; without, numbers only.")] = True,
     quiet: Annotated[bool, typer.Option("--quiet", help="Say nothing but errors.")] = False,
 ) -> None:
     """Run a scene from geometry to Campbell plot.
@@ -67,9 +69,10 @@ def run(
             results = run_scene(chosen, comm=MPI.COMM_WORLD, progress=progress)
         if results is None:
             return
-        write_results(results, out)
+        write_results(results, out, pictures=pictures)
+        drawn = (("Campbell plot", "campbell.png"),) if pictures else ()
         for title, name in (
-            ("Campbell plot", "campbell.png"),
+            *drawn,
             ("report", "report.md"),
             ("results", "results.json"),
         ):
@@ -85,13 +88,54 @@ def plan(scene: SceneFile, level: Level = None, accuracy: Accuracy = None) -> No
 
     def work() -> None:
         from solidwhirl.bodies import build_bodies
+        from solidwhirl.forecast import forecast
+        from solidwhirl.levels import with_level
         from solidwhirl.plan import make_plan
-        from solidwhirl.report import plan_text
+        from solidwhirl.report import cost_text, plan_text
 
         chosen = _scene(scene, level, accuracy)
-        text = plan_text(make_plan(chosen, build_bodies(chosen)))
+        bodies = build_bodies(chosen)
+        chosen = with_level(chosen, bodies)
+        decided = make_plan(chosen, bodies)
+        text = plan_text(decided)
+        if bodies:
+            text += "\n\n" + cost_text(forecast(chosen, decided, bodies))
         console = Console(width=None if sys.stdout.isatty() else 200)
         console.print(Markdown(text))
+
+    _guarded(scene, work)
+
+
+@app.command()
+def study(
+    scene: SceneFile,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results.")],
+    quick: Annotated[bool, typer.Option("--quick", help="A small matrix of settings.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Say nothing but errors.")] = False,
+) -> None:
+    """Measure what accuracy costs: error against time and memory over levels, meshes and modes.
+
+    Writes study.json, study.md, study.html and pictures. A study that was broken off goes on.
+    """
+
+    def work() -> None:
+        _refuse_unwritable(out)
+        from solidwhirl.study import study_command
+
+        console = Console(stderr=True, quiet=quiet)
+        with console.status("") as status:
+
+            def progress(text: str) -> None:
+                status.update(text)
+                if not console.is_terminal:
+                    console.print(text)
+
+            done = study_command(scene, out, progress, quick=quick)
+        if quiet:
+            return
+        typer.echo(f"page: {done.page}")
+        typer.echo(f"table: {done.report}")
+        typer.echo(f"{done.done} cases, {done.failed} failed, {done.skipped} skipped")
 
     _guarded(scene, work)
 
@@ -192,6 +236,8 @@ def _user_errors() -> tuple[type[Exception], ...]:
     kinds: list[type[Exception]] = [GeometryError]
     for module, names in (
         ("solidwhirl.meshing", ("MeshingError",)),
+        ("solidwhirl.cost", ("CostError",)),
+        ("solidwhirl.study", ("StudyError",)),
         ("solidwhirl.reduction", ("ReductionError",)),
         ("solidwhirl.rotordyn", ("AssemblyError", "AnalysisError", "SuperelementError")),
     ):

@@ -1,9 +1,10 @@
-"""How fine a mesh and which element order an accuracy asks for.
+"""How fine a mesh and which element order an accuracy asks for, to begin with.
 
-The rule is a-priori: at a re-entrant corner of 270° the error of a frequency falls with the
-corner's element size h as h^1.09 (twice the exponent 0.5445 of the stress singularity of plane
-elasticity), whatever the element order. The constants below were measured on the reference rotor
-of the verification page against its converged frequencies.
+On the harmonic level the mesh then follows its own error estimate (`solidwhirl.dial`). The rule is
+a-priori: at a re-entrant corner of 270° the error of a frequency falls with the corner's element
+size h as h^1.09 (twice the exponent 0.5445 of the stress singularity of plane elasticity), whatever
+the element order. The constants below were measured on the reference rotor of the verification page
+against its converged frequencies.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ _CORNER_ERROR = {2: 2.3e-2, 3: 8.9e-3, 4: 4.8e-3}
 _SAFETY = 2.0
 # Tetrahedra: relative error per (corner size / thickness)^rate, which the circumference slows down.
 _SOLID_ERROR, _SOLID_RATE = 2.5e-2, 0.8
+# Error that the first of several adapted meshes is made for.
+_FIRST_MESH = 5e-2
 #: Finest accuracy that the rule follows on the solid level: beyond it the number of tetrahedra
 #: around every corner explodes. Sizes given in the scene can go further.
 SOLID_FLOOR = 2e-3
@@ -49,8 +52,17 @@ class Fineness:
     expected_error: float
 
 
+def is_adapted(level: str, model: ModelSpec) -> bool:
+    """Whether the mesh of a body follows its own error estimate.
+
+    Sizes that the scene gives are kept; without estimates there is nothing to follow.
+    """
+    given = (model.size_m, model.corner_size_m, model.growth)
+    return level == "harmonic" and model.estimates == "on" and given == (None, None, None)
+
+
 def choose_fineness(body: Body, level: str, model: ModelSpec) -> Fineness:
-    """Choose element order and sizes for an accuracy; sizes given in the scene win.
+    """Choose element order and sizes to begin with; sizes given in the scene win.
 
     Parameters
     ----------
@@ -65,12 +77,18 @@ def choose_fineness(body: Body, level: str, model: ModelSpec) -> Fineness:
     if level == "solid":
         degree, growth, through = 2, 0.6, 1.2
         wanted, constant, rate = max(model.accuracy, SOLID_FLOOR), _SOLID_ERROR, _SOLID_RATE
+    elif is_adapted(level, model):
+        degree, growth, through = _adapted_order(model.accuracy), 0.8, 1.0
+        degree = model.order or degree
+        wanted = max(model.accuracy, _FIRST_MESH)
+        constant, rate = _SAFETY * _CORNER_ERROR[degree], CORNER_RATE
     else:
         degree, growth, through = _harmonic_order(model.accuracy)
         degree = model.order or degree
         wanted, constant, rate = model.accuracy, _SAFETY * _CORNER_ERROR[degree], CORNER_RATE
     share = (wanted / constant) ** (1.0 / rate)
-    corner = model.corner_size_m or thinnest * float(np.clip(share, 1e-5, 0.3))
+    coarsest = 1.0 if is_adapted(level, model) else 0.3
+    corner = model.corner_size_m or thinnest * float(np.clip(share, 1e-5, coarsest))
     if model.corner_size_m is None and model.size_m is not None:
         corner = min(corner, model.size_m)
     largest = model.size_m or 0.25 * _extent(body)
@@ -83,6 +101,11 @@ def choose_fineness(body: Body, level: str, model: ModelSpec) -> Fineness:
     )
     expected = constant * (corner / thinnest) ** rate
     return Fineness(degree=degree, size=size, expected_error=expected)
+
+
+def _adapted_order(accuracy: float) -> int:
+    """Element order of meshes that follow their error: the cheaper of 2 and 3, as measured."""
+    return 2 if accuracy >= 5e-3 else 3
 
 
 def _harmonic_order(accuracy: float) -> tuple[int, float, float]:

@@ -38,6 +38,15 @@ def motions_acted_on(scene: Scene) -> dict[str, tuple[tuple[str, str], ...]]:
     return {place: tuple(dict.fromkeys(pairs)) for place, pairs in found.items()}
 
 
+def places_of_joints(scene: Scene) -> frozenset[str]:
+    """Interfaces "body.interface" that a bearing, gear or rigid disk holds or loads."""
+    found = {place for bearing in scene.bearings for place in (bearing.first, bearing.second)}
+    found |= {place for gear in scene.gears for place in (gear.first, gear.second)}
+    for name, body in scene.bodies.items():
+        found |= {f"{name}.{disk.interface}" for disk in body.rigid_disks}
+    return frozenset(found - {"ground"})
+
+
 def is_off_axis(body: RigidBodySpec) -> bool:
     """Whether a rigid body's lateral motion couples to uz and rz: its c.g. is off the axis."""
     return any(body.center_of_gravity_m[:2])

@@ -2,27 +2,40 @@
 
 from __future__ import annotations
 
-import os
 import resource
-import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from solidwhirl.analyses import run_analysis
+from solidwhirl.beam_bodies import BeamBodies, beam_bodies
 from solidwhirl.bodies import build_bodies
-from solidwhirl.geometry import Body, MassProperties, mass_properties
-from solidwhirl.meshing import (
-    Mesh,
-    MeshingError,
-    mesh_meridian,
-    mesh_solid,
-    predict_unknowns,
+from solidwhirl.body_reduction import (
+    BodyResult,
+    Clock,
+    Discretisation,
+    Progress,
+    first_discretisation,
+    mesh_body,
+    reduce_meshed,
 )
+from solidwhirl.comparators import (
+    Comparison,
+    beam_comparison,
+    coupling_comparison,
+    solid_comparisons,
+)
+from solidwhirl.dial import Round, may_go_on, next_discretisations
+from solidwhirl.estimates import BeamVariants, Estimates, estimate_errors
+from solidwhirl.forecast import Forecast, forecast, refuse_too_large
+from solidwhirl.geometry import Body
+from solidwhirl.levels import with_level
 from solidwhirl.outcome import Outcome
-from solidwhirl.plan import BodyPlan, Plan, make_plan, top_speed
+from solidwhirl.peak_estimates import with_peak_estimates
+from solidwhirl.plan import Plan, make_plan, top_speed
 from solidwhirl.rotordyn import (
     AnalysisError,
     AssembledSystem,
@@ -38,38 +51,7 @@ from solidwhirl.rotordyn import (
     modes_at_speed,
 )
 from solidwhirl.scene import Scene
-from solidwhirl.scene_file import scene_hash
 from solidwhirl.system_parts import bearings, gears, rotors, simple_elements
-from solidwhirl.versions import package_versions
-
-Progress = Callable[[str], None]
-# PETSC_ERR_USER_INPUT: more eigenvalues are asked for than the matrix has.
-_WRONG_REQUEST = 95
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class BodyResult:
-    """One body after its reduction.
-
-    Attributes
-    ----------
-    body
-        Geometry.
-    mesh
-        Its mesh.
-    element
-        Its superelement.
-    properties
-        Mass properties in closed form, rigid disks included.
-    work
-        `solidwhirl.reduction.ReductionWork`: what was assembled and solved.
-    """
-
-    body: Body
-    mesh: Mesh
-    element: Superelement
-    properties: MassProperties
-    work: Any
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -98,6 +80,10 @@ class Results:
         What was asked and what was decided.
     bodies
         Solids by name.
+    rounds
+        What the accuracy dial did; empty without estimates.
+    forecast
+        Cost that was predicted.
     elements
         Superelements of all bodies by name.
     system
@@ -110,6 +96,8 @@ class Results:
         Tracked branches over the speeds of the scene.
     critical_speeds
         Within the scene's speed range, by excitation.
+    estimates
+        Errors of these; None where the scene has estimates = "off".
     analyses
         The other analyses of the scene by name.
     timings_s
@@ -121,12 +109,15 @@ class Results:
     scene: Scene
     plan: Plan
     bodies: Mapping[str, BodyResult]
+    rounds: tuple[Round, ...]
+    forecast: Forecast
     elements: Mapping[str, Superelement]
     system: AssembledSystem
     bearing_notes: tuple[BearingNote, ...]
     at_rest: Modes
     campbell: Campbell
     critical_speeds: tuple[ExcitedCriticalSpeed, ...]
+    estimates: Estimates | None
     analyses: Mapping[str, Outcome]
     timings_s: Mapping[str, float]
     peak_memory_gib: float
@@ -159,37 +150,140 @@ def run_scene(
     from mpi4py import MPI
 
     comm = MPI.COMM_SELF if comm is None else comm
-    clock = _Clock()
+    clock = Clock()
     bodies = build_bodies(scene)
+    scene = with_level(scene, bodies)
     plan = make_plan(scene, bodies)
     simple = simple_elements(scene, plan)  # milliseconds, and refused before the long work
-    reduced = {}
-    _refuse_what_does_not_fit(bodies, plan)
-    for name, body in bodies.items():
-        result = _reduce(scene, body, plan, comm, progress, clock)
-        if result is not None:
-            reduced[name] = result
+    refuse_too_large(scene, plan, bodies)
+    expected = forecast(scene, plan, bodies)
+    progress(
+        f"level {scene.model.level}: about {expected.seconds:.2g} s of one core and "
+        f"{expected.peak_memory_gib:.2g} GiB, {expected.unknowns} unknowns"
+    )
+    meshed = {n: b for n, b in bodies.items() if plan.bodies[n].level != "beam"}
+    beams = beam_bodies(
+        scene,
+        plan,
+        {n: b for n, b in bodies.items() if n not in meshed},
+        estimated=scene.model.estimates == "on",
+    )
+    simple |= beams.elements
+    reduced, rounds = _reduced(scene, plan, meshed, simple, comm, progress, clock)
     if comm.rank != 0:
         return None
-    return _analyse(scene, plan, reduced, simple, progress, clock)
+    return _analyse(scene, plan, reduced, rounds, simple, beams, expected, progress, clock)
+
+
+def _reduced(
+    scene: Scene,
+    plan: Plan,
+    bodies: Mapping[str, Body],
+    simple: Mapping[str, Superelement],
+    comm: Any,
+    progress: Progress,
+    clock: Clock,
+) -> tuple[dict[str, BodyResult], tuple[Round, ...]]:
+    """Reduce the bodies until the estimated error is within the accuracy, or can't get there."""
+    todo: Mapping[str, Discretisation]
+    todo = {name: first_discretisation(scene, plan, name) for name in bodies}
+    reduced: dict[str, BodyResult] = {}
+    rounds: list[Round] = []
+    while todo:
+        for name, chosen in todo.items():
+            before = reduced.get(name)
+            result = _reduce(scene, plan, bodies[name], chosen, before, comm, progress, clock)
+            if result is not None:
+                reduced[name] = result
+        todo = {}
+        if comm.rank == 0 and scene.model.estimates == "on":
+            with clock.stage("error_estimate"):
+                system = _system(scene, plan, reduced, simple)
+                done, todo = next_discretisations(scene, plan, reduced, system)
+            rounds.append(done)
+            progress(f"estimated error {done.estimate:.1e} after round {len(rounds)}")
+            if not may_go_on(len(rounds)):
+                todo = {}
+        todo = comm.bcast(todo, root=0)
+    return reduced, tuple(rounds)
+
+
+def _reduce(
+    scene: Scene,
+    plan: Plan,
+    body: Body,
+    chosen: Discretisation,
+    before: BodyResult | None,
+    comm: Any,
+    progress: Progress,
+    clock: Clock,
+) -> BodyResult | None:
+    """Mesh and reduce one body; None on ranks that have no part in the result."""
+    from mpi4py import MPI
+
+    level = plan.bodies[body.name].level
+    if level == "harmonic" and comm.rank != 0:
+        return None
+    mesh = None
+    if comm.rank == 0:
+        same = before is not None and before.discretisation.local is chosen.local
+        if before is not None and same:
+            mesh = before.mesh
+        else:
+            progress(f"mesh {body.name} ({level})")
+            with clock.stage("meshing"):
+                mesh = mesh_body(body, level, chosen)
+    with clock.stage("import_solvers"):
+        import solidwhirl.reduction  # noqa: F401
+    progress(f"reduce {body.name}")
+    team = comm if level == "solid" else MPI.COMM_SELF
+    with clock.stage("reduction"):
+        return reduce_meshed(scene, plan, body, mesh, chosen, team)
+
+
+def _system(
+    scene: Scene,
+    plan: Plan,
+    reduced: Mapping[str, BodyResult],
+    simple: Mapping[str, Superelement],
+) -> AssembledSystem:
+    """The engine of reduced and simple bodies."""
+    elements = {name: result.element for name, result in reduced.items()} | dict(simple)
+    return _assembled(scene, plan, elements)
+
+
+def _assembled(scene: Scene, plan: Plan, elements: Mapping[str, Superelement]) -> AssembledSystem:
+    return assemble(rotors(scene, plan, elements), bearings(scene, plan), gears=gears(scene, plan))
+
+
+def _beam_variants(
+    scene: Scene, plan: Plan, elements: Mapping[str, Superelement], beams: BeamBodies
+) -> BeamVariants | None:
+    """The engine with the other choices of beam theory."""
+    if not beams.variants:
+        return None
+    return BeamVariants(
+        systems=tuple(_assembled(scene, plan, {**elements, **own}) for own in beams.variants),
+        elements=beams.variants,
+    )
 
 
 def _analyse(
     scene: Scene,
     plan: Plan,
     reduced: Mapping[str, BodyResult],
+    rounds: tuple[Round, ...],
     simple: Mapping[str, Superelement],
+    beams: BeamBodies,
+    expected: Forecast,
     progress: Progress,
-    clock: _Clock,
+    clock: Clock,
 ) -> Results:
     """Assemble the engine and run everything that the scene asks for."""
     progress("assemble the system")
     with clock.stage("assembly"):
-        elements = {name: result.element for name, result in reduced.items()}
-        elements |= simple
-        system = assemble(
-            rotors(scene, plan, elements), bearings(scene, plan), gears=gears(scene, plan)
-        )
+        elements = {name: result.element for name, result in reduced.items()} | dict(simple)
+        system = _system(scene, plan, reduced, simple)
     top = top_speed(scene)
     progress(f"Campbell diagram at {len(plan.speeds_rad_s)} speeds")
     with clock.stage("campbell"):
@@ -198,141 +292,67 @@ def _analyse(
     progress("critical speeds")
     with clock.stage("critical_speeds"):
         critical = _critical_speeds(scene, system, float(plan.speeds_rad_s.max()))
+    estimates = None
+    if scene.model.estimates == "on":
+        progress("error estimates")
+        with clock.stage("error_estimate"):
+            estimates = estimate_errors(
+                system,
+                elements,
+                at_rest,
+                diagram,
+                [c.critical for c in critical],
+                _comparisons(scene, plan, reduced, simple, beams),
+                _beam_variants(scene, plan, elements, beams),
+            )
     outcomes = {}
     for k, spec in enumerate(scene.analyses):
         progress(f"{spec.label} ({spec.kind})")
         with clock.stage(f"analysis {spec.label}"):
             try:
-                outcomes[spec.label] = run_analysis(spec, scene, system, diagram)
+                outcome = run_analysis(spec, scene, system, diagram)
+                if estimates is not None:
+                    pairs = estimates.comparisons
+                    outcome = with_peak_estimates(outcome, spec, system, pairs)
+                outcomes[spec.label] = outcome
             except AnalysisError as error:
                 raise AnalysisError(f"analyses[{k}] ({spec.label}): {error}") from error
     return Results(
         scene=scene,
         plan=plan,
         bodies=reduced,
+        rounds=rounds,
+        forecast=expected,
         elements=elements,
         system=system,
         bearing_notes=bearing_notes(system, np.array([0.0, top])),
         at_rest=at_rest,
         campbell=diagram,
         critical_speeds=critical,
+        estimates=estimates,
         analyses=outcomes,
         timings_s=clock.seconds,
         peak_memory_gib=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0**2,
     )
 
 
-def predicted_memory_gib(unknowns: int) -> float:
-    """Memory of a solid reduction: 2.0 GiB at 1e5 unknowns, growing with the power 1.15.
-
-    Fitted to 48e3 to 210e3 unknowns (1.04 to 4.2 GiB).
-    """
-    return float(2.0 * (unknowns / 1e5) ** 1.15)
-
-
-def _refuse_what_does_not_fit(bodies: Mapping[str, Body], plan: Plan) -> None:
-    """Refuse a solid mesh that this machine's memory can't hold, before it is made."""
-    present = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 1024.0**3
-    for name, body in bodies.items():
-        if plan.bodies[name].level != "solid":
-            continue
-        unknowns = predict_unknowns(body, plan.bodies[name].fineness.size)
-        needed = predicted_memory_gib(unknowns)
-        if needed > present:
-            raise MeshingError(
-                f"bodies.{name}: level solid would have about {unknowns:.2g} unknowns and need "
-                f"about {needed:.3g} GiB, this machine has {present:.3g}; choose level harmonic, "
-                "a lower accuracy, or larger size_m and corner_size_m in [model]"
-            )
-
-
-class _Clock:
-    """Wall time by stage."""
-
-    def __init__(self) -> None:
-        self.seconds: dict[str, float] = {}
-
-    def stage(self, name: str) -> _Clock:
-        self._name = name
-        return self
-
-    def __enter__(self) -> None:
-        self._start = time.perf_counter()
-
-    def __exit__(self, *_: object) -> None:
-        spent = time.perf_counter() - self._start
-        self.seconds[self._name] = self.seconds.get(self._name, 0.0) + spent
-
-
-def _reduce(
-    scene: Scene, body: Body, plan: Plan, comm: Any, progress: Progress, clock: _Clock
-) -> BodyResult | None:
-    """Mesh and reduce one body; None on ranks that have no part in the result."""
-    from mpi4py import MPI
-
-    own = plan.bodies[body.name]
-    if own.level == "harmonic" and comm.rank != 0:
-        return None
-    mesh = None
-    if comm.rank == 0:
-        progress(f"mesh {body.name} ({own.level})")
-        with clock.stage("meshing"):
-            make = mesh_solid if own.level == "solid" else mesh_meridian
-            mesh = make(body, own.fineness.size)
-    with clock.stage("import_solvers"):
-        from solidwhirl.reduction import ReductionError, ReductionRequest, reduce_body
-    progress(f"reduce {body.name}")
-    request = ReductionRequest(
-        level=own.level,
-        orders=own.orders,
-        components=own.components,
-        interface_components=own.interface_components,
-        degree=own.fineness.degree,
-        modes=scene.bodies[body.name].modes or scene.model.modes,
-        maximum_speed_rad_s=own.maximum_speed_rad_s,
-        gyroscopic=plan.on("gyroscopic"),
-        centrifugal=plan.on("stress_stiffening"),
-    )
-    team = comm if own.level == "solid" else MPI.COMM_SELF
-    record = team.bcast(_provenance(scene, own, request.modes, mesh) if mesh is not None else None)
-    with clock.stage("reduction"):
-        try:
-            element, work = reduce_body(body, mesh, team, request, record)
-        except RuntimeError as error:
-            if getattr(error, "ierr", None) != _WRONG_REQUEST:
-                raise
-            raise ReductionError(
-                f"bodies.{body.name}.modes: {request.modes} (its own, or that of [model]) are more "
-                "than the eigenvalue solver can find on its mesh; choose fewer, or a finer mesh"
-            ) from error
-    if mesh is None:
-        return None
-    return BodyResult(
-        body=body, mesh=mesh, element=element, properties=mass_properties(body), work=work
-    )
-
-
-def _provenance(scene: Scene, own: BodyPlan, modes: int, mesh: Mesh) -> dict[str, Any]:
-    """How a superelement was made."""
-    return {
-        "scene": scene.name,
-        "scene_sha256": scene_hash(scene),
-        "level": own.level,
-        "orders": list(own.orders),
-        "mesh": {
-            "points": len(mesh.points),
-            "cells": len(mesh.cells),
-            "size_m": mesh.size.size_m,
-            "corner_size_m": mesh.size.corner_size_m,
-            "growth": mesh.size.growth,
-            "minimum_scaled_jacobian": mesh.quality.minimum_scaled_jacobian,
-        },
-        "element_order": own.fineness.degree,
-        "expected_relative_error": own.fineness.expected_error,
-        "modes": modes,
-        "effects": scene.effects.model_dump(),
-        "packages": package_versions(),
-    }
+def _comparisons(
+    scene: Scene,
+    plan: Plan,
+    reduced: Mapping[str, BodyResult],
+    simple: Mapping[str, Superelement],
+    beams: BeamBodies,
+) -> tuple[Comparison, ...]:
+    """Other models whose results tell parts of the error."""
+    elements = {name: result.element for name, result in reduced.items()} | dict(simple)
+    made_of = partial(_assembled, scene, plan)
+    solids = {n: r for n, r in reduced.items() if plan.bodies[n].level == "solid"}
+    found = solid_comparisons(scene, plan, solids, elements, made_of)
+    found += beam_comparison(elements, beams.finer, made_of)
+    if scene.model.compare_coupling == "on":
+        bodies = {name: result.body for name, result in reduced.items()}
+        found += coupling_comparison(scene, bodies, elements, made_of)
+    return found
 
 
 def _branches(scene: Scene) -> dict[str, Any]:

@@ -13,7 +13,12 @@ from numpy.typing import NDArray
 
 from solidwhirl.fineness import Fineness, choose_fineness
 from solidwhirl.geometry import Body
-from solidwhirl.interface_motions import acting_on, carried_motions, is_off_axis
+from solidwhirl.interface_motions import (
+    acting_on,
+    carried_motions,
+    is_off_axis,
+    places_of_joints,
+)
 from solidwhirl.scene import Scene
 from solidwhirl.scene_analyses import (
     AnalysisSpec,
@@ -54,7 +59,7 @@ class BodyPlan:
     Attributes
     ----------
     level
-        "harmonic" or "solid".
+        "beam", "harmonic" or "solid".
     orders
         Circumferential orders that are solved (harmonic) or kept (solid).
     components
@@ -62,7 +67,7 @@ class BodyPlan:
     interface_components
         Motions of each interface; each is one constraint mode.
     fineness
-        Mesh and element order.
+        Mesh and element order to begin with; None on the beam level.
     maximum_speed_rad_s
         Largest speed of the body.
     matrices, factorisations, eigenproblems
@@ -73,7 +78,7 @@ class BodyPlan:
     orders: tuple[int, ...]
     components: tuple[str, ...]
     interface_components: Mapping[str, tuple[str, ...]]
-    fineness: Fineness
+    fineness: Fineness | None
     maximum_speed_rad_s: float
     matrices: int
     factorisations: int
@@ -137,6 +142,7 @@ def make_plan(scene: Scene, bodies: Mapping[str, Body]) -> Plan:
         _tilt(scene),
         _axial(scene),
         _torsion(scene),
+        *_estimates(scene, meshed=bool(bodies)),
         *_never(scene),
     )
     on = {e.name for e in effects if e.on}
@@ -315,6 +321,34 @@ def _torsion(scene: Scene) -> Effect:
     )
 
 
+def _estimates(scene: Scene, *, meshed: bool) -> tuple[Effect, ...]:
+    """Error estimates, and the comparison of couplings that is shown beside them."""
+    asked = scene.model.estimates == "on"
+    why = "every number gets an error" if asked else "the scene says off"
+    if not meshed:
+        why = "there is no meshed body"
+    estimate = Effect(
+        name="error_estimate",
+        on=asked and meshed,
+        why=why,
+        cost="per order and round: matrices and 1 factorisation with elements one order higher, "
+        "3 solutions per column of the basis",
+    )
+    wanted = asked and meshed and scene.model.compare_coupling == "on"
+    joined = bool(places_of_joints(scene))
+    if wanted:
+        why = "joints act on interfaces" if joined else "no joint acts on an interface"
+    elif scene.model.compare_coupling == "off":
+        why = "the scene says off"
+    coupling = Effect(
+        name="coupling_comparison",
+        on=wanted and joined,
+        why=why,
+        cost="2 coarse reductions per body, rigid and distributing interfaces exchanged",
+    )
+    return estimate, coupling
+
+
 def _kept(scene: Scene) -> str:
     """Which rigid bodies keep uz and rz all the same."""
     names = [name for name, body in scene.rigid_bodies.items() if is_off_axis(body)]
@@ -342,13 +376,27 @@ def _body_plan(
     used = {motion for motions in own.values() for motion in motions} | {"ux", "uy"}
     components = tuple(m for m in ("ux", "uy", "uz", "rx", "ry", "rz") if m in used)
     orders = (1, 0) if {"uz", "rz"} & used else (1,)
-    problems = len(orders) if level == "harmonic" else 1
-    matrices = (2 + ("gyroscopic" in on) + 2 * (level == "solid")) * problems
+    if level == "beam":
+        return BodyPlan(
+            level=level,
+            orders=orders,
+            components=components,
+            interface_components=own,
+            fineness=None,
+            maximum_speed_rad_s=top_speed,
+            matrices=0,
+            factorisations=0,
+            eigenproblems=0,
+        )
+    solid = level == "solid"
+    problems = 1 if solid else len(orders)
+    # a solid needs the terms of the spin anyway, to tell the circumferential order of its modes
+    matrices = 4 if solid else (2 + ("gyroscopic" in on)) * problems
     factorisations = eigenproblems = 1
     turning = top_speed > 0.0
     if "stress_stiffening" in on:
         # order 1 needs the stiffness of order 0 for the static solution; order 0 has it
-        matrices += 2 * problems + (level == "harmonic")
+        matrices += 1 if solid else 2 * problems + 1
         factorisations += 1 + turning
         eigenproblems += turning
     return BodyPlan(

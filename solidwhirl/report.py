@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
+from solidwhirl.fineness import Fineness
+from solidwhirl.forecast import Forecast
 from solidwhirl.pipeline import Results
 from solidwhirl.plan import Plan
 
@@ -28,6 +30,8 @@ def report_text(results: Results, document: dict[str, Any]) -> str:
         _bodies(document["bodies"]),
         "## Assembled and solved" if results.bodies else "",
         _ledger(document["bodies"]),
+        "## Accuracy",
+        _accuracy(document),
         "## Critical speeds",
         _critical(document["critical_speeds"]),
         "## Frequencies",
@@ -54,8 +58,8 @@ def plan_text(plan: Plan) -> str:
             "level",
             "circumferential orders",
             "interface motions",
-            "element order",
-            "corner size [mm]",
+            "first element order",
+            "first corner size [mm]",
             "expected error",
             "matrices",
             "factorisations",
@@ -67,9 +71,7 @@ def plan_text(plan: Plan) -> str:
                 b.level,
                 ", ".join(str(n) for n in b.orders),
                 " ".join(b.components),
-                b.fineness.degree,
-                f"{1e3 * b.fineness.size.corner_size_m:.3g}",
-                f"{b.fineness.expected_error:.1e}",
+                *_fineness(b.fineness),
                 b.matrices,
                 f"<= {b.factorisations}",
                 f"<= {b.eigenproblems}",
@@ -81,6 +83,20 @@ def plan_text(plan: Plan) -> str:
     if plan.analyses:
         parts.append(_table(("analysis", "kind"), plan.analyses))
     return "\n\n".join(parts)
+
+
+def cost_text(expected: Forecast) -> str:
+    """The predicted cost as a Markdown table."""
+    head, *rows = expected.rows()
+    return _table(head, rows)
+
+
+def _fineness(found: Fineness | None) -> tuple[str, str, str]:
+    """Element order, corner size and expected error to begin with; beams have none."""
+    if found is None:
+        return "-", "-", "-"
+    corner = f"{1e3 * found.size.corner_size_m:.3g}"
+    return str(found.degree), corner, f"{found.expected_error:.1e}"
 
 
 def _bodies(bodies: dict[str, Any]) -> str:
@@ -129,11 +145,12 @@ def _critical(entries: list[dict[str, Any]]) -> str:
     if not entries:
         return "None in the speed range."
     return _table(
-        ("speed [rpm]", "frequency [Hz]", "whirl", "log decrement", "excited by"),
+        ("speed [rpm]", "frequency [Hz]", "±", "whirl", "log decrement", "excited by"),
         (
             (
                 f"{c['speed_rpm']:.1f}",
                 f"{c['frequency_hz']:.3f}",
+                _percent(c.get("frequency_error_estimate")),
                 c["whirl"],
                 "-" if c["log_decrement"] is None else f"{c['log_decrement']:.4g}",
                 ", ".join(c["excited_by"]),
@@ -141,6 +158,48 @@ def _critical(entries: list[dict[str, Any]]) -> str:
             for c in entries
         ),
     )
+
+
+def _percent(relative: float | None) -> str:
+    """A relative error as text."""
+    return "-" if relative is None else f"{100.0 * relative:.1g} %"
+
+
+def _accuracy(document: dict[str, Any]) -> str:
+    """What was asked and got, by round and by part."""
+    found = document["accuracy"]
+    if found["largest_error_estimate"] is None and not found["rounds"]:
+        return "The scene has the error estimates off; what its mesh rule expects is in the plan."
+    met = {True: "met", False: "not met", None: "unknown"}[found["met"]]
+    largest = found["largest_error_estimate"]
+    said = "-" if largest is None else f"{largest:.1e}"
+    lines = [f"Asked {found['asked']:.1e}, largest estimated relative error {said}: {met}."]
+    parts = document["campbell"].get("error_parts", {})
+    rows = [(part, _largest(values), _where(part)) for part, values in parts.items()]
+    lines.append(_table(("part", "largest of the branches", ""), rows))
+    steps = [
+        (
+            k + 1,
+            ", ".join(f"{n} {u}" for n, u in r["unknowns"].items()),
+            ", ".join(f"{n} {m}" for n, m in r["modes"].items()),
+            f"{r['largest_error_estimate']:.1e}",
+            ", ".join(r["refined"]) or "-",
+        )
+        for k, r in enumerate(found["rounds"])
+    ]
+    lines.append(_table(("round", "unknowns", "modes", "estimate", "refined"), steps))
+    for name in found["bodies_without_estimate"]:
+        lines.append(f"- {name}: carries no error estimate; nothing of it is in these numbers")
+    return "\n\n".join(lines)
+
+
+def _largest(values: Any) -> str:
+    known = [v for row in values for v in row if v is not None]
+    return f"{max(known):.1e}" if known else "-"
+
+
+def _where(part: str) -> str:
+    return "a choice of the model: not summed" if part == "interface_coupling" else ""
 
 
 def _branches(diagram: dict[str, Any]) -> str:
@@ -171,6 +230,11 @@ def _analyses(results: Results) -> str:
 def _cost(document: dict[str, Any]) -> str:
     lines = [f"- {name}: {spent:.2f} s" for name, spent in document["timings_s"].items()]
     lines.append(f"- peak memory: {document['peak_memory_gib']:.2f} GiB")
+    predicted = document["predicted_cost"]
+    lines.append(
+        f"- predicted without the other analyses: {predicted['cpu_s']:.2g} s of one core, "
+        f"{predicted['peak_memory_gib']:.2g} GiB"
+    )
     return "\n".join(lines)
 
 

@@ -11,12 +11,25 @@ from typing import Any
 
 import numpy as np
 
+from solidwhirl.body_reduction import BodyResult
 from solidwhirl.errors import OutputError
+from solidwhirl.estimate_documents import (
+    accuracy_document,
+    critical_speed_entry,
+    with_estimate,
+)
+from solidwhirl.estimates import Estimates
+from solidwhirl.fineness import Fineness
+from solidwhirl.forecast import forecast_document
 from solidwhirl.meshing import write_gmsh, write_vtu
-from solidwhirl.pipeline import BodyResult, Results
+from solidwhirl.pipeline import Results
 from solidwhirl.plan import Plan
 from solidwhirl.report import report_text
 from solidwhirl.rotordyn import Superelement, draw_campbell, write_superelement
+from solidwhirl.rotordyn.pictures_errors import (
+    draw_campbell_errors,
+    draw_critical_speed_errors,
+)
 from solidwhirl.scene_file import scene_hash
 from solidwhirl.versions import package_versions
 
@@ -37,6 +50,7 @@ def results_document(results: Results) -> dict[str, Any]:
         },
         "plan": plan_document(results.plan),
         "bodies": _bodies(results),
+        "accuracy": accuracy_document(results.scene, results.estimates, results.rounds),
         "modes_at_rest": {"frequency_hz": results.at_rest.frequency_hz.tolist()},
         "campbell": {
             "frame": "inertial",
@@ -69,11 +83,25 @@ def results_document(results: Results) -> dict[str, Any]:
             name: {"kind": outcome.kind, **outcome.document}
             for name, outcome in results.analyses.items()
         },
+        "predicted_cost": forecast_document(results.forecast),
         "timings_s": dict(results.timings_s),
         "peak_memory_gib": results.peak_memory_gib,
         "packages": package_versions(),
     }
+    if results.estimates is not None:
+        _put_estimates(document, results.estimates)
     return _plain(document)  # type: ignore[no-any-return]
+
+
+def _put_estimates(document: dict[str, Any], estimates: Estimates) -> None:
+    """Put the error estimates beside the numbers that they belong to."""
+    rest, branches = estimates.at_rest, estimates.campbell
+    document["modes_at_rest"] |= with_estimate(rest.parts, rest.total)
+    document["campbell"] |= with_estimate(branches.parts, branches.total)
+    for index, entry in enumerate(document["critical_speeds"]):
+        entry |= critical_speed_entry(estimates, index)
+    for name, values in estimates.free_frequencies.items():
+        document["bodies"][name]["free_frequency_error_estimate"] = values.tolist()
 
 
 def plan_document(plan: Plan) -> dict[str, Any]:
@@ -89,10 +117,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
                 "circumferential_orders": list(b.orders),
                 "interface_components": list(b.components),
                 "motions_by_interface": {k: list(v) for k, v in b.interface_components.items()},
-                "element_order": b.fineness.degree,
-                "corner_size_m": b.fineness.size.corner_size_m,
-                "size_m": b.fineness.size.size_m,
-                "expected_relative_error": b.fineness.expected_error,
+                **_fineness(b.fineness),
                 "maximum_speed_rpm": b.maximum_speed_rad_s * _RPM,
                 "matrices": b.matrices,
                 "factorisations_at_most": b.factorisations,
@@ -103,11 +128,30 @@ def plan_document(plan: Plan) -> dict[str, Any]:
     }
 
 
-def write_results(results: Results, out: str | Path) -> Path:
+def _fineness(found: Fineness | None) -> dict[str, Any]:
+    """Mesh to begin with; beams have none."""
+    return {
+        "element_order": None if found is None else found.degree,
+        "corner_size_m": None if found is None else found.size.corner_size_m,
+        "size_m": None if found is None else found.size.size_m,
+        "expected_relative_error": None if found is None else found.expected_error,
+    }
+
+
+def write_results(results: Results, out: str | Path, *, pictures: bool = True) -> Path:
     """Write the folder of a run: all of it or nothing.
 
     Everything is written to a temporary folder beside the target and moved into place file by
     file when it is complete, `results.json` last.
+
+    Parameters
+    ----------
+    results
+        What to write.
+    out
+        The folder.
+    pictures
+        Whether to draw; the numbers are the same without.
 
     Returns
     -------
@@ -125,6 +169,8 @@ def write_results(results: Results, out: str | Path) -> Path:
         scratch = Path(tempfile.mkdtemp(prefix=".writing-", dir=out))
         try:
             _write_all(results, document, scratch)
+            if pictures:
+                _draw_all(results, scratch)
             _move_into_place(scratch, out)
         finally:
             shutil.rmtree(scratch, ignore_errors=True)
@@ -143,18 +189,50 @@ def _write_all(results: Results, document: dict[str, Any], folder: Path) -> None
         write_superelement(element, folder / "bodies" / f"{name}.h5")
     for outcome in results.analyses.values():
         for file, write in outcome.files.items():
-            write(folder / file)
-    ratios = results.scene.speed_ratios()
+            if not _is_picture(file):
+                write(folder / file)
+    (folder / "report.md").write_text(report_text(results, document), encoding="utf-8")
+    text = json.dumps(document, indent=1, allow_nan=False)
+    (folder / "results.json").write_text(text + "\n", encoding="utf-8")
+
+
+def _is_picture(file: str) -> bool:
+    return Path(file).suffix in (".png", ".svg", ".pdf")
+
+
+def _draw_all(results: Results, folder: Path) -> None:
+    """All pictures of a run."""
+    for outcome in results.analyses.values():
+        for file, write in outcome.files.items():
+            if _is_picture(file):
+                write(folder / file)
     draw_campbell(
         results.campbell,
         tuple(c.critical for c in results.critical_speeds),
         folder / "campbell.png",
         title=results.scene.title or results.scene.name,
-        excitation_ratios=ratios,
+        excitation_ratios=results.scene.speed_ratios(),
     )
-    (folder / "report.md").write_text(report_text(results, document), encoding="utf-8")
-    text = json.dumps(document, indent=1, allow_nan=False)
-    (folder / "results.json").write_text(text + "\n", encoding="utf-8")
+    if results.estimates is not None:
+        _draw_estimates(results, results.estimates, folder)
+
+
+def _draw_estimates(results: Results, estimates: Estimates, folder: Path) -> None:
+    """Diagram with error bands, critical speeds with error bars."""
+    title = results.scene.title or results.scene.name
+    lines: dict[float, list[str]] = {}
+    for name, ratio in results.scene.speed_ratios().items():
+        lines.setdefault(abs(ratio), []).append(name)
+    draw_campbell_errors(
+        estimates.campbell,
+        folder / "campbell_errors.png",
+        title,
+        excitation_ratios={", ".join(names): ratio for ratio, names in lines.items()},
+    )
+    critical = [c.critical for c in results.critical_speeds]
+    if critical:
+        path = folder / "critical_speeds.png"
+        draw_critical_speed_errors(critical, estimates.critical_speeds, path, title)
 
 
 def _move_into_place(scratch: Path, out: Path) -> None:
@@ -202,6 +280,8 @@ def _solid(result: BodyResult) -> dict[str, Any]:
         "center_of_gravity_m": np.asarray(p.center_of_gravity_m).tolist(),
         "polar_inertia_kg_m2": p.polar_inertia_kg_m2,
         "diametral_inertia_kg_m2": p.diametral_inertia_kg_m2,
+        "element_order": result.discretisation.degree,
+        "modes_per_family": result.discretisation.modes,
         "mesh": {
             "points": len(result.mesh.points),
             "cells": len(result.mesh.cells),

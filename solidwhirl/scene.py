@@ -193,10 +193,12 @@ class EffectsSpec(Record):
 class ModelSpec(Record):
     """How finely the bodies are modelled."""
 
-    level: Literal["auto", "harmonic", "solid"] = "auto"
-    accuracy: Annotated[float, Field(ge=1e-5, le=0.1, strict=True)] = 1e-3
+    level: Literal["auto", "beam", "harmonic", "solid"] = "auto"
+    accuracy: Annotated[float, Field(ge=1e-6, le=0.1, strict=True)] = 1e-3
+    estimates: Literal["on", "off"] = "on"
+    compare_coupling: Literal["on", "off"] = "on"
     order: Annotated[int, Field(ge=2, le=4, strict=True)] | None = None
-    modes: Annotated[Count, Field(le=500)] = 12
+    modes: Annotated[Count, Field(le=500)] | None = None
     size_m: Positive | None = None
     corner_size_m: Positive | None = None
     growth: Positive | None = None

@@ -1,16 +1,158 @@
-"""The prediction of a solid mesh's size against the mesh that is made."""
+"""The prediction of a mesh's numbers against the mesh that is made."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
-from solidwhirl.meshing import MeshSize, mesh_solid, predict_unknowns
+from solidwhirl.geometry import MATERIALS, Body, Interface, Section
+from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid, predict_unknowns
+from solidwhirl.meshing.prediction import (
+    PredictedMesh,
+    predict_meridian_unknowns,
+    predict_mesh,
+)
 
 
-@pytest.mark.parametrize(("corner", "growth"), [(8e-3, 0.8), (3e-3, 0.6), (1.5e-3, 0.6)])
-def test_prediction_within_a_factor_of_two(reference_rotor, corner, growth):
-    size = MeshSize(
-        size_m=0.1, corner_size_m=corner, growth=growth, through_thickness=1.2, around=12
+def tube(inner, outer, length=0.3, **options):
+    section = Section(
+        name="tube",
+        start_m=0.0,
+        end_m=length,
+        inner_radius_m=inner,
+        outer_radius_m=outer,
+        material=MATERIALS["steel"],
     )
-    made = 3 * len(mesh_solid(reference_rotor, size).points)
-    assert 0.5 < predict_unknowns(reference_rotor, size) / made < 2.0
+    return Body(name="tube", sections=(section,), **options)
+
+
+def rigid_seat():
+    seat = Interface(
+        name="seat", kind="outer", coupling="rigid", start_m=0.1, end_m=0.13, radius_m=(0.0, 0.2)
+    )
+    return tube((0.02, 0.02), (0.03, 0.03), interfaces=(seat,))
+
+
+def counted(mesh):
+    """Numbers of a mesh that was made."""
+    d = mesh.dimension
+    corners = mesh.cells[:, : d + 1]
+    pairs = [(i, j) for i in range(d + 1) for j in range(i)]
+    edges = np.unique(np.sort(np.vstack([corners[:, p] for p in pairs]), axis=1), axis=0)
+    return PredictedMesh(
+        dimension=d,
+        cells=len(corners),
+        vertices=len(np.unique(corners)),
+        edges=len(edges),
+        facets=0,
+        graded_places=0,
+    )
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3, 4, 5])
+@pytest.mark.parametrize(("dimension", "edges", "facets"), [(2, 3, 0), (3, 6, 4)])
+def test_nodes_of_one_element(degree, dimension, edges, facets):
+    one = PredictedMesh(
+        dimension=dimension,
+        cells=1,
+        vertices=dimension + 1,
+        edges=edges,
+        facets=facets,
+        graded_places=0,
+    )
+    # polynomials of degree p in d variables
+    assert one.unknowns(degree) == 3 * math.comb(degree + dimension, dimension)
+
+
+@pytest.mark.parametrize(
+    ("name", "sizes"),
+    [
+        ("rotor", {"corner_size_m": 5e-3, "growth": 0.6}),
+        ("rotor", {"corner_size_m": 1e-4, "growth": 0.6}),
+        ("rotor", {"corner_size_m": 2e-5, "growth": 0.3}),
+        ("rotor", {"corner_size_m": 2e-3, "size_m": 2e-3}),
+        ("fillets", {"corner_size_m": 4e-3, "growth": 0.8}),
+        ("thin", {"corner_size_m": 5e-3, "growth": 0.7}),
+        ("thin", {"corner_size_m": 5e-3, "through_thickness": 3.0}),
+        ("cone", {"corner_size_m": 5e-3, "through_thickness": 2.0}),
+        ("seat", {"corner_size_m": 2e-4, "growth": 0.7}),
+    ],
+)
+def test_meridian_within_a_factor_of_one_and_a_half(reference_rotor, name, sizes):
+    body = {
+        "rotor": lambda: reference_rotor,
+        "fillets": lambda: replace(reference_rotor, fillet_radius_m=0.004),
+        "thin": lambda: tube((0.098, 0.098), (0.1, 0.1)),
+        "cone": lambda: tube((0.01, 0.08), (0.03, 0.11)),
+        "seat": rigid_seat,
+    }[name]()
+    size = MeshSize(**{"size_m": 0.1, **sizes})
+    mesh = mesh_meridian(body, size)
+    made = counted(mesh)
+    assert made.unknowns(2) == 3 * len(mesh.points)  # the count itself
+    for degree in (2, 3, 4):
+        ratio = predict_meridian_unknowns(body, size, degree) / made.unknowns(degree)
+        assert 1.0 / 1.5 < ratio < 1.5, degree
+
+
+@pytest.mark.parametrize(
+    ("name", "sizes"),
+    [
+        ("rotor", {"corner_size_m": 8e-3, "growth": 0.8}),
+        ("rotor", {"corner_size_m": 3e-3}),
+        ("rotor", {"corner_size_m": 1.5e-3}),
+        ("shaft", {"corner_size_m": 8e-3}),
+        ("thin", {"corner_size_m": 8e-3, "through_thickness": 0.7}),
+        ("thin", {"corner_size_m": 8e-3, "through_thickness": 1.2}),
+        ("wall", {"corner_size_m": 8e-3, "through_thickness": 2.0}),
+    ],
+)
+def test_solid_within_a_factor_of_two(reference_rotor, name, sizes):
+    body = {
+        "rotor": lambda: reference_rotor,
+        "shaft": lambda: tube((0.0, 0.0), (0.02, 0.02)),
+        "thin": lambda: tube((0.095, 0.095), (0.1, 0.1), length=0.1),
+        "wall": lambda: tube((0.04, 0.04), (0.05, 0.05), length=0.1),
+    }[name]()
+    given = {"size_m": 0.1, "growth": 0.6, "through_thickness": 1.2, "around": 12, **sizes}
+    size = MeshSize(**given)
+    made = 3 * len(mesh_solid(body, size).points)
+    assert 0.5 < predict_unknowns(body, size) / made < 2.0
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_uniform_meshes_grow_with_the_power_of_their_dimension(reference_rotor, dimension):
+    """Halving all sizes makes 2^d times as many elements, once the rim is a small part."""
+    counts = [
+        predict_mesh(
+            reference_rotor, MeshSize(size_m=h, corner_size_m=h, around=1), dimension
+        ).cells
+        for h in (4e-4, 2e-4)
+    ]
+    # the skin, which grows by one power less, is some 5 % of these meshes
+    assert counts[1] / counts[0] == pytest.approx(2.0**dimension, rel=0.05)
+
+
+def test_graded_meridian_grows_with_the_logarithm_of_the_corner(reference_rotor):
+    """Each tenfold finer corner adds the same rings of elements."""
+    cells = [
+        predict_mesh(reference_rotor, MeshSize(size_m=0.1, corner_size_m=h, growth=0.5), 2).cells
+        for h in (1e-5, 1e-6, 1e-7)
+    ]
+    first, second = np.diff(cells)
+    assert first > 50
+    # the innermost rings are cut into triangles of a size that follows the corner's only roughly
+    assert second == pytest.approx(first, rel=0.1)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_finer_sizes_never_make_fewer_elements(reference_rotor, dimension):
+    cells = [
+        predict_mesh(reference_rotor, MeshSize(size_m=0.02, corner_size_m=h), dimension).cells
+        for h in np.geomspace(0.02, 2e-4, 12)
+    ]
+    assert cells == sorted(cells)
+    assert cells[-1] > 2 * cells[0]

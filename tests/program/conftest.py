@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 # A shaft with a disk on two bearings: coarse, so that a run takes a tenth of a second.
 SMALL = {
     "name": "small",
-    "model": {"accuracy": 0.05, "modes": 3},
+    "model": {"accuracy": 0.05, "modes": 3, "estimates": "off"},
     "campbell": {"branches": 4},
     "bodies": {
         "rotor": {

@@ -44,9 +44,9 @@ def test_file_that_can_not_be_read(tmp_path, refusal):
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (("--level", "beam"), ["--level", "'auto', 'harmonic' or 'solid'", "found 'beam'"]),
+        (("--level", "plate"), ["--level", "'auto', 'beam', 'harmonic' or", "found 'plate'"]),
         (("--accuracy", "5"), ["--accuracy", "less than or equal to 0.1", "found 5.0"]),
-        (("--accuracy", "0"), ["--accuracy", "greater than or equal to 0.00001", "found 0.0"]),
+        (("--accuracy", "0"), ["--accuracy", "greater than or equal to 0.000001", "found 0.0"]),
         (("--accuracy", "nan"), ["--accuracy", "found nan"]),
     ],
 )

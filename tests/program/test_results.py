@@ -18,6 +18,8 @@ FILES = {
     "results.json",
     "report.md",
     "campbell.png",
+    "campbell_errors.png",
+    "critical_speeds.png",
     "unbalance_response.png",
     "unbalance_response_bearing_forces.png",
     "bodies/inner.h5",
@@ -31,15 +33,25 @@ TOP = {
     "schema",
     "scene",
     "plan",
+    "accuracy",
     "bodies",
     "modes_at_rest",
     "campbell",
     "critical_speeds",
     "bearing_notes",
+    "predicted_cost",
     "analyses",
     "timings_s",
     "peak_memory_gib",
     "packages",
+}
+ESTIMATE = ("frequency_error_estimate", "error_parts")
+PARTS = {
+    "mesh",
+    "mode_truncation",
+    "speed_interpolation",
+    "interface_coupling",
+    "eigen_solver",
 }
 BODY = {
     "mass_kg",
@@ -53,6 +65,9 @@ BODY = {
     "fixed_interface_frequencies_hz",
 }
 BODY_RECORDS = {
+    "element_order",
+    "modes_per_family",
+    "free_frequency_error_estimate",
     "mesh",
     "assembled",
     "solved",
@@ -123,6 +138,8 @@ def test_plan(document):
         "gyroscopic",
         "stress_stiffening",
         "spin_softening",
+        "error_estimate",
+        "coupling_comparison",
     }
     for body in plan["bodies"].values():
         assert body["circumferential_orders"] == [1]
@@ -178,6 +195,7 @@ def test_campbell(document):
         "whirl",
         "log_decrement",
         "notes",
+        *ESTIMATE,
     }
     assert diagram["frame"] == "inertial"
     np.testing.assert_allclose(diagram["speed_rpm"], np.linspace(0, 20000, 21), rtol=1e-12)
@@ -191,8 +209,33 @@ def test_campbell(document):
     np.testing.assert_allclose(first, document["modes_at_rest"]["frequency_hz"][:6], rtol=1e-9)
 
 
+def test_estimates_stand_beside_the_frequencies(document):
+    """Same shape as the frequencies; the total is the sum of the parts but the coupling."""
+    for table in (document["campbell"], document["modes_at_rest"], *document["critical_speeds"]):
+        parts, total = table["error_parts"], np.array(table["frequency_error_estimate"])
+        assert set(parts) <= PARTS
+        assert total.shape == np.shape(table["frequency_hz"])
+        summed = sum(np.array(v) for part, v in parts.items() if part != "interface_coupling")
+        np.testing.assert_allclose(summed, total, rtol=1e-12)
+    assert set(document["campbell"]["error_parts"]) == PARTS
+
+
+def test_accuracy_is_met_and_said(document):
+    found = document["accuracy"]
+    assert found["asked"] == 5e-3
+    assert found["met"] is True
+    largest = np.max(document["campbell"]["frequency_error_estimate"])
+    speeds = [c["frequency_error_estimate"] for c in document["critical_speeds"]]
+    assert found["largest_error_estimate"] == pytest.approx(max(largest, *speeds), rel=1e-12)
+    assert found["bodies_without_estimate"] == []
+    last = found["rounds"][-1]
+    assert last["refined"] == []
+    assert last["largest_error_estimate"] <= 5e-3
+    assert last["unknowns"] == {n: b["full_dofs"] for n, b in document["bodies"].items()}
+
+
 def test_modes_at_rest(document):
-    assert set(document["modes_at_rest"]) == {"frequency_hz"}
+    assert set(document["modes_at_rest"]) == {"frequency_hz", *ESTIMATE}
     values = document["modes_at_rest"]["frequency_hz"]
     assert values == sorted(values)
     # 2 x 4 x reduced coordinates at most, fewer by the rigid joints
@@ -209,6 +252,7 @@ def test_critical_speeds(document):
             "whirl",
             "log_decrement",
             "excited_by",
+            *ESTIMATE,
         }
         # both shafts turn at the reference speed: synchronous means f = rpm / 60
         assert entry["frequency_hz"] == pytest.approx(entry["speed_rpm"] / 60.0, rel=1e-12)

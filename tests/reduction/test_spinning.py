@@ -121,22 +121,19 @@ def test_frames_agree(reference_rotor, reduce_to):
     import ufl
     from mpi4py import MPI
 
-    from solidwhirl.reduction import compat, forms
+    from solidwhirl.reduction import compat
     from solidwhirl.reduction.craig_bampton import reduction_basis
     from solidwhirl.reduction.operators import OperatorEffects, build_operators
     from solidwhirl.reduction.vectors import project
 
     mesh = mesh_solid(reference_rotor, MeshSize(size_m=0.05, corner_size_m=0.02, growth=1.0))
-    effects = OperatorEffects(
-        gyroscopic=True, centrifugal=True, components=("ux", "uy"), lateral_only=True
-    )
+    effects = OperatorEffects(gyroscopic=True, centrifugal=True, components={}, lateral_only=True)
     operators = build_operators(
         reference_rotor, mesh, MPI.COMM_SELF, order=None, degree=2, effects=effects
     )
     basis = reduction_basis(operators, modes=4, maximum_speed_rad_s=1000.0)
     domain = operators.space.mesh
-    _, tags, _ = compat.distribute(mesh, 3, MPI.COMM_SELF)
-    matter = forms.medium(domain, tags, mesh.materials)
+    matter, weight = operators.ingredients.matter, operators.ingredients.kinematics.weight
     u, v = ufl.TrialFunction(operators.space), ufl.TestFunction(operators.space)
     dx = ufl.Measure("dx", domain=domain, metadata={"quadrature_degree": 4})
 
@@ -145,8 +142,8 @@ def test_frames_agree(reference_rotor, reduce_to):
 
     rotating = {}
     for name, form in (
-        ("coriolis", 2.0 * matter.density * ufl.inner(around(u), v) * dx),
-        ("softening", matter.density * ufl.inner(around(u), around(v)) * dx),
+        ("coriolis", 2.0 * weight * matter.density * ufl.inner(around(u), v) * dx),
+        ("softening", weight * matter.density * ufl.inner(around(u), around(v)) * dx),
     ):
         matrix = compat.assemble_matrix(compat.compiled(form))
         matrix = matrix.PtAP(operators.coupling.transformation)

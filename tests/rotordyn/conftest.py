@@ -19,6 +19,7 @@ from solidwhirl.rotordyn import (
     assemble,
     beam_superelement,
 )
+from solidwhirl.rotordyn.superelement import ErrorForm
 
 RPM = np.pi / 30.0
 
@@ -230,6 +231,79 @@ def _twin(ratio=-1.0, support=1e10, joint=None, inner_ratio=1.0):
         "outer": Rotor(element=outer, speed_ratio=ratio),
     }
     return assemble(rotors, _twin_bearings(support, joint))
+
+
+def _with_stress(element, factor):
+    """Add Kgeo − S that vanishes in rigid motion: the mass matrix of the elastic motion, scaled."""
+    modes = element.rigid_body_modes[:, element.rigid_body_present]
+    out = np.eye(element.size) - modes @ la.pinv(modes)
+    even = factor * out.T @ element.mass @ out
+    return dataclasses.replace(
+        element,
+        stress_stiffening=element.mass + 0.5 * (even + even.T),
+        spin_softening=element.mass,
+    )
+
+
+def _truncation_basis(full, kept, slack=0.0):
+    """Columns: kept coordinates, then those left out; `slack` spoils the static shapes by these."""
+    held = sum(c.kind == "interface" for c in full.coordinates)
+    few, n = held + kept, full.size
+    turn = np.eye(n)
+    rigid = full.rigid_body_modes[:, full.rigid_body_present]
+    noise = np.random.default_rng(5).standard_normal((n - few, few))
+    noise[:, held:] = 0.0
+    size = 1.0 / np.sqrt(np.diag(full.mass)[few:, None])
+    turn[few:, :few] = slack * size * noise @ (np.eye(few) - rigid[:few] @ la.pinv(rigid[:few]))
+    return turn
+
+
+def _truncated(full, kept, safety=1.0, cutoff=np.inf, slack=0.0):
+    """Cut a body's modes after the lowest `kept`, with the form of the others by dense algebra.
+
+    With `slack` the static shapes are wrong by that much of the modes left out, which brings in
+    the residual of K. Γ = RᵀK⁻¹R is taken in the motions left out, with interfaces held.
+    """
+    few = sum(c.kind == "interface" for c in full.coordinates) + kept
+    turn = _truncation_basis(full, kept, slack)
+    names = ("stiffness", "mass", "gyroscopic", "stress_stiffening", "spin_softening")
+    parts = {name: turn.T @ getattr(full, name) @ turn for name in names}
+    left = [parts[name][few:, :few] for name in names[:3]]
+    left.append(parts["stress_stiffening"][few:, :few] - parts["spin_softening"][few:, :few])
+    residual = np.hstack(left)
+    gram = residual.T @ la.solve(parts["stiffness"][few:, few:], residual)
+    form = ErrorForm(
+        part="mode_truncation",
+        gram=0.5 * (gram + gram.T),
+        stiffness_change=None,
+        safety=safety,
+        cutoff_rad_s=cutoff,
+    )
+    return dataclasses.replace(
+        full,
+        coordinates=full.coordinates[:few],
+        **{name: parts[name][:few, :few] for name in names},
+        rigid_body_modes=full.rigid_body_modes[:few],
+        recovery_modes=full.recovery_modes @ turn[:, :few],
+        fixed_interface_frequencies_hz=full.fixed_interface_frequencies_hz[:kept],
+        spin_generator=None if slack else full.spin_generator[:few, :few],
+        error_forms=(form,),
+    )
+
+
+@pytest.fixture(scope="session")
+def truncated():
+    return _truncated
+
+
+@pytest.fixture(scope="session")
+def truncation_basis():
+    return _truncation_basis
+
+
+@pytest.fixture(scope="session")
+def with_stress():
+    return _with_stress
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,37 @@
+"""Memory that this machine has left."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+_MEMINFO = Path("/proc/meminfo")
+
+
+def available_memory_bytes(comm: Any) -> int | None:
+    """Return the memory that each rank may still take, None where the system does not tell.
+
+    Parameters
+    ----------
+    comm
+        mpi4py communicator; ranks of one machine share what it has, and the least is returned.
+    """
+    from mpi4py import MPI
+
+    neighbours = comm.Split_type(MPI.COMM_TYPE_SHARED)
+    share = neighbours.size
+    neighbours.Free()
+    least = comm.allreduce(_available(_MEMINFO) // share, op=MPI.MIN)
+    return int(least) if least >= 0 else None
+
+
+def _available(path: Path) -> int:
+    """MemAvailable of Linux in bytes; -1 if it is not there."""
+    try:
+        lines = path.read_text(encoding="ascii").splitlines()
+    except OSError:
+        return -1
+    for line in lines:
+        if line.startswith("MemAvailable:"):
+            return 1024 * int(line.split()[1])
+    return -1

@@ -1,0 +1,86 @@
+"""Many vectors into few: an M-orthonormal basis of all that they span."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solidwhirl.reduction.operators import BodyOperators
+from solidwhirl.reduction.vectors import apply, inner, project, symmetric
+
+FloatArray = NDArray[np.float64]
+
+# New directions shorter than this are the same vector twice: what is dropped changes energies by
+# its square, what is kept has its round-off divided by it.
+_SAME_VECTOR = 1e-4
+# Inertia in the energy of the merge, for rigid motions that are free, over a reference eigenvalue.
+_INERTIA = 1e3
+# A Rayleigh quotient this near to n counts as order n; a mesh mixes orders a little.
+_ORDER_TOLERANCE = 0.25
+
+
+def is_of_order(squared: FloatArray, orders: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Whether Rayleigh quotients of J² belong to one of the circumferential orders."""
+    order = np.sqrt(np.maximum(squared, 0.0))
+    return np.any([np.abs(order - n) < _ORDER_TOLERANCE for n in orders], axis=0)  # type: ignore[no-any-return]
+
+
+def reference_eigenvalue(operators: BodyOperators) -> float:
+    """A small squared frequency: 1e-6 of the ratio of traces, far below the elastic modes."""
+    ratio = operators.stiffness.getDiagonal().sum() / operators.mass.getDiagonal().sum()
+    return float(1e-9 * ratio)
+
+
+def merged(
+    operators: BodyOperators, blocks: list[FloatArray], orders: tuple[int, ...] | None
+) -> tuple[FloatArray, FloatArray]:
+    """M-orthonormal interior vectors without duplicates, and their Rayleigh-Ritz eigenvalues.
+
+    Block by block what is new is taken in, in the energy of K and of M times a low eigenvalue: a
+    small difference of two vectors can be stiff. On a solid mesh, directions that are not of the
+    wanted circumferential orders are dropped: a trace of other orders, which the mesh mixes in,
+    would come out as modes of no accuracy.
+    """
+    comm = operators.comm
+    basis = _independent(operators, blocks)
+    if not basis.shape[1]:
+        return basis, np.empty(0)
+    gram = symmetric(project(operators.mass, basis, comm))
+    s, q = np.linalg.eigh(gram)
+    basis = basis @ (q / np.sqrt(s))
+    # a second pass takes out the round-off of the first
+    gram = symmetric(project(operators.mass, basis, comm))
+    basis = basis @ np.linalg.inv(np.linalg.cholesky(gram)).T
+    if orders is not None:
+        squared, turn = np.linalg.eigh(symmetric(project(operators.circulation, basis, comm)))
+        basis = basis @ turn[:, is_of_order(squared, orders)]
+    values, turn = np.linalg.eigh(symmetric(project(operators.stiffness, basis, comm)))
+    return _turned_columns(basis, turn), values
+
+
+def _independent(operators: BodyOperators, blocks: list[FloatArray]) -> FloatArray:
+    """Directions of all blocks, orthonormal in energy; block Gram-Schmidt, each twice."""
+    comm = operators.comm
+    low = -_INERTIA * reference_eigenvalue(operators)
+
+    def energy(block: FloatArray) -> FloatArray:
+        return apply(operators.stiffness, block) - low * apply(operators.mass, block)
+
+    basis = np.empty((len(blocks[0]), 0))
+    loaded = basis
+    for block in (b for b in blocks if b.shape[1]):
+        size = np.sqrt(np.einsum("ij,ij->j", block, energy(block)))
+        size = np.sqrt(comm.allreduce(size**2)) if comm.size > 1 else size
+        new = block[:, size > 0.0] / size[size > 0.0]
+        for _ in range(2):
+            new = new - basis @ inner(loaded, new, comm)
+        s, q = np.linalg.eigh(symmetric(inner(new, energy(new), comm)))
+        new = new @ (q[:, s > _SAME_VECTOR**2] / np.sqrt(s[s > _SAME_VECTOR**2]))
+        basis, loaded = np.hstack([basis, new]), np.hstack([loaded, energy(new)])
+    return basis
+
+
+def _turned_columns(basis: FloatArray, turn: FloatArray) -> FloatArray:
+    """Rotate columns and fix their sign (largest entry of the turn positive)."""
+    signs = np.sign(turn[np.abs(turn).argmax(axis=0), np.arange(turn.shape[1])])
+    return np.asarray(basis @ (turn * signs))

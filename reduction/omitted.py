@@ -1,0 +1,368 @@
+"""What a reduced body leaves out: modes that were truncated, and what its elements can't follow.
+
+For motion q e^{st} in the reduced coordinates the residual of the full problem is
+
+    R(s, Ω) q = (K + s² M + s Ω G + Ω² (Kσ - S)) V q .
+
+Its energy in the inverse of the elastic stiffness, with the interfaces held, is what eliminating
+the omitted displacement would take from the reduced dynamic stiffness (Schur complement). The
+residual is a combination of K V, M V, G V and (Kσ - S) V, so one Gram matrix of these four blocks
+holds that energy for every motion and every speed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from numpy.typing import NDArray
+from petsc4py import PETSc
+from scipy.special import gammaln
+
+from solidwhirl.reduction import compat, forms, kinematics
+from solidwhirl.reduction.constrained import factorise
+from solidwhirl.reduction.coupling import Coupling, couple
+from solidwhirl.reduction.craig_bampton import Basis
+from solidwhirl.reduction.operators import BodyOperators
+from solidwhirl.reduction.vectors import apply, inner, project, symmetric
+
+FloatArray = NDArray[np.float64]
+
+# Displacement r^α at the end of a rigid surface on a straight outline; at a re-entrant corner of
+# 270° the exponent is 0.5445 (Williams, J. Appl. Mech. 19 (1952) 526-528), so this covers both.
+_SINGULAR_EXPONENT = 0.5
+# Ratio of the whole error to what the next order shows in elements that touch no such place.
+_SMOOTH_SAFETY = 1.3
+# On what the element factors give.
+_RESERVE = 1.25
+# Interior angle beyond which a vertex of the outline is a corner and no point of an arc [rad].
+_REENTRANT = np.radians(215.0)
+# Two facets whose directions add up to less than this are one straight line.
+_STRAIGHT = 1e-3
+# Terms of the series behind the element factor.
+_TERMS = 100_000
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Omitted:
+    """Energy of what is left out, one family of one circumferential order.
+
+    Attributes
+    ----------
+    part
+        "mode_truncation" or "mesh".
+    gram
+        (4 n, 4 n) symmetric, blocks in the order K, M, G (N for two families), Kσ - S.
+    safety
+        Factor on the energy that covers what the comparison can not see.
+    cutoff_rad_s
+        Lowest angular frequency of what is left out; inf: far away.
+    """
+
+    part: str
+    gram: FloatArray
+    safety: float
+    cutoff_rad_s: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FinerSpace:
+    """The body on the same mesh with elements one order higher, and how V misses it.
+
+    Attributes
+    ----------
+    space
+        The higher-order space.
+    stiffness
+        Its K (û of that space).
+    misses
+        (4 blocks, local û, n) the omitted displacement per unit of each term of the residual.
+    coupling
+        Interface maps of the space.
+    ingredients
+        See `Ingredients`.
+    """
+
+    space: Any
+    stiffness: Any
+    misses: FloatArray
+    coupling: Coupling
+    ingredients: Any
+
+
+def truncation_energy(operators: BodyOperators, basis: Basis) -> tuple[Omitted, FloatArray]:
+    """Energy of the modes that the basis lacks.
+
+    Parameters
+    ----------
+    operators, basis
+        Of one body and order; the factor of the basis is used again.
+
+    Returns
+    -------
+    energy
+        Part "mode_truncation".
+    answers
+        (4, local û, n) displacement of the held body under the terms K V, M V, G V, (Kσ - S) V
+        as loads, in the whole space of the mesh.
+    """
+    comm, v, b = operators.comm, basis.vectors, basis.interface_count
+    interior = v[:, b:]
+    loads = _balanced(residual_terms(operators, v), operators, basis.free)
+    answers = np.zeros_like(loads)
+    answers[0, :, b:] = interior
+    for k in range(1, 4):
+        if loads[k].any():
+            answers[k] = basis.factor.solve(loads[k], None)[: len(v)]
+    # what lies in V is no error: take it out in the metric of K; rigid motions, which balanced
+    # loads do not move, only need to be kept from a division by zero
+    gram = symmetric(project(operators.stiffness, interior, comm))
+    if basis.free.shape[1]:
+        held = inner(interior, apply(operators.mass, basis.free), comm)
+        gram += np.trace(gram) / np.trace(held @ held.T) * (held @ held.T)
+    outside = np.zeros_like(answers)
+    for k in range(1, 4):
+        seen = inner(interior, loads[k], comm)
+        if interior.shape[1]:
+            outside[k] = answers[k] - interior @ np.linalg.solve(gram, seen)
+    energy = _gram(operators.stiffness, outside, comm)
+    cutoff = float(np.sqrt(max(basis.omitted_eigenvalue, 0.0)))
+    omitted = Omitted(part="mode_truncation", gram=energy, safety=1.1, cutoff_rad_s=cutoff)
+    return omitted, answers
+
+
+def residual_terms(operators: BodyOperators, block: FloatArray) -> FloatArray:
+    """K V, M V, G V (N V) and (Kσ - S) V, zero where a matrix is absent; (4, local û, n)."""
+    out = np.zeros((4, *block.shape))
+    out[0] = apply(operators.stiffness, block)
+    out[1] = apply(operators.mass, block)
+    if operators.gyroscopic is not None:
+        out[2] = apply(operators.gyroscopic, block)
+    if operators.stress_stiffening is not None:
+        out[3] = apply(operators.stress_stiffening, block) - apply(operators.spin_softening, block)
+    return out
+
+
+def mesh_energy(
+    operators: BodyOperators, basis: Basis, answers: FloatArray, interfaces: Any
+) -> tuple[Omitted, FinerSpace]:
+    """Energy that elements one order higher would take up, on the same meridian mesh.
+
+    Parameters
+    ----------
+    operators, basis
+        Of one body and order, harmonic level.
+    answers
+        From `truncation_energy`.
+    interfaces
+        Interfaces of the body.
+
+    Returns
+    -------
+    energy
+        Part "mesh".
+    finer
+        For indicators of single elements.
+
+    Notes
+    -----
+    The next order does not show the whole error. The energy of every element is multiplied by what
+    it leaves out: `singular_factor` where the element touches a re-entrant corner or the end of a
+    rigid interface, a constant elsewhere.
+    """
+    degree = compat.polynomial_degree(operators.space) + 1
+    finer = _finer_operators(operators, degree, interfaces)
+    comm, v, b = operators.comm, basis.vectors, basis.interface_count
+    columns = np.concatenate([v[None], answers[1:]])
+    raised = [_raised(operators, finer, block) for block in columns]
+    free = _raised(operators, finer, basis.free)
+    loads = _balanced(residual_terms(finer, raised[0]), finer, free)
+    weighted = _weighted_stiffness(operators, finer, interfaces)
+    rows = np.hstack([finer.coupling.rows, finer.coupling.anchors])
+    factor = factorise(_shifted(finer, basis.shift), rows)
+    n = v.shape[1]
+    misses = np.zeros((4, len(raised[0]), n))
+    misses[0, :, :b] = factor.solve(loads[0][:, :b], None)[: len(raised[0])]
+    for k in range(1, 4):
+        if loads[k].any():
+            misses[k] = factor.solve(loads[k], None)[: len(raised[0])] - raised[k]
+    energy = _gram(weighted, misses, comm)
+    omitted = Omitted(part="mesh", gram=energy, safety=_RESERVE, cutoff_rad_s=np.inf)
+    return omitted, FinerSpace(
+        space=finer.space,
+        stiffness=finer.stiffness,
+        misses=misses,
+        coupling=finer.coupling,
+        ingredients=finer.ingredients,
+    )
+
+
+def _balanced(loads: FloatArray, operators: BodyOperators, free: FloatArray) -> FloatArray:
+    """Loads without what only accelerates the body as a whole.
+
+    The residual of a motion in the basis does no work on rigid motions that the basis holds, but
+    its terms do, and a stiffness without supports would answer them without bounds.
+    """
+    if not free.shape[1]:
+        return loads
+    inertia = apply(operators.mass, free)
+    gram = inner(free, inertia, operators.comm)
+    out = loads.copy()
+    for k in range(len(loads)):
+        out[k] -= inertia @ np.linalg.solve(gram, inner(free, loads[k], operators.comm))
+    return out
+
+
+def _shifted(operators: BodyOperators, shift: float) -> Any:
+    """K - shift M."""
+    if shift == 0.0:
+        return operators.stiffness
+    matrix = operators.stiffness.copy()
+    matrix.axpy(-shift, operators.mass, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
+    return matrix
+
+
+def singular_factor(degree: int, exponent: float = _SINGULAR_EXPONENT) -> float:
+    """Ratio of the energy error of an element at a singular point to what the next order shows.
+
+    Parameters
+    ----------
+    degree
+        Polynomial degree p of the displacement.
+    exponent
+        α of the displacement r^α at the point.
+
+    Returns
+    -------
+    float
+        Σ_{n ≥ p} c_n² / c_p² with the coefficients c_n of r^(α-1) in the polynomials that are
+        orthogonal on (0, 1) with weight r (Jacobi): c_n² ~ (n + 1) [Γ(n+1-α) / Γ(n+2+α)]². For
+        large p this is 1 / (1 - (p / (p + 1))^(4α)), the rate of Babuška and Suri, SIAM Review 36
+        (1994) 578-632.
+    """
+    n = np.arange(degree, degree + _TERMS, dtype=float)
+    ratio = gammaln(n + 1.0 - exponent) - gammaln(n + 2.0 + exponent)
+    squares = np.exp(2.0 * (ratio - ratio[0])) * (n + 1.0) / (degree + 1.0)
+    # the rest of the series is that of n^(-4α-1)
+    rest = squares[-1] * n[-1] / (4.0 * exponent)
+    return float(squares.sum() + rest)
+
+
+def _weighted_stiffness(operators: BodyOperators, finer: BodyOperators, interfaces: Any) -> Any:
+    """K of the finer space, every element times what the next order leaves out there."""
+    given, domain = finer.ingredients, finer.space.mesh
+    degree = compat.polynomial_degree(operators.space)
+    factor = fem.Function(compat.scalar_space(domain, "DG", 0))
+    singular = _singular_cells(domain, given.facet_tags, interfaces)
+    values = np.where(singular, singular_factor(degree), _SMOOTH_SAFETY)
+    compat.petsc_vector(factor).array[:] = values
+    kin = replace(given.kinematics, weight=factor * given.kinematics.weight)
+    u, v = ufl.TrialFunction(finer.space), ufl.TestFunction(finer.space)
+    metadata = {"quadrature_degree": forms.quadrature_degree(kin, degree + 1)}
+    dx = ufl.Measure("dx", domain=domain, metadata=metadata)
+    form = forms.stiffness_form(kin, given.matter, u, v, dx)
+    matrix = compat.assemble_matrix(compat.compiled(form))
+    turned = finer.coupling.transformation
+    return matrix if turned is None else matrix.PtAP(turned)
+
+
+def _singular_cells(domain: Any, facet_tags: Any, interfaces: Any) -> NDArray[np.bool_]:
+    """Cells of a meridian mesh that touch a re-entrant corner or the end of a rigid interface."""
+    points, cells = compat.straight_cells(domain)
+    sides = points[np.roll(cells, -1, axis=1)] - points[cells]
+    sides /= np.linalg.norm(sides, axis=2, keepdims=True)
+    angles = np.arccos(np.clip(-(sides * np.roll(sides, 1, axis=1)).sum(axis=2), -1.0, 1.0))
+    around = np.zeros(len(points))
+    np.add.at(around, cells, angles)
+    # inside the material the angles add up to a full turn
+    singular = (around > _REENTRANT) & (around < 2.0 * np.pi - 1e-3)
+    for interface in interfaces:
+        if interface.coupling == "rigid":
+            facets = _facet_nodes(domain, cells, facet_tags[interface.name])
+            singular[_ends(points, facets)] = True
+    return np.asarray(singular[cells].any(axis=1))
+
+
+def _facet_nodes(domain: Any, cells: NDArray[np.int64], tags: Any) -> NDArray[np.int64]:
+    """Nodes of the mesh at the two ends of the facets of an interface."""
+    topology = domain.topology
+    topology.create_connectivity(1, 0)
+    corners = topology.connectivity(2, 0).array.reshape(-1, 3)[: len(cells)]
+    node = np.zeros(int(corners.max()) + 1, dtype=np.int64)
+    node[corners] = cells
+    ends = topology.connectivity(1, 0).array.reshape(-1, 2)
+    return np.asarray(node[ends[tags.indices]])
+
+
+def _ends(points: FloatArray, facets: NDArray[np.int64]) -> list[int]:
+    """Nodes off the axis where a chain of facets ends or turns."""
+    directions: dict[int, list[FloatArray]] = {}
+    for a, b in facets:
+        step = (points[b] - points[a]) / np.linalg.norm(points[b] - points[a])
+        directions.setdefault(int(a), []).append(step)
+        directions.setdefault(int(b), []).append(-step)
+    scale = 1e-9 * float(np.abs(points).max())
+    return [
+        node
+        for node, steps in directions.items()
+        if points[node, 1] > scale
+        and not (len(steps) == 2 and np.linalg.norm(steps[0] + steps[1]) < _STRAIGHT)
+    ]
+
+
+def _gram(stiffness: Any, blocks: FloatArray, comm: Any) -> FloatArray:
+    """Energy products of all columns of all blocks."""
+    k, rows, n = blocks.shape
+    flat = blocks.transpose(1, 0, 2).reshape(rows, k * n)
+    used = np.flatnonzero(flat.any(axis=0) if comm.size == 1 else np.ones(k * n, dtype=bool))
+    out = np.zeros((k * n, k * n))
+    out[np.ix_(used, used)] = symmetric(project(stiffness, flat[:, used], comm))
+    return out
+
+
+def _finer_operators(operators: BodyOperators, degree: int, interfaces: Any) -> BodyOperators:
+    """The same matrices with elements of another order; the prestress is that of the first."""
+    given = operators.ingredients
+    kin, matter = given.kinematics, given.matter
+    space = compat.vector_space(operators.space.mesh, degree, 3)
+    coupling = couple(space, kin, dict(given.facet_tags), interfaces, given.effects.components)
+    u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
+    metadata = {"quadrature_degree": forms.quadrature_degree(kin, degree)}
+    dx = ufl.Measure("dx", domain=space.mesh, metadata=metadata)
+    wanted = {
+        "stiffness": forms.stiffness_form(kin, matter, u, v, dx),
+        "mass": forms.mass_form(kin, matter, u, v, dx),
+    }
+    if given.effects.gyroscopic:
+        wanted["gyroscopic"] = forms.gyroscopic_form(kin, matter, u, v, dx)
+    if given.effects.centrifugal:
+        around = kin if kin.harmonic == 0 else kinematics.harmonic(space.mesh, 0)
+        prestress = forms.stress(around, matter, given.centrifugal_field)
+        wanted["stress_stiffening"] = forms.stiffening_form(kin, prestress, u, v, dx)
+        wanted["spin_softening"] = forms.softening_form(kin, matter, u, v, dx)
+    matrices = {}
+    for name, form in wanted.items():
+        matrix = compat.assemble_matrix(compat.compiled(form))
+        turned = coupling.transformation
+        matrices[name] = matrix if turned is None else matrix.PtAP(turned)
+    return replace(operators, coupling=coupling, space=space, **matrices)
+
+
+def _raised(operators: BodyOperators, finer: BodyOperators, block: FloatArray) -> FloatArray:
+    """Columns û of the body's space as û of the finer space."""
+    source, target = fem.Function(operators.space), fem.Function(finer.space)
+    given, wanted = operators.coupling, finer.coupling
+    full = block if given.transformation is None else apply(given.transformation, block)
+    kept = wanted.kept
+    rows = len(kept) + len(block) - len(given.kept)
+    out = np.empty((rows, block.shape[1]))
+    out[len(kept) :] = block[len(given.kept) :]
+    for k in range(block.shape[1]):
+        compat.petsc_vector(source).array[:] = full[:, k]
+        source.x.scatter_forward()
+        target.interpolate(source)
+        out[: len(kept), k] = compat.petsc_vector(target).array_r[kept]
+    return out

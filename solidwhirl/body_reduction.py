@@ -1,0 +1,230 @@
+"""One body from its geometry to its superelement, with one discretisation."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from solidwhirl.fineness import is_adapted
+from solidwhirl.geometry import Body, MassProperties, mass_properties
+from solidwhirl.meshing import LocalSize, Mesh, MeshSize, mesh_meridian, mesh_solid
+from solidwhirl.plan import BodyPlan, Plan
+from solidwhirl.rotordyn import Superelement
+from solidwhirl.scene import Scene
+from solidwhirl.scene_file import scene_hash
+from solidwhirl.versions import package_versions
+
+Progress = Callable[[str], None]
+# PETSC_ERR_USER_INPUT: more eigenvalues are asked for than the matrix has.
+_WRONG_REQUEST = 95
+# Modes to begin with where the error estimate decides, and where nothing does.
+_FIRST_MODES, _MODES_UNSEEN = 4, 12
+
+
+class Clock:
+    """Wall time by stage."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+
+    def stage(self, name: str) -> Clock:
+        """Charge what follows to a stage."""
+        self._name = name
+        return self
+
+    def __enter__(self) -> None:
+        self._start = time.perf_counter()
+
+    def __exit__(self, *_: object) -> None:
+        spent = time.perf_counter() - self._start
+        self.seconds[self._name] = self.seconds.get(self._name, 0.0) + spent
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Discretisation:
+    """How one body is discretised.
+
+    Attributes
+    ----------
+    degree
+        Element order.
+    size
+        Element sizes.
+    local
+        Sizes over the meridian in their place; None: there are none.
+    modes
+        Fixed-interface modes per family.
+    speeds_between_rad_s
+        Speeds between rest and the top that the basis has modes of.
+    mesh_fixed, modes_fixed
+        Whether the scene fixes the mesh and the number of modes.
+    """
+
+    degree: int
+    size: MeshSize
+    local: LocalSize | None
+    modes: int
+    speeds_between_rad_s: tuple[float, ...]
+    mesh_fixed: bool
+    modes_fixed: bool
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BodyResult:
+    """One body after its reduction.
+
+    Attributes
+    ----------
+    body
+        Geometry.
+    discretisation
+        Mesh sizes, element order and modes.
+    mesh
+        Its mesh.
+    element
+        Its superelement.
+    properties
+        Mass properties in closed form, rigid disks included.
+    work
+        `solidwhirl.reduction.ReductionWork`: what was assembled and solved.
+    """
+
+    body: Body
+    discretisation: Discretisation
+    mesh: Mesh
+    element: Superelement
+    properties: MassProperties
+    work: Any
+
+
+def first_discretisation(scene: Scene, plan: Plan, name: str) -> Discretisation:
+    """Where a body begins.
+
+    Parameters
+    ----------
+    scene, plan
+        The scene and its plan.
+    name
+        Of the body.
+    """
+    own, model = plan.bodies[name], scene.model
+    assert own.fineness is not None
+    given = scene.bodies[name].modes or model.modes
+    estimated = model.estimates == "on"
+    # pairs that the diagram shows, evenly from all bodies, and two to spare
+    shown = -(-scene.campbell.branches // (2 * len(scene.bodies))) + 2
+    return Discretisation(
+        degree=own.fineness.degree,
+        size=own.fineness.size,
+        local=None,
+        modes=given or (max(_FIRST_MODES, shown) if estimated else _MODES_UNSEEN),
+        speeds_between_rad_s=(),
+        mesh_fixed=not is_adapted(own.level, model),
+        modes_fixed=given is not None or not estimated,
+    )
+
+
+def mesh_body(body: Body, level: str, chosen: Discretisation) -> Mesh:
+    """Mesh a body for its level."""
+    if level == "solid":
+        return mesh_solid(body, chosen.size)
+    return mesh_meridian(body, chosen.size, chosen.local)
+
+
+def reduce_meshed(
+    scene: Scene,
+    plan: Plan,
+    body: Body,
+    mesh: Mesh | None,
+    chosen: Discretisation,
+    comm: Any,
+) -> BodyResult | None:
+    """Reduce a meshed body.
+
+    Parameters
+    ----------
+    scene, plan
+        The scene and its plan.
+    body
+        Geometry.
+    mesh
+        On rank 0 of the communicator, None elsewhere.
+    chosen
+        The discretisation that the mesh was made with.
+    comm
+        Communicator; every rank of it must call.
+
+    Returns
+    -------
+    BodyResult, or None on ranks without a mesh.
+
+    Raises
+    ------
+    ReductionError
+        See `solidwhirl.reduction.reduce_body`.
+    """
+    from solidwhirl.reduction import ReductionError, ReductionRequest, reduce_body
+
+    own = plan.bodies[body.name]
+    estimates = ("mode_truncation", "mesh") if own.level == "harmonic" else ("mode_truncation",)
+    request = ReductionRequest(
+        level=own.level,
+        orders=own.orders,
+        components=own.components,
+        interface_components=own.interface_components,
+        degree=chosen.degree,
+        modes=chosen.modes,
+        maximum_speed_rad_s=own.maximum_speed_rad_s,
+        gyroscopic=plan.on("gyroscopic"),
+        centrifugal=plan.on("stress_stiffening"),
+        speeds_between_rad_s=chosen.speeds_between_rad_s,
+        estimates=estimates if scene.model.estimates == "on" else (),
+    )
+    record = _provenance(scene, own, chosen, mesh) if mesh is not None else None
+    try:
+        element, work = reduce_body(body, mesh, comm, request, comm.bcast(record))
+    except RuntimeError as error:
+        if getattr(error, "ierr", None) != _WRONG_REQUEST:
+            raise
+        raise ReductionError(
+            f"bodies.{body.name}.modes: {request.modes} (its own, or that of [model]) are more "
+            "than the eigenvalue solver can find on its mesh; choose fewer, or a finer mesh"
+        ) from error
+    if mesh is None:
+        return None
+    return BodyResult(
+        body=body,
+        discretisation=chosen,
+        mesh=mesh,
+        element=element,
+        properties=mass_properties(body),
+        work=work,
+    )
+
+
+def _provenance(
+    scene: Scene, own: BodyPlan, chosen: Discretisation, mesh: Mesh
+) -> Mapping[str, Any]:
+    """How a superelement was made."""
+    return {
+        "scene": scene.name,
+        "scene_sha256": scene_hash(scene),
+        "level": own.level,
+        "orders": list(own.orders),
+        "mesh": {
+            "points": len(mesh.points),
+            "cells": len(mesh.cells),
+            "size_m": mesh.size.size_m,
+            "corner_size_m": mesh.size.corner_size_m,
+            "growth": mesh.size.growth,
+            "follows_error_estimate": chosen.local is not None,
+            "minimum_scaled_jacobian": mesh.quality.minimum_scaled_jacobian,
+        },
+        "element_order": chosen.degree,
+        "modes": chosen.modes,
+        "speeds_between_rad_s": list(chosen.speeds_between_rad_s),
+        "effects": scene.effects.model_dump(),
+        "packages": package_versions(),
+    }

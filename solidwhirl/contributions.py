@@ -1,0 +1,119 @@
+"""Which body and which approximation an error of a system comes from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solidwhirl.rotordyn import AssembledSystem, Modes, modes_at_speed
+from solidwhirl.rotordyn.error_forms import form_products, form_weight
+from solidwhirl.rotordyn.left_vectors import ModePairs, mode_pairs
+from solidwhirl.rotordyn.system import matrices_at_speed
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, kw_only=True)
+class AskedModes:
+    """The lowest modes that are asked for: a number, or all up to a frequency.
+
+    Attributes
+    ----------
+    count, frequency_max_hz
+        One of them is None.
+    """
+
+    count: int | None
+    frequency_max_hz: float | None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Contributions:
+    """Relative errors of the modes of a system at some speeds, by body and part.
+
+    Attributes
+    ----------
+    shares
+        (body, part) to (m,) estimates, modes of all speeds in a row.
+    speeds_rad_s
+        (m,) speed of the reference shaft of every mode.
+    rates
+        (m,) eigenvalues s [1/s].
+    motions
+        Body to (n, m) its coordinates in the modes.
+    spin_rad_s
+        Body to (m,) its own speed.
+    """
+
+    shares: Mapping[tuple[str, str], FloatArray]
+    speeds_rad_s: FloatArray
+    rates: ComplexArray
+    motions: Mapping[str, ComplexArray]
+    spin_rad_s: Mapping[str, FloatArray]
+
+    @property
+    def total(self) -> FloatArray:
+        """Sum of all shares, (m,)."""
+        return np.asarray(sum(self.shares.values(), np.zeros(len(self.rates))))
+
+    def largest(self, part: str) -> float:
+        """Largest error of a part, bodies added up."""
+        own = [share for (_, p), share in self.shares.items() if p == part]
+        return float(np.sum(own, axis=0).max()) if own and len(self.rates) else 0.0
+
+
+def error_contributions(
+    system: AssembledSystem,
+    speeds_rad_s: Sequence[float],
+    asked: AskedModes,
+) -> Contributions:
+    """Estimate the errors of the lowest modes at some speeds, body by body.
+
+    Parameters
+    ----------
+    system
+        The assembled system.
+    speeds_rad_s
+        Speeds of the reference shaft.
+    asked
+        Which modes.
+    """
+    shares: dict[tuple[str, str], list[FloatArray]] = {}
+    motions: dict[str, list[ComplexArray]] = {}
+    spins: dict[str, list[FloatArray]] = {}
+    rates, speeds = [], []
+    for speed in speeds_rad_s:
+        modes = modes_at_speed(system, speed)
+        wanted = _wanted(modes, asked)
+        pairs = mode_pairs(matrices_at_speed(system, speed), modes)
+        pairs = ModePairs(*(a[..., :wanted] for a in pairs))
+        rates.append(pairs.rates)
+        speeds.append(np.full(wanted, speed))
+        for name, rotor in system.system.rotors.items():
+            rows = system.transformation[system.body_slices[name]]
+            left, right = rows @ pairs.left, rows @ pairs.right
+            spin = rotor.speed_ratio * speed
+            motions.setdefault(name, []).append(right)
+            spins.setdefault(name, []).append(np.full(wanted, spin))
+            for form in rotor.element.error_forms:
+                change = np.abs(form_products(form, pairs.rates, spin, left, right))
+                estimate = form_weight(form, pairs.rates) * change / np.abs(pairs.rates)
+                shares.setdefault((name, form.part), []).append(estimate)
+    return Contributions(
+        shares={key: np.concatenate(parts) for key, parts in shares.items()},
+        speeds_rad_s=np.concatenate(speeds),
+        rates=np.concatenate(rates),
+        motions={name: np.concatenate(parts, axis=1) for name, parts in motions.items()},
+        spin_rad_s={name: np.concatenate(parts) for name, parts in spins.items()},
+    )
+
+
+def _wanted(modes: Modes, asked: AskedModes) -> int:
+    found = len(modes.eigenvalues)
+    if asked.frequency_max_hz is not None:
+        return int(np.sum(modes.frequency_hz <= asked.frequency_max_hz))
+    return found if asked.count is None else min(asked.count, found)

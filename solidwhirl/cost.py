@@ -1,0 +1,370 @@
+"""What a run will cost in unknowns, time and memory, from its plan alone.
+
+The mesh is predicted from the element sizes (`solidwhirl.meshing.prediction`), the time of every
+stage from power laws of the unknowns that bench/scaling.py measures. Times are processor seconds of
+one process; another machine is faster or slower by one factor (`solidwhirl.machine`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from solidwhirl import cost_coefficients as measured
+from solidwhirl.cost_engine import engine_kind, exciters, simple_coordinates
+from solidwhirl.fineness import Fineness
+from solidwhirl.geometry import Body
+from solidwhirl.machine import MachineSpeed
+from solidwhirl.meshing.prediction import PredictedMesh, predict_mesh
+from solidwhirl.plan import BodyPlan, Plan
+from solidwhirl.scene import Scene
+
+#: The machine that the coefficients were measured on.
+REFERENCE_MACHINE = MachineSpeed(gflops=measured.GFLOPS, gbytes_per_s=measured.GBYTES_PER_S)
+#: Stages in the order of a run.
+STAGES = (
+    "import_solvers",
+    "meshing",
+    "assembly",
+    "factorisations",
+    "static_solutions",
+    "eigensolutions",
+    "projection",
+    "error_estimate",
+    "campbell",
+    "critical_speeds",
+)
+#: Errors of a body that can be estimated, as `solidwhirl.reduction.ReductionRequest` has them.
+ESTIMATES = ("mode_truncation", "mesh")
+_UNKNOWNS, _COLUMNS, _COORDINATES = 1e5, 10.0, 100.0
+_AXIAL = ("uz", "rz")
+# Part of a solid's unknowns that is left by its symmetry: all motions, lateral motion alone, and
+# the centrifugal field.
+_ALL, _LATERAL, _CENTRIFUGAL = 1.0, 0.5, 0.25
+# What each circumferential order leaves in memory while the next one is solved.
+_KEPT = 0.5
+# Beams: some milliseconds, whatever they are.
+_BEAM_S = 0.02
+
+
+class CostError(ValueError):
+    """A cost that can not be predicted."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cost:
+    """Predicted cost of one body, or of a run.
+
+    Attributes
+    ----------
+    unknowns
+        Displacements before reduction, of all families and circumferential orders (as
+        ``full_dofs`` in the results).
+    coordinates
+        Coordinates after reduction, at most.
+    seconds
+        Processor seconds by stage (see `STAGES`); stages that do not occur are left out.
+    peak_memory_gib
+        Largest memory of the process, the program itself included.
+    extrapolated
+        Whether the unknowns are beyond what was measured.
+    """
+
+    unknowns: int
+    coordinates: int
+    seconds: Mapping[str, float]
+    peak_memory_gib: float
+    extrapolated: bool
+
+    @property
+    def total_s(self) -> float:
+        """Sum over all stages [s]."""
+        return sum(self.seconds.values())
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunCost:
+    """Predicted cost of a scene.
+
+    Attributes
+    ----------
+    bodies
+        By name, without what the bodies share.
+    whole
+        Everything but the [[analyses]], whose cost their own settings decide.
+    """
+
+    bodies: Mapping[str, Cost]
+    whole: Cost
+
+
+def predict_body_cost(
+    body: Body,
+    plan: BodyPlan,
+    *,
+    modes: int,
+    estimates: tuple[str, ...] = (),
+    machine: MachineSpeed = REFERENCE_MACHINE,
+) -> Cost:
+    """Predict what meshing and reducing one body costs.
+
+    Parameters
+    ----------
+    body
+        Its geometry.
+    plan
+        What is computed for it; level "beam" costs next to nothing.
+    modes
+        Fixed-interface modes per order, pairs counted once.
+    estimates
+        Errors to be estimated, of `ESTIMATES`; "mesh" on the harmonic level only.
+    machine
+        Speed of the machine that will run it.
+
+    Raises
+    ------
+    CostError
+        An unknown level or estimate.
+    GeometryError
+        An invalid body.
+
+    Notes
+    -----
+    One mesh and one reduction: if the mesh follows its error estimate, each round costs that of its
+    own mesh, and this is the first.
+    """
+    _refuse_unknown(plan, estimates)
+    if plan.level == "beam":
+        return _beam_cost(body, plan)
+    dimension = 3 if plan.level == "solid" else 2
+    mesh = predict_mesh(body, fineness_of(plan).size, dimension)
+    problems = [_problem(plan, order, modes) for order in _orders(plan)]
+    factor = 1.0 / machine.relative_to(REFERENCE_MACHINE)
+    seconds = {"meshing": _meshing_s(plan.level, mesh)}
+    for problem in problems:
+        for stage, spent in _problem_s(plan, mesh, problem, len(problems), estimates).items():
+            seconds[stage] = seconds.get(stage, 0.0) + spent
+    solved = mesh.unknowns(fineness_of(plan).degree)
+    return Cost(
+        unknowns=sum(p.families for p in problems) * solved,
+        coordinates=sum(p.families * p.columns for p in problems),
+        seconds={stage: factor * seconds[stage] for stage in STAGES if stage in seconds},
+        peak_memory_gib=measured.BASE_GIB
+        + (1.0 + _KEPT * (len(problems) - 1))
+        * max(_memory_gib(plan, solved, p, estimates) for p in problems),
+        extrapolated=solved > measured.LARGEST[plan.level],
+    )
+
+
+def predict_cost(
+    plan: Plan,
+    scene: Scene,
+    bodies: Mapping[str, Body],
+    *,
+    modes: Mapping[str, int],
+    estimates: bool = False,
+    machine: MachineSpeed = REFERENCE_MACHINE,
+) -> RunCost:
+    """Predict what a scene costs, from its plan.
+
+    Parameters
+    ----------
+    plan, scene
+        The plan and its scene.
+    bodies
+        Geometry of the solids by name.
+    modes
+        Fixed-interface modes of each solid.
+    estimates
+        Whether errors are estimated: the truncation, and on the harmonic level the mesh.
+    machine
+        Speed of the machine that will run it.
+    """
+    costs = {}
+    for name, body in bodies.items():
+        own = plan.bodies[name]
+        wanted = ESTIMATES if own.level == "harmonic" else ESTIMATES[:1]
+        costs[name] = predict_body_cost(
+            body,
+            own,
+            modes=modes[name],
+            estimates=wanted if estimates and own.level != "beam" else (),
+            machine=machine,
+        )
+    return RunCost(bodies=costs, whole=_whole(plan, scene, costs, machine))
+
+
+def _whole(plan: Plan, scene: Scene, costs: Mapping[str, Cost], machine: MachineSpeed) -> Cost:
+    """Sum of the bodies, the solvers' import and what the assembled engine costs."""
+    factor = 1.0 / machine.relative_to(REFERENCE_MACHINE)
+    coordinates = sum(c.coordinates for c in costs.values()) + simple_coordinates(plan, scene)
+    solids = any(plan.bodies[name].level != "beam" for name in costs)
+    seconds = {"import_solvers": factor * measured.IMPORT_S if solids else 0.0}
+    for cost in costs.values():
+        for stage, spent in cost.seconds.items():
+            seconds[stage] = seconds.get(stage, 0.0) + spent
+    kind = engine_kind(plan, scene)
+    per_speed = _cubic(f"campbell.{kind}", coordinates)
+    seconds["campbell"] = factor * len(plan.speeds_rad_s) * per_speed
+    searched = "damped" if plan.on("speed_dependent_bearings") else kind
+    seconds["critical_speeds"] = (
+        factor * exciters(plan, scene) * _cubic(f"critical_speeds.{searched}", coordinates)
+    )
+    return Cost(
+        unknowns=sum(c.unknowns for c in costs.values()),
+        coordinates=coordinates,
+        seconds={stage: seconds[stage] for stage in STAGES if stage in seconds},
+        # bodies are reduced one after another
+        peak_memory_gib=max([measured.BASE_GIB, *(c.peak_memory_gib for c in costs.values())]),
+        extrapolated=any(c.extrapolated for c in costs.values()),
+    )
+
+
+def fineness_of(plan: BodyPlan) -> Fineness:
+    """Return the mesh and element order of a body that has a mesh; CostError for a beam."""
+    if plan.fineness is None:
+        raise CostError(f"level {plan.level} has no mesh")
+    return plan.fineness
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Problem:
+    """One circumferential order (None: the solid): sizes of what is solved per family."""
+
+    families: int
+    interface_columns: int
+    columns: int
+    pairs: int
+    share: float
+
+
+def _orders(plan: BodyPlan) -> tuple[int | None, ...]:
+    return (None,) if plan.level == "solid" else plan.orders
+
+
+def _problem(plan: BodyPlan, order: int | None, modes: int) -> _Problem:
+    """Columns of the basis, at most, and pairs that the eigenvalue solver is asked for."""
+    carried = [c for motions in plan.interface_components.values() for c in motions]
+    if order is None:
+        interface, kept, pairs, families = len(carried), 2 * modes, 3 * modes + 4, 1
+    elif order == 0:
+        interface, families = sum(c in _AXIAL for c in carried), 1
+        kept, pairs = modes, modes + 2
+    else:
+        interface, families = (len(carried) - sum(c in _AXIAL for c in carried)) // 2, 2
+        kept, pairs = modes, modes + 2
+    share = _LATERAL if order is None and plan.orders == (1,) else _ALL
+    speeds = plan.eigenproblems // len(_orders(plan))
+    return _Problem(
+        families=families,
+        interface_columns=interface,
+        columns=2 * interface + speeds * kept,
+        pairs=pairs,
+        share=share,
+    )
+
+
+def _problem_s(
+    plan: BodyPlan, mesh: PredictedMesh, problem: _Problem, problems: int, estimates: Iterable[str]
+) -> dict[str, float]:
+    """Reference seconds of one circumferential order, by stage."""
+    key = f"{plan.level}.{fineness_of(plan).degree}"
+    unknowns = mesh.unknowns(fineness_of(plan).degree)
+    solved = problem.share * unknowns
+    eigen = plan.eigenproblems // problems
+    # the first of several is that of the centrifugal field
+    static = int(plan.factorisations // problems > 1)
+    held = plan.factorisations // problems - static
+    field = (_CENTRIFUGAL if plan.level == "solid" else _ALL) * unknowns
+    out = {
+        "assembly": plan.matrices / problems * _law(f"{key}.assembly", unknowns),
+        "factorisations": held * _law(f"{key}.factorisation", solved)
+        + static * _law(f"{key}.factorisation", field),
+        "static_solutions": _solutions(key, solved, 2 * problem.interface_columns)
+        + static * _solutions(key, field, 1),
+        "eigensolutions": eigen * _law(f"{key}.eigensolutions", solved, problem.pairs),
+        "projection": _law(f"{key}.projection", unknowns, problem.columns),
+    }
+    if estimates:
+        out["error_estimate"] = _estimate_s(plan, mesh, problem, tuple(estimates))
+    return out
+
+
+def _estimate_s(
+    plan: BodyPlan, mesh: PredictedMesh, problem: _Problem, estimates: tuple[str, ...]
+) -> float:
+    """Seconds of the residual solves, and of the mesh with elements one order higher."""
+    degree = fineness_of(plan).degree
+    key, finer = f"{plan.level}.{degree}", f"{plan.level}.{degree + 1}"
+    residuals = 3 * problem.columns
+    spent = _solutions(key, problem.share * mesh.unknowns(degree), residuals)
+    if "mesh" not in estimates:
+        return spent + _law(f"{key}.estimate", mesh.unknowns(degree), problem.columns)
+    unknowns = mesh.unknowns(degree + 1)
+    return (
+        spent
+        + _law(f"{key}.estimate", unknowns, problem.columns)
+        + _law(f"{finer}.factorisation", unknowns)
+        + _solutions(finer, unknowns, residuals + problem.interface_columns)
+    )
+
+
+def _law(name: str, unknowns: float, columns: float = _COLUMNS) -> float:
+    """Seconds by a measured power law."""
+    seconds, power, columns_power = measured.LAWS[name]
+    if not unknowns or not columns:
+        return 0.0
+    return float(seconds * (unknowns / _UNKNOWNS) ** power * (columns / _COLUMNS) ** columns_power)
+
+
+def _solutions(key: str, unknowns: float, columns: int) -> float:
+    """Seconds of solutions with a factor at hand."""
+    return _law(f"{key}.static_solutions", unknowns, columns)
+
+
+def _meshing_s(level: str, mesh: PredictedMesh) -> float:
+    """Seconds of the mesher; every graded place is looked at for every element."""
+    once, cell, place = measured.MESHING[level]
+    return once + mesh.cells * (cell + place * mesh.graded_places)
+
+
+def _memory_gib(
+    plan: BodyPlan, unknowns: int, problem: _Problem, estimates: tuple[str, ...]
+) -> float:
+    """Memory of one order beyond the program: matrices and factors, vectors of the basis."""
+    what = "estimate" if "mesh" in estimates else "reduction"
+    gib, power, copies = measured.MEMORY[f"{plan.level}.{fineness_of(plan).degree}.{what}"]
+    # solids were measured for lateral motion
+    size = unknowns * (problem.share / _LATERAL if plan.level == "solid" else 1.0)
+    vectors = 8.0 * unknowns * problem.columns / 1024.0**3
+    return float(gib * (size / _UNKNOWNS) ** power + copies * vectors)
+
+
+def _beam_cost(body: Body, plan: BodyPlan) -> Cost:
+    """Beams: one node per end of a section and interface, with all motions."""
+    nodes = len(body.sections) + len(body.interfaces) + 1
+    return Cost(
+        unknowns=6 * nodes,
+        coordinates=6 * nodes,
+        seconds={"assembly": _BEAM_S},
+        peak_memory_gib=measured.BASE_GIB,
+        extrapolated=False,
+    )
+
+
+def _refuse_unknown(plan: BodyPlan, estimates: tuple[str, ...]) -> None:
+    if plan.level not in ("beam", "harmonic", "solid"):
+        raise CostError(f"level is {plan.level!r}; known are beam, harmonic and solid")
+    allowed = {"beam": (), "harmonic": ESTIMATES, "solid": ESTIMATES[:1]}[plan.level]
+    for name in estimates:
+        if name not in allowed:
+            raise CostError(
+                f"estimate {name!r} of level {plan.level}: allowed are "
+                f"{', '.join(allowed) or 'none'}"
+            )
+
+
+def _cubic(name: str, coordinates: int) -> float:
+    """Seconds of dense linear algebra on the engine's coordinates."""
+    once, cubic = measured.ENGINE[name]
+    return once + cubic * (coordinates / _COORDINATES) ** 3

@@ -1,0 +1,64 @@
+"""Coefficients of the cost model, written by `python bench/scaling.py --fit`."""
+
+from __future__ import annotations
+
+#: Where they were measured, and the rates of one core there [1e9/s, 1e9 bytes/s].
+MACHINE = "AMD EPYC, 2 cores, 24 GiB, one thread"
+GFLOPS, GBYTES_PER_S = 43.5, 46.13
+#: Largest number of unknowns measured, by level; beyond it the laws are extrapolated.
+LARGEST = {"harmonic": 62451, "solid": 166995}
+#: Seconds to import the solvers and memory of the program with them [GiB].
+IMPORT_S, BASE_GIB = 0.7088, 0.142
+#: "level.order.stage": seconds at 1e5 unknowns and 10 columns, powers of unknowns and columns.
+LAWS: dict[str, tuple[float, float, float]] = {
+    "harmonic.2.assembly": (0.2018, 0.95, 0),
+    "harmonic.2.eigensolutions": (0.4311, 1.021, 0.3763),
+    "harmonic.2.estimate": (1.626, 1.077, 0.84),
+    "harmonic.2.factorisation": (0.8684, 1.297, 0),
+    "harmonic.2.projection": (0.4282, 1.01, 0.833),
+    "harmonic.2.static_solutions": (0.1186, 1.13, 0.5806),
+    "harmonic.3.assembly": (0.2204, 0.95, 0),
+    "harmonic.3.eigensolutions": (0.5057, 1.112, 0.4342),
+    "harmonic.3.estimate": (2.048, 1.074, 0.7569),
+    "harmonic.3.factorisation": (0.9541, 1.293, 0),
+    "harmonic.3.projection": (0.7301, 1.152, 0.7681),
+    "harmonic.3.static_solutions": (0.09954, 1.126, 0.5848),
+    "harmonic.4.assembly": (0.3251, 0.95, 0),
+    "harmonic.4.eigensolutions": (0.5443, 1.035, 0.3516),
+    "harmonic.4.estimate": (2.626, 1.044, 0.7442),
+    "harmonic.4.factorisation": (1.026, 1.17, 0),
+    "harmonic.4.projection": (0.8344, 1.025, 0.721),
+    "harmonic.4.static_solutions": (0.1004, 1.06, 0.5766),
+    "harmonic.5.factorisation": (1.425, 1.29, 0),
+    "harmonic.5.static_solutions": (0.09065, 1.053, 0.6989),
+    "solid.2.assembly": (0.543, 1.021, 0),
+    "solid.2.eigensolutions": (0.6951, 1.163, 2),
+    "solid.2.estimate": (0.2771, 1.3, 1),
+    "solid.2.factorisation": (5.307, 1.609, 0),
+    "solid.2.projection": (0.1875, 1.081, 1.355),
+    "solid.2.static_solutions": (0.2274, 1.308, 0.3707),
+}
+#: Level: seconds per mesh, per cell, and per cell and graded place.
+MESHING: dict[str, tuple[float, float, float]] = {
+    "harmonic": (0.01023, 8.504e-05, 2.136e-06),
+    "solid": (0.07807, 5.789e-05, 3.001e-06),
+}
+#: "level.order.what": GiB at 1e5 unknowns, its power, and copies of the columns of the basis.
+MEMORY: dict[str, tuple[float, float, float]] = {
+    "harmonic.2.estimate": (1.758, 1, 65.97),
+    "harmonic.2.reduction": (0.7422, 1, 5.63),
+    "harmonic.3.estimate": (1.922, 1, 53.6),
+    "harmonic.3.reduction": (0.9177, 1, 5.346),
+    "harmonic.4.estimate": (2.239, 1, 48.17),
+    "harmonic.4.reduction": (1.136, 1, 4.818),
+    "solid.2.reduction": (0.2032, 1.1, 26.03),
+}
+#: Seconds a + c (n/100)³: a speed of the Campbell diagram, and all critical speeds.
+ENGINE: dict[str, tuple[float, float]] = {
+    "campbell.even": (0.002247, 0.0009895),
+    "critical_speeds.even": (0.002085, 0.0009457),
+    "campbell.uneven": (0.002407, 0.001403),
+    "critical_speeds.uneven": (0.001999, 0.002892),
+    "campbell.damped": (0.005875, 0.01101),
+    "critical_speeds.damped": (0.2149, 0.4947),
+}

@@ -1,0 +1,134 @@
+"""Refuse before the work begins what the memory that is left can not hold, and say what can."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+from solidwhirl.cost import Cost, CostError, fineness_of, predict_body_cost
+from solidwhirl.fineness import choose_fineness
+from solidwhirl.geometry import Body
+from solidwhirl.meshing import MeshSize
+from solidwhirl.plan import BodyPlan
+from solidwhirl.scene import ModelSpec
+
+# Factors by which the sizes of a mesh are tried larger.
+_COARSER = (1.25, 1.5, 2.0, 3.0, 4.0, 6.0, 10.0)
+_LOWEST_ORDER = 2
+
+
+class MemoryShortageError(CostError):
+    """A reduction that needs more memory than there is."""
+
+
+def refuse_what_does_not_fit(
+    bodies: Mapping[str, Body],
+    plans: Mapping[str, BodyPlan],
+    model: ModelSpec,
+    *,
+    modes: Mapping[str, int],
+    available_gib: float,
+    estimates: bool = False,
+) -> None:
+    """Refuse bodies whose reduction needs more memory than is available, before they are meshed.
+
+    Parameters
+    ----------
+    bodies, plans
+        Geometry and plan of the solids by name.
+    model
+        The scene's, for the mesh of another level.
+    modes
+        Fixed-interface modes of each.
+    available_gib
+        Memory to be had (see `solidwhirl.machine.available_memory_gib`).
+    estimates
+        Whether errors are estimated.
+
+    Raises
+    ------
+    MemoryShortageError
+        With what is needed and available, and what would fit: without the estimate of the mesh's
+        error, another element order, a coarser mesh, another level.
+    """
+    for name, body in bodies.items():
+        plan = plans[name]
+        wanted = _estimates(plan, estimates)
+        cost = predict_body_cost(body, plan, modes=modes[name], estimates=wanted)
+        if cost.peak_memory_gib <= available_gib:
+            continue
+        found = [
+            f"{what} ({_numbers(c)})"
+            for what, c in _alternatives(body, plan, model, modes[name], wanted, available_gib)
+        ]
+        advice = f"What fits: {'; '.join(found)}" if found else "No coarser mesh of its rule fits"
+        raise MemoryShortageError(
+            f"bodies.{name}: level {plan.level}, element order {fineness_of(plan).degree}, "
+            f"would have {_numbers(cost)}, {available_gib:.3g} GiB are available. {advice}."
+        )
+
+
+def _estimates(plan: BodyPlan, wanted: bool) -> tuple[str, ...]:
+    """What is estimated on a level."""
+    if not wanted or plan.level == "beam":
+        return ()
+    return ("mode_truncation", "mesh") if plan.level == "harmonic" else ("mode_truncation",)
+
+
+def _numbers(cost: Cost) -> str:
+    return f"about {cost.unknowns:.2g} unknowns and need about {cost.peak_memory_gib:.3g} GiB"
+
+
+def _alternatives(
+    body: Body,
+    plan: BodyPlan,
+    model: ModelSpec,
+    modes: int,
+    estimates: tuple[str, ...],
+    available_gib: float,
+) -> Iterator[tuple[str, Cost]]:
+    """What fits, in the order of what it gives up."""
+    fineness = fineness_of(plan)
+    size = fineness.size
+    tried: list[tuple[list[tuple[str, BodyPlan]], tuple[str, ...]]] = []
+    if "mesh" in estimates:
+        tried.append(([("estimates = 'off'", plan)], ()))
+    lower = [
+        (f"order = {degree}", replace(plan, fineness=replace(fineness, degree=degree)))
+        for degree in range(fineness.degree - 1, _LOWEST_ORDER - 1, -1)
+    ]
+    tried.append((lower, estimates))
+    coarser = [
+        (
+            f"size_m = {factor * size.size_m:.3g} with corner_size_m = "
+            f"{factor * size.corner_size_m:.3g}",
+            replace(plan, fineness=replace(fineness, size=_larger(size, factor))),
+        )
+        for factor in _COARSER
+    ]
+    tried.append((coarser, estimates))
+    if plan.level == "solid":
+        tried.append(([("level = 'harmonic'", _harmonic(body, plan, model))], estimates))
+    for options, wanted in tried:
+        for what, other in options:
+            cost = predict_body_cost(body, other, modes=modes, estimates=wanted)
+            if cost.peak_memory_gib <= available_gib:
+                yield what, cost
+                break
+
+
+def _larger(size: MeshSize, factor: float) -> MeshSize:
+    return replace(size, size_m=factor * size.size_m, corner_size_m=factor * size.corner_size_m)
+
+
+def _harmonic(body: Body, plan: BodyPlan, model: ModelSpec) -> BodyPlan:
+    """The same body on its meridian; the counts of a solid are near enough."""
+    problems = len(plan.orders)
+    return replace(
+        plan,
+        level="harmonic",
+        fineness=choose_fineness(body, "harmonic", model),
+        matrices=plan.matrices * problems,
+        factorisations=plan.factorisations * problems,
+        eigenproblems=plan.eigenproblems * problems,
+    )

@@ -1,0 +1,225 @@
+"""The accuracy dial: discretise the bodies so that what a scene asks for is accurate enough.
+
+Every round reduces the bodies that changed, assembles the engine, estimates the errors of the
+modes that the Campbell diagram will follow, at rest, at the top speed and between, and refines what
+contributes more than its share: meshes by the errors of their own elements, bases by more modes or
+another speed. Analyses run once, on the last round's system.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solidwhirl.body_reduction import BodyResult, Discretisation
+from solidwhirl.contributions import AskedModes, Contributions, error_contributions
+from solidwhirl.meshing import refined_size
+from solidwhirl.plan import Plan
+from solidwhirl.rotordyn import AssembledSystem
+from solidwhirl.scene import Scene
+
+FloatArray = NDArray[np.float64]
+
+# Shares of the accuracy that the parts may use up; the rest is reserve.
+_SHARES = {"mesh": 0.75, "mode_truncation": 0.2}
+# What the next mesh or basis aims at, as a part of its share: estimates of one mesh foretell the
+# next one to about that.
+_AIM = 0.85
+# The error of a truncated basis falls about with this power of its number of modes.
+_MODES_POWER = 4.0
+_MOST_MODES = 500
+_MOST_ROUNDS = 8
+# A mode that truncation changes by more is not there yet: its mesh error says nothing.
+_LOST = 0.02
+# Error between two speeds of the basis, beyond what it is at them, that calls for a third.
+_BETWEEN = 0.1
+
+
+@dataclass(frozen=True, kw_only=True)
+class Round:
+    """One round of the dial.
+
+    Attributes
+    ----------
+    unknowns, modes
+        By body.
+    estimate
+        Largest estimated relative error of the modes looked at.
+    parts
+        Largest by part.
+    refined
+        What was refined after it, such as "lp: mesh".
+    """
+
+    unknowns: Mapping[str, int]
+    modes: Mapping[str, int]
+    estimate: float
+    parts: Mapping[str, float]
+    refined: tuple[str, ...]
+
+
+def next_discretisations(
+    scene: Scene, plan: Plan, results: Mapping[str, BodyResult], system: AssembledSystem
+) -> tuple[Round, Mapping[str, Discretisation]]:
+    """Judge a round and choose what to refine.
+
+    Parameters
+    ----------
+    scene, plan
+        What is asked.
+    results
+        Bodies of this round.
+    system
+        The engine made of them.
+
+    Returns
+    -------
+    round, changed
+        The record of the round and new discretisations of the bodies to be reduced again; empty
+        when the accuracy is met or nothing can be refined.
+    """
+    found = error_contributions(system, sample_speeds(plan), asked_modes(scene))
+    estimate = float(found.total.max(initial=0.0))
+    changed: dict[str, Discretisation] = {}
+    refined: list[str] = []
+    if estimate > scene.model.accuracy:
+        for name, result in results.items():
+            chosen, what = _refined(scene, plan, found, result)
+            if what:
+                changed[name] = chosen
+                refined += [f"{name}: {w}" for w in what]
+    record = Round(
+        unknowns={name: r.element.full_dofs for name, r in results.items()},
+        modes={name: r.discretisation.modes for name, r in results.items()},
+        estimate=estimate,
+        parts={part: found.largest(part) for part in sorted({p for _, p in found.shares})},
+        refined=tuple(refined),
+    )
+    return record, changed
+
+
+def sample_speeds(plan: Plan) -> tuple[float, ...]:
+    """Speeds at which errors are looked at: first, last and one between [rad/s]."""
+    low, high = float(plan.speeds_rad_s.min()), float(plan.speeds_rad_s.max())
+    return tuple(sorted({low, float(np.sqrt(0.5 * (low**2 + high**2))), high}))
+
+
+def asked_modes(scene: Scene) -> AskedModes:
+    """Which modes the scene's Campbell diagram asks for."""
+    if scene.campbell.frequency_max_hz is not None:
+        return AskedModes(count=None, frequency_max_hz=scene.campbell.frequency_max_hz)
+    return AskedModes(count=scene.campbell.branches, frequency_max_hz=None)
+
+
+def may_go_on(rounds: int) -> bool:
+    """Whether another round is allowed after this many."""
+    return rounds < _MOST_ROUNDS
+
+
+def _refined(
+    scene: Scene, plan: Plan, found: Contributions, result: BodyResult
+) -> tuple[Discretisation, list[str]]:
+    """What one body changes: parts whose errors, all bodies together, exceed their share."""
+    chosen = result.discretisation
+    what: list[str] = []
+    name, accuracy = result.body.name, scene.model.accuracy
+    if not chosen.mesh_fixed and result.work.indicators:
+        allowed = _allowed(found, name, "mesh", accuracy)
+        if _own(found, name, "mesh") > allowed:
+            chosen = _finer_mesh(found, result, chosen, _AIM * allowed)
+            what.append("mesh")
+    if not chosen.modes_fixed:
+        allowed = _allowed(found, name, "mode_truncation", accuracy)
+        own = _own(found, name, "mode_truncation")
+        if own > allowed:
+            between = _between(found, name, accuracy)
+            if between and len(chosen.speeds_between_rad_s) < 3:
+                top = plan.bodies[name].maximum_speed_rad_s
+                chosen = replace(chosen, speeds_between_rad_s=_more_speeds(chosen, top))
+                what.append("speed between")
+            else:
+                factor = np.clip((own / (_AIM * allowed)) ** (1.0 / _MODES_POWER), 1.2, 2.5)
+                modes = min(int(np.ceil(chosen.modes * factor)), _MOST_MODES)
+                if modes > chosen.modes:
+                    chosen = replace(chosen, modes=modes)
+                    what.append("modes")
+    return chosen, what
+
+
+def _own(found: Contributions, name: str, part: str) -> float:
+    share = found.shares.get((name, part))
+    return 0.0 if share is None else float(_trusted(found, share, part).max(initial=0.0))
+
+
+def _trusted(found: Contributions, share: FloatArray, part: str) -> FloatArray:
+    """Errors of a mesh, those of modes that the basis does not really have left out."""
+    if part != "mesh":
+        return share
+    cut = [s for (_, p), s in found.shares.items() if p == "mode_truncation"]
+    lost = np.sum(cut, axis=0) > _LOST if cut else np.zeros(len(share), dtype=bool)
+    return np.where(lost, 0.0, share)
+
+
+def _allowed(found: Contributions, name: str, part: str, accuracy: float) -> float:
+    """A body's part of a part's share of the accuracy: as large as it is in the whole."""
+    bodies = sum(_own(found, body, p) for body, p in found.shares if p == part)
+    own = _own(found, name, part)
+    return _SHARES[part] * accuracy * (own / bodies if bodies else 1.0)
+
+
+def _between(found: Contributions, name: str, accuracy: float) -> bool:
+    """Whether the error between the basis' speeds exceeds that at them noticeably."""
+    share = found.shares.get((name, "mode_truncation"))
+    if share is None or not len(share):
+        return False
+    speeds = np.unique(found.speeds_rad_s)
+    if len(speeds) < 3:
+        return False
+    worst = [float(share[found.speeds_rad_s == v].max(initial=0.0)) for v in speeds]
+    return worst[1] - max(worst[0], worst[-1]) > _BETWEEN * accuracy
+
+
+def _more_speeds(chosen: Discretisation, top: float) -> tuple[float, ...]:
+    """Speeds that divide Ω² evenly."""
+    count = len(chosen.speeds_between_rad_s) + 1
+    return tuple(float(top * np.sqrt(k / (count + 1))) for k in range(1, count + 1))
+
+
+def _finer_mesh(
+    found: Contributions, result: BodyResult, chosen: Discretisation, target: float
+) -> Discretisation:
+    """Sizes from the errors of the elements, worst modes counting most."""
+    from solidwhirl.reduction.indicators import MotionSample, element_errors
+
+    name = result.body.name
+    share = _trusted(found, found.shares[(name, "mesh")], "mesh")
+    emphasis = (share / share.max()) ** 2
+    form = next(f for f in result.element.error_forms if f.part == "mesh")
+    samples = []
+    for k in np.flatnonzero(emphasis > 1e-3):
+        q, s, spin = found.motions[name][:, k], found.rates[k], found.spin_rad_s[name][k]
+        spread = np.concatenate([q, s**2 * q, s * spin * q, spin**2 * q])
+        energy = float((spread.conj() @ (form.gram @ spread)).real)
+        if energy > 0.0:
+            weight = float(emphasis[k] * share[k] / energy)
+            samples.append(
+                MotionSample(coordinates=q, s=complex(s), speed_rad_s=float(spin), weight=weight)
+            )
+    # all circumferential orders share the mesh
+    parts = [element_errors(own, tuple(samples)) for own in result.work.indicators]
+    errors, points, triangles = np.sum([p[0] for p in parts], axis=0), *parts[0][1:]
+    errors = errors * (float(share.max()) / errors.sum())
+    local = refined_size(
+        result.body,
+        chosen.size,
+        points,
+        triangles,
+        errors,
+        degree=chosen.degree,
+        target=target,
+        last=chosen.local,
+    )
+    return replace(chosen, local=local)

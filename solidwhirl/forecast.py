@@ -1,0 +1,131 @@
+"""What a run will cost, said before it starts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from solidwhirl.beam_level import MODES
+from solidwhirl.body_reduction import first_discretisation
+from solidwhirl.cost import RunCost, predict_cost
+from solidwhirl.cost_memory import refuse_what_does_not_fit
+from solidwhirl.cost_table import cost_rows
+from solidwhirl.fineness import choose_fineness, is_adapted
+from solidwhirl.geometry import Body
+from solidwhirl.machine import available_memory_gib, machine_speed
+from solidwhirl.plan import Plan
+from solidwhirl.scene import Scene
+
+
+@dataclass(frozen=True, kw_only=True)
+class Forecast:
+    """Predicted cost of a run on this machine, without the [[analyses]].
+
+    Attributes
+    ----------
+    first
+        With the meshes it begins with.
+    last
+        With meshes of the rule for the accuracy asked, where meshes follow their estimates: a
+        round like it comes after the first; None where the first is all.
+    """
+
+    first: RunCost
+    last: RunCost | None
+
+    @property
+    def seconds(self) -> float:
+        """Processor time of all rounds; the engine is analysed after the last one only."""
+        if self.last is None:
+            return self.first.whole.total_s
+        again = sum(cost.total_s for cost in self.first.bodies.values())
+        return self.last.whole.total_s + again
+
+    @property
+    def peak_memory_gib(self) -> float:
+        """Of the largest round."""
+        both = (self.first, self.last or self.first)
+        return max(cost.whole.peak_memory_gib for cost in both)
+
+    @property
+    def unknowns(self) -> int:
+        """Of the last round."""
+        return (self.last or self.first).whole.unknowns
+
+    def rows(self) -> tuple[tuple[str, str, str, str], ...]:
+        """Table rows as text, head first."""
+        if self.last is None:
+            return cost_rows(self.first)
+        last = cost_rows(self.last)
+        total = ("all rounds", "", f"{self.seconds:.2g}", f"{self.peak_memory_gib:.2g}")
+        first = [
+            (f"first round: {name}", str(cost.unknowns), f"{cost.total_s:.2g}", "")
+            for name, cost in self.first.bodies.items()
+        ]
+        return (*last, *first, total)
+
+
+def forecast(scene: Scene, plan: Plan, bodies: Mapping[str, Body]) -> Forecast:
+    """Predict the cost of a run.
+
+    Parameters
+    ----------
+    scene, plan
+        The scene, its level chosen, and its plan.
+    bodies
+        Geometry by name.
+    """
+    machine = machine_speed()
+    modes, estimated = _modes(scene, plan, bodies), scene.model.estimates == "on"
+    first = predict_cost(plan, scene, bodies, modes=modes, estimates=estimated, machine=machine)
+    rule = scene.model.model_copy(update={"estimates": "off"})
+    finer = {}
+    for name, own in plan.bodies.items():
+        if own.fineness is not None and is_adapted(own.level, scene.model):
+            wanted = choose_fineness(bodies[name], own.level, rule)
+            if wanted.size.corner_size_m < own.fineness.size.corner_size_m:
+                fineness = replace(wanted, degree=own.fineness.degree)
+                finer[name] = replace(own, fineness=fineness)
+    if not finer:
+        return Forecast(first=first, last=None)
+    later = replace(plan, bodies={**plan.bodies, **finer})
+    last = predict_cost(later, scene, bodies, modes=modes, estimates=estimated, machine=machine)
+    return Forecast(first=first, last=last)
+
+
+def refuse_too_large(scene: Scene, plan: Plan, bodies: Mapping[str, Body]) -> None:
+    """Refuse bodies whose first mesh needs more memory than is available, before it is made.
+
+    Raises
+    ------
+    MemoryShortageError
+        With the numbers and what would fit.
+    """
+    refuse_what_does_not_fit(
+        bodies,
+        plan.bodies,
+        scene.model,
+        modes=_modes(scene, plan, bodies),
+        available_gib=available_memory_gib(),
+        estimates=scene.model.estimates == "on",
+    )
+
+
+def forecast_document(found: Forecast) -> dict[str, Any]:
+    """The forecast as plain data."""
+    return {
+        "cpu_s": found.seconds,
+        "peak_memory_gib": found.peak_memory_gib,
+        "unknowns": found.unknowns,
+        "extrapolated": (found.last or found.first).whole.extrapolated,
+    }
+
+
+def _modes(scene: Scene, plan: Plan, bodies: Mapping[str, Body]) -> dict[str, int]:
+    return {
+        name: MODES
+        if plan.bodies[name].level == "beam"
+        else first_discretisation(scene, plan, name).modes
+        for name in bodies
+    }

@@ -1,0 +1,78 @@
+"""Which level an accuracy needs, where the scene leaves the choice to the program."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solidwhirl.beam_bodies import BeamLevelError, beam_bodies
+from solidwhirl.beam_level_error import beam_theory_error
+from solidwhirl.contributions import AskedModes
+from solidwhirl.dial import asked_modes, sample_speeds
+from solidwhirl.geometry import Body
+from solidwhirl.plan import Plan, make_plan
+from solidwhirl.rotordyn import AssembledSystem, Superelement, assemble, modes_at_speed
+from solidwhirl.scene import Scene
+from solidwhirl.system_parts import bearings, gears, rotors, simple_elements
+
+# Beams are looked at from this accuracy on, and taken if their estimate is that much better than
+# what is asked: the estimate of beam theory is a spread of models, not a bound.
+_COARSE_ENOUGH, _RESERVE = 5e-3, 0.5
+
+
+def with_level(scene: Scene, bodies: Mapping[str, Body]) -> Scene:
+    """Replace the level "auto" by the cheapest one that is accurate enough.
+
+    Beams cost milliseconds and tell their own error; where that is not good enough, the harmonic
+    level is at least as accurate as a solid mesh for every body of revolution, and cheaper.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    bodies
+        Its geometry.
+    """
+    model = scene.model
+    if model.level != "auto":
+        return scene
+    given = (model.order, model.size_m, model.corner_size_m, model.growth)
+    level = "harmonic"
+    wanted = model.estimates == "on" and model.accuracy >= _COARSE_ENOUGH
+    if bodies and wanted and given == (None,) * 4 and _beams_suffice(scene, bodies):
+        level = "beam"
+    return scene.model_copy(update={"model": model.model_copy(update={"level": level})})
+
+
+def _beams_suffice(scene: Scene, bodies: Mapping[str, Body]) -> bool:
+    trial = scene.model_copy(update={"model": scene.model.model_copy(update={"level": "beam"})})
+    plan = make_plan(trial, bodies)
+    try:
+        beams = beam_bodies(trial, plan, bodies, estimated=True)
+    except BeamLevelError:
+        return False
+    simple = simple_elements(trial, plan)
+    systems = [_system(trial, plan, {**simple, **own}) for own in (beams.elements, *beams.variants)]
+    asked = asked_modes(trial)
+    for speed in sample_speeds(plan):
+        found = [modes_at_speed(s, speed).frequency_hz for s in systems]
+        count = _count(found[0], asked)
+        if min(len(f) for f in found) < count:
+            return False
+        errors = beam_theory_error(np.array([f[:count] for f in found])) if count else np.zeros(1)
+        if errors.max() > _RESERVE * scene.model.accuracy:
+            return False
+    return True
+
+
+def _count(frequency_hz: NDArray[np.float64], asked: AskedModes) -> int:
+    """How many modes the diagram asks for."""
+    if asked.frequency_max_hz is not None:
+        return int(np.sum(frequency_hz <= asked.frequency_max_hz))
+    return min(asked.count or 0, len(frequency_hz))
+
+
+def _system(scene: Scene, plan: Plan, elements: Mapping[str, Superelement]) -> AssembledSystem:
+    return assemble(rotors(scene, plan, elements), bearings(scene, plan), gears=gears(scene, plan))

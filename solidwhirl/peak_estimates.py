@@ -1,0 +1,192 @@
+"""Error estimates of the resonance peaks of unbalance responses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from solidwhirl.analyses_response import RPM, end_of, unbalance_of
+from solidwhirl.comparators import Comparison
+from solidwhirl.outcome import Outcome
+from solidwhirl.rotordyn import AssembledSystem, End
+from solidwhirl.rotordyn.error_forms import NOT_SUMMED
+from solidwhirl.rotordyn.response_errors import unbalance_peak_errors
+from solidwhirl.rotordyn.unbalance import Unbalance, frequency_ratio, unbalance_response
+from solidwhirl.rotordyn.unbalance_peaks import ResonancePeak, resonance_peaks
+from solidwhirl.scene_analyses import AnalysisSpec, PlaceMapSpec, UnbalanceResponseSpec
+
+# Peaks of two models further apart than this (relative) are not the same.
+_FARTHEST = 0.1
+# Unbalances turn together if their ratios differ by less than this.
+_SAME_RATIO = 1e-9
+
+
+def with_peak_estimates(
+    outcome: Outcome,
+    spec: AnalysisSpec,
+    system: AssembledSystem,
+    comparisons: tuple[Comparison, ...],
+) -> Outcome:
+    """Put error estimates beside the peaks of an unbalance response or a place map.
+
+    Parameters
+    ----------
+    outcome, spec
+        The analysis; others than these two come back as they are.
+    system
+        The engine.
+    comparisons
+        Other models of it (see `solidwhirl.comparators`).
+    """
+    if isinstance(spec, UnbalanceResponseSpec):
+        return _of_response(outcome, spec, system, comparisons)
+    if isinstance(spec, PlaceMapSpec) and spec.observe is None:
+        return _of_places(outcome, spec, system, comparisons)
+    return outcome
+
+
+def _of_response(
+    outcome: Outcome,
+    spec: UnbalanceResponseSpec,
+    system: AssembledSystem,
+    comparisons: tuple[Comparison, ...],
+) -> Outcome:
+    speeds = np.asarray(outcome.document["speed_rpm"]) * RPM
+    exciters = []
+    for exciter in outcome.document["exciters"]:
+        ratio = exciter["frequency_ratio"]
+        own = [
+            u
+            for u in map(unbalance_of, spec.unbalances)
+            if abs(frequency_ratio(system, u) - ratio) <= _SAME_RATIO * ratio
+        ]
+        peaks = {
+            place: _estimated(system, own, end_of(place), found, speeds, comparisons)
+            for place, found in exciter["peaks"].items()
+        }
+        exciters.append({**exciter, "peaks": peaks})
+    return replace(outcome, document={**outcome.document, "exciters": exciters})
+
+
+def _of_places(
+    outcome: Outcome,
+    spec: PlaceMapSpec,
+    system: AssembledSystem,
+    comparisons: tuple[Comparison, ...],
+) -> Outcome:
+    speeds = np.asarray(outcome.document["speed_rpm"]) * RPM
+    peaks = {}
+    for place, found in outcome.document["peaks"].items():
+        node = end_of(place)
+        own = [Unbalance(body=node.body, interface=node.interface, moment_kg_m=spec.moment_kg_m)]
+        peaks[place] = _estimated(system, own, node, found, speeds, comparisons)
+    return replace(outcome, document={**outcome.document, "peaks": peaks})
+
+
+def _estimated(
+    system: AssembledSystem,
+    unbalances: Sequence[Unbalance],
+    node: End,
+    found: Sequence[Mapping[str, Any]],
+    speeds_rad_s: Any,
+    comparisons: tuple[Comparison, ...],
+) -> list[dict[str, Any]]:
+    """Peaks of one place with relative errors of their frequency and height."""
+    if not found:
+        return []
+    ratio = frequency_ratio(system, unbalances[0])
+    peaks = [_as_peak(p) for p in found]
+    errors = unbalance_peak_errors(system, unbalances, node, peaks)
+    position = {part: values.copy() for part, values in errors.position.items()}
+    height = {part: values.copy() for part, values in errors.height.items()}
+    for pair in comparisons:
+        _add_difference(position, height, pair, unbalances, node, peaks, speeds_rad_s, ratio)
+    out = []
+    for k, peak in enumerate(found):
+        places = {part: float(values[k]) for part, values in position.items()}
+        heights = {part: float(values[k]) for part, values in height.items()}
+        out.append(
+            {
+                **peak,
+                "frequency_error_estimate": _sum(places),
+                "amplitude_error_estimate": _sum(heights),
+                "error_parts": places,
+            }
+        )
+    return out
+
+
+def _sum(parts: Mapping[str, float]) -> float:
+    return float(sum(v for part, v in parts.items() if part not in NOT_SUMMED))
+
+
+def _as_peak(document: Mapping[str, Any]) -> ResonancePeak:
+    """A peak over the speed, its flanks as wide as its amplification says."""
+    speed = float(document["speed_rpm"]) * RPM
+    amplification = document["amplification"]
+    known = amplification is not None and np.isfinite(amplification) and amplification > 0.0
+    half = 0.5 * speed / float(amplification) if known else np.nan
+    return ResonancePeak(
+        position_rad_s=speed,
+        amplitude=float(document["amplitude_m"]),
+        prominence=np.inf,
+        half_power_low_rad_s=speed - half,
+        half_power_high_rad_s=speed + half,
+        amplification=float(amplification) if known else np.nan,
+    )
+
+
+def _add_difference(
+    position: dict[str, Any],
+    height: dict[str, Any],
+    pair: Comparison,
+    unbalances: Sequence[Unbalance],
+    node: End,
+    peaks: Sequence[ResonancePeak],
+    speeds_rad_s: Any,
+    ratio: float,
+) -> None:
+    """Add how far the peaks of two models lie apart."""
+    second = _peaks_of(pair.second, unbalances, node, speeds_rad_s, ratio)
+    first = list(peaks)
+    if pair.first is not None:
+        first = _peaks_of(pair.first, unbalances, node, speeds_rad_s, ratio)
+    shift = np.full((2, len(peaks)), np.nan)
+    for k, peak in enumerate(peaks):
+        a, b = _nearest(first, peak), _nearest(second, peak)
+        if a is not None and b is not None:
+            shift[0, k] = abs(a.position_rad_s - b.position_rad_s) / peak.position_rad_s
+            shift[1, k] = abs(a.amplitude - b.amplitude) / peak.amplitude
+    for parts, values in ((position, shift[0]), (height, shift[1])):
+        parts[pair.part] = parts.get(pair.part, 0.0) + pair.safety * values
+
+
+def _peaks_of(
+    system: AssembledSystem,
+    unbalances: Sequence[Unbalance],
+    node: End,
+    speeds_rad_s: Any,
+    ratio: float,
+) -> list[ResonancePeak]:
+    """Peaks over the speed of another model at a place."""
+    names = {n.name for n in system.system.rotors[node.body].element.interfaces}
+    used = {u.interface for u in unbalances if u.body == node.body} | {node.interface}
+    if not used <= names:  # models of joints alone have no other interfaces
+        return []
+    response = unbalance_response(system, unbalances, speeds_rad_s)
+    exciter = response.exciters[0]
+    at = exciter.nodes.index(node)
+    moving = exciter.frequencies_rad_s > 0.0
+    found = resonance_peaks(exciter.frequencies_rad_s[moving], exciter.orbits().major_m[moving, at])
+    return [replace(p, position_rad_s=p.position_rad_s / ratio) for p in found]
+
+
+def _nearest(peaks: Sequence[ResonancePeak], like: ResonancePeak) -> ResonancePeak | None:
+    if not peaks:
+        return None
+    near = min(peaks, key=lambda p: abs(p.position_rad_s - like.position_rad_s))
+    gap = abs(near.position_rad_s - like.position_rad_s)
+    return near if gap <= _FARTHEST * like.position_rad_s else None

@@ -1,0 +1,154 @@
+"""What makes the solid level cheap gives the numbers of the plain way."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy.linalg
+
+from solidwhirl.geometry import MATERIALS, Body, Interface, Section
+from solidwhirl.meshing import MeshSize, mesh_solid
+from solidwhirl.reduction import ReductionError
+
+pytestmark = pytest.mark.solver
+
+SIZE = MeshSize(size_m=0.1, corner_size_m=0.1, growth=1.5, around=4)
+TOP = 5000.0
+
+
+@pytest.fixture
+def operators():
+    """Function: operators of a coarse rod, of its half or of the whole."""
+    from mpi4py import MPI
+
+    from solidwhirl.reduction.operators import OperatorEffects, build_operators
+
+    rod = Section(
+        name="rod",
+        start_m=0.0,
+        end_m=0.2,
+        inner_radius_m=(0.0, 0.0),
+        outer_radius_m=(0.08, 0.08),
+        material=MATERIALS["steel"],
+    )
+    planes = tuple(
+        Interface(name=name, kind="section", coupling="distributing", start_m=z, end_m=z)
+        for name, z in (("a", 0.0), ("b", 0.2))
+    )
+    body = Body(name="rod", sections=(rod,), interfaces=planes)
+    mesh = mesh_solid(body, SIZE)
+    effects = {
+        half: OperatorEffects(
+            gyroscopic=True,
+            centrifugal=True,
+            components={i.name: ("ux", "uy") for i in body.interfaces},
+            lateral_only=half,
+        )
+        for half in (True, False)
+    }
+
+    def build(half):
+        return build_operators(
+            body, mesh, MPI.COMM_SELF, order=None, degree=2, effects=effects[half]
+        )
+
+    return build
+
+
+def test_half_and_whole_have_the_same_rigid_motions_and_energies(operators):
+    """Rᵀ A R of lateral rigid motions over the half, doubled, and over the whole solid."""
+    from mpi4py import MPI
+
+    from solidwhirl.reduction.vectors import project
+
+    half, whole = operators(True), operators(False)
+    assert half.full_dofs == whole.full_dofs
+    for name in ("mass", "gyroscopic", "stress_stiffening", "spin_softening", "circulation"):
+        found = []
+        for body in (half, whole):
+            motions = np.column_stack([body.rigid_motions[c] for c in ("ux", "uy", "rx", "ry")])
+            found.append(project(getattr(body, name), motions, MPI.COMM_SELF))
+        # the same quadrature points, turned: round-off alone
+        np.testing.assert_allclose(found[0], found[1], rtol=0, atol=1e-10 * np.abs(found[1]).max())
+    np.testing.assert_allclose(half.rigid_mass, whole.rigid_mass, atol=1e-10)
+
+
+def test_component_matrices_are_those_of_vectors(operators):
+    """Against forms written with vectors, which know nothing of components."""
+    import ufl
+
+    from solidwhirl.reduction import compat, forms
+
+    body = operators(False)
+    kin, matter = body.ingredients.kinematics, body.ingredients.matter
+    u, v = ufl.TrialFunction(body.space), ufl.TestFunction(body.space)
+    dx = ufl.Measure("dx", domain=body.space.mesh, metadata={"quadrature_degree": 4})
+
+    def turned(w):
+        return ufl.as_vector((-w[1], w[0], 0.0 * w[2])) - kin.spin(w)
+
+    weight = matter.density * kin.weight
+    for name, form in (
+        ("mass", forms.mass_form(kin, matter, u, v, dx)),
+        ("gyroscopic", forms.gyroscopic_form(kin, matter, u, v, dx)),
+        ("spin_softening", forms.softening_form(kin, matter, u, v, dx)),
+        ("circulation", weight * ufl.inner(turned(u), turned(v)) * dx),
+        ("turn", weight * ufl.inner(turned(u), v) * dx),
+    ):
+        expected = compat.assemble_matrix(compat.compiled(form))
+        x, y = expected.createVecs()
+        x.array[:] = np.random.default_rng(1).standard_normal(x.getLocalSize())
+        expected.mult(x, y)
+        z = y.duplicate()
+        getattr(body, name).mult(x, z)
+        np.testing.assert_allclose(z.array, y.array, rtol=0, atol=1e-12 * np.abs(y.array).max())
+
+
+def test_modes_at_speed_are_those_of_a_factor_at_speed(operators):
+    """Dense eigenvalues of the held body at speed; no factor at speed, no Krylov space."""
+    from solidwhirl.reduction.constrained import eigenpairs, factorise
+    from solidwhirl.reduction.spinning_modes import Spinning, modes_at_speed, remaining_stiffness
+    from solidwhirl.reduction.vectors import apply
+
+    body = operators(True)
+    rows = body.coupling.rows
+    n = len(rows)
+    factor = factorise(body.stiffness, rows)
+    at_rest, start = eigenpairs(factor, body.mass, shift=0.0, count=10)
+
+    def centrifugal(block):
+        return apply(body.stress_stiffening, block) - apply(body.spin_softening, block)
+
+    k, m, c = apply(body.stiffness, np.eye(n)), apply(body.mass, np.eye(n)), centrifugal(np.eye(n))
+    held = scipy.linalg.null_space(rows.T)
+    k, m, c = (held.T @ a @ held for a in (k, m, 0.5 * (c + c.T)))
+    dense = scipy.linalg.eigh(k, m, eigvals_only=True, subset_by_index=[0, 9])
+    np.testing.assert_allclose(at_rest[:10], dense, rtol=1e-8)
+    free = np.empty((n, 0))
+    pencil = Spinning(
+        stiffness=lambda block: apply(body.stiffness, block),
+        centrifugal=centrifugal,
+        mass=body.mass,
+        speed_rad_s=TOP,
+        factor=factor,
+        free=free,
+    )
+    found = modes_at_speed(pencil, start, lambda values, _: np.arange(len(values)) < 8)
+    assert found is not None
+    dense = scipy.linalg.eigh(k + TOP**2 * c, m, eigvals_only=True, subset_by_index=[0, 9])
+    assert np.abs(dense[:8] / at_rest[:8] - 1.0).max() > 1e-4  # the spin does show
+    np.testing.assert_allclose(found[0][:8], dense[:8], rtol=1e-9)
+    # the softest direction to 1 %, and never promised stiffer than that
+    softest = scipy.linalg.eigh(c, k, eigvals_only=True, subset_by_index=[0, 0])[0]
+    left = remaining_stiffness(factor, body.stiffness, centrifugal, free, TOP)
+    assert left <= 1.0 + TOP**2 * softest + 1e-12
+    assert left == pytest.approx(1.0 + TOP**2 * softest, abs=0.03 * TOP**2 * abs(softest))
+
+
+def test_a_factor_that_does_not_fit_is_refused(operators, monkeypatch):
+    from solidwhirl.reduction import constrained
+
+    body = operators(True)
+    monkeypatch.setattr(constrained, "available_memory_bytes", lambda comm: 2_000_000)
+    with pytest.raises(ReductionError, match=r"needs .* GB of memory .* 0.002 GB are available"):
+        constrained.factorise(body.stiffness, body.coupling.rows)
