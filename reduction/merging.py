@@ -12,7 +12,9 @@ FloatArray = NDArray[np.float64]
 
 # New directions shorter than this are the same vector twice: what is dropped changes energies by
 # its square, what is kept has its round-off divided by it.
-_SAME_VECTOR = 1e-4
+_SAME_VECTOR = 3e-4
+# Directions whose mass is this small beside the others' are stiff beyond any frequency of use.
+_WEIGHTLESS = 1e-12
 # Inertia in the energy of the merge, for rigid motions that are free, over a reference eigenvalue.
 _INERTIA = 1e3
 # A Rayleigh quotient this near to n counts as order n; a mesh mixes orders a little.
@@ -47,7 +49,8 @@ def merged(
         return basis, np.empty(0)
     gram = symmetric(project(operators.mass, basis, comm))
     s, q = np.linalg.eigh(gram)
-    basis = basis @ (q / np.sqrt(s))
+    heavy = s > _WEIGHTLESS * s.max()
+    basis = basis @ (q[:, heavy] / np.sqrt(s[heavy]))
     # a second pass takes out the round-off of the first
     gram = symmetric(project(operators.mass, basis, comm))
     basis = basis @ np.linalg.inv(np.linalg.cholesky(gram)).T

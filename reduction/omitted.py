@@ -175,26 +175,30 @@ def mesh_energy(
     """
     degree = compat.polynomial_degree(operators.space) + 1
     finer = _finer_operators(operators, degree, interfaces)
-    comm, v, b = operators.comm, basis.vectors, basis.interface_count
-    columns = np.concatenate([v[None], answers[1:]])
-    raised = [_raised(operators, finer, block) for block in columns]
-    free = _raised(operators, finer, basis.free)
-    loads = _balanced(residual_terms(finer, raised[0]), finer, free)
-    weighted = _weighted_stiffness(operators, finer, interfaces)
+    v, b = basis.vectors, basis.interface_count
+    loads = residual_terms(finer, _raised(operators, finer, v))
+    loads = _balanced(loads, finer, _raised(operators, finer, basis.free))
     rows = np.hstack([finer.coupling.rows, finer.coupling.anchors])
     factor = factorise(_shifted(finer, basis.shift), rows)
-    n = v.shape[1]
-    misses = np.zeros((4, len(raised[0]), n))
-    misses[0, :, :b] = factor.solve(loads[0][:, :b], None)[: len(raised[0])]
-    for k in range(1, 4):
+    for k in range(1, 4):  # in place of the loads, which are not needed any more
         if loads[k].any():
-            misses[k] = factor.solve(loads[k], None)[: len(raised[0])] - raised[k]
-    energy = _gram(weighted, misses, comm)
+            moved = factor.solve(loads[k], None)[: loads.shape[1]]
+            loads[k] = moved - _raised(operators, finer, answers[k])
+    loads[0, :, :b] = factor.solve(loads[0][:, :b], None)[: loads.shape[1]]
+    loads[0, :, b:] = 0.0
+    factor.destroy()
+    misses = loads
+    weighted = _weighted_stiffness(operators, finer, interfaces)
+    energy = _gram(weighted, misses, operators.comm)
+    weighted.destroy()
+    for unused in (finer.mass, finer.gyroscopic, finer.stress_stiffening, finer.spin_softening):
+        if unused is not None:
+            unused.destroy()
     omitted = Omitted(part="mesh", gram=energy, safety=_RESERVE, cutoff_rad_s=np.inf)
     return omitted, FinerSpace(
         space=finer.space,
         stiffness=finer.stiffness,
-        misses=misses,
+        misses=misses.astype(np.float32),  # they only tell where the error is
         coupling=finer.coupling,
         ingredients=finer.ingredients,
     )
@@ -315,12 +319,14 @@ def _ends(points: FloatArray, facets: NDArray[np.int64]) -> list[int]:
 
 def _gram(stiffness: Any, blocks: FloatArray, comm: Any) -> FloatArray:
     """Energy products of all columns of all blocks."""
-    k, rows, n = blocks.shape
-    flat = blocks.transpose(1, 0, 2).reshape(rows, k * n)
-    used = np.flatnonzero(flat.any(axis=0) if comm.size == 1 else np.ones(k * n, dtype=bool))
-    out = np.zeros((k * n, k * n))
-    out[np.ix_(used, used)] = symmetric(project(stiffness, flat[:, used], comm))
-    return out
+    k, _, n = blocks.shape
+    out = np.zeros((k, n, k, n))
+    there = [bool(comm.allreduce(int(block.any()))) for block in blocks]
+    for a in np.flatnonzero(there):
+        loaded = apply(stiffness, blocks[a])
+        for b in np.flatnonzero(there):
+            out[b, :, a] = inner(blocks[b], loaded, comm)
+    return symmetric(out.reshape(k * n, k * n))
 
 
 def _finer_operators(operators: BodyOperators, degree: int, interfaces: Any) -> BodyOperators:

@@ -24,7 +24,7 @@ from solidwhirl.reduction.vectors import apply, inner
 FloatArray = NDArray[np.float64]
 
 # Residual, in the energy norm and relative to a mode; its square is the error of the eigenvalue.
-_RESIDUAL = 1e-10
+_RESIDUAL = 5e-9
 _SWEEPS = 10
 # Relative error of the lowest θ; the margin has to be much larger than it.
 _SOFTEST = 1e-2

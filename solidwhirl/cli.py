@@ -89,14 +89,13 @@ def plan(scene: SceneFile, level: Level = None, accuracy: Accuracy = None) -> No
     def work() -> None:
         from solidwhirl.bodies import build_bodies
         from solidwhirl.forecast import forecast
-        from solidwhirl.levels import with_level
+        from solidwhirl.levels import chosen_level
         from solidwhirl.plan import make_plan
         from solidwhirl.report import cost_text, plan_text
 
         chosen = _scene(scene, level, accuracy)
         bodies = build_bodies(chosen)
-        chosen = with_level(chosen, bodies)
-        decided = make_plan(chosen, bodies)
+        decided = make_plan(chosen, bodies, chosen_level(chosen, bodies))
         text = plan_text(decided)
         if bodies:
             text += "\n\n" + cost_text(forecast(chosen, decided, bodies))

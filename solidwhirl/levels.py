@@ -22,8 +22,8 @@ from solidwhirl.system_parts import bearings, gears, rotors, simple_elements
 _COARSE_ENOUGH, _RESERVE = 5e-3, 0.5
 
 
-def with_level(scene: Scene, bodies: Mapping[str, Body]) -> Scene:
-    """Replace the level "auto" by the cheapest one that is accurate enough.
+def chosen_level(scene: Scene, bodies: Mapping[str, Body]) -> str:
+    """Choose the cheapest level that is accurate enough, where the scene says "auto".
 
     Beams cost milliseconds and tell their own error; where that is not good enough, the harmonic
     level is at least as accurate as a solid mesh for every body of revolution, and cheaper.
@@ -37,13 +37,12 @@ def with_level(scene: Scene, bodies: Mapping[str, Body]) -> Scene:
     """
     model = scene.model
     if model.level != "auto":
-        return scene
+        return model.level
     given = (model.order, model.size_m, model.corner_size_m, model.growth)
-    level = "harmonic"
     wanted = model.estimates == "on" and model.accuracy >= _COARSE_ENOUGH
     if bodies and wanted and given == (None,) * 4 and _beams_suffice(scene, bodies):
-        level = "beam"
-    return scene.model_copy(update={"model": model.model_copy(update={"level": level})})
+        return "beam"
+    return "harmonic"
 
 
 def _beams_suffice(scene: Scene, bodies: Mapping[str, Body]) -> bool:

@@ -32,7 +32,7 @@ from solidwhirl.dial import Round, may_go_on, next_discretisations
 from solidwhirl.estimates import BeamVariants, Estimates, estimate_errors
 from solidwhirl.forecast import Forecast, forecast, refuse_too_large
 from solidwhirl.geometry import Body
-from solidwhirl.levels import with_level
+from solidwhirl.levels import chosen_level
 from solidwhirl.outcome import Outcome
 from solidwhirl.peak_estimates import with_peak_estimates
 from solidwhirl.plan import Plan, make_plan, top_speed
@@ -152,13 +152,13 @@ def run_scene(
     comm = MPI.COMM_SELF if comm is None else comm
     clock = Clock()
     bodies = build_bodies(scene)
-    scene = with_level(scene, bodies)
-    plan = make_plan(scene, bodies)
+    level = chosen_level(scene, bodies)
+    plan = make_plan(scene, bodies, level)
     simple = simple_elements(scene, plan)  # milliseconds, and refused before the long work
     refuse_too_large(scene, plan, bodies)
     expected = forecast(scene, plan, bodies)
     progress(
-        f"level {scene.model.level}: about {expected.seconds:.2g} s of one core and "
+        f"level {level}: about {expected.seconds:.2g} s of one core and "
         f"{expected.peak_memory_gib:.2g} GiB, {expected.unknowns} unknowns"
     )
     meshed = {n: b for n, b in bodies.items() if plan.bodies[n].level != "beam"}

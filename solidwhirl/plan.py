@@ -121,7 +121,7 @@ def scene_speeds(scene: Scene) -> NDArray[np.float64]:
     return np.asarray(rpm, dtype=float) * np.pi / 30.0
 
 
-def make_plan(scene: Scene, bodies: Mapping[str, Body]) -> Plan:
+def make_plan(scene: Scene, bodies: Mapping[str, Body], level: str | None = None) -> Plan:
     """Decide what a scene needs.
 
     Parameters
@@ -130,6 +130,8 @@ def make_plan(scene: Scene, bodies: Mapping[str, Body]) -> Plan:
         The scene.
     bodies
         Its geometry (see `solidwhirl.bodies.build_bodies`).
+    level
+        In the place of the scene's "auto" (see `solidwhirl.levels`).
     """
     speeds = scene_speeds(scene)
     fastest = top_speed(scene)
@@ -147,7 +149,12 @@ def make_plan(scene: Scene, bodies: Mapping[str, Body]) -> Plan:
     )
     on = {e.name for e in effects if e.on}
     carried = carried_motions(scene, on)
-    plans = {name: _body_plan(scene, body, top[name], on, carried) for name, body in bodies.items()}
+    if level is None:
+        level = "harmonic" if scene.model.level == "auto" else scene.model.level
+    plans = {
+        name: _body_plan(scene, body, level, top[name], on, carried)
+        for name, body in bodies.items()
+    }
     return Plan(
         effects=effects,
         bodies=plans,
@@ -367,11 +374,11 @@ def _never(scene: Scene) -> tuple[Effect, ...]:
 def _body_plan(
     scene: Scene,
     body: Body,
+    level: str,
     top_speed: float,
     on: set[str],
     carried: Mapping[str, tuple[str, ...]],
 ) -> BodyPlan:
-    level = "harmonic" if scene.model.level == "auto" else scene.model.level
     own = {i.name: carried[f"{body.name}.{i.name}"] for i in body.interfaces}
     used = {motion for motions in own.values() for motion in motions} | {"ux", "uy"}
     components = tuple(m for m in ("ux", "uy", "uz", "rx", "ry", "rz") if m in used)

@@ -23,7 +23,7 @@ class UnbalanceSpec(Record):
 
 
 # Files and folders of a run that are no analysis.
-_TAKEN = ("campbell", "report", "results", "bodies", "meshes")
+_TAKEN = ("campbell", "campbell_errors", "critical_speeds", "report", "results", "bodies", "meshes")
 
 
 # Frequencies of a stiffness study around the operating speed.

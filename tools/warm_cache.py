@@ -1,10 +1,12 @@
 """Compile the finite element kernels that scenes need, into the compiler's own cache."""
 
+import numpy as np
 from mpi4py import MPI
 
 from solidwhirl.geometry import MATERIALS, Body, Interface, Section
 from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid
 from solidwhirl.reduction import ReductionRequest, reduce_body
+from solidwhirl.reduction.indicators import MotionSample, element_errors
 
 
 def warm(level: str, degree: int) -> None:
@@ -32,9 +34,14 @@ def warm(level: str, degree: int) -> None:
         maximum_speed_rad_s=100.0,
         gyroscopic=True,
         centrifugal=True,
+        estimates=("mode_truncation", "mesh") if level == "harmonic" else ("mode_truncation",),
     )
     make = mesh_meridian if level == "harmonic" else mesh_solid
-    reduce_body(body, make(body, size), MPI.COMM_SELF, request, {})
+    element, work = reduce_body(body, make(body, size), MPI.COMM_SELF, request, {})
+    motion = np.ones(element.size, dtype=complex)
+    sample = MotionSample(coordinates=motion, s=100j, speed_rad_s=100.0, weight=1.0)
+    for indicators in work.indicators:
+        element_errors(indicators, (sample,))
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ import pytest
 from solidwhirl.bodies import build_bodies
 from solidwhirl.geometry import mass_properties
 from solidwhirl.plan import make_plan
-from solidwhirl.scene_file import read_scene
+from solidwhirl.scene_file import parse_scene, read_scene
 
 SCENES = sorted((Path(__file__).resolve().parents[2] / "scenes").glob("*.toml"))
 RPM = np.pi / 30.0
@@ -146,10 +146,34 @@ def test_laval_critical_speeds(computed):
 
 # -- ferraris: published figures for this layout --------------------------------------------------
 
-# Solid model with the disks bonded over their whole width, on an even mesh of 5 mm elements,
-# which carries 0.5 to 1 % of mesh error itself; hence 0.5 % at rest and 0.7 % at speed.
+# Solid model with the disks bonded over their whole width, on an even mesh of 5 mm elements. It
+# carries mesh error: our own even mesh of 5 mm lies 0.6 % above its limit in the third branch. At
+# speed the comparison is therefore made on such a mesh, to 0.7 %; at rest, on the scene's own, to
+# 0.5 %.
 AT_REST_HZ = (170.9, 192.85)
 AT_SPEED_HZ = {10000.0: (164.65, 192.12, 361.5, 618.9), 20000.0: (146.8, 189.7, 304.9, 731.3)}
+
+
+@pytest.fixture(scope="module")
+def evenly_meshed(scene_data):
+    """The twin rotor on even second-order elements of 5 mm."""
+    from solidwhirl.pipeline import run_scene
+
+    data = scene_data("ferraris")
+    even = {"order": 2, "size_m": 5e-3, "corner_size_m": 5e-3, "modes": 8}
+    scene = parse_scene({**data, "model": {**data["model"], **even}, "analyses": []})
+    return run_scene(scene)
+
+
+@pytest.mark.solver
+def test_mesh_error_of_the_reference_is_what_the_estimate_says(computed, evenly_meshed):
+    """On the even mesh the third branch lies higher, by no more than its estimate."""
+    even, fine = evenly_meshed, computed("ferraris")
+    estimate = even.estimates.campbell.total[2]
+    above = even.campbell.frequency_hz[2] / fine.campbell.frequency_hz[2] - 1.0
+    assert np.all(above > 2e-3)
+    assert np.all(above < estimate)
+    assert np.all(estimate < 3.0 * above)
 
 
 @pytest.mark.solver
@@ -159,8 +183,8 @@ def test_ferraris_at_rest(computed):
 
 @pytest.mark.solver
 @pytest.mark.parametrize("rpm", AT_SPEED_HZ)
-def test_ferraris_at_speed(computed, rpm):
-    diagram = computed("ferraris").campbell
+def test_ferraris_at_speed(evenly_meshed, rpm):
+    diagram = evenly_meshed.campbell
     at = int(np.abs(diagram.speeds_rad_s - rpm * RPM).argmin())
     assert diagram.speeds_rad_s[at] == pytest.approx(rpm * RPM, rel=1e-12)
     np.testing.assert_allclose(diagram.frequency_hz[:4, at], AT_SPEED_HZ[rpm], rtol=7e-3)
