@@ -42,6 +42,8 @@ MAXIMUM_HOOP_STRAIN = 0.05
 _SAME = PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN
 # Relative change of a modal stiffness by Ω² (Kσ - S) from which the top speed gets modes too.
 _PRESTRESS_MATTERS = 1e-4
+# Eigenvalues of held modes below this part of the reference eigenvalue are none.
+_NO_STIFFNESS = 1e-3
 # Modes this near in λ are one cluster: their directions are not determined.
 _CLUSTER = 1e-6
 
@@ -246,6 +248,9 @@ def _interior_modes(
     found = -1
     while True:
         values, vectors = eigenpairs(factor, operators.mass, shift=shift, count=count, deflate=free)
+        # a space that is used up ends in vectors that break the constraint and have no stiffness
+        real = values > _NO_STIFFNESS * reference_eigenvalue(operators)
+        values, vectors = values[real], vectors[:, real]
         every = vectors
         if orders is not None:
             values, vectors = _of_orders(operators, values, vectors, orders)

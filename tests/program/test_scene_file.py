@@ -149,7 +149,7 @@ WRONG = {
     "more tetrahedra than memory": (
         "[model]",
         '[model]\nlevel = "solid"\ncorner_size_m = 1e-6',
-        ["bodies.inner: level solid", "GiB", "level harmonic"],
+        ["bodies.inner: level solid", "GiB", "What fits: level = 'harmonic'"],
     ),
     "unknown interface": (
         'first = "inner.B"',
