@@ -26,6 +26,7 @@ from solidwhirl.reduction.constrained import (
 from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.merging import is_of_order, merged, reference_eigenvalue
 from solidwhirl.reduction.operators import BodyOperators
+from solidwhirl.reduction.slepc_modes import slepc_pairs
 from solidwhirl.reduction.spinning_modes import (
     MARGIN,
     Spinning,
@@ -247,7 +248,8 @@ def _interior_modes(
     count = min(modes + 2 if orders is None else wanted + wanted // 2 + 4, available)
     found = -1
     while True:
-        values, vectors = eigenpairs(factor, operators.mass, shift=shift, count=count, deflate=free)
+        solve = eigenpairs if operators.level == "solid" else slepc_pairs
+        values, vectors = solve(factor, operators.mass, shift=shift, count=count, deflate=free)
         # a space that is used up ends in vectors that break the constraint and have no stiffness
         real = values > _NO_STIFFNESS * reference_eigenvalue(operators)
         values, vectors = values[real], vectors[:, real]

@@ -1,0 +1,85 @@
+"""Two eigen-solvers on the same held body: SLEPc's Krylov-Schur and the block Krylov space."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+pytestmark = pytest.mark.solver
+
+
+@pytest.fixture(scope="module")
+def held():
+    """Operators of a tube on the meridian and the factor of its held stiffness."""
+    from mpi4py import MPI
+
+    from solidwhirl.geometry import MATERIALS, Body, Interface, Section
+    from solidwhirl.meshing import MeshSize, mesh_meridian
+    from solidwhirl.reduction.constrained import factorise
+    from solidwhirl.reduction.operators import OperatorEffects, build_operators
+
+    section = Section(
+        name="tube",
+        start_m=0.0,
+        end_m=0.3,
+        inner_radius_m=(0.03, 0.03),
+        outer_radius_m=(0.05, 0.05),
+        material=MATERIALS["steel"],
+    )
+    ends = tuple(
+        Interface(name=name, kind="section", coupling="distributing", start_m=z, end_m=z)
+        for name, z in (("a", 0.0), ("b", 0.3))
+    )
+    body = Body(name="tube", sections=(section,), interfaces=ends)
+    components = {"a": ("ux", "uy", "rx", "ry"), "b": ("ux", "uy")}
+    effects = OperatorEffects(
+        gyroscopic=False, centrifugal=False, components=components, lateral_only=True
+    )
+    mesh = mesh_meridian(body, MeshSize(size_m=0.02, corner_size_m=0.02))
+    operators = build_operators(body, mesh, MPI.COMM_SELF, order=1, degree=2, effects=effects)
+    return operators, factorise(operators.stiffness, operators.coupling.rows)
+
+
+def test_both_solvers_find_the_same_modes(held):
+    """Neither shares code with the other but the factor; 1e-10 is above both tolerances."""
+    from solidwhirl.reduction.constrained import eigenpairs
+    from solidwhirl.reduction.slepc_modes import slepc_pairs
+
+    operators, factor = held
+    pairs = [
+        solve(factor, operators.mass, shift=0.0, count=10) for solve in (eigenpairs, slepc_pairs)
+    ]
+    (block, first), (single, second) = ((v[:10], x[:, :10]) for v, x in pairs)
+    np.testing.assert_allclose(single, block, rtol=1e-10)
+    # the modes are simple: the same directions
+    from solidwhirl.reduction.vectors import apply
+
+    likeness = np.abs(np.einsum("ij,ij->j", first, apply(operators.mass, second)))
+    np.testing.assert_allclose(likeness, 1.0, rtol=1e-8)
+
+
+def test_held_means_held(held):
+    from solidwhirl.reduction.slepc_modes import slepc_pairs
+
+    operators, factor = held
+    _, vectors = slepc_pairs(factor, operators.mass, shift=0.0, count=6)
+    rows = operators.coupling.rows
+    size = np.abs(rows).sum(axis=0)[:, None] * np.abs(vectors).max(axis=0)
+    assert np.all(np.abs(rows.T @ vectors) < 1e-9 * size)
+
+
+def test_the_factor_goes_on_solving(held):
+    """SLEPc clears the solver that it was given, not the factor."""
+    from solidwhirl.reduction.slepc_modes import slepc_pairs
+    from solidwhirl.reduction.vectors import apply
+
+    operators, factor = held
+    load = np.ones((operators.mass.getLocalSize()[0], 1))
+    before = factor.solve(load, None)
+    slepc_pairs(factor, operators.mass, shift=0.0, count=4)
+    after = factor.solve(load, None)
+    np.testing.assert_array_equal(before, after)
+    residual = apply(operators.stiffness, after[: len(load)]) - load
+    rows = operators.coupling.rows
+    left = residual - rows @ np.linalg.lstsq(rows, residual, rcond=None)[0]
+    assert np.abs(left).max() < 1e-6
