@@ -46,9 +46,8 @@ def test_both_solvers_find_the_same_modes(held):
     from solidwhirl.reduction.slepc_modes import slepc_pairs
 
     operators, factor = held
-    pairs = [
-        solve(factor, operators.mass, shift=0.0, count=10) for solve in (eigenpairs, slepc_pairs)
-    ]
+    solvers = (eigenpairs, slepc_pairs)
+    pairs = [solve(factor, operators.mass, shift=0.0, count=10) for solve in solvers]
     (block, first), (single, second) = ((v[:10], x[:, :10]) for v, x in pairs)
     np.testing.assert_allclose(single, block, rtol=1e-10)
     # the modes are simple: the same directions
