@@ -214,8 +214,12 @@ def _fill_frequencies(
 def _model_scene(
     problem: Problem, data: Mapping[str, Any], accuracy: float, speeds_rpm: list[float]
 ) -> Scene:
-    """The scene at these speeds without its analyses."""
-    model = {**data.get("model", {}), "accuracy": accuracy}
+    """The scene at these speeds without its analyses.
+
+    Meshes follow the rule for the accuracy, not their errors: differences of two models need the
+    same choices in both.
+    """
+    model = {**data.get("model", {}), "accuracy": accuracy, "estimates": "off"}
     kept = {k: v for k, v in data.items() if k not in _ANALYSES}
     return parse_scene({**kept, "model": model, "speeds": {"list_rpm": speeds_rpm}}, problem.path)
 
