@@ -43,6 +43,7 @@ notes = [
 
 [model]
 accuracy = 1e-2
+compare_coupling = "off"
 modes = 5
 
 [speeds]
