@@ -9,7 +9,7 @@ import numpy as np
 
 from solidwhirl.beam_level import MODES, BeamLevelError, beam_element_of, beam_variants
 from solidwhirl.geometry import Body
-from solidwhirl.plan import Plan
+from solidwhirl.plan_records import Plan
 from solidwhirl.rotordyn import Superelement
 from solidwhirl.scene import Scene
 

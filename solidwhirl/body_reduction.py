@@ -10,7 +10,7 @@ from typing import Any
 from solidwhirl.fineness import is_adapted
 from solidwhirl.geometry import Body, MassProperties, mass_properties
 from solidwhirl.meshing import LocalSize, Mesh, MeshSize, mesh_meridian, mesh_solid
-from solidwhirl.plan import BodyPlan, Plan
+from solidwhirl.plan_records import BodyPlan, Plan
 from solidwhirl.rotordyn import Superelement
 from solidwhirl.scene import Scene
 from solidwhirl.scene_file import scene_hash

@@ -22,7 +22,8 @@ from solidwhirl.dial import may_go_on, next_discretisations
 from solidwhirl.geometry import Body, GeometryError, Interface
 from solidwhirl.interface_motions import places_of_joints
 from solidwhirl.meshing import MeshingError
-from solidwhirl.plan import Plan, make_plan
+from solidwhirl.plan import make_plan
+from solidwhirl.plan_records import Plan
 from solidwhirl.rotordyn import AssembledSystem, Superelement
 from solidwhirl.scene import Scene
 from solidwhirl.scene_analyses import UnbalanceResponseSpec

@@ -16,7 +16,7 @@ from solidwhirl.fineness import Fineness
 from solidwhirl.geometry import Body
 from solidwhirl.machine import MachineSpeed
 from solidwhirl.meshing.prediction import PredictedMesh, predict_mesh
-from solidwhirl.plan import BodyPlan, Plan
+from solidwhirl.plan_records import BodyPlan, Plan
 from solidwhirl.scene import Scene
 
 #: The machine that the coefficients were measured on.

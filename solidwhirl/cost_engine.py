@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from solidwhirl.plan import Plan
+from solidwhirl.plan_records import Plan
 from solidwhirl.scene import Scene
 from solidwhirl.scene_base import Matrix
 

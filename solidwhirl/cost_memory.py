@@ -9,7 +9,7 @@ from solidwhirl.cost import Cost, CostError, fineness_of, predict_body_cost
 from solidwhirl.fineness import choose_fineness
 from solidwhirl.geometry import Body
 from solidwhirl.meshing import MeshSize
-from solidwhirl.plan import BodyPlan
+from solidwhirl.plan_records import BodyPlan
 from solidwhirl.scene import ModelSpec
 
 # Factors by which the sizes of a mesh are tried larger.

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from solidwhirl.body_reduction import BodyResult, Discretisation
 from solidwhirl.contributions import AskedModes, Contributions, error_contributions
 from solidwhirl.meshing import refined_size
-from solidwhirl.plan import Plan
+from solidwhirl.plan_records import Plan
 from solidwhirl.rotordyn import AssembledSystem
 from solidwhirl.scene import Scene
 

@@ -14,7 +14,7 @@ from solidwhirl.cost_table import cost_rows
 from solidwhirl.fineness import choose_fineness, is_adapted
 from solidwhirl.geometry import Body
 from solidwhirl.machine import available_memory_gib, machine_speed
-from solidwhirl.plan import Plan
+from solidwhirl.plan_records import Plan
 from solidwhirl.scene import Scene
 
 

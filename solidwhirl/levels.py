@@ -12,7 +12,8 @@ from solidwhirl.beam_level_error import beam_theory_error
 from solidwhirl.contributions import AskedModes
 from solidwhirl.dial import asked_modes, sample_speeds
 from solidwhirl.geometry import Body
-from solidwhirl.plan import Plan, make_plan
+from solidwhirl.plan import make_plan
+from solidwhirl.plan_records import Plan
 from solidwhirl.rotordyn import AssembledSystem, Superelement, assemble, modes_at_speed
 from solidwhirl.scene import Scene
 from solidwhirl.system_parts import bearings, gears, rotors, simple_elements

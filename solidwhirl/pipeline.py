@@ -35,7 +35,8 @@ from solidwhirl.geometry import Body
 from solidwhirl.levels import chosen_level
 from solidwhirl.outcome import Outcome
 from solidwhirl.peak_estimates import with_peak_estimates
-from solidwhirl.plan import Plan, make_plan, top_speed
+from solidwhirl.plan import make_plan, top_speed
+from solidwhirl.plan_records import Plan
 from solidwhirl.rotordyn import (
     AnalysisError,
     AssembledSystem,

@@ -6,12 +6,11 @@ Nothing that the plan has off is assembled or solved; the ledger of a run can be
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solidwhirl.fineness import Fineness, choose_fineness
+from solidwhirl.fineness import choose_fineness
 from solidwhirl.geometry import Body
 from solidwhirl.interface_motions import (
     acting_on,
@@ -19,6 +18,7 @@ from solidwhirl.interface_motions import (
     is_off_axis,
     places_of_joints,
 )
+from solidwhirl.plan_records import BodyPlan, Effect, Plan
 from solidwhirl.scene import Scene
 from solidwhirl.scene_analyses import (
     AnalysisSpec,
@@ -28,90 +28,6 @@ from solidwhirl.scene_analyses import (
     StiffnessStudySpec,
 )
 from solidwhirl.scene_joints import BearingSpec
-
-
-@dataclass(frozen=True, kw_only=True)
-class Effect:
-    """One effect.
-
-    Attributes
-    ----------
-    name
-        As in the scene's [effects] table, or of what the scene can not ask for.
-    on
-        Whether it is computed.
-    why
-        The reason.
-    cost
-        What it adds, in matrices assembled, factorisations and eigenproblems per body.
-    """
-
-    name: str
-    on: bool
-    why: str
-    cost: str = ""
-
-
-@dataclass(frozen=True, kw_only=True)
-class BodyPlan:
-    """What is computed for one body.
-
-    Attributes
-    ----------
-    level
-        "beam", "harmonic" or "solid".
-    orders
-        Circumferential orders that are solved (harmonic) or kept (solid).
-    components
-        Motions that one interface or another carries.
-    interface_components
-        Motions of each interface; each is one constraint mode.
-    fineness
-        Mesh and element order to begin with; None on the beam level.
-    maximum_speed_rad_s
-        Largest speed of the body.
-    matrices, factorisations, eigenproblems
-        How many, at most, the reduction will need.
-    """
-
-    level: str
-    orders: tuple[int, ...]
-    components: tuple[str, ...]
-    interface_components: Mapping[str, tuple[str, ...]]
-    fineness: Fineness | None
-    maximum_speed_rad_s: float
-    matrices: int
-    factorisations: int
-    eigenproblems: int
-
-
-@dataclass(frozen=True, kw_only=True)
-class Plan:
-    """The plan of a run.
-
-    Attributes
-    ----------
-    effects
-        All of them, on or off.
-    bodies
-        By name.
-    carried
-        Motions of the interfaces of all bodies, by "body.interface".
-    speeds_rad_s
-        (s,) speeds of the reference shaft.
-    analyses
-        Name and kind of the analyses beyond modes, Campbell diagram and critical speeds.
-    """
-
-    effects: tuple[Effect, ...]
-    bodies: Mapping[str, BodyPlan]
-    carried: Mapping[str, tuple[str, ...]]
-    analyses: tuple[tuple[str, str], ...]
-    speeds_rad_s: NDArray[np.float64]
-
-    def on(self, name: str) -> bool:
-        """Whether an effect is computed."""
-        return next(e.on for e in self.effects if e.name == name)
 
 
 def scene_speeds(scene: Scene) -> NDArray[np.float64]:

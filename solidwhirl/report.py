@@ -8,7 +8,7 @@ from typing import Any
 from solidwhirl.fineness import Fineness
 from solidwhirl.forecast import Forecast
 from solidwhirl.pipeline import Results
-from solidwhirl.plan import Plan
+from solidwhirl.plan_records import Plan
 
 
 def report_text(results: Results, document: dict[str, Any]) -> str:

@@ -23,7 +23,7 @@ from solidwhirl.fineness import Fineness
 from solidwhirl.forecast import forecast_document
 from solidwhirl.meshing import write_gmsh, write_vtu
 from solidwhirl.pipeline import Results
-from solidwhirl.plan import Plan
+from solidwhirl.plan_records import Plan
 from solidwhirl.report import report_text
 from solidwhirl.rotordyn import Superelement, draw_campbell, write_superelement
 from solidwhirl.rotordyn.pictures_errors import (

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from solidwhirl.bodies import scene_materials
 from solidwhirl.geometry import GeometryError
 from solidwhirl.interface_motions import is_off_axis
-from solidwhirl.plan import Plan
+from solidwhirl.plan_records import Plan
 from solidwhirl.rotordyn import (
     LEE_ANISOTROPIC,
     LEE_ISOTROPIC,

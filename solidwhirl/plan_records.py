@@ -1,0 +1,95 @@
+"""Records of the plan: effects, what is computed for each body, and the whole."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solidwhirl.fineness import Fineness
+
+
+@dataclass(frozen=True, kw_only=True)
+class Effect:
+    """One effect.
+
+    Attributes
+    ----------
+    name
+        As in the scene's [effects] table, or of what the scene can not ask for.
+    on
+        Whether it is computed.
+    why
+        The reason.
+    cost
+        What it adds, in matrices assembled, factorisations and eigenproblems per body.
+    """
+
+    name: str
+    on: bool
+    why: str
+    cost: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyPlan:
+    """What is computed for one body.
+
+    Attributes
+    ----------
+    level
+        "beam", "harmonic" or "solid".
+    orders
+        Circumferential orders that are solved (harmonic) or kept (solid).
+    components
+        Motions that one interface or another carries.
+    interface_components
+        Motions of each interface; each is one constraint mode.
+    fineness
+        Mesh and element order to begin with; None on the beam level.
+    maximum_speed_rad_s
+        Largest speed of the body.
+    matrices, factorisations, eigenproblems
+        How many, at most, the reduction will need.
+    """
+
+    level: str
+    orders: tuple[int, ...]
+    components: tuple[str, ...]
+    interface_components: Mapping[str, tuple[str, ...]]
+    fineness: Fineness | None
+    maximum_speed_rad_s: float
+    matrices: int
+    factorisations: int
+    eigenproblems: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """The plan of a run.
+
+    Attributes
+    ----------
+    effects
+        All of them, on or off.
+    bodies
+        By name.
+    carried
+        Motions of the interfaces of all bodies, by "body.interface".
+    speeds_rad_s
+        (s,) speeds of the reference shaft.
+    analyses
+        Name and kind of the analyses beyond modes, Campbell diagram and critical speeds.
+    """
+
+    effects: tuple[Effect, ...]
+    bodies: Mapping[str, BodyPlan]
+    carried: Mapping[str, tuple[str, ...]]
+    analyses: tuple[tuple[str, str], ...]
+    speeds_rad_s: NDArray[np.float64]
+
+    def on(self, name: str) -> bool:
+        """Whether an effect is computed."""
+        return next(e.on for e in self.effects if e.name == name)
