@@ -217,7 +217,8 @@ def counted(monkeypatch, small_scene):
     count(craig_bampton, "factorise", "factorisations")
     count(prestress, "factorise", "factorisations")
     count(prestress, "factorise", "prestress")
-    count(craig_bampton, "eigenpairs", "eigenproblems")
+    for name in ("eigenpairs", "slepc_pairs"):
+        count(craig_bampton, name, "eigenproblems")
     for name in ("solve_general", "solve_gyroscopic", "solve_standing"):
         count(eigen, name, name)
     for name in ("_conservative", "_damped"):
