@@ -26,6 +26,7 @@ STAGES = {
     ("operators", "build_operators"): "assembly",
     ("constrained", "factorise"): "factorisation",
     ("constrained", "eigenpairs"): "eigensolutions",
+    ("slepc_modes", "slepc_pairs"): "eigensolutions",
     ("spinning_modes", "modes_at_speed"): "eigensolutions",
     ("spinning_modes", "remaining_stiffness"): "eigensolutions",
     ("craig_bampton", "reduction_basis"): "projection",
@@ -135,6 +136,7 @@ def wrap(log: Log) -> None:
         "build_operators": lambda a, k, out: (out.full_dofs // out.families, 1),
         "factorise": lambda a, k, out: (size_of(a[0]), 1),
         "eigenpairs": lambda a, k, out: (size_of(a[0].matrix), k["count"]),
+        "slepc_pairs": lambda a, k, out: (size_of(a[0].matrix), k["count"]),
     }
     modules = [m for n, m in sys.modules.items() if n.startswith("solidwhirl.reduction")]
     for (module, name), stage in STAGES.items():
