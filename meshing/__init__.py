@@ -13,10 +13,11 @@ from solidwhirl.meshing.records import (
     MeshQuality,
     MeshSize,
 )
-from solidwhirl.meshing.refinement import refined_size
+from solidwhirl.meshing.refinement import CORNER_RATE, refined_size
 from solidwhirl.meshing.solid import mesh_solid
 
 __all__ = [
+    "CORNER_RATE",
     "MINIMUM_SCALED_JACOBIAN",
     "FloatArray",
     "IntArray",

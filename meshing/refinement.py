@@ -9,8 +9,8 @@ from solidwhirl.meshing.drawing import graded_places
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.records import FloatArray, IntArray, LocalSize, MeshSize
 
-# Twice the exponent of the stress singularity at a re-entrant corner of 270°.
-_CORNER_RATE = 1.0889
+#: Twice the exponent of the elastic corner singularity at 270°: errors of frequencies fall so.
+CORNER_RATE = 1.0889
 # Shares of the target: a corner is refined at the price of a few elements, so it gets less.
 _CORNER_SHARE, _SMOOTH_SHARE = 0.4, 0.5
 # Largest change of an element's edge in one step, finer and coarser; a corner's may fall faster.
@@ -57,17 +57,13 @@ def refined_size(
     """
     if not (target > 0.0 and np.isfinite(target) and np.isfinite(errors).all()):
         raise MeshingError(f"mesh target error is {target}; a positive number is needed")
-    places = graded_places(body, merge_fillets(subdivide(body)), size)
-    places = list(last.places) if last is not None else places
+    if last is None:
+        places = graded_places(body, merge_fillets(subdivide(body)), size)
+    else:
+        places = list(last.places)
     at_place = _touching(points, triangles, places)
     edge = _edges(points, triangles)
-    corners = []
-    owned = np.array([errors[own].sum() for own in at_place])
-    weight = np.sqrt(owned) / max(np.sqrt(owned).sum(), 1e-300)
-    for (z, r, h), own, error, part in zip(places, at_place, owned, weight, strict=True):
-        found = float(edge[own].min()) if own.any() else h
-        factor = (_CORNER_SHARE * target * part / error) ** (1.0 / _CORNER_RATE) if error else 1.0
-        corners.append((z, r, min(found * max(min(factor, 2.0), _CORNER_FINER), size.size_m)))
+    corners = _refined_places(places, at_place, edge, errors, target, size.size_m)
     smooth = ~np.any(at_place, axis=0) if at_place else np.ones(len(errors), dtype=bool)
     ratio = np.ones(len(errors))
     ratio[smooth] = _ratios(errors[smooth], degree, _SMOOTH_SHARE * target)
@@ -79,6 +75,25 @@ def refined_size(
         places=tuple(corners),
         growth=size.growth,
     )
+
+
+def _refined_places(
+    places: list[tuple[float, float, float]],
+    at_place: list[FloatArray],
+    edge: FloatArray,
+    errors: FloatArray,
+    target: float,
+    largest: float,
+) -> list[tuple[float, float, float]]:
+    """Graded places with the edges that their elements' errors ask for."""
+    owned = np.array([errors[own].sum() for own in at_place])
+    weight = np.sqrt(owned) / max(np.sqrt(owned).sum(), 1e-300)
+    out = []
+    for (z, r, h), own, error, part in zip(places, at_place, owned, weight, strict=True):
+        found = float(edge[own].min()) if own.any() else h
+        factor = (_CORNER_SHARE * target * part / error) ** (1.0 / CORNER_RATE) if error else 1.0
+        out.append((z, r, min(found * max(min(factor, 2.0), _CORNER_FINER), largest)))
+    return out
 
 
 def _touching(

@@ -85,7 +85,7 @@ def beam_element(
     bending, shear = youngs_modulus_pa * second, kappa * shear_modulus * area
     phi = 12.0 * bending / (shear * length_m**2)
 
-    deflection, slope, curvature = _shapes_at(0.5 * (_POINTS + 1.0), length_m, phi)
+    deflection, slope, curvature = shapes_at(0.5 * (_POINTS + 1.0), length_m, phi)
     weights = 0.5 * length_m * _WEIGHTS
     # The shear angle w' − θ of each shape function is constant along the element.
     angle = phi / (2.0 * (1.0 + phi)) * np.array([-2.0 / length_m, -1.0, 2.0 / length_m, -1.0])
@@ -99,8 +99,23 @@ def beam_element(
     )
 
 
-def _shapes_at(xi: FloatArray, length: float, phi: float) -> tuple[FloatArray, ...]:
-    """Return w, θ and θ' of the four shape functions at ξ = z/L; shapes (points, 4)."""
+def shapes_at(xi: FloatArray, length: float, phi: float) -> tuple[FloatArray, ...]:
+    """Return w, θ and θ' of the four shape functions at ξ = z/L.
+
+    Parameters
+    ----------
+    xi
+        ξ, shape (points,).
+    length
+        L, m.
+    phi
+        Shear parameter 12 EI / (κ G A L²).
+
+    Returns
+    -------
+    tuple of ndarray
+        Each (points, 4); those of a uniform Timoshenko beam (Przemieniecki 1968, section 5.6).
+    """
     a = 1.0 / (1.0 + phi)
     x2, x3 = xi**2, xi**3
     w = (

@@ -21,8 +21,8 @@ from solidwhirl.rotordyn import (
 from solidwhirl.rotordyn.differences import campbell_differences
 
 FloatArray = NDArray[np.float64]
-# Branches that a compared diagram has more, so that those at the upper edge find their partners.
-_MORE = 4
+#: Branches that a compared diagram has more, so that those at the upper edge find their partners.
+MORE_BRANCHES = 4
 # Speeds at which the branches of the variants are computed.
 _SPEEDS = 5
 _PER_SPEED = ("eigenvalues", "frequency_hz", "whirl", "log_decrement", "overlap")
@@ -47,7 +47,7 @@ def branch_errors(diagram: Campbell, variants: Sequence[AssembledSystem]) -> Flo
     )
     others = []
     for variant in variants:
-        second = campbell(variant, speeds[at], branch_count=len(own) + _MORE)
+        second = campbell(variant, speeds[at], branch_count=len(own) + MORE_BRANCHES)
         others.append((1.0 - campbell_differences(few, second).frequency) * own)
     found = _errors(own, others)
     out = np.array([np.interp(speeds, speeds[at], errors) for errors in found])

@@ -16,6 +16,7 @@ from solidwhirl.beam_level_sections import (
     section_stiffness,
 )
 from solidwhirl.rotordyn.arrays import FloatArray
+from solidwhirl.rotordyn.beam_elements import shapes_at
 
 # Products of two cubic shapes with an inertia of degree four: degree 10, six points are exact.
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(6)  # type: ignore[no-untyped-call]
@@ -108,27 +109,14 @@ def beam_matrices(piece: Stretch) -> ElementMatrices:
 def beam_shapes(piece: Stretch, xi: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return w and θ at ξ for the four coordinates of an element, shape (points, 4) each.
 
-    They are those of a uniform Timoshenko beam (Przemieniecki 1968, section 5.6).
+    They are those of a uniform beam with the means of both compliances.
     """
     length = piece.length_m
     bending = np.array([s.bending for s in piece.stiffness])
     shear = np.array([s.shear for s in piece.stiffness])
     phi = 12.0 * float(_WEIGHTS @ (1.0 / shear)) / float(_WEIGHTS @ (1.0 / bending)) / length**2
-    a = 1.0 / (1.0 + phi)
-    x2, x3 = xi**2, xi**3
-    w = (
-        a * (1 - 3 * x2 + 2 * x3 + phi * (1 - xi)),
-        a * length * (xi - 2 * x2 + x3 + 0.5 * phi * (xi - x2)),
-        a * (3 * x2 - 2 * x3 + phi * xi),
-        a * length * (-x2 + x3 - 0.5 * phi * (xi - x2)),
-    )
-    theta = (
-        6 * a / length * (x2 - xi),
-        a * (1 - 4 * xi + 3 * x2 + phi * (1 - xi)),
-        6 * a / length * (xi - x2),
-        a * (3 * x2 - 2 * xi + phi * xi),
-    )
-    return np.stack(w, axis=1), np.stack(theta, axis=1)
+    deflection, slope, _ = shapes_at(xi, length, phi)
+    return deflection, slope
 
 
 def rod_matrices(piece: Stretch, *, twisted: bool) -> ElementMatrices:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from solidwhirl.rotordyn import AssembledSystem, Modes, modes_at_speed
+from solidwhirl.rotordyn import AssembledSystem, modes_at_speed
 from solidwhirl.rotordyn.error_forms import form_products, form_weight
 from solidwhirl.rotordyn.left_vectors import ModePairs, mode_pairs
 from solidwhirl.rotordyn.system import matrices_at_speed
@@ -29,6 +29,12 @@ class AskedModes:
 
     count: int | None
     frequency_max_hz: float | None
+
+    def number_of(self, frequency_hz: FloatArray) -> int:
+        """How many of the leading modes with these rising frequencies are asked for."""
+        if self.frequency_max_hz is not None:
+            return int(np.sum(frequency_hz <= self.frequency_max_hz))
+        return len(frequency_hz) if self.count is None else min(self.count, len(frequency_hz))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -88,7 +94,7 @@ def error_contributions(
     rates, speeds = [], []
     for speed in speeds_rad_s:
         modes = modes_at_speed(system, speed)
-        wanted = _wanted(modes, asked)
+        wanted = asked.number_of(modes.frequency_hz)
         pairs = mode_pairs(matrices_at_speed(system, speed), modes)
         pairs = ModePairs(*(a[..., :wanted] for a in pairs))
         rates.append(pairs.rates)
@@ -110,10 +116,3 @@ def error_contributions(
         motions={name: np.concatenate(parts, axis=1) for name, parts in motions.items()},
         spin_rad_s={name: np.concatenate(parts) for name, parts in spins.items()},
     )
-
-
-def _wanted(modes: Modes, asked: AskedModes) -> int:
-    found = len(modes.eigenvalues)
-    if asked.frequency_max_hz is not None:
-        return int(np.sum(modes.frequency_hz <= asked.frequency_max_hz))
-    return found if asked.count is None else min(asked.count, found)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solidwhirl.beam_estimates import (
+    MORE_BRANCHES,
     at_rest_errors,
     branch_errors,
     critical_speed_errors_of_beams,
@@ -38,8 +40,6 @@ from solidwhirl.rotordyn.eigenvalue_errors import (
 
 FloatArray = NDArray[np.float64]
 Parts = Mapping[str, FloatArray]
-# Branches that a compared diagram has more, so that those at the upper edge find their partners.
-_MORE = 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -119,10 +119,14 @@ def estimate_errors(
     speeds = critical_speed_errors(system, critical, branches)
     rest_parts, branch_parts = dict(rest.parts), dict(branches.parts)
     speed_parts = dict(speeds.parts)
+    # one model may be the second of a comparison and the first of the next
+    count = len(diagram.frequency_hz) + MORE_BRANCHES
+    diagram_of = cache(lambda other: campbell(other, diagram.speeds_rad_s, branch_count=count))
+    speeds_of = cache(lambda other: _critical_like(critical, other, diagram))
     for pair in comparisons:
         _add(rest_parts, pair, _at_rest_differences(at_rest, pair))
-        _add(branch_parts, pair, _branch_differences(diagram, pair))
-        _add(speed_parts, pair, _speed_differences(diagram, critical, pair))
+        _add(branch_parts, pair, _branch_differences(diagram, pair, diagram_of))
+        _add(speed_parts, pair, _speed_differences(critical, pair, speeds_of))
     free = {}
     if beams is not None:
         rest_parts["beam_theory"] = at_rest_errors(at_rest, beams.systems)
@@ -162,49 +166,46 @@ def _at_rest_differences(at_rest: Modes, pair: Comparison) -> FloatArray:
     return out
 
 
-def _branch_differences(diagram: Campbell, pair: Comparison) -> FloatArray:
+def _branch_differences(
+    diagram: Campbell, pair: Comparison, diagram_of: Callable[[AssembledSystem], Campbell]
+) -> FloatArray:
     """Differences along the branches of the diagram."""
-    count = len(diagram.frequency_hz) + _MORE
-    speeds = diagram.speeds_rad_s
-    second = campbell(pair.second, speeds, branch_count=count)
-    first = diagram
-    if pair.first is not None:
-        first = campbell(pair.first, speeds, branch_count=count)
+    second = diagram_of(pair.second)
+    first = diagram if pair.first is None else diagram_of(pair.first)
     found = campbell_differences(first, second)
     out = pair.safety * np.abs(found.frequency)
     if pair.part == "mesh":
-        known = campbell_errors(pair.second, second).total
-        has = found.partner >= 0
-        out[has] += known[found.partner[has]]
+        out += _at_partners(found.partner, campbell_errors(pair.second, second).total)
     if pair.first is None:
         return out
     # from the branches of the first model to those of the scene's own
-    own = campbell_differences(diagram, first)
-    moved = np.full(diagram.frequency_hz.shape, np.nan)
-    has = own.partner >= 0
-    moved[has] = out[own.partner[has]]
-    return moved
+    return _at_partners(campbell_differences(diagram, first).partner, out)
 
 
 def _speed_differences(
-    diagram: Campbell, critical: Sequence[CriticalSpeed], pair: Comparison
+    critical: Sequence[CriticalSpeed],
+    pair: Comparison,
+    speeds_of: Callable[[AssembledSystem], list[CriticalSpeed]],
 ) -> FloatArray:
     """Differences of the critical speeds."""
-    second = _critical_like(critical, pair.second, diagram)
-    first = list(critical) if pair.first is None else _critical_like(critical, pair.first, diagram)
+    second = speeds_of(pair.second)
+    first = list(critical) if pair.first is None else speeds_of(pair.first)
     found = critical_speed_differences(first, second)
     out = pair.safety * np.abs(found.speed)
     if pair.part == "mesh":
         known = critical_speed_errors(pair.second, second).total
-        has = found.partner >= 0
-        out[has] += known[found.partner[has]]
+        out += _at_partners(found.partner, known)
     if pair.first is None:
         return out
-    own = critical_speed_differences(critical, first)
-    moved = np.full(len(critical), np.nan)
-    has = own.partner >= 0
-    moved[has] = out[own.partner[has]]
-    return moved
+    return _at_partners(critical_speed_differences(critical, first).partner, out)
+
+
+def _at_partners(partner: NDArray[np.int_], values: FloatArray) -> FloatArray:
+    """Rows of the partners; nan where there is none."""
+    out = np.full((len(partner), *values.shape[1:]), np.nan)
+    has = partner >= 0
+    out[has] = values[partner[has]]
+    return out
 
 
 def _critical_like(

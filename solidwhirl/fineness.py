@@ -14,11 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from solidwhirl.geometry import Body
-from solidwhirl.meshing import MeshSize
+from solidwhirl.meshing import CORNER_RATE, MeshSize
 from solidwhirl.scene import ModelSpec
 
-#: Twice the exponent of the elastic corner singularity at 270°.
-CORNER_RATE = 1.0889
 # Relative error of the first bending frequency per (corner size / thickness)^CORNER_RATE.
 _CORNER_ERROR = {2: 2.3e-2, 3: 8.9e-3, 4: 4.8e-3}
 # The measured error of the reference rotor stays below the asked one by this factor.

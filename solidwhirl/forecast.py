@@ -94,20 +94,31 @@ def forecast(scene: Scene, plan: Plan, bodies: Mapping[str, Body]) -> Forecast:
     return Forecast(first=first, last=last)
 
 
-def refuse_too_large(scene: Scene, plan: Plan, bodies: Mapping[str, Body]) -> None:
+def refuse_too_large(
+    scene: Scene, plan: Plan, bodies: Mapping[str, Body], expected: Forecast
+) -> None:
     """Refuse bodies whose first mesh needs more memory than is available, before it is made.
+
+    Parameters
+    ----------
+    scene, plan, bodies, expected
+        The scene, its plan, its geometry and its forecast.
 
     Raises
     ------
     MemoryShortageError
         With the numbers and what would fit.
     """
+    available = available_memory_gib()
+    large = {
+        n: b for n, b in bodies.items() if expected.first.bodies[n].peak_memory_gib > available
+    }
     refuse_what_does_not_fit(
-        bodies,
+        large,
         plan.bodies,
         scene.model,
-        modes=_modes(scene, plan, bodies),
-        available_gib=available_memory_gib(),
+        modes=_modes(scene, plan, large),
+        available_gib=available,
         estimates=scene.model.estimates == "on",
     )
 

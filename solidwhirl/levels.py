@@ -5,18 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solidwhirl.beam_bodies import BeamLevelError, beam_bodies
 from solidwhirl.beam_level_error import beam_theory_error
-from solidwhirl.contributions import AskedModes
 from solidwhirl.dial import asked_modes, sample_speeds
 from solidwhirl.geometry import Body
 from solidwhirl.plan import make_plan
-from solidwhirl.plan_records import Plan
-from solidwhirl.rotordyn import AssembledSystem, Superelement, assemble, modes_at_speed
+from solidwhirl.rotordyn import modes_at_speed
 from solidwhirl.scene import Scene
-from solidwhirl.system_parts import bearings, gears, rotors, simple_elements
+from solidwhirl.system_parts import engine_of, simple_elements
 
 # Beams are looked at from this accuracy on, and taken if their estimate is that much better than
 # what is asked: the estimate of beam theory is a spread of models, not a bound.
@@ -54,25 +51,16 @@ def _beams_suffice(scene: Scene, bodies: Mapping[str, Body]) -> bool:
     except BeamLevelError:
         return False
     simple = simple_elements(trial, plan)
-    systems = [_system(trial, plan, {**simple, **own}) for own in (beams.elements, *beams.variants)]
+    systems = [
+        engine_of(trial, plan, {**simple, **own}) for own in (beams.elements, *beams.variants)
+    ]
     asked = asked_modes(trial)
     for speed in sample_speeds(plan):
         found = [modes_at_speed(s, speed).frequency_hz for s in systems]
-        count = _count(found[0], asked)
+        count = asked.number_of(found[0])
         if min(len(f) for f in found) < count:
             return False
         errors = beam_theory_error(np.array([f[:count] for f in found])) if count else np.zeros(1)
         if errors.max() > _RESERVE * scene.model.accuracy:
             return False
     return True
-
-
-def _count(frequency_hz: NDArray[np.float64], asked: AskedModes) -> int:
-    """How many modes the diagram asks for."""
-    if asked.frequency_max_hz is not None:
-        return int(np.sum(frequency_hz <= asked.frequency_max_hz))
-    return min(asked.count or 0, len(frequency_hz))
-
-
-def _system(scene: Scene, plan: Plan, elements: Mapping[str, Superelement]) -> AssembledSystem:
-    return assemble(rotors(scene, plan, elements), bearings(scene, plan), gears=gears(scene, plan))

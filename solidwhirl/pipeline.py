@@ -45,14 +45,13 @@ from solidwhirl.rotordyn import (
     CriticalSpeed,
     Modes,
     Superelement,
-    assemble,
     bearing_notes,
     campbell,
     critical_speeds,
     modes_at_speed,
 )
 from solidwhirl.scene import Scene
-from solidwhirl.system_parts import bearings, gears, rotors, simple_elements
+from solidwhirl.system_parts import engine_of, simple_elements
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -156,8 +155,8 @@ def run_scene(
     level = chosen_level(scene, bodies)
     plan = make_plan(scene, bodies, level)
     simple = simple_elements(scene, plan)  # milliseconds, and refused before the long work
-    refuse_too_large(scene, plan, bodies)
     expected = forecast(scene, plan, bodies)
+    refuse_too_large(scene, plan, bodies, expected)
     progress(
         f"level {level}: about {expected.seconds:.2g} s of one core and "
         f"{expected.peak_memory_gib:.2g} GiB, {expected.unknowns} unknowns"
@@ -250,11 +249,7 @@ def _system(
 ) -> AssembledSystem:
     """The engine of reduced and simple bodies."""
     elements = {name: result.element for name, result in reduced.items()} | dict(simple)
-    return _assembled(scene, plan, elements)
-
-
-def _assembled(scene: Scene, plan: Plan, elements: Mapping[str, Superelement]) -> AssembledSystem:
-    return assemble(rotors(scene, plan, elements), bearings(scene, plan), gears=gears(scene, plan))
+    return engine_of(scene, plan, elements)
 
 
 def _beam_variants(
@@ -264,7 +259,7 @@ def _beam_variants(
     if not beams.variants:
         return None
     return BeamVariants(
-        systems=tuple(_assembled(scene, plan, {**elements, **own}) for own in beams.variants),
+        systems=tuple(engine_of(scene, plan, {**elements, **own}) for own in beams.variants),
         elements=beams.variants,
     )
 
@@ -346,7 +341,7 @@ def _comparisons(
 ) -> tuple[Comparison, ...]:
     """Other models whose results tell parts of the error."""
     elements = {name: result.element for name, result in reduced.items()} | dict(simple)
-    made_of = partial(_assembled, scene, plan)
+    made_of = partial(engine_of, scene, plan)
     solids = {n: r for n, r in reduced.items() if plan.bodies[n].level == "solid"}
     found = solid_comparisons(scene, plan, solids, elements, made_of)
     found += beam_comparison(elements, beams.finer, made_of)

@@ -14,6 +14,7 @@ from typing import Any, Literal
 from solidwhirl.bodies import build_bodies
 from solidwhirl.geometry import GeometryError
 from solidwhirl.interface_motions import places_of_joints
+from solidwhirl.meshing import CORNER_RATE
 from solidwhirl.scene import Scene
 from solidwhirl.study_map import map_rows
 from solidwhirl.study_matrix import Matrix
@@ -27,8 +28,6 @@ _STAGES = (".geometry", ".meshing", ".reduction", ".rotordyn")
 # Sources that no result of a case comes from, and exceptions.
 _OTHERS = ("pictures", "picture_", "cli", "identify", "report", "study")
 _MEASURING = ("study_case.py", "study_errors.py", "study_map.py", "study_measure.py")
-# Twice the exponent of the elastic corner singularity at 270°; see `solidwhirl.fineness`.
-_CORNER_RATE = 1.0889
 # Mesh cases: the estimates' own comparison models follow this accuracy.
 _FIXED_ACCURACY = 5e-3
 # Sizes over the thinnest section: largest element, element at corners, uniform elements.
@@ -237,7 +236,7 @@ def graded_sizes(thinnest: float, order: int, rung: int) -> dict[str, float]:
         Number of refinements.
     """
     factor = _STEP**-rung
-    corner = _CORNER * thinnest * factor ** (2.0 * order / _CORNER_RATE)
+    corner = _CORNER * thinnest * factor ** (2.0 * order / CORNER_RATE)
     return {
         "size_m": _LARGEST * thinnest * factor,
         "corner_size_m": max(corner, 1e-5 * thinnest),

@@ -15,6 +15,7 @@ from solidwhirl.plan_records import Plan
 from solidwhirl.rotordyn import (
     LEE_ANISOTROPIC,
     LEE_ISOTROPIC,
+    AssembledSystem,
     Bearing,
     Disk,
     End,
@@ -25,6 +26,7 @@ from solidwhirl.rotordyn import (
     SpeedLaw,
     Superelement,
     TableLaw,
+    assemble,
     beam_superelement,
     rigid_superelement,
 )
@@ -50,6 +52,19 @@ _OF_EFFECT = {
     "torsion": ("torsion", ("rz",)),
 }
 _MOTIONS = ("ux", "uy", "uz", "rx", "ry", "rz")
+
+
+def engine_of(scene: Scene, plan: Plan, elements: Mapping[str, Superelement]) -> AssembledSystem:
+    """Assemble bodies, bearings and gears of a scene.
+
+    Parameters
+    ----------
+    scene, plan
+        The scene and its plan.
+    elements
+        Superelements of all bodies by name.
+    """
+    return assemble(rotors(scene, plan, elements), bearings(scene, plan), gears=gears(scene, plan))
 
 
 def simple_elements(scene: Scene, plan: Plan) -> dict[str, Superelement]:
