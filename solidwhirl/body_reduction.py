@@ -126,8 +126,27 @@ def first_discretisation(scene: Scene, plan: Plan, name: str) -> Discretisation:
     )
 
 
-def mesh_body(body: Body, level: str, chosen: Discretisation) -> Mesh:
-    """Mesh a body for its level."""
+def is_new_mesh(chosen: Discretisation, before: BodyResult | None) -> bool:
+    """Whether a discretisation asks for other sizes than the last one of the body."""
+    return before is None or before.discretisation.local is not chosen.local
+
+
+def mesh_body(
+    body: Body, level: str, chosen: Discretisation, before: BodyResult | None = None
+) -> Mesh:
+    """Mesh a body for its level; the last mesh again where the sizes are still the same.
+
+    Parameters
+    ----------
+    body, level
+        What to mesh.
+    chosen
+        Sizes.
+    before
+        The last result of this body.
+    """
+    if before is not None and not is_new_mesh(chosen, before):
+        return before.mesh
     if level == "solid":
         return mesh_solid(body, chosen.size)
     return mesh_meridian(body, chosen.size, chosen.local)

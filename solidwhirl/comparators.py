@@ -18,7 +18,7 @@ from solidwhirl.body_reduction import (
     mesh_body,
     reduce_meshed,
 )
-from solidwhirl.dial import may_go_on, next_discretisations
+from solidwhirl.dial import Judgement, next_discretisations, rounds_of
 from solidwhirl.geometry import Body, GeometryError, Interface
 from solidwhirl.interface_motions import places_of_joints
 from solidwhirl.meshing import MeshingError
@@ -248,10 +248,16 @@ def _at_level(scene: Scene, level: str, accuracy: float) -> Scene:
     return scene.model_copy(update={"model": model, "bodies": bodies})
 
 
-def _reduced(scene: Scene, plan: Plan, body: Body, chosen: Discretisation) -> BodyResult:
+def _reduced(
+    scene: Scene,
+    plan: Plan,
+    body: Body,
+    chosen: Discretisation,
+    before: BodyResult | None = None,
+) -> BodyResult:
     from mpi4py import MPI
 
-    mesh = mesh_body(body, plan.bodies[body.name].level, chosen)
+    mesh = mesh_body(body, plan.bodies[body.name].level, chosen, before)
     result = reduce_meshed(scene, plan, body, mesh, chosen, MPI.COMM_SELF)
     assert result is not None
     return result
@@ -270,15 +276,17 @@ def _within_accuracy(
     assemble: Assemble,
 ) -> dict[str, Superelement]:
     """Harmonic bodies by the accuracy dial."""
+    from mpi4py import MPI
+
     plan = make_plan(scene, bodies)
-    todo: Mapping[str, Discretisation]
-    todo = {name: first_discretisation(scene, plan, name) for name in bodies}
-    reduced: dict[str, BodyResult] = {}
-    rounds = 0
-    while todo and may_go_on(rounds):
-        for name, chosen in todo.items():
-            reduced[name] = _reduced(scene, plan, bodies[name], chosen)
+
+    def reduce_one(name: str, chosen: Discretisation, before: BodyResult | None) -> BodyResult:
+        return _reduced(scene, plan, bodies[name], chosen, before)
+
+    def judge(reduced: Mapping[str, BodyResult], _number: int) -> Judgement:
         system = assemble({**elements, **{n: r.element for n, r in reduced.items()}})
-        _, todo = next_discretisations(scene, plan, reduced, system)
-        rounds += 1
+        return next_discretisations(scene, plan, reduced, system)
+
+    first = {name: first_discretisation(scene, plan, name) for name in bodies}
+    reduced, _ = rounds_of(first, reduce_one, judge, MPI.COMM_SELF)
     return {name: r.element for name, r in reduced.items()}

@@ -8,8 +8,9 @@ another speed. Analyses run once, on the last round's system.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,6 +102,46 @@ def next_discretisations(
     return record, changed
 
 
+Reduce = Callable[[str, Discretisation, BodyResult | None], BodyResult | None]
+Judgement = tuple[Round, Mapping[str, Discretisation]]
+Judge = Callable[[Mapping[str, BodyResult], int], Judgement | None]
+
+
+def rounds_of(
+    first: Mapping[str, Discretisation], reduce_one: Reduce, judge: Judge, comm: Any
+) -> tuple[dict[str, BodyResult], tuple[Round, ...]]:
+    """Reduce bodies again until a judge has nothing more to refine, or after too many rounds.
+
+    Parameters
+    ----------
+    first
+        Discretisations to begin with, by body.
+    reduce_one
+        Makes a body of a discretisation and its last result (None in the first round); None on
+        ranks that have no part in the result.
+    judge
+        Record and next discretisations from the bodies and the number of the round; None where
+        there is nothing to judge.
+    comm
+        Communicator; its rank 0 decides.
+    """
+    todo = first
+    reduced: dict[str, BodyResult] = {}
+    rounds: list[Round] = []
+    while todo:
+        for name, chosen in todo.items():
+            result = reduce_one(name, chosen, reduced.get(name))
+            if result is not None:
+                reduced[name] = result
+        found = judge(reduced, len(rounds) + 1) if comm.rank == 0 else None
+        todo = {}
+        if found is not None:
+            rounds.append(found[0])
+            todo = found[1] if len(rounds) < _MOST_ROUNDS else {}
+        todo = comm.bcast(todo, root=0)
+    return reduced, tuple(rounds)
+
+
 def sample_speeds(plan: Plan) -> tuple[float, ...]:
     """Speeds at which errors are looked at: first, last and one between [rad/s]."""
     low, high = float(plan.speeds_rad_s.min()), float(plan.speeds_rad_s.max())
@@ -112,11 +153,6 @@ def asked_modes(scene: Scene) -> AskedModes:
     if scene.campbell.frequency_max_hz is not None:
         return AskedModes(count=None, frequency_max_hz=scene.campbell.frequency_max_hz)
     return AskedModes(count=scene.campbell.branches, frequency_max_hz=None)
-
-
-def may_go_on(rounds: int) -> bool:
-    """Whether another round is allowed after this many."""
-    return rounds < _MOST_ROUNDS
 
 
 def _refined(

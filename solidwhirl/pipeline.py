@@ -19,6 +19,7 @@ from solidwhirl.body_reduction import (
     Discretisation,
     Progress,
     first_discretisation,
+    is_new_mesh,
     mesh_body,
     reduce_meshed,
 )
@@ -28,7 +29,7 @@ from solidwhirl.comparators import (
     coupling_comparison,
     solid_comparisons,
 )
-from solidwhirl.dial import Round, may_go_on, next_discretisations
+from solidwhirl.dial import Judgement, Round, next_discretisations, rounds_of
 from solidwhirl.estimates import BeamVariants, Estimates, estimate_errors
 from solidwhirl.forecast import Forecast, forecast, refuse_too_large
 from solidwhirl.geometry import Body
@@ -185,27 +186,23 @@ def _reduced(
     clock: Clock,
 ) -> tuple[dict[str, BodyResult], tuple[Round, ...]]:
     """Reduce the bodies until the estimated error is within the accuracy, or can't get there."""
-    todo: Mapping[str, Discretisation]
-    todo = {name: first_discretisation(scene, plan, name) for name in bodies}
-    reduced: dict[str, BodyResult] = {}
-    rounds: list[Round] = []
-    while todo:
-        for name, chosen in todo.items():
-            before = reduced.get(name)
-            result = _reduce(scene, plan, bodies[name], chosen, before, comm, progress, clock)
-            if result is not None:
-                reduced[name] = result
-        todo = {}
-        if comm.rank == 0 and scene.model.estimates == "on":
-            with clock.stage("error_estimate"):
-                system = _system(scene, plan, reduced, simple)
-                done, todo = next_discretisations(scene, plan, reduced, system)
-            rounds.append(done)
-            progress(f"estimated error {done.estimate:.1e} after round {len(rounds)}")
-            if not may_go_on(len(rounds)):
-                todo = {}
-        todo = comm.bcast(todo, root=0)
-    return reduced, tuple(rounds)
+
+    def reduce_one(
+        name: str, chosen: Discretisation, before: BodyResult | None
+    ) -> BodyResult | None:
+        return _reduce(scene, plan, bodies[name], chosen, before, comm, progress, clock)
+
+    def judge(reduced: Mapping[str, BodyResult], number: int) -> Judgement | None:
+        if scene.model.estimates == "off":
+            return None
+        with clock.stage("error_estimate"):
+            system = _system(scene, plan, reduced, simple)
+            done, todo = next_discretisations(scene, plan, reduced, system)
+        progress(f"estimated error {done.estimate:.1e} after round {number}")
+        return done, todo
+
+    first = {name: first_discretisation(scene, plan, name) for name in bodies}
+    return rounds_of(first, reduce_one, judge, comm)
 
 
 def _reduce(
@@ -226,13 +223,10 @@ def _reduce(
         return None
     mesh = None
     if comm.rank == 0:
-        same = before is not None and before.discretisation.local is chosen.local
-        if before is not None and same:
-            mesh = before.mesh
-        else:
+        if is_new_mesh(chosen, before):
             progress(f"mesh {body.name} ({level})")
-            with clock.stage("meshing"):
-                mesh = mesh_body(body, level, chosen)
+        with clock.stage("meshing"):
+            mesh = mesh_body(body, level, chosen, before)
     with clock.stage("import_solvers"):
         import solidwhirl.reduction  # noqa: F401
     progress(f"reduce {body.name}")
