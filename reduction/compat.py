@@ -82,9 +82,13 @@ def constant(mesh: Any, value: float) -> Any:
     return fem.Constant(mesh, PETSc.ScalarType(value))
 
 
-def petsc_vector(function: Any) -> Any:
-    """PETSc vector of a function."""
-    return function.vector if _OLD else function.x.petsc_vec
+def owned_values(function: Any) -> Any:
+    """This rank's values of a function, an array that writes through.
+
+    A function's PETSc vector would be kept by PETSc when Python drops it.
+    """
+    dofmap = function.function_space.dofmap
+    return function.x.array[: dofmap.index_map.size_local * dofmap.index_map_bs]
 
 
 def compiled(form: Any) -> Any:
@@ -107,11 +111,13 @@ def assemble_matrix(form: Any) -> Any:
     return matrix
 
 
-def assemble_vector(form: Any) -> Any:
-    """Assembled PETSc vector of a compiled linear form."""
+def assembled_vector(form: Any) -> Any:
+    """This rank's part of the assembled vector of a compiled linear form."""
     vector = dolfinx.fem.petsc.assemble_vector(form)
     vector.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
-    return vector
+    out = vector.array.copy()
+    vector.destroy()
+    return out
 
 
 def collect_garbage(comm: Any) -> None:

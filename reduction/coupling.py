@@ -155,13 +155,13 @@ def _mean_motions(
     comm = space.mesh.comm
     motions = motion_vectors(space, kin, float(interface.position_m[2]))
     field = fem.Function(space)
-    vector = compat.petsc_vector(field)
+    own = compat.owned_values(field)
     moment_form = compat.compiled(_on_surface(space, tags, field, kin.weight))
     moments = {}
     for c, values in motions.items():
-        vector.array[:] = values
+        own[:] = values
         field.x.scatter_forward()
-        moments[c] = compat.assemble_vector(moment_form).array.copy()
+        moments[c] = compat.assembled_vector(moment_form)
     names = list(motions)
     gram = np.array([[comm.allreduce(motions[b] @ moments[a]) for b in names] for a in names])
     if np.linalg.cond(gram / np.sqrt(np.outer(np.diag(gram), np.diag(gram)))) > 1e12:

@@ -123,13 +123,13 @@ def _by_element(
     dx = ufl.Measure("dx", domain=domain, metadata={"quadrature_degree": 6})
     density = ufl.inner(forms.stress(kin, matter, field), kin.strain(field)) * kin.weight
     form = compat.compiled(density * test * dx)
-    out = np.zeros(len(compat.petsc_vector(fem.Function(cells)).array_r))
+    out = np.zeros(len(compat.owned_values(fem.Function(cells))))
     full = fields
     if fine.coupling.transformation is not None:
         full = apply(fine.coupling.transformation, fields)
     for k in range(full.shape[1]):
-        compat.petsc_vector(field).array[:] = full[:, k]
+        compat.owned_values(field)[:] = full[:, k]
         field.x.scatter_forward()
-        out += compat.assemble_vector(form).array_r
+        out += compat.assembled_vector(form)
     points, triangles = compat.straight_cells(domain)
     return out, points, triangles

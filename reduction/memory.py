@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,17 @@ def available_memory_bytes(comm: Any) -> int | None:
     neighbours.Free()
     least = comm.allreduce(_available(_MEMINFO) // share, op=MPI.MIN)
     return int(least) if least >= 0 else None
+
+
+def return_free_memory() -> None:
+    """Give the system back what the C library keeps in pieces between blocks in use.
+
+    Without it a process that reduces one body after the other grows by up to 15 MB each time.
+    glibc only; elsewhere nothing is done.
+    """
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
+    if trim is not None:
+        trim(0)
 
 
 def _available(path: Path) -> int:

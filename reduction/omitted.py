@@ -12,6 +12,7 @@ holds that energy for every motion and every speed.
 
 from __future__ import annotations
 
+import weakref
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -195,13 +196,18 @@ def mesh_energy(
         if unused is not None:
             unused.destroy()
     omitted = Omitted(part="mesh", gram=energy, safety=_RESERVE, cutoff_rad_s=np.inf)
-    return omitted, FinerSpace(
+    kept = FinerSpace(
         space=finer.space,
         stiffness=finer.stiffness,
         misses=misses.astype(np.float32),  # they only tell where the error is
         coupling=finer.coupling,
         ingredients=finer.ingredients,
     )
+    # PETSc keeps what Python merely drops
+    for matrix in (finer.stiffness, finer.coupling.transformation):
+        if matrix is not None:
+            weakref.finalize(kept, matrix.destroy)
+    return omitted, kept
 
 
 def _balanced(loads: FloatArray, operators: BodyOperators, free: FloatArray) -> FloatArray:
@@ -262,7 +268,7 @@ def _weighted_stiffness(operators: BodyOperators, finer: BodyOperators, interfac
     factor = fem.Function(compat.scalar_space(domain, "DG", 0))
     singular = _singular_cells(domain, given.facet_tags, interfaces)
     values = np.where(singular, singular_factor(degree), _SMOOTH_SAFETY)
-    compat.petsc_vector(factor).array[:] = values
+    compat.owned_values(factor)[:] = values
     kin = replace(given.kinematics, weight=factor * given.kinematics.weight)
     u, v = ufl.TrialFunction(finer.space), ufl.TestFunction(finer.space)
     metadata = {"quadrature_degree": forms.quadrature_degree(kin, degree + 1)}
@@ -367,8 +373,8 @@ def _raised(operators: BodyOperators, finer: BodyOperators, block: FloatArray) -
     out = np.empty((rows, block.shape[1]))
     out[len(kept) :] = block[len(given.kept) :]
     for k in range(block.shape[1]):
-        compat.petsc_vector(source).array[:] = full[:, k]
+        compat.owned_values(source)[:] = full[:, k]
         source.x.scatter_forward()
         target.interpolate(source)
-        out[: len(kept), k] = compat.petsc_vector(target).array_r[kept]
+        out[: len(kept), k] = compat.owned_values(target)[kept]
     return out

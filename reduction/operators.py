@@ -15,6 +15,7 @@ from solidwhirl.meshing import Mesh
 from solidwhirl.reduction import compat, forms, kinematics, solid_matrices
 from solidwhirl.reduction.coupling import Coupling, couple, reduced_motion
 from solidwhirl.reduction.kinematics import Kinematics
+from solidwhirl.reduction.memory import return_free_memory
 from solidwhirl.reduction.prestress import centrifugal_displacement
 from solidwhirl.reduction.symmetry import sector_mesh, whole_node_count
 from solidwhirl.reduction.unknowns import motion_vectors
@@ -147,9 +148,11 @@ class BodyOperators:
         comm = self.mass.comm
         compat.collect_garbage(comm)
         matrices = (self.mass, self.stiffness, self.gyroscopic, self.circulation, self.turn)
-        for matrix in (*matrices, self.stress_stiffening, self.spin_softening):
+        matrices += (self.stress_stiffening, self.spin_softening, self.coupling.transformation)
+        for matrix in matrices:
             if matrix is not None:
                 matrix.destroy()
+        return_free_memory()
 
 
 def build_operators(

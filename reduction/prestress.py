@@ -48,10 +48,10 @@ def centrifugal_displacement(
         Displacement (Function) [m/(rad/s)²] and the largest hoop strain u_r/r [1/(rad/s)²].
     """
     v = ufl.TestFunction(space)
-    load = compat.assemble_vector(compat.compiled(forms.centrifugal_form(kin, matter, v, dx)))
+    load = compat.assembled_vector(compat.compiled(forms.centrifugal_form(kin, matter, v, dx)))
     turned, kept = unknowns_transformation(space, kin, {}, [])
     motions = np.column_stack(list(motion_vectors(space, kin, 0.0).values()))[kept]
-    force = load.array[:, None]
+    force = load[:, None]
     pins = _determinate_pins(motions, space.mesh.comm)
     if turned is None:
         factor = factorise(stiffness, pins)
@@ -64,7 +64,7 @@ def centrifugal_displacement(
     moved = moved - _rigid_part(motions, moved, space.mesh.comm)
     field = fem.Function(space)
     whole = moved if turned is None else apply(turned, moved)
-    compat.petsc_vector(field).array[:] = whole[:, 0]
+    compat.owned_values(field)[:] = whole[:, 0]
     field.x.scatter_forward()
     return field, _hoop_strain(space, kin, field)
 
