@@ -1,12 +1,11 @@
-"""Memory that this machine has left."""
+"""Memory of this machine: what is left of it, and giving it back."""
 
 from __future__ import annotations
 
 import ctypes
-from pathlib import Path
 from typing import Any
 
-_MEMINFO = Path("/proc/meminfo")
+from solidwhirl.rotordyn.available_memory import available_memory
 
 
 def available_memory_bytes(comm: Any) -> int | None:
@@ -22,7 +21,8 @@ def available_memory_bytes(comm: Any) -> int | None:
     neighbours = comm.Split_type(MPI.COMM_TYPE_SHARED)
     share = neighbours.size
     neighbours.Free()
-    least = comm.allreduce(_available(_MEMINFO) // share, op=MPI.MIN)
+    own = available_memory()
+    least = comm.allreduce(-1 if own is None else own // share, op=MPI.MIN)
     return int(least) if least >= 0 else None
 
 
@@ -35,15 +35,3 @@ def return_free_memory() -> None:
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
     if trim is not None:
         trim(0)
-
-
-def _available(path: Path) -> int:
-    """MemAvailable of Linux in bytes; -1 if it is not there."""
-    try:
-        lines = path.read_text(encoding="ascii").splitlines()
-    except OSError:
-        return -1
-    for line in lines:
-        if line.startswith("MemAvailable:"):
-            return 1024 * int(line.split()[1])
-    return -1

@@ -147,9 +147,9 @@ class BodyOperators:
         """Free the matrices, which Python alone would not, on all ranks; then they are gone."""
         comm = self.mass.comm
         compat.collect_garbage(comm)
-        matrices = (self.mass, self.stiffness, self.gyroscopic, self.circulation, self.turn)
-        matrices += (self.stress_stiffening, self.spin_softening, self.coupling.transformation)
-        for matrix in matrices:
+        spinning = (self.gyroscopic, self.stress_stiffening, self.spin_softening)
+        others = (self.circulation, self.turn, self.coupling.transformation)
+        for matrix in (self.mass, self.stiffness, *spinning, *others):
             if matrix is not None:
                 matrix.destroy()
         return_free_memory()

@@ -6,16 +6,16 @@ import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
+
+from solidwhirl.rotordyn.available_memory import available_memory
 
 # Rows of the matrices multiplied, and entries of the vectors swept, which no cache holds: together
 # some 30 ms.
 _ROWS = 256
 _ENTRIES = 2_000_000
 _REPEATS = 4
-_MEMINFO = Path("/proc/meminfo")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,18 +72,13 @@ def _shortest(run: Callable[[], object]) -> float:
     return max(min(times), 1e-9)
 
 
-def available_memory_gib(meminfo: Path = _MEMINFO) -> float:
+def available_memory_gib() -> float:
     """Memory that a new program can have without swapping [GiB].
 
-    Parameters
-    ----------
-    meminfo
-        Where the kernel tells; where there is no such file (or no such line in it), the
-        installed memory is returned.
+    See `solidwhirl.rotordyn.available_memory`; where the system does not tell, the installed
+    memory is returned.
     """
-    if meminfo.is_file():
-        for line in meminfo.read_text(encoding="ascii").splitlines():
-            name, _, value = line.partition(":")
-            if name == "MemAvailable":
-                return float(value.split()[0]) / 1024.0**2
-    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 1024.0**3
+    known = available_memory()
+    if known is None:
+        known = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    return known / 1024.0**3

@@ -22,7 +22,7 @@ from solidwhirl.cost import (
 )
 from solidwhirl.cost_memory import MemoryShortageError, refuse_what_does_not_fit
 from solidwhirl.cost_table import cost_rows, cost_table
-from solidwhirl.machine import MachineSpeed, available_memory_gib, machine_speed
+from solidwhirl.machine import MachineSpeed, machine_speed
 from solidwhirl.meshing import mesh_meridian
 from solidwhirl.plan import make_plan
 from solidwhirl.scene_file import parse_scene
@@ -184,13 +184,6 @@ def test_this_machine_is_measured_quickly():
     # between a slow single-board computer and several times today's fastest core
     assert 0.1 < speed.gflops < 1000.0
     assert 0.1 < speed.gbytes_per_s < 1000.0
-
-
-def test_available_memory_is_read_from_the_kernel(tmp_path):
-    path = tmp_path / "meminfo"
-    path.write_text("MemTotal:       16777216 kB\nMemAvailable:    4194304 kB\n")
-    assert available_memory_gib(path) == 4.0
-    assert available_memory_gib(tmp_path / "none") >= available_memory_gib()
 
 
 def test_estimate_of_the_mesh_is_for_the_meridian(rotor):
