@@ -1,7 +1,6 @@
 """The one place that knows how dolfinx 0.5.2 (Debian 12) and 0.9 (Debian 13) differ.
 
-Run with dolfinx 0.5.2; the branches for 0.9 follow its documentation. Nothing else in the
-project calls a dolfinx function whose name or signature differs between the two.
+Nothing else in the project calls a dolfinx function whose name or signature differs.
 """
 
 from __future__ import annotations
@@ -11,16 +10,20 @@ import re
 import warnings
 from typing import Any
 
-import dolfinx
-import dolfinx.fem.petsc
 import numpy as np
 import ufl
-from dolfinx import cpp as _cpp
-from dolfinx import fem
-from dolfinx import mesh as _mesh
 from petsc4py import PETSc
 
 from solidwhirl.meshing import IntArray, Mesh
+
+with warnings.catch_warnings():
+    # 0.9 says that numba is missing, which nothing here uses
+    warnings.simplefilter("ignore", ImportWarning)
+    import dolfinx
+    import dolfinx.fem.petsc
+    from dolfinx import cpp as _cpp
+    from dolfinx import fem
+    from dolfinx import mesh as _mesh
 
 VERSION = tuple(int(n) for n in re.findall(r"\d+", dolfinx.__version__)[:3])
 _OLD = not hasattr(fem, "functionspace")
