@@ -86,7 +86,7 @@ def constant(mesh: Any, value: float) -> Any:
 
 
 def owned_values(function: Any) -> Any:
-    """This rank's values of a function, an array that writes through.
+    """Values of a function on this rank, an array that writes through.
 
     A function's PETSc vector would be kept by PETSc when Python drops it.
     """
@@ -115,7 +115,7 @@ def assemble_matrix(form: Any) -> Any:
 
 
 def assembled_vector(form: Any) -> Any:
-    """This rank's part of the assembled vector of a compiled linear form."""
+    """Assembled vector of a compiled linear form, the part of this rank."""
     vector = dolfinx.fem.petsc.assemble_vector(form)
     vector.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
     out = vector.array.copy()
