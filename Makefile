@@ -10,7 +10,7 @@ export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM := 1
 export OMPI_MCA_rmaps_base_oversubscribe := 1
 export OMPI_MCA_mpi_yield_when_idle := 1
 
-.PHONY: help setup pipeline test check verify paper study bench clean
+.PHONY: help setup pipeline test check verify hard paper study bench clean
 
 help: ## say what can be made
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
@@ -38,6 +38,9 @@ verify: ## long comparisons: converged figures, other programs (installs calculi
 
 paper: setup ## compute every table and figure of the paper, write docs/paper.md
 	@$(BIN)/python tools/paper
+
+hard: setup ## measure the hard cases, write docs/hard_cases.md
+	@$(BIN)/python tools/hard_cases.py
 
 study: setup ## error against time and memory over levels, meshes and modes (SCENE=ferraris)
 	@$(BIN)/solidwhirl study scenes/$(SCENE).toml --out out/study/$(SCENE)

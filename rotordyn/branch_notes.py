@@ -11,8 +11,8 @@ import numpy as np
 
 from solidwhirl.rotordyn.arrays import FloatArray
 from solidwhirl.rotordyn.branches import untracked_below
-from solidwhirl.rotordyn.eigen import Modes
-from solidwhirl.rotordyn.system import AssembledSystem
+from solidwhirl.rotordyn.eigen import Modes, scaled_stiffness
+from solidwhirl.rotordyn.system import AssembledSystem, matrices_at_speed
 from solidwhirl.rotordyn.tracking import (
     GOOD_OVERLAP,
     SAME_FREQUENCY,
@@ -25,6 +25,8 @@ from solidwhirl.rotordyn.tracking import (
 _CLOSE = 0.3
 # between places where they are this many times farther apart than at the closest point.
 _APART = 3.0
+# Halvings that locate the loss of stiffness.
+_HALVINGS = 60
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,7 +72,7 @@ def branch_notes(assembled: AssembledSystem, fronts: Sequence[Front]) -> tuple[T
     """
     return (
         *_range_notes(assembled, fronts),
-        *_indefinite_notes(fronts),
+        *_indefinite_notes(assembled, fronts),
         *_meeting_notes(assembled, fronts),
         *_doubt_notes(fronts),
     )
@@ -113,14 +115,38 @@ def _range_notes(assembled: AssembledSystem, fronts: Sequence[Front]) -> Iterato
         yield TrackingNote(kind="range", speed_rad_s=limit, branches=(), text=text)
 
 
-def _indefinite_notes(fronts: Sequence[Front]) -> Iterator[TrackingNote]:
+def _indefinite_notes(
+    assembled: AssembledSystem, fronts: Sequence[Front]
+) -> Iterator[TrackingNote]:
+    known: float | None = None
     for front in fronts:
-        count = front.modes.negative_stiffness_count
-        if count:
-            speed = front.modes.speed_rad_s
+        count, speed = front.modes.negative_stiffness_count, front.modes.speed_rad_s
+        if not count:
+            known = speed
+            continue
+        if known is None:
             text = f"the stiffness has {count} negative eigenvalue(s) at {speed:.6g} rad/s"
-            yield TrackingNote(kind="indefinite", speed_rad_s=speed, branches=(), text=text)
-            return
+        else:
+            speed, count = _loss_of_stiffness(assembled, known, speed)
+            text = f"from {speed:.6g} rad/s on the stiffness has {count} negative eigenvalue(s)"
+        yield TrackingNote(kind="indefinite", speed_rad_s=speed, branches=(), text=text)
+        return
+
+
+def _loss_of_stiffness(
+    assembled: AssembledSystem, definite: float, indefinite: float
+) -> tuple[float, int]:
+    """Return the speed between two at which K + Ω²K2 turns indefinite, and the count there."""
+
+    def negative(speed: float) -> int:
+        return scaled_stiffness(assembled, matrices_at_speed(assembled, speed)).negative_count
+
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (definite + indefinite)
+        if middle in (definite, indefinite):
+            break
+        definite, indefinite = (definite, middle) if negative(middle) else (middle, indefinite)
+    return indefinite, negative(indefinite)
 
 
 def _doubt_notes(fronts: Sequence[Front]) -> Iterator[TrackingNote]:

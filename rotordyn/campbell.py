@@ -80,7 +80,8 @@ def campbell(
     speeds_rad_s
         Ω, strictly monotonic, shape (s,); begin at rest as a rule.
     branch_count
-        Follow this many of the lowest modes of the first speed; all, if there are fewer.
+        Follow this many of the lowest modes of the first speed, and those of equal frequency that
+        it would cut off from them; all, if there are fewer.
     frequency_max_hz
         Follow every mode that comes below this frequency at one of the speeds; one that is rigid
         or overdamped at the first speed has no branch and is noted. Exactly one of the two is

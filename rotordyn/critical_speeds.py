@@ -270,14 +270,23 @@ def _speeds_of(pencil: Pencil, body_rate: float, limit: float) -> DirectSpeeds |
 
 
 def _seeds(assembled: AssembledSystem, ratio: float, limit: float) -> FloatArray:
-    """Return the critical speeds without damping and skew stiffness, none if K is negative."""
+    """Return the critical speeds without damping and skew stiffness, none if K is negative.
+
+    Where a mode touches the excitation without them it may cross it twice: such places are seeds.
+    """
     start = matrices_at_speed(assembled, 0.0)
     for stiffness in (assembled.stiffness, start.stiffness):
         symmetric = 0.5 * (stiffness + stiffness.T)
         scaled = scale_by_stiffness(symmetric, assembled.mass, assembled.body_rate)
         if scaled.negative_count:
             return np.empty(0)
-    return _undamped(assembled, ratio, limit)[0]
+    seeds = []
+    for pencil in whirl_pencils(assembled, ratio):
+        found = _speeds_of(pencil, assembled.body_rate, limit)
+        seeds.append(found.speeds_rad_s)
+        if isinstance(found, SpeedRoots):
+            seeds.append(np.array([0.5 * (low + high) for low, high in found.unresolved]))
+    return np.sort(np.concatenate(seeds))
 
 
 def _damped(

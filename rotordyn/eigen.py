@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +22,11 @@ from solidwhirl.rotordyn.split_spectrum import split_spectrum
 from solidwhirl.rotordyn.system import AssembledSystem, SpeedMatrices, matrices_at_speed
 
 IntArray = npt.NDArray[np.int_]
+
+# Frequencies closer than this (relative) are one group, which is never cut in two.
+_EQUAL = 1e-6
+# Modes computed beyond those asked for, to see where the last group ends.
+_SPARE = 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -109,7 +114,8 @@ def modes_at_speed(
     speed_rad_s
         Ω, rad/s.
     count
-        Number of modes; None for all.
+        Number of modes; None for all. Modes of equal frequency stay together: where the last one
+        has partners beyond the count, they are returned as well.
 
     Returns
     -------
@@ -131,12 +137,53 @@ def modes_at_speed(
     if count is not None and count < 1:
         raise AnalysisError(f"count is {count}; it must be 1 or more, or None for all")
     matrices = matrices_at_speed(assembled, speed_rad_s)
-    few = assembled.size if count is None else min(count, assembled.size)
+    n = assembled.size
+    wanted = n if count is None else min(count, n)
+    solved = min(wanted + _SPARE, n)
+    modes = _lowest_modes(assembled, matrices, float(speed_rad_s), solved)
+    kept = whole_group_count(modes.eigenvalues, wanted)
+    if kept == solved < n:
+        modes = _lowest_modes(assembled, matrices, float(speed_rad_s), n)
+        kept = whole_group_count(modes.eigenvalues, wanted)
+    return replace(
+        modes,
+        eigenvalues=modes.eigenvalues[:kept],
+        shapes=modes.shapes[:, :kept],
+        family=None if modes.family is None else modes.family[:kept],
+    )
+
+
+def whole_group_count(eigenvalues: ComplexArray, count: int) -> int:
+    """Return the number of lowest modes that holds a given number and cuts no equal ones apart.
+
+    Parameters
+    ----------
+    eigenvalues
+        λ by rising Im λ, shape (m,).
+    count
+        Number wanted, 1 or more.
+
+    Returns
+    -------
+    int
+        `count`, or more if the frequencies of the next modes are equal to 1e-6; at most m.
+    """
+    omega = eigenvalues.imag
+    kept = min(count, omega.size)
+    while 0 < kept < omega.size and omega[kept] - omega[kept - 1] <= _EQUAL * omega[kept]:
+        kept += 1
+    return kept
+
+
+def _lowest_modes(
+    assembled: AssembledSystem, matrices: SpeedMatrices, speed_rad_s: float, count: int
+) -> Modes:
+    """Return the lowest modes with the solver that fits the system."""
     if speed_rad_s != 0.0 or not assembled.is_conservative:
-        split = split_spectrum(assembled, matrices, float(speed_rad_s), few)
+        split = split_spectrum(assembled, matrices, speed_rad_s, count)
         if split is not None:
             return Modes(
-                speed_rad_s=float(speed_rad_s),
+                speed_rad_s=speed_rad_s,
                 eigenvalues=split.spectrum.eigenvalues,
                 shapes=_normalised(split.spectrum.shapes, matrices.mass),
                 real_eigenvalues=split.spectrum.real_eigenvalues,
@@ -144,10 +191,10 @@ def modes_at_speed(
                 negative_stiffness_count=0,
                 family=split.family,
             )
-    planes = plane_spectrum(assembled, matrices, few) if matrices.gyroscopic.any() else None
+    planes = plane_spectrum(assembled, matrices, count) if matrices.gyroscopic.any() else None
     if planes is not None:
         return Modes(
-            speed_rad_s=float(speed_rad_s),
+            speed_rad_s=speed_rad_s,
             eigenvalues=1j * planes.frequencies,
             shapes=_normalised(planes.shapes, matrices.mass),
             real_eigenvalues=np.empty(0),
@@ -156,14 +203,13 @@ def modes_at_speed(
         )
     scaled = scaled_stiffness(assembled, matrices)
     # Where zeros are possible they are counted by what is missing, so all modes are needed.
-    wanted = assembled.size if count is None else min(count, assembled.size)
-    solved = wanted if scaled.is_definite else assembled.size
+    solved = count if scaled.is_definite else assembled.size
     spectrum = _spectrum(assembled, matrices, scaled, solved)
     found = 2 * spectrum.eigenvalues.size + spectrum.real_eigenvalues.size
     return Modes(
-        speed_rad_s=float(speed_rad_s),
-        eigenvalues=spectrum.eigenvalues[:wanted],
-        shapes=_normalised(spectrum.shapes[:, :wanted], matrices.mass),
+        speed_rad_s=speed_rad_s,
+        eigenvalues=spectrum.eigenvalues[:count],
+        shapes=_normalised(spectrum.shapes[:, :count], matrices.mass),
         real_eigenvalues=spectrum.real_eigenvalues,
         zero_count=0 if scaled.is_definite else 2 * assembled.size - found,
         negative_stiffness_count=scaled.negative_count,

@@ -35,7 +35,7 @@ _HATCHES = ("///", "\\\\\\", "xxx", "...", "+++", "ooo")
 _SMALL = 0.05
 _NO_BAR = 0.005
 # Modes drawn in one picture at most.
-_MOST_MODES = 12
+_MOST_MODES = 16
 _MOST_BARS = 16
 
 
@@ -102,7 +102,7 @@ def draw_mode_shapes(shapes: ModeShapes, path: str | Path, title: str) -> None:
     Parameters
     ----------
     shapes
-        At most 12 modes; compute fewer for more.
+        At most 16 modes; compute fewer for more.
     path
         The file; its suffix chooses the kind (.png, .svg, .pdf). Replaced when complete.
     title
@@ -148,7 +148,7 @@ def draw_body_modes(shapes: ModeShapes, body: str, path: str | Path, title: str)
     Parameters
     ----------
     shapes
-        At most 12 modes; each is scaled to the largest orbit of all bodies.
+        At most 16 modes; each is scaled to the largest orbit of all bodies.
     body
         Name of the body, such as the low-pressure unit of Müller and Hennings, figures 12, 13.
     path

@@ -18,8 +18,10 @@ from solidwhirl.rotordyn.errors import AnalysisError
 _SOFT = 1e-3
 # An eigenvalue of the scaled K below this many roundings of the size counts as zero.
 _ROUNDINGS = 64.0
-# |ω| below this fraction of the lowest elastic frequency is a rigid-body zero.
-_ZERO_FRACTION = 1e-6
+# A nutation slower than this fraction of the lowest elastic frequency is a rigid-body zero,
+_ZERO_FRACTION = 1e-11
+# and so is one below this fraction of the fastest: rounding in G of motions that do not tilt.
+_NO_TILT = 1e-8
 # A zero of multiplicity two with one eigenvector splits by the root of the rounding.
 _DEFECTIVE_ZERO_FRACTION = 1e-5
 # |Im λ| below this fraction of |λ| is real: equal real eigenvalues split into pairs by rounding.
@@ -216,10 +218,27 @@ def _gyroscopic_semidefinite(
         if np.abs(inverse).max() * shift < 1e4:
             break
     omega = shift + 1.0 / inverse
-    order = np.flatnonzero(omega > _ZERO_FRACTION * lowest)
-    order = order[np.argsort(omega[order], kind="stable")][:count]
+    # the number of zeros is known, so that no tolerance has to tell a slow nutation from them
+    positive = n - scaled.zero_count + _nutation_count(scaled, skew, lowest)
+    order = np.argsort(omega, kind="stable")[omega.size - positive :][:count]
     velocity = la.solve_triangular(lower, vectors[:n, order], lower=True, trans="T")
     return omega[order], velocity / (1j * omega[order])
+
+
+def _nutation_count(scaled: Scaled, skew: FloatArray, lowest: float) -> int:
+    """Return half the rank of G in the motions without stiffness: each pair is one nutation.
+
+    λ = 0 has an eigenvector for each such motion z, and a second state where zᵀG of all others
+    vanishes.
+    """
+    kernel = scaled.vectors[:, : scaled.zero_count]
+    turning = kernel.T @ skew @ kernel
+    root = la.cholesky(kernel.T @ scaled.mass @ kernel, lower=True)
+    turning = la.solve_triangular(root, turning, lower=True)
+    turning = la.solve_triangular(root, turning.T, lower=True)
+    rates = la.svdvals(turning)
+    limit = max(_NO_TILT * float(rates.max(initial=0.0)), _ZERO_FRACTION * lowest)
+    return int(np.count_nonzero(rates > limit)) // 2
 
 
 def _lowest_frequency(scaled: Scaled, skew: FloatArray) -> float:

@@ -105,6 +105,7 @@ def speed_roots(pencil: Pencil, body_rate: float, limit_rad_s: float) -> SpeedRo
     roots = []
     for low, high, falling in _regions(pencil.laws, start, limit_rad_s):
         roots += search.monotonic(low, high) if falling else search.bounded(low, high)
+    search.note_touching_kinks(start, roots)
     roots.sort()
     falls = np.array([root.falls for root in roots], dtype=bool)
     at_limit = search.count(limit_rad_s)
@@ -142,8 +143,9 @@ def _start(search: _Search, at_rest: int, limit: float) -> tuple[float, int]:
 def _regions(
     laws: tuple[PencilLaw, ...], low: float, high: float
 ) -> Iterator[tuple[float, float, bool]]:
-    """Split a range of speed by whether k(Ω)/Ω² of all bearings falls."""
-    speeds = np.linspace(low, high, _SAMPLES)
+    """Split a range of speed by whether k(Ω)/Ω² of all bearings falls, and at kinks of a law."""
+    kinks = _kinks(laws, low, high)
+    speeds = np.union1d(np.linspace(low, high, _SAMPLES), kinks)
     falling = np.ones(speeds.size - 1, dtype=bool)
     for law in laws:
         over = _sampled(law, speeds) / speeds[:, None, None] ** 2
@@ -154,9 +156,16 @@ def _regions(
     falling[[0, -1]] &= falling[[1, -2]]
     begin = 0
     for stop in range(1, falling.size + 1):
-        if stop == falling.size or falling[stop] != falling[begin]:
+        ends = stop == falling.size or falling[stop] != falling[begin]
+        if ends or (not falling[begin] and speeds[stop] in kinks):
             yield float(speeds[begin]), float(speeds[stop]), bool(falling[begin])
             begin = stop
+
+
+def _kinks(laws: tuple[PencilLaw, ...], low: float, high: float) -> FloatArray:
+    """Return the speeds inside a range at which a law changes its slope, rising."""
+    found = np.array([speed for law in laws for speed in law.kinks_rad_s if low < speed < high])
+    return np.asarray(np.unique(found), dtype=float)
 
 
 def _sampled(law: PencilLaw, speeds: FloatArray) -> FloatArray:
@@ -237,7 +246,8 @@ class _Search:
         upper, lower = [], []
         for law in self.laws:
             over = _sampled(law, speeds) / speeds[:, None, None] ** 2
-            # Between samples a curve, or a kink, goes beyond them by its second difference at most.
+            # Between samples a curve goes beyond them by its second difference at most; kinks are
+            # ends of intervals.
             beyond = np.abs(np.diff(over, 2, axis=0)).max(axis=0)
             top, bottom = over.max(axis=0) + beyond, over.min(axis=0) - beyond
             # Diagonal entries take up what the cross term may vary.
@@ -267,6 +277,14 @@ class _Search:
         if found.fun <= _TOUCH * np.abs(self.eigenvalues(turn)).max():
             self.unresolved.append((low, high))
         return []
+
+    def note_touching_kinks(self, low: float, roots: list[_Root]) -> None:
+        """Keep in mind kinks at which an eigenvalue touches zero without a root."""
+        for kink in _kinks(self.laws, low, np.inf):
+            values = np.abs(self.eigenvalues(float(kink)))
+            known = any(abs(root.speed - kink) <= _SAME_SPEED * kink for root in roots)
+            if values.min() <= _TOUCH * values.max() and not known:
+                self.unresolved.append((float(kink), float(kink)))
 
     def _root(self, place: int, low: float, high: float) -> _Root:
         """Return where one eigenvalue changes its sign, which it does once."""

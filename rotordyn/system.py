@@ -10,7 +10,7 @@ import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.arrays import FloatArray, freeze_arrays
-from solidwhirl.rotordyn.bearing_laws import SpeedLaw
+from solidwhirl.rotordyn.bearing_laws import SpeedLaw, TableLaw
 from solidwhirl.rotordyn.errors import AssemblyError
 from solidwhirl.rotordyn.free_body import FreeBodyMatrices, free_body_matrices, free_body_problems
 from solidwhirl.rotordyn.internal_damping import body_damping
@@ -74,6 +74,14 @@ class LawJoint:
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "stiffness_n_per_m", "damping_n_s_per_m", "motion")
+
+    @property
+    def kinks_rad_s(self) -> tuple[float, ...]:
+        """Speeds Ω ≥ 0 of the reference shaft at which a table has its knots, rising."""
+        ratio = abs(self.speed_ratio)
+        if ratio == 0 or not isinstance(self.law, TableLaw):
+            return ()
+        return tuple(float(speed) / ratio for speed in self.law.speeds_rad_s)
 
     def coefficients(self, speed_rad_s: float) -> tuple[FloatArray, FloatArray]:
         """Return stiffness and damping (2, 2) at a speed Ω of the reference shaft."""

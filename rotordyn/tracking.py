@@ -16,7 +16,7 @@ import scipy.linalg as la
 from scipy.optimize import linear_sum_assignment
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray
-from solidwhirl.rotordyn.eigen import Modes, modes_at_speed
+from solidwhirl.rotordyn.eigen import Modes, modes_at_speed, whole_group_count
 from solidwhirl.rotordyn.system import AssembledSystem, matrices_at_speed
 
 IntArray = npt.NDArray[np.int_]
@@ -109,7 +109,7 @@ class Tracker:
         speeds_rad_s
             Monotonic, shape (s,).
         branch_count
-            Number of branches.
+            Number of branches, more where one of equal frequencies would be left out.
 
         Returns
         -------
@@ -117,7 +117,7 @@ class Tracker:
             At the speeds given and at those added where modes change quickly or meet.
         """
         first = self.modes_at(float(speeds_rad_s[0]))
-        columns = np.arange(min(branch_count, first.eigenvalues.size))
+        columns = np.arange(whole_group_count(first.eigenvalues, branch_count))
         fronts = [Front(modes=first, columns=columns, overlap=np.ones(columns.size))]
         for index, speed in enumerate(speeds_rad_s[1:]):
             if index == 0:
@@ -286,7 +286,9 @@ def _turn(metric: _StateMetric, group: Modes, product: ComplexArray) -> ComplexA
     """Return the change of basis of a cluster that brings it closest to its partners.
 
     A general eigensolver returns equal modes that are independent but not orthogonal, so the
-    cluster is made orthonormal first. Shape (c, c).
+    cluster is made orthonormal first. Shape (c, c). Frequencies of a cluster differ by a little:
+    each goes to the state that is mostly its own, so that branches which pass through each other
+    exchange theirs where they meet, from whichever side they come.
     """
     values, vectors = la.eigh(metric.product(group, group))
     if values[0] < _DEPENDENT * values[-1]:
@@ -295,7 +297,10 @@ def _turn(metric: _StateMetric, group: Modes, product: ComplexArray) -> ComplexA
     turned = product @ straight
     rows = np.argsort(-(np.abs(turned) ** 2).sum(axis=1), kind="stable")[: values.size]
     left, _, right = la.svd(turned[np.sort(rows)])
-    return np.asarray(straight @ (left @ right).conj().T)
+    turn: ComplexArray = straight @ (left @ right).conj().T
+    size = np.sqrt((np.abs(turn) ** 2).sum(axis=0))
+    _, order = linear_sum_assignment(-(np.abs(turn / size) ** 2))
+    return np.asarray(turn[:, order])
 
 
 def mode_columns(modes: Modes, columns: IntArray) -> Modes:

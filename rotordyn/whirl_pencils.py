@@ -25,11 +25,15 @@ _Law = Callable[[float], FloatArray]
 
 
 class PencilLaw(NamedTuple):
-    """Relative motion of a bearing, shape (2, m), and its 2×2 stiffness at a speed Ω."""
+    """Relative motion of a bearing, shape (2, m), its 2×2 stiffness at a speed Ω, and its kinks.
+
+    `kinks_rad_s` are the Ω at which the slope of the stiffness changes.
+    """
 
     bearing: str
     motion: FloatArray
     stiffness: _Law
+    kinks_rad_s: tuple[float, ...]
 
 
 class Pencil(NamedTuple):
@@ -131,7 +135,7 @@ def _whole(
         mass=assembled.mass[block],
         inertia=inertia - 1j * ratio * gyroscopic if gyroscopic.any() else inertia,
         laws=tuple(
-            PencilLaw(joint.bearing, joint.motion[:, kept], law)
+            PencilLaw(joint.bearing, joint.motion[:, kept], law, joint.kinks_rad_s)
             for joint, law in zip(assembled.law_joints, laws, strict=bool(laws))
         ),
         first=kept,
@@ -158,6 +162,7 @@ def _turning(
                 joints[law.place].bearing,
                 np.vstack((law.motion, law.motion)) / np.sqrt(2.0),
                 laws[law.place],
+                joints[law.place].kinks_rad_s,
             )
             for law in form.laws
         ),

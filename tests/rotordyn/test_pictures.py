@@ -237,7 +237,7 @@ def test_pictures_without_content_are_refused(frames, twin, tmp_path):
         draw_rotating_campbell([still], path, "t")
     system = twin()
     modes = modes_at_speed(system, 0.0, 20)
-    with pytest.raises(AnalysisError, match="there are 20 modes; 1 to 12 can be drawn"):
+    with pytest.raises(AnalysisError, match="there are 20 modes; 1 to 16 can be drawn"):
         draw_mode_shapes(mode_shapes(system, modes), path, "t")
     with pytest.raises(AnalysisError, match="1 to 16 can be drawn"):
         draw_participation(participation(system, modes), path, "t")

@@ -1,0 +1,205 @@
+"""Hard cases of assembled systems: rigid motions at any speed, bodies without support."""
+
+from __future__ import annotations
+
+import numpy as np
+from builders_system import (
+    engine,
+    free_rad_s,
+    hub,
+    joint,
+    reduced_body,
+    reduced_rod,
+    shaft,
+    through_file,
+)
+from table import HardCase
+
+from solidwhirl.rotordyn import critical_speeds, modes_at_speed
+
+SPEEDS = (0.0, 0.01, 1.0, 30.0, 1000.0, 3000.0)
+
+
+def _wrong_zeros(system, trains: int, axial: int = 0) -> float:
+    """Zeros too many or too few, and motions that grow or die, over the speeds.
+
+    Free lateral motion of a train that turns has 6 zeros and a nutation, at rest 8 zeros; free
+    axial motion and torsion have 2 zeros each.
+    """
+    wrong = 0
+    for speed in SPEEDS:
+        modes = modes_at_speed(system, speed)
+        expected = trains * ((8 if speed == 0.0 else 6) + axial)
+        wrong += abs(modes.zero_count - expected) + modes.real_eigenvalues.size
+        wrong += int(np.count_nonzero(modes.eigenvalues.real))
+    return float(wrong)
+
+
+def _rigid_nutation() -> float:
+    """Nutation of a free rigid disk against Ω Ip/It, from a turn in 2 hours to 1e5 rad/s."""
+    errors = []
+    for polar in (0.09, 0.0999, 0.005):
+        system = engine({"disk": hub(polar_kg_m2=polar)}, ())
+        for speed in (1e-3, 1.0, 100.0, 1e5):
+            found = modes_at_speed(system, speed).eigenvalues
+            if found.size != 1:
+                return np.inf
+            errors.append(abs(found[0] / (1j * speed * polar / 0.05) - 1.0))
+    return float(max(errors))
+
+
+def _slow_nutation(element) -> float:
+    """Nutation of a free flexible body at low speed against Ω Ip/It about its centre of mass.
+
+    Bending lowers it by a part of (Ω/ω1)², 1e-8 here.
+    """
+    system = engine({"body": element}, ())
+    speed = 1e-4 * free_rad_s(element)[0]
+    polar, diametral = element.inertia_kg_m2[2, 2], element.inertia_kg_m2[0, 0]
+    found = modes_at_speed(system, speed).eigenvalues[0]
+    return float(abs(found / (1j * speed * polar / diametral) - 1.0))
+
+
+def _shaken() -> float:
+    """Frequencies of two free bodies on one soft spring against the two-body closed form.
+
+    Rigid hubs m1, m2 joined by k: ω² = k (1/m1 + 1/m2) and six zeros of the common motion more.
+    """
+    errors = []
+    for spring in (1e-3, 1.0, 1e6):
+        bodies = {"first": hub(10.0, name="first"), "second": hub(1e-2, name="second")}
+        system = engine(bodies, [joint(("first", "hub"), ("second", "hub"), spring)])
+        modes = modes_at_speed(system, 0.0)
+        expected = np.sqrt(spring * (1 / 10.0 + 1 / 1e-2))
+        if modes.eigenvalues.size != 2:
+            return np.inf
+        errors.append(np.abs(modes.eigenvalues / (1j * expected) - 1.0).max())
+    return float(max(errors))
+
+
+def _free_critical_speeds() -> float:
+    """Critical speeds of a free shaft that are no zeros of det(K + Ω²(iG − M)), and back.
+
+    Backward whirl frequencies fall with the speed; each must meet ω = Ω at a critical speed.
+    """
+    element = shaft()
+    system = engine({"shaft": element}, ())
+    error = 0.0
+    for critical in critical_speeds(system, 1.0, 3e4):
+        omega = modes_at_speed(system, critical.speed_rad_s).eigenvalues.imag
+        error = max(error, float(np.abs(omega / critical.speed_rad_s - 1.0).min()))
+    return error if critical_speeds(system, 1.0, 3e4) else np.inf
+
+
+def _file_changes() -> float:
+    """Numbers of a free body at rest and at speed that change when it comes from a file."""
+    differences = 0
+    for level in ("harmonic", "solid"):
+        body = reduced_body(level)
+        for speed in SPEEDS:
+            first, second = (
+                modes_at_speed(engine({"body": e}, ()), speed) for e in (body, through_file(body))
+            )
+            differences += int(np.count_nonzero(first.eigenvalues != second.eigenvalues))
+            differences += int(first.zero_count != second.zero_count)
+    return float(differences)
+
+
+def _free(element):
+    return engine({"body": element}, ())
+
+
+def _two_free(element):
+    return engine({"one": element, "two": element}, (), {"two": -0.5})
+
+
+DRIFT = "rounding of the stiffness turns zeros into slow or growing motions"
+BODIES = (
+    ("assembled", shaft, 0),
+    ("harmonic", lambda: reduced_body("harmonic"), 0),
+    ("solid", lambda: reduced_body("solid"), 0),
+)
+
+CASES = (
+    *(
+        HardCase(
+            case="free body at rest and at speed: zeros",
+            level=level,
+            elsewhere=DRIFT,
+            figure="zeros wrong in number and motions that grow or die, at 6 speeds",
+            limit=0.0,
+            reason="8 zeros of lateral motion at rest, 6 and a nutation at speed",
+            measure=lambda make=make, axial=axial: _wrong_zeros(_free(make()), 1, axial),
+        )
+        for level, make, axial in BODIES
+    ),
+    *(
+        HardCase(
+            case="free body with torsion and axial motion: zeros",
+            level=level,
+            elsewhere=DRIFT + "; spin softening alone makes torsion of a free body unstable",
+            figure="zeros wrong in number and motions that grow or die, at 6 speeds",
+            limit=0.0,
+            reason="4 zeros more than laterally",
+            measure=lambda level=level: _wrong_zeros(_free(reduced_rod(level)), 1, 4),
+        )
+        for level in ("harmonic", "solid")
+    ),
+    HardCase(
+        case="two free bodies that nothing joins, one turning backwards",
+        level="assembled",
+        elsewhere=DRIFT,
+        figure="zeros wrong in number and motions that grow or die, at 6 speeds",
+        limit=0.0,
+        reason="twice those of one body",
+        measure=lambda: _wrong_zeros(_two_free(shaft()), 2),
+    ),
+    HardCase(
+        case="nutation of a free rigid disk from 1e-3 to 1e5 rad/s",
+        level="assembled",
+        elsewhere="a shift or tolerance made for elastic modes misses it",
+        figure="relative error",
+        limit=1e-12,
+        reason="Ω Ip/It; rounding",
+        measure=_rigid_nutation,
+    ),
+    *(
+        HardCase(
+            case="slow nutation of a free flexible body",
+            level=level,
+            elsewhere="at 1e-4 of the first elastic frequency it drowns in what rounding leaves",
+            figure="relative error",
+            limit=3e-8,
+            reason="Ω Ip/It; bending lowers it by the order of (Ω/ω1)² = 1e-8",
+            measure=lambda make=make: _slow_nutation(make()),
+        )
+        for level, make, _ in BODIES
+    ),
+    HardCase(
+        case="two free bodies, mass ratio 1e3, on springs of 1e-3 to 1e6 N/m",
+        level="assembled",
+        elsewhere="a zero tolerance relative to the largest entry takes the spring for nothing",
+        figure="relative error of the frequency",
+        limit=1e-12,
+        reason="closed form of two bodies; rounding",
+        measure=_shaken,
+    ),
+    HardCase(
+        case="critical speeds of a free shaft",
+        level="assembled",
+        elsewhere="a singular stiffness stops the direct method",
+        figure="largest relative distance from a natural frequency at that speed",
+        limit=1e-9,
+        reason="another eigenproblem at each; rounding times the ratio of frequencies",
+        measure=_free_critical_speeds,
+    ),
+    HardCase(
+        case="free bodies from a file",
+        level="reduced file",
+        elsewhere="numbers are rounded on the way, and zeros move",
+        figure="eigenvalues and zero counts that differ in any bit, at 6 speeds",
+        limit=0.0,
+        reason="exact: files hold all bits",
+        measure=_file_changes,
+    ),
+)

@@ -1,0 +1,289 @@
+"""Hard cases of assembled systems: past the loss of stiffness, and above torsional frequencies."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from builders_system import (
+    STEEL,
+    engine,
+    free_rad_s,
+    ground,
+    hub,
+    pinned,
+    reduced_body,
+    reduced_rod,
+    refused,
+    shaft,
+)
+from table import HardCase
+
+from solidwhirl.rotordyn import PolynomialLaw, campbell, modes_at_speed
+from solidwhirl.rotordyn.stability import stability_threshold
+
+STIFFNESS, MASS = 1e6, 10.0
+LEVELS = ("harmonic", "solid")
+TILT = {"tilt_stiffness_n_m_per_rad": 1e5 * np.eye(2)}
+
+
+def _softening_bearing(zero_rad_s: float):
+    """Bearing k (1 − (Ω/Ω0)²) in x, constant in y."""
+    one = (1.0,)
+    law = PolynomialLaw(
+        name="softening", argument_unit="rad/s", argument_range=(0.0, 5000.0),
+        stiffness_x=(1.0, 0.0, -1.0 / zero_rad_s**2), stiffness_y=one, damping_x=one, damping_y=one,
+    )  # fmt: skip
+    return ground("disk", "hub", STIFFNESS, speed_law=law, **TILT)
+
+
+def _lost_stiffness() -> float:
+    """Speed at which a bearing k (1 − (Ω/Ω0)²) stops pushing back, against Ω0."""
+    worst = 0.0
+    for zero in (50.0, 333.3, 2000.0):
+        system = engine({"disk": hub(MASS)}, [_softening_bearing(zero)])
+        found = stability_threshold(system, 2.7 * zero)
+        if found is None or found.kind != "divergence":
+            return np.inf
+        worst = max(worst, abs(found.speed_rad_s / zero - 1.0))
+    return worst
+
+
+def _softened(element, share: float):
+    """A body whose elastic motion loses `share` of M per Ω²: K + Ω²K2 is singular at ω/√share."""
+    rigid = element.rigid_body_modes[:, element.rigid_body_present]
+    momentum = element.mass @ rigid
+    projector = np.eye(element.size) - rigid @ np.linalg.solve(rigid.T @ momentum, momentum.T)
+    elastic = projector.T @ element.mass @ projector
+    return dataclasses.replace(
+        element,
+        stress_stiffening=element.mass,
+        spin_softening=element.mass + share * 0.5 * (elastic + elastic.T),
+    )
+
+
+def _noted_speed(element, shares=(0.3, 1.0, 4.0)) -> float:
+    """Error of the speed at which a diagram says that K + Ω²K2 gets negative eigenvalues."""
+    lowest = free_rad_s(element)[0]
+    worst = 0.0
+    for share in shares:
+        system = engine({"body": _softened(element, share)}, ())
+        lost = lowest / np.sqrt(share)
+        diagram = campbell(system, np.linspace(0.0, 1.3 * lost, 8), branch_count=4)
+        notes = [note for note in diagram.notes if note.kind == "indefinite"]
+        if len(notes) != 1:
+            return np.inf
+        worst = max(worst, abs(notes[0].speed_rad_s / lost - 1.0))
+    return float(worst)
+
+
+def _wrong_counts(element) -> float:
+    """Speeds past each loss of stiffness at which it is not counted, a pair for each mode."""
+    free = free_rad_s(element)[::2]
+    system = engine({"body": _softened(element, 1.0)}, ())
+    wrong = 0
+    for k in range(3):
+        for factor, expected in ((0.999, 2 * k), (1.001, 2 * (k + 1))):
+            found = modes_at_speed(system, factor * free[k])
+            wrong += int(found.negative_stiffness_count != expected)
+    return float(wrong)
+
+
+def _diverging(element) -> float:
+    """Rate of divergence past the loss of stiffness without gyroscopic effects, √(Ω² − ω1²)."""
+    still = dataclasses.replace(_softened(element, 1.0), gyroscopic=np.zeros_like(element.mass))
+    system = engine({"body": still}, ())
+    lowest = free_rad_s(element)[0]
+    worst = 0.0
+    for factor in (1.0001, 1.1, 1.5):
+        expected = lowest * np.sqrt(factor**2 - 1.0)
+        rates = modes_at_speed(system, factor * lowest).real_eigenvalues
+        worst = max(worst, float(abs(rates.max(initial=0.0) / expected - 1.0)))
+    return worst
+
+
+def _negative_support() -> float:
+    """Error of the frequency and growth of a disk between a spring and a negative one."""
+    worst = 0.0
+    for share in (0.5, 0.999999, 1.000001, 3.0):
+        bearings = [
+            ground("disk", "hub", STIFFNESS, **TILT),
+            dataclasses.replace(ground("disk", "hub", -share * STIFFNESS), name="negative"),
+        ]
+        modes = modes_at_speed(engine({"disk": hub(MASS)}, bearings), 0.0)
+        rate = np.sqrt(STIFFNESS * abs(1.0 - share) / MASS)
+        if modes.negative_stiffness_count != (2 if share > 1 else 0):
+            return np.inf
+        found = modes.real_eigenvalues.max() if share > 1 else modes.eigenvalues.imag.min()
+        worst = max(worst, float(abs(found / rate - 1.0)))
+    return worst
+
+
+def _one_effect_alone() -> float:
+    """Bodies with one of stress stiffening and spin softening that are NOT refused."""
+    attempts = []
+    for body in (reduced_body("harmonic"), reduced_body("solid"), *map(reduced_rod, LEVELS)):
+        for name in ("stress_stiffening", "spin_softening"):
+            alone = dataclasses.replace(body, **{name: np.zeros_like(body.mass)})
+            attempts.append(lambda alone=alone: engine({"body": alone}, ()))
+    return float(refused(attempts))
+
+
+def _false_instability(level: str) -> float:
+    """Motions that grow, or negative stiffness, of a rod past its first torsional frequency."""
+    rod = reduced_rod(level)
+    wrong = 0
+    held = [pinned("rod", "a", ("ux", "uy", "uz", "rz")), pinned("rod", "b")]
+    for bearings in ([], held):
+        system = engine({"rod": rod}, bearings)
+        for speed in np.linspace(0.0, rod.maximum_speed_rad_s, 8):
+            modes = modes_at_speed(system, float(speed))
+            wrong += modes.negative_stiffness_count + modes.real_eigenvalues.size
+            wrong += int(
+                np.count_nonzero(modes.eigenvalues.real > 1e-9 * np.abs(modes.eigenvalues))
+            )
+    return float(wrong)
+
+
+def _torsion_drift(level: str) -> float:
+    """Relative change of the first torsional frequency up to 1.3 times that frequency."""
+    rod = reduced_rod(level)
+    system = engine({"rod": rod}, ())
+    expected = np.pi * np.sqrt(STEEL[0] / (2.0 * (1.0 + STEEL[1])) / STEEL[2])
+    turns = [rod.interface_index(at, "rz") for at in "ab"]
+    found = []
+    for speed in (0.0, rod.maximum_speed_rad_s):
+        modes = modes_at_speed(system, speed)
+        part = np.abs(modes.shapes[turns]).max(axis=0)
+        lateral = [rod.interface_index(at, c) for at in "ab" for c in ("ux", "uy", "uz")]
+        part = part / (part + 10.0 * np.abs(modes.shapes[lateral]).max(axis=0))
+        found.append(modes.eigenvalues.imag[part > 0.9][0])
+    if not expected < rod.maximum_speed_rad_s or abs(found[0] / expected - 1.0) > 0.01:
+        return np.inf
+    return float(abs(found[1] / found[0] - 1.0))
+
+
+def _unnoted_range() -> float:
+    """Diagrams beyond what bodies were made for that do not say so."""
+    silent = 0
+    for level in LEVELS:
+        for ratio in (1.0, -2.0, 0.5):
+            body = reduced_body(level)
+            system = engine({"body": body}, [pinned("body", at) for at in "ab"], {"body": ratio})
+            limit = body.maximum_speed_rad_s / abs(ratio)
+            for factor, expected in ((0.99, 0), (1.01, 1)):
+                diagram = campbell(system, [0.0, factor * limit], branch_count=2)
+                notes = [n for n in diagram.notes if n.kind == "range"]
+                silent += int(len(notes) != expected)
+                silent += int(any(abs(n.speed_rad_s / limit - 1.0) > 1e-12 for n in notes))
+    return float(silent)
+
+
+CASES = (
+    HardCase(
+        case="a bearing that loses its stiffness with the speed",
+        level="assembled",
+        elsewhere="frequencies of an indefinite system come out as roots of negative numbers",
+        figure="largest relative error of the speed of divergence",
+        limit=1e-10,
+        reason="k (1 - (Ω/Ω0)²) in closed form; root search to 1e-12",
+        measure=_lost_stiffness,
+    ),
+    *(
+        HardCase(
+            case="K + Ω²K2 indefinite within a diagram: the speed",
+            level=level,
+            elsewhere="a diagram stops there, or goes on without a word",
+            figure="largest relative error of the speed that is noted; infinite without a note",
+            limit=1e-9,
+            reason="free frequency over the root of the softening; rounding of its square",
+            measure=measure,
+        )
+        for level, measure in (
+            ("assembled", lambda: _noted_speed(shaft())),
+            ("harmonic", lambda: _noted_speed(reduced_body("harmonic"), (1.0,))),
+        )
+    ),
+    *(
+        HardCase(
+            case="K + Ω²K2 indefinite: number of directions",
+            level=level,
+            elsewhere="a Cholesky factorisation fails without saying how many directions are lost",
+            figure="speeds with a wrong count, 1e-3 before and past three losses",
+            limit=0.0,
+            reason="exact: two directions for each pair",
+            measure=lambda make=make: _wrong_counts(make()),
+        )
+        for level, make in (
+            ("assembled", shaft),
+            ("harmonic", lambda: reduced_body("harmonic")),
+        )
+    ),
+    *(
+        HardCase(
+            case="divergence from 1e-4 past the loss of stiffness",
+            level=level,
+            elsewhere="a divergence has no frequency, and a list of frequencies does not show it",
+            figure="largest relative error of the rate of divergence",
+            limit=1e-7,
+            reason="closed form; 1e-4 past the loss rounding counts 1e4 times",
+            measure=lambda make=make: _diverging(make()),
+        )
+        for level, make in (
+            ("assembled", shaft),
+            ("harmonic", lambda: reduced_body("harmonic")),
+            ("solid", lambda: reduced_body("solid")),
+        )
+    ),
+    HardCase(
+        case="a negative support, to 1e-6 before and past the loss",
+        level="assembled",
+        elsewhere="a spring of negative stiffness is refused, or its divergence is not shown",
+        figure="relative error of frequency or rate; infinite for a wrong count",
+        limit=1e-9,
+        reason="closed form; rounding counts 1e6 times in what is left of k",
+        measure=_negative_support,
+    ),
+    HardCase(
+        case="stress stiffening or spin softening alone",
+        level="assembled",
+        elsewhere="softening alone makes bodies unstable above their torsional frequency",
+        figure="of 8 bodies (harmonic, solid, with torsion) those not refused",
+        limit=0.0,
+        reason="exact: their sum does no work in rigid motion, one alone does",
+        measure=_one_effect_alone,
+    ),
+    *(
+        HardCase(
+            case="speeds to 1.3 times the first torsional frequency: false instability",
+            level=level,
+            elsewhere="softening alone makes torsion unstable above its own frequency",
+            figure="growing motions and negative directions, free and held, at 8 speeds",
+            limit=0.0,
+            reason="a round rod of one material without damping inside is stable",
+            measure=lambda level=level: _false_instability(level),
+        )
+        for level in LEVELS
+    ),
+    *(
+        HardCase(
+            case="first torsional frequency at 1.3 times its own value",
+            level=level,
+            elsewhere="softening alone brings it to zero where the speed reaches it",
+            figure="relative change from that at rest",
+            limit=3e-3,
+            reason="of the order of the strain, (Ω r/c)² = 2.7e-3 at the surface",
+            measure=lambda level=level: _torsion_drift(level),
+        )
+        for level in LEVELS
+    ),
+    HardCase(
+        case="speeds beyond what the bases were made for",
+        level="assembled",
+        elsewhere="a reduced model is used at any speed, and nothing is said",
+        figure="of 12 diagrams of harmonic and solid bodies those with a wrong note",
+        limit=0.0,
+        reason="exact: one note, with the speed, beyond the range and none within",
+        measure=_unnoted_range,
+    ),
+)

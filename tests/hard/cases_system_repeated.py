@@ -1,0 +1,275 @@
+"""Hard cases of assembled systems: equal and nearly equal modes, and counts that cut them."""
+
+from __future__ import annotations
+
+import numpy as np
+from builders_system import engine, ground, pinned, reduced_body, shaft, through_file
+from table import HardCase
+
+from solidwhirl.rotordyn import campbell, modes_at_speed
+
+SPEEDS = (0.0, 1e-3, 1.0, 100.0, 3000.0)
+SPRING = 5e7
+
+
+def _held(element, name="rotor", factor=1.0):
+    tilt = 1e4 * np.eye(2)
+    return [ground(name, at, factor * SPRING, tilt_stiffness_n_m_per_rad=tilt) for at in "ab"]
+
+
+def _one(element):
+    return engine({"rotor": element}, _held(element))
+
+
+def _two_units(detuning=0.0):
+    """Two equal shafts side by side, the second on supports stiffer by `detuning`."""
+    unit = shaft()
+    bearings = _held(unit, "left") + _held(unit, "right", 1.0 + detuning)
+    return engine({"left": unit, "right": unit}, bearings)
+
+
+def _pair_split(element) -> float:
+    """Largest relative split of the pairs of an isotropic engine at rest, as far as modes go."""
+    omega = modes_at_speed(_one(element), 0.0).eigenvalues.imag
+    highest = 2.0 * np.pi * element.fixed_interface_frequencies_hz.max()
+    omega = omega[: 2 * int(np.count_nonzero(omega < highest) // 2)]
+    return float(np.abs(omega[1::2] / omega[::2] - 1.0).max())
+
+
+def _split_of_four() -> float:
+    """Largest spread of the four frequencies that two equal units share at rest."""
+    omega = modes_at_speed(_two_units(), 0.0).eigenvalues.imag.reshape(-1, 4)
+    return float((np.ptp(omega, axis=1) / omega[:, 0]).max())
+
+
+def _missing_copies() -> float:
+    """Modes that two equal units lack, or have too many, beside twice those of one."""
+    wrong = 0
+    for speed in SPEEDS:
+        one = np.repeat(modes_at_speed(_one(shaft()), speed).eigenvalues.imag, 2)
+        two = modes_at_speed(_two_units(), speed).eigenvalues.imag
+        wrong += abs(two.size - one.size)
+        size = min(two.size, one.size)
+        wrong += int(np.count_nonzero(np.abs(two[:size] / one[:size] - 1.0) > 1e-9))
+    return float(wrong)
+
+
+def _orthogonality(detuning: float) -> float:
+    """Largest product of two modes at rest and at speed in the energy of their states."""
+    system, worst = _two_units(detuning), 0.0
+    for speed in SPEEDS:
+        modes = modes_at_speed(system, speed)
+        rates = np.multiply.outer(modes.eigenvalues.conj(), modes.eigenvalues)
+        shapes = modes.shapes
+        product = shapes.conj().T @ system.stiffness @ shapes
+        product = product + rates * (shapes.conj().T @ system.mass @ shapes)
+        size = np.sqrt(np.diag(product).real)
+        product = np.abs(product / np.outer(size, size))
+        np.fill_diagonal(product, 0.0)
+        worst = max(worst, float(product.max()))
+    return worst
+
+
+def _detuned_frequencies() -> float:
+    """Error of the split of two units 1e-10 apart against that at 1e-4, scaled down."""
+    omega = modes_at_speed(_two_units(1e-10), 0.0).eigenvalues.imag.reshape(-1, 4)[:3]
+    wide = modes_at_speed(_two_units(1e-4), 0.0).eigenvalues.imag.reshape(-1, 4)[:3]
+    split = (omega[:, 2:].mean(axis=1) - omega[:, :2].mean(axis=1)) / omega[:, 0]
+    expected = 1e-6 * (wide[:, 2:].mean(axis=1) - wide[:, :2].mean(axis=1)) / wide[:, 0]
+    return float(np.abs(split - expected).max())
+
+
+def _halved_pairs(system) -> float:
+    """Counts of modes at rest that leave one of two equal frequencies out."""
+    everything = modes_at_speed(system, 0.0).eigenvalues.imag
+    cut = 0
+    for count in range(1, 12):
+        kept = modes_at_speed(system, 0.0, count).eigenvalues.imag
+        last = kept[-1]
+        group = np.count_nonzero(np.abs(everything / last - 1.0) < 1e-8)
+        cut += int(np.count_nonzero(np.abs(kept / last - 1.0) < 1e-8) != group)
+        cut += int(kept.size < count)
+    return float(cut)
+
+
+def _halved_branches() -> float:
+    """Branch counts of a diagram from rest that follow one whirl of a pair without the other."""
+    system, cut = _one(shaft()), 0
+    for count in range(1, 7):
+        diagram = campbell(system, [0.0, 200.0, 400.0], branch_count=count)
+        senses = diagram.whirl[:, -1].tolist()
+        cut += int(senses.count("forward") != senses.count("backward"))
+    return float(cut)
+
+
+def _lost_modes(count: int) -> float:
+    """Difference of a few modes, at rest and at speed, from the lowest of all."""
+    worst = 0.0
+    for system in (_one(shaft()), _two_units(), _one(reduced_body("harmonic"))):
+        for speed in SPEEDS:
+            few = modes_at_speed(system, speed, count).eigenvalues
+            everything = modes_at_speed(system, speed).eigenvalues[: few.size]
+            worst = max(worst, float(np.abs(few / everything - 1.0).max()))
+    return worst
+
+
+def _too_many() -> float:
+    """Difference of 10 000 modes and branches asked of a small system from all it has."""
+    system = _one(shaft())
+    error = 0.0
+    for speed in (0.0, 500.0):
+        all_modes, many = modes_at_speed(system, speed), modes_at_speed(system, speed, 10_000)
+        if many.eigenvalues.size != system.size:
+            return np.inf
+        error = max(error, float(np.abs(many.eigenvalues / all_modes.eigenvalues - 1.0).max()))
+    diagram = campbell(system, [0.0, 500.0], branch_count=10_000)
+    if diagram.frequency_hz.shape[0] != system.size:
+        return np.inf
+    at_rest = modes_at_speed(system, 0.0).frequency_hz
+    return max(error, float(np.abs(np.sort(diagram.frequency_hz[:, 0]) / at_rest - 1.0).max()))
+
+
+def _file_changes() -> float:
+    """Frequencies and shapes that change when the two units come from a file."""
+    differences = 0
+    for speed in SPEEDS:
+        found = []
+        for element in (reduced_body("harmonic"), through_file(reduced_body("harmonic"))):
+            bearings = [pinned(name, at) for name in ("left", "right") for at in "ab"]
+            found.append(
+                modes_at_speed(engine({"left": element, "right": element}, bearings), speed)
+            )
+        first, second = found
+        differences += int(np.count_nonzero(first.eigenvalues != second.eigenvalues))
+        differences += int(np.count_nonzero(first.shapes != second.shapes))
+    return float(differences)
+
+
+CASES = (
+    *(
+        HardCase(
+            case="pairs of an axisymmetric engine at rest",
+            level=level,
+            elsewhere="the two planes are solved from matrices that differ by rounding or mesh, "
+            "and the pair splits",
+            figure="largest relative split of a pair",
+            limit=limit,
+            reason=reason,
+            measure=measure,
+        )
+        for level, limit, reason, measure in (
+            ("assembled", 1e-12, "rounding of 28 coordinates", lambda: _pair_split(shaft())),
+            (
+                "harmonic",
+                1e-11,
+                "one matrix serves both planes; rounding of the projection",
+                lambda: _pair_split(reduced_body("harmonic")),
+            ),
+            (
+                "solid",
+                1e-10,
+                "the mesh is unchanged by a quarter turn; tolerance of the eigensolver",
+                lambda: _pair_split(reduced_body("solid")),
+            ),
+        )
+    ),
+    HardCase(
+        case="two equal units: four equal frequencies",
+        level="assembled",
+        elsewhere="an iteration that starts from one vector finds one mode of four",
+        figure="largest relative spread of the four",
+        limit=1e-12,
+        reason="rounding of 56 coordinates",
+        measure=_split_of_four,
+    ),
+    HardCase(
+        case="two equal units: number of modes at rest and at speed",
+        level="assembled",
+        elsewhere="copies of a repeated mode are missed, or found once too often",
+        figure="modes missing, left over or off by 1e-9, at 5 speeds",
+        limit=0.0,
+        reason="exact: every mode of one unit is there twice",
+        measure=_missing_copies,
+    ),
+    HardCase(
+        case="two equal units: orthogonality",
+        level="assembled",
+        elsewhere="repeated modes come out independent but not orthogonal",
+        figure="largest product of two unit states, at 5 speeds",
+        limit=1e-11,
+        reason="rounding times the ratio of highest to lowest frequency, 1e3",
+        measure=lambda: _orthogonality(0.0),
+    ),
+    HardCase(
+        case="units detuned by 1e-10: orthogonality",
+        level="assembled",
+        elsewhere="nearly repeated modes are taken for one, or mixed without being orthogonal",
+        figure="largest product of two unit states, at 5 speeds",
+        limit=1e-11,
+        reason="rounding times the ratio of highest to lowest frequency, 1e3",
+        measure=lambda: _orthogonality(1e-10),
+    ),
+    HardCase(
+        case="units detuned by 1e-10: size of the split",
+        level="assembled",
+        elsewhere="the split drowns in the tolerance of an iterative solver",
+        figure="error of the split relative to the frequency",
+        limit=2e-14,
+        reason="rounding; the split itself is 1e-11, and its second order 1e-15",
+        measure=_detuned_frequencies,
+    ),
+    HardCase(
+        case="1 to 11 modes where a pair would be cut in half",
+        level="assembled",
+        elsewhere="the last pair is cut, and half of it turns with the rounding",
+        figure="counts that leave out one of equal frequencies",
+        limit=0.0,
+        reason="exact: pairs are kept whole",
+        measure=lambda: _halved_pairs(_one(shaft())),
+    ),
+    HardCase(
+        case="1 to 11 modes where a group of four would be cut",
+        level="assembled",
+        elsewhere="the last group is cut, and what is left of it turns with the rounding",
+        figure="counts that leave out one of equal frequencies",
+        limit=0.0,
+        reason="exact: groups are kept whole",
+        measure=lambda: _halved_pairs(_two_units()),
+    ),
+    HardCase(
+        case="1 to 6 branches from rest where a pair would be cut in half",
+        level="assembled",
+        elsewhere="a diagram shows one whirl of the last pair, which one is chance",
+        figure="counts with more branches of one whirl than of the other",
+        limit=0.0,
+        reason="exact: pairs are kept whole",
+        measure=_halved_branches,
+    ),
+    HardCase(
+        case="1 mode of a system",
+        level="assembled",
+        elsewhere="a subspace of one vector converges to another mode than the lowest",
+        figure="largest relative difference from the lowest of all modes",
+        limit=1e-11,
+        reason="rounding of different eigensolvers",
+        measure=lambda: _lost_modes(1),
+    ),
+    HardCase(
+        case="10 000 modes of a system that has 28",
+        level="assembled",
+        elsewhere="the request fails, or modes of zero mass are made up",
+        figure="largest relative difference from all modes; infinite for a wrong number",
+        limit=1e-12,
+        reason="the same solution",
+        measure=_too_many,
+    ),
+    HardCase(
+        case="two equal units from a file",
+        level="reduced file",
+        elsewhere="numbers are rounded on the way, and a repeated pair turns",
+        figure="frequencies and amplitudes that differ in any bit, at 5 speeds",
+        limit=0.0,
+        reason="exact: files hold all bits",
+        measure=_file_changes,
+    ),
+)

@@ -1,0 +1,348 @@
+"""Hard cases of assembled systems: at resonance, at critical speeds, through them, and beyond."""
+
+from __future__ import annotations
+
+import numpy as np
+from builders_system import engine, ground, hub, reduced_body, refused, shaft, through_file
+from table import HardCase
+
+from solidwhirl.rotordyn import (
+    LEE_ANISOTROPIC,
+    LEE_ISOTROPIC,
+    End,
+    bearing_notes,
+    campbell,
+    critical_speeds,
+)
+from solidwhirl.rotordyn.run_up import run_up
+from solidwhirl.rotordyn.speed_profile import ramp_and_hold
+from solidwhirl.rotordyn.unbalance import Unbalance, unbalance_response
+
+MASS, OMEGA = 10.0, 100.0
+ECCENTRICITY = 1e-4
+TILT = {"tilt_stiffness_n_m_per_rad": 1e5 * np.eye(2)}
+
+
+def _disk(ratio: float, unlike: float = 1.0):
+    """A disk of 10 kg at 100 rad/s with a damping ratio."""
+    stiffness, damping = MASS * OMEGA**2, 2.0 * ratio * MASS * OMEGA
+    return engine(
+        {"disk": hub(MASS)}, [ground("disk", "hub", stiffness, unlike * stiffness, damping, **TILT)]
+    )
+
+
+def _at(body="disk", interface="hub", moment=MASS * ECCENTRICITY):
+    return Unbalance(body=body, interface=interface, moment_kg_m=moment)
+
+
+def _at_samples(element) -> float:
+    """Distance of a diagram from ω = Ω at speeds that are critical speeds, and a wrong count."""
+    system = engine({"r": element}, [ground("r", "a", 3e7, 5e7), ground("r", "b", 2e7)])
+    found = critical_speeds(system, 1.0, 2500.0)
+    speeds = np.union1d(np.linspace(0.0, 2500.0, 26), [c.speed_rad_s for c in found])
+    diagram = campbell(system, speeds, branch_count=8)
+    plain = campbell(system, np.linspace(0.0, 2500.0, 26), branch_count=8)
+    if not found or {n.kind for n in diagram.notes} - {n.kind for n in plain.notes}:
+        return np.inf
+    error = 0.0
+    for critical in found:
+        omega = diagram.eigenvalues[:, np.searchsorted(speeds, critical.speed_rad_s)].imag
+        error = max(error, float(np.abs(omega / critical.speed_rad_s - 1.0).min()))
+    return error
+
+
+def _light_damping(element) -> float:
+    """Critical speeds with damping of 1e-9 against those without; infinite for a wrong number.
+
+    The search begins and ends its steps at the critical speeds without damping.
+    """
+    lists = []
+    for damping in (0.0, 1e-3):
+        bearings = [ground("r", "a", 3e7, 5e7, damping), ground("r", "b", 2e7, None, damping)]
+        found = critical_speeds(engine({"r": element}, bearings), 1.0, 2500.0)
+        lists.append(np.array([c.speed_rad_s for c in found]))
+    plain, damped = lists
+    if plain.size == 0 or plain.size != damped.size:
+        return np.inf
+    return float(np.abs(damped / plain - 1.0).max())
+
+
+def _peak_error() -> float:
+    """Amplitude at exact resonance against e/2ζ, isotropic and with k_yy twice as large."""
+    worst = 0.0
+    for ratio in (1e-2, 1e-4, 1e-6):
+        for unlike in (1.0, 2.0):
+            response = unbalance_response(_disk(ratio, unlike), [_at()], [OMEGA])
+            found = response.exciters[0].at_node("disk", "hub")[0, 0]
+            worst = max(worst, abs(found / (-1j * ECCENTRICITY / (2.0 * ratio)) - 1.0))
+    return float(worst)
+
+
+def _scaled_peak(element) -> float:
+    """Drift of amplitude times damping at a critical speed, damping ratios about 1e-3 to 1e-7."""
+    free = engine({"r": element}, [ground("r", at, 2e7) for at in "ab"])
+    critical = next(c for c in critical_speeds(free, 1.0, 2500.0) if c.whirl == "forward")
+    sizes = []
+    for damping in (10.0, 1.0, 0.1, 0.01, 0.001):
+        system = engine({"r": element}, [ground("r", at, 2e7, cx=damping) for at in "ab"])
+        response = unbalance_response(system, [_at("r", "a", 1e-4)], [critical.speed_rad_s])
+        sizes.append(damping * abs(response.exciters[0].at_node("r", "a")[0, 0]))
+    return float(np.ptp(sizes) / sizes[1])
+
+
+def _undamped_peaks() -> float:
+    """Points at an undamped resonance, exactly or to rounding, that are NOT refused."""
+    attempts = []
+    for unlike in (1.0, 2.0):
+        for speed in (OMEGA, np.nextafter(OMEGA, 0.0), np.nextafter(OMEGA, 1e9)):
+            system = _disk(0.0, unlike)
+            attempts.append(lambda s=system, v=speed: unbalance_response(s, [_at()], [50.0, v]))
+    for body in (shaft(), reduced_body("harmonic"), reduced_body("solid")):
+        load = _at("r", "a", 1e-4)
+        sprung = engine({"r": body}, [ground("r", at, 2e7) for at in "ab"])
+        critical = next(c for c in critical_speeds(sprung, 1.0, 2500.0) if c.whirl == "forward")
+        attempts.append(
+            lambda s=sprung, c=critical, u=load: unbalance_response(s, [u], [c.speed_rad_s])
+        )
+    return float(refused(attempts))
+
+
+def _beside_the_peak() -> float:
+    """Error of the amplitude 1e-3 to 1e-9 beside an undamped resonance, over 1e-13/distance."""
+    worst = 0.0
+    for distance in (1e-3, 1e-5, 1e-7, 1e-9):
+        for sign in (1.0, -1.0):
+            speed = OMEGA * (1.0 + sign * distance)
+            found = unbalance_response(_disk(0.0), [_at()], [speed]).exciters[0]
+            gap = (OMEGA - speed) * (OMEGA + speed)
+            expected = ECCENTRICITY * speed**2 / gap
+            error = abs(found.at_node("disk", "hub")[0, 0] / expected - 1.0)
+            worst = max(worst, error * distance / 1e-13)
+    return float(worst)
+
+
+def _run(system, step_s, body="disk", interface="hub", top=160.0, ramp_s=2.0, **options):
+    return run_up(
+        system,
+        ramp_and_hold(top, ramp_s),
+        [_at(body, interface)],
+        step_s=step_s,
+        outputs=[End(body=body, interface=interface)],
+        **options,
+    )
+
+
+def _long_steps() -> float:
+    """Run-ups with steps that can not follow the load or the change of the system, NOT refused."""
+    system, gyroscopic = _disk(1e-3), engine({"r": shaft()}, [ground("r", at, 2e7) for at in "ab"])
+    fast = {"top": 3000.0, "ramp_s": 1e-2, "body": "r", "interface": "a"}
+    attempts = [lambda h=h: _run(system, h) for h in (0.00625001, 0.0625, 0.125, 0.25, 1.0, 2.0)]
+    attempts += [lambda h=h: _run(system, h) for h in (0.0, -1e-3, np.nan, np.inf, 3e-3)]
+    attempts += [lambda h=h: _run(gyroscopic, h, **fast) for h in (1e-3, 5e-4)]
+    attempts += [lambda p=p: _run(system, 1e-3, phase_error_rad=p) for p in (0.0, -1.0, np.nan)]
+    return float(refused(attempts))
+
+
+def _longest_steps(system, place, speeds, ramp_s, step_s) -> float:
+    """Error of a passage with the longest step allowed, against steps an eighth of it."""
+    profile = ramp_and_hold(speeds[1], ramp_s, start_speed_rad_s=speeds[0])
+    options = {"outputs": [End(body=place[0], interface=place[1])]}
+    load = [_at(*place)]
+    coarse = run_up(system, profile, load, step_s=step_s, **options)
+    fine = run_up(
+        system, profile, load, step_s=step_s / 8, record_every=8, phase_error_rad=1e-5, **options
+    )
+    path, expected = coarse.translation_m[0], fine.translation_m[0]
+    return float(np.abs(path - expected).max() / np.abs(expected).max())
+
+
+def _disk_passage(unlike: float) -> float:
+    """One radian a step through 100 rad/s with damping of 1e-3."""
+    system = _disk(1e-3, unlike)
+    return _longest_steps(system, ("disk", "hub"), (60.0, 140.0), 4.0, 1.0 / 140.0)
+
+
+def _reduced_passage(level: str) -> float:
+    """As long a step as the gyroscopic change of the frequencies lets pass."""
+    body = reduced_body(level)
+    system = engine({"r": body}, [ground("r", at, 2e7, cx=300.0) for at in "ab"])
+    return _longest_steps(system, ("r", "a"), (600.0, 1400.0), 0.4, 5e-4)
+
+
+def _unnoted_lee() -> float:
+    """Wrong notes on Lee's polynomials: range left, damping or stiffness below zero.
+
+    Damping turns negative at 1106.3 (x) and 1380.2 rad/s (y), k_yy at 2150.7, the range ends at
+    2000 rad/s, of the body that turns.
+    """
+    wrong = 0
+    for law, negative in ((LEE_ISOTROPIC, False), (LEE_ANISOTROPIC, True)):
+        for ratio in (1.0, 0.5, -2.0, 3.3):
+            bearing = ground("disk", "hub", 1e8, cx=1e5, speed_law=law, **TILT)
+            system = engine({"disk": hub()}, [bearing], {"disk": ratio})
+            for top in (1000.0, 1200.0, 1900.0, 2100.0, 2300.0):
+                notes = bearing_notes(system, [0.0, top / abs(ratio)])
+                kinds = {note.kind: abs(ratio) * note.speed_low_rad_s for note in notes}
+                expected = {"negative damping": 1106.3} if top > 1106.3 else {}
+                if top > 2000.0:
+                    expected["outside range"] = 2000.0
+                if negative and top > 2150.7:
+                    expected["negative stiffness"] = 2150.7
+                wrong += int(kinds.keys() != expected.keys())
+                wrong += sum(abs(kinds[k] - v) > 0.1 for k, v in expected.items() if k in kinds)
+    return float(wrong)
+
+
+def _run_up_notes() -> float:
+    """Run-ups past the range of Lee's polynomials without a note."""
+    bearing = ground("disk", "hub", 1e8, cx=1e5, speed_law=LEE_ISOTROPIC, **TILT)
+    system = engine({"disk": hub()}, [bearing])
+    silent = 0
+    for top, expected in ((1000.0, 0), (1500.0, 1), (2100.0, 2)):
+        profile = ramp_and_hold(top, 0.1, start_speed_rad_s=top - 10.0)
+        run = run_up(system, profile, [], step_s=1e-4)
+        silent += abs(len(run.notes) - expected)
+    return float(silent)
+
+
+def _file_changes() -> float:
+    """Numbers of an unbalance response and a run-up that change when the body is from a file."""
+    body, found = reduced_body("harmonic"), []
+    for element in (body, through_file(body)):
+        system = engine({"r": element}, [ground("r", at, 2e7, cx=1e-3) for at in "ab"])
+        response = unbalance_response(system, [_at("r", "a")], np.linspace(0.0, 2500.0, 101))
+        run = _run(system, 1e-3, body="r", interface="a", top=900.0, ramp_s=1.0)
+        found.append((response.exciters[0].translation_m, run.translation_m, run.energy.stored_j))
+    return float(sum(np.count_nonzero(a != b) for a, b in zip(*found, strict=True)))
+
+
+THREE = (
+    ("assembled", shaft),
+    ("harmonic", lambda: reduced_body("harmonic")),
+    ("solid", lambda: reduced_body("solid")),
+)
+
+CASES = (
+    *(
+        HardCase(
+            case="critical speeds exactly at samples of a diagram",
+            level=level,
+            elsewhere="ω - Ω is zero at a sample, and a search for its change of sign misses it",
+            figure="largest relative distance of a branch from ω = Ω there",
+            limit=1e-12,
+            reason="another eigenproblem at each; rounding",
+            measure=lambda make=make: _at_samples(make()),
+        )
+        for level, make in THREE
+    ),
+    *(
+        HardCase(
+            case="critical speeds with damping of 1e-9",
+            level=level,
+            elsewhere="the search starts at the root itself, and both ends have one sign",
+            figure="largest relative difference from those without damping; infinite for a wrong "
+            "number",
+            limit=1e-11,
+            reason="damping moves them by its square; rounding",
+            measure=lambda make=make: _light_damping(make()),
+        )
+        for level, make in THREE
+    ),
+    HardCase(
+        case="unbalance exactly at resonance, damping ratio 1e-2 to 1e-6",
+        level="assembled",
+        elsewhere="a sum of few modes is off by what it leaves out, a sample misses the peak",
+        figure="largest relative error of the complex amplitude",
+        limit=1e-9,
+        reason="e/2ζ; rounding over the damping ratio",
+        measure=_peak_error,
+    ),
+    *(
+        HardCase(
+            case="unbalance at a critical speed, damping over four decades",
+            level=level,
+            elsewhere="a critical speed known to six digits is beside the peak",
+            figure="drift of amplitude times damping",
+            limit=1e-5,
+            reason="rounding of the critical speed over the damping ratio; ratios 1e-3 to 1e-7 "
+            "squared",
+            measure=lambda make=make: _scaled_peak(make()),
+        )
+        for level, make in THREE
+    ),
+    HardCase(
+        case="unbalance at a resonance without any damping",
+        level="assembled",
+        elsewhere="a division by rounding gives a large and meaningless amplitude",
+        figure="of 9 points (exact, one digit beside, three reduced bodies) those not refused",
+        limit=0.0,
+        reason="exact: fewer than three digits are left",
+        measure=_undamped_peaks,
+    ),
+    HardCase(
+        case="unbalance 1e-3 to 1e-9 beside a resonance without damping",
+        level="assembled",
+        elsewhere="the last place before the pole is refused, or given without a check",
+        figure="relative error of the amplitude over 1e-13 / distance",
+        limit=1.0,
+        reason="rounding of Ω² over the distance, some hundred of it",
+        measure=_beside_the_peak,
+    ),
+    HardCase(
+        case="run-up with steps too long for the load or the system",
+        level="assembled",
+        elsewhere="an integrator that never blows up returns a wrong passage without a word",
+        figure="of 16 settings those not refused",
+        limit=0.0,
+        reason="exact: more than one radian a step, or more change of phase than is allowed",
+        measure=_long_steps,
+    ),
+    *(
+        HardCase(
+            case=f"run-up through resonance, one radian a step, {what}",
+            level="assembled",
+            elsewhere="numerical damping or a shifted frequency changes the peak by per cents",
+            figure="largest error over the largest amplitude, against an eighth of the step",
+            limit=1e-3,
+            reason="phase of a block to 3e-4, load to 1/384 of the fourth power of a radian",
+            measure=lambda unlike=unlike: _disk_passage(unlike),
+        )
+        for what, unlike in (("isotropic", 1.0), ("unlike supports", 1.2))
+    ),
+    HardCase(
+        case="run-up through a critical speed with the longest step allowed",
+        level="harmonic",
+        elsewhere="numerical damping or a shifted frequency changes the peak by per cents",
+        figure="largest error over the largest amplitude, against an eighth of the step",
+        limit=1e-3,
+        reason="phase of a block to 3e-4",
+        measure=lambda: _reduced_passage("harmonic"),
+    ),
+    HardCase(
+        case="Lee's polynomials beyond their range, with negative damping and stiffness",
+        level="assembled",
+        elsewhere="a fit is used far outside, and negative damping is taken for a property",
+        figure="of 40 ranges of speed, notes missing, left over or off by 0.1 rad/s",
+        limit=0.0,
+        reason="roots of the printed polynomials: 1106.3 and 2150.7 rad/s; range 2000",
+        measure=_unnoted_lee,
+    ),
+    HardCase(
+        case="run-up beyond the range of Lee's polynomials",
+        level="assembled",
+        elsewhere="a fit is used far outside, and nothing is said",
+        figure="notes missing or left over in three runs",
+        limit=0.0,
+        reason="none at 1000, damping at 1500, damping and range at 2100 rad/s",
+        measure=_run_up_notes,
+    ),
+    HardCase(
+        case="unbalance near resonance and run-up, body from a file",
+        level="reduced file",
+        elsewhere="numbers are rounded on the way, and resonance magnifies it",
+        figure="amplitudes, motions and energies that differ in any bit",
+        limit=0.0,
+        reason="exact: files hold all bits",
+        measure=_file_changes,
+    ),
+)

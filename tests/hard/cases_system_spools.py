@@ -1,0 +1,308 @@
+"""Hard cases of assembled systems: spools that turn against each other, and one that stands."""
+
+from __future__ import annotations
+
+import numpy as np
+from builders_system import engine, ground, joint, reduced_body, refused, shaft, through_file
+from table import HardCase
+
+from solidwhirl.rotordyn import (
+    LEE_ANISOTROPIC,
+    InternalDamping,
+    Rotor,
+    assemble,
+    campbell,
+    critical_speeds,
+    modes_at_speed,
+)
+from solidwhirl.rotordyn.stability import stability_chart
+from solidwhirl.rotordyn.unbalance import Unbalance, unbalance_response
+
+SPEEDS = (1.0, 100.0, 1000.0, 3000.0)
+
+
+def _spools(element, ratios=(1.0, -1.0), coupling=3e7, cx=0.0, outer=4e7):
+    """Two equal shafts, each on its own supports, joined by an inter-shaft bearing."""
+    bearings = [
+        ground(name, at, k, cx=cx) for name, k in (("inner", 4e7), ("outer", outer)) for at in "ab"
+    ]
+    bearings.append(joint(("inner", "b"), ("outer", "b"), coupling))
+    speeds = {"inner": ratios[0], "outer": ratios[1]}
+    return engine({"inner": element, "outer": element}, bearings, speeds)
+
+
+def _mirrored(element) -> float:
+    """Difference of forward and backward frequencies of equal spools with opposite speeds."""
+    system, worst = _spools(element), 0.0
+    for speed in SPEEDS:
+        modes = modes_at_speed(system, speed)
+        omega = modes.eigenvalues.imag
+        forward, backward = omega[::2], omega[1::2]
+        if modes.family is not None:
+            forward, backward = omega[modes.family == 1], omega[modes.family == -1]
+        if forward.size != backward.size:
+            return np.inf
+        worst = max(worst, float(np.abs(forward / backward - 1.0).max()))
+    return worst
+
+
+def _exchanged(element) -> float:
+    """Difference of the branches, and of their whirl, when both spools are reversed.
+
+    The engine with ratios (1.5, −1) seen from behind is the one with (−1.5, 1): frequencies stay,
+    forward and backward change places.
+    """
+    speeds = np.linspace(0.0, 2000.0, 9)
+    one, other = (
+        campbell(_spools(element, ratios), speeds, branch_count=12)
+        for ratios in ((1.5, -1.0), (-1.5, 1.0))
+    )
+    if one.frequency_hz.shape != other.frequency_hz.shape:
+        return np.inf
+    worst, swap = 0.0, {"forward": "backward", "backward": "forward"}
+    for k in range(1, speeds.size):
+        first, second = np.argsort(one.frequency_hz[:, k]), np.argsort(other.frequency_hz[:, k])
+        f, g = one.frequency_hz[first, k], other.frequency_hz[second, k]
+        worst = max(worst, float(np.abs(f / g - 1.0).max()))
+        turned = [swap.get(str(w), str(w)) for w in other.whirl[second, k]]
+        worst += float(np.count_nonzero(one.whirl[first, k] != np.array(turned)))
+    return worst
+
+
+def _reversed_speed(element) -> float:
+    """Difference of frequencies at Ω and −Ω, and modes of another whirl about the reference."""
+    system, worst = _spools(element, (1.0, -0.7)), 0.0
+    for speed in SPEEDS:
+        ahead, back = modes_at_speed(system, speed), modes_at_speed(system, -speed)
+        worst = max(worst, float(np.abs(ahead.eigenvalues / back.eigenvalues - 1.0).max()))
+        worst += float(np.count_nonzero(ahead.family != -back.family))
+    return worst
+
+
+def _wrong_circle(element) -> float:
+    """Part of the orbits that turns against the unbalance, on either spool."""
+    system, worst = _spools(element, cx=50.0), 0.0
+    for body, sign in (("inner", 1.0), ("outer", -1.0)):
+        load = Unbalance(body=body, interface="a", moment_kg_m=1e-4)
+        motion = unbalance_response(system, [load], SPEEDS).exciters[0].translation_m
+        right = np.abs(motion[..., 0] + 1j * sign * motion[..., 1])
+        wrong = np.abs(motion[..., 0] - 1j * sign * motion[..., 1])
+        worst = max(worst, float((wrong / right).max()))
+    return worst
+
+
+def _wrong_resonances(element) -> float:
+    """Critical speeds at which a spool excites the other whirl, or not its own.
+
+    With a tenth of the damping the response at a resonance grows tenfold, elsewhere it stays.
+    """
+    undamped, wrong = _spools(element, outer=9e7), 0
+    found = critical_speeds(undamped, 1.0, 3000.0)
+    for body, own in (("inner", "forward"), ("outer", "backward")):
+        load = Unbalance(body=body, interface="a", moment_kg_m=1e-4)
+        for critical in found:
+            sizes = []
+            for cx in (1e-2, 1e-3):
+                system = _spools(element, cx=cx, outer=9e7)
+                response = unbalance_response(system, [load], [critical.speed_rad_s])
+                sizes.append(np.abs(response.exciters[0].translation_m).max())
+            expected = 10.0 if critical.whirl == own else 1.0
+            wrong += int(abs(sizes[1] / sizes[0] / expected - 1.0) > 1e-3)
+    return float(wrong) if {c.whirl for c in found} == {"forward", "backward"} else np.inf
+
+
+def _paired_critical_speeds(element) -> float:
+    """Relative difference of forward and backward critical speeds of equal opposite spools."""
+    found = critical_speeds(_spools(element), 1.0, 3000.0)
+    forward, backward = (
+        np.array([c.speed_rad_s for c in found if c.whirl == whirl])
+        for whirl in ("forward", "backward")
+    )
+    if forward.size == 0 or forward.size != backward.size or 2 * forward.size != len(found):
+        return np.inf
+    return float(np.abs(forward / backward - 1.0).max())
+
+
+def _standing_frequencies(element) -> float:
+    """Change with Ω of the frequencies of a shaft that stands still beside a turning one."""
+    system = _spools(element, (1.0, 0.0), coupling=0.0)
+    alone = engine({"r": element}, [ground("r", at, 4e7) for at in "ab"], {"r": 0.0})
+    expected = modes_at_speed(alone, 0.0).eigenvalues.imag
+    worst = 0.0
+    for speed in SPEEDS:
+        omega = modes_at_speed(system, speed).eigenvalues.imag
+        nearest = np.abs(omega[None] / expected[:, None] - 1.0)
+        worst = max(worst, float(np.sort(nearest, axis=1)[:, 0].max()))
+    return worst
+
+
+def _standing_requests() -> float:
+    """Requests that make no sense for a shaft that stands still, NOT refused."""
+    system = _spools(shaft(), (1.0, 0.0))
+    load = Unbalance(body="outer", interface="a", moment_kg_m=1e-4)
+    attempts = [
+        lambda: unbalance_response(system, [load], SPEEDS),
+        lambda: critical_speeds(system, 0.0, 1000.0),
+        lambda: critical_speeds(system, np.nan, 1000.0),
+        lambda: critical_speeds(system, np.inf, 1000.0),
+    ]
+    return float(refused(attempts))
+
+
+def _standing_damping() -> float:
+    """Growth of a shaft that stands still with internal damping, over 30 times its frequency."""
+    beta = InternalDamping(stiffness_coefficient_s=1e-5)
+    rotor = Rotor(element=shaft(), speed_ratio=0.0, internal_damping=beta)
+    system = assemble({"r": rotor}, tuple(ground("r", at, 4e7) for at in "ab"))
+    chart = stability_chart(system, np.linspace(0.0, 20_000.0, 6))
+    drift = np.ptp(chart.log_decrement) / chart.log_decrement[0]
+    return float(drift + chart.unstable_count.sum())
+
+
+def _standing_law() -> float:
+    """Change with Ω of a bearing whose law follows the speed of a shaft that stands still."""
+    bearing = ground("r", "a", 1e8, cx=1e3, speed_law=LEE_ANISOTROPIC)
+    system = engine({"r": shaft()}, [bearing, ground("r", "b", 1e8)], {"r": 0.0})
+    at_rest = modes_at_speed(system, 0.0).eigenvalues
+    return float(
+        max(np.abs(modes_at_speed(system, v).eigenvalues / at_rest - 1.0).max() for v in SPEEDS)
+    )
+
+
+def _file_changes() -> float:
+    """Eigenvalues of opposite spools that change when one comes from a file."""
+    body = reduced_body("harmonic")
+    first, second = (_spools(e) for e in (body, through_file(body)))
+    return float(
+        sum(
+            np.count_nonzero(
+                modes_at_speed(first, v).eigenvalues != modes_at_speed(second, v).eigenvalues
+            )
+            for v in SPEEDS
+        )
+    )
+
+
+THREE = (
+    ("assembled", shaft, 1e-11),
+    ("harmonic", lambda: reduced_body("harmonic"), 1e-11),
+    ("solid", lambda: reduced_body("solid"), 1e-8),
+)
+SENSE = "the sense of the spin is lost where frequencies are taken from squares"
+
+CASES = (
+    *(
+        HardCase(
+            case="counter-rotating equal spools: whirl branches mirror each other",
+            level=level,
+            elsewhere="equal forward and backward modes mix, and orbits become lines",
+            figure="largest relative difference of forward and backward frequencies, 4 speeds",
+            limit=limit,
+            reason="exact but for rounding (solid: the mesh, far below its error)",
+            measure=lambda make=make: _mirrored(make()),
+        )
+        for level, make, limit in THREE
+    ),
+    *(
+        HardCase(
+            case="counter-rotating spools of 1.5 and -1 reversed to -1.5 and 1",
+            level=level,
+            elsewhere=SENSE,
+            figure="largest relative difference of 12 branches, plus whirls that do not exchange",
+            limit=1e-11,
+            reason="seen from behind it is the same engine",
+            measure=lambda make=make: _exchanged(make()),
+        )
+        for level, make, _ in THREE[:2]
+    ),
+    HardCase(
+        case="speed Ω and -Ω",
+        level="assembled",
+        elsewhere=SENSE,
+        figure="largest relative difference of all modes, plus whirls that do not exchange",
+        limit=1e-11,
+        reason="seen from behind it is the same engine",
+        measure=lambda: _reversed_speed(shaft()),
+    ),
+    *(
+        HardCase(
+            case="counter-rotating spools: unbalance of either turns its own way",
+            level=level,
+            elsewhere="every unbalance is taken to turn with the reference shaft",
+            figure="part of the orbits that turns the other way, at 4 speeds",
+            limit=limit,
+            reason="isotropic supports: none, but for rounding (solid: the mesh)",
+            measure=lambda make=make: _wrong_circle(make()),
+        )
+        for level, make, limit in THREE
+    ),
+    HardCase(
+        case="counter-rotating unlike spools: which critical speeds an unbalance excites",
+        level="assembled",
+        elsewhere="only forward whirl is taken for excited",
+        figure="critical speeds of the wrong whirl excited, or of the right one not",
+        limit=0.0,
+        reason="exact: tenfold amplitude with a tenth of the damping, or the same",
+        measure=lambda: _wrong_resonances(shaft()),
+    ),
+    *(
+        HardCase(
+            case="counter-rotating equal spools: critical speeds in pairs",
+            level=level,
+            elsewhere="backward ones are left out, or one of an equal pair is lost",
+            figure="largest relative difference in a pair; infinite for a wrong number",
+            limit=1e-11,
+            reason="exact but for rounding",
+            measure=lambda make=make: _paired_critical_speeds(make()),
+        )
+        for level, make, _ in THREE[:2]
+    ),
+    *(
+        HardCase(
+            case="speed ratio 0: a shaft that stands still",
+            level=level,
+            elsewhere="a division by the ratio, or gyroscopic effects of the reference shaft",
+            figure="largest relative change of its frequencies over 4 speeds",
+            limit=1e-11,
+            reason="exact but for rounding",
+            measure=lambda make=make: _standing_frequencies(make()),
+        )
+        for level, make, _ in THREE[:2]
+    ),
+    HardCase(
+        case="speed ratio 0: unbalance and excitation",
+        level="assembled",
+        elsewhere="an infinite or zero critical speed comes out",
+        figure="of 4 requests those not refused",
+        limit=0.0,
+        reason="exact: what does not turn excites nothing",
+        measure=_standing_requests,
+    ),
+    HardCase(
+        case="speed ratio 0: internal damping",
+        level="assembled",
+        elsewhere="internal damping of every body is made to turn with Ω",
+        figure="change of the decrement to 20 000 rad/s, and motions that grow",
+        limit=1e-12,
+        reason="exact: it never turns",
+        measure=_standing_damping,
+    ),
+    HardCase(
+        case="speed ratio 0: bearing law",
+        level="assembled",
+        elsewhere="the law follows the reference shaft instead of its own",
+        figure="largest relative change of an eigenvalue over 4 speeds",
+        limit=1e-12,
+        reason="exact but for rounding",
+        measure=_standing_law,
+    ),
+    HardCase(
+        case="counter-rotating spools from a file",
+        level="reduced file",
+        elsewhere="numbers are rounded on the way, and mirrored modes mix",
+        figure="eigenvalues that differ in any bit, at 4 speeds",
+        limit=0.0,
+        reason="exact: files hold all bits",
+        measure=_file_changes,
+    ),
+)

@@ -1,0 +1,239 @@
+"""Hard cases of assembled systems: supports from very soft to exactly rigid, and contrasts."""
+
+from __future__ import annotations
+
+import numpy as np
+from builders_system import (
+    engine,
+    ground,
+    joint,
+    pinned,
+    reduced_body,
+    shaft,
+    through_file,
+)
+from exact_system import exact_frequencies
+from table import HardCase
+
+from solidwhirl.rotordyn import critical_speeds, modes_at_speed
+
+DECADES = tuple(10.0**d for d in range(2, 17))
+ENDS = [(at, c) for at in "ab" for c in ("ux", "uy")]
+
+
+def _digits_lost(element, speed_rad_s, stiffnesses=DECADES, count=4) -> float:
+    """Largest relative error of the lowest frequencies on supports of each stiffness."""
+    worst = 0.0
+    for k in stiffnesses:
+        system = engine({"rotor": element}, [ground("rotor", at, k) for at in "ab"])
+        found = modes_at_speed(system, speed_rad_s, count).eigenvalues.imag
+        exact = exact_frequencies(element, dict.fromkeys(ENDS, k), speed_rad_s, found)
+        worst = max(worst, float(np.abs(found / exact - 1.0).max()))
+    return worst
+
+
+def _rigid_error(element, speed_rad_s) -> float:
+    """Error of the lowest frequencies with both ends held exactly."""
+    system = engine({"rotor": element}, [pinned("rotor", at) for at in "ab"])
+    found = modes_at_speed(system, speed_rad_s, 4).eigenvalues.imag
+    exact = exact_frequencies(element, dict.fromkeys(ENDS), speed_rad_s, found)
+    return float(np.abs(found / exact - 1.0).max())
+
+
+def _unlike_error(stiffness: dict, speeds=(0.0, 300.0, 3000.0)) -> float:
+    """Error of the lowest frequencies on supports that differ in x and y by orders."""
+    element, worst = shaft(), 0.0
+    bearings = [ground("rotor", at, *k) for at, k in stiffness.items()]
+    supports = {
+        (at, c): v for at, k in stiffness.items() for c, v in zip(("ux", "uy"), k, strict=True)
+    }
+    for speed in speeds:
+        found = modes_at_speed(engine({"rotor": element}, bearings), speed, 5).eigenvalues.imag
+        exact = exact_frequencies(element, supports, speed, found)
+        worst = max(worst, float(np.abs(found / exact - 1.0).max()))
+    return worst
+
+
+def _towards_rigid(element) -> float:
+    """Miss of f(k) by f_rigid − c/k, c from the reactions of the rigid supports, over f_rigid.
+
+    A support that gives way by its reaction R over k takes R²/k from ω² of a mode of unit mass.
+    The next term is of the order of (k_body / k)².
+    """
+    rigid = engine({"rotor": element}, [pinned("rotor", at) for at in "ab"])
+    modes = modes_at_speed(rigid, 0.0, 1)
+    omega = float(modes.eigenvalues[0].imag)
+    motion = rigid.transformation @ modes.shapes[:, 0].real
+    force = (element.stiffness - omega**2 * element.mass) @ motion
+    reactions = np.array([force[element.interface_index(*end)] for end in ENDS])
+    slope = float(reactions @ reactions) / (2.0 * omega)
+    worst = 0.0
+    for k in (1e13, 1e14, 1e15, 1e16):
+        system = engine({"rotor": element}, [ground("rotor", at, k) for at in "ab"])
+        found = float(modes_at_speed(system, 0.0, 1).eigenvalues[0].imag)
+        worst = max(worst, abs(found - (omega - slope / k)) / omega)
+    return worst
+
+
+def _joint_error() -> float:
+    """Two shafts joined by 1e6 to 1e16 N/m against one shaft and the closed form of the joint.
+
+    With every joint stiff, frequencies are those of the exact joint less c/k, so that k (f_rigid −
+    f) is the same at all stiffnesses.
+    """
+    bodies = {"left": shaft("left", length_m=0.3), "right": shaft("right", length_m=0.4)}
+    held = [ground("left", "a", 1e2), ground("right", "b", 1e16)]
+    at = (("left", "b"), ("right", "a"))
+    exact = joint(*at, rigid=("ux", "uy"))
+    limit = modes_at_speed(engine(bodies, [*held, exact]), 500.0, 4).eigenvalues.imag
+    misses = []
+    for k in (1e12, 1e14, 1e16):
+        soft = modes_at_speed(engine(bodies, [*held, joint(*at, k)]), 500.0, 4).eigenvalues.imag
+        misses.append((limit - soft) / limit)
+    # at 1e12 the miss is about 1e-5; two decades on it must be a hundredth of that
+    drift = max(
+        np.abs(misses[1] - misses[0] / 1e2).max(), np.abs(misses[2] - misses[0] / 1e4).max()
+    )
+    return float(drift)
+
+
+def _critical_digits() -> float:
+    """Error of critical speeds on supports of each stiffness: ω = Ω in 50 digits."""
+    element, worst = shaft(), 0.0
+    for k in DECADES:
+        system = engine({"rotor": element}, [ground("rotor", at, k) for at in "ab"])
+        for critical in critical_speeds(system, 1.0, 4000.0):
+            speed = critical.speed_rad_s
+            exact = exact_frequencies(element, dict.fromkeys(ENDS, k), speed, [speed])[0]
+            worst = max(worst, abs(exact / speed - 1.0))
+    return float(worst)
+
+
+def _file_changes() -> float:
+    """Frequencies on supports of each stiffness that change when the body comes from a file."""
+    body, differences = reduced_body("harmonic"), 0
+    for k in (*DECADES, None):
+        first, second = (
+            modes_at_speed(
+                engine({"r": e}, [ground("r", a, k) if k else pinned("r", a) for a in "ab"]), 500.0
+            ).eigenvalues
+            for e in (body, through_file(body))
+        )
+        differences += int(np.count_nonzero(first != second))
+    return float(differences)
+
+
+SWALLOW = "a support of 1e16 N/m added to a body of 1e8 N/m leaves half of the body's digits"
+SOFT = "rounding of 28 coordinates times body over support stiffness, 1e6 at most"
+SPIN = (0.0, 300.0, 3000.0)
+
+CASES = (
+    HardCase(
+        case="supports of 1e6 to 1e16 N/m, at rest and at speed",
+        level="assembled",
+        elsewhere=SWALLOW,
+        figure="largest relative error of 4 frequencies against 50 decimal digits",
+        limit=1e-13,
+        reason="rounding of 28 coordinates",
+        measure=lambda: max(_digits_lost(shaft(), v, DECADES[4:]) for v in SPIN),
+    ),
+    HardCase(
+        case="supports of 1e2 to 1e5 N/m, at rest and at speed",
+        level="assembled",
+        elsewhere="rounding of the body's stiffness in rigid motion is as large as the support",
+        figure="largest relative error of 4 frequencies against 50 decimal digits",
+        limit=1e-10,
+        reason=SOFT,
+        measure=lambda: max(_digits_lost(shaft(), v, DECADES[:4]) for v in SPIN),
+    ),
+    HardCase(
+        case="supports of 1e2 to 1e16 N/m, at rest and at speed",
+        level="harmonic",
+        elsewhere=SWALLOW,
+        figure="largest relative error of 2 frequencies against 50 decimal digits",
+        limit=1e-9,
+        reason="rounding times body over support stiffness; the body is 10 times stiffer",
+        measure=lambda: max(
+            _digits_lost(reduced_body("harmonic"), v, DECADES[::7], 2) for v in (0.0, 1000.0)
+        ),
+    ),
+    HardCase(
+        case="supports held exactly, at rest and at speed",
+        level="assembled",
+        elsewhere="a penalty spring stands for them: too soft, or digits are lost",
+        figure="largest relative error of 4 frequencies against 50 decimal digits",
+        limit=1e-13,
+        reason="rounding of 24 coordinates",
+        measure=lambda: max(_rigid_error(shaft(), v) for v in SPIN),
+    ),
+    *(
+        HardCase(
+            case="supports of 1e13 to 1e16 N/m against the exact ones",
+            level=level,
+            elsewhere=SWALLOW,
+            figure="miss of f(k) by f_rigid - c/k, c from the reactions, over f_rigid",
+            limit=limit,
+            reason="rounding; the next term is (k_body/k)² = 1e-10 of c/k",
+            measure=lambda make=make: _towards_rigid(make()),
+        )
+        for level, make, limit in (
+            ("assembled", shaft, 1e-12),
+            ("harmonic", lambda: reduced_body("harmonic"), 5e-12),
+            ("solid", lambda: reduced_body("solid"), 5e-12),
+        )
+    ),
+    HardCase(
+        case="critical speeds on supports of 1e2 to 1e16 N/m",
+        level="assembled",
+        elsewhere=SWALLOW,
+        figure="largest relative error against 50 decimal digits",
+        limit=1e-10,
+        reason=SOFT,
+        measure=_critical_digits,
+    ),
+    HardCase(
+        case="k_xx = 8e6 beside k_yy = 1e10 N/m",
+        level="assembled",
+        elsewhere="one scale for both directions loses the digits of the softer one",
+        figure="largest relative error of 5 frequencies against 50 decimal digits",
+        limit=1e-13,
+        reason="rounding of 28 coordinates",
+        measure=lambda: _unlike_error({"a": (8e6, 1e10), "b": (8e6, 1e10)}),
+    ),
+    HardCase(
+        case="one end of 8e6 N/m in x and free in y",
+        level="assembled",
+        elsewhere="a direction without support makes the stiffness singular",
+        figure="largest relative error of 5 frequencies against 50 decimal digits",
+        limit=1e-12,
+        reason="rounding; free in y about the other end, whose zero is counted",
+        measure=lambda: _unlike_error({"a": (1e10, 1e10), "b": (8e6, 0.0)}),
+    ),
+    HardCase(
+        case="1e16 N/m in x and 1e2 in y at one end",
+        level="assembled",
+        elsewhere=SWALLOW,
+        figure="largest relative error of 5 frequencies against 50 decimal digits",
+        limit=1e-10,
+        reason=SOFT,
+        measure=lambda: _unlike_error({"a": (1e10, 1e10), "b": (1e16, 1e2)}),
+    ),
+    HardCase(
+        case="two shafts joined by 1e12 to 1e16 N/m, ends on 1e2 and 1e16",
+        level="assembled",
+        elsewhere=SWALLOW,
+        figure="drift of k (f_rigid - f)/f_rigid, which is a constant, per 1e12 N/m",
+        limit=1e-9,
+        reason="the miss at 1e12 N/m is 1e-5, and its second order the square of that",
+        measure=_joint_error,
+    ),
+    HardCase(
+        case="supports of 1e2 N/m to exactly rigid, body from a file",
+        level="reduced file",
+        elsewhere="numbers are rounded on the way",
+        figure="frequencies that differ in any bit",
+        limit=0.0,
+        reason="exact: files hold all bits",
+        measure=_file_changes,
+    ),
+)

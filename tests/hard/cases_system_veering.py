@@ -1,0 +1,213 @@
+"""Hard cases of assembled systems: branches that come close, followed in both directions."""
+
+from __future__ import annotations
+
+import numpy as np
+from builders_system import engine, ground, joint, reduced_body, shaft, through_file
+from scipy.optimize import linear_sum_assignment, minimize_scalar
+from table import HardCase
+
+from solidwhirl.rotordyn import campbell, modes_at_speed
+
+TOP = 600.0
+COMMON = np.linspace(0.0, TOP, 9)
+
+
+def _veering(coupling_n_per_m: float, unlike: float = 1.0, element=None):
+    """A turning shaft whose forward mode meets that of a standing one, weakly joined to it.
+
+    `unlike` is k_yy over k_xx of the supports.
+    """
+    turning = shaft() if element is None else element
+    standing = turning
+    tilt = {"tilt_stiffness_n_m_per_rad": 1e4 * np.eye(2)}
+    bearings = [ground("left", at, 5e7, 5e7 * unlike, **tilt) for at in "ab"]
+    bearings += [ground("right", at, 5.8e7, 5.8e7 * unlike, **tilt) for at in "ab"]
+    bearings.append(joint(("left", "a"), ("right", "a"), coupling_n_per_m))
+    return engine({"left": turning, "right": standing}, bearings, {"right": 0.0})
+
+
+def _difference(first, second) -> float:
+    """Largest relative difference of two sets of branches (b, s), paired as a whole."""
+    if first.shape != second.shape or not np.isfinite(first).all():
+        return np.inf
+    apart = np.abs(first[:, None] / second[None] - 1.0).max(axis=2)
+    rows, columns = linear_sum_assignment(apart)
+    return float(apart[rows, columns].max())
+
+
+def _there_and_back(system) -> float:
+    """Difference of 8 branches over 200 steps followed forwards and backwards."""
+    speeds = np.linspace(0.0, TOP, 201)
+    there = campbell(system, speeds, branch_count=8).frequency_hz
+    back = campbell(system, speeds[::-1], branch_count=8).frequency_hz[:, ::-1]
+    return _difference(there, back)
+
+
+def _refined(system) -> float:
+    """Largest difference of 8 branches at 9 speeds with 0, 40 and 150 random ones between."""
+    random = np.random.default_rng(3)
+    plain = campbell(system, COMMON, branch_count=8).frequency_hz
+    worst = 0.0
+    for count in (1, 40, 150):
+        speeds = np.union1d(COMMON, random.uniform(0.0, TOP, count))
+        found = campbell(system, speeds, branch_count=8).frequency_hz
+        worst = max(worst, _difference(plain, found[:, np.searchsorted(speeds, COMMON)]))
+    return worst
+
+
+def _exchanges(coupling_n_per_m: float, steps: int) -> float:
+    """Speeds at which the two forward branches that veer are out of order."""
+    system = _veering(coupling_n_per_m)
+    diagram = campbell(system, np.linspace(0.0, TOP, steps + 1), branch_count=4)
+    forward = diagram.frequency_hz[(diagram.whirl[:, -1] == "forward")]
+    if forward.shape[0] != 2:
+        return np.inf
+    below, above = forward if forward[0, 1] < forward[1, 1] else forward[::-1]
+    return float(np.count_nonzero(below[1:] > above[1:]))
+
+
+def _crossings() -> float:
+    """Error of the count of crossings and veerings of forward modes without any coupling."""
+    system = _veering(0.0)
+    diagram = campbell(system, np.linspace(0.0, TOP, 41), branch_count=4)
+    kinds = [note.kind for note in diagram.notes]
+    rising = diagram.frequency_hz[:, -1] > diagram.frequency_hz[:, 0] * (1.0 + 1e-6)
+    return float(abs(kinds.count("crossing") - 2) + kinds.count("veering") + abs(rising.sum() - 1))
+
+
+def _gap_error() -> float:
+    """Closest distance of the branches against perturbation theory of two modes.
+
+    Two modes of equal frequency ω whose ends a move by φ1, φ2 at unit modal mass part by
+    |φ1 φ2| k/ω rad/s when a spring k joins them.
+    """
+    coupling = 1e4
+    system, apart = _veering(coupling), _veering(0.0)
+    found = minimize_scalar(
+        lambda speed: _forward_gap(system, speed),
+        bounds=(100.0, 180.0),
+        method="bounded",
+        options={"xatol": 1e-4},
+    )
+    closest, meeting = float(found.fun), float(found.x)
+    modes = modes_at_speed(apart, meeting)
+    chosen = [k for k in range(modes.eigenvalues.size) if modes.family[k] == 1][:2]
+    moved = []
+    for name in ("left", "right"):
+        rows = apart.transformation[apart.body_slices[name]]
+        element = apart.system.rotors[name].element
+        ends = [rows[element.interface_index("a", c)] for c in ("ux", "uy")]
+        # whirling modes are scaled by 2ω M − iG, the derivative of the dynamic stiffness
+        inertia = [_modal_rate(apart, modes, k, meeting) for k in chosen]
+        size = [sum(abs(row @ modes.shapes[:, k]) ** 2 for row in ends) for k in chosen]
+        moved.append(max(np.sqrt(s / i) for s, i in zip(size, inertia, strict=True)))
+    expected = 2.0 * coupling * moved[0] * moved[1]
+    return float(abs(closest / expected - 1.0))
+
+
+def _modal_rate(system, modes, k, speed_rad_s):
+    omega, shape = modes.eigenvalues[k].imag, modes.shapes[:, k]
+    rate = 2.0 * omega * system.mass - 1j * speed_rad_s * system.gyroscopic
+    return (shape.conj() @ rate @ shape).real
+
+
+def _forward_gap(system, speed_rad_s):
+    """Distance of the two lowest forward frequencies, rad/s."""
+    modes = modes_at_speed(system, speed_rad_s)
+    below, above = modes.eigenvalues.imag[modes.family == 1][:2]
+    return above - below
+
+
+def _file_changes() -> float:
+    """Numbers of a tracked diagram that change when the bodies come from a file."""
+    speeds = np.linspace(0.0, TOP, 25)
+    body = reduced_body("harmonic")
+    first, second = (
+        campbell(_veering(1e5, element=e), speeds, branch_count=8)
+        for e in (body, through_file(body))
+    )
+    pairs = ((first.eigenvalues, second.eigenvalues), (first.overlap, second.overlap))
+    return float(sum(np.count_nonzero(a != b) for a, b in pairs))
+
+
+SWAPS = "sorting by frequency, or comparing shapes over too long a step, exchanges the branches"
+
+
+def _both_ways(level, what, limit, system) -> HardCase:
+    return HardCase(
+        case=f"{what}: 200 steps there and back",
+        level=level,
+        elsewhere=SWAPS + ", and another way round gives another diagram",
+        figure="largest relative difference of 8 branches followed forwards and backwards",
+        limit=limit,
+        reason="the same eigenproblems; only their order differs",
+        measure=lambda: _there_and_back(system()),
+    )
+
+
+CASES = (
+    _both_ways("assembled", "modes veering at 1e-3 of the frequency", 1e-12, lambda: _veering(1e6)),
+    _both_ways("assembled", "modes veering at 1e-5 of the frequency", 1e-12, lambda: _veering(1e4)),
+    _both_ways("assembled", "modes crossing without any coupling", 1e-12, lambda: _veering(0.0)),
+    _both_ways(
+        "assembled", "veering in supports unlike by 1 %", 1e-12, lambda: _veering(1e6, 1.01)
+    ),
+    _both_ways(
+        "harmonic",
+        "modes veering in supports unlike by 1 %",
+        1e-12,
+        lambda: _veering(1e6, 1.01, reduced_body("harmonic")),
+    ),
+    _both_ways(
+        "solid",
+        "modes veering in supports unlike by 1 %",
+        1e-12,
+        lambda: _veering(1e6, 1.01, reduced_body("solid")),
+    ),
+    HardCase(
+        case="modes veering: 1, 40 and 150 random speeds between 9",
+        level="assembled",
+        elsewhere=SWAPS,
+        figure="largest relative difference of 8 branches at the 9 speeds",
+        limit=1e-12,
+        reason="the same eigenproblems; a diagram must not depend on its grid",
+        measure=lambda: _refined(_veering(1e6)),
+    ),
+    HardCase(
+        case="modes veering between two of 9 speeds",
+        level="assembled",
+        elsewhere="a long step over a narrow veering takes it for a crossing",
+        figure="speeds at which two modes of one family, which can not cross, are out of order",
+        limit=0.0,
+        reason="exact (von Neumann and Wigner)",
+        measure=lambda: _exchanges(1e6, 8),
+    ),
+    HardCase(
+        case="modes crossing without any coupling: what is noted",
+        level="assembled",
+        elsewhere="crossings are noted as veerings, or bent into them",
+        figure="error of the number of crossings, veerings and rising branches",
+        limit=0.0,
+        reason="the forward mode passes both modes of the shaft that stands still",
+        measure=_crossings,
+    ),
+    HardCase(
+        case="closest distance of veering modes",
+        level="assembled",
+        elsewhere="modes closer than a solver's tolerance are merged",
+        figure="relative error of the distance, which is 1e-5 of the frequency",
+        limit=2e-3,
+        reason="perturbation theory of two modes, to first order in k",
+        measure=_gap_error,
+    ),
+    HardCase(
+        case="modes veering, bodies from a file",
+        level="reduced file",
+        elsewhere="numbers are rounded on the way, and branches take another turn",
+        figure="eigenvalues and likenesses of 8 branches that differ in any bit",
+        limit=0.0,
+        reason="exact: files hold all bits",
+        measure=_file_changes,
+    ),
+)
