@@ -58,9 +58,13 @@ def centrifugal_displacement(
     else:
         small, force = folded(stiffness, turned), apply_transposed(turned, force)
         factor = factorise(small, pins)
-        small.destroy()
     moved = factor.solve(force, None)[: len(motions)]
+    # Kσ and S cancel in rigid motion as well as the stress is in equilibrium with the load
+    rest = force - apply(stiffness if turned is None else small, moved)
+    moved = moved + factor.solve(rest, None)[: len(motions)]
     factor.destroy()
+    if turned is not None:
+        small.destroy()
     moved = moved - _rigid_part(motions, moved, space.mesh.comm)
     field = fem.Function(space)
     whole = moved if turned is None else apply(turned, moved)

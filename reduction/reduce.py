@@ -26,6 +26,9 @@ from solidwhirl.reduction.superelements import (
     mesh_mass_properties,
     reduce_block,
 )
+from solidwhirl.reduction.verification import check_mass, count_held_modes, verify_order
+from solidwhirl.reduction.verification_meridian import count_solid_modes
+from solidwhirl.rotordyn.invariants import Invariant
 from solidwhirl.rotordyn.superelement import Superelement, attach_rigid_disk
 
 FloatArray = NDArray[np.float64]
@@ -89,9 +92,11 @@ class ReductionWork:
         Largest hoop strain of the centrifugal field at the top speed (0 if it was not computed).
         The prestress neglects the change of shape, which is of that relative order.
     seconds
-        Wall time of operators, of basis and projection, and of the error estimate.
+        Wall time of operators, of basis and projection, of the error estimate and of the checks.
     indicators
         Where on the mesh the estimated error arises; empty unless "mesh" was asked for.
+    checks
+        What must hold for the basis, and whether it does.
     """
 
     assembled: Mapping[str, tuple[str, ...]]
@@ -100,6 +105,7 @@ class ReductionWork:
     hoop_strain: float
     seconds: Mapping[str, float]
     indicators: tuple[ElementIndicators, ...] = ()
+    checks: tuple[Invariant, ...] = ()
 
 
 def reduce_body(
@@ -134,9 +140,9 @@ def reduce_body(
         See `reduction_basis` and `couple`; or the interfaces' motions depend on each other.
     """
     points = comm.bcast(_recovery_points(mesh) if comm.rank == 0 else None, root=0)
-    blocks, omitted, finer, dofs = [], [], [], 0
+    blocks, omitted, finer, checks, dofs = [], [], [], [], 0
     assembled, solved, errors = {}, {}, [0.0]
-    seconds = {"operators": 0.0, "basis": 0.0, "error_estimate": 0.0}
+    seconds = {"operators": 0.0, "basis": 0.0, "error_estimate": 0.0, "checks": 0.0}
     for order in (None,) if request.level == "solid" else request.orders:
         start = time.perf_counter()
         operators = build_operators(
@@ -159,12 +165,17 @@ def reduce_body(
         omitted.append(parts)
         finer.append(fine)
         solved[label] += did
+        estimated = time.perf_counter()
+        checks += _checks(operators, basis, errors[-1], body, mesh, request)
         seconds["operators"] += middle - start
         seconds["basis"] += reduced - middle
-        seconds["error_estimate"] += time.perf_counter() - reduced
+        seconds["error_estimate"] += estimated - reduced
+        seconds["checks"] += time.perf_counter() - estimated
         basis.factor.destroy()
         operators.release()
     properties = _properties(body, operators)
+    if operators.rigid_mass is not None:
+        checks.append(check_mass(body, properties))
     element = build_superelement(
         body,
         tuple(blocks),
@@ -186,8 +197,33 @@ def reduce_body(
         hoop_strain=operators.hoop_strain * request.maximum_speed_rad_s**2,
         seconds=seconds,
         indicators=_indicators(body, tuple(blocks), tuple(finer)),
+        checks=tuple(checks),
     )
     return element, work
+
+
+def _checks(
+    operators: BodyOperators,
+    basis: Basis,
+    orthogonality: float,
+    body: Body,
+    mesh: Mesh | None,
+    request: ReductionRequest,
+) -> list[Invariant]:
+    """What must hold for the basis of one order, while its factor is at hand."""
+    where = body.name if operators.harmonic is None else f"{body.name}, n={operators.harmonic}"
+    out = list(verify_order(operators, basis, orthogonality, where))
+    if operators.harmonic is not None:
+        return [*out, count_held_modes(operators, basis, where)]
+    counted = count_solid_modes(
+        body,
+        mesh,
+        operators.comm,
+        basis,
+        request.orders,
+        lambda order: replace(_effects(body, request, order), gyroscopic=False, centrifugal=False),
+    )
+    return [*out, counted]
 
 
 def _omitted(

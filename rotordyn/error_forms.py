@@ -256,8 +256,9 @@ def _spread(
     """Return l ⊗ y and r ⊗ x of each pair, each (4n, m)."""
     y, x = np.asarray(left, dtype=complex), np.asarray(right, dtype=complex)
     first, second = _powers(np.asarray(rates, dtype=complex), spin_rad_s)
-    spread_y = (first[:, None, :] * y).reshape(-1, y.shape[1])
-    return spread_y, (second[:, None, :] * x).reshape(-1, x.shape[1])
+    spread_y, spread_x = first[:, None, :] * y, second[:, None, :] * x
+    rows = BLOCKS * len(y)  # written out, as there may be no pair
+    return spread_y.reshape(rows, y.shape[1]), spread_x.reshape(rows, x.shape[1])
 
 
 def _times(matrix: FloatArray, vectors: ComplexArray) -> ComplexArray:

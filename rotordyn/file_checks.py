@@ -18,15 +18,31 @@ from solidwhirl.rotordyn.errors import SuperelementError
 from solidwhirl.rotordyn.file_format import (
     FORMAT,
     LARGEST_COUNT,
+    LARGEST_NUMBER,
     LARGEST_SIZE,
+    LARGEST_WHOLE,
+    LONGEST_ATTRIBUTE,
+    LONGEST_NAME,
+    LONGEST_TEXT,
     MAJOR_VERSION,
     OPERATORS,
     UNITS,
     UNSUPPORTED,
+    printable,
 )
+from solidwhirl.rotordyn.file_storage import allowed_bytes, declared_bytes, storage_fault
 
-# What h5py raises for damaged content.
-_READ_ERRORS = (OSError, RuntimeError, KeyError, TypeError, ValueError)
+# What h5py and numpy raise for damaged content.
+_READ_ERRORS = (
+    OSError,
+    RuntimeError,
+    LookupError,
+    TypeError,
+    ValueError,
+    ArithmeticError,
+    AttributeError,
+    MemoryError,
+)
 
 
 class SuperelementFile:
@@ -43,6 +59,10 @@ class SuperelementFile:
     def __init__(self, path: Path, file: h5py.File) -> None:
         self.path = path
         self.file = file
+        self._place = "the root"  # last one that was looked at
+        self._left_bytes = allowed_bytes(path.stat().st_size)
+        self._counted: set[str] = set()
+        self._datasets: dict[str, h5py.Dataset] = {}  # that were found in order
 
     @classmethod
     @contextmanager
@@ -52,49 +72,85 @@ class SuperelementFile:
             raise SuperelementError(f"{path}: no such file")
         try:
             file = h5py.File(path, "r")
-        except OSError as error:
-            raise SuperelementError(f"{path}: not a complete HDF5 file: {error}") from error
+        except _READ_ERRORS as error:
+            said = printable(str(error))
+            raise SuperelementError(f"{path}: not a complete HDF5 file: {said}") from error
+        place = "the root"
         try:
             with file:
-                yield cls(path, file)
+                opened = cls(path, file)
+                try:
+                    yield opened
+                finally:
+                    place = opened._place
         except SuperelementError:
             raise
         except _READ_ERRORS as error:
-            raise SuperelementError(f"{path}: damaged: {error}") from error
+            said = printable(f"{place} cannot be read: {error}")
+            raise SuperelementError(f"{path}: damaged: {said}") from error
 
     def error(self, place: str, found: str) -> SuperelementError:
         """Return an error that names the file and the place in it."""
-        return SuperelementError(f"{self.path}: {place} {found}")
+        return SuperelementError(
+            f"{self.path}: {printable(place, LONGEST_NAME)} {printable(found)}"
+        )
 
     def named(self, error: SuperelementError) -> SuperelementError:
         """Return an error of the record with the name of the file, once."""
         text = str(error)
         prefix = f"{self.path}: "
-        return error if text.startswith(prefix) else SuperelementError(prefix + text)
+        return error if text.startswith(prefix) else SuperelementError(prefix + printable(text))
+
+    def attribute(self, holder: h5py.Group | h5py.Dataset, place: str, name: str) -> Any:
+        """Return a number, a short list of numbers, or a text; None if there is none."""
+        where = f"attribute {name!r}" if place == "" else f"{place}: attribute {name!r}"
+        self._place = where
+        if name not in holder.attrs:
+            return None
+        found: Any = holder.attrs.get_id(name)
+        count = int(np.prod(found.shape, dtype=np.float64)) if found.shape is not None else 0
+        is_text = h5py.check_string_dtype(found.dtype) is not None
+        if found.dtype.kind not in "fiu" and not is_text:
+            raise self.error(where, f"has type {found.dtype}; a text or numbers are needed")
+        if count * found.dtype.itemsize > LONGEST_ATTRIBUTE or (is_text and found.shape != ()):
+            raise self.error(where, f"has shape {found.shape}; one text or few numbers are needed")
+        value = holder.attrs[name]
+        if isinstance(value, bytes):
+            value = value.decode("utf-8", errors="replace")
+        if isinstance(value, str) and len(value) > LONGEST_ATTRIBUTE:
+            raise self.error(where, f"has {len(value)} characters; {LONGEST_ATTRIBUTE} are allowed")
+        return value
 
     def text_attribute(self, name: str) -> str:
         """Return a text attribute of the root."""
-        value = self.file.attrs.get(name)
-        if isinstance(value, bytes):
-            value = value.decode("utf-8", errors="replace")
+        value = self.attribute(self.file, "", name)
         if not isinstance(value, str):
             raise self.error(f"attribute {name!r}", f"is {value!r}; a text is needed")
         return value
 
     def integers_attribute(self, name: str) -> tuple[int, ...]:
-        """Return a list of integers from an attribute of the root."""
-        value = np.asarray(self.file.attrs.get(name, "missing"))
+        """Return a list of integers, none negative, from an attribute of the root."""
+        value = np.asarray(self.attribute(self.file, "", name))
         if value.ndim != 1 or value.dtype.kind not in "iu" or value.size > LARGEST_SIZE:
             raise self.error(f"attribute {name!r}", "is not a list of integers")
+        for entry in value.tolist():
+            if not 0 <= entry <= LARGEST_SIZE:
+                raise self.error(f"attribute {name!r}", f"has {entry}, allowed is 0 or more")
         return tuple(int(entry) for entry in value)
 
     def dataset(self, place: str) -> h5py.Dataset:
-        """Return a dataset that lies in this file itself."""
+        """Return a dataset that lies in this file itself, stored in a way that is trusted."""
+        if place in self._datasets:
+            return self._datasets[place]
         node = self._node(place)
         if not isinstance(node, h5py.Dataset):
             raise self.error(place, "is not a dataset")
-        if node.is_virtual or node.external:
-            raise self.error(place, "keeps its data in another file, which is not followed")
+        if node.shape is None:
+            raise self.error(place, "is empty")
+        fault = storage_fault(node)
+        if fault:
+            raise self.error(place, fault)
+        self._datasets[place] = node
         return node
 
     def group(self, place: str) -> h5py.Group:
@@ -104,8 +160,16 @@ class SuperelementFile:
             raise self.error(place, "is not a group")
         return node
 
+    def has(self, place: str) -> bool:
+        """Return whether a group holds a name, be it a link that leads nowhere."""
+        group, _, name = place.rpartition("/")
+        self._place = place
+        holder = self.group(group) if group else self.file
+        return holder.get(name, getlink=True) is not None
+
     def _node(self, place: str) -> Any:
         """Return what lies at a place, following no links."""
+        self._place = place
         parts = place.split("/")
         node: Any = self.file
         for depth, part in enumerate(parts):
@@ -135,36 +199,43 @@ class SuperelementFile:
         """Return the number of interfaces, within the limit."""
         count = self.length("interface/name")
         if count > LARGEST_SIZE:
-            raise self.error(
-                "interface/name", f"has {count} entries, at most {LARGEST_SIZE} allowed"
-            )
+            raise self.error("interface/name", f"has {count} entries, allowed: {LARGEST_SIZE}")
         return count
 
     def numbers(self, place: str, shape: tuple[int, ...]) -> FloatArray:
         """Return a finite numeric dataset of exactly this shape; sizes are checked first."""
         values = self._values(place, shape)
-        if not np.isfinite(values).all():
-            bad = tuple(int(i) for i in np.argwhere(~np.isfinite(values))[0])
-            raise self.error(place, f"has {values[bad]} at {list(bad)}; numbers must be finite")
+        fits = np.abs(values) <= LARGEST_NUMBER
+        if not fits.all():
+            bad = tuple(int(i) for i in np.argwhere(~fits)[0])
+            raise self.error(
+                place,
+                f"has {values[bad]} at {list(bad)}; numbers must be finite and at most "
+                f"{LARGEST_NUMBER:g} in magnitude",
+            )
         return values
 
+    def wholes(self, place: str, shape: tuple[int, ...]) -> list[int]:
+        """Return a dataset of whole numbers, none negative, of at most one axis."""
+        values = np.atleast_1d(self.numbers(place, shape))
+        bad = (values != np.floor(values)) | (values < 0) | (values > LARGEST_WHOLE)
+        if bad.any():
+            raise self.error(place, f"has {values[bad][0]}; whole numbers from 0 are needed")
+        return [int(value) for value in values]
+
     def optional_matrix(self, place: str, rows: int) -> FloatArray | None:
-        """Return a matrix of any width that a file may lack, None where it is absent."""
-        group, _, name = place.rpartition("/")
-        holder = self.file.get(group)
-        if isinstance(holder, h5py.Group) and name not in holder:
+        """Return a matrix of any width up to its rows that a file may lack, None if absent."""
+        if not self.has(place):
             return None
         shape = self.dataset(place).shape
         width = int(shape[1]) if len(shape) == 2 else 0
+        if not 1 <= width <= rows:
+            raise self.error(place, f"has shape {shape}, needed is ({rows}, 1 to {rows})")
         return self.numbers(place, (rows, width))
 
     def optional_numbers(self, place: str, shape: tuple[int, ...]) -> FloatArray | None:
         """Return a dataset that older files of the format lack, None where it is absent."""
-        group, _, name = place.rpartition("/")
-        holder = self.file.get(group)
-        if isinstance(holder, h5py.Group) and name not in holder:
-            return None
-        return self.numbers(place, shape)
+        return self.numbers(place, shape) if self.has(place) else None
 
     def speed_limit(self, place: str) -> float:
         """Return a positive number that may be infinite."""
@@ -175,6 +246,7 @@ class SuperelementFile:
         return self.numbers(place, (self.length(place),))
 
     def _values(self, place: str, shape: tuple[int, ...]) -> FloatArray:
+        self._place = place
         dataset = self.dataset(place)
         if dataset.shape != shape:
             raise self.error(place, f"has shape {dataset.shape}, needed is {shape}")
@@ -182,63 +254,107 @@ class SuperelementFile:
             raise self.error(place, f"has shape {shape}, more than {LARGEST_COUNT} numbers")
         if dataset.dtype.kind not in "fiu":
             raise self.error(place, f"has type {dataset.dtype}; numbers are needed")
+        self._spend(place, declared_bytes(dataset))
         try:
-            return np.asarray(dataset[()], dtype=np.float64)
+            with np.errstate(all="ignore"):  # too large for a double is infinite, and refused
+                return np.asarray(dataset[()], dtype=np.float64)
         except _READ_ERRORS as error:
             raise self.error(place, f"cannot be read: {error}") from error
 
+    def _spend(self, place: str, size: int) -> None:
+        """Refuse a file that declares far more numbers than its own size can hold."""
+        if place in self._counted:
+            return
+        self._counted.add(place)
+        self._left_bytes -= size
+        if self._left_bytes < 0:
+            total = allowed_bytes(self.path.stat().st_size)
+            raise self.error(
+                place, f"brings the numbers declared above {total} bytes, too much for this file"
+            )
+
     def texts(self, place: str, count: int) -> list[str]:
-        """Return a list of texts of known length."""
+        """Return a list of texts of known length, each no longer than a name."""
         dataset = self.dataset(place)
-        if dataset.shape != (count,) or h5py.check_string_dtype(dataset.dtype) is None:
+        kind = h5py.check_string_dtype(dataset.dtype)
+        if dataset.shape != (count,) or kind is None:
             raise self.error(
                 place, f"has shape {dataset.shape} and type {dataset.dtype}; {count} texts needed"
             )
+        if kind.length is not None and kind.length > 4 * LONGEST_NAME:
+            raise self.error(place, f"has texts of {kind.length} bytes")
+        found = []
+        for k in range(count):  # one by one: many may be the same long one
+            text = self._text(place, dataset, k)
+            if len(text) > LONGEST_NAME or not text.isprintable():
+                raise self.error(
+                    place,
+                    f"has {text[:LONGEST_NAME]!r} at [{k}]; at most {LONGEST_NAME} printable "
+                    "characters are allowed",
+                )
+            found.append(text)
+        return found
+
+    def _text(self, place: str, dataset: h5py.Dataset, index: Any) -> str:
         try:
-            return [str(text) for text in dataset.asstr()[()]]
+            return str(dataset.asstr()[index])
         except _READ_ERRORS as error:
             raise self.error(place, f"cannot be read: {error}") from error
 
     def operator(self, name: str, n: int) -> FloatArray:
         """Return an operator after checking what it multiplies."""
         place = f"operators/{name}"
-        attributes = self.dataset(place).attrs
+        dataset = self.dataset(place)
         known = OPERATORS[name]
         for key in ("acts_on", "omega_power", "omega_dot_power"):
-            value, needed = attributes.get(key), getattr(known, key)
-            value = value.decode() if isinstance(value, bytes) else value
-            if value != needed:
+            value, needed = self.attribute(dataset, place, key), getattr(known, key)
+            if np.ndim(value) != 0 or value != needed:
                 raise self.error(place, f"has {key} {value!r}, needed is {needed!r}")
         return self.numbers(place, (n, n))
 
     def refuse_unsupported_operators(self, n: int) -> None:
         """Refuse terms the format defines, the program does not evaluate, and that are not zero."""
-        operators = self.file["operators"]
         for name in UNSUPPORTED:
-            if name not in operators:
-                continue
             place = f"operators/{name}"
-            link = operators.get(name, getlink=True)
+            if not self.has(place):
+                continue
+            link = self.file["operators"].get(name, getlink=True)
             is_matrix = isinstance(link, h5py.HardLink) and isinstance(
-                operators[name], h5py.Dataset
+                self._node(place), h5py.Dataset
             )
             if not is_matrix or self.numbers(place, (n, n)).any():
                 raise self.error(place, "is a term this program does not evaluate")
 
     def provenance(self) -> dict[str, Any]:
         """Return the provenance; an empty one if the file has none."""
-        if "provenance" not in self.file:
+        if not self.has("provenance"):
             return {}
-        text: Any = self.file["provenance"].attrs.get("json")
-        if text is None and "provenance/json" in self.file:
-            text = self.dataset("provenance/json").asstr()[()]
-        try:
-            value = json.loads(text if text is not None else "{}")
-        except ValueError as error:
-            raise self.error("provenance", f"is not JSON: {error}") from error
+        text = self.attribute(self.group("provenance"), "provenance", "json")
+        if text is None and self.has("provenance/json"):
+            text = self._long_text("provenance/json")
+        value = self.json("provenance", "{}" if text is None else text)
         if not isinstance(value, dict):
             raise self.error("provenance", "is not a JSON object")
         return value
+
+    def _long_text(self, place: str) -> str:
+        dataset = self.dataset(place)
+        kind = h5py.check_string_dtype(dataset.dtype)
+        if dataset.shape != () or kind is None or (kind.length or 0) > LONGEST_TEXT:
+            raise self.error(place, "is not one text")
+        text = self._text(place, dataset, ())
+        if len(text) > LONGEST_TEXT:
+            raise self.error(place, f"has {len(text)} characters, allowed are {LONGEST_TEXT}")
+        return text
+
+    def json(self, place: str, text: Any) -> Any:
+        """Return what a JSON text holds."""
+        try:
+            return json.loads(text)
+        except RecursionError as error:
+            raise self.error(place, "is not JSON: nested too deeply") from error
+        except (TypeError, ValueError) as error:
+            raise self.error(place, f"is not JSON: {error}") from error
 
 
 def check_header(file: SuperelementFile) -> None:
@@ -256,25 +372,28 @@ def check_header(file: SuperelementFile) -> None:
     """
     _expect(file, "format", (FORMAT,))
     found = file.text_attribute("format_version")
-    match = re.fullmatch(r"(\d+)\.(\d+)\.(\d+)(?:[-+].*)?", found)
+    match = re.fullmatch(r"([0-9]{1,9})\.[0-9]+\.[0-9]+(?:[-+].*)?", found)
     if match is None or int(match.group(1)) != MAJOR_VERSION:
         raise file.error(
             "attribute 'format_version'", f"is {found!r}; this program reads {MAJOR_VERSION}.x.y"
         )
     _expect(file, "unit_system", ("SI",))
     _expect(file, "frame", ("inertial",))
-    try:
-        units = json.loads(file.text_attribute("units"))
-    except ValueError as error:
-        raise file.error("attribute 'units'", f"is not JSON: {error}") from error
-    if units != UNITS:
-        raise file.error("attribute 'units'", f"is {units}, allowed is {UNITS}")
-    axis: npt.NDArray[Any] = np.asarray(file.file.attrs.get("spin_axis", ()))
-    if axis.shape != (3,) or not np.array_equal(axis, [0.0, 0.0, 1.0]):
-        raise file.error("attribute 'spin_axis'", f"is {axis.tolist()}, allowed is [0, 0, 1]")
+    text = file.text_attribute("units")
+    if file.json("attribute 'units'", text) != UNITS:
+        raise file.error("attribute 'units'", f"is {text}, allowed is {json.dumps(UNITS)}")
+    _expect_vector(file, "spin_axis", (0.0, 0.0, 1.0))
+    if "spin_origin" in file.file.attrs:
+        _expect_vector(file, "spin_origin", (0.0, 0.0, 0.0))
 
 
 def _expect(file: SuperelementFile, name: str, allowed: tuple[str, ...]) -> None:
     value = file.text_attribute(name)
     if value not in allowed:
         raise file.error(f"attribute {name!r}", f"is {value!r}, allowed is {allowed[0]!r}")
+
+
+def _expect_vector(file: SuperelementFile, name: str, allowed: tuple[float, ...]) -> None:
+    found: npt.NDArray[Any] = np.asarray(file.attribute(file.file, "", name))
+    if found.shape != (3,) or not np.array_equal(found, allowed):
+        raise file.error(f"attribute {name!r}", f"is {found.tolist()}, allowed is {list(allowed)}")

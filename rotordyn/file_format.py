@@ -19,6 +19,16 @@ EQUATION = (
 # Sizes refused before any number is read, so that a damaged or hostile header costs nothing.
 LARGEST_SIZE = 20_000
 LARGEST_COUNT = 500_000_000
+# Numbers of a file in SI units are far smaller; products of a few of these do not overflow.
+LARGEST_NUMBER = 1e60
+# Whole numbers that a double holds exactly.
+LARGEST_WHOLE = 2**53
+# Bytes of an attribute, of a name, and of the provenance.
+LONGEST_ATTRIBUTE = 64 * 1024
+LONGEST_NAME = 200
+LONGEST_TEXT = 16_000_000
+# Characters of a message made of what a file holds.
+_LONGEST_MESSAGE = 2000
 
 COUPLING_CODES = {"rigid": "RBE2", "distributing": "RBE3", "none": "none"}
 COMPONENT_CODES = {"q": 0, "ux": 1, "uy": 2, "uz": 3, "rx": 4, "ry": 5, "rz": 6}
@@ -49,6 +59,22 @@ EULER = Operator("gyroscopic", "q", 0, 1, "skew", "Euler term, half of G")
 
 # Terms the format knows and this program does not evaluate; leaving them out would be wrong.
 UNSUPPORTED = ("D0", "Kcirc", "sampled")
+
+
+def printable(text: str, longest: int = _LONGEST_MESSAGE) -> str:
+    """Return a text for a message: control characters escaped, the end cut off where it is long.
+
+    Parameters
+    ----------
+    text
+        May come from a file.
+    longest
+        Number of characters kept.
+    """
+    cut = text if len(text) <= longest else f"{text[:longest]}..."
+    return "".join(
+        c if c.isprintable() or c == "\n" else c.encode("unicode_escape").decode() for c in cut
+    )
 
 
 def put_numbers(group: h5py.Group, name: str, data: Any, **attributes: Any) -> None:

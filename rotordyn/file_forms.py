@@ -59,7 +59,7 @@ def read_error_forms(file: SuperelementFile, n: int) -> tuple[ErrorForm, ...]:
         If a part is unknown (leaving it out would understate the error), a group is a link, an
         attribute is missing, or shapes and numbers are not what a form needs.
     """
-    if GROUP not in file.file:
+    if not file.has(GROUP):
         return ()
     parts = file.group(GROUP)
     return tuple(_read_form(file, part, n) for part in parts)
@@ -69,8 +69,10 @@ def _read_form(file: SuperelementFile, part: str, n: int) -> ErrorForm:
     place = f"{GROUP}/{part}"
     if part not in FORM_PARTS:
         raise file.error(place, f"is a part this program does not know; it knows {FORM_PARTS}")
-    attributes = file.group(place).attrs
-    safety, cutoff = (_scalar(file, place, name, attributes.get(name)) for name in _SCALARS)
+    group = file.group(place)
+    safety, cutoff = (
+        _scalar(file, place, name, file.attribute(group, place, name)) for name in _SCALARS
+    )
     try:
         return ErrorForm(
             part=part,
@@ -84,7 +86,7 @@ def _read_form(file: SuperelementFile, part: str, n: int) -> ErrorForm:
 
 
 def _scalar(file: SuperelementFile, place: str, name: str, value: Any) -> float:
-    number = np.asarray(value if value is not None else "missing")
+    number = np.asarray("missing" if value is None else value)
     if number.shape != () or number.dtype.kind not in "fiu":
         raise file.error(place, f"has {name} {value!r}; a number is needed")
     return float(number)

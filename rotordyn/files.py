@@ -30,6 +30,8 @@ from solidwhirl.rotordyn.file_format import (
     put_numbers,
 )
 from solidwhirl.rotordyn.file_forms import read_error_forms, write_error_forms
+from solidwhirl.rotordyn.file_seal import SEAL_BYTES, seal_file
+from solidwhirl.rotordyn.file_trial import refuse_damaged
 from solidwhirl.rotordyn.rigid_body import rigid_body_mass_matrix
 from solidwhirl.rotordyn.superelement import Coordinate, InterfaceNode, Superelement
 
@@ -40,8 +42,9 @@ _LONGEST_ATTRIBUTE = 60_000
 def write_superelement(element: Superelement, path: str | Path) -> None:
     """Write a superelement to an HDF5 file.
 
-    The file appears under its name only when it is complete. All numbers are kept bit for bit;
-    what varies between runs (date, program version) is in attributes of the root.
+    The file appears under its name only when it is complete, with a checksum of all its bytes in
+    the first 512. All numbers are kept bit for bit; what varies between runs (date, program
+    version) is in attributes of the root.
 
     Parameters
     ----------
@@ -55,31 +58,34 @@ def write_superelement(element: Superelement, path: str | Path) -> None:
     OSError
         If the folder does not exist or cannot be written.
     """
-    with (
-        replacing(Path(path)) as temporary,
-        h5py.File(temporary, "x", libver=("earliest", "v110")) as file,
-    ):
-        _write_header(file, element)
-        _write_coordinates(file, element)
-        _write_operators(file.create_group("operators"), element)
-        _write_body(file, element)
-        recovery = file.create_group("recovery")
-        put_numbers(recovery, "xyz", element.recovery_points_m, unit="m")
-        axes = "point,component(ux,uy,uz),generalized_coordinate"
-        put_numbers(recovery, "Phi", element.recovery_modes, axes=axes)
-        frequencies = file.create_group("frequencies")
-        put_numbers(frequencies, "free", element.free_frequencies_hz, unit="Hz")
-        put_numbers(
-            frequencies, "fixed_interface", element.fixed_interface_frequencies_hz, unit="Hz"
-        )
-        put_numbers(frequencies, "error_estimate", element.frequency_error_estimate, unit="1")
-        write_error_forms(file, element.error_forms)
-        text = json.dumps(element.provenance, sort_keys=True)
-        provenance = file.create_group("provenance")
-        if len(text.encode()) <= _LONGEST_ATTRIBUTE:
-            provenance.attrs["json"] = text
-        else:
-            provenance.create_dataset("json", data=text, dtype=h5py.string_dtype("utf-8"))
+    with replacing(Path(path)) as temporary:
+        with h5py.File(
+            temporary, "x", libver=("earliest", "v110"), userblock_size=SEAL_BYTES
+        ) as file:
+            _write_content(file, element)
+        seal_file(temporary)
+
+
+def _write_content(file: h5py.File, element: Superelement) -> None:
+    _write_header(file, element)
+    _write_coordinates(file, element)
+    _write_operators(file.create_group("operators"), element)
+    _write_body(file, element)
+    recovery = file.create_group("recovery")
+    put_numbers(recovery, "xyz", element.recovery_points_m, unit="m")
+    axes = "point,component(ux,uy,uz),generalized_coordinate"
+    put_numbers(recovery, "Phi", element.recovery_modes, axes=axes)
+    frequencies = file.create_group("frequencies")
+    put_numbers(frequencies, "free", element.free_frequencies_hz, unit="Hz")
+    put_numbers(frequencies, "fixed_interface", element.fixed_interface_frequencies_hz, unit="Hz")
+    put_numbers(frequencies, "error_estimate", element.frequency_error_estimate, unit="1")
+    write_error_forms(file, element.error_forms)
+    text = json.dumps(element.provenance, sort_keys=True)
+    provenance = file.create_group("provenance")
+    if len(text.encode()) <= _LONGEST_ATTRIBUTE:
+        provenance.attrs["json"] = text
+    else:
+        provenance.create_dataset("json", data=text, dtype=h5py.string_dtype("utf-8"))
 
 
 def program_version() -> str:
@@ -204,26 +210,34 @@ def read_superelement(path: str | Path) -> Superelement:
     ------
     SuperelementError
         If the file is missing, damaged, of another format or a newer major version, not in SI
-        units or not in the inertial frame, lacks a dataset, or holds wrong shapes or numbers that
-        are not finite. The message names the file and the dataset. Sizes are checked before any
-        number is read.
+        units or not in the inertial frame, lacks a dataset, or holds wrong shapes, numbers that
+        are not finite, or names that can't be printed. The message names the file and the place.
+        Sizes are checked before any number is read.
 
     Notes
     -----
+    A file with the checksum of `write_superelement` is read as it is. Any other is read in a child
+    process first, since the HDF5 library may crash or run forever on damaged bytes.
+
     Groups and operators the program does not know are ignored, as later minor versions may add
     some. Operators the format defines and the program does not evaluate (internal damping and
     circulation, sampled stiffness) are refused unless zero, as the rest alone would be wrong.
     """
-    with SuperelementFile.open(Path(path)) as file:
+    path = Path(path)
+    refuse_damaged(path, _read)
+    return _read(path)
+
+
+def _read(path: Path) -> Superelement:
+    with SuperelementFile.open(path) as file:
         check_header(file)
         n = file.coordinate_count()
         count = file.interface_count()
         points = file.length("recovery/xyz")
-        interfaces = _read_interfaces(file, count)
         operators = {name: file.operator(name, n) for name in OPERATORS}
         file.refuse_unsupported_operators(n)
-        recovery = file.numbers("recovery/Phi", (points, 3, n))
         try:
+            interfaces = _read_interfaces(file, count)
             return Superelement(
                 name=file.text_attribute("name"),
                 level=file.text_attribute("level"),  # type: ignore[arg-type]
@@ -233,14 +247,14 @@ def read_superelement(path: str | Path) -> Superelement:
                 **{op.field: operators[name] for name, op in OPERATORS.items() if name != "Kspin"},
                 spin_softening=-operators["Kspin"],
                 rigid_body_modes=file.numbers("body/rigid_modes", (n, 6)),
-                rigid_body_present=file.numbers("body/rigid_present", (6,)) != 0,
+                rigid_body_present=np.array(file.wholes("body/rigid_present", (6,))) != 0,
                 mass_kg=float(file.numbers("body/mass", ())),
                 center_of_gravity_m=file.numbers("body/com", (3,)),
                 inertia_kg_m2=file.numbers("body/J_com", (3, 3)),
-                full_dofs=int(file.numbers("body/full_dofs", ())),
+                full_dofs=file.wholes("body/full_dofs", ())[0],
                 maximum_speed_rad_s=file.speed_limit("body/maximum_speed"),
                 recovery_points_m=file.numbers("recovery/xyz", (points, 3)),
-                recovery_modes=recovery,
+                recovery_modes=file.numbers("recovery/Phi", (points, 3, n)),
                 free_frequencies_hz=file.vector("frequencies/free"),
                 fixed_interface_frequencies_hz=file.vector("frequencies/fixed_interface"),
                 frequency_error_estimate=file.vector("frequencies/error_estimate"),
@@ -270,8 +284,10 @@ def _read_interfaces(file: SuperelementFile, count: int) -> tuple[InterfaceNode,
 def _read_coordinates(
     file: SuperelementFile, n: int, interfaces: tuple[InterfaceNode, ...]
 ) -> tuple[Coordinate, ...]:
-    numbers = file.numbers("interface/node", (len(interfaces),)).astype(int)
-    names = dict(zip(numbers.tolist(), [node.name for node in interfaces], strict=True))
+    numbers = file.wholes("interface/node", (len(interfaces),))
+    if len(set(numbers)) < len(numbers):
+        raise file.error("interface/node", "has a number more than once")
+    names = dict(zip(numbers, [node.name for node in interfaces], strict=True))
     components = {code: component for component, code in COMPONENT_CODES.items()}
     coordinates = []
     columns = [file.numbers(f"dof/{c}", (n,)) for c in ("node", "component", "kind", "frequency")]

@@ -310,6 +310,8 @@ def solve_general(
     companion[:n] = -la.solve(np.eye(n) + skew, np.hstack((rate, half)))
     companion[n:, :n] = half.T
     inverse, vectors = la.eig(companion)
+    if not inverse.all():
+        raise la.LinAlgError("an eigenvalue is beyond the range of numbers")
     shapes = scaled.scale[:, None] * la.solve_triangular(lower, vectors[:n], lower=True, trans="T")
     values = shift + 1.0 / inverse
     return _sorted_spectrum(values, shapes, _zero_limit(scaled, reference), count)

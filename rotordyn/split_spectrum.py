@@ -19,6 +19,7 @@ from solidwhirl.rotordyn.spectrum import (
     cholesky_of_mass,
     scale_by_stiffness,
     solve_general,
+    solve_gyroscopic,
     solve_standing,
 )
 from solidwhirl.rotordyn.system import AssembledSystem, SpeedMatrices
@@ -176,10 +177,14 @@ def _rest(assembled: AssembledSystem, matrices: SpeedMatrices, form: ComplexForm
         return _Part(np.empty(0, complex), np.empty((n, 0), complex), np.empty(0), 0, none)
     block = np.ix_(at, at)
     stiffness, damping = matrices.stiffness[block], matrices.damping[block]
+    # the spin couples radial motion of order 0 to torsion
+    turning = matrices.gyroscopic[block]
     even = 0.5 * (stiffness + stiffness.T)
     scaled = scale_by_stiffness(even, matrices.mass[block], assembled.body_rate)
     if damping.any() or scaled.negative_count:
-        found = solve_general(scaled, stiffness, damping, at.size)
+        found = solve_general(scaled, stiffness, damping + turning, at.size)
+    elif turning.any():
+        found = solve_gyroscopic(scaled, turning, at.size)
     else:
         omega, vectors = solve_standing(scaled)
         found = Spectrum(1j * omega, vectors.astype(complex), np.empty(0))

@@ -8,6 +8,7 @@ C (k, p, 2n), D (k, p, m), state_scale (2n,), input/name, input/unit (m,), outpu
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
@@ -20,6 +21,7 @@ import scipy.io
 from solidwhirl.rotordyn.atomic import replacing
 from solidwhirl.rotordyn.errors import AnalysisError, SuperelementError
 from solidwhirl.rotordyn.file_checks import SuperelementFile
+from solidwhirl.rotordyn.file_trial import refuse_damaged
 from solidwhirl.rotordyn.files import program_version
 from solidwhirl.rotordyn.state_space import StateSpace
 
@@ -101,12 +103,23 @@ def read_state_space(path: str | Path) -> StateSpace:
         wrong shapes or numbers that are not finite. The message names the file and the dataset.
     """
     try:
-        with SuperelementFile.open(Path(path)) as file:
-            return _read(file)
+        refuse_damaged(Path(path), _try_path)
+        return _read_path(Path(path))
     except SuperelementError as error:
         raise AnalysisError(str(error)) from error
     except AnalysisError as error:
         raise AnalysisError(f"{path}: {error}") from error
+
+
+def _try_path(path: Path) -> None:
+    """Read a file for what happens to the library; what its numbers mean is judged later."""
+    with contextlib.suppress(AnalysisError):
+        _read_path(path)
+
+
+def _read_path(path: Path) -> StateSpace:
+    with SuperelementFile.open(path) as file:
+        return _read(file)
 
 
 def _read(file: SuperelementFile) -> StateSpace:

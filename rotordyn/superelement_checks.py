@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
@@ -24,6 +25,11 @@ LEVELS: tuple[Level, ...] = get_args(Level)
 COUPLINGS: tuple[Coupling, ...] = get_args(Coupling)
 SYMMETRIC_MATRICES = ("mass", "stiffness", "stress_stiffening", "spin_softening")
 SYMMETRY_LIMIT = 1e-10
+# Inertias about three axes of a body: none above the sum of the others, to this.
+_INERTIA_LIMIT = 1e-6
+_LONGEST_NAME = 200
+# Levels of tables and lists in a provenance.
+_DEEPEST = 64
 
 
 def array_shapes(element: Superelement, n: int) -> dict[str, tuple[int | None, ...]]:
@@ -66,12 +72,13 @@ def finite_array(where: str, name: str, value: Any, shape: tuple[int | None, ...
 
 def symmetrised(where: str, name: str, matrix: FloatArray, sign: float) -> FloatArray:
     """Return the exactly symmetric (sign 1) or skew (sign -1) matrix, refusing a bad one."""
-    largest = float(np.abs(matrix).max(initial=0.0))
-    error = float(np.abs(matrix - sign * matrix.T).max(initial=0.0))
-    if error > SYMMETRY_LIMIT * largest:
+    # scaled, so that no sum overflows
+    largest = float(np.abs(matrix).max(initial=0.0)) or 1.0
+    error = float(np.abs(matrix / largest - sign * (matrix.T / largest)).max(initial=0.0))
+    if error > SYMMETRY_LIMIT:
         kind = "symmetric" if sign > 0 else "skew"
         raise SuperelementError(
-            f"{where}: {name} is not {kind}: largest deviation {error / largest:.3e} of its "
+            f"{where}: {name} is not {kind}: largest deviation {error:.3e} of its "
             f"largest entry, allowed is {SYMMETRY_LIMIT:g}"
         )
     exact: FloatArray = np.ascontiguousarray(0.5 * (matrix + sign * matrix.T))
@@ -80,20 +87,26 @@ def symmetrised(where: str, name: str, matrix: FloatArray, sign: float) -> Float
 
 
 def check_names(element: Superelement, where: str) -> None:
-    """Refuse an empty name, an unknown level and interface names that repeat."""
+    """Refuse names that are empty, long or can't be printed, repeated ones, an unknown level."""
     if not element.name:
         raise SuperelementError("a superelement has an empty name; give it one")
+    names = [node.name for node in element.interfaces]
+    for name in (element.name, *names):
+        if len(name) > _LONGEST_NAME or not name.isprintable():
+            raise SuperelementError(
+                f"superelement: {name[:_LONGEST_NAME]!r} is no name; at most {_LONGEST_NAME} "
+                "printable characters are allowed"
+            )
     if element.level not in LEVELS:
         raise SuperelementError(f"{where}: level is {element.level!r}, allowed are {LEVELS}")
-    names = [node.name for node in element.interfaces]
-    repeated = sorted({name for name in names if names.count(name) > 1})
+    repeated = sorted(name for name, count in Counter(names).items() if count > 1)
     if repeated:
         raise SuperelementError(f"{where}: interface names {repeated} occur more than once")
 
 
 def check_coordinates(element: Superelement, where: str) -> None:
     """Refuse coordinates that are out of order, repeated or at an unknown interface."""
-    names = [node.name for node in element.interfaces]
+    names = {node.name: None for node in element.interfaces}
     seen: set[tuple[str, str]] = set()
     modal_at: int | None = None
     if not element.coordinates:
@@ -117,7 +130,7 @@ def check_coordinates(element: Superelement, where: str) -> None:
             )
         if c.interface not in names:
             raise SuperelementError(
-                f"{place} names interface {c.interface!r}; the body has {names}"
+                f"{place} names interface {c.interface!r}; the body has {list(names)}"
             )
         if (c.interface, c.component) in seen:
             raise SuperelementError(f"{place}: {c.label} occurs more than once")
@@ -142,17 +155,44 @@ def check_scalars(element: Superelement, where: str) -> None:
             f"{where}: frequency_error_estimate has {errors.size} entries, allowed is 0 or "
             f"{fixed.size}, one for each fixed-interface frequency"
         )
+    for name in ("free_frequencies_hz", "fixed_interface_frequencies_hz"):
+        if (getattr(element, name) < 0).any():
+            raise SuperelementError(f"{where}: {name} has a negative frequency")
+    _check_mass(element, where)
+
+
+def _check_mass(element: Superelement, where: str) -> None:
+    """Refuse what no body can have."""
     inertia = element.inertia_kg_m2
-    if np.abs(inertia - inertia.T).max() > SYMMETRY_LIMIT * max(np.abs(inertia).max(), 1e-300):
+    largest = max(float(np.abs(inertia).max()), 1e-300)
+    if (np.abs(inertia / largest - inertia.T / largest) > SYMMETRY_LIMIT).any():
         raise SuperelementError(f"{where}: inertia_kg_m2 is not symmetric: {inertia.tolist()}")
+    principal = np.linalg.eigvalsh(inertia / largest)  # ascending
+    if principal[0] < -_INERTIA_LIMIT or principal[2] > principal[:2].sum() + _INERTIA_LIMIT:
+        raise SuperelementError(
+            f"{where}: inertia_kg_m2 has the principal values {(largest * principal).tolist()}; "
+            "in a body none is negative, and none above the sum of the others"
+        )
 
 
 def plain_json(where: str, provenance: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a copy made of JSON types only."""
+    """Return a copy made of JSON types only, nested no deeper than can be read again."""
     try:
-        plain = json.loads(json.dumps(dict(provenance), allow_nan=False))
+        text = json.dumps(dict(provenance), allow_nan=False, ensure_ascii=False)
+        text.encode()
+        plain = dict(json.loads(text))
+    except RecursionError as error:
+        raise SuperelementError(f"{where}: provenance is nested too deeply") from error
     except (TypeError, ValueError) as error:
         raise SuperelementError(
             f"{where}: provenance must be made of what JSON can hold: {error}"
         ) from error
-    return dict(plain)
+    level: list[Any] = [plain]
+    for _ in range(_DEEPEST):
+        inside = [v.values() if isinstance(v, dict) else v for v in level]
+        level = [v for values in inside for v in values if isinstance(v, dict | list)]
+    if level:
+        raise SuperelementError(
+            f"{where}: provenance is nested too deeply; {_DEEPEST} levels are allowed"
+        )
+    return plain

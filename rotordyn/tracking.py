@@ -213,7 +213,8 @@ class _StateMetric(NamedTuple):
         conjugate = modes.shapes.conj()
         inertia = (conjugate * (self.mass @ modes.shapes)).sum(axis=0).real
         elastic = (conjugate * (self.stiffness @ modes.shapes)).sum(axis=0).real
-        size = np.sqrt(elastic + np.abs(modes.eigenvalues) ** 2 * inertia)
+        # the rounding of stiffnesses far apart can be negative
+        size = np.sqrt(np.abs(elastic) + np.abs(modes.eigenvalues) ** 2 * inertia)
         return dataclasses.replace(modes, shapes=modes.shapes / size)
 
 

@@ -83,18 +83,19 @@ def reduced_family(
     )
     inner = np.setdiff1d(np.arange(kept.size), boundary)
     inside = np.ix_(inner, inner)
-    basis = np.zeros((kept.size, kept.size))
-    basis[boundary, np.arange(boundary.size)] = 1.0
     condensed = stiffness[np.ix_(boundary, boundary)]
-    omega = np.empty(0)
+    omega, shapes = np.empty(0), np.empty((inner.size, 0))
+    static = np.zeros((inner.size, boundary.size))
     if inner.size:
         coupling = stiffness[np.ix_(inner, boundary)]
         static = -la.solve(stiffness[inside], coupling, assume_a="pos")
         omega, shapes = solve_standing(scale_by_stiffness(stiffness[inside], mass[inside]))
-        basis[inner, : boundary.size], basis[inner, boundary.size :] = static, shapes
         condensed = condensed + coupling.T @ static
     count = omega.size if modes is None else min(modes, omega.size)
-    basis = basis[:, : boundary.size + count]
+    # numbers far apart can leave fewer modes than coordinates
+    basis = np.zeros((kept.size, boundary.size + count))
+    basis[boundary, np.arange(boundary.size)] = 1.0
+    basis[inner] = np.hstack((static, shapes[:, :count]))
     reduced = np.diag(np.concatenate((np.zeros(boundary.size), omega[:count] ** 2)))
     rigid = whole.rigid[kept][boundary]
     reduced[: boundary.size, : boundary.size] = _without_rigid_part(condensed, rigid, per_node)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import combinations, permutations
 
+from solidwhirl.errors import clean
 from solidwhirl.geometry import (
     MATERIALS,
     TABLE_7,
@@ -40,7 +41,7 @@ def build_bodies(scene: Scene) -> dict[str, Body]:
             # milliseconds: what does not fit is refused before anything is meshed
             _refuse_dependent_interfaces(bodies[name], merge_fillets(subdivide(bodies[name])))
         except GeometryError as error:
-            raise GeometryError(f"bodies.{name}: {error}") from error
+            raise GeometryError(clean(f"bodies.{name}: {error}")) from error
     return bodies
 
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import logging
 import os
 import sys
+import warnings
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,6 +17,15 @@ from pydantic import ValidationError
 from rich.console import Console
 from rich.markdown import Markdown
 
+from solidwhirl.endings import (
+    end_interrupted,
+    end_of_defect,
+    is_out_of_memory,
+    memory_text,
+    prepare_signals,
+    stop,
+    take_first_memory,
+)
 from solidwhirl.errors import OutputError, SceneError
 from solidwhirl.geometry import GeometryError
 from solidwhirl.scene import Scene
@@ -25,6 +36,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Turbine rotors as solids, reduced to superelements, assembled to rotordynamics.",
 )
+# What scipy says of a system whose solution would be rounding alone.
+_ILL_CONDITIONED = "Ill-conditioned matrix"
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE.toml", help="The scene file.")]
 Level = Annotated[
     str | None,
@@ -41,12 +54,22 @@ def run(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results.")],
     level: Level = None,
     accuracy: Accuracy = None,
+    store: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            envvar="SOLIDWHIRL_STORE",
+            help="Folder of completed stages that several runs share; OUT/.stages without.",
+        ),
+    ] = None,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Compute all stages again.")] = False,
     pictures: Annotated[bool, typer.Option(help="Draw pictures; without, numbers only.")] = True,
     quiet: Annotated[bool, typer.Option("--quiet", help="Say nothing but errors.")] = False,
 ) -> None:
     """Run a scene from geometry to Campbell plot.
 
-    Writes results.json, report.md, campbell.png, bodies/ and meshes/ into the folder.
+    Writes results.json, report.md, campbell.png, bodies/ and meshes/ into the folder. A run that
+    was broken off goes on from its last complete stage.
     Under mpirun the bodies of level solid are reduced on all ranks.
     """
 
@@ -56,30 +79,64 @@ def run(
         from mpi4py import MPI
 
         from solidwhirl.pipeline import run_scene
-        from solidwhirl.results import write_results
 
-        console = Console(stderr=True, quiet=quiet or MPI.COMM_WORLD.rank != 0)
-        with console.status("") as status:
-
-            def progress(text: str) -> None:
-                status.update(text)
-                if not console.is_terminal:
-                    console.print(text)
-
-            results = run_scene(chosen, comm=MPI.COMM_WORLD, progress=progress)
-        if results is None:
+        if MPI.COMM_WORLD.rank != 0:
+            run_scene(chosen, comm=MPI.COMM_WORLD)
             return
-        write_results(results, out, pictures=pictures)
-        drawn = (("Campbell plot", "campbell.png"),) if pictures else ()
-        for title, name in (
-            *drawn,
-            ("report", "report.md"),
-            ("results", "results.json"),
-        ):
-            if not quiet:
-                typer.echo(f"{title}: {out / name}")
+        _run_on_first_rank(chosen, _Places(out=out, store=store, fresh=fresh), pictures, quiet)
 
     _guarded(scene, work)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Places:
+    """Where a run writes, and where stages are kept."""
+
+    out: Path
+    store: Path | None
+    fresh: bool
+
+
+def _run_on_first_rank(scene: Scene, places: _Places, pictures: bool, quiet: bool) -> None:
+    """Run and write a scene on the rank that has the results."""
+    from mpi4py import MPI
+
+    from solidwhirl.bodies import build_bodies
+    from solidwhirl.check_report import failed, failure_lines
+    from solidwhirl.pipeline import run_scene
+    from solidwhirl.plausibility import implausible
+    from solidwhirl.results import write_into
+    from solidwhirl.run_folder import claimed
+    from solidwhirl.store_stages import Keeper, open_fresh_store, open_store
+
+    for doubt in () if quiet else implausible(scene, build_bodies(scene)):
+        typer.echo(f"doubt: {doubt.message}", err=True)
+    console = Console(stderr=True, quiet=quiet)
+    with console.status("") as status, claimed(places.out) as folder:
+
+        def progress(text: str) -> None:
+            status.update(text)
+            if not console.is_terminal:
+                console.print(text)
+
+        opened = open_fresh_store if places.fresh else open_store
+        kept = opened(places.store or folder.stages)
+        kept.clear_leftovers()
+        results = run_scene(scene, comm=MPI.COMM_WORLD, progress=progress, store=kept)
+        assert results is not None
+        progress("write the results")
+        keeper = Keeper(store=kept, progress=progress)
+        write_into(results, folder, pictures=pictures, keeper=keeper)
+        if places.store is None:
+            kept.prune()
+    drawn = (("Campbell plot", "campbell.png"),) if pictures else ()
+    for title, name in (*drawn, ("report", "report.md"), ("results", "results.json")):
+        if not quiet:
+            typer.echo(f"{title}: {places.out / name}")
+    for line in failure_lines(results.checks):
+        typer.echo(line, err=True)
+    if failed(results.checks):
+        raise typer.Exit(3)
 
 
 @app.command()
@@ -91,12 +148,13 @@ def plan(scene: SceneFile, level: Level = None, accuracy: Accuracy = None) -> No
         from solidwhirl.forecast import forecast
         from solidwhirl.levels import chosen_level
         from solidwhirl.plan import make_plan
+        from solidwhirl.plausibility import implausible
         from solidwhirl.report import cost_text, plan_text
 
         chosen = _scene(scene, level, accuracy)
         bodies = build_bodies(chosen)
         decided = make_plan(chosen, bodies, chosen_level(chosen, bodies))
-        text = plan_text(decided)
+        text = plan_text(decided, implausible(chosen, bodies))
         if bodies:
             text += "\n\n" + cost_text(forecast(chosen, decided, bodies))
         console = Console(width=None if sys.stdout.isatty() else 200)
@@ -175,6 +233,23 @@ def identify(
 
 
 @app.command()
+def check(
+    paths: Annotated[
+        list[Path],
+        typer.Argument(metavar="PATH...", help="Superelement files, folders of runs."),
+    ],
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> None:
+    """Check what must hold for superelement files and the folders of runs.
+
+    The exit code is 3 if a check fails, 2 if something can not be read.
+    """
+    from solidwhirl.check_command import check_command
+
+    raise typer.Exit(check_command(paths, as_json=as_json))
+
+
+@app.command()
 def version() -> None:
     """Print the versions of the program and of what it runs on."""
     from solidwhirl.versions import package_versions
@@ -203,6 +278,8 @@ def _option_problem(error: Any) -> str:
 
 def _refuse_unwritable(out: Path) -> None:
     """Find out before the long work, not after, that the folder can not be written."""
+    from solidwhirl.run_folder import writing_problem
+
     nearest = out
     while not nearest.exists() and nearest != nearest.parent:
         nearest = nearest.parent
@@ -210,24 +287,39 @@ def _refuse_unwritable(out: Path) -> None:
         raise OutputError(f"{out}: can not be written: {nearest} is not a folder")
     if not os.access(nearest, os.W_OK | os.X_OK):
         raise OutputError(f"{out}: can not be written: no permission in {nearest}")
+    problem = writing_problem(nearest)  # as root may write what it may not
+    if problem is not None:
+        raise OutputError(f"{out}: can not be written: {problem} in {nearest}")
 
 
 def _guarded(scene: Path, work: Callable[[], None]) -> None:
     """Run a command; what the user caused ends in one message and exit code 2."""
     logging.getLogger().setLevel(logging.WARNING)  # the form compiler talks at INFO level
+    warnings.filterwarnings("error", message=_ILL_CONDITIONED)
     try:
+        take_first_memory()
         work()
     except SceneError as error:
-        _stop(str(error))
+        stop(str(error))
     except OutputError as error:
-        _stop(str(error))
-    except _user_errors() as error:
-        _stop(f"{scene}: {error}")
-    except np.linalg.LinAlgError as error:
-        _stop(
-            f"{scene}: the numbers of this scene can not be solved ({error}); check masses, "
-            "inertias, stiffnesses and units"
-        )
+        stop(str(error))
+    except KeyboardInterrupt as error:
+        end_interrupted(error)
+    except Exception as error:
+        if isinstance(error, _user_errors()):
+            stop(f"{scene}: {error}")
+        if is_out_of_memory(error):
+            stop(f"{scene}: {memory_text(error)}")
+        if isinstance(error, np.linalg.LinAlgError) or _is_ill_conditioned(error):
+            stop(
+                f"{scene}: the numbers of this scene can not be solved ({error}); check masses, "
+                "inertias, stiffnesses and units"
+            )
+        raise
+
+
+def _is_ill_conditioned(error: Exception) -> bool:
+    return isinstance(error, Warning) and str(error).startswith(_ILL_CONDITIONED)
 
 
 def _user_errors() -> tuple[type[Exception], ...]:
@@ -245,17 +337,11 @@ def _user_errors() -> tuple[type[Exception], ...]:
     return tuple(kinds)
 
 
-def _stop(message: str) -> None:
-    """Print the message and leave with code 2, on all ranks."""
-    typer.echo(f"error: {message}", err=True)
-    mpi: Any = sys.modules.get("mpi4py.MPI")
-    if mpi is not None and mpi.COMM_WORLD.size > 1:
-        sys.stderr.flush()
-        mpi.COMM_WORLD.Abort(2)
-    raise typer.Exit(2)
-
-
 def main() -> None:
     """Entry point of the command `solidwhirl`."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    app()
+    prepare_signals()
+    try:
+        app()
+    except Exception as error:
+        end_of_defect(error)

@@ -162,9 +162,10 @@ def _refined(
     chosen = result.discretisation
     what: list[str] = []
     name, accuracy = result.body.name, scene.model.accuracy
-    if not chosen.mesh_fixed and result.work.indicators:
+    if not chosen.mesh_fixed:
         allowed = _allowed(found, name, "mesh", accuracy)
-        if _own(found, name, "mesh") > allowed:
+        # asked last: indicators of a body that was kept cost its reduction
+        if _own(found, name, "mesh") > allowed and result.work.indicators:
             chosen = _finer_mesh(found, result, chosen, _AIM * allowed)
             what.append("mesh")
     if not chosen.modes_fixed:

@@ -4,6 +4,26 @@ from __future__ import annotations
 
 from pathlib import Path
 
+# Characters of one problem, and of a message of many.
+_LONGEST_PROBLEM = 600
+_LONGEST_MESSAGE = 3000
+
+
+def clean(text: str, longest: int = _LONGEST_MESSAGE) -> str:
+    """Return a text for a message: control characters escaped, the end cut off where it is long.
+
+    Parameters
+    ----------
+    text
+        May hold what stands in a file.
+    longest
+        Number of characters kept.
+    """
+    cut = text if len(text) <= longest else f"{text[:longest]}..."
+    return "".join(
+        c if c.isprintable() or c == "\n" else c.encode("unicode_escape").decode() for c in cut
+    )
+
 
 class SceneError(ValueError):
     """A scene that can not be run; the message names file, key, finding and what is allowed."""
@@ -11,7 +31,14 @@ class SceneError(ValueError):
     def __init__(self, path: Path | str, problems: list[str]) -> None:
         self.path = str(path)
         self.problems = problems
-        super().__init__("\n".join(f"{path}: {problem}" for problem in problems))
+        lines = [f"{path}: {clean(problem, _LONGEST_PROBLEM)}" for problem in problems]
+        shown, length = 0, 0
+        while shown < len(lines) and (shown == 0 or length + len(lines[shown]) < _LONGEST_MESSAGE):
+            length += len(lines[shown]) + 1
+            shown += 1
+        left = len(lines) - shown
+        more = [f"{path}: and {left} more like these"] if left else []
+        super().__init__("\n".join(lines[:shown] + more))
 
 
 class OutputError(OSError):

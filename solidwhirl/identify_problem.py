@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,15 +13,18 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from solidwhirl.errors import SceneError
 from solidwhirl.identify_places import Place, PlaceError, choice, find_place, with_values
-from solidwhirl.scene_base import Count, Finite, Name, NotNegative
-from solidwhirl.scene_file import parse_scene, read_scene
+from solidwhirl.scene_base import Count, Finite, Name, Note, NotNegative, Title
+from solidwhirl.scene_file import load_toml, parse_scene, shown_key, shown_value
 
 #: Significant digits of every value that is tried, and of those that are written.
 DIGITS = 7
 # Decimals of values that follow from parameters: cuts round-off, keeps the digits of a length.
 _DECIMALS = 10
+_LONGEST_KEY = 60
 _MASS = ("mass_kg", "center_of_gravity_m", "polar_inertia_kg_m2", "diametral_inertia_kg_m2")
-_MAXIMUM_BYTES = 4_000_000
+# Entries of a list.
+_MOST = 1000
+PlaceText = Annotated[str, Field(max_length=300)]
 Share = Annotated[float, Field(gt=0, le=0.5, strict=True)]
 
 
@@ -39,14 +41,14 @@ class ParameterSpec(ProblemRecord):
     lower: Finite
     upper: Finite
     start: Finite
-    places: tuple[str, ...] = ()
-    why: str = ""
+    places: Annotated[tuple[PlaceText, ...], Field(max_length=_MOST)] = ()
+    why: Title = ""
 
 
 class DerivedSpec(ProblemRecord):
     """Places whose number is constant + Σ factor · parameter."""
 
-    places: Annotated[tuple[str, ...], Field(min_length=1)]
+    places: Annotated[tuple[PlaceText, ...], Field(min_length=1, max_length=_MOST)]
     terms: Annotated[dict[Name, Finite], Field(min_length=1)]
     constant: Finite = 0.0
 
@@ -67,7 +69,7 @@ class TargetSpec(ProblemRecord):
     body: Name | None = None
     mode: Count | None = None
     speed_rpm: NotNegative = 0.0
-    source: str = ""
+    source: Title = ""
 
 
 class SettingsSpec(ProblemRecord):
@@ -86,14 +88,14 @@ class ProblemSpec(ProblemRecord):
     """A whole problem file."""
 
     name: Name
-    scene: str
-    title: str = ""
-    notes: tuple[str, ...] = ()
+    scene: Title
+    title: Title = ""
+    notes: Annotated[tuple[Note, ...], Field(max_length=_MOST)] = ()
     settings: SettingsSpec = SettingsSpec()
-    parameters: Annotated[tuple[ParameterSpec, ...], Field(min_length=1)]
-    derived: tuple[DerivedSpec, ...] = ()
-    targets: Annotated[tuple[TargetSpec, ...], Field(min_length=1)]
-    comments: dict[str, str] = {}
+    parameters: Annotated[tuple[ParameterSpec, ...], Field(min_length=1, max_length=_MOST)]
+    derived: Annotated[tuple[DerivedSpec, ...], Field(max_length=_MOST)] = ()
+    targets: Annotated[tuple[TargetSpec, ...], Field(min_length=1, max_length=_MOST)]
+    comments: Annotated[dict[PlaceText, Title], Field(max_length=_MOST)] = {}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -166,15 +168,19 @@ def read_problem(path: str | Path) -> Problem:
         file at once.
     """
     path = Path(path)
-    data = _load(path)
+    data = load_toml(path)
     try:
         spec = ProblemSpec.model_validate(data)
     except ValidationError as error:
         problems = [_explain(e) for e in error.errors(include_url=False)]
         raise SceneError(path, problems) from error
     scene_path = path.parent / spec.scene
-    read_scene(scene_path)
-    scene = _load(scene_path)
+    if (
+        scene_path.exists() and not scene_path.is_file()
+    ):  # a device or pipe that a file names would be waited for
+        raise SceneError(path, [f"scene: {spec.scene!r} is no file ({scene_path})"])
+    scene = load_toml(scene_path)
+    parse_scene(scene, scene_path)
     places: dict[str, Place] = {}
     problems = [*_parameter_problems(spec), *_place_problems(spec, scene, places)]
     problems += _target_problems(spec, scene)
@@ -184,20 +190,6 @@ def read_problem(path: str | Path) -> Problem:
     start = {p.name: p.start for p in spec.parameters}
     parse_scene(problem.scene_at(start), f"{path}: the scene at the start")
     return problem
-
-
-def _load(path: Path) -> dict[str, Any]:
-    """Content of a TOML file."""
-    try:
-        if path.stat().st_size > _MAXIMUM_BYTES:
-            raise SceneError(path, [f"larger than {_MAXIMUM_BYTES} bytes; such a file is small"])
-        return tomllib.loads(path.read_bytes().decode("utf-8"))
-    except OSError as error:
-        raise SceneError(path, [f"can not be read: {error.strerror or error}"]) from error
-    except UnicodeDecodeError as error:
-        raise SceneError(path, [f"is not UTF-8 text (byte {error.start})"]) from error
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise SceneError(path, [f"is not valid TOML: {error}"]) from error
 
 
 def _parameter_problems(spec: ProblemSpec) -> Iterator[str]:
@@ -284,13 +276,17 @@ def _quantity_problems(t: TargetSpec, bodies: list[str]) -> Iterator[str]:
 
 def _explain(error: Any) -> str:
     """One line for one of pydantic's errors."""
-    where = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in error["loc"]).lstrip(".")
+    where = "".join(
+        f"[{p}]" if isinstance(p, int) else f".{shown_key(p)}" for p in error["loc"]
+    ).lstrip(".")
     if error["type"] == "missing":
         return f"{where}: missing; this key is needed"
     if error["type"] == "extra_forbidden":
-        return f"{where}: unknown key; {choice(str(error['loc'][-1]), _siblings(error['loc']))}"
+        key = str(error["loc"][-1])[:_LONGEST_KEY]
+        return f"{where}: unknown key; {choice(key, _siblings(error['loc']))}"
     found = error.get("input")
-    shown = "" if isinstance(found, dict) else f", found {str(found)[:60]!r}"
+    value = found if isinstance(found, str) else shown_value(found)
+    shown = "" if isinstance(found, dict) else f", found {value[:_LONGEST_KEY]!r}"
     return f"{where or 'problem'}: {error['msg']}{shown}"
 
 

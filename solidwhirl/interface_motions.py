@@ -104,12 +104,16 @@ def carried_motions(scene: Scene, on: set[str]) -> dict[str, tuple[str, ...]]:
         for motion, effect in EFFECT_OF.items()
         if effect in on and getattr(scene.effects, effect) == "on"
     }
+    disks = {f"{n}.{disk.interface}" for n, b in scene.bodies.items() for disk in b.rigid_disks}
     out = {}
     for body, names in scene.interface_names().items():
-        for name in names:
-            place = f"{body}.{name}"
+        places = [f"{body}.{name}" for name in names]
+        # a rigid disk takes part in all that its body can do: it has mass and polar inertia
+        moved = {m for at in places for m, _ in acted.get(at, ()) if EFFECT_OF[m] in on}
+        moved &= {"uz", "rz"}
+        for place in places:
             motions = {m for m, _ in acted.get(place, ()) if EFFECT_OF[m] in on}
-            motions |= everywhere | set(LATERAL)
+            motions |= everywhere | set(LATERAL) | (moved if place in disks else set())
             if motions & {"rx", "ry"}:  # both, so that the body stays the same in all directions
                 motions |= {"rx", "ry"}
             order = ("ux", "uy", "uz", "rx", "ry", "rz")

@@ -32,3 +32,8 @@ class Outcome:
     document: Mapping[str, Any]
     files: Mapping[str, Write] = field(default_factory=dict)
     headline: str = ""
+
+
+def is_picture(file: str) -> bool:
+    """Whether a file of an analysis is a picture, by its name."""
+    return Path(file).suffix in (".png", ".svg", ".pdf")

@@ -245,7 +245,7 @@ def _torsion(scene: Scene) -> Effect:
 
 
 def _estimates(scene: Scene, *, meshed: bool) -> tuple[Effect, ...]:
-    """Error estimates, and the comparison of couplings that is shown beside them."""
+    """Error estimates, the comparison of couplings shown beside them, and the checks."""
     asked = scene.model.estimates == "on"
     why = "every number gets an error" if asked else "the scene says off"
     if not meshed:
@@ -256,6 +256,13 @@ def _estimates(scene: Scene, *, meshed: bool) -> tuple[Effect, ...]:
         why=why,
         cost="per order and round: matrices and 1 factorisation with elements one order higher, "
         "3 solutions per column of the basis",
+    )
+    checks = Effect(
+        name="checks",
+        on=meshed,
+        why="every run checks its bodies" if meshed else "there is no meshed body",
+        cost="per order: 1 factorisation more on the meridian; of a solid: 2 matrices and "
+        "1 factorisation of a coarse meridian",
     )
     wanted = asked and meshed and scene.model.compare_coupling == "on"
     joined = bool(places_of_joints(scene))
@@ -269,7 +276,7 @@ def _estimates(scene: Scene, *, meshed: bool) -> tuple[Effect, ...]:
         why=why,
         cost="2 coarse reductions per body, rigid and distributing interfaces exchanged",
     )
-    return estimate, coupling
+    return estimate, coupling, checks
 
 
 def _kept(scene: Scene) -> str:

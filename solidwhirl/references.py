@@ -8,6 +8,7 @@ import numpy as np
 
 from solidwhirl.analysis_checks import analysis_problems, unknown
 from solidwhirl.scene import Scene
+from solidwhirl.scene_base import alike_in_files
 from solidwhirl.scene_joints import BearingSpec, GearSpec
 
 # Keys that act on a motion, and its row in them.
@@ -35,6 +36,7 @@ def reference_problems(scene: Scene) -> list[str]:
     problems = list(_repeated("bearings", [b.name for b in scene.bearings]))
     problems += _repeated("gears", [g.name for g in scene.gears])
     problems += _repeated("analyses", [a.label for a in scene.analyses])
+    problems += _alike_analyses([a.label for a in scene.analyses])
     for k, bearing in enumerate(scene.bearings):
         where = f"bearings[{k}]"
         problems += [f"{where}.{text}" for text in _end_problems(bearing, places)]
@@ -50,6 +52,17 @@ def _repeated(key: str, names: Sequence[str]) -> Iterator[str]:
     for k, name in enumerate(names):
         if first.setdefault(name, k) != k:
             yield f"{key}[{k}].name: {name!r} is the name of {key}[{first[name]}] too"
+
+
+def _alike_analyses(names: Sequence[str]) -> Iterator[str]:
+    """Analyses whose files some systems take for the same."""
+    alike = alike_in_files(list(dict.fromkeys(names)))
+    if alike:
+        at = names.index(alike[1])
+        yield (
+            f"analyses[{at}].name: {alike[1]!r} differs from {alike[0]!r} in upper and lower case "
+            "only, and each has files; choose another name for one"
+        )
 
 
 def _end_problems(joint: BearingSpec | GearSpec, places: list[str]) -> Iterator[str]:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
+from solidwhirl.check_report import checks_text
 from solidwhirl.fineness import Fineness
 from solidwhirl.forecast import Forecast
 from solidwhirl.pipeline import Results
 from solidwhirl.plan_records import Plan
+from solidwhirl.plausibility import Doubt
 
 
 def report_text(results: Results, document: dict[str, Any]) -> str:
@@ -38,16 +40,31 @@ def report_text(results: Results, document: dict[str, Any]) -> str:
         _branches(document["campbell"]),
         "## Other analyses" if results.analyses else "",
         _analyses(results),
-        "## Doubts" if results.bearing_notes else "",
+        "## Doubts" if results.bearing_notes or document.get("doubts") else "",
+        "\n".join(f"- {doubt['message']}" for doubt in document.get("doubts", ())),
         "\n".join(f"- {note.message}" for note in results.bearing_notes),
+        "## Checks",
+        checks_text(results.checks),
         "## Cost",
         _cost(document),
     ]
     return "\n\n".join(p for p in parts if p) + "\n"
 
 
-def plan_text(plan: Plan) -> str:
-    """The plan as two Markdown tables."""
+def doubts_text(doubts: Iterable[Doubt]) -> str:
+    """Doubts about units as Markdown; empty if there are none.
+
+    Parameters
+    ----------
+    doubts
+        See `solidwhirl.plausibility`.
+    """
+    lines = [f"- {doubt.message}" for doubt in doubts]
+    return "\n".join(["Doubts about units:", "", *lines]) if lines else ""
+
+
+def plan_text(plan: Plan, doubts: Iterable[Doubt] = ()) -> str:
+    """The plan as Markdown tables, after doubts about the units of the scene."""
     effects = _table(
         ("effect", "", "why", "cost when on"),
         ((e.name, "on" if e.on else "off", e.why, e.cost) for e in plan.effects),
@@ -80,6 +97,8 @@ def plan_text(plan: Plan) -> str:
         ),
     )
     parts = [effects, bodies] if plan.bodies else [effects]
+    said = doubts_text(doubts)
+    parts = [said, *parts] if said else parts
     if plan.analyses:
         parts.append(_table(("analysis", "kind"), plan.analyses))
     return "\n\n".join(parts)
@@ -229,6 +248,9 @@ def _analyses(results: Results) -> str:
 
 def _cost(document: dict[str, Any]) -> str:
     lines = [f"- {name}: {spent:.2f} s" for name, spent in document["timings_s"].items()]
+    kept = [name for name, origin in document.get("stages", {}).items() if origin == "kept"]
+    if kept:
+        lines.append(f"- kept from an earlier run: {', '.join(kept)}")
     lines.append(f"- peak memory: {document['peak_memory_gib']:.2f} GiB")
     predicted = document["predicted_cost"]
     lines.append(

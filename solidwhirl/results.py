@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import json
 import math
-import shutil
-import tempfile
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from solidwhirl.bodies import build_bodies
 from solidwhirl.body_reduction import BodyResult
-from solidwhirl.errors import OutputError
+from solidwhirl.check_report import checks_document
 from solidwhirl.estimate_documents import (
     accuracy_document,
     critical_speed_entry,
@@ -22,19 +22,25 @@ from solidwhirl.estimates import Estimates
 from solidwhirl.fineness import Fineness
 from solidwhirl.forecast import forecast_document
 from solidwhirl.meshing import write_gmsh, write_vtu
+from solidwhirl.outcome import is_picture
 from solidwhirl.pipeline import Results
 from solidwhirl.plan_records import Plan
+from solidwhirl.plausibility import implausible
 from solidwhirl.report import report_text
 from solidwhirl.rotordyn import Superelement, draw_campbell, write_superelement
 from solidwhirl.rotordyn.pictures_errors import (
     draw_campbell_errors,
     draw_critical_speed_errors,
 )
+from solidwhirl.run_folder import RunFolder, claimed, replacing_files, reserve
 from solidwhirl.scene_file import scene_hash
+from solidwhirl.store_stages import Keeper, no_keeper
 from solidwhirl.versions import package_versions
 
 SCHEMA = "solidwhirl-results-1"
 _RPM = 30.0 / np.pi
+# Headers, attributes and provenance in a file of a superelement.
+_AROUND_BYTES = 65_536
 
 
 def results_document(results: Results) -> dict[str, Any]:
@@ -78,6 +84,11 @@ def results_document(results: Results) -> dict[str, Any]:
             }
             for c in results.critical_speeds
         ],
+        "doubts": [
+            {**asdict(doubt), "message": doubt.message}
+            for doubt in implausible(results.scene, build_bodies(results.scene))
+        ],
+        "invariants": checks_document(results.checks),
         "bearing_notes": [note.message for note in results.bearing_notes],
         "analyses": {
             name: {"kind": outcome.kind, **outcome.document}
@@ -88,6 +99,8 @@ def results_document(results: Results) -> dict[str, Any]:
         "peak_memory_gib": results.peak_memory_gib,
         "packages": package_versions(),
     }
+    if results.stages:
+        document["stages"] = dict(results.stages)
     if results.estimates is not None:
         _put_estimates(document, results.estimates)
     return _plain(document)  # type: ignore[no-any-return]
@@ -141,15 +154,12 @@ def _fineness(found: Fineness | None) -> dict[str, Any]:
 def write_results(results: Results, out: str | Path, *, pictures: bool = True) -> Path:
     """Write the folder of a run: all of it or nothing.
 
-    Everything is written to a temporary folder beside the target and moved into place file by
-    file when it is complete, `results.json` last.
-
     Parameters
     ----------
     results
         What to write.
     out
-        The folder.
+        The folder; another run must not be writing there.
     pictures
         Whether to draw; the numbers are the same without.
 
@@ -162,21 +172,46 @@ def write_results(results: Results, out: str | Path, *, pictures: bool = True) -
     OutputError
         The folder can't be written.
     """
-    out = Path(out)
+    with claimed(out) as folder:
+        return write_into(results, folder, pictures=pictures)
+
+
+def write_into(
+    results: Results,
+    folder: RunFolder,
+    *,
+    pictures: bool = True,
+    keeper: Keeper | None = None,
+) -> Path:
+    """Write results into a folder that is claimed.
+
+    Everything is written to a temporary folder in it and moved into place file by file when it is
+    complete, `results.json` last but for the manifest.
+
+    Parameters
+    ----------
+    results, pictures
+        As in `write_results`.
+    folder
+        From `solidwhirl.run_folder.claimed`.
+    keeper
+        Where pictures are kept; None: nowhere.
+
+    Returns
+    -------
+    The folder.
+
+    Raises
+    ------
+    OutputError
+        The folder can't be written.
+    """
     document = results_document(results)
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        scratch = Path(tempfile.mkdtemp(prefix=".writing-", dir=out))
-        try:
-            _write_all(results, document, scratch)
-            if pictures:
-                _draw_all(results, scratch)
-            _move_into_place(scratch, out)
-        finally:
-            shutil.rmtree(scratch, ignore_errors=True)
-    except OSError as error:
-        raise OutputError(f"{out}: can not be written: {error.strerror or error}") from error
-    return out
+    with replacing_files(folder) as scratch:
+        _write_all(results, document, scratch)
+        if pictures:
+            _draw_all(results, scratch, keeper or no_keeper())
+    return folder.path
 
 
 def _write_all(results: Results, document: dict[str, Any], folder: Path) -> None:
@@ -186,61 +221,63 @@ def _write_all(results: Results, document: dict[str, Any], folder: Path) -> None
         write_vtu(result.mesh, folder / "meshes" / f"{name}.vtu")
         write_gmsh(result.mesh, folder / "meshes" / f"{name}.msh")
     for name, element in results.elements.items():
-        write_superelement(element, folder / "bodies" / f"{name}.h5")
+        path = folder / "bodies" / f"{name}.h5"
+        reserve(path, _size_bytes(element))
+        write_superelement(element, path)
     for outcome in results.analyses.values():
         for file, write in outcome.files.items():
-            if not _is_picture(file):
+            if not is_picture(file):
                 write(folder / file)
     (folder / "report.md").write_text(report_text(results, document), encoding="utf-8")
     text = json.dumps(document, indent=1, allow_nan=False)
     (folder / "results.json").write_text(text + "\n", encoding="utf-8")
 
 
-def _is_picture(file: str) -> bool:
-    return Path(file).suffix in (".png", ".svg", ".pdf")
+def _size_bytes(element: Superelement) -> int:
+    """About the size of an element's file: its arrays, and what HDF5 puts around them."""
+    forms = sum(form.gram.nbytes + element.mass.nbytes for form in element.error_forms)
+    arrays = 9 * element.mass.nbytes + element.recovery_points_m.nbytes
+    return int(1.1 * (forms + arrays + element.recovery_modes.nbytes)) + _AROUND_BYTES
 
 
-def _draw_all(results: Results, folder: Path) -> None:
+def _draw_all(results: Results, folder: Path, keeper: Keeper) -> None:
     """All pictures of a run."""
     for outcome in results.analyses.values():
         for file, write in outcome.files.items():
-            if _is_picture(file):
+            if is_picture(file):
                 write(folder / file)
-    draw_campbell(
-        results.campbell,
-        tuple(c.critical for c in results.critical_speeds),
-        folder / "campbell.png",
-        title=results.scene.title or results.scene.name,
-        excitation_ratios=results.scene.speed_ratios(),
-    )
+    title = results.scene.title or results.scene.name
+    critical = tuple(c.critical for c in results.critical_speeds)
+    ratios = results.scene.speed_ratios()
+    keeper.picture(
+        keeper.key("campbell.png", results.campbell, critical, title, ratios),
+        lambda path: draw_campbell(
+            results.campbell, critical, path, title=title, excitation_ratios=ratios
+        ),
+    )(folder / "campbell.png")
     if results.estimates is not None:
-        _draw_estimates(results, results.estimates, folder)
+        _draw_estimates(results, results.estimates, folder, keeper)
 
 
-def _draw_estimates(results: Results, estimates: Estimates, folder: Path) -> None:
+def _draw_estimates(results: Results, estimates: Estimates, folder: Path, keeper: Keeper) -> None:
     """Diagram with error bands, critical speeds with error bars."""
     title = results.scene.title or results.scene.name
-    lines: dict[float, list[str]] = {}
+    names: dict[float, list[str]] = {}
     for name, ratio in results.scene.speed_ratios().items():
-        lines.setdefault(abs(ratio), []).append(name)
-    draw_campbell_errors(
-        estimates.campbell,
-        folder / "campbell_errors.png",
-        title,
-        excitation_ratios={", ".join(names): ratio for ratio, names in lines.items()},
-    )
+        names.setdefault(abs(ratio), []).append(name)
+    lines = {", ".join(own): ratio for ratio, own in names.items()}
+    branches = estimates.campbell
+    keeper.picture(
+        keeper.key("campbell_errors.png", branches, title, lines),
+        lambda path: draw_campbell_errors(branches, path, title, excitation_ratios=lines),
+    )(folder / "campbell_errors.png")
     critical = [c.critical for c in results.critical_speeds]
+    errors = estimates.critical_speeds
     if critical:
-        path = folder / "critical_speeds.png"
-        draw_critical_speed_errors(critical, estimates.critical_speeds, path, title)
-
-
-def _move_into_place(scratch: Path, out: Path) -> None:
-    files = [p for p in scratch.rglob("*") if p.is_file()]
-    for path in sorted(files, key=lambda p: p.name == "results.json"):
-        target = out / path.relative_to(scratch)
-        target.parent.mkdir(exist_ok=True)
-        path.replace(target)
+        keeper.picture(
+            keeper.key("critical_speeds.png", critical, errors, title),
+            lambda path: draw_critical_speed_errors(critical, errors, path, title),
+        )(folder / "critical_speeds.png")
 
 
 def _bodies(results: Results) -> dict[str, Any]:

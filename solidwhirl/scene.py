@@ -12,14 +12,19 @@ from pydantic import Field, model_validator
 
 from solidwhirl.scene_analyses import AnalysisSpec
 from solidwhirl.scene_base import (
+    MOST,
     AutoSwitch,
     Count,
+    FileName,
     Finite,
     Name,
+    Note,
     NotNegative,
     Positive,
     Radii,
     Record,
+    Title,
+    alike_in_files,
 )
 from solidwhirl.scene_joints import (
     BeamSpec,
@@ -78,8 +83,8 @@ class StageGroupSpec(Record):
     direction: Literal[1, -1] = 1
     spacer_thickness_m: Positive
     material: Name | None = None
-    webs: tuple[WebSpec, ...] = ()
-    cones: tuple[ConeSpec, ...] = ()
+    webs: Annotated[tuple[WebSpec, ...], Field(max_length=MOST)] = ()
+    cones: Annotated[tuple[ConeSpec, ...], Field(max_length=MOST)] = ()
 
 
 class InterfaceSpec(Record):
@@ -121,10 +126,10 @@ class BodySpec(Record):
     speed_ratio: Finite = 1.0
     material: Name | None = None
     fillet_radius_m: NotNegative = 0.0
-    sections: tuple[SectionSpec, ...] = ()
-    stage_groups: tuple[StageGroupSpec, ...] = ()
-    interfaces: tuple[InterfaceSpec, ...] = ()
-    rigid_disks: tuple[RigidDiskSpec, ...] = ()
+    sections: Annotated[tuple[SectionSpec, ...], Field(max_length=MOST)] = ()
+    stage_groups: Annotated[tuple[StageGroupSpec, ...], Field(max_length=MOST)] = ()
+    interfaces: Annotated[tuple[InterfaceSpec, ...], Field(max_length=MOST)] = ()
+    rigid_disks: Annotated[tuple[RigidDiskSpec, ...], Field(max_length=MOST)] = ()
     modes: Annotated[Count, Field(le=500)] | None = None
     internal_damping: InternalDampingSpec | None = None
 
@@ -134,8 +139,8 @@ class SpeedSpec(Record):
 
     from_rpm: NotNegative = 0.0
     to_rpm: NotNegative = 0.0
-    count: Annotated[Count, Field(le=2001)] = 1
-    list_rpm: tuple[NotNegative, ...] | None = None
+    count: Annotated[Count, Field(le=MOST)] = 1
+    list_rpm: Annotated[tuple[NotNegative, ...], Field(max_length=MOST)] | None = None
 
     @model_validator(mode="after")
     def _range(self) -> SpeedSpec:
@@ -219,20 +224,20 @@ class Scene(Record):
     """A whole scene."""
 
     name: Name
-    title: str = ""
-    notes: tuple[str, ...] = ()
-    materials: dict[Name, MaterialSpec] = Field(default_factory=dict)
-    bodies: dict[Name, BodySpec] = Field(default_factory=dict)
-    beams: dict[Name, BeamSpec] = Field(default_factory=dict)
-    rigid_bodies: dict[Name, RigidBodySpec] = Field(default_factory=dict)
-    bearings: tuple[BearingSpec, ...] = ()
-    speed_laws: dict[Name, SpeedLawSpec] = Field(default_factory=dict)
-    gears: tuple[GearSpec, ...] = ()
+    title: Title = ""
+    notes: Annotated[tuple[Note, ...], Field(max_length=MOST)] = ()
+    materials: dict[Name, MaterialSpec] = Field(default_factory=dict, max_length=MOST)
+    bodies: dict[FileName, BodySpec] = Field(default_factory=dict, max_length=MOST)
+    beams: dict[FileName, BeamSpec] = Field(default_factory=dict, max_length=MOST)
+    rigid_bodies: dict[FileName, RigidBodySpec] = Field(default_factory=dict, max_length=MOST)
+    bearings: Annotated[tuple[BearingSpec, ...], Field(max_length=MOST)] = ()
+    speed_laws: dict[Name, SpeedLawSpec] = Field(default_factory=dict, max_length=MOST)
+    gears: Annotated[tuple[GearSpec, ...], Field(max_length=MOST)] = ()
     speeds: SpeedSpec = SpeedSpec()
     campbell: CampbellSpec = CampbellSpec()
     effects: EffectsSpec = EffectsSpec()
     model: ModelSpec = ModelSpec()
-    analyses: tuple[AnalysisSpec, ...] = ()
+    analyses: Annotated[tuple[AnalysisSpec, ...], Field(max_length=MOST)] = ()
 
     @model_validator(mode="after")
     def _has_bodies(self) -> Scene:
@@ -244,6 +249,12 @@ class Scene(Record):
         twice = sorted({name for name in named if named.count(name) > 1})
         if twice:
             raise ValueError(f"more than one body is named {', '.join(twice)}")
+        alike = alike_in_files(named)
+        if alike:
+            raise ValueError(
+                f"bodies {alike[0]!r} and {alike[1]!r} differ in upper and lower case only, and "
+                "each has a file; choose another name for one"
+            )
         return self
 
     def speed_ratio(self, body: str) -> float:

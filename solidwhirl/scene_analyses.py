@@ -7,11 +7,21 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from solidwhirl.scene_base import Count, Finite, Name, NotNegative, Place, Positive, Record
+from solidwhirl.scene_base import (
+    MOST,
+    Count,
+    FileName,
+    Finite,
+    Name,
+    NotNegative,
+    Place,
+    Positive,
+    Record,
+)
 
 Points = Annotated[Count, Field(ge=2, le=20001)]
-Places = Annotated[tuple[Place, ...], Field(min_length=1)]
-Names = Annotated[tuple[Name, ...], Field(min_length=1)]
+Places = Annotated[tuple[Place, ...], Field(min_length=1, max_length=MOST)]
+Names = Annotated[tuple[Name, ...], Field(min_length=1, max_length=MOST)]
 
 
 class UnbalanceSpec(Record):
@@ -24,6 +34,8 @@ class UnbalanceSpec(Record):
 
 # Files and folders of a run that are no analysis.
 _TAKEN = ("campbell", "campbell_errors", "critical_speeds", "report", "results", "bodies", "meshes")
+# Speeds at which shapes are drawn.
+_MOST_SPEEDS = 200
 
 
 # Frequencies of a stiffness study around the operating speed.
@@ -40,12 +52,12 @@ _WHOLE = 1e-6
 class _Analysis(Record):
     """What all analyses share: a name for results and pictures, the kind if there is none."""
 
-    name: Name | None = None
+    name: FileName | None = None
 
     @field_validator("name")
     @classmethod
     def _free(cls, value: str | None) -> str | None:
-        if value in _TAKEN:
+        if value is not None and value.lower() in _TAKEN:
             raise ValueError(f"{value!r} is the name of a file of every run; choose another")
         return value
 
@@ -107,7 +119,7 @@ class UnbalanceResponseSpec(_Sweep):
 
     kind: Literal["unbalance_response"]
     count: Annotated[Count, Field(ge=4, le=20001)] = 201
-    unbalances: Annotated[tuple[UnbalanceSpec, ...], Field(min_length=1)]
+    unbalances: Annotated[tuple[UnbalanceSpec, ...], Field(min_length=1, max_length=MOST)]
     observe: Places
     orbits_at_rpm: Annotated[tuple[Positive, ...], Field(max_length=64)] = ()
 
@@ -190,9 +202,9 @@ class ModeShapesSpec(_Analysis):
     """Shapes of the lowest modes and which bodies and joints take part in them."""
 
     kind: Literal["mode_shapes"]
-    speeds_rpm: Annotated[tuple[NotNegative, ...], Field(min_length=1)]
+    speeds_rpm: Annotated[tuple[NotNegative, ...], Field(min_length=1, max_length=_MOST_SPEEDS)]
     modes: Annotated[Count, Field(le=60)] = 8
-    bodies: tuple[Name, ...] = ()
+    bodies: Annotated[tuple[Name, ...], Field(max_length=MOST)] = ()
 
 
 def speed_text(rpm: float) -> str:
@@ -218,7 +230,7 @@ class SeparationMarginsSpec(_Analysis):
     """Distance of critical speeds from operating speeds, sought up to a multiple of these."""
 
     kind: Literal["separation_margins"]
-    operating: Annotated[tuple[OperatingSpec, ...], Field(min_length=1)]
+    operating: Annotated[tuple[OperatingSpec, ...], Field(min_length=1, max_length=MOST)]
     search_factor: Annotated[float, Field(ge=1, le=10, strict=True)] = 1.3
 
 
@@ -245,13 +257,15 @@ class RunUpSpec(_Analysis):
     to_rpm: Positive
     sampling_hz: Positive = 20000.0
     record_hz: Positive = 4000.0
-    unbalances: tuple[UnbalanceSpec, ...] = ()
+    unbalances: Annotated[tuple[UnbalanceSpec, ...], Field(max_length=MOST)] = ()
     gravity_m_per_s2: tuple[Finite, Finite, Finite] | None = None
-    drives: tuple[Place, ...] = ()
-    observe: tuple[Place, ...] = ()
+    drives: Annotated[tuple[Place, ...], Field(max_length=MOST)] = ()
+    observe: Annotated[tuple[Place, ...], Field(max_length=MOST)] = ()
     mount: Name
-    compare_flexible: tuple[tuple[Name, ...], ...] = ()
-    bands_hz: tuple[tuple[NotNegative, Positive], ...] = ()
+    compare_flexible: Annotated[
+        tuple[Annotated[tuple[Name, ...], Field(max_length=MOST)], ...], Field(max_length=MOST)
+    ] = ()
+    bands_hz: Annotated[tuple[tuple[NotNegative, Positive], ...], Field(max_length=MOST)] = ()
 
     @model_validator(mode="after")
     def _whole(self) -> RunUpSpec:

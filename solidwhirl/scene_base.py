@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import unicodedata
+from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 
 # strict: whole numbers stand for floats, but texts and true or false for no number
 # far beyond every rotor, and far from where products of a few numbers overflow
@@ -38,6 +40,52 @@ def _matrix(value: Any) -> Any:
     return value
 
 
+def _one_line(value: str) -> str:
+    """Refuse what would steer a terminal, end a line, or show a text in another order."""
+    for character in value:
+        control = unicodedata.category(character) in ("Cc", "Cs", "Zl", "Zp")
+        if control or unicodedata.bidirectional(character) in _TURNING:
+            raise ValueError(f"the control character {character!r} is not allowed in a text")
+    return value
+
+
+def _lines(value: str) -> str:
+    _one_line(value.replace("\n", "").replace("\t", ""))
+    return value
+
+
+def alike_in_files(names: Sequence[str]) -> tuple[str, str] | None:
+    """Return two names that some file systems take for the same, None if there are none.
+
+    Parameters
+    ----------
+    names
+        All different.
+    """
+    first: dict[str, str] = {}
+    for name in names:
+        other = first.setdefault(name.lower(), name)
+        if other != name:
+            return other, name
+    return None
+
+
+def _file_name(value: str) -> str:
+    """Refuse names that some systems keep for devices."""
+    if value.upper() in _DEVICES:
+        raise ValueError(f"{value!r} can not be the name of a file on all systems; choose another")
+    return value
+
+
+# Entries of a list in a scene: far beyond every engine, and still read in seconds.
+MOST = 2001
+# Marks that turn the direction of writing.
+_TURNING = ("LRE", "RLE", "LRO", "RLO", "PDF", "LRI", "RLI", "FSI", "PDI")
+_DEVICES = ("CON", "PRN", "AUX", "NUL", *(f"{d}{k}" for d in ("COM", "LPT") for k in range(10)))
+Title = Annotated[str, Field(max_length=1000), AfterValidator(_one_line)]
+Note = Annotated[str, Field(max_length=4000), AfterValidator(_lines)]
+FileName = Annotated[Name, AfterValidator(_file_name)]
+EndText = Annotated[str, Field(max_length=129)]
 AutoSwitch = Annotated[Switch, BeforeValidator(_switch)]
 Radii = Annotated[tuple[NotNegative, NotNegative], BeforeValidator(_pair)]
 Matrix = Annotated[tuple[tuple[Finite, Finite], tuple[Finite, Finite]], BeforeValidator(_matrix)]

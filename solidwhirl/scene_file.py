@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import hashlib
+import re
 import tomllib
 import types
 import typing
@@ -12,12 +13,21 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from solidwhirl.errors import SceneError
+from solidwhirl.errors import SceneError, clean
 from solidwhirl.references import reference_problems
 from solidwhirl.scene import Scene
 
 _MAXIMUM_BYTES = 4_000_000
+_MAXIMUM_PROBLEMS = 100
 _TOML_WORDS = {"tuple": "array", "Tuple": "Array", "dictionary": "table", "Dictionary": "Table"}
+# Keys joined by more dots than any table has levels; the time to read them grows with their square.
+_KEY = r"""(?:[A-Za-z0-9_-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')"""
+_LONG_KEY = re.compile(rf"(?:\.[ \t]*{_KEY}[ \t]*){{16}}")
+_BARE_KEY = re.compile(r"[\w-]{1,64}")
+_BYTE_ORDER_MARK = "\ufeff"
+# Whole numbers of more bits than a double can hold are not written out.
+_LONGEST_WHOLE = 1100
+_LONGEST_VALUE = 60
 
 
 def read_scene(path: str | Path) -> Scene:
@@ -38,20 +48,48 @@ def read_scene(path: str | Path) -> Scene:
         The file can't be read, is not TOML, or holds something that a scene may not; all problems
         at once.
     """
+    return parse_scene(load_toml(path), path)
+
+
+def load_toml(path: str | Path) -> dict[str, Any]:
+    """Read the content of a TOML file that a user wrote.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Raises
+    ------
+    SceneError
+        The file can't be read, is larger than 4 MB, is not UTF-8 text, or is not TOML.
+    """
     path = Path(path)
     try:
-        if path.stat().st_size > _MAXIMUM_BYTES:
-            raise SceneError(path, [f"larger than {_MAXIMUM_BYTES} bytes; a scene file is small"])
-        text = path.read_bytes().decode("utf-8")
+        with path.open("rb") as file:  # no more than that of a device that never ends
+            content = file.read(_MAXIMUM_BYTES + 1)
     except OSError as error:
         raise SceneError(path, [f"can not be read: {error.strerror or error}"]) from error
+    except ValueError as error:  # a path with a null character
+        raise SceneError(clean(str(path)), [f"can not be read: {error}"]) from error
+    if len(content) > _MAXIMUM_BYTES:
+        raise SceneError(path, [f"larger than {_MAXIMUM_BYTES} bytes; such a file is small"])
+    try:
+        text = content.decode("utf-8")
     except UnicodeDecodeError as error:
         raise SceneError(path, [f"is not UTF-8 text (byte {error.start})"]) from error
+    if text.startswith(_BYTE_ORDER_MARK):
+        raise SceneError(path, ["begins with a byte order mark; save it as UTF-8 without one"])
+    long = _LONG_KEY.search(text)
+    if long is not None:
+        line = text.count("\n", 0, long.start()) + 1
+        raise SceneError(path, [f"line {line}: a key of more than 16 names joined by dots"])
     try:
-        data = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        return tomllib.loads(text)
+    except RecursionError as error:
+        raise SceneError(path, ["is not valid TOML: nested too deeply"]) from error
+    except ValueError as error:  # of tomllib, and of Python for numbers of thousands of digits
         raise SceneError(path, [f"is not valid TOML: {error}"]) from error
-    return parse_scene(data, path)
 
 
 def parse_scene(data: dict[str, Any], path: str | Path = "scene") -> Scene:
@@ -65,7 +103,11 @@ def parse_scene(data: dict[str, Any], path: str | Path = "scene") -> Scene:
     try:
         scene = Scene.model_validate(data)
     except ValidationError as error:
-        raise SceneError(path, [_explain(e) for e in error.errors(include_url=False)]) from error
+        found = error.errors(include_url=False)
+        problems = [_explain(e) for e in found[:_MAXIMUM_PROBLEMS]]
+        left = len(found) - len(problems)
+        problems += [f"and {left} more problems"] if left else []
+        raise SceneError(path, problems) from error
     problems = reference_problems(scene)
     if problems:
         raise SceneError(path, problems)
@@ -106,7 +148,7 @@ def _explain(error: Any) -> str:
     message = str(error["msg"]).removeprefix("Value error, ")
     for word, said in _TOML_WORDS.items():
         message = message.replace(word, said)
-    shown = "" if isinstance(found, dict) else f", found {_short(found)}"
+    shown = "" if isinstance(found, dict) else f", found {shown_value(found)}"
     return f"{where}: {message}{shown}"
 
 
@@ -115,9 +157,9 @@ def _explain_kind(error: Any, kinds: list[str]) -> str:
     if error["type"] == "union_tag_not_found":
         return f"missing; {allowed}"
     tag = str(error["ctx"]["tag"])
-    near = difflib.get_close_matches(tag, kinds, n=1, cutoff=0.6)
+    near = difflib.get_close_matches(tag[:_LONGEST_VALUE], kinds, n=1, cutoff=0.6)
     hint = f"did you mean {near[0]!r}? " if near else ""
-    return f"no kind {_short(tag)}; {hint}{allowed}"
+    return f"no kind {shown_value(tag)}; {hint}{allowed}"
 
 
 def _key(location: tuple[Any, ...]) -> str:
@@ -126,14 +168,40 @@ def _key(location: tuple[Any, ...]) -> str:
         if isinstance(part, int):
             out += f"[{part}]"
         elif part != "[key]":
-            text = part if part.isprintable() else _short(part)
+            text = shown_key(part)
             out += f".{text}" if out else text
     return out or "scene"
 
 
-def _short(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."
+def shown_key(key: str) -> str:
+    """Return a key for a message: as it is, or in quotes where TOML needs them, and short.
+
+    Parameters
+    ----------
+    key
+        What was found.
+    """
+    return key if _BARE_KEY.fullmatch(key) else shown_value(key)
+
+
+def shown_value(value: Any) -> str:
+    """Return a value of a TOML file for a message, short whatever it is.
+
+    Parameters
+    ----------
+    value
+        What was found.
+    """
+    if isinstance(value, dict):
+        return "a table"
+    if isinstance(value, list):
+        if len(value) > 4 or any(isinstance(v, dict | list) for v in value):
+            return f"an array of {len(value)}"
+        return f"[{', '.join(shown_value(v) for v in value)}]"
+    if isinstance(value, int) and value.bit_length() > _LONGEST_WHOLE:
+        return f"a whole number of {value.bit_length()} bits"
+    text = repr(value[: _LONGEST_VALUE + 1] if isinstance(value, str) else value)
+    return clean(text if len(text) <= _LONGEST_VALUE else text[: _LONGEST_VALUE - 3] + "...")
 
 
 def _suggestion(key: str, holder: Any) -> str:
@@ -141,7 +209,7 @@ def _suggestion(key: str, holder: Any) -> str:
     if not _is_record(holder):
         return ""
     names = list(holder.model_fields)
-    near = difflib.get_close_matches(key, names, n=1, cutoff=0.6)
+    near = difflib.get_close_matches(key[:_LONGEST_VALUE], names, n=1, cutoff=0.6)
     if near:
         return f"; did you mean {near[0]!r}?"
     return "; allowed are " + ", ".join(names)

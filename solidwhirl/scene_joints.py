@@ -7,7 +7,9 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from solidwhirl.scene_base import (
+    MOST,
     ZERO_MATRIX,
+    EndText,
     Finite,
     Matrix,
     Motion,
@@ -49,11 +51,11 @@ class BeamSpec(Record):
 
     speed_ratio: Finite = 1.0
     material: Name
-    stations_m: Annotated[tuple[Finite, ...], Field(min_length=2)]
-    outer_radius_m: Annotated[tuple[Positive, ...], Field(min_length=1)]
-    inner_radius_m: tuple[NotNegative, ...] = (0.0,)
-    interfaces: Annotated[dict[Name, Finite], Field(min_length=1)]
-    disks: tuple[BeamDiskSpec, ...] = ()
+    stations_m: Annotated[tuple[Finite, ...], Field(min_length=2, max_length=MOST)]
+    outer_radius_m: Annotated[tuple[Positive, ...], Field(min_length=1, max_length=MOST)]
+    inner_radius_m: Annotated[tuple[NotNegative, ...], Field(max_length=MOST)] = (0.0,)
+    interfaces: Annotated[dict[Name, Finite], Field(min_length=1, max_length=MOST)]
+    disks: Annotated[tuple[BeamDiskSpec, ...], Field(max_length=MOST)] = ()
     internal_damping: InternalDampingSpec | None = None
 
     @model_validator(mode="after")
@@ -75,7 +77,7 @@ class RigidBodySpec(Record):
     mass_kg: Positive
     center_of_gravity_m: tuple[Finite, Finite, Finite]
     inertia_kg_m2: tuple[Positive, Positive, Positive]
-    interfaces: Annotated[dict[Name, Finite], Field(min_length=1)]
+    interfaces: Annotated[dict[Name, Finite], Field(min_length=1, max_length=MOST)]
 
     @model_validator(mode="after")
     def _possible(self) -> RigidBodySpec:
@@ -104,8 +106,8 @@ class BearingSpec(Record):
     """A linear bearing between two interfaces, or an interface and the ground."""
 
     name: Name
-    first: str
-    second: str = "ground"
+    first: EndText
+    second: EndText = "ground"
     stiffness_n_per_m: Matrix = ZERO_MATRIX
     damping_n_s_per_m: Matrix = ZERO_MATRIX
     tilt_stiffness_n_m_per_rad: Matrix = ZERO_MATRIX
@@ -114,7 +116,7 @@ class BearingSpec(Record):
     axial_damping_n_s_per_m: NotNegative = 0.0
     torsion_stiffness_n_m_per_rad: NotNegative = 0.0
     torsion_damping_n_m_s_per_rad: NotNegative = 0.0
-    rigid: tuple[Motion, ...] = ()
+    rigid: Annotated[tuple[Motion, ...], Field(max_length=MOST)] = ()
     speed_law: Name | None = None
 
 
@@ -122,8 +124,8 @@ class GearSpec(Record):
     """A gear between two bodies; rz of `second` is ratio times rz of `first`."""
 
     name: Name
-    first: str
-    second: str
+    first: EndText
+    second: EndText
     ratio: Finite
     mesh_stiffness_n_per_m: Positive | None = None
     mesh_damping_n_s_per_m: NotNegative = 0.0
@@ -168,9 +170,9 @@ class TableLawSpec(Record):
 
     kind: Literal["table"]
     interpolation: Literal["linear", "monotone"] = "monotone"
-    speed_rpm: Annotated[tuple[NotNegative, ...], Field(min_length=2)]
-    stiffness_n_per_m: tuple[Matrix, ...]
-    damping_n_s_per_m: tuple[Matrix, ...]
+    speed_rpm: Annotated[tuple[NotNegative, ...], Field(min_length=2, max_length=MOST)]
+    stiffness_n_per_m: Annotated[tuple[Matrix, ...], Field(max_length=MOST)]
+    damping_n_s_per_m: Annotated[tuple[Matrix, ...], Field(max_length=MOST)]
 
     @model_validator(mode="after")
     def _lengths(self) -> TableLawSpec:

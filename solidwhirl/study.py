@@ -91,9 +91,10 @@ def study_command(
         raise StudyError("study.html needs plotly, which is not installed (pip install plotly)")
     out = Path(out)
     try:
-        out.mkdir(parents=True, exist_ok=True)
         matrix = QUICK if quick else FULL
-        outcomes = run_cases(study_cases(scene, matrix), out / "cases", matrix, progress)
+        cases = study_cases(scene, matrix)  # a scene that is refused leaves no folder
+        out.mkdir(parents=True, exist_ok=True)
+        outcomes = run_cases(cases, out / "cases", matrix, progress)
         progress("pictures")
         table = study_table(outcomes)
         notes = study_notes(outcomes, table)

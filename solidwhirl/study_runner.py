@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import subprocess
@@ -31,6 +32,8 @@ _MEMORY_SHARE = 0.8
 _MODES, _START_S, _POINT_S, _ROUNDS = 12, 2.5, 1.2, 2.0
 # A process that takes this many times what is allowed by prediction is ended.
 _PATIENCE = 15.0
+# Bytes of a kept result; usual are a few thousand.
+_LARGEST_RECORD = 100_000_000
 
 
 class StudyError(ValueError):
@@ -179,13 +182,25 @@ class _TimeToGo:
 
 
 def _kept(case: StudyCase, folder: Path) -> dict[str, Any] | None:
-    """The result of an earlier run; None without one, or if the file is not whole."""
+    """The result of an earlier run; None without one, or if the file is not what was written."""
+    path = folder / f"{case.key}.json"
     try:
-        record = json.loads((folder / f"{case.key}.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        if path.stat().st_size > _LARGEST_RECORD:
+            return None
+        record = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
         return None
-    result = record.get("result", {}) if isinstance(record, dict) else {}
-    return result if result.get("status") == "done" else None
+    if not isinstance(record, dict) or record.get("schema") != CASE_SCHEMA:
+        return None
+    result = record.get("result")
+    if not isinstance(result, dict) or result.get("status") != "done":
+        return None
+    return result if record.get("sha256") == _digest(result) else None
+
+
+def _digest(result: Mapping[str, Any]) -> str:
+    """SHA-256 of a result, as it is written and read again."""
+    return hashlib.sha256(json.dumps(result, sort_keys=True).encode()).hexdigest()
 
 
 def _beams_missing(case: StudyCase, done: Sequence[CaseOutcome]) -> str:
@@ -237,7 +252,7 @@ def _run(case: StudyCase, folder: Path, patience_s: float) -> CaseOutcome:
     result = {"status": "failed", "message": message} if message else result
     result["process_cpu_s"] = children_cpu_seconds() - before
     about = {"name": case.name, "settings": dict(case.settings), "group": case.group}
-    record = {"schema": CASE_SCHEMA, "case": about, "result": result}
+    record = {"schema": CASE_SCHEMA, "case": about, "sha256": _digest(result), "result": result}
     with replacing(folder / f"{case.key}.json") as temporary:
         temporary.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
     if result["status"] != "done":

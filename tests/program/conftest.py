@@ -95,14 +95,18 @@ def computed(scene_data):
 
 @pytest.fixture
 def invoke(tmp_path):
-    """Function: run the command on a text; exit code, message, and whether the folder exists."""
+    """Function: run the command on a text; what it did, and whether it wrote results.
+
+    A run that is refused late leaves its completed stages, and nothing else.
+    """
 
     def run(content, *options, out="results"):
         path = tmp_path / "bad.toml"
         path.write_bytes(content if isinstance(content, bytes) else content.encode())
         arguments = ["run", str(path), "--out", str(tmp_path / out), *options]
         done = CliRunner().invoke(app, arguments)
-        return done, (tmp_path / "results").exists()
+        folder = tmp_path / "results"
+        return done, folder.exists() and [p.name for p in folder.iterdir()] != [".stages"]
 
     return run
 

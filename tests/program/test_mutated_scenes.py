@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import copy
 import math
+import random
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
+import scipy.linalg
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -122,3 +125,129 @@ def test_every_single_value_replaced(name, value):
         data = copy.deepcopy(SCENES[name])
         at(data, path)[path[-1]] = value
         assert refused_or_planned(data).strip()
+
+
+# Changes of the small scene that pass the plan more often than not, run to the end.
+
+FACTORS = (-1.0, 1e-12, 1e-9, 1e-6, 1e-3, 0.5, 0.99, 1.01, 2.0, 1e3, 1e6, 1e12)
+FIRST_BEARING = {
+    "damping_n_s_per_m": [0.0, 1e-30, 1e30, 1e3, 1e9, -1e3, [[0.0, 1e5], [-1e5, 0.0]]],
+    "stiffness_n_per_m": [0.0, 1e-30, 1e30, -1e6, 1e16, [[1e7, 1e8], [-1e8, 1e7]], [1e7, -1e7]],
+    "tilt_stiffness_n_m_per_rad": [1e-9, 1e30, -1e3, 1e5],
+    "axial_stiffness_n_per_m": [1e-9, 1e30, 1e5],
+    "torsion_stiffness_n_m_per_rad": [1e-9, 1e30, 1e5],
+}
+BODY = {
+    "speed_ratio": [0.0, -1.0, 1e-30, 1e30, 1e3, -1e-3],
+    "fillet_radius_m": [1e-9, 1e-3, 0.01],
+    "internal_damping": [
+        *({"stiffness_coefficient_s": beta} for beta in (1e-30, 1e-5, 1.0, 1e30)),
+        *({"modal_ratio": ratio} for ratio in (1e-30, 0.02, 0.999)),
+    ],
+    "rigid_disks": [
+        [
+            {
+                "name": "disk",
+                "interface": "left",
+                "mass_kg": mass,
+                "polar_inertia_kg_m2": inertia,
+                "diametral_inertia_kg_m2": inertia,
+            }
+        ]
+        for mass in (0.0, 1e-30, 1.0, 1e30)
+        for inertia in (0.0, 1e-30, 1.0, 1e30)
+    ],
+}
+TABLES = {
+    "materials": [
+        {"steel": {"density_kg_per_m3": d, "youngs_modulus_pa": e, "poissons_ratio": n}}
+        for d in (1e-30, 7.8, 7.8e3, 1e30)
+        for e in (1e-30, 2e5, 2e11, 1e30)
+        for n in (-0.999, 0.0, 0.3, 0.4999999999)
+    ],
+    "speeds": [{"list_rpm": r} for r in ([0.0], [1e-30], [0.0, 1e-30, 1e6], [1e30], [0.0, 2e5])],
+    "campbell": [
+        *({"branches": n} for n in (1, 3, 40, 200)),
+        *({"frequency_max_hz": f} for f in (1e-30, 1.0, 1e30)),
+    ],
+    "bearings": [[]],
+    "effects": [
+        {effect: switch}
+        for effect in ("tilt", "axial", "torsion", "gyroscopic", "bearing_damping")
+        for switch in ("on", "off")
+    ],
+}
+
+
+def floats(data, path=()):
+    return [p for p in places(data, path) if isinstance(at(data, p)[p[-1]], float)]
+
+
+def extreme(small_scene, rng):
+    """The small scene with one to three numbers far out."""
+    data = small_scene(rpm=(0.0, 15000.0))
+    data["model"] = {"accuracy": 0.1, "modes": 2, "estimates": "off", "compare_coupling": "off"}
+    if rng.random() < 0.2:
+        data["model"]["estimates"] = "on"
+    for _ in range(rng.choice((1, 1, 2, 3))):
+        kind = rng.choice(("number", "number", "bearing", "body", "table", "level"))
+        if kind == "number":
+            path = rng.choice(floats(data))
+            value = at(data, path)[path[-1]]
+            far = [value * factor for factor in FACTORS] + [0.0, 1e30, 5e-324, 1e-30, 1e-9, 1e15]
+            at(data, path)[path[-1]] = rng.choice(far)
+        elif kind == "bearing" and data["bearings"]:
+            key = rng.choice(sorted(FIRST_BEARING))
+            data["bearings"][0][key] = rng.choice(FIRST_BEARING[key])
+        elif kind == "body":
+            key = rng.choice(sorted(BODY))
+            data["bodies"]["rotor"][key] = copy.deepcopy(rng.choice(BODY[key]))
+        elif kind == "table":
+            key = rng.choice(sorted(TABLES))
+            data[key] = copy.deepcopy(rng.choice(TABLES[key]))
+        else:
+            data["model"] |= rng.choice(
+                [{"level": "beam"}, {"modes": 1}, {"modes": 40}, {"accuracy": 1e-3}]
+            )
+    return data
+
+
+def planned(small_scene, number):
+    """The first extreme scene of a series that passes the plan, and its seed."""
+    for seed in range(1000 * number, 1000 * number + 1000):
+        data = extreme(small_scene, random.Random(seed))
+        if refused_or_planned(data) == "planned":
+            return parse_scene(data), seed
+    raise AssertionError("no scene of the series passes the plan")
+
+
+def run_or_refused(small_scene, number):
+    """Run a scene to the end: results, or what the command line turns into a message."""
+    from solidwhirl.cli import _user_errors
+    from solidwhirl.pipeline import run_scene
+
+    scene, seed = planned(small_scene, number)
+    try:
+        results = run_scene(scene)
+    except Exception as error:
+        user_errors = (SceneError, np.linalg.LinAlgError, scipy.linalg.LinAlgWarning)
+        user_errors += _user_errors()
+        assert isinstance(error, user_errors), (seed, error)
+        assert 0 < len(str(error)) < 4000
+        assert "Traceback" not in str(error)
+        return
+    assert results is not None
+    assert np.isfinite(results.at_rest.frequency_hz).all()
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize("number", range(150))
+def test_extreme_scene_runs_or_is_refused(small_scene, number):
+    run_or_refused(small_scene, number)
+
+
+@pytest.mark.solver
+@pytest.mark.verify
+@pytest.mark.parametrize("number", range(1000, 2500))
+def test_ten_times_as_many_extreme_scenes(small_scene, number):
+    run_or_refused(small_scene, number)

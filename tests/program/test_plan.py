@@ -197,6 +197,7 @@ def counted(monkeypatch, small_scene):
     import solidwhirl.reduction.compat as compat
     import solidwhirl.reduction.craig_bampton as craig_bampton
     import solidwhirl.reduction.prestress as prestress
+    import solidwhirl.reduction.reduce as reduce
     import solidwhirl.rotordyn.eigen as eigen
     import solidwhirl.rotordyn.split_spectrum as split_spectrum
     from solidwhirl.pipeline import run_scene
@@ -223,6 +224,18 @@ def counted(monkeypatch, small_scene):
         count(eigen, name, name)
     for name in ("_conservative", "_damped"):
         count(split_spectrum, name, name)
+
+    checks = reduce._checks
+
+    def uncounted(*args):
+        """The checks are an item of the plan by themselves."""
+        before = done.copy()
+        found = checks(*args)
+        done.clear()
+        done.update(before)
+        return found
+
+    monkeypatch.setattr(reduce, "_checks", uncounted)
 
     def run(**changes):
         done.clear()
@@ -391,3 +404,24 @@ def test_order_0_adds_its_modes_and_leaves_the_lateral_ones(counted):
     assert np.abs(found / torsion - 1.0).min() < 1e-3
     for frequency in plain.at_rest.frequency_hz[:4]:
         assert np.abs(found / frequency - 1.0).min() < 1e-9
+
+
+@pytest.mark.solver
+def test_rigid_disk_turns_with_a_body_in_torsion(counted):
+    """Its polar inertia counts although nothing but the disk acts on its interface."""
+    soft = {"axial_stiffness_n_per_m": 1e4, "torsion_stiffness_n_m_per_rad": 100.0}
+    disk = {
+        "name": "wheel",
+        "interface": "right",
+        "mass_kg": 5.0,
+        "polar_inertia_kg_m2": 0.4,
+        "diametral_inertia_kg_m2": 0.25,
+    }
+    results, document, _ = counted(bearing=soft, body={"rigid_disks": [disk]})
+    entry = document["bodies"]["rotor"]
+    assert entry["polar_inertia_kg_m2"] > 0.4
+    found = results.at_rest.frequency_hz
+    for stiffness, inertia in ((1e4, entry["mass_kg"]), (100.0, entry["polar_inertia_kg_m2"])):
+        expected = np.sqrt(stiffness / inertia) / (2 * np.pi)
+        # as for the body without the disk
+        assert np.abs(found / expected - 1.0).min() < 1e-3

@@ -15,6 +15,7 @@ from solidwhirl.scene_file import parse_scene, scene_hash
 pytestmark = pytest.mark.solver
 
 FILES = {
+    "SHA256SUMS",
     "results.json",
     "report.md",
     "campbell.png",
@@ -39,6 +40,8 @@ TOP = {
     "campbell",
     "critical_speeds",
     "bearing_notes",
+    "doubts",
+    "invariants",
     "predicted_cost",
     "analyses",
     "timings_s",
@@ -139,6 +142,7 @@ def test_plan(document):
         "stress_stiffening",
         "spin_softening",
         "error_estimate",
+        "checks",
         "coupling_comparison",
     }
     for body in plan["bodies"].values():

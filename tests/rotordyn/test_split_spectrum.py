@@ -1,5 +1,7 @@
 """Spectra solved at half size: the same eigenvalues and modes as the whole problem has."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.linalg as la
@@ -148,3 +150,29 @@ def test_stiff_springs_keep_the_digits_of_soft_modes():
         stiffness = np.diag([anisotropic, 2 * anisotropic])
         found = modes_at_speed(_engine(stiffness=stiffness), SPEED, 4).eigenvalues
         assert found == pytest.approx(reference, rel=3e-5)
+
+
+def test_spin_couples_motions_of_order_0():
+    """A body whose G ties axial motion to torsion, as the radial motion of a solid is tied."""
+    plain = _engine(components=ALL)
+    rotors, bearings = plain.system.rotors, plain.system.bearings
+    element = rotors["a"].element
+    axial, torsion = (
+        next(i for i, c in enumerate(element.coordinates) if c.component == component)
+        for component in ("uz", "rz")
+    )
+    gyroscopic = np.array(element.gyroscopic)
+    gyroscopic[axial, torsion], gyroscopic[torsion, axial] = 5.0, -5.0
+    own = replace(rotors["a"], element=replace(element, gyroscopic=gyroscopic))
+    tied = assemble({**rotors, "a": own}, bearings)
+    modes = modes_at_speed(tied, SPEED)
+    beside = modes.family == 0
+    assert beside.any()
+    m, c, g, k = matrices_at_speed(tied, SPEED)
+    shapes = modes.shapes[:, beside].T
+    for value, shape in zip(modes.eigenvalues[beside], shapes, strict=True):
+        parts = [value**2 * m @ shape, value * (c + g) @ shape, k @ shape]
+        assert la.norm(sum(parts)) < 1e-9 * max(la.norm(p) for p in parts)
+    before = modes_at_speed(plain, SPEED)
+    before = before.eigenvalues[before.family == 0]
+    assert np.abs(modes.eigenvalues[beside, None] - before).min(axis=1).max() > 1.0

@@ -1,0 +1,255 @@
+"""How far a superelement is from what must hold for any body, as relative numbers."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy.linalg as la
+
+from solidwhirl.rotordyn.arrays import FloatArray
+from solidwhirl.rotordyn.free_body import free_body_matrices
+from solidwhirl.rotordyn.rigid_body import rigid_body_mass_matrix
+from solidwhirl.rotordyn.superelement import Superelement
+from solidwhirl.rotordyn.superelement_checks import MOTIONS
+
+# Modal coordinates slower than this part of the fastest are rigid motions that are not held.
+_AT_REST = 1e-6
+# A coordinate softer than this part of the stiffest is scaled by its mass.
+_SOFT = 1e-3
+
+
+def asymmetry(matrix: FloatArray, sign: float) -> float:
+    """Return the largest entry of A − sign · Aᵀ over the largest of A.
+
+    Parameters
+    ----------
+    matrix
+        A, shape (n, n).
+    sign
+        1 for a symmetric matrix, −1 for a skew one.
+    """
+    largest = float(np.abs(matrix).max(initial=0.0))
+    return float(np.abs(matrix - sign * matrix.T).max()) / largest if largest > 0 else 0.0
+
+
+def smallest_inertia(element: Superelement) -> float:
+    """Return the smallest eigenvalue of M scaled to a unit diagonal."""
+    mass = element.mass
+    if element.constraint is not None:
+        # the coordinates of a tied body are no independent ones; its free motions are
+        mass = element.constraint.T @ mass @ element.constraint
+    diagonal = np.diag(mass)
+    if not (diagonal > 0).all():
+        return float(diagonal.min())
+    root = np.sqrt(diagonal)
+    return float(la.eigvalsh(mass / np.outer(root, root))[0])
+
+
+def negative_part(element: Superelement, matrix: FloatArray) -> float:
+    """Return the most negative eigenvalue over the largest, scaled by the diagonal of M."""
+    diagonal = np.diag(element.mass)
+    if not (diagonal > 0).all():
+        return float("inf")
+    root = np.sqrt(diagonal)
+    values = la.eigvalsh(matrix / np.outer(root, root))
+    largest = float(np.abs(values).max())
+    return max(0.0, -float(values[0])) / largest if largest > 0 else 0.0
+
+
+def interface_error(element: Superelement) -> float:
+    """Return the largest deviation from t + θ × x, tilts compared over the body's size."""
+    size = max((float(np.abs(n.position_m).max()) for n in element.interfaces), default=0.0) or 1.0
+    error = 0.0
+    for row, coordinate in enumerate(element.coordinates):
+        if coordinate.kind != "interface":
+            continue
+        x, y, z = element.interface_node(coordinate.interface).position_m
+        expected = np.eye(6)
+        expected[:3, 3:] = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
+        difference = element.rigid_body_modes[row] - expected[MOTIONS.index(coordinate.component)]
+        scale = np.array([1.0, 1.0, 1.0, size, size, size])
+        present = element.rigid_body_present
+        unit = 1.0 if coordinate.component in MOTIONS[:3] else 1.0 / size
+        error = max(error, float(np.abs(difference / scale / unit)[present].max()))
+    return error
+
+
+class PropertyError(NamedTuple):
+    """Largest error of RᵀMR, the motion it belongs to, and both numbers."""
+
+    error: float
+    motion: str
+    found: float
+    expected: float
+
+
+def property_error(element: Superelement) -> PropertyError:
+    """Return the largest difference of RᵀMR from the rigid body's, scaled by its diagonal.
+
+    Parameters
+    ----------
+    element
+        The body, with rigid motions.
+    """
+    present = np.flatnonzero(element.rigid_body_present)
+    modes = element.rigid_body_modes[:, present]
+    expected = rigid_body_mass_matrix(
+        element.mass_kg, element.center_of_gravity_m, element.inertia_kg_m2
+    )[np.ix_(present, present)]
+    root = np.sqrt(np.diag(expected))
+    found = modes.T @ element.mass @ modes
+    error = np.abs(found - expected) / np.outer(root, root)
+    row, column = np.unravel_index(int(error.argmax()), error.shape)
+    motion = MOTIONS[present[max(row, column)]]
+    return PropertyError(
+        float(error[row, column]), motion, float(found[row, column]), float(expected[row, column])
+    )
+
+
+def tilt_error(element: Superelement) -> float:
+    """Return the relative difference of RᵀGR from [[0, Ip], [−Ip, 0]] on rx and ry."""
+    tilts = element.rigid_body_modes[:, [3, 4]]
+    polar = float(element.inertia_kg_m2[2, 2])
+    expected = polar * np.array([[0.0, 1.0], [-1.0, 0.0]])
+    return float(np.abs(tilts.T @ element.gyroscopic @ tilts - expected).max()) / polar
+
+
+def picture_error(element: Superelement) -> float | None:
+    """Return how far the points of pictures are from t + θ × x in rigid motion.
+
+    Parameters
+    ----------
+    element
+        The body.
+
+    Returns
+    -------
+    float or None
+        Relative to the size of the body; None without points or rigid motions. Points of beams
+        and rigid bodies lie on their coordinates.
+    """
+    points, present = element.recovery_points_m, element.rigid_body_present
+    if not len(points) or not present.any():
+        return None
+    x, y, z = points.T
+    none = np.zeros_like(x)
+    expected = np.zeros((len(points), 3, 6))
+    expected[:, :, :3] = np.eye(3)
+    expected[:, :, 3] = np.column_stack([none, -z, y])
+    expected[:, :, 4] = np.column_stack([z, none, -x])
+    expected[:, :, 5] = np.column_stack([-y, x, none])
+    shown = np.tensordot(element.recovery_modes, element.rigid_body_modes, axes=1)
+    size = float(np.abs(points).max()) or 1.0
+    scale = np.array([1.0, 1.0, 1.0, size, size, size])
+    return float((np.abs(shown - expected) / scale)[:, :, present].max())
+
+
+def turn_error(element: Superelement) -> float | None:
+    """Return how far the matrices change in a turn of the whole field about the axis.
+
+    Parameters
+    ----------
+    element
+        The body; M positive definite.
+
+    Returns
+    -------
+    float or None
+        Largest entry of LᵀA + A L, L the spin generator, in coordinates of unit diagonal, over
+        all matrices A; and of L R less R turned, R the rigid motions. None for bodies that do not
+        know L and for lumped ones, which need not be bodies of revolution.
+    """
+    generator = element.spin_generator
+    if generator is None or element.level == "lumped":
+        return None
+    tie = element.constraint
+    turn = generator if tie is None else la.lstsq(tie, generator @ tie)[0]
+
+    def free(name: str) -> FloatArray:
+        """A matrix in the motions that a tie leaves."""
+        matrix: FloatArray = getattr(element, name)
+        return matrix if tie is None else np.asarray(tie.T @ matrix @ tie)
+
+    inertia, stiffness = np.diag(free("mass")), free("stiffness")
+    rate = np.abs(np.diag(stiffness)) / inertia
+    # as in the assembly: coordinates of unit stiffness, soft ones of unit mass
+    stiff = np.sqrt(np.maximum(rate, _SOFT * (float(rate.max()) or 1.0)) * inertia)
+    error = _change(stiffness, turn, stiff)
+    for name in ("mass", "gyroscopic", "stress_stiffening", "spin_softening"):
+        error = max(error, _change(free(name), turn, np.sqrt(inertia)))
+    if tie is not None:
+        error = max(error, float(np.abs(generator @ tie - tie @ turn).max() / np.abs(tie).max()))
+    rotated = np.zeros((6, 6))
+    rotated[1, 0] = rotated[4, 3] = 1.0
+    rotated[0, 1] = rotated[3, 4] = -1.0
+    motions = element.rigid_body_modes
+    difference = np.abs(generator @ motions - motions @ rotated)[:, element.rigid_body_present]
+    return max(error, float(difference.max(initial=0.0)) / max(1.0, float(np.abs(motions).max())))
+
+
+def _change(matrix: FloatArray, turn: FloatArray, size: FloatArray) -> float:
+    """Return LᵀA + A L of a matrix scaled by `size` on both sides, over its largest entry."""
+    scale = np.outer(size, size)
+    largest = float(np.abs(matrix / scale).max())
+    change = np.abs((turn.T @ matrix + matrix @ turn) / scale).max()
+    return float(change) / largest if largest > 0 else 0.0
+
+
+def modal_frequency_error(element: Superelement) -> float | None:
+    """Return how far the modal block is from the frequencies its coordinates are named after.
+
+    Parameters
+    ----------
+    element
+        The body; M positive definite.
+
+    Returns
+    -------
+    float or None
+        Largest relative error of the squares of the frequencies with all interfaces held; None
+        without modal coordinates, or where they have no frequencies.
+    """
+    modal = np.array([c.kind == "modal" for c in element.coordinates])
+    if not modal.any():
+        return None
+    named = np.sort([c.frequency_hz for c in element.coordinates if c.kind == "modal"])
+    if not named.any():
+        return None
+    block = np.ix_(modal, modal)
+    found = la.eigvalsh(element.stiffness[block], element.mass[block])
+    expected = (2.0 * np.pi * named) ** 2
+    elastic = named > _AT_REST * named[-1]
+    return float((np.abs(found - expected)[elastic] / expected[elastic]).max())
+
+
+def lost_stiffness(element: Superelement) -> float:
+    """Return the largest part of its elastic stiffness that a body loses at its top speed.
+
+    Parameters
+    ----------
+    element
+        The body; M positive definite, with a finite top speed.
+
+    Returns
+    -------
+    float
+        −Ω² min θ, (Kgeo − S) x = θ K x over the elastic free modes x: K + Ω²(Kgeo − S) is positive
+        if it is below 1, and the stiffness is lost at Ω over its root. Negative if all motions
+        stiffen.
+    """
+    matrices = free_body_matrices(element)
+    tie = np.eye(element.size) if element.constraint is None else element.constraint
+    stiffness, mass, change = (
+        tie.T @ matrix @ tie
+        for matrix in (matrices.stiffness, matrices.mass, matrices.centrifugal_stiffness)
+    )
+    if not change.any():
+        return 0.0
+    values, vectors = la.eigh(stiffness, mass)
+    rigid = int(np.count_nonzero(element.rigid_body_present))
+    if values.size <= rigid or values[rigid] <= 0.0:
+        return 0.0 if values.size <= rigid else float("inf")
+    elastic = vectors[:, rigid:] / np.sqrt(values[rigid:])
+    theta = la.eigvalsh(elastic.T @ change @ elastic)
+    return float(-theta[0] * element.maximum_speed_rad_s**2)

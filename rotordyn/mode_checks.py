@@ -1,0 +1,244 @@
+"""Checks of the modes of a system: residuals, orthogonality, and whether any are missing."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from solidwhirl.rotordyn.arrays import FloatArray
+from solidwhirl.rotordyn.campbell import Campbell
+from solidwhirl.rotordyn.dynamic_stiffness import (
+    SplitStiffness,
+    dynamic_stiffness,
+    split_stiffness,
+)
+from solidwhirl.rotordyn.eigen import Modes, modes_at_speed, scaled_stiffness
+from solidwhirl.rotordyn.invariants import Invariant, compared, undecided
+from solidwhirl.rotordyn.system import AssembledSystem, matrices_at_speed
+
+# [measured]: largest over all scenes and the tests, levels beam, harmonic and solid.
+_RESIDUAL_LIMIT = 1e-13  # [2.6e-15] without damping, by Hermitian problems
+_GENERAL_RESIDUAL_LIMIT = 1e-10  # [2.7e-12] with damping, by a companion matrix
+_ORTHOGONALITY_LIMIT = 1e-9  # [2.3e-11]
+_ENERGY_LIMIT = 2e-10  # [4.1e-12]
+# Frequencies farther apart than this (relative) leave room to count between them.
+_GAP = 1e-3
+# Bound of the rounding in K over what it does: [1/60] with supports of 1e2 N/m beside shafts of
+# 1e9 N/m, where it is the largest.
+_ROUNDINGS = 16.0
+
+_AT_REST = "modes at rest"
+_DIAGRAM = "Campbell diagram"
+_RESIDUAL, _COUNT = "residual of every eigenpair", "no mode is missing"
+
+
+class _Worst(NamedTuple):
+    """The residual nearest to its limit, and the speed."""
+
+    error: float
+    limit: float
+    speed: float
+
+
+def check_modes_at_rest(assembled: AssembledSystem, modes: Modes) -> tuple[Invariant, ...]:
+    """Check the modes of a system at zero speed.
+
+    Parameters
+    ----------
+    assembled
+        The system.
+    modes
+        All of its modes at rest.
+
+    Returns
+    -------
+    tuple of Invariant
+        Backward error |D(λ)φ| / |φ| over the sizes of the terms, in coordinates where K is about
+        one; without damping also M- and K-orthogonality, equality of elastic and kinetic energy,
+        and the number of modes (`SplitStiffness.modes_below`).
+    """
+    if not modes.eigenvalues.size:
+        return ()
+    stiffness = dynamic_stiffness(assembled, modes.speed_rad_s, float(abs(modes.eigenvalues[0])))
+    concerns = "frequencies at rest and the beginning of every branch"
+    residual = float(stiffness.residuals(modes.eigenvalues, modes.shapes).max())
+    reason = no_count(assembled, modes.negative_stiffness_count)
+    limit = residual_limit(reason, stiffness.rounding)
+    out = [compared(_RESIDUAL, _AT_REST, residual, limit, concerns)]
+    if reason:
+        unknown = ("orthogonality of the modes", "elastic energy equals kinetic", _COUNT)
+        return (*out, *(undecided(name, _AT_REST, concerns, reason) for name in unknown))
+    out += _products(assembled, modes, stiffness.rounding)
+    frequencies = modes.eigenvalues.imag
+    between = _places(frequencies)[0]
+    found = int(np.count_nonzero(frequencies < between))
+    counted = split_stiffness(assembled, modes.speed_rad_s, float(frequencies[0]))
+    missing = abs(counted.modes_below(between) - found)
+    text = f"{found} modes counted below {between / (2.0 * np.pi):.6g} Hz"
+    return (*out, compared(_COUNT, _AT_REST, missing, 0.0, concerns, text))
+
+
+def _products(assembled: AssembledSystem, modes: Modes, rounding: float) -> list[Invariant]:
+    """Orthogonality in M and K, and the balance of energy."""
+    matrices = matrices_at_speed(assembled, modes.speed_rad_s)
+    omega, shapes = modes.eigenvalues.imag, modes.shapes
+    kinetic = shapes.conj().T @ matrices.mass @ shapes
+    elastic = shapes.conj().T @ matrices.stiffness @ shapes / np.outer(omega, omega)
+    unit = np.eye(omega.size)
+    orthogonal = max(float(np.abs(part - part * unit).max()) for part in (kinetic, elastic))
+    balance = float(np.abs(np.diag(elastic).real / np.diag(kinetic).real - 1.0).max())
+    return [
+        compared(
+            "orthogonality of the modes",
+            _AT_REST,
+            orthogonal,
+            _ORTHOGONALITY_LIMIT + _ROUNDINGS * rounding,
+            "shapes at rest, and what is expanded in them (run-up, state space)",
+        ),
+        compared(
+            "elastic energy equals kinetic",
+            _AT_REST,
+            balance,
+            _ENERGY_LIMIT + _ROUNDINGS * rounding,
+            "frequencies at rest",
+        ),
+    ]
+
+
+def check_campbell(
+    assembled: AssembledSystem, diagram: Campbell, frequency_max_hz: float | None = None
+) -> tuple[Invariant, ...]:
+    """Check every point of a Campbell diagram.
+
+    Parameters
+    ----------
+    assembled
+        The system.
+    diagram
+        Its branches.
+    frequency_max_hz
+        As given to `campbell`: below it the branches are all modes, at every speed.
+
+    Returns
+    -------
+    tuple of Invariant
+        Backward error of every eigenvalue (`SplitStiffness.backward_error`); without damping
+        the number of modes at every speed. Modes may come down between the branches that were
+        followed, so where there are more modes than branches all modes of that speed are solved
+        for, and those must be as many as are counted.
+    """
+    concerns = "branches of the Campbell diagram"
+    worst, faults, strays = _Worst(0.0, _RESIDUAL_LIMIT, 0.0), [], 0
+    undecidable: str = ""
+    for column, speed in enumerate(diagram.speeds_rad_s):
+        values = diagram.eigenvalues[:, column]
+        values = values[np.isfinite(values)]
+        if not values.size:
+            continue
+        stiffness = split_stiffness(assembled, float(speed), float(np.abs(values).min()))
+        undecidable = undecidable or no_count(assembled, _negative(assembled, stiffness))
+        error = max(stiffness.backward_error(complex(value)) for value in values)
+        here = _Worst(error, residual_limit(undecidable, stiffness.rounding), float(speed))
+        worst = max(worst, here, key=lambda one: one.error / one.limit)
+        if not undecidable:
+            complete = values.size == len(diagram.eigenvalues) and (
+                column == 0 if frequency_max_hz is None else not _untracked(diagram)
+            )
+            limit = None if frequency_max_hz is None else 2.0 * np.pi * frequency_max_hz
+            fault, stray = _count(stiffness, values.imag, limit, complete)
+            faults += fault
+            strays += stray
+    rpm = f"largest at {worst.speed * 30.0 / np.pi:.6g} rpm"
+    residual = compared(_RESIDUAL, _DIAGRAM, worst.error, worst.limit, concerns, rpm)
+    if undecidable:
+        return residual, undecided(_COUNT, _DIAGRAM, concerns, undecidable)
+    text = "; ".join(faults) or f"counted at {diagram.speeds_rad_s.size} speeds"
+    if strays and not faults:
+        text += f"; {strays} modes between the branches are followed by none"
+    return residual, compared(_COUNT, _DIAGRAM, len(faults), 0.0, concerns, text)
+
+
+def _count(
+    stiffness: SplitStiffness, found: FloatArray, limit: float | None, complete: bool
+) -> tuple[list[str], int]:
+    """Compare branches with the number of modes at one speed: faults, modes without a branch."""
+    followed = found if limit is None else found[found <= limit]
+    between, near = _places(followed if followed.size else found)
+    place = f"at {stiffness.speed_rad_s * 30.0 / np.pi:.6g} rpm"
+    for low, high in near:
+        entries = int(np.count_nonzero((found > low) & (found < high)))
+        there = stiffness.modes_below(high) - stiffness.modes_below(low)
+        if there < entries:
+            at = f"{0.5 * (low + high) / (2.0 * np.pi):.6g} Hz"
+            return [f"{place} {entries} branches are on {there} modes at {at}"], 0
+    entries = int(np.count_nonzero(found < between))
+    below = stiffness.modes_below(between)
+    if entries == below:
+        return [], 0
+    place += f" {below} modes lie below {between / (2.0 * np.pi):.6g} Hz"
+    if entries > below or complete:
+        return [f"{place}, {entries} are on branches"], 0
+    modes = modes_at_speed(stiffness.assembled, stiffness.speed_rad_s)
+    solved = int(np.count_nonzero(modes.eigenvalues.imag < between))
+    if solved != below:
+        return [f"{place}, {solved} are found"], 0
+    return [], below - entries
+
+
+def _places(frequencies: FloatArray) -> tuple[float, list[tuple[float, float]]]:
+    """Return the middle of the highest gap of a list, and both sides of near equal ones below."""
+    rising = np.sort(frequencies)
+    ends = np.flatnonzero(np.diff(rising) > _GAP * rising[1:])
+    if not ends.size:
+        return 0.5 * float(rising[0]), []
+    highest = 0.5 * float(rising[ends[-1]] + rising[ends[-1] + 1])
+    near = [
+        (float(rising[first] * (1.0 - 0.5 * _GAP)), float(rising[last] * (1.0 + 0.5 * _GAP)))
+        for first, last in zip((0, *ends[:-1] + 1), ends, strict=True)
+        if last > first
+    ]
+    return highest, near
+
+
+def _untracked(diagram: Campbell) -> bool:
+    """Whether some mode has no branch from the first speed on."""
+    return any(note.kind == "untracked" for note in diagram.notes)
+
+
+def _negative(assembled: AssembledSystem, stiffness: SplitStiffness) -> int:
+    """Return the number of negative eigenvalues of K at a speed."""
+    if stiffness.is_definite:
+        return 0
+    matrices = matrices_at_speed(assembled, stiffness.speed_rad_s)
+    return scaled_stiffness(assembled, matrices).negative_count
+
+
+def residual_limit(no_signs: str, rounding: float) -> float:
+    """Return the limit of residuals, by the solver that the system called for.
+
+    Parameters
+    ----------
+    no_signs
+        As `no_count` returns it.
+    rounding
+        As in `DynamicStiffness`.
+    """
+    return (_GENERAL_RESIDUAL_LIMIT if no_signs else _RESIDUAL_LIMIT) + _ROUNDINGS * rounding
+
+
+def no_count(assembled: AssembledSystem, negative_stiffness_count: int) -> str:
+    """Say why modes can not be counted by signs; empty if they can.
+
+    Parameters
+    ----------
+    assembled
+        The system.
+    negative_stiffness_count
+        Negative eigenvalues of K at the speed.
+    """
+    if not assembled.is_conservative:
+        return "the system has damping or an unsymmetric stiffness: no signs to count by"
+    if negative_stiffness_count:
+        return f"the stiffness has {negative_stiffness_count} negative eigenvalues"
+    return ""

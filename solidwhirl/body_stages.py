@@ -1,0 +1,270 @@
+"""Bodies of a run from geometry to superelement: meshes, reductions and rounds of the dial."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any
+
+from solidwhirl.body_reduction import (
+    BodyResult,
+    Clock,
+    Discretisation,
+    Progress,
+    first_discretisation,
+    mesh_body,
+    reduce_meshed,
+)
+from solidwhirl.dial import Judgement, Round, next_discretisations, rounds_of
+from solidwhirl.geometry import Body, mass_properties
+from solidwhirl.meshing import Mesh
+from solidwhirl.plan_records import Plan
+from solidwhirl.rotordyn import AssembledSystem, Invariant, Superelement
+from solidwhirl.scene import Scene
+from solidwhirl.scene_file import scene_hash
+from solidwhirl.store_stages import Keeper, KeptReduction, engine_part
+from solidwhirl.system_parts import engine_of
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Job:
+    """What all stages of a run need.
+
+    Attributes
+    ----------
+    scene, plan
+        What is asked and what was decided.
+    comm
+        Communicator of the run.
+    progress, clock
+        Told what begins; how long it took.
+    keeper
+        Where stages come from and are kept; on rank 0 only.
+    """
+
+    scene: Scene
+    plan: Plan
+    comm: Any
+    progress: Progress
+    clock: Clock
+    keeper: Keeper
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class KeptWork:
+    """`solidwhirl.reduction.ReductionWork` of a body that was kept.
+
+    Attributes
+    ----------
+    kept
+        What was kept of it.
+    again
+        Reduces the body again for its indicators, which can't be kept.
+    """
+
+    kept: KeptReduction
+    again: Callable[[], tuple[Any, ...]]
+
+    @property
+    def assembled(self) -> Mapping[str, tuple[str, ...]]:
+        """Matrices by circumferential order."""
+        return self.kept.assembled
+
+    @property
+    def solved(self) -> Mapping[str, tuple[str, ...]]:
+        """Solutions by circumferential order."""
+        return self.kept.solved
+
+    @property
+    def orthogonality_error(self) -> float:
+        """Largest deviation of the interior modes from M-orthonormality."""
+        return self.kept.orthogonality_error
+
+    @property
+    def hoop_strain(self) -> float:
+        """Largest hoop strain of the centrifugal field at the top speed."""
+        return self.kept.hoop_strain
+
+    @property
+    def seconds(self) -> Mapping[str, float]:
+        """Wall time when it was reduced."""
+        return self.kept.seconds
+
+    @property
+    def checks(self) -> tuple[Invariant, ...]:
+        """What must hold for its basis."""
+        return self.kept.checks
+
+    @property
+    def indicators(self) -> tuple[Any, ...]:
+        """Where on the mesh the error arises."""
+        return self.again() if self.kept.has_indicators else ()
+
+
+def reduced_bodies(
+    job: Job, bodies: Mapping[str, Body], simple: Mapping[str, Superelement]
+) -> tuple[dict[str, BodyResult], tuple[Round, ...]]:
+    """Reduce the bodies until the estimated error is within the accuracy, or can't get there.
+
+    Parameters
+    ----------
+    job
+        The run.
+    bodies
+        Geometry of those that are meshed.
+    simple
+        Elements of all others.
+    """
+    scene, plan = job.scene, job.plan
+
+    def reduce_one(
+        name: str, chosen: Discretisation, before: BodyResult | None
+    ) -> BodyResult | None:
+        return _reduce(job, bodies[name], chosen, before)
+
+    def judge(reduced: Mapping[str, BodyResult], number: int) -> Judgement | None:
+        if scene.model.estimates == "off":
+            return None
+        key = _judgement_key(job, reduced, simple)
+
+        def compute() -> Judgement:
+            system = system_of(job, reduced, simple)
+            return next_discretisations(scene, plan, reduced, system)
+
+        with job.clock.stage("error_estimate"):
+            done, todo = job.keeper.stage(f"judgement of round {number}", key, compute)
+        job.progress(f"estimated error {done.estimate:.1e} after round {number}")
+        return done, todo
+
+    first = {name: first_discretisation(scene, plan, name) for name in bodies}
+    return rounds_of(first, reduce_one, judge, job.comm)
+
+
+def system_of(
+    job: Job, reduced: Mapping[str, BodyResult], simple: Mapping[str, Superelement]
+) -> AssembledSystem:
+    """The engine of reduced and simple bodies."""
+    return engine_of(job.scene, job.plan, elements_of(reduced, simple))
+
+
+def elements_of(
+    reduced: Mapping[str, BodyResult], simple: Mapping[str, Superelement]
+) -> dict[str, Superelement]:
+    """Elements of all bodies by name."""
+    return {name: result.element for name, result in reduced.items()} | dict(simple)
+
+
+def _judgement_key(
+    job: Job, reduced: Mapping[str, BodyResult], simple: Mapping[str, Superelement]
+) -> str:
+    asked = (engine_part(job.scene), job.plan.bodies, job.plan.speeds_rad_s)
+    found = [(r.body, r.discretisation, r.mesh, r.element) for r in reduced.values()]
+    return job.keeper.key("judgement", asked, found, simple)
+
+
+def _reduce(
+    job: Job, body: Body, chosen: Discretisation, before: BodyResult | None
+) -> BodyResult | None:
+    """Mesh and reduce one body; None on ranks that have no part in the result."""
+    from mpi4py import MPI
+
+    level = job.plan.bodies[body.name].level
+    if level == "harmonic" and job.comm.rank != 0:
+        return None
+    team = job.comm if level == "solid" else MPI.COMM_SELF
+    mesh = _mesh(job, body, level, chosen, before) if job.comm.rank == 0 else None
+    key = ""
+    kept: KeptReduction | None = None
+    if mesh is not None:
+        key = _reduction_key(job, body, mesh, chosen, team)
+        kept = job.keeper.find(key)
+        job.keeper.say(f"reduction {body.name}", "computed" if kept is None else "kept")
+    if team.bcast(kept is not None):
+        return None if mesh is None or kept is None else _restored(job, body, mesh, chosen, kept)
+    with job.clock.stage("import_solvers"):
+        import solidwhirl.reduction  # noqa: F401
+    job.progress(f"reduce {body.name}")
+    with job.clock.stage("reduction"):
+        result = reduce_meshed(job.scene, job.plan, body, mesh, chosen, team)
+    if result is not None:
+        job.keeper.keep(key, f"reduction {body.name}", _kept(result))
+    return result
+
+
+def _mesh(
+    job: Job, body: Body, level: str, chosen: Discretisation, before: BodyResult | None
+) -> Mesh:
+    """The mesh of a body, the last one again where the sizes are still the same."""
+    if before is not None and job.keeper.same(before.discretisation.local, chosen.local):
+        return before.mesh
+    key = job.keeper.key("mesh", body, level, chosen.size, chosen.local)
+
+    def compute() -> Mesh:
+        job.progress(f"mesh {body.name} ({level})")
+        return mesh_body(body, level, chosen)
+
+    with job.clock.stage("meshing"):
+        found: Mesh = job.keeper.stage(f"mesh {body.name}", key, compute)
+    return found
+
+
+def _reduction_key(job: Job, body: Body, mesh: Mesh, chosen: Discretisation, team: Any) -> str:
+    """All that a body's reduction sees, and a little more."""
+    scene, plan = job.scene, job.plan
+    return job.keeper.key(
+        "reduction",
+        body,
+        mesh,
+        chosen,
+        plan.bodies[body.name],
+        [(effect.name, effect.on) for effect in plan.effects],
+        scene.model,
+        scene.effects,
+        scene.bodies[body.name],
+        team.size,
+    )
+
+
+def _kept(result: BodyResult) -> KeptReduction:
+    work = result.work
+    return KeptReduction(
+        element=result.element,
+        assembled=work.assembled,
+        solved=work.solved,
+        orthogonality_error=work.orthogonality_error,
+        hoop_strain=work.hoop_strain,
+        seconds=work.seconds,
+        checks=work.checks,
+        has_indicators=bool(work.indicators),
+    )
+
+
+def _restored(
+    job: Job, body: Body, mesh: Mesh, chosen: Discretisation, kept: KeptReduction
+) -> BodyResult:
+    """A body as its reduction left it, with the scene of this run in its provenance."""
+    from mpi4py import MPI
+
+    @cache
+    def again() -> tuple[Any, ...]:
+        job.progress(f"reduce {body.name} again, for where its error arises")
+        result = reduce_meshed(job.scene, job.plan, body, mesh, chosen, MPI.COMM_SELF)
+        assert result is not None
+        return tuple(result.work.indicators)
+
+    scene = job.scene
+    provenance = {
+        **kept.element.provenance,
+        "scene": scene.name,
+        "scene_sha256": scene_hash(scene),
+        "effects": scene.effects.model_dump(),
+    }
+    return BodyResult(
+        body=body,
+        discretisation=chosen,
+        mesh=mesh,
+        element=replace(kept.element, provenance=provenance),
+        properties=mass_properties(body),
+        work=KeptWork(kept=kept, again=again),
+    )

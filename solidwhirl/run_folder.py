@@ -1,0 +1,321 @@
+"""The folder of a run: one run at a time, complete or recognisably not, and checkable later."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import fcntl
+import hashlib
+import os
+import re
+import shutil
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path, PurePosixPath
+
+from solidwhirl.errors import OutputError
+from solidwhirl.rotordyn.atomic import replacing
+
+MANIFEST = "SHA256SUMS"
+STAGES = ".stages"
+# A file that a whole run always has; it is moved into place last.
+_LAST = "results.json"
+_LOCK, _MOVING, _SCRATCH = ".lock", ".moving", ".writing-"
+_LINE = re.compile(r"([0-9a-f]{64}) [ *](.+)")
+_PIECE = 1 << 20
+_PROBE = 1 << 16
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunFolder:
+    """A folder that this process has for itself.
+
+    Attributes
+    ----------
+    path
+        The folder; it exists.
+    """
+
+    path: Path
+
+    @property
+    def stages(self) -> Path:
+        """Where a run keeps its stages if it is not told another place."""
+        return self.path / STAGES
+
+
+@contextmanager
+def claimed(out: str | Path) -> Iterator[RunFolder]:
+    """Make a folder and have it for this process alone; clear what killed runs left in it.
+
+    The system gives the folder free when the process ends, however it ends.
+
+    Parameters
+    ----------
+    out
+        The folder.
+
+    Yields
+    ------
+    RunFolder
+        For the block. A folder that was made for it and is still empty after it is removed.
+
+    Raises
+    ------
+    OutputError
+        Another process has the folder, or it can't be written.
+    """
+    out = Path(out)
+    missing = [p for p in (out, *out.parents) if not p.exists()]
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        lock = _locked(out / _LOCK)
+    except OSError as error:
+        if isinstance(error, OutputError):
+            raise
+        raise OutputError(f"{out}: can not be written: {error.strerror or error}") from error
+    try:
+        _clear_leftovers(out)
+        yield RunFolder(path=out)
+    finally:
+        # removed while it is held; who opened it meanwhile sees that it is gone
+        with contextlib.suppress(OSError):
+            (out / _LOCK).unlink()
+        os.close(lock)
+        with contextlib.suppress(OSError):
+            for folder in missing:
+                folder.rmdir()
+
+
+def _locked(path: Path) -> int:
+    """An open file with the lock; says who has it otherwise."""
+    while True:
+        file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if os.fstat(file).st_ino == path.stat().st_ino:
+                os.ftruncate(file, 0)
+                since = datetime.now(UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
+                # only for messages: a full disk must not stop the run here
+                with contextlib.suppress(OSError):
+                    os.pwrite(file, f"process {os.getpid()} since {since}".encode(), 0)
+                return file
+            os.close(file)  # the holder before removed it between opening and locking
+        except FileNotFoundError:
+            os.close(file)
+        except BlockingIOError:
+            holder = os.pread(file, 200, 0).decode("utf-8", "replace") or "another process"
+            os.close(file)
+            raise OutputError(
+                f"{path.parent}: another run is writing here ({path}: {holder}); wait for it, end "
+                "it, or choose another folder"
+            ) from None
+        except OSError:
+            os.close(file)
+            raise
+
+
+def _clear_leftovers(out: Path) -> None:
+    """Remove what killed runs were writing."""
+    with contextlib.suppress(OSError):
+        for folder in (out, out / STAGES):
+            for path in folder.glob(f"{_SCRATCH}*"):
+                shutil.rmtree(path, ignore_errors=True)
+            for path in folder.glob(".*.tmp"):
+                path.unlink(missing_ok=True)
+
+
+@contextmanager
+def replacing_files(folder: RunFolder) -> Iterator[Path]:
+    """Give an empty folder whose files take the place of those of the last run, all or none.
+
+    Files of the last run that the new one does not have are removed; files of others stay. A
+    manifest of all files is removed before the first is replaced, and there again after the last.
+
+    Parameters
+    ----------
+    folder
+        The folder of the run.
+
+    Yields
+    ------
+    Path
+        Where to write. Nothing happens to the folder of the run if the block raises.
+
+    Raises
+    ------
+    OutputError
+        Nothing can be written, as the disk is full.
+    """
+    out = folder.path
+    try:
+        scratch = Path(tempfile.mkdtemp(prefix=_SCRATCH, dir=out))
+        try:
+            yield scratch
+            _move_into_place(scratch, out)
+        except Exception as error:
+            # libraries have their own errors for a full disk; asked while it is still full
+            problem = writing_problem(out)
+            if isinstance(error, OSError):
+                problem = problem or error.strerror or str(error).splitlines()[0]
+            if problem is None:
+                raise
+            raise OutputError(f"{out}: can not be written: {problem}") from error
+        finally:
+            shutil.rmtree(scratch, ignore_errors=True)
+    except OSError as error:
+        if isinstance(error, OutputError):
+            raise
+        raise OutputError(f"{out}: can not be written: {error.strerror or error}") from error
+
+
+def reserve(path: Path, size_bytes: int) -> None:
+    """Make sure that there is room for a file, by taking and freeing it.
+
+    Libraries that write files in their own ways end in theirs where there is none.
+
+    Parameters
+    ----------
+    path
+        The file, not there yet.
+    size_bytes
+        About its size.
+
+    Raises
+    ------
+    OSError
+        There is no room.
+    """
+    try:
+        with path.open("xb") as file:
+            os.posix_fallocate(file.fileno(), 0, size_bytes)
+    except OSError as error:
+        if error.errno not in (errno.EOPNOTSUPP, errno.EINVAL):
+            raise
+    finally:
+        path.unlink(missing_ok=True)
+
+
+def writing_problem(folder: Path) -> str | None:
+    """Say why nothing can be written to a folder that exists, by trying; None if it can."""
+    probe = folder / f".{os.getpid()}-probe.tmp"
+    try:
+        with probe.open("wb") as file:
+            file.write(bytes(_PROBE))
+            file.flush()
+            os.fsync(file.fileno())
+    except OSError as error:
+        return error.strerror or str(error)
+    finally:
+        with contextlib.suppress(OSError):
+            probe.unlink(missing_ok=True)
+    return None
+
+
+def _move_into_place(scratch: Path, out: Path) -> None:
+    files = sorted(p.relative_to(scratch).as_posix() for p in scratch.rglob("*") if p.is_file())
+    sums = {name: _digest(scratch / name) for name in files}
+    before = {*_listed(out / MANIFEST), *_listed(out / _MOVING)}
+    lines = "".join(f"{digest}  {name}\n" for name, digest in sums.items())
+    (scratch / MANIFEST).write_text(lines, encoding="utf-8")
+    # what a run that is killed from here on has to do with: the next one clears it
+    known = sums | dict.fromkeys(before - set(sums), "0" * 64)
+    with replacing(out / _MOVING) as temporary:
+        text = "".join(f"{digest}  {name}\n" for name, digest in known.items())
+        temporary.write_text(text, encoding="utf-8")
+    (out / MANIFEST).unlink(missing_ok=True)
+    for name in sorted(files, key=lambda n: n == _LAST):
+        (out / name).parent.mkdir(exist_ok=True)
+        (scratch / name).replace(out / name)
+    _remove(out, before - set(sums))
+    (scratch / MANIFEST).replace(out / MANIFEST)
+    (out / _MOVING).unlink()
+
+
+def _remove(out: Path, names: Iterable[str]) -> None:
+    """Remove files of an earlier run and folders that they leave empty."""
+    for name in names:
+        path = out / name
+        if path.is_dir() or not path.parent.resolve().is_relative_to(out.resolve()):
+            continue  # no run wrote that
+        path.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            if path.parent != out:
+                path.parent.rmdir()
+
+
+def verify_folder(path: str | Path) -> list[str]:
+    """Check the files of a run against its manifest.
+
+    Parameters
+    ----------
+    path
+        The folder.
+
+    Returns
+    -------
+    One sentence for each problem; none if the run is complete and nothing was changed since.
+    """
+    folder = Path(path)
+    manifest = folder / MANIFEST
+    try:
+        text = manifest.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        return [f"{manifest}: is missing; the run was not finished"]
+    except (OSError, UnicodeDecodeError) as error:
+        return [f"{manifest}: can not be read: {error}"]
+    sums, problems = _parsed(text)
+    found = [f"{manifest}: {problem}" for problem in problems]
+    if not problems and _LAST not in sums:
+        found.append(f"{manifest}: does not list {_LAST}; it is no manifest of a run, or cut off")
+    for name, digest in sums.items():
+        file = folder / name
+        try:
+            if _digest(file) != digest:
+                found.append(f"{file}: differs from what the run wrote")
+        except FileNotFoundError:
+            found.append(f"{file}: is missing")
+        except OSError as error:
+            found.append(f"{file}: can not be read: {error.strerror or error}")
+    return found
+
+
+def _parsed(text: str) -> tuple[Mapping[str, str], list[str]]:
+    """Digests by name, and what is wrong with the other lines."""
+    sums: dict[str, str] = {}
+    problems = []
+    if text and not text.endswith("\n"):
+        problems.append("its last line is cut off")
+    for number, line in enumerate(text.removesuffix("\n").split("\n") if text else (), 1):
+        found = _LINE.fullmatch(line)
+        if found is None:
+            problems.append(f"line {number} is no checksum and name")
+        elif not _is_inside(found[2]):
+            problems.append(f"line {number} names a file outside the folder")
+        else:
+            sums[found[2]] = found[1]
+    return sums, problems
+
+
+def _is_inside(name: str) -> bool:
+    path = PurePosixPath(name)
+    return not path.is_absolute() and ".." not in path.parts and "\0" not in name
+
+
+def _listed(manifest: Path) -> frozenset[str]:
+    """Files of an earlier run; lines that name none are passed over."""
+    try:
+        return frozenset(_parsed(manifest.read_text(encoding="utf-8"))[0])
+    except (OSError, UnicodeDecodeError):
+        return frozenset()
+
+
+def _digest(path: Path) -> str:
+    digest = hashlib.sha256()
+    with path.open("rb") as file:
+        while piece := file.read(_PIECE):
+            digest.update(piece)
+    return digest.hexdigest()

@@ -1,0 +1,116 @@
+"""Ranks that die under mpirun: all end, and the next run finishes."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from solidwhirl.run_folder import verify_folder
+
+pytestmark = [
+    pytest.mark.solver,
+    pytest.mark.mpi,
+    pytest.mark.skipif(shutil.which("mpirun") is None, reason="no mpirun"),
+]
+COMMAND = (sys.executable, "-m", "solidwhirl")
+# Time in which a job whose rank died must be gone; an undisturbed run takes less.
+LIMIT_S = 60.0
+
+
+def start(*arguments):
+    """The command on two ranks."""
+    settings = {
+        "OMPI_ALLOW_RUN_AS_ROOT": "1",
+        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+        "OMPI_MCA_rmaps_base_oversubscribe": "1",
+        "OMPI_MCA_mpi_yield_when_idle": "1",
+        "OPENBLAS_NUM_THREADS": "1",
+    }
+    return subprocess.Popen(
+        ["mpirun", "-n", "2", *map(str, arguments)],
+        env={**os.environ, **settings},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def ranks_of(job):
+    """Processes that mpirun started for the program."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            status = (folder / "stat").read_text(encoding="utf-8").rsplit(")", 1)[1].split()
+            command = (folder / "cmdline").read_bytes()
+        except OSError:
+            continue
+        if int(status[1]) == job.pid and b"solidwhirl" in command:
+            found.append(int(folder.name))
+    return sorted(found)
+
+
+def frequencies(out):
+    document = json.loads((out / "results.json").read_text(encoding="utf-8"))
+    return document["campbell"]["frequency_hz"]
+
+
+@pytest.fixture
+def scene(scene_path, tmp_path):
+    """The scene with one body as a solid, coarse."""
+    text = scene_path("one_body").read_text(encoding="utf-8")
+    model = 'level = "solid", order = 2, size_m = 0.08, corner_size_m = 0.08'
+    path = tmp_path / "solid.toml"
+    changed = re.sub("^model = .*$", f"model = {{ modes = 2, {model} }}", text, flags=re.MULTILINE)
+    path.write_text(changed.replace("modes = 2", 'modes = 2, estimates = "off"'), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("rank", [pytest.param(0, marks=pytest.mark.verify), 1])
+def test_killed_rank_ends_the_job(scene, tmp_path, rank):
+    out = tmp_path / "out"
+    options = ("--out", out, "--no-pictures")
+    job = start(*COMMAND, "run", scene, *options)
+    while not list(out.glob(".stages/*.stage")):  # the mesh: now both reduce
+        assert job.poll() is None
+        time.sleep(0.01)
+    os.kill(ranks_of(job)[rank], signal.SIGKILL)
+    job.communicate(timeout=LIMIT_S)
+    assert job.returncode != 0
+    assert verify_folder(out)
+    again = start(*COMMAND, "run", scene, *options)
+    _, said = again.communicate(timeout=LIMIT_S)
+    assert again.returncode == 0, said
+    assert verify_folder(out) == []
+    stages = json.loads((out / "results.json").read_text(encoding="utf-8"))["stages"]
+    assert stages["mesh rotor"] == "kept"
+    if stages["reduction rotor"] == "kept":
+        return
+    third = start(*COMMAND, "run", scene, "--out", tmp_path / "whole", "--no-pictures")
+    third.communicate(timeout=LIMIT_S)
+    assert third.returncode == 0
+    # reduced again on two ranks, whose sums MUMPS makes in the order in which they come in
+    own, whole = (frequencies(folder) for folder in (out, tmp_path / "whole"))
+    np.testing.assert_allclose(own, whole, rtol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("kind", "code", "said"),
+    [("defect", 1, "RuntimeError: a defect"), ("memory", 2, "not enough memory")],
+)
+def test_failure_of_one_rank_ends_all(scene, tmp_path, kind, code, said):
+    script = Path(__file__).with_name("defect.py")
+    job = start(sys.executable, script, kind, "run", scene, "--out", tmp_path / "out")
+    _, text = job.communicate(timeout=LIMIT_S)
+    assert job.returncode == code
+    assert said in text
+    assert ("Traceback" in text) == (kind == "defect")

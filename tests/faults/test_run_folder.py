@@ -1,0 +1,256 @@
+"""The folder of a run: one run at a time, whole or recognisably not."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from solidwhirl.errors import OutputError
+from solidwhirl.run_folder import MANIFEST, claimed, replacing_files, reserve, verify_folder
+
+OLD = {"results.json": "old", "bodies/a.h5": "old a", "bodies/b.h5": "old b", "x.png": "old x"}
+NEW = {"results.json": "new", "bodies/a.h5": "new a", "report.md": "new r"}
+FILE_WORK = ("open", "os.mkdir", "os.rename", "os.remove", "os.rmdir", "os.truncate")
+
+
+def write(out, files):
+    with claimed(out) as folder, replacing_files(folder) as scratch:
+        for name, text in files.items():
+            (scratch / name).parent.mkdir(exist_ok=True)
+            (scratch / name).write_text(text, encoding="utf-8")
+
+
+def content(out):
+    """Files of the folder by name, the manifest left out."""
+    return {
+        p.relative_to(out).as_posix(): p.read_text(encoding="utf-8")
+        for p in Path(out).rglob("*")
+        if p.is_file() and p.name != MANIFEST
+    }
+
+
+# -- manifest -------------------------------------------------------------------------------------
+
+
+def test_manifest_is_that_of_sha256sum(tmp_path):
+    write(tmp_path / "out", NEW)
+    assert verify_folder(tmp_path / "out") == []
+    done = subprocess.run(
+        ["sha256sum", "--check", "--strict", MANIFEST],
+        cwd=tmp_path / "out",
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0
+    assert done.stdout.count(": OK") == len(NEW)
+
+
+def test_new_run_takes_the_place_of_the_old_one(tmp_path):
+    out = tmp_path / "out"
+    write(out, OLD)
+    (out / "mine.txt").write_text("mine", encoding="utf-8")
+    write(out, NEW)
+    assert content(out) == NEW | {"mine.txt": "mine"}
+    assert verify_folder(out) == []
+    write(out, {"results.json": "last"})
+    assert not (out / "bodies").exists()
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda out: (out / "report.md").write_text("new s"), "report.md: differs"),
+        (lambda out: (out / "report.md").write_text("new r\n"), "report.md: differs"),
+        (lambda out: (out / "bodies" / "a.h5").unlink(), "a.h5: is missing"),
+        (lambda out: (out / MANIFEST).unlink(), "the run was not finished"),
+        (lambda out: (out / MANIFEST).write_text(""), "does not list results.json"),
+        (lambda out: (out / MANIFEST).write_bytes(b"\xff"), "can not be read"),
+        (lambda out: cut(out, 70), "cut off"),
+        (lambda out: append(out, "0 x\n"), "no checksum and name"),
+        (lambda out: append(out, f"{'0' * 64}  ../x\n"), "outside the folder"),
+        (lambda out: append(out, f"{'0' * 64}  /etc/passwd\n"), "outside the folder"),
+    ],
+)
+def test_what_was_changed_is_found(tmp_path, change, said):
+    out = tmp_path / "out"
+    write(out, NEW)
+    change(out)
+    found = verify_folder(out)
+    assert len(found) == 1
+    assert said in found[0]
+
+
+def test_manifest_that_is_cut_anywhere_is_no_good(tmp_path):
+    out = tmp_path / "out"
+    write(out, NEW)
+    whole = (out / MANIFEST).read_bytes()
+    first = whole.index(b"\n", whole.index(b"results.json")) + 1
+    assert first == len(whole)  # the last line: every cut loses some of it
+    for length in range(len(whole)):
+        (out / MANIFEST).write_bytes(whole[:length])
+        assert verify_folder(out), length
+
+
+def cut(out, length):
+    text = (out / MANIFEST).read_text(encoding="utf-8")
+    (out / MANIFEST).write_text(text[:length], encoding="utf-8")
+    (out / MANIFEST).write_text(
+        text[: text.index("\n") + 1] + text.splitlines()[-1], encoding="utf-8"
+    )
+
+
+def append(out, line):
+    text = (out / MANIFEST).read_text(encoding="utf-8")
+    (out / MANIFEST).write_text(text + line, encoding="utf-8")
+
+
+def test_forged_manifest_removes_nothing_outside(tmp_path):
+    (tmp_path / "else").mkdir()
+    (tmp_path / "else" / "x").write_text("kept", encoding="utf-8")
+    out = tmp_path / "out"
+    write(out, NEW)
+    (out / "link").symlink_to(tmp_path / "else")
+    for name in ("../else/x", str(tmp_path / "else" / "x"), "link/x", "bodies"):
+        append(out, f"{'0' * 64}  {name}\n")
+    write(out, NEW)
+    assert (tmp_path / "else" / "x").read_text(encoding="utf-8") == "kept"
+    assert verify_folder(out) == []
+
+
+# -- broken off -----------------------------------------------------------------------------------
+
+
+def test_block_that_raises_changes_nothing(tmp_path):
+    out = tmp_path / "out"
+    write(out, OLD)
+    before = content(out)
+    for error in (RuntimeError("defect"), KeyboardInterrupt()):
+        with pytest.raises(type(error)), claimed(out) as folder, replacing_files(folder) as scratch:
+            (scratch / "results.json").write_text("half", encoding="utf-8")
+            raise error
+        assert content(out) == before
+        assert verify_folder(out) == []
+    with (
+        pytest.raises(OutputError, match="out: can not be written: No space"),
+        claimed(out) as folder,
+        replacing_files(folder),
+    ):
+        raise OSError(28, "No space left on device")
+
+
+def test_killed_at_every_step_of_writing(tmp_path):
+    """At each operation on files in turn: never good unless whole; the next run clears it all."""
+    out = tmp_path / "out"
+    good = 0
+    for step in range(1, 200):
+        shutil.rmtree(out, ignore_errors=True)
+        write(out, OLD)
+        pid = os.fork()
+        if pid == 0:
+            kill_at_step(step)
+            write(out, NEW)
+            os._exit(0)
+        ended = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+        if not verify_folder(out):
+            shown = {k: v for k, v in content(out).items() if not k.startswith(".")}
+            assert shown in (OLD, NEW), step
+            good += 1
+        write(out, {"results.json": "next"})
+        assert content(out) == {"results.json": "next"}, step
+        assert verify_folder(out) == []
+        if ended == 0:
+            assert step > 30, "the hook saw nothing"
+            assert good < step
+            return
+    raise AssertionError("it never ended")
+
+
+def kill_at_step(step):
+    """End this process by SIGKILL at its n-th operation on files from now on."""
+    left = [step]
+
+    def count(event, _arguments):
+        if event in FILE_WORK:
+            left[0] -= 1
+            if left[0] == 0:
+                os.kill(os.getpid(), signal.SIGKILL)
+
+    sys.addaudithook(count)
+
+
+# -- one at a time --------------------------------------------------------------------------------
+
+
+def test_second_run_is_refused(tmp_path):
+    out = tmp_path / "out"
+    with claimed(out), pytest.raises(OutputError) as refused, claimed(out):
+        raise AssertionError("two runs in one folder")
+    assert f"{out / '.lock'}: process {os.getpid()} since 2" in str(refused.value)
+    assert not out.exists()  # made for the run, left empty by it
+    write(out, NEW)
+    with claimed(out):
+        pass
+    assert not (out / ".lock").exists()
+
+
+def test_dead_process_holds_nothing(tmp_path):
+    out = tmp_path / "out"
+    read, written = os.pipe()
+    pid = os.fork()
+    if pid == 0:
+        with claimed(out):
+            os.write(written, b"x")
+            signal.pause()
+    os.read(read, 1)
+    with pytest.raises(OutputError, match=f"process {pid} since"), claimed(out):
+        pass
+    os.kill(pid, signal.SIGKILL)
+    os.waitpid(pid, 0)
+    assert (out / ".lock").exists()
+    (out / ".writing-x").mkdir()
+    (out / ".results.json.0.tmp").write_text("half", encoding="utf-8")
+    with claimed(out):
+        assert [p.name for p in out.iterdir()] == [".lock"]
+
+
+def test_many_at_once(tmp_path):
+    """Processes that take and leave the folder all the time: never two of them have it."""
+    out = tmp_path / "out"
+    out.mkdir()
+    held = tmp_path / "held"
+    pids = []
+    for _ in range(4):
+        pid = os.fork()
+        if pid == 0:
+            os._exit(take_often(out, held))
+        pids.append(pid)
+    assert [os.waitstatus_to_exitcode(os.waitpid(p, 0)[1]) for p in pids] == [0] * 4
+
+
+def take_often(out, held):
+    try:
+        for _ in range(150):
+            try:
+                with claimed(out):
+                    held.mkdir()  # fails if another has it
+                    held.rmdir()
+            except OutputError:
+                continue
+    except BaseException:
+        return 1
+    return 0
+
+
+def test_room_is_asked_for(tmp_path):
+    reserve(tmp_path / "x", 1000)
+    assert not (tmp_path / "x").exists()
+    with pytest.raises(OSError, match=r"No space left|File too large"):
+        reserve(tmp_path / "x", 1 << 60)
+    assert not (tmp_path / "x").exists()

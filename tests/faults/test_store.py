@@ -1,0 +1,175 @@
+"""The store: what is not whole is not there, and what can not be kept does not matter."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from solidwhirl.store import FreshStore, StageStore
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Found:
+    name: str
+    values: np.ndarray
+
+
+RECORDS = {"Found": Found}
+VALUE = Found(name="a", values=np.arange(3.0))
+
+
+def refuse(text):
+    raise AssertionError(text)
+
+
+@pytest.fixture
+def store(tmp_path):
+    return StageStore(tmp_path / "kept", RECORDS)
+
+
+@pytest.fixture
+def entry(store):
+    """Key and path of one small entry."""
+    key = store.key("stage", 1, "a", np.arange(2))
+    store.keep(key, "stage", VALUE, refuse)
+    (path,) = store.folder.iterdir()
+    return key, path
+
+
+def test_kept_and_found(store, entry):
+    key, path = entry
+    found = store.find(key, refuse)
+    assert (found.name, found.values.tobytes()) == (VALUE.name, VALUE.values.tobytes())
+    assert path.name == f"{key}.stage"
+    assert store.find(store.key("stage", 2, "a", np.arange(2)), refuse) is None
+    other = StageStore(store.folder, RECORDS)
+    assert other.key("stage", 1, "a", np.arange(2)) == key
+    assert other.find(key, refuse) is not None
+
+
+def test_every_flipped_byte_is_a_miss(store, entry):
+    key, path = entry
+    data = path.read_bytes()
+    assert len(data) < 1000
+    for place in range(len(data)):
+        for flip in (0x01, 0x20, 0x80):
+            notes = []
+            path.write_bytes(data[:place] + bytes([data[place] ^ flip]) + data[place + 1 :])
+            assert store.find(key, notes.append) is None, place
+            assert not path.exists()
+            assert len(notes) == 1
+            assert str(path) in notes[0]
+
+
+def test_every_truncation_is_a_miss(store, entry):
+    key, path = entry
+    data = path.read_bytes()
+    for length in range(len(data)):
+        path.write_bytes(data[:length])
+        assert store.find(key, lambda text: None) is None, length
+    for more in (b"\0", data):
+        path.write_bytes(data + more)
+        assert store.find(key, lambda text: None) is None
+
+
+def test_entry_of_another_key_is_a_miss(store, entry):
+    """Whole, but not what is asked for."""
+    _, path = entry
+    other = store.key("stage", 2)
+    path.rename(path.with_name(f"{other}.stage"))
+    notes = []
+    assert store.find(other, notes.append) is None
+    assert "checksum" in notes[0]
+
+
+def test_entry_that_can_not_be_read_is_a_miss(store, entry):
+    key, path = entry
+    path.unlink()
+    path.mkdir()
+    notes = []
+    assert store.find(key, notes.append) is None
+    assert "can not be read" in notes[0]
+    store.keep(key, "stage", VALUE, notes.append)  # nor can it be written
+    assert "stage is not kept" in notes[1]
+
+
+def test_what_can_not_be_kept_is_noted(tmp_path):
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    notes = []
+    StageStore(tmp_path / "file", RECORDS).keep("k", "mesh", VALUE, notes.append)
+    StageStore(tmp_path / "kept", {}).keep("k", "mesh", VALUE, notes.append)
+    assert len(notes) == 2
+    assert all("mesh is not kept" in note for note in notes)
+    assert not list((tmp_path / "kept").glob("*"))
+
+
+def test_fresh_store_looks_for_nothing_and_keeps(store, entry):
+    key, path = entry
+    path.unlink()
+    fresh = FreshStore(store.folder, RECORDS)
+    fresh.keep(key, "stage", VALUE, refuse)
+    assert fresh.find(key, refuse) is None
+    assert store.find(key, refuse) is not None
+
+
+def test_prune_removes_what_was_not_used(store, entry):
+    key, _ = entry
+    other = store.key("other")
+    store.keep(other, "other", 1.0, refuse)
+    new = StageStore(store.folder, RECORDS)
+    assert new.find(key, refuse) is not None
+    new.prune()
+    assert new.find(other, refuse) is None
+    assert new.find(key, refuse) is not None
+
+
+def test_leftovers_of_today_may_be_another_process(store, entry):
+    folder = store.folder
+    for name in (".old.tmp", ".new.tmp"):
+        (folder / name).write_text("", encoding="utf-8")
+    (folder / ".writing-x").mkdir()
+    for name in (".old.tmp", ".writing-x"):
+        os.utime(folder / name, (0, 0))
+    store.clear_leftovers()
+    assert sorted(p.name for p in folder.glob(".*")) == [".new.tmp"]
+
+
+def test_killed_at_every_step_of_keeping(tmp_path):
+    """At each operation on files in turn: an entry is whole or it is not there."""
+    store = StageStore(tmp_path / "kept", RECORDS)
+    key = store.key("stage")
+    for step in range(1, 60):
+        pid = os.fork()
+        if pid == 0:
+            kill_at_step(step)
+            store.keep(key, "stage", VALUE, refuse)
+            os._exit(0)
+        ended = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+        found = store.find(key, refuse)
+        assert found is None or found.values.tobytes() == VALUE.values.tobytes()
+        if ended == 0:
+            assert found is not None
+            assert step > 5, "the hook saw nothing"
+            return
+        assert ended == -signal.SIGKILL
+        if found is not None:
+            (store.folder / f"{key}.stage").unlink()
+    raise AssertionError("it never ended")
+
+
+def kill_at_step(step):
+    """End this process by SIGKILL at its n-th operation on files from now on."""
+    left = [step]
+
+    def count(event, _arguments):
+        if event in ("open", "os.mkdir", "os.rename", "os.remove", "os.rmdir", "os.truncate"):
+            left[0] -= 1
+            if left[0] == 0:
+                os.kill(os.getpid(), signal.SIGKILL)
+
+    sys.addaudithook(count)

@@ -1,0 +1,56 @@
+"""Generators of bad input, and what a refusal must look like."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+LONGEST_MESSAGE = 4000
+
+
+def load(name):
+    """A module beside this one."""
+    path = Path(__file__).with_name(f"{name}.py")
+    spec = importlib.util.spec_from_file_location(name, path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="session")
+def scene_damage():
+    return load("scene_damage")
+
+
+@pytest.fixture(scope="session")
+def superelement_damage():
+    return load("superelement_damage")
+
+
+@pytest.fixture(scope="session")
+def scenes(tmp_path_factory):
+    """Copy of the scene and problem files: function from kind and name to path."""
+    folder = tmp_path_factory.mktemp("scenes")
+    (folder / "identify").mkdir()
+    for path in sorted((ROOT / "scenes").glob("**/*.toml")):
+        (folder / path.relative_to(ROOT / "scenes")).write_bytes(path.read_bytes())
+    return folder
+
+
+@pytest.fixture(scope="session")
+def check_message():
+    """Function: a refusal names the file and a place, and is short, printable and one message."""
+
+    def check(message, path, place):
+        assert 0 < len(message) < LONGEST_MESSAGE, len(message)
+        assert message.startswith(f"{path}: "), message[:200]
+        assert "Traceback" not in message
+        assert all(c.isprintable() or c == "\n" for c in message), repr(message)[:300]
+        rest = message.removeprefix(f"{path}: ")
+        assert re.match(place, rest), rest[:300]
+
+    return check
