@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -61,7 +62,7 @@ def check_command(paths: Sequence[Path], *, as_json: bool) -> int:
     if as_json:
         typer.echo(json.dumps(_document(found), indent=1, allow_nan=False))
     else:
-        console = Console()
+        console = Console(width=None if sys.stdout.isatty() else 140)
         for one in found:
             _show(console, one)
     for one in found:

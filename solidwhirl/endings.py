@@ -79,11 +79,30 @@ def stop(message: str, code: int = 2) -> NoReturn:
 
 
 def end_of_defect(error: Exception) -> NoReturn:
-    """Let an exception that nobody expected end all ranks, with its traceback."""
+    """Let an exception that nobody expected end all ranks, with its traceback.
+
+    Where memory is so short that ending itself fails, the message is out already, or can't be.
+    """
+    if is_out_of_memory(error):
+        with contextlib.suppress(Exception):
+            if not _is_after_stop(error):
+                typer.echo(f"error: {memory_text(error)}", err=True)
+            _abort_others(2)
+        raise SystemExit(2)
     if _ranks() > 1:
         traceback.print_exception(error)
     _abort_others(1)
     raise error
+
+
+def _is_after_stop(error: BaseException) -> bool:
+    """Whether an exception came up while the program was ending with a message."""
+    current: BaseException | None = error
+    for _ in range(20):
+        if current is None or isinstance(current, typer.Exit | SystemExit):
+            return current is not None
+        current = current.__context__
+    return False
 
 
 def _ranks() -> int:
