@@ -15,6 +15,14 @@ from solidwhirl.meshing.records import FloatArray, LocalSize, MeshSize
 
 # Elements across the quarter circle of a fillet.
 _ACROSS_FILLET = 4
+# A slice between two neighbours is part of them: it needs no elements smaller than this part of
+# theirs, though it is thinner; in 3D they fill the circumference as well.
+_SLICE = {2: 0.05, 3: 0.25}
+# Bodies are drawn in the power of 1000 of a metre in which they are this long or longer. gmsh's
+# kernel takes points nearer than 1e-7 for one; the smallest detail of a body is 1e-6 of it.
+_SHORTEST = 0.3
+# Decimals and digits that are drawn: units that differ give the same numbers, and the same mesh.
+_DECIMALS, _DIGITS = 12, 12
 
 
 @contextmanager
@@ -53,13 +61,32 @@ class Drawing:
     faces: tuple[int, ...]
 
 
-def draw(subdivision: Subdivision) -> Drawing:
+def drawing_unit_m(subdivision: Subdivision) -> float:
+    """Length [m] that is 1 in the drawing, a power of 1000: bodies of any size are drawn alike.
+
+    Parameters
+    ----------
+    subdivision
+        The conforming meridian.
+    """
+    extent = max(float(np.ptp(subdivision.points[:, 0])), float(subdivision.points[:, 1].max()))
+    return float(1000.0 ** np.floor(np.log10(extent / _SHORTEST) / 3.0))
+
+
+def drawn_length(length_m: float, unit_m: float) -> float:
+    """Length in units of the drawing, without the rounding that the unit brings."""
+    return float(f"{length_m / unit_m:.{_DIGITS}g}")
+
+
+def draw(subdivision: Subdivision, unit_m: float) -> Drawing:
     """Draw the faces of a meridian in the plane y = 0, with x = r.
 
     Parameters
     ----------
     subdivision
         The conforming meridian.
+    unit_m
+        Length [m] that is drawn as 1.
 
     Returns
     -------
@@ -67,7 +94,8 @@ def draw(subdivision: Subdivision) -> Drawing:
         Tags of curves and faces in the open gmsh model.
     """
     occ = gmsh.model.occ
-    points = [occ.addPoint(r, 0.0, z) for z, r in subdivision.points]
+    drawn = [[round(float(x) / unit_m, _DECIMALS) for x in p] for p in subdivision.points]
+    points = [occ.addPoint(r, 0.0, z) for z, r in drawn]
     curves = []
     for curve in subdivision.curves:
         if curve.centre is None:
@@ -107,7 +135,7 @@ def face_edges(subdivision: Subdivision, face: Face) -> tuple[FloatArray, FloatA
     return p, np.roll(p, -1, axis=0)
 
 
-def local_size_field(local: LocalSize, size: MeshSize) -> None:
+def local_size_field(local: LocalSize, size: MeshSize, unit_m: float) -> None:
     """Set gmsh's size field of a meridian: sizes given at points, and no larger than the largest.
 
     Parameters
@@ -116,10 +144,13 @@ def local_size_field(local: LocalSize, size: MeshSize) -> None:
         Sizes over a triangulation of the meridian.
     size
         For the largest edge.
+    unit_m
+        Length [m] that is drawn as 1.
     """
-    corners = local.points[local.triangles]
+    corners = local.points[local.triangles] / unit_m
     z, r = corners[:, :, 0], corners[:, :, 1]
-    values = local.size_m[local.triangles]
+    values = local.size_m[local.triangles] / unit_m
+    size_drawn = drawn_length(size.size_m, unit_m)
     data = np.concatenate([r, np.zeros_like(r), z, values], axis=1)
     view = gmsh.view.add("sizes")
     gmsh.view.addListData(view, "ST", len(data), data.ravel())
@@ -128,12 +159,26 @@ def local_size_field(local: LocalSize, size: MeshSize) -> None:
     field.setNumber(given, "ViewTag", view)
     field.setNumber(given, "UseClosest", 1)
     largest = field.add("Constant")
-    field.setNumber(largest, "VIn", size.size_m)
-    field.setNumber(largest, "VOut", size.size_m)
-    graded = _graded_fields(local.places, local.growth, size.size_m, 2)
+    field.setNumber(largest, "VIn", size_drawn)
+    field.setNumber(largest, "VOut", size_drawn)
+    graded = _graded_fields(_drawn_places(local.places, unit_m), local.growth, size_drawn, 2)
     minimum = field.add("Min")
     field.setNumbers(minimum, "FieldsList", [given, largest, *graded])
     field.setAsBackgroundMesh(minimum)
+
+
+def _drawn_places(
+    places: Iterable[tuple[float, float, float]], unit_m: float
+) -> list[tuple[float, float, float]]:
+    """Places and their element sizes in units of the drawing."""
+    return [
+        (
+            round(z / unit_m, _DECIMALS),
+            round(r / unit_m, _DECIMALS),
+            drawn_length(h, unit_m),
+        )
+        for z, r, h in places
+    ]
 
 
 def _graded_fields(
@@ -159,7 +204,9 @@ def _graded_fields(
     return tags
 
 
-def size_fields(body: Body, subdivision: Subdivision, size: MeshSize, entities: list[int]) -> None:
+def size_fields(
+    body: Body, subdivision: Subdivision, size: MeshSize, entities: list[int], unit_m: float
+) -> None:
     """Set gmsh's size field: graded to re-entrant corners, bounded by the sections' thickness.
 
     Parameters
@@ -171,6 +218,8 @@ def size_fields(body: Body, subdivision: Subdivision, size: MeshSize, entities: 
     entities
         Tags of the drawn faces (2D) or of the volumes swept by them (3D), in the order of the
         subdivision's faces.
+    unit_m
+        Length [m] that is drawn as 1.
     """
     field = gmsh.model.mesh.field
     dimension = 3 if gmsh.model.getEntities(3) else 2
@@ -179,11 +228,11 @@ def size_fields(body: Body, subdivision: Subdivision, size: MeshSize, entities: 
     bounds = face_bounds(body, subdivision, size, dimension)
     for entity, bound in zip(entities, bounds, strict=True):
         tags.append(field.add("Constant"))
-        field.setNumber(tags[-1], "VIn", bound)
+        field.setNumber(tags[-1], "VIn", drawn_length(bound, unit_m))
         field.setNumber(tags[-1], "VOut", 1e22)
         field.setNumbers(tags[-1], key, [entity])
-    places = graded_places(body, subdivision, size)
-    tags += _graded_fields(places, size.growth, size.size_m, dimension)
+    places = _drawn_places(graded_places(body, subdivision, size), unit_m)
+    tags += _graded_fields(places, size.growth, drawn_length(size.size_m, unit_m), dimension)
     minimum = field.add("Min")
     field.setNumbers(minimum, "FieldsList", tags)
     field.setAsBackgroundMesh(minimum)
@@ -193,14 +242,39 @@ def face_bounds(
     body: Body, subdivision: Subdivision, size: MeshSize, dimension: int
 ) -> list[float]:
     """Largest element edge [m] on every face, from its thickness and, in 3D, its circumference."""
+    thickness = sliced_thickness(subdivision, _SLICE[dimension])
     bounds = []
-    for face, thickness in zip(subdivision.faces, face_thickness(subdivision), strict=True):
-        bound = min(size.size_m, 1.5 * float(thickness) / size.through_thickness)
+    for face, thick in zip(subdivision.faces, thickness, strict=True):
+        bound = min(size.size_m, 1.5 * float(thick) / size.through_thickness)
         if dimension == 3:
             outer = max(body.sections[face.section].outer_radius_m)
             bound = min(bound, 2.0 * np.pi * outer / size.around)
         bounds.append(bound)
     return bounds
+
+
+def sliced_thickness(subdivision: Subdivision, part: float) -> FloatArray:
+    """Thickness [m] of every face that decides on its elements.
+
+    It is the smaller dimension, but for a slice that is bonded to a thicker face along a whole side
+    (what two cross-sections near each other cut out of a shaft, or the step of a shoulder): there
+    it is at least a part of the neighbour's.
+    """
+    own = face_thickness(subdivision)
+    sides: dict[int, list[int]] = {}
+    for k, face in enumerate(subdivision.faces):
+        for c, _ in face.loop:
+            sides.setdefault(c, []).append(k)
+    out = own.copy()
+    # from the thickest on, so that a pile of slices follows what it lies on
+    for k in np.argsort(-own):
+        for c in (c for c, _ in subdivision.faces[k].loop):
+            curve = subdivision.curves[c]
+            length = np.linalg.norm(subdivision.points[curve.end] - subdivision.points[curve.start])
+            for other in sides[c]:
+                if length > 2.0 * own[other]:
+                    out[other] = max(out[other], part * out[k])
+    return out
 
 
 def graded_places(

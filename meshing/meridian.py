@@ -8,7 +8,13 @@ import gmsh
 import numpy as np
 
 from solidwhirl.geometry import Body, Subdivision, merge_fillets, subdivide
-from solidwhirl.meshing.drawing import draw, gmsh_session, local_size_field, size_fields
+from solidwhirl.meshing.drawing import (
+    draw,
+    drawing_unit_m,
+    gmsh_session,
+    local_size_field,
+    size_fields,
+)
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.quality import scaled_jacobians, straighten
 from solidwhirl.meshing.records import (
@@ -52,16 +58,17 @@ def mesh_meridian(body: Body, size: MeshSize, local: LocalSize | None = None) ->
         gmsh failed, or elements stay folded.
     """
     subdivision = merge_fillets(subdivide(body))
+    unit_m = drawing_unit_m(subdivision)
     with gmsh_session():
-        drawing = draw(subdivision)
+        drawing = draw(subdivision, unit_m)
         if local is None:
-            size_fields(body, subdivision, size, list(drawing.faces))
+            size_fields(body, subdivision, size, list(drawing.faces), unit_m)
         else:
-            local_size_field(local, size)
+            local_size_field(local, size, unit_m)
         gmsh.option.setNumber("Mesh.Algorithm", 6)
         gmsh.model.mesh.generate(2)
         gmsh.model.mesh.setOrder(2)
-        numbering, points = node_table()
+        numbering, points = node_table(unit_m)
         cells, owner = element_blocks(drawing.faces, TRIANGLE6, numbering)
         curves = [element_blocks([tag], LINE3, numbering)[0] for tag in drawing.curves]
     cells, points, used = compact(points[:, [2, 0]], cells)
@@ -85,12 +92,12 @@ def mesh_meridian(body: Body, size: MeshSize, local: LocalSize | None = None) ->
     )
 
 
-def node_table() -> tuple[IntArray, FloatArray]:
-    """Map from gmsh node tags to rows, and the (n, 3) coordinates of all nodes."""
+def node_table(unit_m: float) -> tuple[IntArray, FloatArray]:
+    """Map from gmsh node tags to rows, and the (n, 3) coordinates [m] of all nodes."""
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     numbering = np.full(int(tags.max()) + 1, -1, dtype=np.int64)
     numbering[tags.astype(np.int64)] = np.arange(len(tags))
-    return numbering, coordinates.reshape(-1, 3)
+    return numbering, unit_m * coordinates.reshape(-1, 3)
 
 
 def compact(points: FloatArray, cells: IntArray) -> tuple[IntArray, FloatArray, IntArray]:

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from solidwhirl.geometry import Body, Subdivision, merge_fillets, subdivide
-from solidwhirl.meshing.drawing import Drawing, draw, gmsh_session, size_fields
+from solidwhirl.meshing.drawing import Drawing, draw, drawing_unit_m, gmsh_session, size_fields
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.meridian import (
     TETRAHEDRON10,
@@ -87,7 +87,8 @@ def mesh_solid(body: Body, size: MeshSize) -> Mesh:
 
 def _mesh_quarter(body: Body, subdivision: Subdivision, size: MeshSize) -> _Quarter:
     """Sweep the meridian by 90° and mesh it with matching cut faces."""
-    drawing = draw(subdivision)
+    unit_m = drawing_unit_m(subdivision)
+    drawing = draw(subdivision, unit_m)
     swept = gmsh.model.occ.revolve(
         [(2, tag) for tag in drawing.faces], 0, 0, 0, 0, 0, 1, np.pi / 2.0
     )
@@ -96,14 +97,14 @@ def _mesh_quarter(body: Body, subdivision: Subdivision, size: MeshSize) -> _Quar
     if len(volumes) != len(drawing.faces):
         raise MeshingError(f"{len(drawing.faces)} faces swept to {len(volumes)} volumes")
     _match_cut_faces(drawing)
-    size_fields(body, subdivision, size, volumes)
+    size_fields(body, subdivision, size, volumes, unit_m)
     gmsh.option.setNumber("Mesh.Algorithm", 6)
     gmsh.option.setNumber("Mesh.Algorithm3D", 1)
     gmsh.option.setNumber("Mesh.Optimize", 1)
     gmsh.model.mesh.generate(3)
     gmsh.model.mesh.optimize("Netgen")
     gmsh.model.mesh.setOrder(2)
-    numbering, points = node_table()
+    numbering, points = node_table(unit_m)
     tetrahedra, owner = element_blocks(volumes, TETRAHEDRON10, numbering)
     facets = _facets_of_curves(subdivision, numbering, points)
     cells, points, used = compact(points, tetrahedra)

@@ -21,6 +21,8 @@ FloatArray = NDArray[np.float64]
 BLOCK = 4
 # A direction left by orthogonalisation that is shorter than this is round-off.
 _LOST = 1e-10
+# The projection is diagonalised whenever the space has grown by one part in this many.
+_SELDOM = 16
 # Vectors kept beyond the wanted ones before a run counts as failed.
 _PATIENCE = 12
 
@@ -65,26 +67,42 @@ def krylov_pairs(
     new = space.extend(start, apply(mass, start))
     limit = _PATIENCE * (count + 2 * BLOCK)
     leading, theta, left, shapes = 0, np.empty(0), np.empty(0), np.empty((0, 0))
+    due = count
     while new:
         answer = operator(space.columns(-new))
         weight = apply(mass, answer)
         ahead = space.take_out(answer, weight)[outside.shape[1] :]
         image = bordered_image(image, ahead)
-        rest = symmetric(inner(answer, weight, comm))  # of what is left of the answer
-        theta, shapes = np.linalg.eigh(image)
-        order = first(theta)
-        theta, shapes = theta[order], shapes[:, order]
-        tail = shapes[-new:]
-        left = np.sqrt(np.maximum(np.einsum("ik,ij,jk->k", tail, rest, tail), 0.0))
-        good = left <= tolerance * np.abs(theta)
-        leading = len(good) if good.all() else int(np.argmin(good))
-        if leading >= count or len(theta) > limit:
-            break
+        if len(image) >= due:
+            rest = symmetric(inner(answer, weight, comm))  # of what is left of the answer
+            theta, shapes, left = _projected_pairs(image, rest, first)
+            good = left <= tolerance * np.abs(theta)
+            leading = len(good) if good.all() else int(np.argmin(good))
+            if leading >= count or len(theta) > limit:
+                break
+            # what this costs grows with the cube of the space; it need not follow every block
+            due = len(image) + len(image) // _SELDOM
         new = space.extend(answer, None)
-        if not new:
-            leading = len(theta)  # the space is invariant: all pairs are exact
+        if not new:  # the space is invariant: all pairs are exact
+            theta, shapes, left = _projected_pairs(image, np.empty((0, 0)), first)
+            leading = len(theta)
     vectors = space.columns(outside.shape[1]) @ shapes[:, :leading]
     return theta[:leading], vectors, left[:leading]
+
+
+def _projected_pairs(
+    image: FloatArray, rest: FloatArray, first: Callable[[FloatArray], NDArray[np.int64]]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Eigenpairs of the projection in the wanted order, and their residuals.
+
+    `rest` holds the products of what the newest columns' images have beyond the space.
+    """
+    theta, shapes = np.linalg.eigh(image)
+    order = first(theta)
+    theta, shapes = theta[order], shapes[:, order]
+    tail = shapes[len(shapes) - len(rest) :]
+    left = np.sqrt(np.maximum(np.einsum("ik,ij,jk->k", tail, rest, tail), 0.0))
+    return theta, shapes, left
 
 
 def bordered_image(image: FloatArray, ahead: FloatArray) -> FloatArray:

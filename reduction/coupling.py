@@ -24,6 +24,8 @@ from solidwhirl.reduction.unknowns import motion_vectors, unknowns_transformatio
 from solidwhirl.reduction.vectors import apply_transposed
 
 FloatArray = NDArray[np.float64]
+# Rows of two interfaces that differ by less, relative to their length, are rounding apart.
+_EQUAL_ROWS = 1e-7
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -115,13 +117,32 @@ def couple(
     if transformation is not None:
         local = transformation.getLocalSize()[1]
     none = np.empty((local, 0))
+    rows = np.column_stack(columns) if columns else none
+    _refuse_equal(rows, coordinates, space.mesh.comm)
     return Coupling(
         transformation=transformation,
         kept=kept,
-        rows=np.column_stack(columns) if columns else none,
+        rows=rows,
         coordinates=coordinates,
         anchors=np.column_stack(anchors) if anchors else none,
     )
+
+
+def _refuse_equal(rows: FloatArray, coordinates: tuple[tuple[str, str], ...], comm: Any) -> None:
+    """Two interfaces at one place have the same coordinates twice."""
+    gram = np.asarray(comm.allreduce(rows.T @ rows))
+    length = np.sqrt(np.diag(gram))
+    for j, (interface, component) in enumerate(coordinates):
+        for i in range(j):
+            other, same = coordinates[i]
+            if component != same or length[i] == 0.0 or length[j] == 0.0:
+                continue
+            apart = comm.allreduce(np.sum((rows[:, i] / length[i] - rows[:, j] / length[j]) ** 2))
+            if apart < _EQUAL_ROWS**2:
+                raise ReductionError(
+                    f"interfaces {other!r} and {interface!r} are at one place on the mesh and "
+                    f"move as one ({component}); keep one of them, or move them apart"
+                )
 
 
 def reduced_motion(

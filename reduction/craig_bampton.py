@@ -26,6 +26,13 @@ from solidwhirl.reduction.constrained import (
 from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.merging import is_of_order, merged, reference_eigenvalue
 from solidwhirl.reduction.operators import BodyOperators
+from solidwhirl.reduction.overspeed import (
+    MAXIMUM_HOOP_STRAIN,
+    centrifugal_product,
+    negative_count,
+    refuse_instability,
+    refuse_overspeed,
+)
 from solidwhirl.reduction.slepc_modes import slepc_pairs
 from solidwhirl.reduction.spinning_modes import (
     MARGIN,
@@ -33,18 +40,28 @@ from solidwhirl.reduction.spinning_modes import (
     modes_at_speed,
     remaining_stiffness,
 )
-from solidwhirl.reduction.vectors import apply, inner, project
+from solidwhirl.reduction.vectors import apply, inner, project, symmetric
 
 FloatArray = NDArray[np.float64]
+__all__ = ["MAXIMUM_HOOP_STRAIN", "Basis", "orthogonality_error", "reduction_basis"]
 
-#: Hoop strain beyond which a centrifugal field computed on the undeformed shape is refused.
-MAXIMUM_HOOP_STRAIN = 0.05
 # All matrices of a body come from one space; the stiffness has all entries that others have.
 _SAME = PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN
 # Relative change of a modal stiffness by Ω² (Kσ - S) from which the top speed gets modes too.
 _PRESTRESS_MATTERS = 1e-4
 # Eigenvalues of held modes below this part of the reference eigenvalue are none.
 _NO_STIFFNESS = 1e-3
+# Modes that are computed beyond those asked for, to know where a cluster ends, and one direction
+# that the iteration needs.
+_BEYOND = 3
+# Modes at the end of the spectrum that an iteration may not find.
+_UNREACHED = 2
+# Growth of the number of modes that has to bring one of the wanted orders.
+_FRUITLESS = 2.0
+# Modes of a solid that are looked through for the first one of the wanted orders.
+_SEARCHED = 100
+# Least part of constraint modes that rounding leaves of combinations of them.
+_DEPENDENT = 1e-14
 # Modes this near in λ are one cluster: their directions are not determined.
 _CLUSTER = 1e-6
 
@@ -63,6 +80,8 @@ class Basis:
         (m,) squared angular frequencies of the interior vectors (Rayleigh-Ritz, at rest) [1/s²].
     fixed_eigenvalues
         (k,) those of the fixed-interface modes at rest, k <= m.
+    fixed_vectors
+        (local û, k) these modes, M-orthonormal.
     omitted_eigenvalue
         Lowest eigenvalue of a fixed-interface mode at rest that is not in the basis, or the
         highest that is, whichever is known [1/s²].
@@ -80,6 +99,7 @@ class Basis:
     interface_count: int
     eigenvalues: FloatArray
     fixed_eigenvalues: FloatArray
+    fixed_vectors: FloatArray
     omitted_eigenvalue: float
     factor: ConstrainedFactor
     shift: float
@@ -118,7 +138,7 @@ def reduction_basis(
         The centrifugal field is outside linear theory, or the body loses its stiffness below
         the top speed, or modes did not converge.
     """
-    _refuse_overspeed(operators, maximum_speed_rad_s)
+    refuse_overspeed(operators, maximum_speed_rad_s)
     rows = operators.coupling.rows
     all_rows = np.hstack([rows, operators.coupling.anchors])
     free = _unrestrained(operators, all_rows)
@@ -127,10 +147,10 @@ def reduction_basis(
     factor = _factor(operators, operators.stiffness, all_rows, shift)
     solved.append("factorisation at rest")
     constraint = _constraint_modes(factor, rows.shape[1], all_rows.shape[1], len(rows))
-    candidates = [free - constraint @ inner(rows, free, operators.comm)]
+    candidates = []
     if rows.shape[1]:
         # what the inertia of the constraint modes bends between the interfaces, statically
-        inertia = apply(operators.mass, constraint)
+        inertia = apply(operators.mass, _apart(operators, constraint))
         candidates.append(factor.solve(inertia, None)[: len(rows)])
         solved.append(f"inertia corrections of constraint modes: {rows.shape[1]}")
     kept = orders if operators.level == "solid" else None
@@ -138,6 +158,9 @@ def reduction_basis(
         operators, factor, all_rows, shift, modes, kept, free
     )
     solved.append(f"fixed-interface modes at rest: {used}")
+    families = 1 if kept is None else 2
+    if len(fixed) < families * modes:
+        solved.append(f"of the {families * modes} modes asked for the mesh has {len(fixed)}")
     candidates.append(at_rest)
     if _prestress_matters(operators, at_rest, maximum_speed_rad_s):
         for speed in (*speeds_between_rad_s, maximum_speed_rad_s):
@@ -150,7 +173,12 @@ def reduction_basis(
                 continue
             stiffness = _spinning_stiffness(operators, speed)
             spinning = _factor(operators, stiffness, all_rows, shift)
-            _refuse_instability(spinning, speed)
+            negative = spinning.indefinite_count
+            if free.shape[1]:
+                # the shift of a body with free motions lifts what has just lost its stiffness
+                negative = negative_count(operators, stiffness, all_rows, free)
+                solved.append(f"count of negative stiffness at {named}: 1 factorisation")
+            refuse_instability(operators, negative, speed, free)
             _, at_speed, used, _, _ = _interior_modes(
                 operators, spinning, all_rows, shift, modes, kept, free
             )
@@ -158,37 +186,19 @@ def reduction_basis(
             stiffness.destroy()
             solved += [f"factorisation at {named}", f"fixed-interface modes at {named}: {used}"]
             candidates.append(at_speed)
-    interior, eigenvalues = merged(operators, candidates, kept)
+    interior, eigenvalues = merged(operators, free, candidates, kept)
     return Basis(
         vectors=np.hstack([constraint, interior]),
         interface_count=rows.shape[1],
         eigenvalues=eigenvalues,
         fixed_eigenvalues=fixed,
+        fixed_vectors=at_rest,
         omitted_eigenvalue=beyond,
         factor=factor,
         shift=shift,
         free=free,
         solved=tuple(solved),
     )
-
-
-def _refuse_overspeed(operators: BodyOperators, speed: float) -> None:
-    """Linear prestress neglects the change of shape; refuse where that is not small."""
-    strain = operators.hoop_strain * speed**2
-    if strain > MAXIMUM_HOOP_STRAIN:
-        allowed = np.sqrt(MAXIMUM_HOOP_STRAIN / operators.hoop_strain) * 30.0 / np.pi
-        raise ReductionError(
-            f"at {speed * 30.0 / np.pi:.6g} rpm the hoop strain is {strain:.3g}; the prestress is "
-            f"linear and good to {MAXIMUM_HOOP_STRAIN:g}, that is to {allowed:.6g} rpm"
-        )
-
-
-def _refuse_instability(factor: ConstrainedFactor, speed: float) -> None:
-    if factor.indefinite_count > 0:
-        raise ReductionError(
-            f"at {speed * 30.0 / np.pi:.6g} rpm the body has lost its stiffness: K + Ω²(Kσ - S) "
-            f"has {factor.indefinite_count} negative eigenvalues with its interfaces held"
-        )
 
 
 def _unrestrained(operators: BodyOperators, rows: FloatArray) -> FloatArray:
@@ -229,6 +239,17 @@ def _constraint_modes(factor: ConstrainedFactor, count: int, border: int, local:
     return factor.solve(None, values)[:local]
 
 
+def _apart(operators: BodyOperators, constraint: FloatArray) -> FloatArray:
+    """Combinations of the constraint modes that are M-orthogonal.
+
+    Those of interfaces near each other are large and nearly opposite; their sum would be lost.
+    """
+    gram = project(operators.mass, constraint, operators.comm)
+    length = np.sqrt(np.diag(gram))
+    s, q = np.linalg.eigh(symmetric(gram / np.outer(length, length)))
+    return np.asarray(constraint @ (q / np.sqrt(np.maximum(s, _DEPENDENT)) / length[:, None]))
+
+
 def _interior_modes(
     operators: BodyOperators,
     factor: ConstrainedFactor,
@@ -245,24 +266,39 @@ def _interior_modes(
     """
     wanted = modes if orders is None else 2 * modes
     available = operators.mass.getSize()[0] - rows.shape[1] - free.shape[1]
-    count = min(modes + 2 if orders is None else wanted + wanted // 2 + 4, available)
-    found = -1
+    if wanted + _BEYOND > available:
+        families = 1 if orders is None else 2
+        raise ReductionError(
+            f"{modes} fixed-interface modes are asked for, the body can have "
+            f"{max(available - _BEYOND, 0) // families} on this mesh; choose fewer, or a finer mesh"
+        )
+    reachable = available - _UNREACHED
+    count = min(modes + 2 if orders is None else wanted + wanted // 2 + 4, reachable)
+    found, since = 0, count
     while True:
         solve = eigenpairs if operators.level == "solid" else slepc_pairs
         values, vectors = solve(factor, operators.mass, shift=shift, count=count, deflate=free)
         # a space that is used up ends in vectors that break the constraint and have no stiffness
-        real = values > _NO_STIFFNESS * reference_eigenvalue(operators)
+        real = np.abs(values) > _NO_STIFFNESS * reference_eigenvalue(operators)
         values, vectors = values[real], vectors[:, real]
-        every = vectors
+        every, highest = vectors, float(values.max(initial=0.0))
         if orders is not None:
             values, vectors = _of_orders(operators, values, vectors, orders)
-        whole = _whole_clusters(values, wanted)
-        # a coarse mesh mixes the orders of its highest modes: asking for more then brings nothing
-        if whole >= min(wanted, available) or count == available or whole <= found:
+        whole = _whole_clusters(values, wanted, highest)
+        if whole > found:
+            found, since = whole, count
+        # a coarse mesh mixes the orders of its highest modes, more of which bring nothing; but a
+        # thin shell has many modes of other orders before the first one that is wanted
+        spent = count == reachable or (found > 0 and count > _FRUITLESS * since)
+        if whole >= wanted or spent:
             beyond = float(values[min(whole, len(values) - 1)]) if len(values) else 0.0
             return values[:whole], vectors[:, :whole], count, beyond, every
-        found = whole
-        count = min(int(1.6 * count) + 4, available)
+        if found == 0 and count > wanted + _SEARCHED:
+            raise ReductionError(
+                f"none of the {count} lowest fixed-interface modes has one of the circumferential "
+                f"orders {orders}, as in a thin shell; take the harmonic level, which has one order"
+            )
+        count = min(int(1.6 * count) + 4, reachable)
 
 
 def _modes_from_rest(
@@ -277,11 +313,7 @@ def _modes_from_rest(
     """Modes of a solid at speed without another factorisation; None where that is not safe."""
     if orders is None or free.shape[1]:
         return None
-
-    def centrifugal(block: FloatArray) -> FloatArray:
-        stiffening = apply(operators.stress_stiffening, block)
-        return np.asarray(stiffening - apply(operators.spin_softening, block))
-
+    centrifugal = centrifugal_product(operators)
     left = remaining_stiffness(factor, operators.stiffness, centrifugal, free, speed)
     if left < MARGIN:
         return None
@@ -307,17 +339,18 @@ def _modes_from_rest(
     if found is None:
         return None
     values, vectors = _of_orders(operators, found[0], found[1], orders)
-    return vectors[:, : _whole_clusters(values, 2 * modes)], found[2]
+    whole = _whole_clusters(values, 2 * modes, float(found[0].max()))
+    return vectors[:, :whole], found[2]
 
 
-def _whole_clusters(values: FloatArray, wanted: int) -> int:
+def _whole_clusters(values: FloatArray, wanted: int, highest: float) -> int:
     """Number of leading modes near the wanted one that cuts no repeated mode in half.
 
-    The last cluster found may lack a member, so it only counts if it is not needed.
+    The last cluster may lack a member unless a mode of another order was found beyond it: `highest`
+    is the highest eigenvalue of all orders.
     """
-    ends = [
-        k for k in range(1, len(values)) if values[k] - values[k - 1] > _CLUSTER * abs(values[k])
-    ]
+    beyond = np.append(values[1:], highest)
+    ends = [k + 1 for k in range(len(values)) if beyond[k] - values[k] > _CLUSTER * abs(beyond[k])]
     enough = [k for k in ends if k >= wanted]
     return enough[0] if enough else (ends[-1] if ends else 0)
 
@@ -329,18 +362,22 @@ def _of_orders(
     squared = project(operators.circulation, vectors, operators.comm)
     gram = project(operators.mass, vectors, operators.comm)
     start = 0
-    rotated = vectors.copy()
-    squares = np.empty(len(values))
+    found, turned = [np.empty(0)], [vectors[:, :0]]
     for stop in range(1, len(values) + 1):
         if stop < len(values) and values[stop] - values[stop - 1] <= _CLUSTER * abs(values[stop]):
             continue
         span = slice(start, stop)
         n2, turn = scipy.linalg.eigh(squared[span, span], gram[span, span])
-        rotated[:, span] = vectors[:, span] @ turn
-        squares[span] = n2
+        for order in sorted(set(orders)):
+            own = turn[:, is_of_order(n2, (order,))]
+            # members of a cluster are near each other, not equal: each gets its own value again
+            own_values, again = np.linalg.eigh(own.T * values[span] @ own)
+            found.append(own_values)
+            turned.append(vectors[:, span] @ own @ again)
         start = stop
-    keep = is_of_order(squares, orders)
-    return values[keep], rotated[:, keep]
+    kept, rotated = np.concatenate(found), np.hstack(turned)
+    rising = np.argsort(kept, kind="stable")
+    return kept[rising], rotated[:, rising]
 
 
 def _spinning_stiffness(operators: BodyOperators, speed: float) -> Any:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solidwhirl.reduction.operators import BodyOperators
+from solidwhirl.reduction.symmetry import LATERAL
 from solidwhirl.reduction.vectors import apply, inner, project, symmetric
 
 FloatArray = NDArray[np.float64]
@@ -17,26 +18,54 @@ _SAME_VECTOR = 3e-4
 _WEIGHTLESS = 1e-12
 # Inertia in the energy of the merge, for rigid motions that are free, over a reference eigenvalue.
 _INERTIA = 1e3
-# A Rayleigh quotient this near to n counts as order n; a mesh mixes orders a little.
-_ORDER_TOLERANCE = 0.25
+# A Rayleigh quotient whose root is this near to n counts as order n; a mesh mixes orders a little.
+# A mesh that is the same after a quarter turn mixes order 0 with order 4, whose J² is 16, and no
+# other order lies between 0 and 1.
+_ORDER_TOLERANCE, _ORDER_ZERO = 0.25, 0.7
+# J² halfway between orders 1 and 3.
+_ODD_HALF = 5.0
 
 
 def is_of_order(squared: FloatArray, orders: tuple[int, ...]) -> NDArray[np.bool_]:
     """Whether Rayleigh quotients of J² belong to one of the circumferential orders."""
     order = np.sqrt(np.maximum(squared, 0.0))
-    return np.any([np.abs(order - n) < _ORDER_TOLERANCE for n in orders], axis=0)  # type: ignore[no-any-return]
+    near = {n: _ORDER_ZERO if n == 0 else _ORDER_TOLERANCE for n in orders}
+    return np.any([np.abs(order - n) < near[n] for n in orders], axis=0)  # type: ignore[no-any-return]
+
+
+def _is_kept(
+    operators: BodyOperators, squared: FloatArray, orders: tuple[int, ...]
+) -> NDArray[np.bool_]:
+    """Whether directions of the basis are of the wanted orders.
+
+    A direction is no mode: in what a coarse mesh mixes of orders 1 and 3 the modes of order 1 have
+    a part, which they would lose. Among fields of odd orders alone the greater part decides.
+    """
+    if orders == (1,) and operators.ingredients.kinematics.symmetry == LATERAL:
+        return squared < _ODD_HALF
+    return is_of_order(squared, orders)
 
 
 def reference_eigenvalue(operators: BodyOperators) -> float:
-    """A small squared frequency: 1e-6 of the ratio of traces, far below the elastic modes."""
-    ratio = operators.stiffness.getDiagonal().sum() / operators.mass.getDiagonal().sum()
-    return float(1e-9 * ratio)
+    """A small squared frequency: 1e-9 of a mean of K_ii/M_ii, far below the elastic modes.
+
+    It is the harmonic mean: one stiff part must not lift it to the modes of the rest.
+    """
+    rates = operators.mass.getDiagonal().array_r / operators.stiffness.getDiagonal().array_r
+    comm = operators.comm
+    return float(1e-9 * comm.allreduce(len(rates)) / comm.allreduce(float(rates.sum())))
 
 
 def merged(
-    operators: BodyOperators, blocks: list[FloatArray], orders: tuple[int, ...] | None
+    operators: BodyOperators,
+    free: FloatArray,
+    blocks: list[FloatArray],
+    orders: tuple[int, ...] | None,
 ) -> tuple[FloatArray, FloatArray]:
     """M-orthonormal interior vectors without duplicates, and their Rayleigh-Ritz eigenvalues.
+
+    The rigid motions that the interfaces leave free, M-orthonormal, come first and as they are:
+    they have no stiffness, and a trace of other vectors would give them some.
 
     Block by block what is new is taken in, in the energy of K and of M times a low eigenvalue: a
     small difference of two vectors can be stiff. On a solid mesh, directions that are not of the
@@ -44,21 +73,25 @@ def merged(
     would come out as modes of no accuracy.
     """
     comm = operators.comm
-    basis = _independent(operators, blocks)
+    f = free.shape[1]
+    basis = _independent(operators, [free, *blocks])[:, f:]
     if not basis.shape[1]:
-        return basis, np.empty(0)
+        return free, np.zeros(f)
+    inertia = apply(operators.mass, free)
     gram = symmetric(project(operators.mass, basis, comm))
     s, q = np.linalg.eigh(gram)
     heavy = s > _WEIGHTLESS * s.max()
     basis = basis @ (q[:, heavy] / np.sqrt(s[heavy]))
     # a second pass takes out the round-off of the first
+    basis -= free @ inner(inertia, basis, comm)
     gram = symmetric(project(operators.mass, basis, comm))
     basis = basis @ np.linalg.inv(np.linalg.cholesky(gram)).T
     if orders is not None:
         squared, turn = np.linalg.eigh(symmetric(project(operators.circulation, basis, comm)))
-        basis = basis @ turn[:, is_of_order(squared, orders)]
+        basis = basis @ turn[:, _is_kept(operators, squared, orders)]
     values, turn = np.linalg.eigh(symmetric(project(operators.stiffness, basis, comm)))
-    return _turned_columns(basis, turn), values
+    basis = np.hstack([free, _turned_columns(basis, turn)])
+    return basis, np.concatenate([np.zeros(f), values])
 
 
 def _independent(operators: BodyOperators, blocks: list[FloatArray]) -> FloatArray:

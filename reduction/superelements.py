@@ -14,12 +14,17 @@ from scipy.sparse.csgraph import connected_components
 from solidwhirl.geometry import Body, MassProperties
 from solidwhirl.reduction.craig_bampton import Basis
 from solidwhirl.reduction.error_forms import joined_forms
+from solidwhirl.reduction.free_motion import rigid_coefficients, without_rigid_force
 from solidwhirl.reduction.kinematics import COMPONENTS
 from solidwhirl.reduction.omitted import Omitted
 from solidwhirl.reduction.operators import BodyOperators
 from solidwhirl.reduction.recovery import recovery_modes
-from solidwhirl.reduction.turning import evenly_turned, turn_generator
-from solidwhirl.reduction.vectors import apply, inner, project, skew, symmetric
+from solidwhirl.reduction.turning import (
+    evenly_turned,
+    evenly_turned_motions,
+    turn_generator,
+)
+from solidwhirl.reduction.vectors import project, skew, symmetric
 from solidwhirl.rotordyn.superelement import Coordinate, InterfaceNode, Superelement
 
 FloatArray = NDArray[np.float64]
@@ -81,25 +86,30 @@ def reduce_block(operators: BodyOperators, basis: Basis, points_m: FloatArray) -
     family = {name: _projection(getattr(operators, name), basis, comm) for name in _MATRICES}
     matrices = {name: symmetric(matrix) for name, matrix in family.items()}
     raw = _projection(operators.gyroscopic, basis, comm)
-    coordinates = _family_coordinates(operators, basis)
-    rigid, present = _rigid_coefficients(operators, basis)
+    rigid, present = rigid_coefficients(operators, basis)
     recovery = recovery_modes(operators, basis, points_m)
     signs = np.ones(n * operators.families)
+    generator: FloatArray | None = np.zeros((n, n))
     if operators.families == 1:
         matrices["gyroscopic"] = skew(raw)
-        lateral = _free_frequencies(operators, basis, matrices, rigid)
+    if operators.harmonic is None:
+        generator, signs = turn_generator(operators, basis, matrices["mass"])
+        matrices = {
+            name: evenly_turned(matrix * np.outer(signs, signs), generator)
+            for name, matrix in matrices.items()
+        }
+        recovery = recovery * signs
+        rigid = evenly_turned_motions(rigid * signs[:, None], generator)
+    matrices["stiffness"] = without_rigid_force(
+        operators, matrices["stiffness"], matrices["mass"], rigid
+    )
+    coordinates = _family_coordinates(operators, basis, matrices["stiffness"])
+    if operators.families == 1:
+        lateral = _free_frequencies(operators, basis, matrices, rigid, signs)
         fixed = np.sqrt(np.maximum(basis.fixed_eigenvalues, 0.0)) / (2.0 * np.pi)
         order = np.arange(n)
-        generator: FloatArray | None = np.zeros((n, n))
-        if operators.harmonic is None:
-            generator, signs = turn_generator(operators, basis, matrices["mass"])
-            matrices = {
-                name: evenly_turned(matrix * np.outer(signs, signs), generator)
-                for name, matrix in matrices.items()
-            }
-            rigid, recovery = rigid * signs[:, None], recovery * signs
     else:
-        lateral = np.repeat(_free_frequencies(operators, basis, matrices, rigid), 2)
+        lateral = np.repeat(_free_frequencies(operators, basis, matrices, rigid, signs), 2)
         fixed = np.repeat(np.sqrt(np.maximum(basis.fixed_eigenvalues, 0.0)) / (2.0 * np.pi), 2)
         matrices = {name: np.kron(np.eye(2), matrix) for name, matrix in matrices.items()}
         coupling = np.array([[0.0, 2.0], [-2.0, 0.0]])
@@ -270,47 +280,37 @@ def _projection(matrix: Any, basis: Basis, comm: Any) -> FloatArray:
     return project(matrix, basis.vectors, comm)
 
 
-def _family_coordinates(operators: BodyOperators, basis: Basis) -> list[Coordinate]:
+def _family_coordinates(
+    operators: BodyOperators, basis: Basis, stiffness: FloatArray
+) -> list[Coordinate]:
+    """Interface coordinates, and M-orthonormal modes with their frequencies."""
     out = [
         Coordinate(kind="interface", interface=name, component=c, frequency_hz=0.0)  # type: ignore[arg-type]
         for name, c in operators.coupling.coordinates
     ]
-    for value in basis.eigenvalues:
-        f = float(np.sqrt(max(value, 0.0)) / (2.0 * np.pi))
+    for value in np.diag(stiffness)[basis.interface_count :]:
+        f = float(np.sqrt(max(float(value), 0.0)) / (2.0 * np.pi))
         out.append(Coordinate(kind="modal", interface="", component="q", frequency_hz=f))
     return out
 
 
-def _rigid_coefficients(
-    operators: BodyOperators, basis: Basis
-) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Reduced coordinates of the rigid motions about the origin, by least squares in M."""
-    comm = operators.comm
-    n = basis.vectors.shape[1]
-    rigid, present = np.zeros((n, 6)), np.zeros(6, dtype=bool)
-    weighted = apply(operators.mass, basis.vectors)
-    gram = symmetric(inner(basis.vectors, weighted, comm))
-    for component, motion in operators.rigid_motions.items():
-        k = COMPONENTS.index(component)
-        fit = np.linalg.solve(gram, inner(weighted, motion[:, None], comm)[:, 0])
-        missing = motion - basis.vectors @ fit
-        weight = apply(operators.mass, np.column_stack([missing, motion]))
-        size = np.diag(inner(np.column_stack([missing, motion]), weight, comm))
-        if size[0] < 1e-12 * size[1]:
-            rigid[:, k], present[k] = fit, True
-    return rigid, present
-
-
 def _free_frequencies(
-    operators: BodyOperators, basis: Basis, matrices: Mapping[str, FloatArray], rigid: FloatArray
+    operators: BodyOperators,
+    basis: Basis,
+    matrices: Mapping[str, FloatArray],
+    rigid: FloatArray,
+    signs: FloatArray,
 ) -> FloatArray:
-    """Elastic frequencies of order 1 of the free reduced body at rest [Hz], one family."""
+    """Elastic frequencies of order 1 of the free reduced body at rest [Hz], one family.
+
+    `signs` are those that the coordinates of a solid were given.
+    """
     if operators.harmonic not in (None, 1) or not len(matrices["mass"]):
         return np.empty(0)
     values, vectors = scipy.linalg.eigh(matrices["stiffness"], matrices["mass"])
     elastic = _elastic(vectors, matrices["mass"], rigid)
     if operators.harmonic is None:
-        squared = project(operators.circulation, basis.vectors, operators.comm)
+        squared = project(operators.circulation, basis.vectors * signs, operators.comm)
         order = np.sqrt(np.maximum(np.einsum("ik,ij,jk->k", vectors, squared, vectors), 0.0))
         elastic &= np.abs(order - 1.0) < 0.25
     return np.asarray(np.sqrt(np.maximum(values[elastic], 0.0)) / (2.0 * np.pi))

@@ -62,6 +62,34 @@ def turn_generator(
     return whole * np.outer(signs, signs), signs
 
 
+def evenly_turned_motions(rigid: FloatArray, generator: FloatArray | None) -> FloatArray:
+    """Return the rigid motions of a body of revolution without the rounding that tells x from y.
+
+    Parameters
+    ----------
+    rigid
+        (n, 6) ux, uy, uz, rx, ry, rz in reduced coordinates.
+    generator
+        (n, n) L with entries -1, 0, 1; None leaves the motions as they are.
+
+    Notes
+    -----
+    A turn takes ux to uy and rx to ry: L R = R T, hence R = -L R T, and the mean of both is taken.
+    """
+    if generator is None:
+        return rigid
+    turned = np.zeros((6, 6))
+    turned[1, 0] = turned[4, 3] = 1.0
+    turned[0, 1] = turned[3, 4] = -1.0
+    lateral = np.abs(generator).any(axis=0)
+    out = rigid.copy()
+    even = 0.5 * (rigid - generator @ rigid @ turned)
+    columns = turned.any(axis=0)
+    out[np.ix_(lateral, columns)] = even[np.ix_(lateral, columns)]
+    out[np.ix_(~lateral, columns)] = 0.0
+    return out
+
+
 def evenly_turned(matrix: FloatArray, generator: FloatArray | None) -> FloatArray:
     """Return a matrix of a body of revolution without the rounding that tells x from y.
 

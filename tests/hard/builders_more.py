@@ -1,0 +1,215 @@
+"""Dense matrices of small bodies, mirrored meshes, and elements measured point by point."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse
+import scipy.sparse.linalg
+from builders_body import meshed
+from numpy.typing import NDArray
+
+from solidwhirl.geometry import Body, Material, Section
+from solidwhirl.meshing import Mesh, MeshSize
+from solidwhirl.reduction import ReductionError
+from solidwhirl.reduction.operators import BodyOperators, OperatorEffects, build_operators
+
+FloatArray = NDArray[np.float64]
+
+_LATERAL = ("ux", "uy", "rx", "ry")
+_AXIAL = ("uz", "rz")
+
+
+def material(density_kg_per_m3: float, youngs_modulus_pa: float, name: str = "own") -> Material:
+    """Material with Poisson's ratio 0.3."""
+    return Material(
+        name=name,
+        density_kg_per_m3=density_kg_per_m3,
+        youngs_modulus_pa=youngs_modulus_pa,
+        poissons_ratio=0.3,
+    )
+
+
+def cone(
+    name: str,
+    start_m: float,
+    end_m: float,
+    inner_m: tuple[float, float],
+    outer_m: tuple[float, float],
+    matter: Material,
+) -> Section:
+    """Section of linear radii."""
+    return Section(
+        name=name,
+        start_m=start_m,
+        end_m=end_m,
+        inner_radius_m=inner_m,
+        outer_radius_m=outer_m,
+        material=matter,
+    )
+
+
+def operators_of(body: Body, level: str, size: MeshSize, order: int) -> BodyOperators:
+    """All matrices of one circumferential order; the solid holds all odd orders with order 1."""
+    from mpi4py import MPI
+
+    carried = _LATERAL if order == 1 else _AXIAL
+    effects = OperatorEffects(
+        gyroscopic=False,
+        centrifugal=True,
+        components={i.name: carried for i in body.interfaces},
+        lateral_only=level == "solid" and order == 1,
+    )
+    return build_operators(
+        body,
+        meshed(body, level, size),
+        MPI.COMM_SELF,
+        order=order if level == "harmonic" else None,
+        degree=2,
+        effects=effects,
+    )
+
+
+def sparse(matrix) -> scipy.sparse.csr_matrix:
+    """PETSc matrix as one of scipy."""
+    indptr, indices, data = matrix.getValuesCSR()
+    return scipy.sparse.csr_matrix((data, indices, indptr), shape=matrix.getSize())
+
+
+def dense(matrix) -> FloatArray:
+    """PETSc matrix with all its entries."""
+    return np.asarray(sparse(matrix).toarray())
+
+
+def held_space(operators: BodyOperators) -> FloatArray:
+    """Orthonormal basis of all motions that leave the interfaces where they are, dense."""
+    rows = np.hstack([operators.coupling.rows, operators.coupling.anchors])
+    return scipy.linalg.qr(rows)[0][:, rows.shape[1] :] if rows.shape[1] else np.eye(len(rows))
+
+
+def speed_of_loss_rad_s(body: Body, level: str, size: MeshSize, order: int) -> float:
+    """Speed at which a body, held or free, has lost its stiffness, without the program's solvers.
+
+    Lowest θ of (Kσ - S) x = θ K x by SuperLU and ARPACK; a body without interfaces is held against
+    rigid motions.
+    """
+    operators = operators_of(body, level, size, order)
+    k = sparse(operators.stiffness)
+    rows = np.hstack([operators.coupling.rows, operators.coupling.anchors])
+    if not rows.shape[1]:
+        rigid = np.column_stack(list(operators.rigid_motions.values()))
+        rows = sparse(operators.mass) @ rigid
+    scale = k.diagonal().mean()
+    border = scipy.sparse.csr_matrix(rows / np.linalg.norm(rows, axis=0) * scale)
+    whole = scipy.sparse.bmat([[k, border], [border.T, None]], format="csc")
+    factor = scipy.sparse.linalg.splu(whole)
+    change = sparse(operators.stress_stiffening) - sparse(operators.spin_softening)
+    operators.release()
+    n, b = k.shape[0], rows.shape[1]
+
+    def answer(x: FloatArray) -> FloatArray:
+        return np.asarray(factor.solve(np.concatenate([change @ x, np.zeros(b)]))[:n])
+
+    operator = scipy.sparse.linalg.LinearOperator((n, n), matvec=answer, dtype=float)
+    start = np.random.default_rng(1).standard_normal(n)
+    lowest = scipy.sparse.linalg.eigs(
+        operator, k=2, which="SR", v0=start, ncv=60, tol=1e-10, return_eigenvectors=False
+    ).real.min()
+    return float(np.sqrt(-1.0 / lowest)) if lowest < 0.0 else np.inf
+
+
+def refusal(attempt: Callable[[], object]) -> str:
+    """Message of the refusal; empty if it was not refused."""
+    try:
+        attempt()
+    except ReductionError as error:
+        return str(error)
+    return ""
+
+
+def last_rpm(message: str) -> float:
+    """Last speed that a message states; not a number if it states none."""
+    found = re.findall(r"([0-9.e+]+) rpm", message)
+    return float(found[-1]) if found else float("nan")
+
+
+def mirrored(half: Mesh, matter: Material) -> Mesh:
+    """Mesh of a body on both sides of z = 0 from that of the side z >= 0.
+
+    Parameters
+    ----------
+    half
+        Meridian or solid mesh of one material; its interfaces lie in z = 0.
+    matter
+        Material of the side z < 0.
+    """
+    axial = 0 if half.dimension == 2 else 2
+    shared = half.points[:, axial] == 0.0
+    number = np.arange(len(half.points))
+    number[~shared] = len(half.points) + np.arange(np.count_nonzero(~shared))
+    other = half.points[~shared].copy()
+    other[:, axial] *= -1.0
+    # a reflection exchanges two corners and the edge nodes that go with them, gmsh's order
+    turned = [0, 2, 1, 5, 4, 3] if half.dimension == 2 else [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]
+    return replace(
+        half,
+        points=np.vstack([half.points, other]),
+        cells=np.vstack([half.cells, number[half.cells][:, turned]]),
+        cell_section=np.concatenate([half.cell_section, half.cell_section]),
+        cell_material=np.concatenate([half.cell_material, np.ones_like(half.cell_material)]),
+        materials=(half.materials[0], matter),
+        outline=np.unique(np.concatenate([half.outline, number[half.outline]])),
+    )
+
+
+def _second_order(bary: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Shape functions (p, nodes) and their derivatives (p, nodes, d) in gmsh's order of nodes."""
+    d = bary.shape[1] - 1
+    edges = {2: "01 12 20", 3: "01 12 20 30 23 13"}[d].split()
+    slope = np.vstack([-np.ones(d), np.eye(d)])
+    shapes = [bary[:, i] * (2.0 * bary[:, i] - 1.0) for i in range(d + 1)]
+    slopes = [(4.0 * bary[:, i, None] - 1.0) * slope[i] for i in range(d + 1)]
+    for i, j in ((int(a), int(b)) for a, b in edges):
+        shapes.append(4.0 * bary[:, i] * bary[:, j])
+        slopes.append(4.0 * (bary[:, i, None] * slope[j] + bary[:, j, None] * slope[i]))
+    return np.stack(shapes, axis=1), np.stack(slopes, axis=1)
+
+
+def _lattice(dimension: int, parts: int) -> FloatArray:
+    """All points of a simplex whose barycentric coordinates are multiples of 1/parts."""
+    grid = np.indices((parts + 1,) * (dimension + 1)).reshape(dimension + 1, -1).T
+    return np.asarray(grid[grid.sum(axis=1) == parts] / parts)
+
+
+def smallest_jacobians(mesh: Mesh) -> FloatArray:
+    """Smallest Jacobian of each element over a lattice of points, corners and edges included."""
+    slopes = _second_order(_lattice(mesh.dimension, 5))[1]
+    x = mesh.points[mesh.cells]
+    out = np.full(len(x), np.inf)
+    for slope in slopes:
+        out = np.minimum(out, np.linalg.det(np.einsum("cnd,ne->cde", x, slope)))
+    return out
+
+
+def volume_moment(mesh: Mesh) -> float:
+    """Volume of the solid that a mesh stands for, with products of Gauss points collapsed."""
+    d = mesh.dimension
+    x, weight = np.polynomial.legendre.leggauss(3)
+    x, weight = 0.5 * (x + 1.0), 0.5 * weight
+    total, corners = 0.0, mesh.points[mesh.cells]
+    for index in np.ndindex(*(3,) * d):
+        left, factor, bary = 1.0, 1.0, []
+        for i in index:
+            bary.append(left * x[i])
+            factor *= weight[i] * left
+            left *= 1.0 - x[i]
+        point = np.array([[left, *bary]])
+        shape, slope = _second_order(point)
+        jacobian = np.linalg.det(np.einsum("cnd,ne->cde", corners, slope[0]))
+        radius = 2.0 * np.pi * corners[:, :, 1] @ shape[0] if d == 2 else 1.0
+        total += factor * float((jacobian * radius).sum())
+    return total

@@ -1,0 +1,307 @@
+"""Tiny fillets, slices, steps and interfaces that nearly touch, folded elements, other units."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from itertools import pairwise
+
+import numpy as np
+from builders_body import STEEL, FloatArray, even, free_hz, meshed, plane, reduced, section, tube
+from numpy.typing import NDArray
+from table import HardCase
+
+from solidwhirl.geometry import Body, Interface, Section
+from solidwhirl.meshing import MeshSize
+from solidwhirl.meshing.quality import scaled_jacobians, straighten
+from solidwhirl.rotordyn import Superelement, check_superelement
+
+GRADED = MeshSize(size_m=0.02, corner_size_m=1e-4, growth=0.7)
+COARSE = MeshSize(size_m=0.1, corner_size_m=0.02, growth=1.0, around=8)
+
+
+def _rotor(*interfaces: Interface, fillet_m: float = 0.0, step_m: float = 0.0) -> Body:
+    """Shaft of radius 0.02 m with a disk; a step of this length on the disk's shoulder."""
+    sections: list[Section] = [
+        section("shaft", 0.0, 0.4, 0.0, 0.02, STEEL),
+        section("disk", 0.145, 0.175, 0.02, 0.15, STEEL),
+    ]
+    if step_m:
+        sections.append(section("step", 0.175, 0.175 + step_m, 0.02, 0.1, STEEL))
+    return Body(
+        name="rotor",
+        sections=tuple(sections),
+        interfaces=interfaces,
+        fillet_radius_m=fillet_m,
+    )
+
+
+def _tiny_fillet() -> float:
+    """Fillets of 1e-3 of the shaft's radius against sharp corners with elements of their size."""
+    size = MeshSize(size_m=0.02, corner_size_m=2e-5, growth=0.5)
+    found = [
+        free_hz(_rotor(fillet_m=r), "harmonic", size, components=(), degree=3, modes=2)[0]
+        for r in (0.0, 2e-5)
+    ]
+    return abs(float(found[1] / found[0]) - 1.0)
+
+
+def _slices(level: str, part: float) -> float:
+    """Shaft cut into slices of this part of its neighbours, against the shaft in one piece."""
+    length, radius = 0.4, 0.02
+    size = even(0.02) if level == "harmonic" else even(0.1, 8)
+    ends = np.array([0.0, 0.1, 0.1 + 0.1 * part, 0.2, 0.2 + 0.1 * part, length])
+    pieces = tuple(
+        section(f"part {k}", a, b, 0.0, radius, replace(STEEL, name=f"steel {k % 2}"))
+        for k, (a, b) in enumerate(pairwise(ends))
+    )
+    body = Body(name="slices", sections=pieces)
+    found = free_hz(body, level, size, components=(), modes=2)[0]
+    exact = free_hz(tube(length, 0.0, radius), "harmonic", even(0.01), components=(), degree=4)[0]
+    return abs(float(found / exact) - 1.0)
+
+
+def _step(level: str, part: float) -> float:
+    """A step on a shoulder of this part of the disk's width, against none."""
+    size = GRADED if level == "harmonic" else COARSE
+    degree = 3 if level == "harmonic" else 2
+    found = [
+        free_hz(_rotor(step_m=0.03 * p), level, size, components=(), modes=2, degree=degree)[0]
+        for p in (part, 0.0)
+    ]
+    return abs(float(found[0] / found[1]) - 1.0)
+
+
+def _near_interfaces(level: str, part: float) -> float:
+    """Free bending frequency with two cross-sections this part of the length apart."""
+    element = _with_near_interfaces(level, part)
+    exact = free_hz(tube(0.4, 0.0, 0.02), "harmonic", even(0.01), components=(), degree=4)[0]
+    return abs(float(element.free_frequencies_hz[0] / exact) - 1.0)
+
+
+def _near_invariants(level: str) -> float:
+    """Invariants that fail, with interfaces 1e-3 of the length apart."""
+    found = check_superelement(_with_near_interfaces(level, 1e-3))
+    return float(sum(not i.passed for i in found))
+
+
+def _with_near_interfaces(level: str, part: float) -> Superelement:
+    size = even(0.02) if level == "harmonic" else even(0.1, 8)
+    body = tube(0.4, 0.0, 0.02, plane("a", 0.2), plane("b", 0.2 + part * 0.4))
+    spin = {"maximum_speed_rad_s": 300.0, "centrifugal": True, "gyroscopic": True}
+    return reduced(body, level, size, modes=6, **spin)[0]
+
+
+# Vertex pairs of the edge nodes, by the number of nodes of an element.
+_EDGES = {
+    6: ((0, 1), (1, 2), (2, 0)),
+    10: ((0, 1), (1, 2), (2, 0), (3, 0), (2, 3), (1, 3)),
+}
+
+
+def _smallest_jacobians(points: FloatArray, cells: NDArray[np.int64]) -> FloatArray:
+    """Smallest sampled Jacobian of second-order simplices over that of their straight edges."""
+    d, edges = points.shape[1], _EDGES[cells.shape[1]]
+    inside = np.random.default_rng(0).dirichlet(np.full(d + 1, 0.5), 60)
+    samples = np.vstack([inside, np.eye(d + 1)])
+    bary = np.vstack([-np.ones(d), np.eye(d)])
+    x = points[cells]
+    straight = np.linalg.det(np.einsum("cnd,ne->cde", x[:, : d + 1], bary))
+    out = np.full(len(cells), np.inf)
+    for at in samples:
+        gradient = [(4.0 * at[i] - 1.0) * bary[i] for i in range(d + 1)]
+        gradient += [4.0 * (at[i] * bary[j] + at[j] * bary[i]) for i, j in edges]
+        jacobian = np.einsum("cnd,ne->cde", x, np.array(gradient))
+        out = np.minimum(out, np.linalg.det(jacobian) / straight)
+    return out
+
+
+def _folded(level: str) -> float:
+    """Folded elements left over a sweep of sizes of a rotor with fillets, by sampling.
+
+    At fillets that are small beside the elements gmsh bends edges through the elements.
+    """
+    sizes = (0.02, 0.03, 0.05, 0.08) if level == "harmonic" else (0.02, 0.03)
+    fillets = (0.0005, 0.004, 0.012) if level == "harmonic" else (0.004, 0.012)
+    left, repaired = 0, 0
+    for largest in sizes:
+        for fillet in fillets:
+            size = MeshSize(size_m=largest, corner_size_m=largest, growth=2.0, around=6)
+            mesh = meshed(_rotor(fillet_m=fillet), level, size)
+            left += int(np.sum(_smallest_jacobians(mesh.points, mesh.cells) <= 0.0))
+            repaired += mesh.quality.straightened_elements
+    return float(left) if repaired else np.inf
+
+
+def _bent_element() -> float:
+    """Elements with an edge bent inwards: folded ones taken for good, or left folded."""
+    wrong = 0
+    for bend in np.linspace(0.05, 0.6, 23):
+        points = np.array([[0, 0], [1, 0], [0, 1], [0.5, bend], [0.5, 0.5], [0, 0.5]], dtype=float)
+        cells = np.arange(6)[None, :]
+        folded = _smallest_jacobians(points, cells)[0] <= 0.0
+        wrong += int(folded and scaled_jacobians(points, cells)[0] > 0.0)
+        moved, _ = straighten(points, cells, 0.02)
+        wrong += int(_smallest_jacobians(moved, cells)[0] <= 0.0)
+    return float(wrong)
+
+
+def _slab(level: str) -> float:
+    """A shaft clamped in its middle by a rigid slab: its ends bend as cantilevers."""
+    slab = Interface(name="hub", kind="slab", coupling="rigid", start_m=0.3, end_m=0.5)
+    size = (
+        MeshSize(size_m=0.02, corner_size_m=0.001, growth=0.5)
+        if level == "harmonic"
+        else even(0.1, 8)
+    )
+    body = tube(0.8, 0.0, 0.01, slab)
+    request = {"components": ("ux", "uy", "rx", "ry"), "modes": 2}
+    found = reduced(body, level, size, **request)[0].fixed_interface_frequencies_hz
+    area, inertia, e = np.pi * 1e-4, np.pi * 1e-8 / 4.0, 2e11
+    exact = 1.875104068711961**2 / 0.3**2 * np.sqrt(e * inertia / (7800.0 * area)) / (2.0 * np.pi)
+    return float(np.abs(found[:4] / exact - 1.0).max())
+
+
+def _units(level: str) -> float:
+    """The same rotor with all lengths times 1000 and 1/1000: frequencies times length."""
+    found = []
+    for unit in (1.0, 1e3, 1e-3):
+        parts = [("shaft", 0.0, 0.4, 0.0, 0.05), ("disk", 0.145, 0.175, 0.05, 0.15)]
+        body = Body(
+            name="rotor",
+            sections=tuple(section(n, *(unit * x for x in where), STEEL) for n, *where in parts),
+            interfaces=(plane("a", 0.0), plane("b", 0.4 * unit)),
+        )
+        size = MeshSize(size_m=0.02 * unit, corner_size_m=0.004 * unit, growth=0.8)
+        if level == "solid":
+            size = MeshSize(size_m=0.1 * unit, corner_size_m=0.05 * unit, growth=1.0, around=8)
+        spin = {"maximum_speed_rad_s": 500.0 / unit, "centrifugal": True, "gyroscopic": True}
+        found.append(free_hz(body, level, size, modes=1, **spin) * unit)
+    return max(float(np.abs(f / found[0] - 1.0).max()) for f in found[1:])
+
+
+def _small_body(level: str) -> float:
+    """Bodies of 0.4 m to 4 µm in proportion."""
+    found = []
+    for unit in (1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5):
+        size = even(0.1 * unit, 8)
+        part = tube(0.4 * unit, 0.0, 0.05 * unit, plane("a", 0.1 * unit))
+        found.append(free_hz(part, level, size, modes=1)[0] * unit)
+    return float(np.ptp(found) / found[0])
+
+
+_LEVELS = ("harmonic", "solid")
+_TINY = "elements as small as the detail everywhere, or a detail merged away with its neighbours"
+_NEAR = "nearly parallel constraint modes: rigid motions are lost in rounding"
+_KERNEL = "the geometry kernel takes points nearer than 1e-7 of its unit for one"
+_FOLD = "elements with a negative Jacobian inside pass a test at their corners"
+_CLAMP = "a rigid hub over a length is held at one plane only"
+
+
+def _pair(
+    case: str,
+    elsewhere: str,
+    figure: str,
+    reason: str,
+    limits: tuple[float, float],
+    measure: Callable[[str], float],
+) -> tuple[HardCase, ...]:
+    return tuple(
+        HardCase(
+            case=case,
+            level=level,
+            elsewhere=elsewhere,
+            figure=figure,
+            limit=limit,
+            reason=reason,
+            measure=partial(measure, level),
+        )
+        for level, limit in zip(_LEVELS, limits, strict=True)
+    )
+
+
+CASES = (
+    HardCase(
+        case="fillets of 1e-3 of the shaft's radius",
+        level="harmonic",
+        elsewhere=_TINY,
+        figure="relative difference from sharp corners with elements of that size",
+        limit=2e-4,
+        reason="(2e-5/0.02)^1.09, what a corner of 270° says, is 5e-4 of 0.1",
+        measure=_tiny_fillet,
+    ),
+    *_pair(
+        "slices of 1e-4 of their neighbours' length",
+        _TINY,
+        "relative difference from the shaft in one piece, order 4",
+        "the mesh of the shaft without slices: 2e-5 and 2e-4",
+        (1e-4, 1e-3),
+        partial(_slices, part=1e-4),
+    ),
+    *_pair(
+        "steps that nearly touch, 1e-4 of the disk's width",
+        _TINY,
+        "relative difference from none",
+        "mesh of the corner, 1e-4; solid: corner size 0.02 m, 0.5 %",
+        (2e-4, 1e-2),
+        partial(_step, part=1e-4),
+    ),
+    *_pair(
+        "two interfaces 1e-3 of the length apart",
+        _NEAR,
+        "invariants of the superelement that fail",
+        "none may",
+        (0.0, 0.0),
+        _near_invariants,
+    ),
+    *_pair(
+        "two interfaces 2e-6 of the length apart",
+        _NEAR,
+        "relative error of the free bending frequency",
+        "mesh 2e-4; eps (L/gap)² times 1e3 is 5e-5",
+        (5e-4, 1e-3),
+        partial(_near_interfaces, part=2e-6),
+    ),
+    *_pair(
+        "a rigid slab interface, a tenth of a metre to either side",
+        _CLAMP,
+        "largest relative error of the two cantilevers beside it, four modes",
+        "Euler's beam, L/r = 30; solid: mesh at the clamp",
+        (1e-3, 3e-3),
+        _slab,
+    ),
+    *_pair(
+        "curved elements folded by gmsh",
+        _FOLD,
+        "folded elements left over a sweep of sizes and fillets",
+        "they are straightened, or the mesh is refused",
+        (0.0, 0.0),
+        _folded,
+    ),
+    HardCase(
+        case="an edge bent through its element",
+        level="harmonic",
+        elsewhere=_FOLD,
+        figure="folded elements not found or not repaired, of 23",
+        limit=0.0,
+        reason="the Bernstein bound holds for the whole element",
+        measure=_bent_element,
+    ),
+    *_pair(
+        "all lengths times 1000 and times 1/1000",
+        _KERNEL,
+        "largest relative difference of frequency times length",
+        "eps times the ratio of the mesh's largest eigenvalue to the first",
+        (1e-10, 2e-8),
+        _units,
+    ),
+    *_pair(
+        "bodies from 0.4 m down to 4 µm",
+        _KERNEL,
+        "largest relative difference of frequency times length",
+        "powers of 1000 are the same; in between the mesh differs",
+        (1e-6, 1e-3),
+        _small_body,
+    ),
+)

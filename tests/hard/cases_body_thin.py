@@ -1,0 +1,373 @@
+"""Thin drum, thin disk, needle shaft and solid shaft against closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+from builders_body import (
+    STEEL,
+    even,
+    free_hz,
+    held_hz,
+    nearest_error,
+    reduced,
+    tube,
+)
+from references_body import (
+    free_plate_hz,
+    spinning_plate_hz,
+    timoshenko_free_hz,
+    torsion_hz,
+)
+from table import HardCase
+
+from solidwhirl.meshing import MeshSize
+from solidwhirl.rotordyn.free_body import rigid_centrifugal_energy
+
+# A drum of radius 1 m and wall 1/200 of it, a disk of radius 0.2 m and thickness 1/200 of it.
+# On the solid level the disk is 1/50: a plate of 1/200 takes more tetrahedra than a test may have.
+WALL, DISK, THIN, THICKER = 0.005, 0.2, 0.001, 0.004
+TORSION = float(np.sqrt(2e11 / 2.6 / 7800.0))
+# Flat tetrahedra of 30 times their thickness: one through the wall.
+FLAT = MeshSize(size_m=0.15, corner_size_m=0.15, through_thickness=0.05, around=24)
+FLAT_DISK = MeshSize(size_m=0.03, corner_size_m=0.03, through_thickness=0.2, around=24)
+
+
+def _drum_torsion() -> float:
+    request = {"orders": (0,), "components": (), "modes": 3}
+    found = held_hz(tube(2.0, 1.0 - WALL / 2, 1.0 + WALL / 2), "harmonic", even(0.05), **request)
+    return nearest_error(found, np.array([TORSION / 4.0]))
+
+
+def _drum_bending_energy() -> float:
+    """Rayleigh, no extension, n = 2: ω² = E h² n²(n²-1)² / (12 ρ R⁴ (1-ν²) (n²+1))."""
+    body = tube(0.5, 1.0 - WALL / 2, 1.0 + WALL / 2)
+    found = held_hz(body, "harmonic", even(0.05), orders=(2,), components=(), degree=3, modes=3)
+    squared = 2e11 * WALL**2 * 36.0 / (12.0 * 7800.0 * 0.91 * 5.0)
+    return nearest_error(found[:2], np.array([np.sqrt(squared) / (2.0 * np.pi)]))
+
+
+def _drum_order() -> float:
+    """First lateral shell mode against fourth order on a finer mesh of the meridian."""
+    body = tube(0.5, 1.0 - WALL / 2, 1.0 + WALL / 2)
+    fine = free_hz(body, "harmonic", even(0.02), components=(), degree=4)[0]
+    return abs(float(free_hz(body, "harmonic", even(0.05), components=())[0] / fine) - 1.0)
+
+
+def _drum_balance(level: str) -> float:
+    size = even(0.02) if level == "harmonic" else FLAT
+    body = tube(0.5, 1.0 - WALL / 2, 1.0 + WALL / 2)
+    spin = {"maximum_speed_rad_s": 100.0, "centrifugal": True, "gyroscopic": True}
+    # the lowest modes of a shell have many waves around; any of them will do here
+    waves = (1,) if level == "harmonic" else (1, 3, 5, 7, 9)
+    element = reduced(body, level, size, orders=waves, components=(), modes=1, **spin)[0]
+    return rigid_centrifugal_energy(element)
+
+
+def _hoop_strain(level: str) -> float:
+    """Thin ring: σ = ρ Ω² r² at the mean radius; bore of a flat ring (plane stress) in full."""
+    a, b, nu, speed = 1.0 - WALL / 2, 1.0 + WALL / 2, 0.3, 50.0
+    size = even(WALL / 2) if level == "harmonic" else FLAT
+    body = tube(WALL, a, b)
+    spin = {"maximum_speed_rad_s": speed, "centrifugal": True}
+    strain = reduced(body, level, size, components=(), modes=1, **spin)[1].hoop_strain
+    hoop = 7800.0 * speed**2 / 4.0 * ((3.0 + nu) * b**2 + (1.0 - nu) * a**2)
+    return abs(strain * 2e11 / hoop - 1.0)
+
+
+def _disk(level: str, order: int) -> float:
+    size = even(0.01) if level == "harmonic" else FLAT_DISK
+    thin = THIN if level == "harmonic" else THICKER
+    request = {"orders": (order,), "components": (), "modes": 2, "degree": 2}
+    if level == "harmonic":
+        request |= {"degree": 3, "modes": 3}
+    found = held_hz(tube(thin, 0.0, DISK), level, size, **request)
+    return nearest_error(found[:4], np.array([free_plate_hz(order, DISK, thin, STEEL)]))
+
+
+def _spinning_disk() -> float:
+    speed = 500.0
+    request = {"orders": (0,), "components": (), "modes": 2}
+    spin = {"maximum_speed_rad_s": speed, "centrifugal": True, "gyroscopic": True}
+    element = reduced(tube(THIN, 0.0, DISK), "harmonic", even(0.01), **request, **spin)[0]
+    k = element.stiffness + speed**2 * (element.stress_stiffening - element.spin_softening)
+    values = np.linalg.eigvals(np.linalg.solve(element.mass, k)).real
+    found = np.sqrt(np.maximum(values, 0.0)) / (2.0 * np.pi)
+    return nearest_error(found, np.array([spinning_plate_hz(DISK, THIN, STEEL, speed)]))
+
+
+def _southwell() -> float:
+    """Lamb and Southwell: ω² >= ω_b² + ω_m², ω_m² = (3+ν) Ω² of the membrane (n = 0)."""
+    speed = 500.0
+    bound = (2 * np.pi * free_plate_hz(0, DISK, THIN, STEEL)) ** 2 + 3.3 * speed**2
+    plate = (2 * np.pi * spinning_plate_hz(DISK, THIN, STEEL, speed)) ** 2
+    spin = {"maximum_speed_rad_s": speed, "centrifugal": True}
+    request = {"orders": (0,), "components": (), "modes": 2, "degree": 3}
+    element = reduced(tube(THIN, 0.0, DISK), "harmonic", even(0.01), **request, **spin)[0]
+    k = element.stiffness + speed**2 * (element.stress_stiffening - element.spin_softening)
+    values = np.linalg.eigvals(np.linalg.solve(element.mass, k)).real
+    found = float(values[np.abs(values / plate - 1.0).argmin()])
+    return max(0.0, 1.0 - found / bound) + max(0.0, found / plate - 1.0)
+
+
+NEEDLE = {
+    "harmonic": even(0.02),
+    "solid": MeshSize(size_m=0.04, corner_size_m=0.04, through_thickness=0.3, around=4),
+}
+
+
+def _needle(level: str) -> float:
+    degree = 3 if level == "harmonic" else 2
+    found = free_hz(tube(1.0, 0.0, 0.005), level, NEEDLE[level], components=(), degree=degree)
+    return abs(found[0] / timoshenko_free_hz(1.0, 0.005, STEEL) - 1.0)
+
+
+def _needle_rigid(level: str) -> float:
+    """Largest stiffness of a rigid motion over that of the first elastic mode."""
+    degree = 4 if level == "harmonic" else 2
+    body, size = tube(1.0, 0.0, 0.005), NEEDLE[level]
+    element = reduced(body, level, size, components=(), degree=degree)[0]
+    values = np.linalg.eigvals(np.linalg.solve(element.mass, element.stiffness)).real
+    order = np.sort(np.abs(values))
+    return float(order[3] / order[4])
+
+
+def _needle_torsion() -> float:
+    request = {"orders": (0,), "components": (), "degree": 3}
+    found = held_hz(tube(1.0, 0.0, 0.005), "harmonic", NEEDLE["harmonic"], **request)
+    return nearest_error(found, TORSION * np.arange(1, 3) / 2.0)
+
+
+def _solid_shaft_torsion(level: str) -> float:
+    """All torsional modes below 55 kHz of a cylinder as long as its diameter, with nodes inside."""
+    request = {"orders": (0,), "components": (), "modes": 24, "degree": 4}
+    size, top = even(0.02), 55e3
+    if level == "solid":
+        request |= {"modes": 3, "degree": 2}
+        size, top = even(0.05, 12), 20e3
+    found = held_hz(tube(0.1, 0.0, 0.05), level, size, **request)
+    return nearest_error(found, torsion_hz(0.1, 0.05, STEEL, top))
+
+
+def _solid_shaft_spurious() -> float:
+    """Modes up to 60 kHz that elements of order 4 and 2 do not share, n = 0, 1, 2."""
+    body, odd = tube(0.1, 0.0, 0.05), 0
+    for order in (0, 1, 2):
+        request = {"orders": (order,), "components": (), "modes": 16}
+        few = held_hz(body, "harmonic", even(0.01), degree=2, **request)
+        many = held_hz(body, "harmonic", even(0.015), degree=4, **request)
+        few, many = few[few < 6e4], many[many < 6e4]
+        odd += abs(len(few) - len(many)) if len(few) != len(many) else 0
+        n = min(len(few), len(many))
+        odd += int(np.sum(np.abs(few[:n] / many[:n] - 1.0) > 2e-3))
+    return float(odd)
+
+
+def _solid_shaft_lateral() -> float:
+    """A stocky solid cylinder, n = 1: the solid level against the harmonic one."""
+    body = tube(0.1, 0.0, 0.05)
+    fine = free_hz(body, "harmonic", even(0.02), components=(), degree=4)[:2]
+    found = free_hz(body, "solid", even(0.03, 12), components=(), modes=3)[:2]
+    return float(np.abs(found / fine - 1.0).max())
+
+
+_DRUM = "thin drum, wall 1/200 of the radius"
+_PLATE = "thin disk, 1/200 of the radius"
+_NEEDLE = "needle shaft, length 100 diameters"
+_AXIS = "solid shaft, r = 0 on the axis"
+_FINER = "first order of a shell too coarsely meshed locks"
+_LOCK = "solid elements as thin as a wall lock in bending"
+_SPIN = "stress stiffening and spin softening from different quadratures do not cancel"
+_SIDE = "rounding in a stiff body leaves its rigid motions a stiffness of either sign"
+_ROD = "1/r terms at r = 0 bring infinite entries, or modes that no shaft has"
+
+CASES = (
+    HardCase(
+        case=f"{_DRUM}: torsion",
+        level="harmonic",
+        elsewhere=_FINER,
+        figure="relative error of c/2L",
+        limit=1e-9,
+        reason="the linear twist is in the elements; eigenvalue accuracy",
+        measure=_drum_torsion,
+    ),
+    HardCase(
+        case=f"{_DRUM}: ovalling (n = 2)",
+        level="harmonic",
+        elsewhere=_LOCK,
+        figure="relative error of Rayleigh's inextensional formula",
+        limit=2e-2,
+        reason="the formula neglects the free ends' boundary layer, √(Rh)/L = 14 %",
+        measure=_drum_bending_energy,
+    ),
+    HardCase(
+        case=f"{_DRUM}: lateral shell mode",
+        level="harmonic",
+        elsewhere=_LOCK,
+        figure="relative difference of order 2 from order 4 on a finer mesh",
+        limit=1e-6,
+        reason="ten times the difference measured",
+        measure=_drum_order,
+    ),
+    HardCase(
+        case=f"{_DRUM}: rigid motions at speed",
+        level="harmonic",
+        elsewhere=_SPIN,
+        figure="largest Rᵀ(Kσ-S)R over RᵀSR",
+        limit=1e-11,
+        reason="rounding of the prestress of a shell whose condition is (R/h)²",
+        measure=lambda: _drum_balance("harmonic"),
+    ),
+    HardCase(
+        case=f"{_DRUM}: rigid motions at speed",
+        level="solid",
+        elsewhere=_SPIN,
+        figure="largest Rᵀ(Kσ-S)R over RᵀSR",
+        limit=1e-9,
+        reason="as on the meridian, with flat tetrahedra",
+        measure=lambda: _drum_balance("solid"),
+    ),
+    HardCase(
+        case="thin ring, wall 1/200: hoop stress ρΩ²r²",
+        level="harmonic",
+        elsewhere="stress at element centres misses the bore",
+        figure="relative error at the bore, plane stress",
+        limit=1e-5,
+        reason="(wall/radius)², what plane stress neglects",
+        measure=lambda: _hoop_strain("harmonic"),
+    ),
+    HardCase(
+        case="thin ring, wall 1/200: hoop stress ρΩ²r²",
+        level="solid",
+        elsewhere="facets are no circle: their stress oscillates along the rim",
+        figure="relative error at the bore, plane stress",
+        limit=2e-3,
+        reason="second-order edges of 9° in place of arcs, (9°)⁴ = 6e-4",
+        measure=lambda: _hoop_strain("solid"),
+    ),
+    HardCase(
+        case=f"{_PLATE}: nodal circle (n = 0)",
+        level="harmonic",
+        elsewhere=_LOCK,
+        figure="relative error of Kirchhoff's plate",
+        limit=2e-4,
+        reason="shear and rotary inertia, (h/R)² times 4",
+        measure=lambda: _disk("harmonic", 0),
+    ),
+    HardCase(
+        case=f"{_PLATE}: nodal circle and diameter (n = 1)",
+        level="harmonic",
+        elsewhere=_LOCK,
+        figure="relative error of Kirchhoff's plate",
+        limit=5e-4,
+        reason="shear and rotary inertia, (h/R)² times 20",
+        measure=lambda: _disk("harmonic", 1),
+    ),
+    HardCase(
+        case="thin disk, 1/50 of the radius: nodal circle and diameter (n = 1)",
+        level="solid",
+        elsewhere=_LOCK,
+        figure="relative error of Kirchhoff's plate",
+        limit=5e-2,
+        reason="one flat tetrahedron of second order, six times as long as thick",
+        measure=lambda: _disk("solid", 1),
+    ),
+    HardCase(
+        case=f"{_PLATE}: spinning at nine times its frequency at rest",
+        level="harmonic",
+        elsewhere="bending alone, or stress without the plate's bending",
+        figure="relative error of a Ritz solution of the spinning plate",
+        limit=2e-4,
+        reason="as for the plate at rest",
+        measure=_spinning_disk,
+    ),
+    HardCase(
+        case=f"{_PLATE}: Lamb and Southwell's bound",
+        level="harmonic",
+        elsewhere="stiffening computed from a coarse stress falls below the bound",
+        figure="relative part of ω² below ω_b² + (3+ν)Ω² or above the Ritz solution",
+        limit=2e-4,
+        reason="as for the plate at rest",
+        measure=_southwell,
+    ),
+    HardCase(
+        case=f"{_NEEDLE}: bending",
+        level="harmonic",
+        elsewhere="elements of the shaft's radius along 200 radii lose digits",
+        figure="relative error of Timoshenko's beam, exact root",
+        limit=2e-5,
+        reason="the beam's shear coefficient, (r/L)² times 1",
+        measure=lambda: _needle("harmonic"),
+    ),
+    HardCase(
+        case=f"{_NEEDLE}: bending",
+        level="solid",
+        elsewhere="elements of the shaft's radius along 200 radii lose digits",
+        figure="relative error of Timoshenko's beam, exact root",
+        limit=1e-3,
+        reason="four tetrahedra around the circumference, five times the error measured",
+        measure=lambda: _needle("solid"),
+    ),
+    HardCase(
+        case=f"{_NEEDLE}: torsion",
+        level="harmonic",
+        elsewhere="elements of the shaft's radius along 200 radii lose digits",
+        figure="relative error of n c/2L, n = 1 and 2",
+        limit=1e-8,
+        reason="third order, 130 elements for a wave",
+        measure=_needle_torsion,
+    ),
+    HardCase(
+        case=f"{_NEEDLE}: rigid motions",
+        level="harmonic",
+        elsewhere=_SIDE,
+        figure="largest stiffness of a rigid motion over that of the first elastic mode",
+        limit=1e-12,
+        reason="rounding of reduced matrices",
+        measure=lambda: _needle_rigid("harmonic"),
+    ),
+    HardCase(
+        case=f"{_NEEDLE}: rigid motions",
+        level="solid",
+        elsewhere=_SIDE,
+        figure="largest stiffness of a rigid motion over that of the first elastic mode",
+        limit=1e-12,
+        reason="rounding of reduced matrices",
+        measure=lambda: _needle_rigid("solid"),
+    ),
+    HardCase(
+        case=f"{_AXIS}: torsion with and without nodes along r",
+        level="harmonic",
+        elsewhere=_ROD,
+        figure="largest relative error of all exact frequencies below 55 kHz",
+        limit=1e-5,
+        reason="fourth order, ten times the error measured",
+        measure=lambda: _solid_shaft_torsion("harmonic"),
+    ),
+    HardCase(
+        case=f"{_AXIS}: torsion",
+        level="solid",
+        elsewhere=_ROD,
+        figure="relative error of c/2L",
+        limit=3e-3,
+        reason="five times the error measured, 12 edges around",
+        measure=lambda: _solid_shaft_torsion("solid"),
+    ),
+    HardCase(
+        case=f"{_AXIS}: no spurious modes, n = 0, 1, 2",
+        level="harmonic",
+        elsewhere=_ROD,
+        figure="modes below 60 kHz in which orders 2 and 4 differ by more than 0.2 %",
+        limit=0.0,
+        reason="a mode of the axis alone moves with the mesh",
+        measure=_solid_shaft_spurious,
+    ),
+    HardCase(
+        case=f"{_AXIS}: lateral motion",
+        level="solid",
+        elsewhere=_ROD,
+        figure="largest relative difference from the harmonic level, two modes",
+        limit=5e-3,
+        reason="five times the error measured, 12 edges around",
+        measure=_solid_shaft_lateral,
+    ),
+)

@@ -1,0 +1,331 @@
+"""Numbers of modes, free bodies, and two equal units at the ends of one shaft."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+import scipy.linalg
+from builders_body import STEEL, even, meshed, plane, reduced, section, tube
+from builders_more import (
+    dense,
+    held_space,
+    material,
+    mirrored,
+    operators_of,
+    refusal,
+    sparse,
+)
+from table import HardCase
+
+from solidwhirl.geometry import Body
+from solidwhirl.meshing import MeshSize
+from solidwhirl.reduction import ReductionRequest, ReductionWork, reduce_body
+from solidwhirl.rotordyn import Superelement
+from solidwhirl.rotordyn.free_body import rigid_centrifugal_energy
+
+SPLIT = 1e-9
+ALL = ("ux", "uy", "uz", "rx", "ry", "rz")
+SHAFT = {
+    "harmonic": even(0.02),
+    "solid": MeshSize(size_m=0.05, corner_size_m=0.05, around=4),
+}
+RING = tube(0.04, 0.03, 0.05, plane("end", 0.0))
+FEW_UNKNOWNS = {
+    "harmonic": even(0.02),
+    "solid": MeshSize(size_m=0.06, corner_size_m=0.06, around=4, through_thickness=0.5),
+}
+DUMBBELL = {
+    "harmonic": even(0.02),
+    "solid": MeshSize(size_m=0.05, corner_size_m=0.05, around=8, through_thickness=0.5),
+}
+
+
+def _held_shaft(level: str, modes: int) -> Superelement:
+    body = tube(0.5, 0.0, 0.02, plane("left", 0.05), plane("right", 0.45))
+    return reduced(body, level, SHAFT[level], modes=modes)[0]
+
+
+def _one_mode(level: str) -> float:
+    """First free frequency with one mode against twelve; inf if there is not one pair."""
+    few, many = _held_shaft(level, 1), _held_shaft(level, 12)
+    if len(few.fixed_interface_frequencies_hz) != 2:
+        return np.inf
+    return float(few.free_frequencies_hz[0] / many.free_frequencies_hz[0] - 1.0)
+
+
+def _cut_pairs() -> float:
+    """Solid with all motions: held modes that are lateral and do not come in pairs.
+
+    Which ones are lateral is known from a solution for lateral motion alone.
+    """
+    body, alone = tube(0.5, 0.0, 0.02, plane("end", 0.1)), 0
+    lateral = reduced(body, "solid", SHAFT["solid"], modes=8)[0].fixed_interface_frequencies_hz
+    for modes in (1, 2, 3, 4):
+        request = {"orders": (0, 1), "components": ALL, "modes": modes}
+        element = reduced(body, "solid", SHAFT["solid"], **request)[0]
+        held = element.fixed_interface_frequencies_hz
+        pairs = np.array([np.sum(np.abs(held / f - 1.0) < SPLIT) for f in held])
+        known = np.array([np.abs(lateral / f - 1.0).min() < 1e-6 for f in held])
+        alone += int(np.sum(pairs[known] != 2)) + int(len(held) < 2 * modes)
+    return float(alone)
+
+
+@lru_cache(maxsize=2)
+def _many(modes: int) -> Superelement:
+    return reduced(tube(0.2, 0.03, 0.05), "harmonic", even(0.01), components=(), modes=modes)[0]
+
+
+def _free_values(element: Superelement) -> np.ndarray:
+    """Squared frequencies, without the four zeros of rigid motion."""
+    return np.asarray(scipy.linalg.eigh(element.stiffness, element.mass, eigvals_only=True)[4:])
+
+
+def _five_hundred_lowest() -> float:
+    few, many = _free_values(_many(40))[:40], _free_values(_many(500))[:40]
+    return float(np.abs(np.sqrt(few / many) - 1.0).max())
+
+
+def _five_hundred_all() -> float:
+    """All 500 modes against the eigenvalues of the dense matrices of the same mesh."""
+    operators = operators_of(tube(0.2, 0.03, 0.05), "harmonic", even(0.01), 1)
+    k, m = dense(operators.stiffness), dense(operators.mass)
+    operators.release()
+    exact = scipy.linalg.eigh(k, m, eigvals_only=True)[2:502]
+    found = _many(500).fixed_interface_frequencies_hz[::2]
+    if len(found) < 500:
+        return np.inf
+    return float(np.abs(2.0 * np.pi * found[:500] / np.sqrt(exact) - 1.0).max())
+
+
+def _not_refused(level: str) -> float:
+    operators = operators_of(RING, level, FEW_UNKNOWNS[level], 1)
+    space = held_space(operators).shape[1]
+    operators.release()
+    # the unknowns of a solid hold both modes of a pair
+    most = space if level == "harmonic" else space // 2
+    asked = (most + 1, most + 2, 2 * most, 10 * most, 10**9)
+    return float(
+        sum(
+            not refusal(lambda n=n: reduced(RING, level, FEW_UNKNOWNS[level], modes=n))
+            for n in asked
+        )
+    )
+
+
+def _stated_number() -> float:
+    """Whether the number of modes that a refusal allows is refused as well."""
+    text = refusal(lambda: reduced(RING, "harmonic", FEW_UNKNOWNS["harmonic"], modes=10**6))
+    allowed = int(text.split("can have ")[1].split()[0])
+    request = {"modes": allowed}
+    return float(
+        bool(refusal(lambda: reduced(RING, "harmonic", FEW_UNKNOWNS["harmonic"], **request)))
+    )
+
+
+@lru_cache(maxsize=8)
+def _spinning(level: str, planes: int) -> Superelement:
+    body = tube(0.5, 0.01, 0.02, *[plane("only", 0.1)][:planes])
+    spin = {"maximum_speed_rad_s": 1000.0, "centrifugal": True, "gyroscopic": True}
+    return reduced(body, level, SHAFT[level], **spin)[0]
+
+
+def _rigid_energy(level: str) -> float:
+    """Largest over a body without interface and with one; inf if a rigid motion is missing."""
+    elements = [_spinning(level, planes) for planes in (0, 1)]
+    if any(np.count_nonzero(e.rigid_body_present) != 4 for e in elements):
+        return np.inf
+    return max(rigid_centrifugal_energy(element) for element in elements)
+
+
+def _rigid_force(level: str) -> float:
+    """|K R| on the mesh over what each entry of K does alone."""
+    operators = operators_of(tube(0.5, 0.01, 0.02), level, SHAFT[level], 1)
+    k = sparse(operators.stiffness)
+    motions = np.column_stack(list(operators.rigid_motions.values()))
+    operators.release()
+    return float(np.max(np.abs(k @ motions).max(axis=0) / (abs(k) @ np.abs(motions)).max(axis=0)))
+
+
+@lru_cache(maxsize=16)
+def _dumbbell(level: str, heavier: float, modes: int) -> tuple[Superelement, ReductionWork]:
+    """Two halves that a rigid cross-section in the middle parts; the left one is heavier."""
+    from mpi4py import MPI
+
+    other = material(STEEL.density_kg_per_m3 * (1.0 + heavier), STEEL.youngs_modulus_pa)
+    right = (section("s", 0.0, 0.2, 0.0, 0.01, STEEL), section("d", 0.15, 0.2, 0.01, 0.06, STEEL))
+    left = (section("t", -0.2, 0.0, 0.0, 0.01, other), section("e", -0.2, -0.15, 0.01, 0.06, other))
+    middle = (plane("middle", 0.0, "rigid"),)
+    half = Body(name="dumbbell", sections=right, interfaces=middle)
+    mesh = mirrored(meshed(half, level, DUMBBELL[level]), other)
+    asked = ReductionRequest(
+        level=level,
+        orders=(1,),
+        components=("ux", "uy", "rx", "ry"),
+        degree=2,
+        modes=modes,
+        maximum_speed_rad_s=0.0,
+        gyroscopic=False,
+        centrifugal=False,
+    )
+    body = Body(name="dumbbell", sections=right + left, interfaces=middle)
+    return reduce_body(body, mesh, MPI.COMM_SELF, asked, {})
+
+
+def _split_error(level: str) -> float:
+    """Split of two pairs that differ by 1e-8 against ω ∝ 1/√ρ, in parts of the frequency."""
+    heavier = 2e-8
+    f = _dumbbell(level, heavier, 2)[0].fixed_interface_frequencies_hz[:4]
+    ratios = f[2:, None] / f[None, :2] / np.sqrt(1.0 + heavier) - 1.0
+    return float(np.abs(ratios).max())
+
+
+def _wrong_numbers(level: str) -> float:
+    """Modes that a request of 1, 2 or 3 pairs gets too many or too few: clusters of two pairs."""
+    wrong = 0
+    for heavier, modes, expected in ((0.0, 2, 4), (2e-8, 1, 4), (2e-8, 3, 8)):
+        found = _dumbbell(level, heavier, modes)[0].fixed_interface_frequencies_hz
+        wrong += abs(len(found) - expected)
+    return float(wrong)
+
+
+def _failed_checks(level: str) -> float:
+    checks = [c for eps in (0.0, 2e-8, 2e-6) for c in _dumbbell(level, eps, 2)[1].checks]
+    return float(sum(c.passed is False for c in checks))
+
+
+_LEVELS = ("harmonic", "solid")
+_UNITS = "two equal units on one shaft"
+_DOUBLE = "modes of one cluster are cut apart, mixed, or one of them is missed"
+
+CASES = (
+    *(
+        HardCase(
+            case="one mode: first free frequency",
+            level=level,
+            elsewhere="one mode without what the others do statically is several per cent off",
+            figure="relative distance from that of 12 modes; inf if its pair is not whole",
+            limit=1e-6,
+            reason="what inertia corrections leave, ten times the distance measured",
+            measure=lambda level=level: _one_mode(level),
+        )
+        for level in _LEVELS
+    ),
+    HardCase(
+        case="1 to 4 modes of all circumferential orders",
+        level="solid",
+        elsewhere="a list that is cut after so many modes ends in half of a double mode",
+        figure="lateral modes without a partner within 1e-9, and modes too few",
+        limit=0.0,
+        reason="pairs are kept whole",
+        measure=_cut_pairs,
+    ),
+    HardCase(
+        case="500 modes: the lowest 40",
+        level="harmonic",
+        elsewhere="modes of high order lose orthogonality and bring copies of low ones",
+        figure="largest relative difference from a basis of 40 modes",
+        limit=1e-9,
+        reason="same frequencies; accuracy of the solution",
+        measure=_five_hundred_lowest,
+    ),
+    HardCase(
+        case="500 modes: all of them",
+        level="harmonic",
+        elsewhere="iterations leave out modes, and no one counts them",
+        figure="largest relative difference from all eigenvalues of the dense matrices",
+        limit=1e-9,
+        reason="same matrices; accuracy of both solutions",
+        measure=_five_hundred_all,
+    ),
+    *(
+        HardCase(
+            case="more modes than a ring of few elements has",
+            level=level,
+            elsewhere="fewer modes, or modes of rounding, are returned without a word",
+            figure="requests of 5 that are not refused",
+            limit=0.0,
+            reason="refused from the first mode that the mesh can not have",
+            measure=lambda level=level: _not_refused(level),
+        )
+        for level in _LEVELS
+    ),
+    HardCase(
+        case="as many modes as the refusal of more allows",
+        level="harmonic",
+        elsewhere="the last modes of a space do not converge",
+        figure="requests of 1 that are refused",
+        limit=0.0,
+        reason="what a message allows has to work",
+        measure=_stated_number,
+    ),
+    *(
+        HardCase(
+            case=f"no interface and one interface: {name}",
+            level=level,
+            elsewhere="rounding leaves rigid motions of a stiff body a stiffness of either sign",
+            figure=figure,
+            limit=limit,
+            reason="exactly zero; rounding",
+            measure=lambda level=level, measure=measure: measure(level),
+        )
+        for level in _LEVELS
+        for name, figure, limit, measure in (
+            ("K R = 0 on the mesh", "largest |K R| over that of |K| |R|", 1e-13, _rigid_force),
+            (
+                "Rᵀ(Kσ-S)R = 0 at the top speed",
+                "largest entry over that of RᵀSR",
+                1e-12,
+                _rigid_energy,
+            ),
+        )
+    ),
+    *(
+        HardCase(
+            case=f"{_UNITS}, heavier by 2e-8: split of their modes",
+            level=level,
+            elsewhere=_DOUBLE,
+            figure="distance from ω ∝ 1/√ρ, in parts of the frequency; the split is 1e-8",
+            limit=1e-9,
+            reason="a tenth of the split; rounding of K over the first eigenvalue is 1e-10",
+            measure=lambda level=level: _split_error(level),
+        )
+        for level in _LEVELS
+    ),
+    *(
+        HardCase(
+            case=f"{_UNITS}, alike or heavier by 2e-8: number of modes",
+            level=level,
+            elsewhere=_DOUBLE,
+            figure="modes too many or too few for requests of 1, 2 and 3 pairs",
+            limit=0.0,
+            reason="two pairs in each cluster, kept whole",
+            measure=lambda level=level: _wrong_numbers(level),
+        )
+        for level in _LEVELS
+    ),
+    *(
+        HardCase(
+            case=f"{_UNITS}, alike or heavier by 2e-8 or 2e-6: checks",
+            level=level,
+            elsewhere=_DOUBLE,
+            figure="failed checks of residuals, orthogonality and numbers of modes",
+            limit=0.0,
+            reason="each check passes on a body without defect",
+            measure=lambda level=level: _failed_checks(level),
+        )
+        for level in _LEVELS
+    ),
+    *(
+        HardCase(
+            case=f"{_UNITS}, heavier by 2e-8: orthogonality",
+            level=level,
+            elsewhere=_DOUBLE,
+            figure="largest entry of XᵀMX - 1",
+            limit=5e-13,
+            reason="rounding",
+            measure=lambda level=level: _dumbbell(level, 2e-8, 3)[1].orthogonality_error,
+        )
+        for level in _LEVELS
+    ),
+)
