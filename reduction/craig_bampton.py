@@ -14,10 +14,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy.linalg
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
+from solidwhirl.reduction.clusters import CLUSTER, modes_of_orders, whole_clusters
 from solidwhirl.reduction.constrained import (
     ConstrainedFactor,
     eigenpairs,
@@ -62,8 +62,6 @@ _FRUITLESS = 2.0
 _SEARCHED = 100
 # Least part of constraint modes that rounding leaves of combinations of them.
 _DEPENDENT = 1e-14
-# Modes this near in λ are one cluster: their directions are not determined.
-_CLUSTER = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -283,8 +281,8 @@ def _interior_modes(
         values, vectors = values[real], vectors[:, real]
         every, highest = vectors, float(values.max(initial=0.0))
         if orders is not None:
-            values, vectors = _of_orders(operators, values, vectors, orders)
-        whole = _whole_clusters(values, wanted, highest)
+            values, vectors = modes_of_orders(operators, values, vectors, orders)
+        whole = whole_clusters(values, wanted, highest)
         if whole > found:
             found, since = whole, count
         # a coarse mesh mixes the orders of its highest modes, more of which bring nothing; but a
@@ -331,53 +329,16 @@ def _modes_from_rest(
         of_order = np.flatnonzero(is_of_order(squared, orders))
         out = np.zeros(len(values), dtype=bool)
         if len(of_order):
-            last = values[of_order[: 2 * modes][-1]] * (1.0 + _CLUSTER)
+            last = values[of_order[: 2 * modes][-1]] * (1.0 + CLUSTER)
             out[of_order[values[of_order] <= last]] = True
         return out
 
     found = modes_at_speed(body, at_rest, wanted)
     if found is None:
         return None
-    values, vectors = _of_orders(operators, found[0], found[1], orders)
-    whole = _whole_clusters(values, 2 * modes, float(found[0].max()))
+    values, vectors = modes_of_orders(operators, found[0], found[1], orders)
+    whole = whole_clusters(values, 2 * modes, float(found[0].max()))
     return vectors[:, :whole], found[2]
-
-
-def _whole_clusters(values: FloatArray, wanted: int, highest: float) -> int:
-    """Number of leading modes near the wanted one that cuts no repeated mode in half.
-
-    The last cluster may lack a member unless a mode of another order was found beyond it: `highest`
-    is the highest eigenvalue of all orders.
-    """
-    beyond = np.append(values[1:], highest)
-    ends = [k + 1 for k in range(len(values)) if beyond[k] - values[k] > _CLUSTER * abs(beyond[k])]
-    enough = [k for k in ends if k >= wanted]
-    return enough[0] if enough else (ends[-1] if ends else 0)
-
-
-def _of_orders(
-    operators: BodyOperators, values: FloatArray, vectors: FloatArray, orders: tuple[int, ...]
-) -> tuple[FloatArray, FloatArray]:
-    """Modes of the wanted circumferential orders, by the Rayleigh quotient of J²."""
-    squared = project(operators.circulation, vectors, operators.comm)
-    gram = project(operators.mass, vectors, operators.comm)
-    start = 0
-    found, turned = [np.empty(0)], [vectors[:, :0]]
-    for stop in range(1, len(values) + 1):
-        if stop < len(values) and values[stop] - values[stop - 1] <= _CLUSTER * abs(values[stop]):
-            continue
-        span = slice(start, stop)
-        n2, turn = scipy.linalg.eigh(squared[span, span], gram[span, span])
-        for order in sorted(set(orders)):
-            own = turn[:, is_of_order(n2, (order,))]
-            # members of a cluster are near each other, not equal: each gets its own value again
-            own_values, again = np.linalg.eigh(own.T * values[span] @ own)
-            found.append(own_values)
-            turned.append(vectors[:, span] @ own @ again)
-        start = stop
-    kept, rotated = np.concatenate(found), np.hstack(turned)
-    rising = np.argsort(kept, kind="stable")
-    return kept[rising], rotated[:, rising]
 
 
 def _spinning_stiffness(operators: BodyOperators, speed: float) -> Any:

@@ -17,8 +17,6 @@ from solidwhirl.scene_file import scene_hash
 from solidwhirl.versions import package_versions
 
 Progress = Callable[[str], None]
-# PETSC_ERR_USER_INPUT: more eigenvalues are asked for than the matrix has.
-_WRONG_REQUEST = 95
 # Modes to begin with where the error estimate decides, and where nothing does.
 _FIRST_MODES, _MODES_UNSEEN = 4, 12
 
@@ -204,13 +202,8 @@ def reduce_meshed(
     record = _provenance(scene, own, chosen, mesh) if mesh is not None else None
     try:
         element, work = reduce_body(body, mesh, comm, request, comm.bcast(record))
-    except RuntimeError as error:
-        if getattr(error, "ierr", None) != _WRONG_REQUEST:
-            raise
-        raise ReductionError(
-            f"bodies.{body.name}.modes: {request.modes} (its own, or that of [model]) are more "
-            "than the eigenvalue solver can find on its mesh; choose fewer, or a finer mesh"
-        ) from error
+    except ReductionError as error:
+        raise ReductionError(f"bodies.{body.name}: {error}") from error
     if mesh is None:
         return None
     return BodyResult(
