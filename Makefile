@@ -2,6 +2,7 @@
 SCENE ?= ferraris
 OUT ?= out/$(SCENE)
 NP ?= 1
+JOBS ?= 2
 BIN := .venv/bin
 export OPENBLAS_NUM_THREADS := 1
 # ranks on one machine: allow root and more ranks than cores, and let waiting ranks sleep
@@ -22,8 +23,8 @@ pipeline: setup ## run a scene end to end (SCENE=ferraris OUT=out/ferraris NP=1)
 	@if [ $(NP) = 1 ]; then $(BIN)/solidwhirl run scenes/$(SCENE).toml --out $(OUT); \
 	else mpirun -n $(NP) $(BIN)/solidwhirl run scenes/$(SCENE).toml --out $(OUT); fi
 
-test: setup ## run the tests
-	@$(BIN)/python -m pytest -m "not verify"
+test: setup ## run the tests (on JOBS=2 cores)
+	@$(BIN)/python -m pytest -m "not verify" -n $(JOBS) --dist worksteal
 
 check: setup ## lint, format, types and import rules
 	@$(BIN)/ruff check .

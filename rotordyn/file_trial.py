@@ -70,7 +70,8 @@ def refuse_harmful(path: Path, read: Callable[[Path], object]) -> None:
 
     Notes
     -----
-    Where processes can't be forked (Windows) nothing is tried.
+    Where processes can't be forked (Windows, or a program that has taken more address space than
+    the system would grant twice) nothing is tried.
     """
     if not hasattr(os, "fork"):
         return
@@ -78,7 +79,11 @@ def refuse_harmful(path: Path, read: Callable[[Path], object]) -> None:
     seconds = _FIRST_S + int(_S_PER_BYTE * size)
     source, sink = os.pipe()
     try:
-        child = _fork()
+        try:
+            child = _fork()
+        except OSError:
+            os.close(source)
+            return
         if child == 0:
             _try(path, read, sink, seconds, _FIRST_BYTES + _BYTES_PER_BYTE * size)
     finally:

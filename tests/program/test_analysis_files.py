@@ -192,7 +192,7 @@ def test_nothing_is_overwritten(analyses):
         results = run(engine(), *analyses)
     except ValueError:
         return
-    assert len(results.timings_s) == 4 + len(analyses)
+    assert len(results.timings_s) == 5 + len(analyses)
     files = [name for entry in results.analyses.values() for name in entry.files]
     assert len({*files, "campbell.png"}) == 1 + len(files)
     pictures = {"unbalance_response": 3, "place_map": 1, "mode_shapes": 4, "rotating_campbell": 1}
