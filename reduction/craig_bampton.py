@@ -142,7 +142,7 @@ def reduction_basis(
     free = _unrestrained(operators, all_rows)
     shift = -reference_eigenvalue(operators) if free.shape[1] else 0.0
     solved = []
-    factor = _factor(operators, operators.stiffness, all_rows, shift)
+    factor = shifted_factor(operators, operators.stiffness, all_rows, shift)
     solved.append("factorisation at rest")
     constraint = _constraint_modes(factor, rows.shape[1], all_rows.shape[1], len(rows))
     candidates = []
@@ -170,7 +170,7 @@ def reduction_basis(
                 candidates.append(at_speed)
                 continue
             stiffness = _spinning_stiffness(operators, speed)
-            spinning = _factor(operators, stiffness, all_rows, shift)
+            spinning = shifted_factor(operators, stiffness, all_rows, shift)
             negative = spinning.indefinite_count
             if free.shape[1]:
                 # the shift of a body with free motions lifts what has just lost its stiffness
@@ -217,15 +217,30 @@ def _unrestrained(operators: BodyOperators, rows: FloatArray) -> FloatArray:
     return motions @ vt[rank:].T
 
 
-def _factor(
+def shifted_factor(
     operators: BodyOperators, stiffness: Any, rows: FloatArray, shift: float
 ) -> ConstrainedFactor:
-    """Factor of the bordered K - shift M."""
+    """Factor of the bordered K - shift M.
+
+    Parameters
+    ----------
+    operators
+        Of the body.
+    stiffness
+        K, at rest or at speed.
+    rows
+        (local, b) constraint rows.
+    shift
+        [1/s²].
+    """
     if shift == 0.0:
         return factorise(stiffness, rows)
     shifted = stiffness.copy()
     shifted.axpy(-shift, operators.mass, _SAME)
-    return factorise(shifted, rows)
+    try:
+        return factorise(shifted, rows)
+    finally:
+        shifted.destroy()
 
 
 def _constraint_modes(factor: ConstrainedFactor, count: int, border: int, local: int) -> FloatArray:

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from solidwhirl.geometry import Body, MassProperties, mass_properties
-from solidwhirl.reduction.constrained import bordered, factorise
-from solidwhirl.reduction.craig_bampton import Basis
+from solidwhirl.reduction.constrained import bordered
+from solidwhirl.reduction.craig_bampton import Basis, shifted_factor
 from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.merging import reference_eigenvalue
 from solidwhirl.reduction.operators import BodyOperators
@@ -151,12 +151,7 @@ def modes_below(operators: BodyOperators, eigenvalue: float) -> int:
         are the border's and these (Sylvester's law of inertia).
     """
     rows = np.hstack([operators.coupling.rows, operators.coupling.anchors])
-    shifted = operators.stiffness.copy()
-    shifted.axpy(-eigenvalue, operators.mass, _SAME)
-    try:
-        factor = factorise(shifted, rows)
-    finally:
-        shifted.destroy()
+    factor = shifted_factor(operators, operators.stiffness, rows, eigenvalue)
     count = factor.indefinite_count
     factor.destroy()
     return count

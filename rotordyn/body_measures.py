@@ -39,6 +39,17 @@ def smallest_inertia(element: Superelement) -> float:
     if element.constraint is not None:
         # the coordinates of a tied body are no independent ones; its free motions are
         mass = element.constraint.T @ mass @ element.constraint
+    return least_inertia(mass)
+
+
+def least_inertia(mass: FloatArray) -> float:
+    """Return the smallest eigenvalue of M scaled to a unit diagonal, or its least diagonal entry.
+
+    Parameters
+    ----------
+    mass
+        M, shape (n, n).
+    """
     diagonal = np.diag(mass)
     if not (diagonal > 0).all():
         return float(diagonal.min())

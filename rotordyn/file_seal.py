@@ -15,7 +15,6 @@ from solidwhirl.rotordyn.errors import SuperelementError
 SEAL_BYTES = 512
 _MARK = b"ROTOR-SUPERELEMENT sha256 "
 _SEAL = re.compile(rb"([0-9a-f]{64})\n\x00*")
-_PIECE = 1 << 20
 
 
 def seal_file(path: Path) -> None:
@@ -59,9 +58,6 @@ def is_sealed(path: Path) -> bool:
 
 def _digest(path: Path) -> str:
     """SHA-256 of what follows the user block."""
-    digest = hashlib.sha256()
     with path.open("rb") as file:
         file.seek(SEAL_BYTES)
-        while piece := file.read(_PIECE):
-            digest.update(piece)
-    return digest.hexdigest()
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.arrays import FloatArray
-from solidwhirl.rotordyn.body_measures import asymmetry
+from solidwhirl.rotordyn.body_measures import asymmetry, least_inertia
 from solidwhirl.rotordyn.campbell import Campbell
 from solidwhirl.rotordyn.critical_speed_checks import check_critical_speeds
 from solidwhirl.rotordyn.critical_speeds import CriticalSpeed
@@ -76,15 +76,15 @@ def check_matrices(assembled: AssembledSystem) -> tuple[Invariant, ...]:
     assembled
         The system.
     """
-    mass = assembled.mass
-    diagonal = np.diag(mass)
-    smallest = float(diagonal.min())
-    if smallest > 0:
-        root = np.sqrt(diagonal)
-        smallest = float(la.eigvalsh(mass / np.outer(root, root))[0])
     out = [
-        _symmetric("mass", mass, 1.0),
-        compared("mass positive definite", _SYSTEM, -smallest, -_SMALLEST_INERTIA, _ALL),
+        _symmetric("mass", assembled.mass, 1.0),
+        compared(
+            "mass positive definite",
+            _SYSTEM,
+            -least_inertia(assembled.mass),
+            -_SMALLEST_INERTIA,
+            _ALL,
+        ),
         _symmetric("gyroscopic", assembled.gyroscopic, -1.0),
         _symmetric("centrifugal stiffness", assembled.centrifugal_stiffness, 1.0),
     ]

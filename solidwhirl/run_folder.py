@@ -25,7 +25,6 @@ STAGES = ".stages"
 _LAST = "results.json"
 _LOCK, _MOVING, _SCRATCH = ".lock", ".moving", ".writing-"
 _LINE = re.compile(r"([0-9a-f]{64}) [ *](.+)")
-_PIECE = 1 << 20
 _PROBE = 1 << 16
 
 
@@ -314,8 +313,5 @@ def _listed(manifest: Path) -> frozenset[str]:
 
 
 def _digest(path: Path) -> str:
-    digest = hashlib.sha256()
     with path.open("rb") as file:
-        while piece := file.read(_PIECE):
-            digest.update(piece)
-    return digest.hexdigest()
+        return hashlib.file_digest(file, "sha256").hexdigest()
