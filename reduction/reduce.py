@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from solidwhirl.geometry import Body, MassProperties, mass_properties
+from solidwhirl.geometry import Body, MassProperties
 from solidwhirl.meshing import Mesh
 from solidwhirl.reduction.craig_bampton import Basis, orthogonality_error, reduction_basis
 from solidwhirl.reduction.errors import ReductionError
@@ -26,7 +26,12 @@ from solidwhirl.reduction.superelements import (
     mesh_mass_properties,
     reduce_block,
 )
-from solidwhirl.reduction.verification import check_mass, count_held_modes, verify_order
+from solidwhirl.reduction.verification import (
+    check_mass,
+    count_held_modes,
+    meshed_part_properties,
+    verify_order,
+)
 from solidwhirl.reduction.verification_meridian import count_solid_modes
 from solidwhirl.rotordyn.invariants import Invariant
 from solidwhirl.rotordyn.superelement import Superelement, attach_rigid_disk
@@ -266,8 +271,7 @@ def _properties(body: Body, operators: BodyOperators) -> MassProperties:
     """Mass properties of the meshed part: the mesh's own where it only approximates the body."""
     if operators.rigid_mass is not None:
         return mesh_mass_properties(operators.rigid_mass)
-    bare = Body(name=body.name, sections=body.sections, fillet_radius_m=body.fillet_radius_m)
-    return mass_properties(bare)
+    return meshed_part_properties(body)
 
 
 def _refuse_dependent_interfaces(element: Superelement, request: ReductionRequest) -> None:

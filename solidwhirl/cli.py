@@ -6,7 +6,8 @@ import logging
 import os
 import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -111,14 +112,7 @@ def _run_on_first_rank(scene: Scene, places: _Places, pictures: bool, quiet: boo
 
     for doubt in () if quiet else implausible(scene, build_bodies(scene)):
         typer.echo(f"doubt: {doubt.message}", err=True)
-    console = Console(stderr=True, quiet=quiet)
-    with console.status("") as status, claimed(places.out) as folder:
-
-        def progress(text: str) -> None:
-            status.update(text)
-            if not console.is_terminal:
-                console.print(text)
-
+    with _telling(quiet) as progress, claimed(places.out) as folder:
         opened = open_fresh_store if places.fresh else open_store
         kept = opened(places.store or folder.stages)
         kept.clear_leftovers()
@@ -179,14 +173,7 @@ def study(
         _refuse_unwritable(out)
         from solidwhirl.study import study_command
 
-        console = Console(stderr=True, quiet=quiet)
-        with console.status("") as status:
-
-            def progress(text: str) -> None:
-                status.update(text)
-                if not console.is_terminal:
-                    console.print(text)
-
+        with _telling(quiet) as progress:
             done = study_command(scene, out, progress, quick=quick)
         if quiet:
             return
@@ -213,14 +200,7 @@ def identify(
         _refuse_unwritable(out.parent)
         from solidwhirl.identify import identify_command
 
-        console = Console(stderr=True, quiet=quiet)
-        with console.status("") as status:
-
-            def progress(text: str) -> None:
-                status.update(text)
-                if not console.is_terminal:
-                    console.print(text)
-
+        with _telling(quiet) as progress:
             done = identify_command(problem, out, progress)
         if not quiet:
             typer.echo(f"scene: {done.scene}")
@@ -256,6 +236,20 @@ def version() -> None:
 
     for name, number in package_versions().items():
         typer.echo(f"{name} {number}")
+
+
+@contextmanager
+def _telling(quiet: bool) -> Iterator[Callable[[str], None]]:
+    """Give a function that says what is being done: in place on a terminal, else line by line."""
+    console = Console(stderr=True, quiet=quiet)
+    with console.status("") as status:
+
+        def progress(text: str) -> None:
+            status.update(text)
+            if not console.is_terminal:
+                console.print(text)
+
+        yield progress
 
 
 def _scene(path: Path, level: str | None, accuracy: float | None) -> Scene:
