@@ -21,9 +21,10 @@ from rich.markdown import Markdown
 from solidwhirl.endings import (
     end_interrupted,
     end_of_defect,
+    interruptible,
     is_out_of_memory,
+    keep_petsc_from_signals,
     memory_text,
-    prepare_signals,
     stop,
     take_first_memory,
 )
@@ -291,8 +292,9 @@ def _guarded(scene: Path, work: Callable[[], None]) -> None:
     logging.getLogger().setLevel(logging.WARNING)  # the form compiler talks at INFO level
     warnings.filterwarnings("error", message=_ILL_CONDITIONED)
     try:
-        take_first_memory()
-        work()
+        with interruptible():
+            take_first_memory()
+            work()
     except SceneError as error:
         stop(str(error))
     except OutputError as error:
@@ -334,7 +336,7 @@ def _user_errors() -> tuple[type[Exception], ...]:
 def main() -> None:
     """Entry point of the command `solidwhirl`."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    prepare_signals()
+    keep_petsc_from_signals()
     try:
         app()
     except Exception as error:

@@ -9,6 +9,7 @@ import os
 import signal
 import sys
 import traceback
+from collections.abc import Iterator
 from typing import Any, NoReturn
 
 import numpy as np
@@ -39,20 +40,39 @@ class Terminated(KeyboardInterrupt):
     """The system asked the program to end (SIGTERM)."""
 
 
-def prepare_signals() -> None:
-    """Let SIGTERM end the program as Ctrl-C does; a second one ends it at once.
-
-    PETSc would take SIGTERM for a crash and print what it does with crashes.
-    """
+def keep_petsc_from_signals() -> None:
+    """Tell PETSc to leave SIGTERM alone, which it would take for a crash."""
     options = os.environ.get("PETSC_OPTIONS", "")
     if "-no_signal_handler" not in options:
         os.environ["PETSC_OPTIONS"] = f"{options} -no_signal_handler".strip()
+
+
+@contextlib.contextmanager
+def interruptible() -> Iterator[None]:
+    """While this lasts, SIGTERM raises `Terminated`; a second one ends the program at once.
+
+    Before and after, SIGTERM ends it silently: there nothing would catch the exception.
+    """
+    before = sys.unraisablehook
+    sys.unraisablehook = _end_where_nothing_can_be_raised
     signal.signal(signal.SIGTERM, _terminate)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        sys.unraisablehook = before
 
 
 def _terminate(number: int, frame: object) -> NoReturn:
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     raise Terminated
+
+
+def _end_where_nothing_can_be_raised(unraisable: Any) -> None:
+    """The signal came in a finalizer or a callback, whose exceptions Python drops."""
+    if isinstance(unraisable.exc_value, Terminated):
+        os.kill(os.getpid(), signal.SIGTERM)  # by now with its default action
+    sys.__unraisablehook__(unraisable)
 
 
 def end_interrupted(error: KeyboardInterrupt) -> NoReturn:
