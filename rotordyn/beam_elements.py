@@ -78,8 +78,7 @@ def beam_element(
     5.6; Friswell et al. 2010, section 5.4), so static deflections at nodes are exact. The mass is
     consistent and includes rotary inertia.
     """
-    area = np.pi * (outer_radius_m**2 - inner_radius_m**2)
-    second = 0.25 * np.pi * (outer_radius_m**4 - inner_radius_m**4)
+    area, second = _section(outer_radius_m, inner_radius_m)
     shear_modulus = youngs_modulus_pa / (2.0 * (1.0 + poissons_ratio))
     kappa = shear_coefficient(poissons_ratio, inner_radius_m / outer_radius_m)
     bending, shear = youngs_modulus_pa * second, kappa * shear_modulus * area
@@ -97,6 +96,43 @@ def beam_element(
         stiffness=bending * bend + shear * length_m * np.outer(angle, angle),
         gyroscopic=2.0 * density_kg_m3 * second * spin,
     )
+
+
+def rod_coupling(
+    length_m: float,
+    outer_radius_m: float,
+    inner_radius_m: float,
+    poissons_ratio: float,
+    density_kg_m3: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Return the mass that a linear two-node rod and a beam have in common in one element.
+
+    Parameters
+    ----------
+    length_m, outer_radius_m, inner_radius_m
+        Geometry, m.
+    poissons_ratio, density_kg_m3
+        Material.
+
+    Returns
+    -------
+    moving, tilting : ndarray
+        ∫ ρA N w and ∫ ρI N θ of the linear N with the deflection w and the slope θ of
+        `beam_element`; each (2, 4).
+    """
+    area, second = _section(outer_radius_m, inner_radius_m)
+    kappa = shear_coefficient(poissons_ratio, inner_radius_m / outer_radius_m)
+    phi = 24.0 * (1.0 + poissons_ratio) * second / (kappa * area * length_m**2)
+    xi = 0.5 * (_POINTS + 1.0)
+    deflection, slope, _ = shapes_at(xi, length_m, phi)
+    weighted = 0.5 * length_m * density_kg_m3 * _WEIGHTS * np.stack((1.0 - xi, xi))
+    return area * weighted @ deflection, second * weighted @ slope
+
+
+def _section(outer_radius_m: float, inner_radius_m: float) -> tuple[float, float]:
+    """Area and second moment of area of a circular section."""
+    area = np.pi * (outer_radius_m**2 - inner_radius_m**2)
+    return area, 0.25 * np.pi * (outer_radius_m**4 - inner_radius_m**4)
 
 
 def shapes_at(xi: FloatArray, length: float, phi: float) -> tuple[FloatArray, ...]:

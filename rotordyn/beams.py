@@ -12,6 +12,7 @@ import scipy.linalg as la
 from solidwhirl.rotordyn.arrays import FloatArray
 from solidwhirl.rotordyn.beam_elements import PlaneMatrices, shaft_matrices
 from solidwhirl.rotordyn.errors import SuperelementError
+from solidwhirl.rotordyn.mass_moments import MassMoments
 from solidwhirl.rotordyn.rigid_body import MassProperties, joined_mass_properties
 from solidwhirl.rotordyn.rods import with_rods
 from solidwhirl.rotordyn.shafts import Disk, Shaft, checked_shaft
@@ -118,9 +119,13 @@ def beam_superelement(
         frequency_error_estimate=np.empty(0),
         provenance=shaft.provenance(),
         spin_generator=_spin_generator(len(held), plane.frequencies_hz.size),
+        moments=_moments(plane, shaft.nodes_m[held]),
     )
     rods = [c for c in MOTIONS if c in components and c not in _LATERAL]
-    return with_rods(lateral, shaft, rods) if rods else lateral
+    if not rods:
+        return lateral
+    in_x, in_y = _planes(len(held), plane.frequencies_hz.size)
+    return with_rods(lateral, shaft, rods, (plane.basis @ in_x.T, plane.basis @ in_y.T))
 
 
 class _ReducedPlane(NamedTuple):
@@ -234,6 +239,30 @@ def _spatial_matrices(plane: _ReducedPlane, interface_count: int) -> dict[str, A
         "stress_stiffening": zero,
         "spin_softening": zero,
     }
+
+
+def _moments(plane: _ReducedPlane, positions_m: FloatArray) -> MassMoments:
+    """Return the moments of sections that stay plane: (w_x, w_y, −θ_x x − θ_y y) at (x, y).
+
+    ∫ x² = ∫ y² is half the weight of G; what else M holds belongs to the motion across the axis,
+    with the tilt of disks of some length in it.
+    """
+    tilting = 0.5 * plane.matrices.gyroscopic
+    moving = plane.matrices.mass - tilting
+    in_x, in_y = _planes(positions_m.size, plane.frequencies_hz.size)
+    rigid = np.zeros((moving.shape[0], 2))
+    rigid[: 2 * positions_m.size] = _plane_rigid_modes(positions_m)
+    simple = np.zeros((3, in_x.shape[0]))
+    first = np.zeros((3, 3, in_x.shape[0]))
+    second = np.zeros((3, 3, in_x.shape[0], in_x.shape[0]))
+    for a, own in enumerate((in_x, in_y)):
+        simple[a] = own @ moving @ rigid[:, 0]
+        first[2, a] = own @ moving @ rigid[:, 1]
+        first[a, 2] = -own @ tilting @ rigid[:, 1]
+        second[2, 2] += own @ tilting @ own.T
+        for b, other in enumerate((in_x, in_y)):
+            second[a, b] = own @ moving @ other.T
+    return MassMoments(displacement_kg=simple, first_kg_m=first, second_kg=second)
 
 
 def _spin_generator(interface_count: int, mode_count: int) -> FloatArray:

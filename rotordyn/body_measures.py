@@ -15,6 +15,11 @@ from solidwhirl.rotordyn.superelement_checks import MOTIONS
 
 # Modal coordinates slower than this part of the fastest are rigid motions that are not held.
 _AT_REST = 1e-6
+# ε_cab: (a × b)_c = ε_cab a_a b_b
+CROSS = np.zeros((3, 3, 3))
+for _a, _b, _c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+    CROSS[_c, _a, _b], CROSS[_c, _b, _a] = 1.0, -1.0
+CROSS.setflags(write=False)
 # A coordinate softer than this part of the stiffest is scaled by its mass.
 _SOFT = 1e-3
 
@@ -124,6 +129,93 @@ def tilt_error(element: Superelement) -> float:
     polar = float(element.inertia_kg_m2[2, 2])
     expected = polar * np.array([[0.0, 1.0], [-1.0, 0.0]])
     return float(np.abs(tilts.T @ element.gyroscopic @ tilts - expected).max()) / polar
+
+
+def mass_moment_error(element: Superelement) -> float | None:
+    """Return the largest difference of Σ_a ∫ φ_aj φ_ak dm from M.
+
+    Parameters
+    ----------
+    element
+        The body; M with a positive diagonal.
+
+    Returns
+    -------
+    float or None
+        In coordinates of unit inertia; None without moments.
+    """
+    if element.moments is None:
+        return None
+    root = np.sqrt(np.diag(element.mass))
+    whole = np.einsum("aajk->jk", element.moments.second_kg)
+    return float((np.abs(whole - element.mass) / np.outer(root, root)).max())
+
+
+def rigid_moment_error(element: Superelement) -> float | None:
+    """Return how far moments are from what M and each other say for rigid motions.
+
+    Parameters
+    ----------
+    element
+        The body; M with a positive diagonal.
+
+    Returns
+    -------
+    float or None
+        Largest difference of ∫ φ and ∫ x × φ from RᵀM, and of the second moments with a rigid
+        motion from those of lower order, each over the root of both inertias; None without
+        moments or rigid motions.
+    """
+    present = np.flatnonzero(element.rigid_body_present)
+    if element.moments is None or not present.size:
+        return None
+    moments, modes = element.moments, element.rigid_body_modes[:, present]
+    simple, first = moments.displacement_kg, moments.first_kg_m
+    momentum = np.concatenate((simple, np.einsum("cab,abj->cj", CROSS, first)))[present]
+    products = np.concatenate(
+        (
+            np.einsum("bc,aj->abjc", np.eye(3), simple),
+            np.einsum("bcd,daj->abjc", CROSS, first),
+        ),
+        axis=3,
+    )[..., present]
+    own = np.sqrt(np.diag(element.mass))
+    rigid = np.sqrt(np.diag(modes.T @ element.mass @ modes))
+    scale = np.outer(own, rigid)
+    errors = (
+        (momentum.T - element.mass @ modes) / scale,
+        (moments.second_kg @ modes - products) / scale,
+    )
+    return float(max(np.abs(error).max() for error in errors))
+
+
+def gyroscopic_moment_error(element: Superelement) -> float | None:
+    """Return the difference of G + 2 M L from 2 ∫ φ_i·(n × φ_j) dm, n along +z.
+
+    Parameters
+    ----------
+    element
+        The body; M with a positive diagonal.
+
+    Returns
+    -------
+    float or None
+        Largest entry in coordinates of unit inertia, over that of 2 M L, in the motions that a tie
+        leaves; None for bodies that do not know L or their moments.
+    """
+    moments, turn = element.moments, element.spin_generator
+    if moments is None or turn is None:
+        return None
+    # tied coordinates alone do not turn: L then means nothing outside of free motions
+    tie = np.eye(len(turn)) if element.constraint is None else element.constraint
+    across = 2.0 * (moments.second_kg[1, 0] - moments.second_kg[0, 1])
+    root = np.sqrt(np.diag(tie.T @ element.mass @ tie))
+    scale = np.outer(root, root)
+    turned = tie.T @ (2.0 * element.mass @ turn) @ tie / scale
+    largest = float(np.abs(turned).max())
+    rest = tie.T @ (element.gyroscopic - across) @ tie / scale
+    error = float(np.abs(rest + turned).max())
+    return error / largest if largest > 0 else error
 
 
 def picture_error(element: Superelement) -> float | None:

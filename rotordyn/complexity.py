@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from solidwhirl.rotordyn.arrays import FloatArray, freeze_arrays
 from solidwhirl.rotordyn.errors import AnalysisError, SuperelementError
+from solidwhirl.rotordyn.mass_moments import projected_moments
 from solidwhirl.rotordyn.run_up import run_up
 from solidwhirl.rotordyn.run_up_response import NormalisedResponse, normalised_response
 from solidwhirl.rotordyn.speed_profile import SpeedProfile
@@ -111,7 +112,9 @@ def without_modes(element: Superelement) -> Superelement:
         spin_generator=_kept_turn(element, kept),
         constraint=None if element.constraint is None else element.constraint[kept],
         error_forms=(),
+        surface=None if element.surface is None else element.surface.of_coordinates(kept),
         provenance={**element.provenance, "without_modes": True},
+        moments=projected_moments(element.moments, np.eye(element.size)[:, kept]),
     )
 
 

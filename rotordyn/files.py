@@ -30,7 +30,9 @@ from solidwhirl.rotordyn.file_format import (
     put_numbers,
 )
 from solidwhirl.rotordyn.file_forms import read_error_forms, write_error_forms
+from solidwhirl.rotordyn.file_moments import read_moments, write_moments
 from solidwhirl.rotordyn.file_seal import SEAL_BYTES, seal_file
+from solidwhirl.rotordyn.file_surface import read_surface, write_surface
 from solidwhirl.rotordyn.file_trial import refuse_damaged
 from solidwhirl.rotordyn.rigid_body import rigid_body_mass_matrix
 from solidwhirl.rotordyn.superelement import Coordinate, InterfaceNode, Superelement
@@ -80,6 +82,8 @@ def _write_content(file: h5py.File, element: Superelement) -> None:
     put_numbers(frequencies, "fixed_interface", element.fixed_interface_frequencies_hz, unit="Hz")
     put_numbers(frequencies, "error_estimate", element.frequency_error_estimate, unit="1")
     write_error_forms(file, element.error_forms)
+    write_moments(file, element.moments)
+    write_surface(file, element.surface)
     text = json.dumps(element.provenance, sort_keys=True)
     provenance = file.create_group("provenance")
     if len(text.encode()) <= _LONGEST_ATTRIBUTE:
@@ -262,6 +266,8 @@ def _read(path: Path) -> Superelement:
                 constraint=file.optional_matrix("body/constraint", n),
                 spin_generator=file.optional_numbers("body/spin_generator", (n, n)),
                 error_forms=read_error_forms(file, n),
+                moments=read_moments(file, n),
+                surface=read_surface(file, n),
             )
         except SuperelementError as error:
             raise file.named(error) from error

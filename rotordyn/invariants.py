@@ -8,12 +8,15 @@ import numpy as np
 
 from solidwhirl.rotordyn.body_measures import (
     asymmetry,
+    gyroscopic_moment_error,
     interface_error,
     lost_stiffness,
+    mass_moment_error,
     modal_frequency_error,
     negative_part,
     picture_error,
     property_error,
+    rigid_moment_error,
     smallest_inertia,
     tilt_error,
     turn_error,
@@ -34,6 +37,10 @@ _MERIDIAN_LIMIT = 1e-5  # [6.8e-7] with large fillets, each meshed as a few para
 _MOTION_LIMIT = 1e-8  # [2.5e-10]
 _PICTURE_LIMIT = 1e-9  # [2.4e-11], a drum of 1/200
 _TURN_LIMIT = 1e-11  # [8.3e-13] solid, [3.3e-16] else; the complex form asks for the same
+_MASS_MOMENT_LIMIT = 1e-12  # [2.0e-14] beams with plates, [1.3e-15] else
+_RIGID_MOMENT_LIMIT = 5e-11  # [7.4e-13]
+_GYROSCOPIC_MOMENT_LIMIT = 1e-12  # [9.2e-15]
+_GYROSCOPIC_MESH_LIMIT = 2e-2  # [1.5e-3] solid: a turn leaves the elements
 _MODAL_LIMIT = 3e-7  # [2.2e-8], eps times the ratio of the largest and the lowest eigenvalue
 # The body has lost its stiffness where rotation takes all of it.
 _ALL_OF_IT = 1.0
@@ -130,8 +137,9 @@ def check_superelement(element: Superelement) -> tuple[Invariant, ...]:
         coordinates; K R = 0; Rᵀ(Kgeo − S)R = 0; rigid motion t + θ × x at the interfaces and at
         the points of pictures; RᵀMR against mass, centre of gravity and inertia; RᵀGR of the two
         tilts against the polar inertia, +Ip in row rx and column ry; all matrices the same after
-        a turn about the axis; stiffness left at the top speed. R are the rigid motions present;
-        checks of what a body does not have are left out.
+        a turn about the axis; stiffness left at the top speed; moments of the displacement over
+        the mass against M, against each other in rigid motion, and against G. R are the rigid
+        motions present; checks of what a body does not have are left out.
     """
     where = element.name
     results = [
@@ -163,6 +171,7 @@ def check_superelement(element: Superelement) -> tuple[Invariant, ...]:
         tilt = tilt_error(element)
         limit = _property_limit(element)
         results.append(compared("polar inertia of the tilts", where, tilt, limit, concerns))
+    results += _moment_checks(element)
     return (*results, *_structure_checks(element), *_spectral_checks(element))
 
 
@@ -226,6 +235,26 @@ def _mass_properties(element: Superelement) -> Invariant:
 def _property_limit(element: Superelement) -> float:
     """Harmonic bodies carry the closed form of a profile that their mesh may not hold exactly."""
     return _MERIDIAN_LIMIT if element.level == "harmonic" else _PROPERTY_LIMIT
+
+
+def _moment_checks(element: Superelement) -> list[Invariant]:
+    """Checks of the moments of the displacement over the mass."""
+    where, results = element.name, []
+    concerns = "exports to programs whose frames move with the body"
+    found = (
+        ("moments against the mass", mass_moment_error(element), _MASS_MOMENT_LIMIT),
+        ("moments of rigid motion", rigid_moment_error(element), _RIGID_MOMENT_LIMIT),
+    )
+    for name, error, limit in found:
+        if error is not None:
+            results.append(compared(name, where, error, limit, concerns))
+    error = gyroscopic_moment_error(element)
+    # lumped bodies need not be bodies of revolution; some have no gyroscopic effects
+    if error is not None and element.level != "lumped" and element.gyroscopic.any():
+        solid = element.level == "solid"
+        limit = _GYROSCOPIC_MESH_LIMIT if solid else _GYROSCOPIC_MOMENT_LIMIT
+        results.append(compared("moments against G", where, error, limit, concerns))
+    return results
 
 
 def _structure_checks(element: Superelement) -> list[Invariant]:

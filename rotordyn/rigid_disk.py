@@ -8,6 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from solidwhirl.rotordyn.errors import SuperelementError
+from solidwhirl.rotordyn.mass_moments import (
+    joined_moments,
+    projected_moments,
+    rigid_motion_moments,
+)
 from solidwhirl.rotordyn.rigid_body import (
     MassProperties,
     joined_mass_properties,
@@ -51,8 +56,8 @@ def attach_rigid_disk(
     Returns
     -------
     Superelement
-        With mass, centre of gravity, inertia, M and G updated. The error forms stay as they were:
-        the disk acts on interface motions, which the larger model moves alike.
+        With mass, centre of gravity, inertia, M, G and moments updated. The error forms stay as
+        they were: the disk acts on interface motions, which the larger model moves alike.
 
     Raises
     ------
@@ -83,6 +88,9 @@ def attach_rigid_disk(
             MassProperties(mass_kg, center, inertia),
         )
     )
+    placed = np.zeros((6, element.size))
+    placed[motion, index] = 1.0
+    own = rigid_motion_moments(mass_kg, center, inertia, node.position_m)
     record = {
         "name": name,
         "interface": interface,
@@ -101,6 +109,7 @@ def attach_rigid_disk(
         inertia_kg_m2=whole.inertia_kg_m2,
         free_frequencies_hz=np.empty(0),
         provenance={**element.provenance, "rigid_disks": disks},
+        moments=joined_moments(element.moments, projected_moments(own, placed)),
     )
 
 

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from solidwhirl.rotordyn.arrays import FloatArray
 from solidwhirl.rotordyn.errors import SuperelementError
+from solidwhirl.rotordyn.mass_moments import projected_moments, rigid_motion_moments
 from solidwhirl.rotordyn.rigid_body import rigid_body_mass_matrix
 from solidwhirl.rotordyn.superelement import Coordinate, InterfaceNode, Superelement
 from solidwhirl.rotordyn.superelement_checks import MOTIONS, Component
@@ -104,6 +105,9 @@ def rigid_superelement(
         provenance={"model": "rigid body", "components": [MOTIONS[k] for k in kept]},
         spin_generator=np.kron(np.eye(len(positions)), turn[np.ix_(kept, kept)]),
         constraint=constraint,
+        moments=projected_moments(
+            rigid_motion_moments(float(mass_kg), center, inertia), np.eye(6)[:, kept] @ spread
+        ),
     )
 
 

@@ -11,6 +11,8 @@ import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.arrays import FloatArray
+from solidwhirl.rotordyn.beam_elements import rod_coupling
+from solidwhirl.rotordyn.mass_moments import MassMoments
 from solidwhirl.rotordyn.shafts import Shaft
 from solidwhirl.rotordyn.spectrum import scale_by_stiffness, solve_standing
 from solidwhirl.rotordyn.superelement import Coordinate, Superelement
@@ -30,7 +32,12 @@ class _Rod(NamedTuple):
     frequencies_hz: FloatArray
 
 
-def with_rods(element: Superelement, shaft: Shaft, components: Sequence[Component]) -> Superelement:
+def with_rods(
+    element: Superelement,
+    shaft: Shaft,
+    components: Sequence[Component],
+    planes: tuple[FloatArray, FloatArray],
+) -> Superelement:
     """Return a lateral beam element with axial motion or torsion added, or both.
 
     Parameters
@@ -41,6 +48,9 @@ def with_rods(element: Superelement, shaft: Shaft, components: Sequence[Componen
         What it was made of.
     components
         "uz", "rz" or both; linear two-node elements with consistent mass, disks at nodes.
+    planes
+        Deflection and slope w1, θ1, w2, ... of all nodes in the planes of x and of y, per
+        coordinate of the element, each of shape (2N, n).
 
     Returns
     -------
@@ -78,7 +88,68 @@ def with_rods(element: Superelement, shaft: Shaft, components: Sequence[Componen
         ),
         spin_generator=None if generator is None else grown(generator, zero),
         error_forms=(),
+        moments=_moments(element.moments, shaft, rods, planes, order),
     )
+
+
+def _moments(
+    lateral: MassMoments | None,
+    shaft: Shaft,
+    rods: Sequence[_Rod],
+    planes: tuple[FloatArray, FloatArray],
+    order: Sequence[int],
+) -> MassMoments | None:
+    """Add uz, and rz (−y, x, 0), to the moments of sections that stay plane."""
+    if lateral is None:
+        return None
+    known = lateral.size
+    n = known + sum(rod.basis.shape[1] for rod in rods)
+    simple, first, second = np.zeros((3, n)), np.zeros((3, 3, n)), np.zeros((3, 3, n, n))
+    simple[:, :known], first[:, :, :known] = lateral.displacement_kg, lateral.first_kg_m
+    second[:, :, :known, :known] = lateral.second_kg
+    moving, tilting = _couplings(shaft)
+    start, old = known, slice(0, known)
+    for rod in rods:
+        own = slice(start, start + rod.basis.shape[1])
+        start = own.stop
+        inertia, _ = _matrices(shaft, rod.component)
+        if rod.component == "uz":
+            simple[2, own] = rod.basis.T @ inertia.sum(axis=1)
+            first[2, 2, own] = rod.basis.T @ inertia @ shaft.nodes_m
+            second[2, 2, own, own] = rod.mass
+            cross = {(2, a): rod.basis.T @ moving @ planes[a] for a in (0, 1)}
+        else:
+            first[0, 1, own] = 0.5 * rod.basis.T @ inertia.sum(axis=1)
+            first[1, 0, own] = -first[0, 1, own]
+            second[0, 0, own, own] = second[1, 1, own, own] = 0.5 * rod.mass
+            cross = {
+                (0, 2): rod.basis.T @ tilting @ planes[1],
+                (1, 2): -rod.basis.T @ tilting @ planes[0],
+            }
+        for (a, b), block in cross.items():
+            second[a, b, own, old], second[b, a, old, own] = block, block.T
+    return MassMoments(
+        displacement_kg=simple[:, order],
+        first_kg_m=first[:, :, order],
+        second_kg=second[:, :, order][:, :, :, order],
+    )
+
+
+def _couplings(shaft: Shaft) -> tuple[FloatArray, FloatArray]:
+    """Return ∫ ρA N w and ∫ ρI N θ of rods and beams with disks, each (N, 2N)."""
+    n = shaft.nodes_m.size
+    moving, tilting = np.zeros((n, 2 * n)), np.zeros((n, 2 * n))
+    elements = zip(pairwise(shaft.nodes_m), shaft.outer_radius_m, shaft.inner_radius_m, strict=True)
+    for k, ((start, stop), outer, inner) in enumerate(elements):
+        parts = rod_coupling(stop - start, outer, inner, shaft.poissons_ratio, shaft.density_kg_m3)
+        at = np.s_[k : k + 2, 2 * k : 2 * k + 4]
+        moving[at] += parts[0]
+        tilting[at] += parts[1]
+    for disk in shaft.disks:
+        node = shaft.node_at(disk.position_m)
+        moving[node, 2 * node] += disk.mass_kg
+        tilting[node, 2 * node + 1] += 0.5 * disk.polar_kg_m2
+    return moving, tilting
 
 
 def _matrices(shaft: Shaft, component: Component) -> tuple[FloatArray, FloatArray]:

@@ -14,6 +14,7 @@ import numpy as np
 from solidwhirl.rotordyn.arrays import BoolArray, FloatArray
 from solidwhirl.rotordyn.error_forms import ErrorForm, checked_forms
 from solidwhirl.rotordyn.errors import SuperelementError
+from solidwhirl.rotordyn.mass_moments import MassMoments, checked_moments
 from solidwhirl.rotordyn.rigid_disk import attach_rigid_disk
 from solidwhirl.rotordyn.superelement_checks import (
     COUPLINGS,
@@ -29,8 +30,16 @@ from solidwhirl.rotordyn.superelement_checks import (
     plain_json,
     symmetrised,
 )
+from solidwhirl.rotordyn.surface import Surface, checked_surface
 
-__all__ = ["Coordinate", "ErrorForm", "InterfaceNode", "Superelement", "attach_rigid_disk"]
+__all__ = [
+    "Coordinate",
+    "ErrorForm",
+    "InterfaceNode",
+    "MassMoments",
+    "Superelement",
+    "attach_rigid_disk",
+]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,7 +118,8 @@ class Superelement:
     name
         Name of the body.
     level
-        Model behind the matrices: "solid", "harmonic", "beam" or "lumped".
+        Model behind the matrices: "solid", "harmonic", "beam", "lumped", or "imported" from
+        elsewhere.
     harmonics
         Circumferential harmonics of a "harmonic" model; empty for solid bodies and beams.
     coordinates
@@ -159,6 +169,11 @@ class Superelement:
         with several interfaces. None when all are independent.
     error_forms
         What the reduction left out, one form for each part; empty when it is not known.
+    moments
+        Moments of the displacement over the mass; None when they are not known. Formats with a
+        frame that moves with the body need them.
+    surface
+        Points of the surface and how they move, for pictures of modes; None when not known.
 
     Raises
     ------
@@ -193,6 +208,8 @@ class Superelement:
     spin_generator: FloatArray | None = None
     constraint: FloatArray | None = None
     error_forms: tuple[ErrorForm, ...] = ()
+    moments: MassMoments | None = None
+    surface: Surface | None = None
 
     def __post_init__(self) -> None:
         where = f"superelement {self.name!r}"
@@ -222,6 +239,8 @@ class Superelement:
         object.__setattr__(self, "maximum_speed_rad_s", float(self.maximum_speed_rad_s))
         object.__setattr__(self, "provenance", plain_json(where, self.provenance))
         object.__setattr__(self, "error_forms", checked_forms(where, self.error_forms, n))
+        object.__setattr__(self, "moments", checked_moments(where, self.moments, n))
+        object.__setattr__(self, "surface", checked_surface(where, self.surface, n))
 
     @property
     def size(self) -> int:

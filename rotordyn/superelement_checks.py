@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 Component = Literal["ux", "uy", "uz", "rx", "ry", "rz", "q"]
-Level = Literal["solid", "harmonic", "beam", "lumped"]
+Level = Literal["solid", "harmonic", "beam", "lumped", "imported"]
 Coupling = Literal["rigid", "distributing", "none"]
 
 MOTIONS: tuple[Component, ...] = ("ux", "uy", "uz", "rx", "ry", "rz")

@@ -10,13 +10,24 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from solidwhirl.beam_level_error import VARIANTS
-from solidwhirl.beam_level_fillets import fillet_lumps
+from solidwhirl.beam_level_fillets import Lump, fillet_lumps
+from solidwhirl.beam_level_moments import Rings, beam_moments, family_rings
 from solidwhirl.beam_level_nodes import Layout, layout_of
-from solidwhirl.beam_level_planes import DiskRule, Family, RootRule, family_matrices, pieces_of
+from solidwhirl.beam_level_planes import (
+    DiskRule,
+    Family,
+    Pieces,
+    PlateBlock,
+    RootRule,
+    family_matrices,
+    pieces_of,
+    plate_blocks,
+)
 from solidwhirl.beam_level_profile import BeamLevelError
 from solidwhirl.beam_level_reduce import (
     ReducedFamily,
     coordinates_of,
+    family_maps,
     reduced_family,
     spatial_matrices,
 )
@@ -93,7 +104,9 @@ def beam_element_of(
     the rings that hold them; drums and cones have none.
     """
     rules = _Rules(stiffness_rule, shear_rule, root_rule, disks)
-    return _element(body, _layout(body, components, element_length_m), components, rules, modes)
+    layout = _layout(body, components, element_length_m)
+    model = _model(body, layout, components, rules, modes)
+    return _element(body, model, _rings(model))
 
 
 def beam_variants(
@@ -115,7 +128,8 @@ def beam_variants(
     -------
     tuple of Superelement
         In the order of `beam_level_error.VARIANTS`, the first one that of `beam_element_of`; all
-        have the same coordinates but for the frequencies of their modes.
+        have the same coordinates but for the frequencies of their modes. The others do not know
+        their mass moments.
 
     Raises
     ------
@@ -130,7 +144,8 @@ def beam_variants(
             found.append(replace(found[0], stress_stiffening=zero, spin_softening=zero))
             continue
         rules = _Rules(v.stiffness_rule, v.shear_rule, v.root_rule, disks)
-        found.append(_element(body, layout, components, rules, modes))
+        model = _model(body, layout, components, rules, modes)
+        found.append(_element(body, model, () if found else _rings(model)))
     return tuple(found)
 
 
@@ -151,22 +166,29 @@ def _layout(body: Body, components: Sequence[Component], element_length_m: float
     return layout_of(body, element_length_m)
 
 
-def _element(
+class _Model(NamedTuple):
+    """Nodes, cross-sections and fillets; each family with its plates; how it was made."""
+
+    layout: Layout
+    pieces: Pieces
+    lumps: tuple[Lump, ...]
+    blocks: tuple[tuple[PlateBlock, ...], ...]
+    families: tuple[ReducedFamily, ...]
+    provenance: dict[str, Any]
+
+
+def _model(
     body: Body, layout: Layout, components: Sequence[Component], rules: _Rules, modes: int | None
-) -> Superelement:
+) -> _Model:
     pieces = pieces_of(layout, SPREADS[rules.stiffness], rules.shear)
     lumps = fillet_lumps(body, layout.skeleton)
     wanted: list[Family] = ["lateral"]
     wanted += ["axial"] if "uz" in components else []
     wanted += ["torsion"] if "rz" in components else []
+    blocks = tuple(plate_blocks(layout, family, rules.disks, rules.roots) for family in wanted)
     families = tuple(
-        reduced_family(
-            layout,
-            family_matrices(layout, pieces, family, rules.disks, lumps, rules.roots),
-            family,
-            modes,
-        )
-        for family in wanted
+        reduced_family(layout, family_matrices(layout, pieces, family, own, lumps), family, modes)
+        for family, own in zip(wanted, blocks, strict=True)
     )
     provenance = {
         "model": "Timoshenko beams and annular Mindlin plates from the profile",
@@ -179,7 +201,20 @@ def _element(
         "plates": len(layout.plate_nodes),
         "modes": modes,
     }
-    element = _superelement(body, layout, families, provenance)
+    return _Model(layout, pieces, lumps, blocks, families, provenance)
+
+
+def _rings(model: _Model) -> tuple[Rings, ...]:
+    """How each family moves the mass of a model."""
+    return tuple(
+        family_rings(model.layout, model.pieces, family, blocks, model.lumps)
+        for family, blocks in zip(model.families, model.blocks, strict=True)
+    )
+
+
+def _element(body: Body, model: _Model, rings: tuple[Rings, ...]) -> Superelement:
+    """The superelement with its rigid disks; without rings it does not know its mass moments."""
+    element = _superelement(body, model, rings)
     for disk in body.rigid_disks:
         element = attach_rigid_disk(
             element,
@@ -193,13 +228,13 @@ def _element(
     return element
 
 
-def _superelement(
-    body: Body, layout: Layout, families: tuple[ReducedFamily, ...], provenance: dict[str, Any]
-) -> Superelement:
+def _superelement(body: Body, model: _Model, rings: tuple[Rings, ...]) -> Superelement:
+    layout, families = model.layout, model.families
     first = [body.interfaces[layout.interfaces.index(node)] for node in layout.seats]
     names = tuple(interface.name for interface in first)
     coordinates = coordinates_of(names, families)
-    space = spatial_matrices(names, coordinates, families)
+    maps = family_maps(names, coordinates, families)
+    space = spatial_matrices(families, maps)
     properties: MassProperties = mass_properties(replace(body, rigid_disks=()))
     polar, diametral = properties.polar_inertia_kg_m2, properties.diametral_inertia_kg_m2
     has = {c.component for c in coordinates}
@@ -232,8 +267,9 @@ def _superelement(
         free_frequencies_hz=free[:_FREE_MODES_LISTED],
         fixed_interface_frequencies_hz=np.concatenate(held),
         frequency_error_estimate=np.empty(0),
-        provenance=provenance,
+        provenance=model.provenance,
         spin_generator=space.generator,
+        moments=beam_moments(families, maps, rings) if rings else None,
     )
     if len(first) == len(body.interfaces):
         return element

@@ -79,9 +79,8 @@ def family_matrices(
     layout: Layout,
     pieces: Pieces,
     family: Family,
-    disks: DiskRule,
+    blocks: tuple[PlateBlock, ...],
     lumps: tuple[Lump, ...],
-    roots: RootRule = "elastic",
 ) -> FamilyMatrices:
     """Assemble one family of motions.
 
@@ -93,12 +92,10 @@ def family_matrices(
         From `pieces_of`.
     family
         "lateral" is bending in one plane, order w1, θ1, w2, θ2, ...
-    disks
-        Whether disks with a free rim bend.
+    blocks
+        The family's plates.
     lumps
         Fillets.
-    roots
-        Whether columns give way at the roots of plates.
 
     Returns
     -------
@@ -106,10 +103,7 @@ def family_matrices(
         Nodes that follow others are taken out: their rows and columns are zero.
     """
     per_node = 2 if family == "lateral" else 1
-    blocks = [
-        b for k in range(len(layout.plate_nodes)) for b in _plate(layout, k, family, disks, roots)
-    ]
-    size = per_node * layout.nodes_m.size + sum(len(b.matrices.mass) - b.held for b in blocks)
+    size = per_node * layout.nodes_m.size + sum(block.extra for block in blocks)
     zero = np.zeros((size, size))
     found = FamilyMatrices(
         zero, zero.copy(), zero.copy(), zero.copy(), zero.copy(), np.zeros((size, per_node))
@@ -127,11 +121,10 @@ def family_matrices(
         _add_rider(found, layout, pieces.stretches[rider.element], rider, family)
     next_free = per_node * layout.nodes_m.size
     for block in blocks:
-        extra = len(block.matrices.mass) - block.held
         columns = np.zeros((len(block.matrices.mass), size))
         columns[: block.held, : block.edges.shape[1]] = block.edges
-        columns[block.held :, next_free : next_free + extra] = np.eye(extra)
-        next_free += extra
+        columns[block.held :, next_free : next_free + block.extra] = np.eye(block.extra)
+        next_free += block.extra
         for total, local in zip(found, block.matrices[:5], strict=False):
             total += columns.T @ local @ columns
     for lump in lumps:
@@ -153,12 +146,22 @@ def _rigid(layout: Layout, per_node: int) -> FloatArray:
     return modes
 
 
-class _Block(NamedTuple):
-    """One motion of a plate: its matrices, how many edges, and their motion from the nodes."""
+class PlateBlock(NamedTuple):
+    """One motion of a plate: its number, its matrices, and the motion of its edges from nodes."""
 
+    plate: int
     matrices: PlateMatrices
-    held: int
     edges: FloatArray
+
+    @property
+    def held(self) -> int:
+        """Number of edges that nodes move."""
+        return len(self.edges)
+
+    @property
+    def extra(self) -> int:
+        """Number of coordinates of its own."""
+        return len(self.matrices.mass) - self.held
 
 
 _MOTIONS: dict[Family, tuple[PlateMotion, ...]] = {
@@ -168,9 +171,32 @@ _MOTIONS: dict[Family, tuple[PlateMotion, ...]] = {
 }
 
 
+def plate_blocks(
+    layout: Layout, family: Family, disks: DiskRule, roots: RootRule = "elastic"
+) -> tuple[PlateBlock, ...]:
+    """Return the motions of all plates that belong to a family.
+
+    Parameters
+    ----------
+    layout
+        Nodes and plates.
+    family
+        Which motions.
+    disks
+        Whether disks with a free rim bend.
+    roots
+        Whether columns give way at the roots of plates.
+    """
+    return tuple(
+        block
+        for index in range(len(layout.plate_nodes))
+        for block in _plate(layout, index, family, disks, roots)
+    )
+
+
 def _plate(
     layout: Layout, index: int, family: Family, disks: DiskRule, roots: RootRule
-) -> list[_Block]:
+) -> list[PlateBlock]:
     plate, nodes = layout.skeleton.plates[index], layout.plate_nodes[index]
     free = plate.inner is None or plate.outer is None
     rigid = disks == "rigid" and free
@@ -193,7 +219,7 @@ def _plate(
                 follow[row, 2 * node + 1] = center - layout.nodes_m[node]
             else:
                 follow[row, node] = 1.0
-        blocks.append(_Block(matrices, count, follow))
+        blocks.append(PlateBlock(index, matrices, follow))
     return blocks
 
 
@@ -219,7 +245,15 @@ def _stiffened(matrices: PlateMatrices, count: int) -> PlateMatrices:
     """Return a plate without its modes and without freedom between its edges."""
     kept = slice(0, count)
     mass, stiffness, gyroscopic, stiffening, softening = (m[kept, kept] for m in matrices[:5])
-    return PlateMatrices(mass, _RIGID * stiffness, gyroscopic, stiffening, softening, np.empty(0))
+    return PlateMatrices(
+        mass,
+        _RIGID * stiffness,
+        gyroscopic,
+        stiffening,
+        softening,
+        np.empty(0),
+        matrices.fields[:, kept],
+    )
 
 
 def _rings(layout: Layout, index: int) -> tuple[Cell | None, Cell | None]:
@@ -254,8 +288,7 @@ def _add_rider(
 
 
 def _add_lump(found: FamilyMatrices, layout: Layout, lump: Lump, family: Family) -> None:
-    column_nodes = sorted({n for e in layout.elements if e.column == lump.column for n in e.nodes})
-    node = min(column_nodes, key=lambda n: abs(layout.nodes_m[n] - lump.z_m))
+    node = lump_node(layout, lump)
     arm = lump.z_m - layout.nodes_m[node]
     if family != "lateral":
         found.mass[node, node] += lump.mass_kg if family == "axial" else lump.polar_kg_m2
@@ -265,3 +298,9 @@ def _add_lump(found: FamilyMatrices, layout: Layout, lump: Lump, family: Family)
     found.mass[at] += lump.mass_kg * np.outer(lever, lever)
     found.mass[2 * node + 1, 2 * node + 1] += lump.diametral_kg_m2
     found.gyroscopic[2 * node + 1, 2 * node + 1] += lump.polar_kg_m2
+
+
+def lump_node(layout: Layout, lump: Lump) -> int:
+    """Return the node of its column that a fillet is fixed to."""
+    column_nodes = sorted({n for e in layout.elements if e.column == lump.column for n in e.nodes})
+    return min(column_nodes, key=lambda n: abs(float(layout.nodes_m[n]) - lump.z_m))

@@ -45,7 +45,8 @@ class PlateMatrices(NamedTuple):
     """Matrices of one motion in (inner edge, outer edge, modes), edges only if they are held.
 
     `gyroscopic` is the symmetric weight that couples the two planes; `stiffening` and `softening`
-    are those of the centrifugal load at 1 rad/s.
+    are those of the centrifugal load at 1 rad/s. `fields` has the values of the motion's fields at
+    the nodes of its elements, field by field, shape (fields · nodes, coordinates).
     """
 
     mass: FloatArray
@@ -54,6 +55,7 @@ class PlateMatrices(NamedTuple):
     stiffening: FloatArray
     softening: FloatArray
     frequencies_hz: FloatArray
+    fields: FloatArray
 
 
 def plate_matrices(
@@ -225,4 +227,5 @@ def _reduced(
         stiffening,
         softening,
         omega / (2.0 * np.pi),
+        whole,
     )

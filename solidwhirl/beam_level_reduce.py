@@ -30,15 +30,26 @@ _RIGID: dict[Family, tuple[int, ...]] = {"lateral": (0, 4), "axial": (2,), "tors
 class ReducedFamily(NamedTuple):
     """One family in Craig-Bampton form: interfaces first, then modes.
 
-    `basis` has the rows of the nodes, also of those that follow others; `free_hz` are the elastic
-    frequencies of the free body.
+    `basis` has the rows of the nodes, also of those that follow others, `shapes` those of the
+    plates as well; `free_hz` are the elastic frequencies of the free body.
     """
 
     family: Family
     matrices: FamilyMatrices
     basis: FloatArray
+    shapes: FloatArray
     frequencies_hz: FloatArray
     free_hz: FloatArray
+
+
+class FamilyMap(NamedTuple):
+    """Coordinates of a family among those of the body, in the planes of x and y, (n, m) each.
+
+    `in_y` is None where the family has one plane.
+    """
+
+    in_x: FloatArray
+    in_y: FloatArray | None
 
 
 class SpatialMatrices(NamedTuple):
@@ -101,6 +112,7 @@ def reduced_family(
     reduced[: boundary.size, : boundary.size] = _without_rigid_part(condensed, rigid, per_node)
     free, _ = solve_standing(scale_by_stiffness(stiffness, mass))
     motions = np.vstack((rigid, np.zeros((count, per_node))))
+    shown = tie @ basis
     return ReducedFamily(
         family,
         FamilyMatrices(
@@ -111,7 +123,8 @@ def reduced_family(
             basis.T @ softening @ basis,
             motions,
         ),
-        (tie @ basis)[: per_node * layout.nodes_m.size],
+        shown[: per_node * layout.nodes_m.size],
+        shown,
         omega[:count] / (2.0 * np.pi),
         free / (2.0 * np.pi),
     )
@@ -164,12 +177,12 @@ def coordinates_of(
     return (*held, *free)
 
 
-def spatial_matrices(
+def family_maps(
     interfaces: tuple[str, ...],
     coordinates: tuple[Coordinate, ...],
     families: tuple[ReducedFamily, ...],
-) -> SpatialMatrices:
-    """Put the families together in space; a body of revolution has equal planes of x and y.
+) -> tuple[FamilyMap, ...]:
+    """Return where the coordinates of each family are among those of the body.
 
     Parameters
     ----------
@@ -182,12 +195,42 @@ def spatial_matrices(
 
     Returns
     -------
-    SpatialMatrices
-        In the plane of x (w, θ) = (ux, ry), in that of y (uy, −rx). `nodes` is the displacement
-        of the nodes, shape (N, 3, n).
+    tuple of FamilyMap
+        In the plane of x (w, θ) = (ux, ry), in that of y (uy, −rx).
     """
     size = len(coordinates)
     index = {(c.interface, c.component): k for k, c in enumerate(coordinates) if c.interface}
+    start = sum(c.kind == "interface" for c in coordinates)
+    found = []
+    for own in families:
+        pair = own.family == "lateral"
+        step = 2 if pair else 1
+        modal = start + step * np.arange(own.frequencies_hz.size)
+        start += step * own.frequencies_hz.size
+        in_x = _map(size, index, interfaces, _IN_X[own.family], modal)
+        in_y = _map(size, index, interfaces, _IN_Y, modal + 1) if pair else None
+        found.append(FamilyMap(in_x, in_y))
+    return tuple(found)
+
+
+def spatial_matrices(
+    families: tuple[ReducedFamily, ...], maps: tuple[FamilyMap, ...]
+) -> SpatialMatrices:
+    """Put the families together in space; a body of revolution has equal planes of x and y.
+
+    Parameters
+    ----------
+    families
+        Lateral, and axial or torsion.
+    maps
+        From `family_maps`.
+
+    Returns
+    -------
+    SpatialMatrices
+        `nodes` is the displacement of the nodes, shape (N, 3, n).
+    """
+    size = len(maps[0].in_x)
     zero = np.zeros((size, size))
     found = SpatialMatrices(
         mass=zero.copy(),
@@ -199,22 +242,15 @@ def spatial_matrices(
         generator=zero.copy(),
         nodes=np.zeros((_node_count(families), 3, size)),
     )
-    start = sum(c.kind == "interface" for c in coordinates)
-    for own in families:
-        pair = own.family == "lateral"
-        step = 2 if pair else 1
-        modal = start + step * np.arange(own.frequencies_hz.size)
-        start += step * own.frequencies_hz.size
-        in_x = _map(size, index, interfaces, _IN_X[own.family], modal)
+    for own, (in_x, in_y) in zip(families, maps, strict=True):
         for k in _EVEN:
             found[k][...] += in_x @ own.matrices[k] @ in_x.T
         for column, motion in enumerate(_RIGID[own.family]):
             found.rigid[:, motion] = in_x @ own.matrices.rigid[:, column]
-        if not pair:
+        if in_y is None:
             if own.family == "axial":
                 found.nodes[:, 2] = own.basis @ in_x.T
             continue
-        in_y = _map(size, index, interfaces, _IN_Y, modal + 1)
         for k in _EVEN:
             found[k][...] += in_y @ own.matrices[k] @ in_y.T
         weight = own.matrices.gyroscopic

@@ -9,6 +9,7 @@ import numpy as np
 
 from solidwhirl.geometry import Body
 from solidwhirl.rotordyn import InterfaceNode, Superelement
+from solidwhirl.rotordyn.mass_moments import projected_moments
 
 
 def with_shared_seats(element: Superelement, body: Body, owner: Mapping[str, str]) -> Superelement:
@@ -58,4 +59,5 @@ def with_shared_seats(element: Superelement, body: Body, owner: Mapping[str, str
         recovery_modes=element.recovery_modes @ spread,
         spin_generator=None if generator is None else tie @ generator @ spread,
         constraint=tie,
+        moments=projected_moments(element.moments, spread),
     )

@@ -66,6 +66,9 @@ NUMERIC = [
     "frequencies/free",
     "frequencies/fixed_interface",
     "frequencies/error_estimate",
+    "moments/displacement",
+    "moments/first",
+    "moments/second",
 ]
 TEXTS = ("interface/name", "interface/coupling")
 GROUPS = ("dof", "interface", "operators", "body", "recovery", "frequencies", "provenance")
@@ -236,7 +239,7 @@ def dataset_for_group(file, rng):
 
 
 def link(file, rng):
-    place = rng.choice((numeric_place(file, rng), *TEXTS, *GROUPS, "error_forms"))
+    place = rng.choice((numeric_place(file, rng), *TEXTS, *GROUPS, "error_forms", "moments"))
     targets = (
         h5py.SoftLink("/nowhere"),
         h5py.SoftLink(f"/{place}"),
@@ -409,6 +412,24 @@ def error_forms(file, rng):
             group.create_dataset("stiffness_change", data=np.ones((2, 3)))
 
 
+def moments(file, rng):
+    n = len(file["dof/kind"])
+    part = rng.choice(("displacement", "first", "second"))
+    match rng.choice(("missing", "shape", "size", "asymmetry", "type")):
+        case "missing":
+            del file[f"moments/{part}"]
+        case "shape":
+            shape = rng.choice(((3, n + 1), (3, 3, n, n), (6, n), (6, n, n, 1), (0,)))
+            replaced(file, f"moments/{part}", np.ones(shape))
+        case "size":
+            replaced(file, "moments/second", shape=(6, 10**5, 10**5), dtype="f8", chunks=True)
+        case "asymmetry":
+            file["moments/second"][rng.randrange(3), 0, -1] = 1e9
+        case _:
+            del file["moments"]
+            file["moments"] = rng.choice((1.0, "x"))
+
+
 BOMBS = ("matrix", "many", "chunk", "swelling", "texts", "wide", "filter", "packed")
 
 
@@ -465,7 +486,8 @@ def reserved_term(file, rng):
 DAMAGES = (
     odd_number, odd_numbers_everywhere, odd_shape, odd_type, missing, group_for_dataset,
     dataset_for_group, link, cyclic_group, other_file, attribute, attribute_of_term, version,
-    units, names, coordinates, matrices, provenance, error_forms, bomb, harmless, reserved_term,
+    units, names, coordinates, matrices, provenance, error_forms, moments,
+    bomb, harmless, reserved_term,
 )  # fmt: skip
 
 

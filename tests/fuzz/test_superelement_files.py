@@ -18,8 +18,10 @@ ROOT = Path(__file__).resolve().parents[2]
 READER = Path(__file__).with_name("read_superelements.py")
 # What a message has to begin with after the name of the file.
 PLACE = (
-    r"attribute '|(dof|interface|operators|body|recovery|frequencies|error_forms|provenance)\b"
-    r"|superelement\b|interface '|error form '|not a complete HDF5 file|damaged: |an interface has"
+    r"attribute '"
+    r"|(dof|interface|operators|body|recovery|frequencies|error_forms|moments|provenance)\b"
+    r"|superelement\b|interface '|error form '|mass moments: |not a complete HDF5 file|damaged: "
+    r"|an interface has|a superelement has"
 )
 # Memory beyond that of the imports [MiB]: a few files of 100 kB, and what they may declare.
 LARGEST_MEMORY_MIB = 150.0

@@ -19,6 +19,7 @@ from solidwhirl.rotordyn import (
     assemble,
     beam_superelement,
 )
+from solidwhirl.rotordyn.mass_moments import projected_moments
 from solidwhirl.rotordyn.superelement import ErrorForm
 
 RPM = np.pi / 30.0
@@ -161,6 +162,7 @@ def _with_axial_and_torsion(shaft, length_m, radius_m, first, second):
         recovery_points_m=np.zeros((0, 3)),
         recovery_modes=np.zeros((0, 3, shaft.size + 4)),
         spin_generator=grown(shaft.spin_generator, zero),
+        moments=None,
     )
 
 
@@ -288,6 +290,7 @@ def _truncated(full, kept, safety=1.0, cutoff=np.inf, slack=0.0):
         fixed_interface_frequencies_hz=full.fixed_interface_frequencies_hz[:kept],
         spin_generator=None if slack else full.spin_generator[:few, :few],
         error_forms=(form,),
+        moments=projected_moments(full.moments, turn[:, :few]),
     )
 
 

@@ -234,6 +234,7 @@ def test_what_makes_no_sense_is_refused(hub):
         rigid_body_modes=element.rigid_body_modes[modal],
         recovery_modes=element.recovery_modes[:, :, modal],
         spin_generator=None,
+        moments=None,
     )
     with pytest.raises(SuperelementError, match="has no interface coordinates"):
         without_modes(nothing)

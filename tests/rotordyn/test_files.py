@@ -61,6 +61,10 @@ def _assert_same(first: Superelement, second: Superelement):
             for a, b in zip(left, right, strict=True):
                 assert (a.name, a.coupling) == (b.name, b.coupling)
                 assert a.position_m.tobytes() == b.position_m.tobytes()
+        elif field.name == "moments" and left is not None:
+            for part in dataclasses.fields(left):
+                a, b = getattr(left, part.name), getattr(right, part.name)
+                assert a.tobytes() == b.tobytes(), part.name
         else:
             assert left == right, field.name
 
@@ -290,6 +294,20 @@ DAMAGES = {
     "virtual dataset": (_virtual, "body/com keeps its data in another file"),
     "broken provenance": (_attribute("json", "[1", "provenance"), "provenance is not JSON"),
     "list for provenance": (_attribute("json", "[1]", "provenance"), "not a JSON object"),
+    "lacking moments": (_delete("moments/first"), "moments/first is missing"),
+    "moments of another size": (
+        _replace("moments/displacement", np.zeros((3, 2))),
+        r"moments/displacement has shape \(3, 2\)",
+    ),
+    "moments that are no fields": (
+        _edit("moments/second", (0, 0, 1), 1e9),
+        "mass moments: second_kg.* differs from",
+    ),
+    "nan in moments": (_edit("moments/second", (3, 0, 1), np.nan), "moments/second has nan"),
+    "dataset for moments": (
+        lambda f: (_delete("moments")(f), f.create_dataset("moments", data=1.0)),
+        "moments is not a group",
+    ),
     "negative mass": (_replace("body/mass", -1.0), "mass_kg is -1.0"),
 }
 
@@ -303,6 +321,15 @@ def test_damage_is_refused_with_file_and_place(copy, case):
         read_superelement(copy)
     assert str(caught.value).startswith(f"{copy}: ")
     assert str(caught.value).count(str(copy)) == 1
+
+
+def test_older_files_have_no_moments(element, copy):
+    with h5py.File(copy, "r+") as file:
+        assert file["moments/second"].shape == (6, element.size, element.size)
+        del file["moments"]
+        file.attrs["format_version"] = "1.2.0"
+    assert element.moments is not None
+    assert read_superelement(copy).moments is None
 
 
 def test_files_that_are_not_complete_are_refused(copy, tmp_path):

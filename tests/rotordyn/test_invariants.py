@@ -88,11 +88,45 @@ DAMAGES = [
 
 @pytest.mark.parametrize(("damage", "name", "concerns"), DAMAGES)
 def test_one_damage_fails_its_own_check(inner, damage, name, concerns):
-    damaged = dataclasses.replace(inner, **damage(inner))
+    # moments would see most of these too
+    damaged = dataclasses.replace(inner, moments=None, **damage(inner))
     found = [c for c in check_superelement(damaged) if c.passed is False]
     assert [c.name for c in found] == [name]
     assert found[0].where == inner.name
     assert found[0].concerns.startswith(concerns)
+
+
+def _moment(element, name, index, factor):
+    moments = element.moments
+    parts = {f.name: getattr(moments, f.name) for f in dataclasses.fields(moments)}
+    array = changed(parts[name], index, factor)
+    if name == "second_kg":  # the same product seen from the other side
+        a, b, j, k = index
+        array[b, a, k, j] = array[a, b, j, k]
+    return dataclasses.replace(moments, **{**parts, name: array})
+
+
+@pytest.mark.parametrize(
+    ("name", "index", "names"),
+    [
+        ("displacement_kg", (0, 0), {"moments of rigid motion"}),
+        ("first_kg_m", (2, 1, -1), {"moments of rigid motion"}),
+        ("second_kg", (2, 2, -1, -1), {"moments against the mass"}),
+        ("second_kg", (0, 1, -2, -1), {"moments against G"}),
+    ],
+)
+def test_damaged_moments_are_found(inner, name, index, names):
+    assert not bad(check_superelement(inner))
+    damaged = dataclasses.replace(inner, moments=_moment(inner, name, index, 1.0 + 1e-6))
+    assert bad(check_superelement(damaged)) == names
+
+
+def test_moments_tell_the_sign_of_spin(inner):
+    """G and L of the other sense agree with each other, and not with the moments."""
+    other = dataclasses.replace(
+        inner, gyroscopic=-inner.gyroscopic, spin_generator=-inner.spin_generator
+    )
+    assert "moments against G" in bad(check_superelement(other))
 
 
 def test_lost_torsional_inertia_is_named(with_axial_and_torsion, inner):
