@@ -1,0 +1,1 @@
+"""Superelements in the files of other programs, and back; one module for each format."""

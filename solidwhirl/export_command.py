@@ -1,0 +1,270 @@
+"""`solidwhirl export`: a superelement in the files of other programs."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from solidwhirl.errors import OutputError, clean
+from solidwhirl.rotordyn.atomic import replacing
+from solidwhirl.rotordyn.errors import SuperelementError
+from solidwhirl.rotordyn.exchange.exported import Exported
+from solidwhirl.rotordyn.files import read_superelement
+from solidwhirl.rotordyn.sidecar import superelement_document
+from solidwhirl.rotordyn.superelement import Superelement
+
+Writer = Callable[..., Exported]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Format:
+    """A format that bodies can be exported in.
+
+    Attributes
+    ----------
+    title
+        What it is, a phrase.
+    ending
+        How its file is called as a rule.
+    writer
+        Gives the function that writes it; imported when it is needed.
+    options
+        Options of the command that it understands, and the writer's names for them.
+    """
+
+    title: str
+    ending: str
+    writer: Callable[[], Writer]
+    options: Mapping[str, str]
+
+
+def _sid() -> Writer:
+    from solidwhirl.rotordyn.exchange.sid import write_sid
+
+    return write_sid
+
+
+def _mbdyn() -> Writer:
+    from solidwhirl.rotordyn.exchange.mbdyn import write_mbdyn
+
+    return write_mbdyn
+
+
+def _dmig() -> Writer:
+    from solidwhirl.rotordyn.exchange.dmig import write_dmig
+
+    return write_dmig
+
+
+def _op4() -> Writer:
+    from solidwhirl.rotordyn.exchange.op4 import write_op4
+
+    return write_op4
+
+
+def _exudyn() -> Writer:
+    from solidwhirl.rotordyn.exchange.exudyn import write_exudyn
+
+    return write_exudyn
+
+
+def _exudyn_frame() -> Writer:
+    from solidwhirl.rotordyn.exchange.exudyn_frame import write_exudyn_frame
+
+    return write_exudyn_frame
+
+
+def _ross() -> Writer:
+    from solidwhirl.rotordyn.exchange.ross import write_ross
+
+    return write_ross
+
+
+def _matrix_market() -> Writer:
+    from solidwhirl.rotordyn.exchange.matrix_market import write_matrix_market
+
+    return write_matrix_market
+
+
+def _npz() -> Writer:
+    from solidwhirl.rotordyn.exchange.arrays_npz import write_npz
+
+    return write_npz
+
+
+def _vtu() -> Writer:
+    from solidwhirl.surface_files import write_surface_vtu
+
+    return write_surface_vtu
+
+
+def _vtkhdf() -> Writer:
+    from solidwhirl.surface_files import write_surface_vtkhdf
+
+    return write_surface_vtkhdf
+
+
+def _json() -> Writer:
+    return write_sidecar
+
+
+_MODES = {"modes": "modes"}
+_DAMPED = {"modes": "modes", "damping": "modal_damping"}
+_SPEED = {"speed_rpm": "speed_rad_s"}
+FORMATS: Mapping[str, Format] = {
+    "sid": Format(
+        title="standard input data of a flexible body (Simpack, Modelica)",
+        ending=".SID_FEM",
+        writer=_sid,
+        options={**_DAMPED, "layout": "layout"},
+    ),
+    "mbdyn": Format(
+        title="MBDyn modal joint",
+        ending=".fem",
+        writer=_mbdyn,
+        options={**_DAMPED, "records": "level"},
+    ),
+    "dmig": Format(title="Nastran bulk data matrices", ending=".pch", writer=_dmig, options=_SPEED),
+    "op4": Format(title="Nastran output 4 matrices", ending=".op4", writer=_op4, options=_SPEED),
+    "exudyn": Format(
+        title="Exudyn, linear body in the inertial frame",
+        ending=".py",
+        writer=_exudyn,
+        options={},
+    ),
+    "exudyn-frame": Format(
+        title="Exudyn, flexible body with a moving frame",
+        ending=".py",
+        writer=_exudyn_frame,
+        options={**_MODES, **_SPEED},
+    ),
+    "ross": Format(title="ROSS rotor", ending=".py", writer=_ross, options={}),
+    "matrix-market": Format(
+        title="folder of Matrix Market matrices", ending="", writer=_matrix_market, options=_SPEED
+    ),
+    "npz": Format(title="numpy arrays", ending=".npz", writer=_npz, options=_SPEED),
+    "vtu": Format(
+        title="modes on the surface, for ParaView", ending=".vtu", writer=_vtu, options=_MODES
+    ),
+    "vtkhdf": Format(
+        title="modes on the surface, for ParaView",
+        ending=".vtkhdf",
+        writer=_vtkhdf,
+        options=_MODES,
+    ),
+    "json": Format(
+        title="what the body is, without its matrices", ending=".json", writer=_json, options={}
+    ),
+}
+
+
+def write_sidecar(element: Superelement, path: Path) -> Exported:
+    """Write what a superelement is, without its matrices, as JSON.
+
+    Parameters
+    ----------
+    element
+        The superelement.
+    path
+        The file.
+    """
+    text = json.dumps(superelement_document(element), indent=1, allow_nan=False)
+    with replacing(path) as temporary:
+        temporary.write_text(text + "\n", encoding="utf-8")
+    return Exported(
+        files=(path,),
+        carried=("coordinates", "interfaces", "mass properties", "frequencies", "provenance"),
+        left_out=("The matrices stay in the superelement file.",),
+    )
+
+
+def export_body(body: Path, name: str, out: Path, options: Mapping[str, Any]) -> Exported:
+    """Write a superelement file in another format.
+
+    Parameters
+    ----------
+    body
+        Superelement file.
+    name
+        One of `FORMATS`.
+    out
+        What to write.
+    options
+        Options of the command that were given: "modes", "damping", "layout", "records",
+        "speed_rpm".
+
+    Raises
+    ------
+    OutputError
+        An unknown format, an option that it does not have, or a place that can't be written.
+    SuperelementError
+        The file can't be read, or the format can't take the body.
+    """
+    if name not in FORMATS:
+        raise OutputError(f"--format: unknown {name!r}; known are {', '.join(FORMATS)}")
+    chosen = FORMATS[name]
+    for option in options:
+        flag = option.replace("_", "-")
+        if option not in chosen.options:
+            takers = [key for key, other in FORMATS.items() if option in other.options]
+            raise OutputError(f"--{flag}: not an option of {name}; {', '.join(takers)} have it")
+        if isinstance(options[option], float) and not math.isfinite(options[option]):
+            raise OutputError(f"--{flag}: found {options[option]}, a finite number is needed")
+    if not out.parent.is_dir():
+        raise OutputError(f"{out}: can not be written: there is no folder {out.parent}")
+    if out.is_dir() and chosen.ending:
+        raise OutputError(f"{out}: can not be written: it is a folder")
+    if out.exists() and body.exists() and out.samefile(body):
+        raise OutputError(f"{out}: is the file to export; choose another name")
+    named = {chosen.options[key]: _value(key, value) for key, value in options.items()}
+    element = read_superelement(body)
+    try:
+        return chosen.writer()(element, out, **named)
+    except SuperelementError as error:
+        raise SuperelementError(clean(f"{body}: can not be exported as {name}: {error}")) from error
+    except OSError as error:
+        raise OutputError(clean(f"{out}: can not be written: {error.strerror or error}")) from error
+
+
+def _value(option: str, value: Any) -> Any:
+    """Speeds in rad/s, the rest as it is."""
+    return value * math.pi / 30.0 if option == "speed_rpm" else value
+
+
+def export_command(body: Path, name: str, out: Path, options: Mapping[str, Any]) -> None:
+    """Export a body and say what was written, and what the format can not carry.
+
+    Parameters
+    ----------
+    body, name, out, options
+        As in `export_body`.
+
+    Raises
+    ------
+    OutputError
+        As in `export_body`, also for what `SuperelementError` says there.
+    """
+    try:
+        done = export_body(body, name, out, options)
+    except SuperelementError as error:
+        raise OutputError(str(error)) from error
+    for file in done.files:
+        typer.echo(f"written: {file}")
+    typer.echo(f"carried: {', '.join(done.carried)}")
+    for sentence in done.left_out:
+        typer.echo(f"left out: {sentence}")
+
+
+def formats_text() -> str:
+    """One line for each format: name, usual ending, what it is, its options."""
+    lines = []
+    for name, found in FORMATS.items():
+        flags = " ".join(f"--{key.replace('_', '-')}" for key in found.options)
+        lines.append(f"{name:14} {found.ending or 'folder':9} {found.title:55} {flags}".rstrip())
+    return "\n".join(lines)

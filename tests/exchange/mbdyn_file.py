@@ -1,0 +1,309 @@
+"""Strict readers of MBDyn's modal .fem files and of the inputs that use them."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+
+import numpy as np
+
+LONGEST_LINE = 8191  # of the reader in C++
+VALUE = r"-?\d\.\d{16}e[+-]\d\d\d?"
+NEEDED = {1, 2, 5, 6, 7, 8, 9, 10}
+INVARIANTS = {14, 15, 16, 17, 18}
+
+
+class FemError(ValueError):
+    """A file off the format."""
+
+
+@dataclass(frozen=True)
+class FemFile:
+    """All that a .fem file says; what is not there is None."""
+
+    groups: tuple[int, ...]
+    labels: tuple[str, ...]
+    amplitudes: np.ndarray | None
+    rates: np.ndarray | None
+    places: np.ndarray
+    shapes: np.ndarray
+    mass: np.ndarray
+    stiffness: np.ndarray
+    lumped: np.ndarray | None
+    inertia: tuple[float, np.ndarray, np.ndarray] | None
+    damping: np.ndarray | None
+    I3: np.ndarray | None
+    I4: np.ndarray | None
+    I5: np.ndarray | None
+    I8: np.ndarray | None
+    I9: np.ndarray | None
+    stiffening: dict[int, np.ndarray] = field(default_factory=dict)
+
+
+class _Lines:
+    def __init__(self, text):
+        if not text.isascii() or not text.endswith("\n") or "\r" in text or "\t" in text:
+            raise FemError("ASCII lines without tabs that end in a line feed are wanted")
+        self.lines = text[:-1].split("\n")
+        if max(map(len, self.lines)) > LONGEST_LINE:
+            raise FemError("a line is longer than the reader's buffer")
+        self.at = 0
+
+    def next(self):
+        if self.at == len(self.lines):
+            raise FemError("the file ends too early")
+        self.at += 1
+        return self.lines[self.at - 1]
+
+    def tokens(self, count, pattern):
+        """Take whole lines until a number of words is complete."""
+        found = []
+        while len(found) < count:
+            words = self.next().split()
+            if not words or any(not re.fullmatch(pattern, word) for word in words):
+                raise FemError(f"line {self.at}: {self.lines[self.at - 1]!r}")
+            found += words
+        if len(found) != count:
+            raise FemError(f"line {self.at}: {len(found)} values, {count} wanted")
+        return found
+
+    def numbers(self, *shape):
+        values = self.tokens(int(np.prod(shape)), VALUE)
+        return np.array([float(v) for v in values]).reshape(shape)
+
+    def integer(self):
+        return int(self.tokens(1, r"\d+")[0])
+
+
+def parse_fem(text):
+    """Return the contents of a .fem file; FemError if anything is off the format."""
+    lines = _Lines(text)
+    found, groups = {}, []
+    n = m = None
+    while True:
+        line = lines.next()
+        if line == "** END OF FILE":
+            break
+        head = re.fullmatch(r"\*\* RECORD GROUP (\d+),[ A-Z0-9.,-]*", line)
+        if not head:
+            if line.startswith("** RECORD") or (line and not line.startswith("**")):
+                raise FemError(f"line {lines.at}: {line!r} outside of records")
+            continue
+        group = int(head.group(1))
+        if (not groups and group != 1) or (groups and group <= groups[-1]):
+            raise FemError(f"record group {group} after {groups}")
+        groups.append(group)
+        if group == 1:
+            if not lines.next().startswith("**"):
+                raise FemError("record group 1 begins with a comment")
+            revision, *numbers = lines.next().split()
+            n, normal, attached, constraint, rejected = map(int, numbers)
+            m = normal + attached + constraint - rejected
+            if revision != "REV0" or m < 1 or n < 1:
+                raise FemError(f"header {revision, *numbers}")
+            continue
+        found[group] = _record(lines, group, n, m)
+    if lines.at != len(lines.lines):
+        raise FemError("text behind the end")
+    missing = NEEDED - set(groups)
+    if missing or (INVARIANTS & set(groups)) not in (set(), INVARIANTS):
+        raise FemError(f"record groups {groups}")
+    if (11 in groups) == (12 in groups) or (11 in groups and INVARIANTS & set(groups)):
+        raise FemError(f"inertia in two ways or none: {groups}")
+    labels = tuple(found[2])
+    if len(set(labels)) != n:
+        raise FemError("a label comes twice")
+    return FemFile(
+        groups=tuple(groups),
+        labels=labels,
+        amplitudes=found.get(3),
+        rates=found.get(4),
+        places=np.stack([found[5], found[6], found[7]], axis=1),
+        shapes=found[8],
+        mass=found[9],
+        stiffness=found[10],
+        lumped=found.get(11),
+        inertia=found.get(12),
+        damping=found.get(13),
+        I3=found.get(14),
+        I4=found.get(15),
+        I5=found.get(17),
+        I8=found.get(16),
+        I9=found.get(18),
+        stiffening=found.get(19, {}),
+    )
+
+
+def _record(lines, group, n, m):
+    if group == 2:
+        return lines.tokens(n, r"[^\s*]\S*")
+    if group == 8:
+        shapes = np.zeros((n, 6, m))
+        for mode in range(m):
+            if not re.fullmatch(rf"\*\*    NORMAL MODE SHAPE # *{mode + 1}", lines.next()):
+                raise FemError(f"line {lines.at}: mode {mode + 1} is not announced")
+            shapes[:, :, mode] = lines.numbers(n, 6)
+        return shapes
+    if group == 12:
+        return float(lines.numbers(1)[0]), lines.numbers(3), lines.numbers(3, 3)
+    if group == 16:
+        return lines.numbers(3, m, 3).transpose(0, 2, 1)
+    if group == 18:
+        return lines.numbers(3, m, m, 3).transpose(0, 3, 1, 2)
+    if group == 19:
+        matrices = {}
+        for _ in range(lines.integer()):
+            index = lines.integer()
+            if index in matrices or index < 1:
+                raise FemError(f"stiffening {index} after {list(matrices)}")
+            matrices[index] = lines.numbers(m, m)
+        return matrices
+    shapes = {
+        **{3: (m,), 4: (m,), 5: (n,), 6: (n,), 7: (n,), 9: (m, m), 10: (m, m), 11: (n, 6)},
+        **{13: (m, m), 14: (3, m), 15: (3, m), 17: (3, m, m)},
+    }
+    if group not in shapes:
+        raise FemError(f"record group {group} is unknown")
+    return lines.numbers(*shapes[group])
+
+
+@dataclass(frozen=True)
+class InputFile:
+    """Statements of an MBDyn input by block, and its modal joint."""
+
+    variables: dict[str, float]
+    blocks: dict[str, list[tuple[str, list[str]]]]
+    modal: dict[str, object]
+
+
+BLOCKS = ["data", "initial value", "control data", "nodes", "elements"]
+
+
+def parse_input(text):
+    """Return the statements of an input with one modal joint, as its manual's syntax has them."""
+    statements = _statements(text)
+    variables, blocks, block = {}, {}, None
+    for key, words in statements:
+        if key == "begin":
+            if block is not None or words[0] in blocks:
+                raise FemError(f"begin {words}")
+            block = words[0]
+            blocks[block] = []
+        elif key == "end":
+            if words != [block]:
+                raise FemError(f"end {words} in {block}")
+            block = None
+        elif block is not None:
+            blocks[block].append((key, words))
+        elif key == "set" and len(words) == 1:
+            kind, name, value = re.fullmatch(r"(real|integer) (\w+) = (\S+)", words[0]).groups()
+            variables[name] = {"real": float, "integer": int}[kind](value)
+        else:
+            raise FemError(f"statement {key}: {words} outside of blocks")
+    if list(blocks) != BLOCKS or block is not None:
+        raise FemError(f"blocks {list(blocks)}")
+    modal = [words for key, words in blocks["elements"] if key == "joint" and words[1] == "modal"]
+    return InputFile(variables, blocks, _modal_joint(modal[0]))
+
+
+def _statements(text):
+    """Key and comma-separated words of each statement; comments and line ends dropped."""
+    plain = " ".join(line.split("#")[0].strip() for line in text.split("\n"))
+    parts = re.findall(r'(?:"[^"]*"|[^;"])+;', plain)
+    if "".join(parts).replace(" ", "") != plain.replace(" ", ""):
+        raise FemError("a statement has no end")
+    result = []
+    for part in parts:
+        key, colon, rest = part[:-1].strip().partition(":")
+        words = re.findall(r'(?:"[^"]*"|[^,"])+', rest) if colon else []
+        result.append((key.strip(), [" ".join(word.split()) for word in words]))
+    return result
+
+
+def _modal_joint(words):
+    """Arguments of the joint, in the order in which MBDyn reads them."""
+    rest = list(words)
+    joint = {"label": rest.pop(0)}
+    if rest.pop(0) != "modal":
+        raise FemError("no modal joint")
+    joint["node"], joint["modes"] = rest.pop(0), int(rest.pop(0))
+    if rest.pop(0) != "from file":
+        raise FemError("the number of nodes must come from the file")
+    joint["damping"] = rest.pop(0)
+    if joint["damping"] not in ("no damping", "damping from file"):
+        raise FemError(f"damping {joint['damping']!r}")
+    joint["file"] = _quoted(rest.pop(0))
+    if [rest.pop(0), rest.pop(0)] != ["origin position", "null"]:
+        raise FemError("the origin must be that of the file")
+    count = int(rest.pop(0))
+    # its manual shows this word earlier, where the program does not take it
+    joint["use invariant 9"] = rest[-1] == "use invariant 9"
+    if joint["use invariant 9"]:
+        rest.pop()
+    if len(rest) != 3 * count:
+        raise FemError(f"{count} interfaces, {rest}")
+    joint["interfaces"] = [
+        (_quoted(label), node, offset)
+        for label, node, offset in zip(rest[::3], rest[1::3], rest[2::3], strict=True)
+    ]
+    return joint
+
+
+def _quoted(text):
+    if not re.fullmatch(r'"[^"]+"', text):
+        raise FemError(f"{text!r} is no text in quotes")
+    return text[1:-1]
+
+
+def _skew(vectors):
+    """Matrices of v × of vectors (..., 3)."""
+    x, y, z = np.moveaxis(np.asarray(vectors), -1, 0)
+    o = np.zeros_like(x)
+    return np.stack([o, -z, y, z, o, -x, -y, x, o], axis=-1).reshape(*x.shape, 3, 3)
+
+
+def lumped_integrals(fem):
+    """Return inertia and invariants as sums over the masses of record group 11."""
+    mass = fem.lumped[:, 0]
+    assert np.array_equal(fem.lumped[:, :3], np.repeat(mass[:, None], 3, axis=1))
+    assert not fem.lumped[:, 3:].any()
+    x, phi = fem.places, fem.shapes[:, :3]
+    place, shape = _skew(x), _skew(phi.transpose(0, 2, 1))
+    return {
+        "mass_kg": mass.sum(),
+        "center_of_gravity_m": mass @ x / mass.sum(),
+        "inertia_kg_m2": -np.einsum("p,pab,pbc->ac", mass, place, place),
+        "I3": np.einsum("p,paj->aj", mass, phi),
+        "I4": np.einsum("p,pab,pbj->aj", mass, place, phi),
+        "I5": np.einsum("p,pjab,pbk->ajk", mass, shape, phi),
+        "I8": -np.einsum("p,pab,pjbc->acj", mass, place, shape),
+        "I9": np.einsum("p,pjab,pkbc->acjk", mass, shape, shape),
+    }
+
+
+def fields(fem, names):
+    """Return what the file says in the fields of `floating_frame.floating_body`."""
+    if fem.lumped is not None:
+        inertia = lumped_integrals(fem)
+    else:
+        mass, centre, about_centre = fem.inertia
+        steiner = mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
+        inertia = {key: getattr(fem, key) for key in ("I3", "I4", "I5", "I8", "I9")} | {
+            "mass_kg": mass,
+            "center_of_gravity_m": centre,
+            "inertia_kg_m2": about_centre + steiner,
+        }
+    return inertia | {
+        "mass": fem.mass,
+        "stiffness": fem.stiffness,
+        "stress_stiffening": fem.stiffening.get(3, np.zeros_like(fem.mass)),
+        "nodes": [
+            {
+                "name": name,
+                "position_m": fem.places[fem.labels.index(name)],
+                "translations": fem.shapes[fem.labels.index(name), :3],
+                "rotations": fem.shapes[fem.labels.index(name), 3:],
+            }
+            for name in names
+        ],
+    }

@@ -1,0 +1,232 @@
+"""DMIG and its bulk data, read by pyNastran and by this program."""
+
+from __future__ import annotations
+
+import warnings
+
+import matrix_body
+import numpy as np
+import pytest
+from matrix_body import SPEED, body, compare, error, from_matrices, ours, tied
+
+from solidwhirl.rotordyn import SuperelementError
+from solidwhirl.rotordyn.exchange.dmig import read_dmig, write_dmig
+from solidwhirl.rotordyn.exchange.foreign_body import rows_of
+from solidwhirl.rotordyn.exchange.nastran_numbers import parsed_real, real_field
+
+# Frequencies from 12 digits: measured 2.6e-11 at worst; the contract with users is 1e-6.
+LIMIT = 1e-8
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    path = tmp_path_factory.mktemp("dmig") / "shaft.pch"
+    return path, write_dmig(body(), path, speed_rad_s=SPEED)
+
+
+def pynastran(path):
+    """The model as pyNastran reads it."""
+    with warnings.catch_warnings():
+        # its own use of numpy and of the standard library, nothing of the file
+        warnings.simplefilter("ignore", DeprecationWarning)
+        from pyNastran.bdf.bdf import BDF
+
+        model = BDF(debug=None, log=None)
+        model.read_bdf(str(path), punch=True, xref=False)
+    return model
+
+
+def scattered(model, name, rows):
+    """A square matrix in the order of `rows`: pyNastran drops empty rows and columns."""
+    matrix, by_row, by_column = model.dmig[name].get_matrix()
+    out = np.zeros((len(rows), len(rows)))
+    index = {(row.node, row.component): k for k, row in enumerate(rows)}
+    rows_at = [index[tuple(int(v) for v in by_row[k])] for k in sorted(by_row)]
+    columns_at = [index[tuple(int(v) for v in by_column[k])] for k in sorted(by_column)]
+    out[np.ix_(rows_at, columns_at)] = matrix
+    return out
+
+
+def order_of(element, found):
+    """Coordinates of the element in the order of what was read."""
+    rows = [(r.node, r.component) for r in rows_of(element)]
+    read = zip(found.nodes.tolist(), found.components.tolist(), strict=True)
+    return [rows.index(row) for row in read]
+
+
+def test_pynastran_reads_the_body_and_its_frequencies(written):
+    path, exported = written
+    model = pynastran(path.with_suffix(".bdf"))
+    element, rows = body(), rows_of(body())
+    assert sorted(model.nodes) == [1, 2, 3]
+    for node, grid in zip(element.interfaces, (model.nodes[k] for k in (1, 2, 3)), strict=True):
+        np.testing.assert_allclose(grid.xyz, node.position_m, rtol=1e-13)
+    assert {r.node for r in rows if r.component == 0} == set(model.spoints)
+    found = {name: scattered(model, name, rows) for name in model.dmig if name != "RIGB"}
+    for name, matrix in (
+        ("MRED", element.mass),
+        ("KRED", element.stiffness),
+        ("CCOR", element.gyroscopic),
+        ("KGEO", element.stress_stiffening),
+        ("KSPN", -element.spin_softening),
+        ("LSPN", element.spin_generator),
+    ):
+        # half of the twelfth digit, of the eleventh below 1e-10
+        np.testing.assert_allclose(found[name], matrix, rtol=5.1e-12, atol=1e-20)
+    change = found["KGEO"] + found["KSPN"]
+    compare(element, (found["MRED"], found["KRED"], found["CCOR"], change), LIMIT)
+    held = found["KSPD"] + matrix_body.springs(element)
+    at_speed = from_matrices(found["MRED"], found["CSPD"], held)
+    assert error(at_speed, ours(element, SPEED, True)) < LIMIT
+    assert exported.files == (path, path.with_suffix(".bdf"))
+    assert any("12 digits" in text for text in exported.left_out)
+
+
+def test_pynastran_writes_what_this_program_reads(written, tmp_path):
+    """Another writer's form of the same matrices: there and back."""
+    path, _ = written
+    model = pynastran(path.with_suffix(".bdf"))
+    again = tmp_path / "again.bdf"
+    # 16 columns in its own number format
+    model.write_bdf(str(again), size=16, is_double=True, interspersed=False)
+    # it leaves the columns of a rectangle in another form
+    lines = again.read_text().splitlines()
+    assert any(line.startswith("DMIG*") for line in lines)
+    ours_read, theirs = read_dmig(path), read_dmig(again)
+    assert theirs.nodes.tolist() == ours_read.nodes.tolist()
+    assert theirs.components.tolist() == ours_read.components.tolist()
+    for name in ("MRED", "KRED", "CCOR"):
+        scale = np.abs(ours_read.matrices[name]).max()
+        np.testing.assert_allclose(
+            theirs.matrices[name], ours_read.matrices[name], atol=1e-9 * scale, rtol=1e-8
+        )
+
+
+def test_this_program_reads_it_back(written):
+    path, _ = written
+    element, found = body(), read_dmig(path)
+    order = order_of(element, found)
+    at = np.ix_(order, order)
+    np.testing.assert_allclose(found.matrices["MRED"], element.mass[at], rtol=5.1e-12, atol=1e-20)
+    np.testing.assert_allclose(
+        found.matrices["CCOR"], element.gyroscopic[at], rtol=5.1e-12, atol=1e-20
+    )
+    np.testing.assert_allclose(
+        found.matrices["RIGB"], element.rigid_body_modes[order], rtol=5.1e-12, atol=1e-20
+    )
+    assert {path, path.with_suffix(".bdf")} == set(found.files)
+
+
+def test_tied_coordinates_become_scalar_points_and_mpc(tmp_path):
+    element = tied()
+    exported = write_dmig(element, tmp_path / "casing.pch")
+    assert any("tied to 6 free motions" in text for text in exported.left_out)
+    model = pynastran(tmp_path / "casing.bdf")
+    rows = [type(rows_of(element)[0])(node=1001 + k, component=0) for k in range(6)]
+    mass = scattered(model, "MRED", rows)
+    # the free motions are those about the origin: mass and m z of a body at z = 0.3 m
+    assert mass[0, 0] == pytest.approx(40.0, rel=1e-11)
+    assert mass[0, 4] == pytest.approx(40.0 * 0.3, rel=1e-11)
+    (mpcs,) = model.mpcs.values()
+    assert len(mpcs) == element.size
+    found = read_dmig(tmp_path / "casing.pch")
+    order = order_of(element, found)
+    np.testing.assert_allclose(found.matrices["TIE"], element.constraint[order], atol=1e-12)
+    np.testing.assert_allclose(
+        found.matrices["MRED"], element.mass[np.ix_(order, order)], atol=1e-9
+    )
+
+
+@pytest.mark.parametrize("exponent", range(-30, 31))
+def test_numbers_have_as_many_digits_as_fit(exponent):
+    """At least 12 digits between 1e-10 and 1e20, 11 elsewhere; pyNastran reads the same number."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        from pyNastran.bdf.bdf_interface.assign_type import double
+        from pyNastran.bdf.bdf_interface.bdf_card import BDFCard
+    rng = np.random.default_rng(exponent + 100)
+    digits = 12 if -10 <= exponent < 20 else 11
+    for value in rng.uniform(1.0, 10.0, 25) * rng.choice([-1.0, 1.0], 25) * 10.0**exponent:
+        text = real_field(float(value))
+        assert len(text) == 16
+        assert parsed_real(text) == pytest.approx(value, rel=0.51 * 10.0 ** (1 - digits), abs=0)
+        card = BDFCard(["X", text.strip()])
+        assert double(card, 1, "value") == pytest.approx(parsed_real(text), rel=1e-15)
+
+
+def test_numbers_that_are_none():
+    for text in ("", "12", "abc", "1.0.0", ".", "1.0E", "nan", "1.0+12345", "--1.0"):
+        with pytest.raises(ValueError, match="is no real number"):
+            parsed_real(text)
+    assert [parsed_real(t) for t in ("1.5+3", "-.2-3", "4.D-2", "12.E4", "7.0")] == [
+        1500.0, -2e-4, 0.04, 120000.0, 7.0,
+    ]  # fmt: skip
+
+
+GOOD = """\
+GRID           1              0.      0.      0.
+DMIG    MRED           0       6       2       0
+DMIG*   MRED                           1               1
+*                      1               1 2.000000000D+00
+"""
+TYPE_4 = GOOD.replace("       6       2", "       6       4")
+SYSTEM_5 = GOOD.replace("GRID           1        ", "GRID           1       5")
+BAD = {
+    "no DMIG entry": GOOD.split("DMIG")[0],
+    "line 3: DMIG: row 1, 1 is given twice": GOOD + GOOD.splitlines()[3] + "\n",
+    "form is 3; allowed are 1, 2, 6 and 9": GOOD.replace("       6       2", "       3       2"),
+    r"type is 4; allowed are 1 and 2 \(real\)": TYPE_4,
+    "line 3: DMIG: field 8: 'two' is no real number": GOOD.replace("2.000000000D+00", "two"),
+    "CQUAD4: this entry is not known": GOOD + "CQUAD4         1       1       1       2\n",
+    "point 1 has component 1 in a matrix, and no GRID": GOOD.split("\n", 1)[1],
+    "CP is 5; the basic system": SYSTEM_5,
+    "continues nothing": "*                      1               1 2.000000000D+00\n",
+    "component is 7": GOOD.replace(" 1               1 2.", " 1               7 2."),
+    "column of matrix MXED before its header": GOOD.replace("DMIG*   MRED", "DMIG*   MXED"),
+    "begun more than once": GOOD + GOOD.splitlines()[1] + "\n",
+    "point 1 occurs more than once": GOOD.splitlines()[0] + "\n" + GOOD,
+    "is not text": None,
+    "has a tabulator": GOOD.replace("GRID           1", "GRID\t1"),
+    "has an imaginary part": GOOD.rstrip() + " 1.000000000D+00\n",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("message", BAD)
+def test_damage_is_named(tmp_path, message):
+    path = tmp_path / "body.pch"
+    text = BAD[message]
+    path.write_bytes(b"GRID \xff\xfe" if text is None else text.encode())
+    with pytest.raises(SuperelementError, match=message) as caught:
+        read_dmig(path)
+    assert str(path) in str(caught.value)
+
+
+def test_includes_that_never_end_and_files_that_are_not_there(tmp_path):
+    path = tmp_path / "body.bdf"
+    path.write_text("INCLUDE 'body.bdf'\n")
+    with pytest.raises(SuperelementError, match="is included 5 deep"):
+        read_dmig(path)
+    path.write_text("INCLUDE 'other.pch'\n")
+    with pytest.raises(SuperelementError, match=r"other\.pch: no such file"):
+        read_dmig(path)
+    with pytest.raises(SuperelementError, match="the matrices go to a punch file"):
+        write_dmig(body(), tmp_path / "a.bdf")
+
+
+def test_speed_beyond_the_basis(tmp_path):
+    with pytest.raises(SuperelementError, match="at most 2000 rad/s"):
+        write_dmig(body(), tmp_path / "a.pch", speed_rad_s=2001.0)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_small_fields_commas_and_case_control_are_read(tmp_path):
+    path = tmp_path / "body.bdf"
+    path.write_text(
+        "SOL 103\nCEND\nM2GG = MRED\nBEGIN BULK\nPARAM   POST    -1\n"
+        "GRID,1,,1.5,-.2+1,3.\nSPOINT  1001    1003\n"
+        "DMIG,MRED,0,6,1,0\nDMIG,MRED,1,1,,1,1,2.0\n+,1001,,.5\nENDDATA\nnonsense\n"
+    )
+    found = read_dmig(path)
+    np.testing.assert_allclose(found.positions[1], [1.5, -2.0, 3.0])
+    np.testing.assert_allclose(found.matrices["MRED"], [[2.0, 0.5], [0.5, 0.0]])
+    assert found.components.tolist() == [1, 0]
