@@ -6,7 +6,9 @@ from mpi4py import MPI
 from solidwhirl.geometry import MATERIALS, Body, Interface, Section
 from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid
 from solidwhirl.reduction import ReductionRequest, reduce_body
+from solidwhirl.reduction.fields import body_fields
 from solidwhirl.reduction.indicators import MotionSample, element_errors
+from solidwhirl.reduction.stresses import StressRecovery
 
 
 def warm(level: str, degree: int) -> None:
@@ -36,8 +38,10 @@ def warm(level: str, degree: int) -> None:
         centrifugal=True,
         estimates=("mode_truncation", "mesh") if level == "harmonic" else ("mode_truncation",),
     )
-    make = mesh_meridian if level == "harmonic" else mesh_solid
-    element, work = reduce_body(body, make(body, size), MPI.COMM_SELF, request, {})
+    mesh = (mesh_meridian if level == "harmonic" else mesh_solid)(body, size)
+    element, work = reduce_body(body, mesh, MPI.COMM_SELF, request, {})
+    fields = body_fields(body, mesh, request, element)
+    StressRecovery(fields).recover(np.ones(element.size), 100.0)
     motion = np.ones(element.size, dtype=complex)
     sample = MotionSample(coordinates=motion, s=100j, speed_rad_s=100.0, weight=1.0)
     for indicators in work.indicators:

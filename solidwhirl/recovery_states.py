@@ -1,0 +1,323 @@
+"""States of the assembled engine whose fields are recovered: modes, responses, instants."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+
+from solidwhirl.analyses_response import RPM, end_of, sweep, unbalance_of
+from solidwhirl.rotordyn import AnalysisError, AssembledSystem, End, modes_at_speed
+from solidwhirl.rotordyn.harmonic_response import harmonic_response, independent_loads
+from solidwhirl.rotordyn.run_up import run_up
+from solidwhirl.rotordyn.run_up_record import MotionState, RunUp
+from solidwhirl.rotordyn.speed_profile import SpeedProfile, ramp_and_hold
+from solidwhirl.rotordyn.unbalance import (
+    ExciterResponse,
+    Unbalance,
+    turning_load,
+    unbalance_response,
+)
+from solidwhirl.rotordyn.unbalance_peaks import resonance_peaks
+from solidwhirl.scene import Scene
+from solidwhirl.scene_analyses import RunUpSpec, UnbalanceResponseSpec
+from solidwhirl.scene_recovery import RecoveryStateSpec, number_text
+
+# A peak is found to this part of the distance of the samples.
+_SHARP = 1e-6
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class EngineState:
+    """One state of the engine.
+
+    Attributes
+    ----------
+    label
+        Name in results and files.
+    source
+        "mode", "response" or "run_up".
+    motion
+        Independent coordinates of the system: complex amplitudes of a vibration, or real ones of
+        an instant.
+    speed_rad_s
+        Of the reference shaft.
+    facts
+        What else results.json tells of it.
+    scaled_to_m
+        Largest displacement that a mode is scaled to; None: the motion has its own size.
+    has_size
+        Whether its stress may be added to that of the centrifugal load.
+    time_s
+        Of an instant of a run-up.
+    """
+
+    label: str
+    source: str
+    motion: NDArray[Any]
+    speed_rad_s: float
+    facts: dict[str, Any]
+    scaled_to_m: float | None = None
+    has_size: bool = True
+    time_s: float | None = None
+
+
+# Largest displacement of a mode whose amplitude nobody gave.
+_MODE_AMPLITUDE_M = 1e-3
+
+
+def engine_states(
+    spec: RecoveryStateSpec, scene: Scene, system: AssembledSystem
+) -> Iterator[EngineState]:
+    """Yield the states that an entry of a recovery stands for.
+
+    Parameters
+    ----------
+    spec
+        The entry.
+    scene
+        For the analyses it refers to.
+    system
+        The assembled engine.
+
+    Raises
+    ------
+    AnalysisError
+        There is no such mode or no peak.
+    """
+    if spec.mode is not None:
+        yield _mode(spec, system)
+        return
+    named = {analysis.label: analysis for analysis in scene.analyses}
+    found = named[spec.response or spec.run_up or ""]
+    if isinstance(found, UnbalanceResponseSpec):
+        yield from _responses(spec, found, system)
+    elif isinstance(found, RunUpSpec):
+        yield from _instants(spec, found, system)
+
+
+def _mode(spec: RecoveryStateSpec, system: AssembledSystem) -> EngineState:
+    assert spec.mode is not None and spec.speed_rpm is not None
+    modes = modes_at_speed(system, spec.speed_rpm * RPM, spec.mode)
+    if modes.frequency_hz.size < spec.mode:
+        raise AnalysisError(
+            f"state {spec.label!r}: there are {modes.frequency_hz.size} modes at "
+            f"{spec.speed_rpm:g} rpm, not {spec.mode}"
+        )
+    k = spec.mode - 1
+    return EngineState(
+        label=spec.label,
+        source="mode",
+        motion=modes.shapes[:, k],
+        speed_rad_s=spec.speed_rpm * RPM,
+        facts={
+            "frequency_hz": float(modes.frequency_hz[k]),
+            "log_decrement": float(modes.log_decrement[k]),
+        },
+        scaled_to_m=spec.amplitude_m or _MODE_AMPLITUDE_M,
+        has_size=spec.amplitude_m is not None,
+    )
+
+
+def _responses(
+    spec: RecoveryStateSpec, found: UnbalanceResponseSpec, system: AssembledSystem
+) -> Iterator[EngineState]:
+    """One state for each frequency; motions of different frequency have no common phase."""
+    unbalances = [unbalance_of(u) for u in found.unbalances]
+    if spec.speed_rpm is not None:
+        speed = spec.speed_rpm * RPM
+    else:
+        assert spec.peak is not None
+        speed = response_peak(system, unbalances, _speeds(spec, found), end_of(spec.peak))
+    exciters = unbalance_response(system, unbalances, [speed]).exciters
+    for exciter in exciters:
+        own = [u for u in unbalances if u.body in exciter.bodies]
+        suffix = "" if len(exciters) == 1 else f"_by_{'_'.join(exciter.bodies)}"
+        yield EngineState(
+            label=spec.label + suffix,
+            source="response",
+            motion=response_motion(system, own, exciter.frequency_ratio, speed),
+            speed_rad_s=speed,
+            facts={
+                "excited_by": list(exciter.bodies),
+                "frequency_hz": float(exciter.frequency_ratio * speed / (2.0 * np.pi)),
+            },
+        )
+
+
+def response_motion(
+    system: AssembledSystem, unbalances: list[Unbalance], ratio: float, speed_rad_s: float
+) -> NDArray[np.complex128]:
+    """Return the coordinates of the steady response to unbalances of one frequency, (n,).
+
+    Parameters
+    ----------
+    system
+        The engine.
+    unbalances
+        On bodies of one |speed ratio|.
+    ratio
+        That ratio.
+    speed_rad_s
+        Of the reference shaft.
+    """
+    patterns: dict[str, Any] = {}
+    for unbalance in unbalances:
+        load = turning_load(system, unbalance)
+        patterns[unbalance.body] = patterns.get(unbalance.body, 0.0) + load
+    omega = ratio * speed_rad_s
+    loads = omega**2 * independent_loads(system, patterns)
+    solved = harmonic_response(system, speed_rad_s, omega, loads[None, :, None])
+    return np.asarray(solved.displacement[0, :, 0])
+
+
+def response_peak(
+    system: AssembledSystem,
+    unbalances: list[Unbalance],
+    speeds_rad_s: NDArray[np.float64],
+    place: End,
+) -> float:
+    """Return the speed of the highest peak of the response to unbalance at a place.
+
+    Parameters
+    ----------
+    system, unbalances
+        The engine and what excites it.
+    speeds_rad_s
+        Samples, rising; the peak is sought between them.
+    place
+        Interface.
+
+    Raises
+    ------
+    AnalysisError
+        There is no peak inside.
+    """
+    response = unbalance_response(system, unbalances, speeds_rad_s)
+
+    def height(exciter: ExciterResponse) -> NDArray[np.float64]:
+        return np.asarray(exciter.orbits().major_m[:, exciter.nodes.index(place)])
+
+    curves = [height(exciter) for exciter in response.exciters]
+    found = [
+        (peak.amplitude, peak.position_rad_s, k)
+        for k, curve in enumerate(curves)
+        for peak in resonance_peaks(speeds_rad_s, curve)
+    ]
+    if not found:
+        raise AnalysisError(
+            f"the response at {place.label} has no peak from {speeds_rad_s[0] / RPM:g} to "
+            f"{speeds_rad_s[-1] / RPM:g} rpm"
+        )
+    _, position, which = max(found)
+    near = int(np.abs(speeds_rad_s - position).argmin())
+    low, high = speeds_rad_s[max(near - 1, 0)], speeds_rad_s[min(near + 1, len(speeds_rad_s) - 1)]
+
+    def lowered(speed: float) -> float:
+        there = unbalance_response(system, unbalances, [speed]).exciters[which]
+        return -float(height(there)[0])
+
+    best = minimize_scalar(
+        lowered, bounds=(low, high), method="bounded", options={"xatol": _SHARP * (high - low)}
+    )
+    return float(best.x)
+
+
+def _speeds(spec: RecoveryStateSpec, found: Any) -> NDArray[np.float64]:
+    """Samples of a sweep within the range of a state."""
+    speeds = sweep(found)
+    low, high = (v * RPM for v in spec.between_rpm or (0.0, np.inf))
+    inside = speeds[(speeds >= low) & (speeds <= high)]
+    if len(inside) < 3:
+        raise AnalysisError(
+            f"state {spec.label!r}: {found.label!r} has {len(inside)} speeds within between_rpm; "
+            "3 or more are needed to see a peak"
+        )
+    return inside
+
+
+def _instants(
+    spec: RecoveryStateSpec, found: RunUpSpec, system: AssembledSystem
+) -> Iterator[EngineState]:
+    """States at the instants of a run-up; it is run again up to these."""
+    profile = ramp_and_hold(found.to_rpm * RPM, found.ramp_s, found.hold_s)
+    times = spec.time_s
+    if times is None:
+        assert spec.peak is not None
+        times = (_largest_at(spec, found, system, profile),)
+    state: MotionState | None = None
+    before = 0.0
+    for asked in times:
+        # whole steps, so that the break points of the profile are steps
+        time = max(round(asked * found.sampling_hz), 1) / found.sampling_hz
+        if time > before:
+            run = _run(found, system, _piece(profile, before, time), before, profile, state)
+            state, before = run.final, time
+        assert state is not None
+        suffix = "" if len(times) == 1 else f"_{number_text(time)}s"
+        yield EngineState(
+            label=spec.label + suffix,
+            source="run_up",
+            motion=state.displacement,
+            speed_rad_s=float(profile.speed_rad_s(min(before, profile.duration_s))),
+            facts={"time_s": before},
+            time_s=before,
+        )
+
+
+def _piece(profile: SpeedProfile, start: float, end: float) -> SpeedProfile:
+    """The profile from one time to another, with its own time."""
+    end = min(end, profile.duration_s)
+    inner = [t for t in profile.times_s.tolist() if start < t < end]
+    times = np.array([start, *inner, end])
+    return SpeedProfile(times_s=times - start, speeds_rad_s=profile.speed_rad_s(times))
+
+
+def _run(
+    found: RunUpSpec,
+    system: AssembledSystem,
+    piece: SpeedProfile,
+    start: float,
+    whole: SpeedProfile,
+    state: MotionState | None,
+    outputs: tuple[End, ...] = (),
+) -> RunUp:
+    """Run a piece of a run-up; unbalances go on from the angle that they have reached."""
+    angle = float(whole.angle_rad(start))
+    unbalances = [
+        replace(u, phase_rad=u.phase_rad + system.system.rotors[u.body].speed_ratio * angle)
+        for u in (unbalance_of(s) for s in found.unbalances)
+    ]
+    return run_up(
+        system,
+        piece,
+        unbalances,
+        step_s=1.0 / found.sampling_hz,
+        record_every=1,
+        outputs=outputs,
+        gravity_m_per_s2=found.gravity_m_per_s2,
+        drives=[end_of(place) for place in found.drives],
+        initial=state,
+    )
+
+
+def _largest_at(
+    spec: RecoveryStateSpec, found: RunUpSpec, system: AssembledSystem, profile: SpeedProfile
+) -> float:
+    """Time at which a place is farthest from the axis."""
+    assert spec.peak is not None
+    run = _run(found, system, profile, 0.0, profile, None, (end_of(spec.peak),))
+    low, high = (v * RPM for v in spec.between_rpm or (0.0, np.inf))
+    speed = np.abs(run.speed_rad_s)
+    distance = np.hypot(*run.translation_m[0, :2])
+    inside = (speed >= low) & (speed <= high) & (run.time_s > 0.0)
+    if not distance[inside].any():
+        raise AnalysisError(
+            f"state {spec.label!r}: {spec.peak} does not move sideways in that part of "
+            f"{found.label!r}"
+        )
+    return float(run.time_s[np.where(inside, distance, -1.0).argmax()])
