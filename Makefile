@@ -23,7 +23,8 @@ pipeline: setup ## run a scene end to end (SCENE=ferraris OUT=out/ferraris NP=1)
 	@if [ $(NP) = 1 ]; then $(BIN)/solidwhirl run scenes/$(SCENE).toml --out $(OUT); \
 	else mpirun -n $(NP) $(BIN)/solidwhirl run scenes/$(SCENE).toml --out $(OUT); fi
 
-test: setup ## run the tests (on JOBS=2 cores)
+test: setup ## run the tests (on JOBS=2 cores; installs ROSS, which reads exported bodies)
+	@tools/ross_environment.sh
 	@$(BIN)/python -m pytest -m "not verify" -n $(JOBS) --dist worksteal
 
 check: setup ## lint, format, types and import rules

@@ -2,7 +2,8 @@
 
 from solidwhirl.reduction.craig_bampton import MAXIMUM_HOOP_STRAIN
 from solidwhirl.reduction.errors import ReductionError
-from solidwhirl.reduction.reduce import ReductionRequest, ReductionWork, reduce_body
+from solidwhirl.reduction.reduce import ReductionWork, reduce_body
+from solidwhirl.reduction.reduced_order import ReductionRequest
 
 __all__ = [
     "MAXIMUM_HOOP_STRAIN",

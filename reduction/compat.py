@@ -74,6 +74,17 @@ def straight_cells(mesh: Any) -> tuple[Any, IntArray]:
     return mesh.geometry.x[:, :dimension].copy(), table[:, : dimension + 1].astype(np.int64)
 
 
+def curved_cells(mesh: Any) -> tuple[Any, IntArray]:
+    """Coordinates of the mesh's nodes and all nodes of its cells (one process).
+
+    In dolfinx's order; cells as in `straight_cells`.
+    """
+    nodes = mesh.geometry.dofmap
+    count = mesh.topology.index_map(mesh.topology.dim).size_local
+    table = nodes.array.reshape(count, -1) if hasattr(nodes, "array") else np.asarray(nodes)
+    return mesh.geometry.x[:, : mesh.topology.dim].copy(), table.astype(np.int64)
+
+
 def cell_unknowns(space: Any) -> IntArray:
     """Local unknowns (blocks of them) of every cell, flat."""
     cells = space.dofmap.list
@@ -105,6 +116,30 @@ def compiled(form: Any) -> Any:
             return fem.form(form)
     finally:
         logging.disable(before)
+
+
+def expression(value: Any, points: Any) -> Any:
+    """Expression of fields, compiled for some points of the reference cell."""
+    before = logging.root.manager.disable
+    logging.disable(logging.INFO)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # as in `compiled`
+            return fem.Expression(value, points)
+    finally:
+        logging.disable(before)
+
+
+def evaluated(found: Any, mesh: Any) -> Any:
+    """Values of an expression in all cells of this rank, (cells, points times components)."""
+    count = mesh.topology.index_map(mesh.topology.dim).size_local
+    cells = np.arange(count, dtype=np.int32)
+    return found.eval(cells) if _OLD else found.eval(mesh, cells)
+
+
+def assembled_number(form: Any) -> float:
+    """Value of a compiled form without arguments, the part of this rank."""
+    return float(np.real(fem.assemble_scalar(form)))
 
 
 def assemble_matrix(form: Any) -> Any:

@@ -16,11 +16,11 @@ import ufl
 from dolfinx import fem
 from numpy.typing import NDArray
 
-from solidwhirl.geometry import Interface
+from solidwhirl.meshing.user_mesh_records import AnyInterface
 from solidwhirl.reduction import compat
 from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.kinematics import COMPONENTS, Kinematics
-from solidwhirl.reduction.unknowns import motion_vectors, unknowns_transformation
+from solidwhirl.reduction.unknowns import motion_vectors, node_of, unknowns_transformation
 from solidwhirl.reduction.vectors import apply_transposed
 
 FloatArray = NDArray[np.float64]
@@ -56,22 +56,24 @@ class Coupling:
     anchors: FloatArray
 
 
-def rigid_motion_at(component: str, z_m: float) -> dict[str, float]:
-    """Motion of the point (0, 0, z) for a unit rigid motion about the origin, by component."""
-    out = {component: 1.0}
-    if component == "rx":
-        out["uy"] = -z_m
-    if component == "ry":
-        out["ux"] = z_m
-    return out
+def rigid_motion_at(component: str, place_m: tuple[float, float, float]) -> dict[str, float]:
+    """Motion of a point for a unit rigid motion about the origin, by component."""
+    x, y, z = place_m
+    moved = {
+        "rx": {"uy": -z, "uz": y},
+        "ry": {"ux": z, "uz": -x},
+        "rz": {"ux": -y, "uy": x},
+    }
+    return {component: 1.0, **moved.get(component, {})}
 
 
 def couple(
     space: Any,
     kin: Kinematics,
     facet_tags: dict[str, Any],
-    interfaces: tuple[Interface, ...],
+    interfaces: tuple[AnyInterface, ...],
     components: Mapping[str, tuple[str, ...]],
+    shape: str = "quartered",
 ) -> Coupling:
     """Build the interface maps.
 
@@ -87,6 +89,9 @@ def couple(
         The interfaces, in the order of their coordinates.
     components
         Which of the kinematics' components become coordinates, by interface.
+    shape
+        As in `OperatorEffects`; in a body of any shape axial motion and torsion couple to lateral
+        motion, and nothing is held that is no coordinate.
 
     Raises
     ------
@@ -111,7 +116,7 @@ def couple(
             means = _mean_motions(space, kin, facet_tags[interface.name], interface)
             maps = {c: _restrict(transformation, means[c]) for c in motions}
         columns += [maps[c] for c in wanted[interface.name]]
-        if interface is interfaces[0]:
+        if interface is interfaces[0] and shape != "any":
             anchors = [maps[c] for c in ("uz", "rz") if c in maps and c not in carried]
     local = space.dofmap.index_map.size_local * space.dofmap.index_map_bs
     if transformation is not None:
@@ -149,7 +154,7 @@ def reduced_motion(
     space: Any,
     kin: Kinematics,
     coupling: Coupling,
-    interfaces: tuple[Interface, ...],
+    interfaces: tuple[AnyInterface, ...],
     component: str,
 ) -> FloatArray:
     """Rigid motion about the origin in the unknowns û (local rows)."""
@@ -162,7 +167,7 @@ def reduced_motion(
     motions = [c for c in COMPONENTS if c in kin.rigid_motions]
     masters = []
     for interface in (i for i in interfaces if i.coupling == "rigid"):
-        at = rigid_motion_at(component, interface.position_m[2])
+        at = rigid_motion_at(component, interface.position_m)
         masters += [at.get(c, 0.0) for c in motions]
     if len(out) > len(kept):  # the last rank holds the masters
         out[len(kept) :] = masters
@@ -170,11 +175,11 @@ def reduced_motion(
 
 
 def _mean_motions(
-    space: Any, kin: Kinematics, tags: Any, interface: Interface
+    space: Any, kin: Kinematics, tags: Any, interface: AnyInterface
 ) -> dict[str, FloatArray]:
     """Rows W of the least-squares rigid motion of a surface about its master node."""
     comm = space.mesh.comm
-    motions = motion_vectors(space, kin, float(interface.position_m[2]))
+    motions = motion_vectors(space, kin, node_of(interface))
     field = fem.Function(space)
     own = compat.owned_values(field)
     moment_form = compat.compiled(_on_surface(space, tags, field, kin.weight))

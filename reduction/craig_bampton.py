@@ -10,7 +10,7 @@ done, to first order in ω².
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -91,6 +91,14 @@ class Basis:
         (local û, f) rigid motions that the interfaces do not hold; they lie in the basis.
     solved
         What was factorised and solved, in order.
+    found_eigenvalues
+        Of all fixed-interface modes at rest that were computed, those of other circumferential
+        orders too, rising.
+    generator
+        (b + m, b + m) turn of a solid's coordinates where it is known by construction.
+    orthogonality
+        Deviation of the interior modes from M-orthonormality before they were put into pairs, whose
+        rigid motions are orthonormal in the mean over turns; None: they are as they were found.
     """
 
     vectors: FloatArray
@@ -103,6 +111,9 @@ class Basis:
     shift: float
     free: FloatArray
     solved: tuple[str, ...]
+    found_eigenvalues: FloatArray = field(default_factory=lambda: np.empty(0))
+    generator: FloatArray | None = None
+    orthogonality: float | None = None
 
 
 def reduction_basis(
@@ -126,7 +137,8 @@ def reduction_basis(
         Top of the speed range.
     orders
         Solid only: circumferential orders of the modes that are kept. Orders other than 0 and 1
-        load no interface of a body of revolution.
+        load no interface of a body of revolution. Empty: the modes are not told apart, and
+        `modes` counts each of them.
     speeds_between_rad_s
         Speeds between rest and the top whose modes are taken in as well.
 
@@ -151,8 +163,8 @@ def reduction_basis(
         inertia = apply(operators.mass, _apart(operators, constraint))
         candidates.append(factor.solve(inertia, None)[: len(rows)])
         solved.append(f"inertia corrections of constraint modes: {rows.shape[1]}")
-    kept = orders if operators.level == "solid" else None
-    fixed, at_rest, used, beyond, every = _interior_modes(
+    kept = (orders or None) if operators.level == "solid" else None
+    fixed, at_rest, used, beyond, every, known = _interior_modes(
         operators, factor, all_rows, shift, modes, kept, free
     )
     solved.append(f"fixed-interface modes at rest: {used}")
@@ -177,7 +189,7 @@ def reduction_basis(
                 negative = negative_count(operators, stiffness, all_rows, free)
                 solved.append(f"count of negative stiffness at {named}: 1 factorisation")
             refuse_instability(operators, negative, speed, free)
-            _, at_speed, used, _, _ = _interior_modes(
+            _, at_speed, used, _, _, _ = _interior_modes(
                 operators, spinning, all_rows, shift, modes, kept, free
             )
             spinning.destroy()
@@ -196,6 +208,7 @@ def reduction_basis(
         shift=shift,
         free=free,
         solved=tuple(solved),
+        found_eigenvalues=known,
     )
 
 
@@ -271,11 +284,11 @@ def _interior_modes(
     modes: int,
     orders: tuple[int, ...] | None,
     free: FloatArray,
-) -> tuple[FloatArray, FloatArray, int, float, FloatArray]:
+) -> tuple[FloatArray, FloatArray, int, float, FloatArray, FloatArray]:
     """Fixed-interface modes of the wanted circumferential orders.
 
     Returns eigenvalues, vectors, the number of pairs that were asked for, the next eigenvalue
-    (or the last one of the list), and the vectors of all orders that were found.
+    (or the last one of the list), and vectors and eigenvalues of all orders that were found.
     """
     wanted = modes if orders is None else 2 * modes
     available = operators.mass.getSize()[0] - rows.shape[1] - free.shape[1]
@@ -294,7 +307,7 @@ def _interior_modes(
         # a space that is used up ends in vectors that break the constraint and have no stiffness
         real = np.abs(values) > _NO_STIFFNESS * reference_eigenvalue(operators)
         values, vectors = values[real], vectors[:, real]
-        every, highest = vectors, float(values.max(initial=0.0))
+        every, known, highest = vectors, np.sort(values), float(values.max(initial=0.0))
         if orders is not None:
             values, vectors = modes_of_orders(operators, values, vectors, orders)
         whole = whole_clusters(values, wanted, highest)
@@ -305,7 +318,7 @@ def _interior_modes(
         spent = count == reachable or (found > 0 and count > _FRUITLESS * since)
         if whole >= wanted or spent:
             beyond = float(values[min(whole, len(values) - 1)]) if len(values) else 0.0
-            return values[:whole], vectors[:, :whole], count, beyond, every
+            return values[:whole], vectors[:, :whole], count, beyond, every, known
         if found == 0 and count > wanted + _SEARCHED:
             raise ReductionError(
                 f"none of the {count} lowest fixed-interface modes has one of the circumferential "
@@ -378,6 +391,8 @@ def _prestress_matters(operators: BodyOperators, modes: FloatArray, speed: float
 
 def orthogonality_error(operators: BodyOperators, basis: Basis) -> float:
     """Largest deviation of the interior modes from M-orthonormality."""
+    if basis.orthogonality is not None:
+        return basis.orthogonality
     interior = basis.vectors[:, basis.interface_count :]
     gram = project(operators.mass, interior, operators.comm)
     return float(np.abs(gram - np.eye(len(gram))).max()) if len(gram) else 0.0

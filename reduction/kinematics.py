@@ -47,7 +47,8 @@ class Kinematics:
         D u; for two families, P u with D cos = -P sin, D sin = P cos.
     rigid_motions
         By component (of the first family), the rigid motion of unit amplitude about the point
-        (0, 0, z0): nodal values (m, 3) from node coordinates (m, 3) and z0.
+        (0, 0, z0): nodal values (m, 3) from node coordinates (m, 3) and z0; on the solid about any
+        point (3,).
     second_family
         First family's component to (component, sign) of the second family.
     symmetry
@@ -65,7 +66,7 @@ class Kinematics:
     strain: Callable[[Any], Any]
     gradient: Callable[[Any], Any]
     spin: Callable[[Any], Any]
-    rigid_motions: Mapping[str, Callable[[FloatArray, float], FloatArray]]
+    rigid_motions: Mapping[str, Callable[[FloatArray, Any], FloatArray]]
     second_family: Mapping[str, tuple[str, float]]
     centrifugal: Any
     symmetry: Symmetry = NONE
@@ -165,7 +166,7 @@ def harmonic(domain: Any, order: int) -> Kinematics:
         around = spin(u) / r
         return ufl.as_tensor([(u[i].dx(1), around[i], u[i].dx(0)) for i in range(3)])
 
-    motions: dict[str, Callable[[FloatArray, float], FloatArray]] = {}
+    motions: dict[str, Callable[[FloatArray, Any], FloatArray]] = {}
     if order == 0:
         motions = {"uz": _axial_motion, "rz": _torsional_motion}
     elif order == 1:
@@ -185,12 +186,13 @@ def harmonic(domain: Any, order: int) -> Kinematics:
     )
 
 
-def _solid_motion(index: int, x: FloatArray, z0: float) -> FloatArray:
+def _solid_motion(index: int, x: FloatArray, z0: float | FloatArray) -> FloatArray:
     """Translation (index 0 to 2) or rotation (3 to 5) of a solid."""
     unit = np.eye(3)[index % 3]
     if index < 3:
         return np.broadcast_to(unit, x.shape).copy()
-    return np.asarray(np.cross(unit, x - np.array([0.0, 0.0, z0])))
+    about = np.array([0.0, 0.0, z0]) if np.ndim(z0) == 0 else z0
+    return np.asarray(np.cross(unit, x - about))
 
 
 def _lateral_motion(x: FloatArray, z0: float) -> FloatArray:

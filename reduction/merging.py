@@ -105,8 +105,10 @@ def _independent(operators: BodyOperators, blocks: list[FloatArray]) -> FloatArr
     basis = np.empty((len(blocks[0]), 0))
     loaded = basis
     for block in (b for b in blocks if b.shape[1]):
-        size = np.sqrt(np.einsum("ij,ij->j", block, energy(block)))
-        size = np.sqrt(comm.allreduce(size**2)) if comm.size > 1 else size
+        # of all ranks before the root: the part of one rank may be negative
+        squared = np.einsum("ij,ij->j", block, energy(block))
+        squared = comm.allreduce(squared) if comm.size > 1 else squared
+        size = np.sqrt(np.maximum(squared, 0.0))
         new = block[:, size > 0.0] / size[size > 0.0]
         for _ in range(2):
             new = new - basis @ inner(loaded, new, comm)

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import ufl
 from numpy.typing import NDArray
+from petsc4py import PETSc
 
-from solidwhirl.geometry import Body
 from solidwhirl.meshing import Mesh
+from solidwhirl.meshing.user_mesh_records import AnyBody
 from solidwhirl.reduction import compat, forms, kinematics, solid_matrices
 from solidwhirl.reduction.coupling import Coupling, couple, reduced_motion
 from solidwhirl.reduction.kinematics import Kinematics
@@ -40,12 +41,16 @@ class OperatorEffects:
     lateral_only
         Solid level: only lateral motion is asked for, so only fields with its symmetry under a
         half turn are sought.
+    shape
+        Of a solid: "quartered" is of revolution, and its mesh the same after a quarter turn;
+        "round" is of revolution on a mesh of any kind; "any" does not turn and may have any shape.
     """
 
     gyroscopic: bool
     centrifugal: bool
     components: Mapping[str, tuple[str, ...]]
     lateral_only: bool
+    shape: str = "quartered"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -62,6 +67,8 @@ class Ingredients:
         Displacement at unit speed (Function), None without it.
     effects
         What was asked.
+    component_mass
+        M of one component of u on all nodes, PETSc.
     """
 
     kinematics: Kinematics
@@ -69,6 +76,7 @@ class Ingredients:
     facet_tags: Mapping[str, Any]
     centrifugal_field: Any
     effects: OperatorEffects
+    component_mass: Any
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -149,14 +157,15 @@ class BodyOperators:
         compat.collect_garbage(comm)
         spinning = (self.gyroscopic, self.stress_stiffening, self.spin_softening)
         others = (self.circulation, self.turn, self.coupling.transformation)
-        for matrix in (self.mass, self.stiffness, *spinning, *others):
+        one = self.ingredients.component_mass
+        for matrix in (self.mass, self.stiffness, *spinning, *others, one):
             if matrix is not None:
                 matrix.destroy()
         return_free_memory()
 
 
 def build_operators(
-    body: Body,
+    body: AnyBody,
     mesh: Mesh | None,
     comm: Any,
     *,
@@ -194,7 +203,7 @@ def build_operators(
     kin = _kinematics(domain, order, copies)
     matter = forms.medium(domain, material_tags, materials)
     space = compat.vector_space(domain, degree, 3)
-    coupling = couple(space, kin, facet_tags, body.interfaces, effects.components)
+    coupling = couple(space, kin, facet_tags, body.interfaces, effects.components, effects.shape)
     assemble = _assemble_solid if order is None else _assemble_meridian
     assembly = assemble(space, kin, matter, degree, effects, coupling)
     whole = assembly.matrices
@@ -224,6 +233,7 @@ def build_operators(
             facet_tags=facet_tags,
             centrifugal_field=assembly.centrifugal_field,
             effects=effects,
+            component_mass=assembly.component_mass,
         ),
         assembled=assembly.ledger,
     )
@@ -237,6 +247,7 @@ class _Assembly:
     centrifugal_field: Any
     hoop_strain: float
     rigid_mass: FloatArray | None
+    component_mass: Any
     ledger: tuple[str, ...]
 
 
@@ -279,11 +290,13 @@ def _assemble_meridian(
         ):
             matrices[name] = compat.assemble_matrix(compat.compiled(form))
         ledger += ["prestress", "stress_stiffening", "spin_softening"]
+    one = _one_component(matrices["mass"])
     return _Assembly(
         matrices={name: _coupled(matrix, coupling) for name, matrix in matrices.items()},
         centrifugal_field=field,
         hoop_strain=hoop,
         rigid_mass=None,
+        component_mass=one,
         ledger=tuple(ledger),
     )
 
@@ -303,15 +316,18 @@ def _assemble_solid(
     ledger, field, hoop = ["stiffness", "mass", "spin", "spin_softening"], None, 0.0
     matrices = {
         "mass": solid_matrices.mass_matrix(parts, turned),
-        "circulation": solid_matrices.circulation_matrix(parts, turned),
-        "turn": solid_matrices.turn_matrix(parts, turned),
     }
+    if effects.shape != "any":
+        matrices["circulation"] = solid_matrices.circulation_matrix(parts, turned)
+        matrices["turn"] = solid_matrices.turn_matrix(parts, turned)
     if effects.gyroscopic:
         matrices["gyroscopic"] = solid_matrices.gyroscopic_matrix(parts, turned)
     stiffness = compat.assemble_matrix(compat.compiled(forms.stiffness_form(kin, matter, u, v, dx)))
     if effects.centrifugal:
-        around = kinematics.solid_axisymmetric(space.mesh, kin.copies)
-        field, hoop = centrifugal_displacement(space, around, matter, dx, stiffness)
+        around, weight = kinematics.solid_axisymmetric(space.mesh, kin.copies), None
+        if effects.shape != "quartered":
+            around, weight = kin, parts.mass
+        field, hoop = centrifugal_displacement(space, around, matter, dx, stiffness, weight)
         prestress = forms.stress(around, matter, field)
         stiffening = solid_matrices.component_stiffening(space, kin, prestress, dx)
         matrices["stress_stiffening"] = solid_matrices.componentwise(stiffening, turned)
@@ -323,6 +339,7 @@ def _assemble_solid(
         centrifugal_field=field,
         hoop_strain=hoop,
         rigid_mass=_rigid_mass(space, kin, parts.mass),
+        component_mass=parts.mass,
         ledger=tuple(ledger),
     )
 
@@ -345,6 +362,15 @@ def _rigid_mass(space: Any, kin: Kinematics, mass: Any) -> FloatArray:
         lateral = np.array([c in kin.rigid_motions for c in motions])
         out = np.where(lateral[:, None] == lateral, out, 0.0)
     return np.asarray(out)
+
+
+def _one_component(matrix: Any) -> Any:
+    """Rows and columns of the first of the three components of all nodes."""
+    first, end = matrix.getOwnershipRange()
+    own = PETSc.IS().createStride((end - first) // 3, first=first, step=3, comm=matrix.comm)
+    out = matrix.createSubMatrix(own, own)
+    own.destroy()
+    return out
 
 
 def _coupled(matrix: Any, coupling: Coupling) -> Any:

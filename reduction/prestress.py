@@ -18,10 +18,17 @@ from solidwhirl.reduction.unknowns import motion_vectors, unknowns_transformatio
 from solidwhirl.reduction.vectors import apply, apply_transposed, folded, inner
 
 FloatArray = NDArray[np.float64]
+# Nearer to the axis than this part of the radius a mesh without symmetry shows its own unevenness.
+_UNEVEN = 0.05
 
 
 def centrifugal_displacement(
-    space: Any, kin: Kinematics, matter: forms.Medium, dx: Any, stiffness: Any
+    space: Any,
+    kin: Kinematics,
+    matter: forms.Medium,
+    dx: Any,
+    stiffness: Any,
+    component_mass: Any = None,
 ) -> tuple[Any, float]:
     """Displacement of the free body under its own centrifugal load at 1 rad/s.
 
@@ -41,6 +48,9 @@ def centrifugal_displacement(
         The volume measure of all forms.
     stiffness
         K of all unknowns, without interface couplings.
+    component_mass
+        M of one component (solid), for a mesh without symmetry: what is left of the load's
+        resultants there is taken up by the inertia of a rigid motion. None: nothing is left.
 
     Returns
     -------
@@ -52,6 +62,8 @@ def centrifugal_displacement(
     turned, kept = unknowns_transformation(space, kin, {}, [])
     motions = np.column_stack(list(motion_vectors(space, kin, 0.0).values()))[kept]
     force = load[:, None]
+    if component_mass is not None:
+        force = _balanced(force, motions, component_mass, space.mesh.comm)
     pins = _determinate_pins(motions, space.mesh.comm)
     if turned is None:
         factor = factorise(stiffness, pins)
@@ -70,7 +82,16 @@ def centrifugal_displacement(
     whole = moved if turned is None else apply(turned, moved)
     compat.owned_values(field)[:] = whole[:, 0]
     field.x.scatter_forward()
-    return field, _hoop_strain(space, kin, field)
+    return field, _hoop_strain(space, kin, field, 1e-6 if component_mass is None else _UNEVEN)
+
+
+def _balanced(force: FloatArray, motions: FloatArray, component_mass: Any, comm: Any) -> FloatArray:
+    """Load without resultants: the inertia of the rigid motions that it would cause is added."""
+    inertia = np.empty_like(motions)
+    for i in range(3):
+        inertia[i::3] = apply(component_mass, np.ascontiguousarray(motions[i::3]))
+    caused = np.linalg.solve(inner(motions, inertia, comm), inner(motions, force, comm))
+    return np.asarray(force - inertia @ caused)
 
 
 def _determinate_pins(motions: FloatArray, comm: Any) -> FloatArray:
@@ -97,17 +118,17 @@ def _rigid_part(motions: FloatArray, moved: FloatArray, comm: Any) -> FloatArray
     return np.asarray(motions @ fit)
 
 
-def _hoop_strain(space: Any, kin: Kinematics, field: Any) -> float:
-    """Largest u_r / r over the nodes off the axis."""
+def _hoop_strain(space: Any, kin: Kinematics, field: Any, near: float) -> float:
+    """Largest u_r / r over the nodes off the axis, by more than a part of the largest radius."""
     x = space.tabulate_dof_coordinates()
     values = field.x.array.reshape(-1, 3)[: len(x)]
     if kin.harmonic is None:
         radius = np.hypot(x[:, 0], x[:, 1])
         radial = values[:, 0] * x[:, 0] + values[:, 1] * x[:, 1]
-        off = radius > 1e-6 * radius.max()
+        off = radius > near * radius.max()
         strain = radial[off] / radius[off] ** 2
     else:
         radius = x[:, 1]
-        off = radius > 1e-6 * radius.max()
+        off = radius > near * radius.max()
         strain = values[off, 0] / radius[off]
     return float(space.mesh.comm.allreduce(float(np.abs(strain).max()), op=MPI.MAX))

@@ -10,12 +10,45 @@ from solidwhirl.reduction.craig_bampton import Basis
 from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators import BodyOperators
 from solidwhirl.reduction.vectors import apply
+from solidwhirl.rotordyn.surface import family_factors
 
 FloatArray = NDArray[np.float64]
+# Points are nodes of the mesh, or turned into each other, up to this part of its size.
+_NEAR = 1e-9
 
 
 def recovery_modes(operators: BodyOperators, basis: Basis, points_m: FloatArray) -> FloatArray:
     """Displacement of points at θ = 0 and 90° per coordinate, (m, 3, families n)."""
+    if operators.harmonic is None:
+        return nodal_amplitudes(operators, basis, points_m)
+    radius = np.hypot(points_m[:, 0], points_m[:, 1])
+    places = np.column_stack([points_m[:, 2], radius])
+    amplitudes = nodal_amplitudes(operators, basis, places)
+    return _on_the_round(operators.harmonic, amplitudes, points_m)
+
+
+def nodal_amplitudes(operators: BodyOperators, basis: Basis, places: FloatArray) -> FloatArray:
+    """Return the values of the basis at nodes of the mesh.
+
+    Parameters
+    ----------
+    operators, basis
+        Of one body and order.
+    places
+        (m, 2) z, r on a meridian, (m, 3) x, y, z on a solid, all of it, also where half of it is
+        worked on.
+
+    Returns
+    -------
+    ndarray
+        (m, 3, n): amplitudes of one family, or displacements, per column of the basis; the same
+        on every rank.
+
+    Raises
+    ------
+    ReductionError
+        A place is no node.
+    """
     n, comm = basis.vectors.shape[1], operators.comm
     full = basis.vectors
     if operators.coupling.transformation is not None:
@@ -25,32 +58,30 @@ def recovery_modes(operators: BodyOperators, basis: Basis, points_m: FloatArray)
     gathered = comm.gather((x, full.reshape(owned, 3, n)), root=0)
     values = None
     if comm.rank == 0:
-        places = np.vstack([g[0] for g in gathered])
+        nodes = np.vstack([g[0] for g in gathered])[:, : places.shape[1]]
         nodal = np.concatenate([g[1] for g in gathered])
-        wanted = points_m
-        if operators.harmonic is not None:
-            places = places[:, :2]
-            wanted = np.column_stack([points_m[:, 2], np.hypot(points_m[:, 0], points_m[:, 1])])
-        gap, nearest = cKDTree(places).query(wanted)
-        if len(gap) and gap.max() > 1e-9 * max(1e-30, float(np.abs(points_m).max())):
+        kin, size = operators.ingredients.kinematics, float(np.abs(places).max(initial=1e-30))
+        wanted, away = places, np.zeros(len(places), dtype=bool)
+        if kin.copies == 2:
+            away = places[:, 1] < -_NEAR * size
+            wanted = np.where(away[:, None], places * [-1.0, -1.0, 1.0], places)
+        gap, nearest = cKDTree(nodes).query(wanted)
+        if len(gap) and gap.max() > _NEAR * size:
             raise ReductionError(f"recovery points are {gap.max():.3g} m off the mesh")
         values = nodal[nearest]
-    local = np.asarray(comm.bcast(values, root=0))
-    if operators.harmonic is None:
-        return local
-    return _on_the_round(operators.harmonic, local, points_m)
+        if away.any():
+            values[away] = np.einsum("ij,mjn->min", kin.symmetry.power(1), values[away])
+    return np.asarray(comm.bcast(values, root=0))
 
 
 def _on_the_round(order: int, amplitudes: FloatArray, points_m: FloatArray) -> FloatArray:
     """Cartesian displacement at the points from amplitudes (a, b, c) of the cos and sin family."""
-    theta = np.arctan2(points_m[:, 1], points_m[:, 0])[:, None]
+    theta = np.arctan2(points_m[:, 1], points_m[:, 0])
     a, b, c = (amplitudes[:, k] for k in range(3))
-    cos, sin = np.cos(order * theta), np.sin(order * theta)
-    families = [(cos, sin), (sin, -cos)] if order else [(cos, cos)]
+    cos, sin = np.cos(theta)[:, None], np.sin(theta)[:, None]
     out = []
-    for radial, tangential in families:
-        u_r, u_t, u_z = a * radial, b * tangential, c * radial
-        u_x = u_r * np.cos(theta) - u_t * np.sin(theta)
-        u_y = u_r * np.sin(theta) + u_t * np.cos(theta)
-        out.append(np.stack([u_x, u_y, u_z], axis=1))
+    for family in range(2 if order else 1):
+        along, across = (f[:, None] for f in family_factors(order, family, theta))
+        u_r, u_t, u_z = a * along, b * across, c * along
+        out.append(np.stack([u_r * cos - u_t * sin, u_r * sin + u_t * cos, u_z], axis=1))
     return np.concatenate(out, axis=2)

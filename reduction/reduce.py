@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,20 +12,33 @@ from numpy.typing import NDArray
 
 from solidwhirl.geometry import Body, MassProperties
 from solidwhirl.meshing import Mesh
-from solidwhirl.reduction.craig_bampton import Basis, orthogonality_error, reduction_basis
+from solidwhirl.meshing.user_mesh_records import AnyBody, MeshedBody
+from solidwhirl.reduction.craig_bampton import Basis, orthogonality_error
 from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.indicators import ElementIndicators
 from solidwhirl.reduction.kinematics import COMPONENTS
+from solidwhirl.reduction.mass_moments import BlockMoments, block_moments
+from solidwhirl.reduction.mesh_bodies import (
+    MeshMassProperties,
+    check_evenness,
+    check_mesh_mass,
+    count_found_modes,
+    mesh_properties,
+    shape_of,
+    shown_points,
+)
 from solidwhirl.reduction.omitted import FinerSpace, Omitted, mesh_energy, truncation_energy
-from solidwhirl.reduction.operators import BodyOperators, OperatorEffects, build_operators
+from solidwhirl.reduction.operators import BodyOperators, build_operators
+from solidwhirl.reduction.pairing import evenness
+from solidwhirl.reduction.reduced_order import ReductionRequest, order_effects, reduce_order
 from solidwhirl.reduction.superelements import (
     ReducedBlock,
     build_superelement,
     joined_order,
     lateral_free_frequencies,
     mesh_mass_properties,
-    reduce_block,
 )
+from solidwhirl.reduction.surfaces import joined_surface, surface_amplitudes, surface_mesh
 from solidwhirl.reduction.verification import (
     check_mass,
     count_held_modes,
@@ -37,50 +50,6 @@ from solidwhirl.rotordyn.invariants import Invariant
 from solidwhirl.rotordyn.superelement import Superelement, attach_rigid_disk
 
 FloatArray = NDArray[np.float64]
-_AXIAL = ("uz", "rz")
-
-
-@dataclass(frozen=True, kw_only=True)
-class ReductionRequest:
-    """What a body's superelement has to hold.
-
-    Attributes
-    ----------
-    level
-        "harmonic" or "solid".
-    orders
-        Circumferential orders: 1 lateral, 0 axial and torsional (solid: which modes are kept;
-        harmonic: which problems are solved; others than 0 and 1 load no interface).
-    components
-        Interface coordinates, of ux, uy, uz, rx, ry, rz.
-    interface_components
-        Interfaces that carry fewer of them, by name; each costs a constraint mode.
-    degree
-        Polynomial degree of the displacement.
-    modes
-        Fixed-interface modes per order, pairs counted once.
-    maximum_speed_rad_s
-        Largest speed of this body.
-    gyroscopic, centrifugal
-        Effects that are assembled.
-    speeds_between_rad_s
-        Speeds between rest and the top whose modes the basis takes in as well.
-    estimates
-        Errors to estimate: "mode_truncation", and on the harmonic level "mesh", which compares
-        with elements one order higher.
-    """
-
-    level: str
-    orders: tuple[int, ...]
-    components: tuple[str, ...]
-    degree: int
-    modes: int
-    maximum_speed_rad_s: float
-    gyroscopic: bool
-    centrifugal: bool
-    interface_components: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    speeds_between_rad_s: tuple[float, ...] = ()
-    estimates: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,7 +83,7 @@ class ReductionWork:
 
 
 def reduce_body(
-    body: Body,
+    body: AnyBody,
     mesh: Mesh | None,
     comm: Any,
     request: ReductionRequest,
@@ -144,9 +113,11 @@ def reduce_body(
     ReductionError
         See `reduction_basis` and `couple`; or the interfaces' motions depend on each other.
     """
-    points = comm.bcast(_recovery_points(mesh) if comm.rank == 0 else None, root=0)
-    blocks, omitted, finer, checks, dofs = [], [], [], [], 0
+    points = comm.bcast(_recovery_points(body, mesh) if comm.rank == 0 else None, root=0)
+    outline = comm.bcast(surface_mesh(mesh) if mesh is not None else None, root=0)
+    blocks, moved, omitted, finer, checks, dofs = [], [], [], [], [], 0
     assembled, solved, errors = {}, {}, [0.0]
+    moments: list[BlockMoments] = []
     seconds = {"operators": 0.0, "basis": 0.0, "error_estimate": 0.0, "checks": 0.0}
     for order in (None,) if request.level == "solid" else request.orders:
         start = time.perf_counter()
@@ -156,14 +127,15 @@ def reduce_body(
             comm,
             order=order,
             degree=request.degree,
-            effects=_effects(body, request, order),
+            effects=order_effects(body, request, order),
         )
         middle = time.perf_counter()
-        basis, block = _reduce_order(operators, request, points)
+        basis, block = reduce_order(operators, request, points)
         label = "solid" if order is None else f"n={order}"
         assembled[label], solved[label] = operators.assembled, basis.solved
         errors.append(orthogonality_error(operators, basis))
         blocks.append(block)
+        moved.append(surface_amplitudes(operators, basis, outline))
         dofs += operators.full_dofs
         reduced = time.perf_counter()
         parts, fine, did = _omitted(operators, basis, body, request)
@@ -177,10 +149,11 @@ def reduce_body(
         seconds["error_estimate"] += estimated - reduced
         seconds["checks"] += time.perf_counter() - estimated
         basis.factor.destroy()
+        moments.append(_moments(operators, basis, block, moments))
         operators.release()
     properties = _properties(body, operators)
     if operators.rigid_mass is not None:
-        checks.append(check_mass(body, properties))
+        checks.append(_check_mass(body, properties))
     element = build_superelement(
         body,
         tuple(blocks),
@@ -192,7 +165,10 @@ def reduce_body(
         points_m=points,
         provenance=provenance,
         omitted=tuple(omitted),
+        moments=tuple(moments),
     )
+    surface = joined_surface(body, outline, element.harmonics, tuple(blocks), tuple(moved))
+    element = replace(element, surface=surface)
     _refuse_dependent_interfaces(element, request)
     element = _with_rigid_disks(element, body, request)
     work = ReductionWork(
@@ -207,11 +183,27 @@ def reduce_body(
     return element, work
 
 
+def _check_mass(body: AnyBody, properties: MassProperties | MeshMassProperties) -> Invariant:
+    """Mass of a solid mesh against what is known of the body."""
+    if isinstance(body, MeshedBody) and isinstance(properties, MeshMassProperties):
+        return check_mesh_mass(body, properties)
+    assert isinstance(body, Body)
+    assert isinstance(properties, MassProperties)
+    return check_mass(body, properties)
+
+
+def _moments(
+    operators: BodyOperators, basis: Basis, block: ReducedBlock, earlier: list[BlockMoments]
+) -> BlockMoments:
+    """Mass moments of one order in the coordinates of its block."""
+    return block_moments(operators, basis, block.signs, block.order, block.generator, earlier)
+
+
 def _checks(
     operators: BodyOperators,
     basis: Basis,
     orthogonality: float,
-    body: Body,
+    body: AnyBody,
     mesh: Mesh | None,
     request: ReductionRequest,
 ) -> list[Invariant]:
@@ -220,19 +212,25 @@ def _checks(
     out = list(verify_order(operators, basis, orthogonality, where))
     if operators.harmonic is not None:
         return [*out, count_held_modes(operators, basis, where)]
+    if isinstance(body, MeshedBody):
+        if basis.generator is not None:
+            out.append(check_evenness(where, evenness(operators, basis)))
+        return [*out, count_found_modes(operators, basis, where)]
     counted = count_solid_modes(
         body,
         mesh,
         operators.comm,
         basis,
         request.orders,
-        lambda order: replace(_effects(body, request, order), gyroscopic=False, centrifugal=False),
+        lambda order: replace(
+            order_effects(body, request, order), gyroscopic=False, centrifugal=False
+        ),
     )
     return [*out, counted]
 
 
 def _omitted(
-    operators: BodyOperators, basis: Basis, body: Body, request: ReductionRequest
+    operators: BodyOperators, basis: Basis, body: AnyBody, request: ReductionRequest
 ) -> tuple[tuple[Omitted, ...], FinerSpace | None, tuple[str, ...]]:
     """What one order leaves out, the finer space it was measured in, and what was solved."""
     if not request.estimates:
@@ -248,7 +246,7 @@ def _omitted(
 
 
 def _indicators(
-    body: Body, blocks: tuple[ReducedBlock, ...], finer: tuple[FinerSpace | None, ...]
+    body: AnyBody, blocks: tuple[ReducedBlock, ...], finer: tuple[FinerSpace | None, ...]
 ) -> tuple[ElementIndicators, ...]:
     """Where on the mesh the estimated error arises, one record per circumferential order."""
     flat = [c for b in blocks for c in b.coordinates]
@@ -267,8 +265,11 @@ def _indicators(
     )
 
 
-def _properties(body: Body, operators: BodyOperators) -> MassProperties:
+def _properties(body: AnyBody, operators: BodyOperators) -> MassProperties | MeshMassProperties:
     """Mass properties of the meshed part: the mesh's own where it only approximates the body."""
+    if isinstance(body, MeshedBody):
+        assert operators.rigid_mass is not None
+        return mesh_properties(operators.rigid_mass, shape_of(body))
     if operators.rigid_mass is not None:
         return mesh_mass_properties(operators.rigid_mass)
     return meshed_part_properties(body)
@@ -277,14 +278,19 @@ def _properties(body: Body, operators: BodyOperators) -> MassProperties:
 def _refuse_dependent_interfaces(element: Superelement, request: ReductionRequest) -> None:
     """Interfaces whose motions depend on each other leave the body no rigid motion."""
     lateral = [COMPONENTS.index(c) for c in ("ux", "uy", "rx", "ry")]
-    if 1 in request.orders and not element.rigid_body_present[lateral].all():
+    lateral = lateral if request.orders else list(range(6))
+    if (1 in request.orders or not request.orders) and not element.rigid_body_present[
+        lateral
+    ].all():
         raise ReductionError(
             f"body {element.name!r} can not move as a rigid one in its superelement: an interface "
             "moves as others make it, such as one that is the union of two others; leave it out"
         )
 
 
-def _with_rigid_disks(element: Superelement, body: Body, request: ReductionRequest) -> Superelement:
+def _with_rigid_disks(
+    element: Superelement, body: AnyBody, request: ReductionRequest
+) -> Superelement:
     """Add the lumped disks; the free frequencies are those of the body with them."""
     if not body.rigid_disks:
         return element
@@ -303,40 +309,12 @@ def _with_rigid_disks(element: Superelement, body: Body, request: ReductionReque
     return replace(element, free_frequencies_hz=lateral_free_frequencies(element)[:10])
 
 
-def _effects(body: Body, request: ReductionRequest, order: int | None) -> OperatorEffects:
-    """Effects of one circumferential order: axial motion and torsion live in order 0."""
-    components = {}
-    for interface in body.interfaces:
-        carried = request.interface_components.get(interface.name, request.components)
-        components[interface.name] = tuple(
-            c
-            for c in carried
-            if c in request.components and (order is None or (c in _AXIAL) == (order == 0))
-        )
-    return OperatorEffects(
-        gyroscopic=request.gyroscopic,
-        centrifugal=request.centrifugal,
-        components=components,
-        lateral_only=request.orders == (1,),
-    )
-
-
-def _reduce_order(
-    operators: BodyOperators, request: ReductionRequest, points: FloatArray
-) -> tuple[Basis, ReducedBlock]:
-    basis = reduction_basis(
-        operators,
-        modes=request.modes,
-        maximum_speed_rad_s=request.maximum_speed_rad_s,
-        orders=request.orders,
-        speeds_between_rad_s=request.speeds_between_rad_s,
-    )
-    return basis, reduce_block(operators, basis, points)
-
-
-def _recovery_points(mesh: Mesh | None) -> FloatArray:
-    """Vertices of the outline at θ = 0 and at θ = 90°, (m, 3)."""
+def _recovery_points(body: AnyBody, mesh: Mesh | None) -> FloatArray:
+    """Vertices of the outline at θ = 0 and at θ = 90°, or of a given mesh, (m, 3)."""
     assert mesh is not None
+    shown = shown_points(body, mesh)
+    if shown is not None:
+        return shown
     vertices = np.intersect1d(mesh.outline, mesh.cells[:, : mesh.dimension + 1])
     x = mesh.points[vertices]
     if mesh.dimension == 2:

@@ -11,18 +11,21 @@ import scipy.linalg
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from solidwhirl.geometry import Body, MassProperties
+from solidwhirl.geometry import MassProperties
+from solidwhirl.meshing.user_mesh_records import AnyBody
 from solidwhirl.reduction.craig_bampton import Basis
 from solidwhirl.reduction.error_forms import joined_forms
 from solidwhirl.reduction.free_motion import rigid_coefficients, without_rigid_force
 from solidwhirl.reduction.kinematics import COMPONENTS
+from solidwhirl.reduction.mass_moments import BlockMoments, joined_moments
+from solidwhirl.reduction.mesh_bodies import MeshMassProperties, known_turn
 from solidwhirl.reduction.omitted import Omitted
 from solidwhirl.reduction.operators import BodyOperators
+from solidwhirl.reduction.pairing import even_gyroscopic
 from solidwhirl.reduction.recovery import recovery_modes
 from solidwhirl.reduction.turning import (
     evenly_turned,
     evenly_turned_motions,
-    turn_generator,
 )
 from solidwhirl.reduction.vectors import project, skew, symmetric
 from solidwhirl.rotordyn.superelement import Coordinate, InterfaceNode, Superelement
@@ -93,13 +96,15 @@ def reduce_block(operators: BodyOperators, basis: Basis, points_m: FloatArray) -
     if operators.families == 1:
         matrices["gyroscopic"] = skew(raw)
     if operators.harmonic is None:
-        generator, signs = turn_generator(operators, basis, matrices["mass"])
+        generator, signs = known_turn(operators, basis, matrices["mass"])
         matrices = {
             name: evenly_turned(matrix * np.outer(signs, signs), generator)
             for name, matrix in matrices.items()
         }
         recovery = recovery * signs
         rigid = evenly_turned_motions(rigid * signs[:, None], generator)
+    if basis.generator is not None and operators.gyroscopic is not None:
+        matrices["gyroscopic"] = even_gyroscopic(operators, basis, matrices["mass"])
     matrices["stiffness"] = without_rigid_force(
         operators, matrices["stiffness"], matrices["mass"], rigid
     )
@@ -136,17 +141,18 @@ def reduce_block(operators: BodyOperators, basis: Basis, points_m: FloatArray) -
 
 
 def build_superelement(
-    body: Body,
+    body: AnyBody,
     blocks: tuple[ReducedBlock, ...],
     *,
     level: str,
     harmonics: tuple[int, ...],
     full_dofs: int,
     maximum_speed_rad_s: float,
-    properties: MassProperties,
+    properties: MassProperties | MeshMassProperties,
     points_m: FloatArray,
     provenance: Mapping[str, Any],
     omitted: tuple[tuple[Omitted, ...], ...] = (),
+    moments: tuple[BlockMoments, ...] = (),
 ) -> Superelement:
     """Join the reduced blocks of one body (direct sum) to its superelement.
 
@@ -164,6 +170,8 @@ def build_superelement(
         Recovery points.
     omitted
         What every block leaves out, the same parts for all.
+    moments
+        Mass moments of every block, or none.
     """
     flat = [c for b in blocks for c in b.coordinates]
     order = joined_order(body, flat)
@@ -173,7 +181,11 @@ def build_superelement(
         return np.asarray(whole[np.ix_(order, order)])
 
     recovery = np.concatenate([b.recovery for b in blocks], axis=2)[:, :, order]
-    inertia = np.diag([properties.diametral_inertia_kg_m2] * 2 + [properties.polar_inertia_kg_m2])
+    if isinstance(properties, MeshMassProperties):
+        inertia = properties.inertia_kg_m2
+    else:
+        diametral, polar = properties.diametral_inertia_kg_m2, properties.polar_inertia_kg_m2
+        inertia = np.diag([diametral, diametral, polar])
     return Superelement(
         name=body.name,
         level=level,  # type: ignore[arg-type]
@@ -209,6 +221,7 @@ def build_superelement(
         provenance=provenance,
         spin_generator=_joined_generator(blocks, order),
         error_forms=joined_forms(blocks, omitted, order),
+        moments=joined_moments(moments, order) if moments else None,
     )
 
 
@@ -309,7 +322,7 @@ def _free_frequencies(
         return np.empty(0)
     values, vectors = scipy.linalg.eigh(matrices["stiffness"], matrices["mass"])
     elastic = _elastic(vectors, matrices["mass"], rigid)
-    if operators.harmonic is None:
+    if operators.harmonic is None and operators.circulation is not None:
         squared = project(operators.circulation, basis.vectors * signs, operators.comm)
         order = np.sqrt(np.maximum(np.einsum("ik,ij,jk->k", vectors, squared, vectors), 0.0))
         elastic &= np.abs(order - 1.0) < 0.25
@@ -360,7 +373,7 @@ def _interleaved(coordinates: list[Coordinate]) -> NDArray[np.int64]:
     return np.array(sorted(range(2 * n), key=key), dtype=np.int64)
 
 
-def joined_order(body: Body, coordinates: list[Coordinate]) -> NDArray[np.int64]:
+def joined_order(body: AnyBody, coordinates: list[Coordinate]) -> NDArray[np.int64]:
     """Interface coordinates of all blocks by interface and component, then the modes."""
     names = [i.name for i in body.interfaces]
 

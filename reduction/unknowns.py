@@ -9,7 +9,7 @@ from dolfinx import fem
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from solidwhirl.geometry import Interface
+from solidwhirl.meshing.user_mesh_records import AnyInterface
 from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.kinematics import COMPONENTS, Kinematics
 from solidwhirl.reduction.symmetry import symmetric_unknowns
@@ -18,8 +18,14 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-def motion_vectors(space: Any, kin: Kinematics, z0: float) -> dict[str, FloatArray]:
-    """Nodal values (local rows) of the rigid motions about (0, 0, z0), by component.
+def node_of(interface: AnyInterface) -> float | FloatArray:
+    """Place of an interface's master node: z on the axis, else (3,) [m]."""
+    x, y, z = interface.position_m
+    return float(z) if x == y == 0.0 else np.array([x, y, z], dtype=float)
+
+
+def motion_vectors(space: Any, kin: Kinematics, z0: float | FloatArray) -> dict[str, FloatArray]:
+    """Nodal values (local rows) of the rigid motions about (0, 0, z0) or a point, by component.
 
     Rigid motions are linear in the coordinates, so the second-order elements hold them exactly.
     """
@@ -28,7 +34,7 @@ def motion_vectors(space: Any, kin: Kinematics, z0: float) -> dict[str, FloatArr
 
 
 def unknowns_transformation(
-    space: Any, kin: Kinematics, facet_tags: dict[str, Any], rigid: list[Interface]
+    space: Any, kin: Kinematics, facet_tags: dict[str, Any], rigid: list[AnyInterface]
 ) -> tuple[Any, IntArray]:
     """Map û of free unknowns and rigid masters to all unknowns u = T û.
 
@@ -99,7 +105,7 @@ def _rigid_followers(
     space: Any,
     kin: Kinematics,
     facet_tags: dict[str, Any],
-    rigid: list[Interface],
+    rigid: list[AnyInterface],
     motions: list[str],
 ) -> tuple[IntArray, FloatArray]:
     """Interface that each local unknown follows (-1: none), and its factors of the motions."""
@@ -114,7 +120,7 @@ def _rigid_followers(
         unknowns = (blocks[:, None] * bs + np.arange(bs)).ravel()
         if space.mesh.comm.allreduce(int(np.sum(owner[unknowns] >= 0))):
             raise ReductionError(f"rigid interface {interface.name!r} shares nodes with another")
-        values = motion_vectors(space, kin, float(interface.position_m[2]))
+        values = motion_vectors(space, kin, node_of(interface))
         owner[unknowns] = k
         if motions:
             follow[unknowns] = np.column_stack([values[c] for c in motions])[unknowns]

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 from solidwhirl.analyses_design import (
     run_bearing_laws,
     run_critical_speed_map,
@@ -9,6 +12,7 @@ from solidwhirl.analyses_design import (
     run_stability,
 )
 from solidwhirl.analyses_modes import run_mode_shapes, run_rotating_campbell, run_state_space
+from solidwhirl.analyses_recovery import run_recovery
 from solidwhirl.analyses_response import (
     run_place_map,
     run_stiffness_study,
@@ -33,10 +37,15 @@ from solidwhirl.scene_analyses import (
     UnbalanceResponseSpec,
     WaterfallSpec,
 )
+from solidwhirl.scene_recovery import RecoverySpec
 
 
 def run_analysis(
-    spec: AnalysisSpec, scene: Scene, system: AssembledSystem, diagram: Campbell
+    spec: AnalysisSpec,
+    scene: Scene,
+    system: AssembledSystem,
+    diagram: Campbell,
+    recoveries: Callable[[str], Any] | None = None,
 ) -> Outcome:
     """Run one analysis.
 
@@ -46,6 +55,8 @@ def run_analysis(
         What is asked.
     scene, system, diagram
         The scene, its assembled engine and its Campbell diagram.
+    recoveries
+        Makes the recovery of a body by its name; needed for the kind "recovery".
 
     Raises
     ------
@@ -76,4 +87,7 @@ def run_analysis(
             return run_bearing_laws(spec, system, title)
         case RunUpSpec():
             return run_run_up(spec, system, title)
+        case RecoverySpec():
+            assert recoveries is not None
+            return run_recovery(spec, scene, system, recoveries)
     return run_state_space(spec, system)

@@ -47,6 +47,7 @@ _SUFFIXES = {
     "run_up": (".png", ".npz", "_spectrogram.png", "_response.png", "_complexity.png"),
     "state_space": (".h5", ".npz", ".mat"),
     "stability": (),
+    "recovery": (),
 }
 
 
@@ -157,7 +158,7 @@ def _run_up_problems(scene: Scene, spec: RunUpSpec) -> Iterator[str]:
 
 def _moves_axially(scene: Scene) -> bool:
     asked = scene.effects.axial
-    kept = any(is_off_axis(body) for body in scene.rigid_bodies.values())
+    kept = bool(scene.imported) or any(is_off_axis(b) for b in scene.rigid_bodies.values())
     return kept or asked == "on" or (asked == "auto" and bool(acting_on(scene, "axial")))
 
 

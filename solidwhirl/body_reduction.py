@@ -5,16 +5,21 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from solidwhirl.fineness import is_adapted
 from solidwhirl.geometry import Body, MassProperties, mass_properties
+from solidwhirl.mesh_bodies import made_mesh
 from solidwhirl.meshing import LocalSize, Mesh, MeshSize, mesh_meridian, mesh_solid
+from solidwhirl.meshing.user_mesh_records import MeshedBody
 from solidwhirl.plan_records import BodyPlan, Plan
 from solidwhirl.rotordyn import Superelement
 from solidwhirl.scene import Scene
 from solidwhirl.scene_file import scene_hash
 from solidwhirl.versions import package_versions
+
+if TYPE_CHECKING:
+    from solidwhirl.reduction import ReductionRequest
 
 Progress = Callable[[str], None]
 # Modes to begin with where the error estimate decides, and where nothing does.
@@ -84,16 +89,17 @@ class BodyResult:
     element
         Its superelement.
     properties
-        Mass properties in closed form, rigid disks included.
+        Mass properties in closed form, rigid disks included; None of a mesh, whose own are those
+        of its element.
     work
         `solidwhirl.reduction.ReductionWork`: what was assembled and solved.
     """
 
-    body: Body
+    body: Body | MeshedBody
     discretisation: Discretisation
     mesh: Mesh
     element: Superelement
-    properties: MassProperties
+    properties: MassProperties | None
     work: Any
 
 
@@ -109,10 +115,11 @@ def first_discretisation(scene: Scene, plan: Plan, name: str) -> Discretisation:
     """
     own, model = plan.bodies[name], scene.model
     assert own.fineness is not None
-    given = scene.bodies[name].modes or model.modes
+    solids = scene.finite_element_bodies()
+    given = solids[name].modes or model.modes
     estimated = model.estimates == "on"
     # pairs that the diagram shows, evenly from all bodies, and two to spare
-    shown = -(-scene.campbell.branches // (2 * len(scene.bodies))) + 2
+    shown = -(-scene.campbell.branches // (2 * len(solids))) + 2
     return Discretisation(
         degree=own.fineness.degree,
         size=own.fineness.size,
@@ -130,7 +137,7 @@ def is_new_mesh(chosen: Discretisation, before: BodyResult | None) -> bool:
 
 
 def mesh_body(
-    body: Body, level: str, chosen: Discretisation, before: BodyResult | None = None
+    body: Body | MeshedBody, level: str, chosen: Discretisation, before: BodyResult | None = None
 ) -> Mesh:
     """Mesh a body for its level; the last mesh again where the sizes are still the same.
 
@@ -145,6 +152,8 @@ def mesh_body(
     """
     if before is not None and not is_new_mesh(chosen, before):
         return before.mesh
+    if isinstance(body, MeshedBody):
+        return made_mesh(body)
     if level == "solid":
         return mesh_solid(body, chosen.size)
     return mesh_meridian(body, chosen.size, chosen.local)
@@ -153,7 +162,7 @@ def mesh_body(
 def reduce_meshed(
     scene: Scene,
     plan: Plan,
-    body: Body,
+    body: Body | MeshedBody,
     mesh: Mesh | None,
     chosen: Discretisation,
     comm: Any,
@@ -182,28 +191,16 @@ def reduce_meshed(
     ReductionError
         See `solidwhirl.reduction.reduce_body`.
     """
-    from solidwhirl.reduction import ReductionError, ReductionRequest, reduce_body
+    from solidwhirl.reduction import ReductionError, reduce_body
 
     own = plan.bodies[body.name]
-    estimates = ("mode_truncation", "mesh") if own.level == "harmonic" else ("mode_truncation",)
-    request = ReductionRequest(
-        level=own.level,
-        orders=own.orders,
-        components=own.components,
-        interface_components=own.interface_components,
-        degree=chosen.degree,
-        modes=chosen.modes,
-        maximum_speed_rad_s=own.maximum_speed_rad_s,
-        gyroscopic=plan.on("gyroscopic"),
-        centrifugal=plan.on("stress_stiffening"),
-        speeds_between_rad_s=chosen.speeds_between_rad_s,
-        estimates=estimates if scene.model.estimates == "on" else (),
-    )
+    request = request_of(scene, plan, body, chosen)
     record = _provenance(scene, own, chosen, mesh) if mesh is not None else None
     try:
         element, work = reduce_body(body, mesh, comm, request, comm.bcast(record))
     except ReductionError as error:
-        raise ReductionError(f"bodies.{body.name}: {error}") from error
+        table = "mesh_bodies" if isinstance(body, MeshedBody) else "bodies"
+        raise ReductionError(f"{table}.{body.name}: {error}") from error
     if mesh is None:
         return None
     return BodyResult(
@@ -211,9 +208,49 @@ def reduce_meshed(
         discretisation=chosen,
         mesh=mesh,
         element=element,
-        properties=mass_properties(body),
+        properties=closed_form(body),
         work=work,
     )
+
+
+def request_of(
+    scene: Scene, plan: Plan, body: Body | MeshedBody, chosen: Discretisation
+) -> ReductionRequest:
+    """Return what is asked of the reduction of a body.
+
+    Parameters
+    ----------
+    scene, plan, body, chosen
+        As in `reduce_meshed`.
+    """
+    from solidwhirl.reduction import ReductionRequest
+
+    own = plan.bodies[body.name]
+    estimates = ("mode_truncation", "mesh") if own.level == "harmonic" else ("mode_truncation",)
+    return ReductionRequest(
+        level=own.level,
+        orders=own.orders,
+        components=own.components,
+        interface_components=own.interface_components,
+        degree=chosen.degree,
+        modes=chosen.modes,
+        maximum_speed_rad_s=own.maximum_speed_rad_s,
+        gyroscopic=plan.on("gyroscopic") and own.shape != "any",
+        centrifugal=plan.on("stress_stiffening") and own.shape != "any",
+        speeds_between_rad_s=chosen.speeds_between_rad_s,
+        estimates=estimates if scene.model.estimates == "on" else (),
+    )
+
+
+def closed_form(body: Body | MeshedBody) -> MassProperties | None:
+    """Mass properties of a profile in closed form; None of a body that has none.
+
+    Parameters
+    ----------
+    body
+        Geometry.
+    """
+    return None if isinstance(body, MeshedBody) else mass_properties(body)
 
 
 def _provenance(

@@ -12,13 +12,16 @@ from solidwhirl.body_reduction import (
     Clock,
     Discretisation,
     Progress,
+    closed_form,
     first_discretisation,
     mesh_body,
     reduce_meshed,
 )
 from solidwhirl.dial import Judgement, Round, next_discretisations, rounds_of
-from solidwhirl.geometry import Body, mass_properties
+from solidwhirl.geometry import Body
+from solidwhirl.mesh_bodies import described
 from solidwhirl.meshing import Mesh
+from solidwhirl.meshing.user_mesh_records import MeshedBody
 from solidwhirl.plan_records import Plan
 from solidwhirl.rotordyn import AssembledSystem, Invariant, Superelement
 from solidwhirl.scene import Scene
@@ -103,7 +106,7 @@ class KeptWork:
 
 
 def reduced_bodies(
-    job: Job, bodies: Mapping[str, Body], simple: Mapping[str, Superelement]
+    job: Job, bodies: Mapping[str, Body | MeshedBody], simple: Mapping[str, Superelement]
 ) -> tuple[dict[str, BodyResult], tuple[Round, ...]]:
     """Reduce the bodies until the estimated error is within the accuracy, or can't get there.
 
@@ -117,6 +120,10 @@ def reduced_bodies(
         Elements of all others.
     """
     scene, plan = job.scene, job.plan
+    if job.comm.size > 1:
+        # the solvers talk to all ranks when they start, but some bodies are reduced by one
+        with job.clock.stage("import_solvers"):
+            import solidwhirl.reduction  # noqa: F401
 
     def reduce_one(
         name: str, chosen: Discretisation, before: BodyResult | None
@@ -159,12 +166,12 @@ def _judgement_key(
     job: Job, reduced: Mapping[str, BodyResult], simple: Mapping[str, Superelement]
 ) -> str:
     asked = (engine_part(job.scene), job.plan.bodies, job.plan.speeds_rad_s)
-    found = [(r.body, r.discretisation, r.mesh, r.element) for r in reduced.values()]
+    found = [(_content(r.body), r.discretisation, r.mesh, r.element) for r in reduced.values()]
     return job.keeper.key("judgement", asked, found, simple)
 
 
 def _reduce(
-    job: Job, body: Body, chosen: Discretisation, before: BodyResult | None
+    job: Job, body: Body | MeshedBody, chosen: Discretisation, before: BodyResult | None
 ) -> BodyResult | None:
     """Mesh and reduce one body; None on ranks that have no part in the result."""
     from mpi4py import MPI
@@ -174,6 +181,9 @@ def _reduce(
         return None
     team = job.comm if level == "solid" else MPI.COMM_SELF
     mesh = _mesh(job, body, level, chosen, before) if job.comm.rank == 0 else None
+    if isinstance(body, MeshedBody):
+        told = described(body, mesh) if mesh is not None else None
+        body = team.bcast(told)
     key = ""
     kept: KeptReduction | None = None
     if mesh is not None:
@@ -193,12 +203,12 @@ def _reduce(
 
 
 def _mesh(
-    job: Job, body: Body, level: str, chosen: Discretisation, before: BodyResult | None
+    job: Job, body: Body | MeshedBody, level: str, chosen: Discretisation, before: BodyResult | None
 ) -> Mesh:
     """The mesh of a body, the last one again where the sizes are still the same."""
     if before is not None and job.keeper.same(before.discretisation.local, chosen.local):
         return before.mesh
-    key = job.keeper.key("mesh", body, level, chosen.size, chosen.local)
+    key = job.keeper.key("mesh", _content(body), level, chosen.size, chosen.local)
 
     def compute() -> Mesh:
         job.progress(f"mesh {body.name} ({level})")
@@ -209,19 +219,28 @@ def _mesh(
     return found
 
 
-def _reduction_key(job: Job, body: Body, mesh: Mesh, chosen: Discretisation, team: Any) -> str:
+def _content(body: Body | MeshedBody) -> Body | MeshedBody:
+    """A body without the folder that its file lies in; the content has a digest."""
+    if isinstance(body, MeshedBody):
+        return replace(body, request=replace(body.request, path=""))
+    return body
+
+
+def _reduction_key(
+    job: Job, body: Body | MeshedBody, mesh: Mesh, chosen: Discretisation, team: Any
+) -> str:
     """All that a body's reduction sees, and a little more."""
     scene, plan = job.scene, job.plan
     return job.keeper.key(
         "reduction",
-        body,
+        _content(body),
         mesh,
         chosen,
         plan.bodies[body.name],
         [(effect.name, effect.on) for effect in plan.effects],
         scene.model,
         scene.effects,
-        scene.bodies[body.name],
+        scene.finite_element_bodies()[body.name].model_dump(exclude={"file"}),
         team.size,
     )
 
@@ -241,7 +260,7 @@ def _kept(result: BodyResult) -> KeptReduction:
 
 
 def _restored(
-    job: Job, body: Body, mesh: Mesh, chosen: Discretisation, kept: KeptReduction
+    job: Job, body: Body | MeshedBody, mesh: Mesh, chosen: Discretisation, kept: KeptReduction
 ) -> BodyResult:
     """A body as its reduction left it, with the scene of this run in its provenance."""
     from mpi4py import MPI
@@ -265,6 +284,6 @@ def _restored(
         discretisation=chosen,
         mesh=mesh,
         element=replace(kept.element, provenance=provenance),
-        properties=mass_properties(body),
+        properties=closed_form(body),
         work=KeptWork(kept=kept, again=again),
     )

@@ -2,34 +2,22 @@
 
 from __future__ import annotations
 
-import logging
 import os
 import sys
-import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
 import typer
 from pydantic import ValidationError
 from rich.console import Console
 from rich.markdown import Markdown
 
-from solidwhirl.endings import (
-    end_interrupted,
-    end_of_defect,
-    interruptible,
-    is_out_of_memory,
-    keep_petsc_from_signals,
-    memory_text,
-    stop,
-    take_first_memory,
-)
+from solidwhirl.endings import end_of_defect, keep_petsc_from_signals
 from solidwhirl.errors import OutputError, SceneError
-from solidwhirl.geometry import GeometryError
+from solidwhirl.guard import guarded
 from solidwhirl.scene import Scene
 
 app = typer.Typer(
@@ -38,8 +26,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Turbine rotors as solids, reduced to superelements, assembled to rotordynamics.",
 )
-# What scipy says of a system whose solution would be rounding alone.
-_ILL_CONDITIONED = "Ill-conditioned matrix"
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE.toml", help="The scene file.")]
 Level = Annotated[
     str | None,
@@ -87,7 +73,7 @@ def run(
             return
         _run_on_first_rank(chosen, _Places(out=out, store=store, fresh=fresh), pictures, quiet)
 
-    _guarded(scene, work)
+    guarded(scene, work)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,20 +128,23 @@ def plan(scene: SceneFile, level: Level = None, accuracy: Accuracy = None) -> No
         from solidwhirl.bodies import build_bodies
         from solidwhirl.forecast import forecast
         from solidwhirl.levels import chosen_level
+        from solidwhirl.mesh_bodies import build_mesh_bodies
+        from solidwhirl.meshing.user_mesh_records import AnyBody
         from solidwhirl.plan import make_plan
         from solidwhirl.plausibility import implausible
         from solidwhirl.report import cost_text, plan_text
 
         chosen = _scene(scene, level, accuracy)
         bodies = build_bodies(chosen)
+        solids: dict[str, AnyBody] = {**bodies, **build_mesh_bodies(chosen)}
         decided = make_plan(chosen, bodies, chosen_level(chosen, bodies))
         text = plan_text(decided, implausible(chosen, bodies))
-        if bodies:
-            text += "\n\n" + cost_text(forecast(chosen, decided, bodies))
+        if solids:
+            text += "\n\n" + cost_text(forecast(chosen, decided, solids))
         console = Console(width=None if sys.stdout.isatty() else 200)
         console.print(Markdown(text))
 
-    _guarded(scene, work)
+    guarded(scene, work)
 
 
 @app.command()
@@ -182,7 +171,7 @@ def study(
         typer.echo(f"table: {done.report}")
         typer.echo(f"{done.done} cases, {done.failed} failed, {done.skipped} skipped")
 
-    _guarded(scene, work)
+    guarded(scene, work)
 
 
 @app.command()
@@ -210,7 +199,7 @@ def identify(
             typer.echo(f"targets that are not met: {', '.join(done.missed)}", err=True)
             raise typer.Exit(1)
 
-    _guarded(problem, work)
+    guarded(problem, work)
 
 
 @app.command()
@@ -228,6 +217,70 @@ def check(
     from solidwhirl.check_command import check_command
 
     raise typer.Exit(check_command(paths, as_json=as_json))
+
+
+@app.command()
+def geometry(
+    scene: SceneFile,
+    step: Annotated[Path, typer.Option(metavar="FILE|DIR", help="A file, or one for each body.")],
+    length_unit: Annotated[
+        str, typer.Option(metavar="mm|m", help="Unit of lengths in the file.")
+    ] = "mm",
+) -> None:
+    """Write the bodies of a scene as closed solids in STEP files."""
+
+    def work() -> None:
+        from solidwhirl.geometry_command import geometry_command
+
+        for path in geometry_command(scene, step, length_unit=length_unit):
+            typer.echo(f"written: {path}")
+
+    guarded(scene, work)
+
+
+@app.command()
+def export(
+    body: Annotated[Path, typer.Argument(metavar="BODY.h5", help="A superelement file.")],
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="What to write.")],
+    form: Annotated[
+        str, typer.Option("--format", metavar="FORMAT", help="`solidwhirl formats` lists them.")
+    ],
+    modes: Annotated[
+        int | None, typer.Option(min=1, metavar="N", help="Elastic modes; all if not given.")
+    ] = None,
+    damping: Annotated[
+        float | None,
+        typer.Option(min=0.0, max=1.0, metavar="RATIO", help="Of all elastic modes."),
+    ] = None,
+    layout: Annotated[
+        str | None, typer.Option(metavar="fembs|mode", help="Columns of Ge and Gr in sid.")
+    ] = None,
+    records: Annotated[
+        int | None, typer.Option(metavar="13|18|19", help="Last record group in mbdyn.")
+    ] = None,
+    speed_rpm: Annotated[
+        float | None, typer.Option(metavar="RPM", help="Matrices at this speed as well.")
+    ] = None,
+) -> None:
+    """Write a superelement in the files of other programs, and say what they can not carry."""
+
+    def work() -> None:
+        from solidwhirl.export_command import export_command
+
+        given = {"modes": modes, "damping": damping, "layout": layout, "records": records}
+        given |= {"speed_rpm": speed_rpm}
+        options = {name: value for name, value in given.items() if value is not None}
+        export_command(body, form, out, options)
+
+    guarded(body, work)
+
+
+@app.command()
+def formats() -> None:
+    """List the formats of `export`, and their options."""
+    from solidwhirl.export_command import formats_text
+
+    typer.echo(formats_text())
 
 
 @app.command()
@@ -285,52 +338,6 @@ def _refuse_unwritable(out: Path) -> None:
     problem = writing_problem(nearest)  # as root may write what it may not
     if problem is not None:
         raise OutputError(f"{out}: can not be written: {problem} in {nearest}")
-
-
-def _guarded(scene: Path, work: Callable[[], None]) -> None:
-    """Run a command; what the user caused ends in one message and exit code 2."""
-    logging.getLogger().setLevel(logging.WARNING)  # the form compiler talks at INFO level
-    warnings.filterwarnings("error", message=_ILL_CONDITIONED)
-    try:
-        with interruptible():
-            take_first_memory()
-            work()
-    except SceneError as error:
-        stop(str(error))
-    except OutputError as error:
-        stop(str(error))
-    except KeyboardInterrupt as error:
-        end_interrupted(error)
-    except Exception as error:
-        if isinstance(error, _user_errors()):
-            stop(f"{scene}: {error}")
-        if is_out_of_memory(error):
-            stop(f"{scene}: {memory_text(error)}")
-        if isinstance(error, np.linalg.LinAlgError) or _is_ill_conditioned(error):
-            stop(
-                f"{scene}: the numbers of this scene can not be solved ({error}); check masses, "
-                "inertias, stiffnesses and units"
-            )
-        raise
-
-
-def _is_ill_conditioned(error: Exception) -> bool:
-    return isinstance(error, Warning) and str(error).startswith(_ILL_CONDITIONED)
-
-
-def _user_errors() -> tuple[type[Exception], ...]:
-    """Errors of stages that were reached; a stage that was not imported raised nothing."""
-    kinds: list[type[Exception]] = [GeometryError]
-    for module, names in (
-        ("solidwhirl.meshing", ("MeshingError",)),
-        ("solidwhirl.cost", ("CostError",)),
-        ("solidwhirl.study", ("StudyError",)),
-        ("solidwhirl.reduction", ("ReductionError",)),
-        ("solidwhirl.rotordyn", ("AssemblyError", "AnalysisError", "SuperelementError")),
-    ):
-        loaded: Any = sys.modules.get(module)
-        kinds += [getattr(loaded, name) for name in names if loaded is not None]
-    return tuple(kinds)
 
 
 def main() -> None:

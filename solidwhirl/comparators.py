@@ -88,13 +88,13 @@ def solid_comparisons(
     if not solids:
         return ()
     same_scene = _at_level(scene, "harmonic", scene.model.accuracy)
-    bodies = {name: r.body for name, r in solids.items()}
+    bodies = {name: r.body for name, r in solids.items() if isinstance(r.body, Body)}
     same_plan = make_plan(same_scene, bodies)
     same = {}
     for name, result in solids.items():
         own = result.discretisation
         chosen = replace(own, mesh_fixed=True, modes_fixed=True)
-        same[name] = _reduced(same_scene, same_plan, result.body, chosen).element
+        same[name] = _reduced(same_scene, same_plan, bodies[name], chosen).element
     fine = _within_accuracy(
         _at_level(scene, "harmonic", max(_FINER * scene.model.accuracy, 1e-5)),
         bodies,

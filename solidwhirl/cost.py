@@ -16,6 +16,7 @@ from solidwhirl.fineness import Fineness
 from solidwhirl.geometry import Body
 from solidwhirl.machine import MachineSpeed
 from solidwhirl.meshing.prediction import PredictedMesh, predict_mesh
+from solidwhirl.meshing.user_mesh_records import MeshedBody
 from solidwhirl.plan_records import BodyPlan, Plan
 from solidwhirl.scene import Scene
 
@@ -99,7 +100,7 @@ class RunCost:
 
 
 def predict_body_cost(
-    body: Body,
+    body: Body | MeshedBody,
     plan: BodyPlan,
     *,
     modes: int,
@@ -134,13 +135,17 @@ def predict_body_cost(
     own mesh, and this is the first.
     """
     _refuse_unknown(plan, estimates)
-    if plan.level == "beam":
+    if plan.level == "beam" and isinstance(body, Body):
         return _beam_cost(body, plan)
     dimension = 3 if plan.level == "solid" else 2
-    mesh = predict_mesh(body, fineness_of(plan).size, dimension)
+    if isinstance(body, MeshedBody):
+        mesh = body.expected
+    else:
+        mesh = predict_mesh(body, fineness_of(plan).size, dimension)
     problems = [_problem(plan, order, modes) for order in _orders(plan)]
     factor = 1.0 / machine.relative_to(REFERENCE_MACHINE)
-    seconds = {"meshing": _meshing_s(plan.level, mesh)}
+    given = isinstance(body, MeshedBody) and body.request.step is None
+    seconds = {} if given else {"meshing": _meshing_s(plan.level, mesh)}
     for problem in problems:
         for stage, spent in _problem_s(plan, mesh, problem, len(problems), estimates).items():
             seconds[stage] = seconds.get(stage, 0.0) + spent
@@ -159,7 +164,7 @@ def predict_body_cost(
 def predict_cost(
     plan: Plan,
     scene: Scene,
-    bodies: Mapping[str, Body],
+    bodies: Mapping[str, Body | MeshedBody],
     *,
     modes: Mapping[str, int],
     estimates: bool = False,
@@ -253,7 +258,8 @@ def _problem(plan: BodyPlan, order: int | None, modes: int) -> _Problem:
     else:
         interface, families = (len(carried) - sum(c in _AXIAL for c in carried)) // 2, 2
         kept, pairs = modes, modes + 2
-    share = _LATERAL if order is None and plan.orders == (1,) else _ALL
+    halved = order is None and plan.orders == (1,) and plan.shape == "quartered"
+    share = _LATERAL if halved else _ALL
     speeds = plan.eigenproblems // len(_orders(plan))
     return _Problem(
         families=families,
@@ -275,7 +281,8 @@ def _problem_s(
     # the first of several is that of the centrifugal field
     static = int(plan.factorisations // problems > 1)
     held = plan.factorisations // problems - static
-    field = (_CENTRIFUGAL if plan.level == "solid" else _ALL) * unknowns
+    quartered = plan.level == "solid" and plan.shape == "quartered"
+    field = (_CENTRIFUGAL if quartered else _ALL) * unknowns
     out = {
         "assembly": plan.matrices / problems * _law(f"{key}.assembly", unknowns),
         "factorisations": held * _law(f"{key}.factorisation", solved)

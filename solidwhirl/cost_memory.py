@@ -9,6 +9,7 @@ from solidwhirl.cost import Cost, CostError, fineness_of, predict_body_cost
 from solidwhirl.fineness import choose_fineness
 from solidwhirl.geometry import Body
 from solidwhirl.meshing import MeshSize
+from solidwhirl.meshing.user_mesh_records import MeshedBody
 from solidwhirl.plan_records import BodyPlan
 from solidwhirl.scene import ModelSpec
 
@@ -22,7 +23,7 @@ class MemoryShortageError(CostError):
 
 
 def refuse_what_does_not_fit(
-    bodies: Mapping[str, Body],
+    bodies: Mapping[str, Body | MeshedBody],
     plans: Mapping[str, BodyPlan],
     model: ModelSpec,
     *,
@@ -57,6 +58,12 @@ def refuse_what_does_not_fit(
         cost = predict_body_cost(body, plan, modes=modes[name], estimates=wanted)
         if cost.peak_memory_gib <= available_gib:
             continue
+        if isinstance(body, MeshedBody):
+            advice = "coarser mesh" if body.request.step is None else "larger size_m"
+            raise MemoryShortageError(
+                f"mesh_bodies.{name}: would have {_numbers(cost)}, {available_gib:.3g} GiB are "
+                f"available; take a {advice}"
+            )
         found = [
             f"{what} ({_numbers(c)})"
             for what, c in _alternatives(body, plan, model, modes[name], wanted, available_gib)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from solidwhirl.body_reduction import BodyResult, Discretisation
 from solidwhirl.contributions import AskedModes, Contributions, error_contributions
+from solidwhirl.geometry import Body
 from solidwhirl.meshing import refined_size
 from solidwhirl.plan_records import Plan
 from solidwhirl.rotordyn import AssembledSystem
@@ -249,6 +250,7 @@ def _finer_mesh(
     parts = [element_errors(own, tuple(samples)) for own in result.work.indicators]
     errors, points, triangles = np.sum([p[0] for p in parts], axis=0), *parts[0][1:]
     errors = errors * (float(share.max()) / errors.sum())
+    assert isinstance(result.body, Body)  # given meshes are fixed
     local = refined_size(
         result.body,
         chosen.size,

@@ -18,8 +18,11 @@ from solidwhirl.comparators import (
     solid_comparisons,
 )
 from solidwhirl.estimates import BeamVariants, Estimates, estimate_errors
+from solidwhirl.geometry import Body
+from solidwhirl.mesh_comparisons import step_comparisons
 from solidwhirl.outcome import Outcome
 from solidwhirl.peak_estimates import with_peak_estimates
+from solidwhirl.recovery_fields import recoveries_of
 from solidwhirl.rotordyn import (
     AnalysisError,
     AssembledSystem,
@@ -186,17 +189,19 @@ def analyses_of(
     job, scene = engine.job, engine.job.scene
     pairs = None if estimates is None else estimates.comparisons
     seen = job.keeper.digest(None if pairs is None else _seen(pairs))
+    recoveries = recoveries_of(job, engine.reduced)
     outcomes: dict[str, Outcome] = {}
     for k, spec in enumerate(scene.analyses):
 
         def compute(spec: Any = spec) -> Outcome:
-            outcome = run_analysis(spec, scene, engine.system, diagram)
+            outcome = run_analysis(spec, scene, engine.system, diagram, recoveries)
             if pairs is None:
                 return outcome
             return with_peak_estimates(outcome, spec, engine.system, pairs)
 
         job.progress(f"{spec.label} ({spec.kind})")
-        key = job.keeper.key("analysis", engine.digest, spec, seen)
+        named = [a for a in scene.analyses if a.label in getattr(spec, "refers_to", ())]
+        key = job.keeper.key("analysis", engine.digest, spec, seen, named)
         title = scene.title or scene.name
         with job.clock.stage(f"analysis {spec.label}"):
             try:
@@ -252,11 +257,13 @@ def _compared(engine: Engine) -> tuple[Comparison, ...]:
     job, elements = engine.job, engine.elements
     scene, plan = job.scene, job.plan
     made_of = partial(engine_of, scene, plan)
-    solids = {n: r for n, r in engine.reduced.items() if plan.bodies[n].level == "solid"}
+    drawn = {n: r for n, r in engine.reduced.items() if isinstance(r.body, Body)}
+    solids = {n: r for n, r in drawn.items() if plan.bodies[n].level == "solid"}
     found = solid_comparisons(scene, plan, solids, elements, made_of)
     found += beam_comparison(elements, engine.beams.finer, made_of)
+    found += step_comparisons(scene, plan, engine.reduced, elements, made_of)
     if scene.model.compare_coupling == "on":
-        bodies = {name: result.body for name, result in engine.reduced.items()}
+        bodies = {n: r.body for n, r in drawn.items() if isinstance(r.body, Body)}
         found += coupling_comparison(scene, bodies, elements, made_of)
     return found
 

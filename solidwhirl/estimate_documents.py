@@ -53,14 +53,16 @@ def accuracy_document(
         Of the accuracy dial.
     """
     achieved = np.nan if estimates is None else estimates.largest
+    given = [] if estimates is None else _given_meshes(scene, estimates)
     return {
         "asked": scene.model.accuracy,
         "largest_error_estimate": achieved,
-        "met": achieved <= scene.model.accuracy if np.isfinite(achieved) else None,
+        "met": _met(achieved, scene.model.accuracy, known=not given),
         "not_summed": "interface_coupling: a choice of the model, not an approximation",
         "bodies_without_estimate": []
         if estimates is None
         else list(estimates.campbell.bodies_without_estimate),
+        "meshes_without_estimate": given,
         "rounds": [
             {
                 "unknowns": dict(r.unknowns),
@@ -72,3 +74,21 @@ def accuracy_document(
             for r in rounds
         ],
     }
+
+
+def _given_meshes(scene: Scene, estimates: Estimates) -> list[str]:
+    """Bodies whose mesh was given, and could not be compared with another one."""
+    compared = {
+        name
+        for pair in estimates.comparisons
+        if pair.part == "mesh"
+        for name in pair.second_elements
+    }
+    return [name for name in scene.mesh_bodies if name not in compared]
+
+
+def _met(achieved: float, asked: float, *, known: bool) -> bool | None:
+    """Whether the accuracy is met; that of what is not known can only be missed."""
+    if not np.isfinite(achieved) or (achieved <= asked and not known):
+        return None
+    return bool(achieved <= asked)

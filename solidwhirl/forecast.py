@@ -14,6 +14,7 @@ from solidwhirl.cost_table import cost_rows
 from solidwhirl.fineness import choose_fineness, is_adapted
 from solidwhirl.geometry import Body
 from solidwhirl.machine import available_memory_gib, machine_speed
+from solidwhirl.meshing.user_mesh_records import MeshedBody
 from solidwhirl.plan_records import Plan
 from solidwhirl.scene import Scene
 
@@ -66,7 +67,7 @@ class Forecast:
         return (*last, *first, total)
 
 
-def forecast(scene: Scene, plan: Plan, bodies: Mapping[str, Body]) -> Forecast:
+def forecast(scene: Scene, plan: Plan, bodies: Mapping[str, Body | MeshedBody]) -> Forecast:
     """Predict the cost of a run.
 
     Parameters
@@ -83,7 +84,9 @@ def forecast(scene: Scene, plan: Plan, bodies: Mapping[str, Body]) -> Forecast:
     finer = {}
     for name, own in plan.bodies.items():
         if own.fineness is not None and is_adapted(own.level, scene.model):
-            wanted = choose_fineness(bodies[name], own.level, rule)
+            body = bodies[name]
+            assert isinstance(body, Body)  # meshes of their own are solids
+            wanted = choose_fineness(body, own.level, rule)
             if wanted.size.corner_size_m < own.fineness.size.corner_size_m:
                 fineness = replace(wanted, degree=own.fineness.degree)
                 finer[name] = replace(own, fineness=fineness)
@@ -95,7 +98,7 @@ def forecast(scene: Scene, plan: Plan, bodies: Mapping[str, Body]) -> Forecast:
 
 
 def refuse_too_large(
-    scene: Scene, plan: Plan, bodies: Mapping[str, Body], expected: Forecast
+    scene: Scene, plan: Plan, bodies: Mapping[str, Body | MeshedBody], expected: Forecast
 ) -> None:
     """Refuse bodies whose first mesh needs more memory than is available, before it is made.
 
@@ -133,7 +136,7 @@ def forecast_document(found: Forecast) -> dict[str, Any]:
     }
 
 
-def _modes(scene: Scene, plan: Plan, bodies: Mapping[str, Body]) -> dict[str, int]:
+def _modes(scene: Scene, plan: Plan, bodies: Mapping[str, Body | MeshedBody]) -> dict[str, int]:
     return {
         name: MODES
         if plan.bodies[name].level == "beam"

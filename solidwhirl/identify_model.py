@@ -173,7 +173,7 @@ class Model:
 
 def _masses(problem: Problem, data: Mapping[str, Any]) -> FloatArray:
     """Closed-form mass properties; nan for the other targets."""
-    bodies = build_bodies(parse_scene(dict(data), problem.path))
+    bodies = build_bodies(parse_scene(dict(data), problem.path, folder=problem.folder))
     wanted = {t.body for t in problem.spec.targets if is_mass_target(t)}
     properties = {name: mass_properties(bodies[name]) for name in bodies if name in wanted}
     return np.array(
@@ -221,7 +221,8 @@ def _model_scene(
     """
     model = {**data.get("model", {}), "accuracy": accuracy, "estimates": "off"}
     kept = {k: v for k, v in data.items() if k not in _ANALYSES}
-    return parse_scene({**kept, "model": model, "speeds": {"list_rpm": speeds_rpm}}, problem.path)
+    data = {**kept, "model": model, "speeds": {"list_rpm": speeds_rpm}}
+    return parse_scene(data, problem.path, folder=problem.folder)
 
 
 def _lean(data: Mapping[str, Any]) -> dict[str, Any]:

@@ -120,6 +120,11 @@ class Problem:
     places: Mapping[str, Place]
 
     @property
+    def folder(self) -> Path:
+        """Where files that the scene names are looked for."""
+        return (self.path.parent / self.spec.scene).parent
+
+    @property
     def needs_model(self) -> bool:
         """Whether a target needs more than closed-form mass properties."""
         return any(t.quantity not in _MASS for t in self.spec.targets)
@@ -188,7 +193,7 @@ def read_problem(path: str | Path) -> Problem:
         raise SceneError(path, problems)
     problem = Problem(path=path, spec=spec, scene=scene, places=places)
     start = {p.name: p.start for p in spec.parameters}
-    parse_scene(problem.scene_at(start), f"{path}: the scene at the start")
+    parse_scene(problem.scene_at(start), f"{path}: the scene at the start", folder=problem.folder)
     return problem
 
 

@@ -42,7 +42,7 @@ def places_of_joints(scene: Scene) -> frozenset[str]:
     """Interfaces "body.interface" that a bearing, gear or rigid disk holds or loads."""
     found = {place for bearing in scene.bearings for place in (bearing.first, bearing.second)}
     found |= {place for gear in scene.gears for place in (gear.first, gear.second)}
-    for name, body in scene.bodies.items():
+    for name, body in scene.finite_element_bodies().items():
         found |= {f"{name}.{disk.interface}" for disk in body.rigid_disks}
     return frozenset(found - {"ground"})
 
@@ -70,7 +70,7 @@ def _actions(scene: Scene) -> Iterator[tuple[str, str, str]]:
     for analysis in scene.analyses:
         for place in getattr(analysis, "drives", ()):
             yield place, "rz", f"drive of {analysis.label}"
-    for name, body in scene.bodies.items():
+    for name, body in scene.finite_element_bodies().items():
         for disk in body.rigid_disks:
             for motion in ("rx", "ry"):
                 yield f"{name}.{disk.interface}", motion, disk.name
@@ -104,7 +104,8 @@ def carried_motions(scene: Scene, on: set[str]) -> dict[str, tuple[str, ...]]:
         for motion, effect in EFFECT_OF.items()
         if effect in on and getattr(scene.effects, effect) == "on"
     }
-    disks = {f"{n}.{disk.interface}" for n, b in scene.bodies.items() for disk in b.rigid_disks}
+    solids = scene.finite_element_bodies().items()
+    disks = {f"{n}.{disk.interface}" for n, b in solids for disk in b.rigid_disks}
     out = {}
     for body, names in scene.interface_names().items():
         places = [f"{body}.{name}" for name in names]

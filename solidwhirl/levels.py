@@ -11,6 +11,7 @@ from solidwhirl.beam_level_error import beam_theory_error
 from solidwhirl.dial import asked_modes, sample_speeds
 from solidwhirl.geometry import Body
 from solidwhirl.plan import make_plan
+from solidwhirl.recovery_references import meshes_for
 from solidwhirl.rotordyn import modes_at_speed
 from solidwhirl.scene import Scene
 from solidwhirl.system_parts import engine_of, simple_elements
@@ -37,7 +38,9 @@ def chosen_level(scene: Scene, bodies: Mapping[str, Body]) -> str:
     if model.level != "auto":
         return model.level
     given = (model.order, model.size_m, model.corner_size_m, model.growth)
-    wanted = model.estimates == "on" and model.accuracy >= _COARSE_ENOUGH
+    # beams can't be tried in an engine with meshes before these are reduced, and hold no stress
+    meshed = scene.mesh_bodies or meshes_for(scene)
+    wanted = model.estimates == "on" and model.accuracy >= _COARSE_ENOUGH and not meshed
     if bodies and wanted and given == (None,) * 4 and _beams_suffice(scene, bodies):
         return "beam"
     return "harmonic"

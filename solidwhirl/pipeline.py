@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from solidwhirl.analyses_recovery import recovery_checks
 from solidwhirl.beam_bodies import BeamBodies, beam_bodies
 from solidwhirl.bodies import build_bodies
 from solidwhirl.body_reduction import BodyResult, Clock, Progress
@@ -25,9 +26,11 @@ from solidwhirl.estimates import Estimates
 from solidwhirl.forecast import Forecast, forecast, refuse_too_large
 from solidwhirl.geometry import Body
 from solidwhirl.levels import chosen_level
+from solidwhirl.mesh_bodies import build_mesh_bodies
 from solidwhirl.outcome import Outcome
 from solidwhirl.plan import make_plan, top_speed
 from solidwhirl.plan_records import Plan
+from solidwhirl.recovery_references import meshes_for
 from solidwhirl.rotordyn import (
     AssembledSystem,
     BearingNote,
@@ -140,12 +143,12 @@ def run_scene(
 
     comm = MPI.COMM_SELF if comm is None else comm
     keeper = Keeper(store=store if comm.rank == 0 else None, progress=progress)
-    bodies = build_bodies(scene)
+    bodies, meshes = build_bodies(scene), build_mesh_bodies(scene)
     level, keep_level = _level(scene, bodies, comm, keeper)
     plan = make_plan(scene, bodies, level)
     simple = simple_elements(scene, plan)  # milliseconds, and refused before the long work
-    expected = forecast(scene, plan, bodies)
-    refuse_too_large(scene, plan, bodies, expected)
+    expected = forecast(scene, plan, {**bodies, **meshes})
+    refuse_too_large(scene, plan, {**bodies, **meshes}, expected)
     progress(
         f"level {level}: about {expected.seconds:.2g} s of one core and "
         f"{expected.peak_memory_gib:.2g} GiB, {expected.unknowns} unknowns"
@@ -162,7 +165,7 @@ def run_scene(
     beams = _beams(job, {n: b for n, b in bodies.items() if plan.bodies[n].level == "beam"})
     simple |= beams.elements
     meshed = {n: b for n, b in bodies.items() if n not in beams.elements}
-    reduced, rounds = reduced_bodies(job, meshed, simple)
+    reduced, rounds = reduced_bodies(job, {**meshed, **meshes}, simple)
     if comm.rank != 0:
         return None
     return _analyse(job, reduced, rounds, simple, beams, expected)
@@ -174,6 +177,8 @@ def _level(
     """The level of the bodies, and a function that keeps it; looking for it takes a second."""
     if scene.model.level != "auto":
         return scene.model.level, lambda: None
+    if meshes_for(scene):  # beams have no stress in a solid
+        return "harmonic", lambda: None
     name = "choice of the level"
     key = keeper.key("level", engine_part(scene), scene.analyses, bodies)
     kept: str | None = comm.bcast(keeper.find(key))
@@ -214,6 +219,7 @@ def _analyse(
     with job.clock.stage("checks"):
         checks = run_checks(job.scene, job.plan, reduced, engine.elements, engine.system, diagram)
     outcomes = analyses_of(engine, diagram.campbell, estimates)
+    checks += recovery_checks(outcomes)
     return Results(
         scene=job.scene,
         plan=job.plan,

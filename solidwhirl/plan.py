@@ -18,7 +18,9 @@ from solidwhirl.interface_motions import (
     is_off_axis,
     places_of_joints,
 )
+from solidwhirl.mesh_bodies import build_mesh_bodies, mesh_plan
 from solidwhirl.plan_records import BodyPlan, Effect, Plan
+from solidwhirl.recovery_references import meshes_for
 from solidwhirl.scene import Scene
 from solidwhirl.scene_analyses import (
     AnalysisSpec,
@@ -53,14 +55,19 @@ def make_plan(scene: Scene, bodies: Mapping[str, Body], level: str | None = None
     fastest = top_speed(scene)
     top = {name: abs(ratio) * fastest for name, ratio in scene.speed_ratios().items()}
     effects = (
-        *_rotation_effects(scene, turning=any(v > 0.0 for v in top.values()), solid=bool(bodies)),
+        *_rotation_effects(
+            scene,
+            turning=any(v > 0.0 for v in top.values()),
+            solid=bool(bodies) or _turning_imports(scene) or bool(scene.mesh_bodies),
+        ),
         _damping(scene),
         _internal_damping(scene),
         _speed_laws(scene),
         _tilt(scene),
         _axial(scene),
         _torsion(scene),
-        *_estimates(scene, meshed=bool(bodies)),
+        *_estimates(scene, meshed=bool(scene.finite_element_bodies())),
+        _recovery(scene),
         *_never(scene),
     )
     on = {e.name for e in effects if e.on}
@@ -70,6 +77,10 @@ def make_plan(scene: Scene, bodies: Mapping[str, Body], level: str | None = None
     plans = {
         name: _body_plan(scene, body, level, top[name], on, carried)
         for name, body in bodies.items()
+    }
+    plans |= {
+        name: mesh_plan(body, top[name], on, carried)
+        for name, body in build_mesh_bodies(scene).items()
     }
     return Plan(
         effects=effects,
@@ -264,12 +275,14 @@ def _estimates(scene: Scene, *, meshed: bool) -> tuple[Effect, ...]:
         cost="per order: 1 factorisation more on the meridian; of a solid: 2 matrices and "
         "1 factorisation of a coarse meridian",
     )
-    wanted = asked and meshed and scene.model.compare_coupling == "on"
+    wanted = asked and bool(scene.bodies) and scene.model.compare_coupling == "on"
     joined = bool(places_of_joints(scene))
     if wanted:
         why = "joints act on interfaces" if joined else "no joint acts on an interface"
     elif scene.model.compare_coupling == "off":
         why = "the scene says off"
+    elif asked and meshed:
+        why = "no meshed body has a profile"
     coupling = Effect(
         name="coupling_comparison",
         on=wanted and joined,
@@ -279,10 +292,33 @@ def _estimates(scene: Scene, *, meshed: bool) -> tuple[Effect, ...]:
     return estimate, coupling, checks
 
 
+def _recovery(scene: Scene) -> Effect:
+    """Fields of the bodies whose displacement and stress are wanted."""
+    asked = meshes_for(scene)
+    why = "no analysis of kind recovery"
+    if asked:
+        why = f"displacement and stress in the solid are wanted: {', '.join(asked)}"
+    return Effect(
+        name="recovery",
+        on=bool(asked),
+        why=why,
+        cost="per body asked for: its last reduction once more, without error estimate and checks",
+    )
+
+
+def _turning_imports(scene: Scene) -> bool:
+    """Whether an imported body turns, which may bring its own centrifugal matrices."""
+    return any(spec.speed_ratio for spec in scene.imported.values())
+
+
 def _kept(scene: Scene) -> str:
-    """Which rigid bodies keep uz and rz all the same."""
+    """Which rigid and imported bodies keep uz and rz all the same."""
     names = [name for name, body in scene.rigid_bodies.items() if is_off_axis(body)]
-    return f", but in {', '.join(names)}: the centre of gravity is off the axis" if names else ""
+    said = f", but in {', '.join(names)}: the centre of gravity is off the axis" if names else ""
+    standing = ", ".join(name for name, b in scene.mesh_bodies.items() if b.speed_ratio == 0.0)
+    said += f"; {standing}: a mesh that stands still moves in all directions" if standing else ""
+    given = ", ".join(scene.imported)
+    return said + (f"; {given}: an imported body keeps all motions of its file" if given else "")
 
 
 def _never(scene: Scene) -> tuple[Effect, ...]:

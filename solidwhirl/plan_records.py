@@ -42,7 +42,8 @@ class BodyPlan:
     level
         "beam", "harmonic" or "solid".
     orders
-        Circumferential orders that are solved (harmonic) or kept (solid).
+        Circumferential orders that are solved (harmonic) or kept (solid); none in a body of any
+        shape, whose modes have no order.
     components
         Motions that one interface or another carries.
     interface_components
@@ -53,6 +54,9 @@ class BodyPlan:
         Largest speed of the body.
     matrices, factorisations, eigenproblems
         How many, at most, the reduction will need.
+    shape
+        Of a solid, as `solidwhirl.reduction` tells them apart: "quartered" comes from a profile,
+        "round" and "any" from a mesh of its own.
     """
 
     level: str
@@ -64,6 +68,7 @@ class BodyPlan:
     matrices: int
     factorisations: int
     eigenproblems: int
+    shape: str = "quartered"
 
 
 @dataclass(frozen=True, kw_only=True)

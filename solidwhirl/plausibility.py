@@ -10,9 +10,19 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from solidwhirl.geometry import Body
+from solidwhirl.imported_bodies import imported_element
 from solidwhirl.plan import top_speed
-from solidwhirl.plausibility_shapes import RigidMass, Shape, beam_shapes, body_shapes
+from solidwhirl.plausibility_shapes import (
+    RigidMass,
+    Shape,
+    beam_shapes,
+    body_shapes,
+    mesh_shapes,
+)
+from solidwhirl.rotordyn import Superelement
 from solidwhirl.scene import Scene
 from solidwhirl.scene_joints import BearingSpec, RigidBodySpec
 
@@ -36,6 +46,8 @@ _RIGID_DENSITY = (5.0, 25_000.0)
 _STIFFNESS = (10.0, 1e12)
 _SAG_M = 2e-3
 _GRAVITY = 9.81
+# Lowest elastic frequency of a body alone.
+_LOWEST_HZ = (0.05, 1e6)
 # Speed at the rim, speed, and speed over the first bending frequency of a bare shaft.
 _RIM_M_PER_S, _SPEED_RPM = 1500.0, 3e6
 _SPEED_RATIO = 500.0
@@ -90,7 +102,7 @@ def implausible(scene: Scene, bodies: Mapping[str, Body]) -> tuple[Doubt, ...]:
     One number alone tells little where the usual range is wide: stiffnesses of bearings between
     10 and 1e12 N/m are questioned only if the body would sag by more than 2 mm on them.
     """
-    shapes = [*body_shapes(scene, bodies), *beam_shapes(scene)]
+    shapes = [*body_shapes(scene, bodies), *mesh_shapes(scene), *beam_shapes(scene)]
     found: list[Doubt] = [*_material_doubts(scene, shapes)]
     for shape in shapes:
         found += _size_doubts(shape)
@@ -99,10 +111,15 @@ def implausible(scene: Scene, bodies: Mapping[str, Body]) -> tuple[Doubt, ...]:
         found += _speed_doubts(scene, shape)
     for name, body in scene.rigid_bodies.items():
         found += _rigid_body_doubts(name, body)
+    imported = {name: imported_element(name, spec) for name, spec in scene.imported.items()}
+    for name, element in imported.items():
+        found += _imported_doubts(name, element)
     for k, bearing in enumerate(scene.bearings):
         found += _stiffness_doubts(f"bearings[{k}]", bearing)
     masses = {s.name: s.mass_kg for s in shapes}
     masses |= {name: body.mass_kg for name, body in scene.rigid_bodies.items()}
+    # a body that is fixed to the ground does not hang on its bearings
+    masses |= {n: e.mass_kg for n, e in imported.items() if e.rigid_body_present[:2].any()}
     found += _sag_doubts(scene, masses)
     found += _unbalance_doubts(scene, {s.name: s for s in shapes})
     return tuple(found)
@@ -232,6 +249,33 @@ def _rigid_body_doubts(name: str, body: RigidBodySpec) -> Iterator[Doubt]:
             f"interfaces over {span:g} m",
             usual="about the size of the body, with a density below that of metals",
             mistake="kg, kg m² and m expected; is one of them in t, kg mm² or millimetres?",
+        )
+
+
+def _imported_doubts(name: str, element: Superelement) -> Iterator[Doubt]:
+    """Matrices from elsewhere: mass, distances, and the frequencies of the body alone."""
+    key = f"imported.{name}"
+    places = np.array([node.position_m for node in element.interfaces])
+    span = float(np.linalg.norm(places.max(axis=0) - places.min(axis=0)))
+    gyration = math.sqrt(float(element.inertia_kg_m2.diagonal().max()) / element.mass_kg)
+    lowest = float(element.free_frequencies_hz[0]) if element.free_frequencies_hz.size else None
+    units = "are length_unit and mass_unit those of the file?"
+    checks = [
+        (element.mass_kg, _MASS_KG, "kg", units),
+        (span or 1.0, _LENGTH_M, "m between its interfaces", units),
+        (lowest or 1.0, _LOWEST_HZ, "Hz, its lowest elastic frequency", f"{units} Seconds?"),
+    ]
+    for value, limits, unit, mistake in checks:
+        if _beyond(value, limits):
+            usual = _range(limits, unit.partition(" ")[0].rstrip(","))
+            yield Doubt(key=key, found=f"{value:g} {unit}", usual=usual, mistake=mistake)
+            return
+    if span and gyration > _CASING_GYRATION * span:
+        yield Doubt(
+            key=key,
+            found=f"a radius of gyration of {gyration:g} m and interfaces over {span:g} m",
+            usual="about the size of the body",
+            mistake=f"places and matrices may be in different units; {units}",
         )
 
 

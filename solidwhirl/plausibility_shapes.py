@@ -10,6 +10,7 @@ import numpy as np
 
 from solidwhirl.bodies import scene_materials
 from solidwhirl.geometry import Body, Material, section_mass_properties
+from solidwhirl.mesh_bodies import build_mesh_bodies
 from solidwhirl.scene import Scene
 
 
@@ -97,6 +98,37 @@ def body_shapes(scene: Scene, bodies: Mapping[str, Body]) -> Iterator[Shape]:
             own_mass_kg=sum(section_mass_properties(s).mass_kg for s in sections),
             rigid=tuple(disks),
             materials=tuple({s.material.name: s.material for s in sections}.values()),
+        )
+
+
+def mesh_shapes(scene: Scene) -> Iterator[Shape]:
+    """Shapes of the bodies with a mesh of their own.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
+    for name, body in build_mesh_bodies(scene).items():
+        request = body.request
+        materials = [m for m in (request.material, *(m for _, m in request.materials)) if m]
+        density = max(m.density_kg_per_m3 for m in materials)
+        yield Shape(
+            name=name,
+            key=f"mesh_bodies.{name}",
+            length_m=body.length_m,
+            radius_m=body.radius_m,
+            own_mass_kg=density * body.volume_m3 if body.mass is None else body.mass.mass_kg,
+            rigid=tuple(
+                RigidMass(
+                    key=f"mesh_bodies.{name}.rigid_disks[{k}]",
+                    mass_kg=d.mass_kg,
+                    polar_kg_m2=d.polar_inertia_kg_m2,
+                    diametral_kg_m2=d.diametral_inertia_kg_m2,
+                )
+                for k, d in enumerate(body.rigid_disks)
+            ),
+            materials=tuple({m.name: m for m in materials}.values()),
         )
 
 

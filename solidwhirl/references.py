@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from solidwhirl.analysis_checks import analysis_problems, unknown
+from solidwhirl.recovery_references import recovery_problems
 from solidwhirl.scene import Scene
 from solidwhirl.scene_base import alike_in_files
 from solidwhirl.scene_joints import BearingSpec, GearSpec
@@ -44,7 +45,7 @@ def reference_problems(scene: Scene) -> list[str]:
         problems += [f"{where}.{text}" for text in _law_problems(scene, bearing)]
     for k, gear in enumerate(scene.gears):
         problems += [f"gears[{k}].{text}" for text in _gear_problems(scene, gear, places)]
-    return problems + analysis_problems(scene)
+    return problems + analysis_problems(scene) + recovery_problems(scene)
 
 
 def _repeated(key: str, names: Sequence[str]) -> Iterator[str]:

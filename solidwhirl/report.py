@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import Any
 
@@ -115,7 +116,9 @@ def _fineness(found: Fineness | None) -> tuple[str, str, str]:
     if found is None:
         return "-", "-", "-"
     corner = f"{1e3 * found.size.corner_size_m:.3g}"
-    return str(found.degree), corner, f"{found.expected_error:.1e}"
+    # of a given mesh nothing is expected
+    expected = "-" if math.isnan(found.expected_error) else f"{found.expected_error:.1e}"
+    return str(found.degree), corner, expected
 
 
 def _bodies(bodies: dict[str, Any]) -> str:
@@ -145,11 +148,17 @@ def _bodies(bodies: dict[str, Any]) -> str:
                 b["full_dofs"],
                 b["reduced_dofs"],
                 f"{b['hoop_strain_at_top_speed']:.1e}" if "hoop_strain_at_top_speed" in b else "-",
-                ", ".join(f"{f:.2f}" for f in b["free_frequencies_hz"][:6:2]) or "-",
+                ", ".join(f"{f:.2f}" for f in _first_of_pairs(b)) or "-",
             )
             for name, b in bodies.items()
         ),
     )
+
+
+def _first_of_pairs(body: dict[str, Any]) -> list[float]:
+    """Three frequencies; those of a body of revolution come in pairs."""
+    step = 1 if body["level"] == "imported" else 2
+    return list(body["free_frequencies_hz"][: 3 * step : step])
 
 
 def _ledger(bodies: dict[str, Any]) -> str:
@@ -209,6 +218,11 @@ def _accuracy(document: dict[str, Any]) -> str:
     lines.append(_table(("round", "unknowns", "modes", "estimate", "refined"), steps))
     for name in found["bodies_without_estimate"]:
         lines.append(f"- {name}: carries no error estimate; nothing of it is in these numbers")
+    for name in found.get("meshes_without_estimate", ()):
+        lines.append(
+            f"- {name}: the error of its mesh, which was given, is not known and not in these "
+            "numbers; compare with a finer mesh"
+        )
     return "\n\n".join(lines)
 
 

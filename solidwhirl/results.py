@@ -21,7 +21,9 @@ from solidwhirl.estimate_documents import (
 from solidwhirl.estimates import Estimates
 from solidwhirl.fineness import Fineness
 from solidwhirl.forecast import forecast_document
+from solidwhirl.mesh_bodies import source_document
 from solidwhirl.meshing import write_gmsh, write_vtu
+from solidwhirl.meshing.user_mesh_records import MeshedBody
 from solidwhirl.outcome import is_picture
 from solidwhirl.pipeline import Results
 from solidwhirl.plan_records import Plan
@@ -32,6 +34,7 @@ from solidwhirl.rotordyn.pictures_errors import (
     draw_campbell_errors,
     draw_critical_speed_errors,
 )
+from solidwhirl.rotordyn.sidecar import superelement_document
 from solidwhirl.run_folder import RunFolder, claimed, replacing_files, reserve
 from solidwhirl.scene_file import scene_hash
 from solidwhirl.store_stages import Keeper, no_keeper
@@ -224,6 +227,8 @@ def _write_all(results: Results, document: dict[str, Any], folder: Path) -> None
         path = folder / "bodies" / f"{name}.h5"
         reserve(path, _size_bytes(element))
         write_superelement(element, path)
+        sidecar = json.dumps(superelement_document(element), indent=1, allow_nan=False)
+        path.with_suffix(".json").write_text(sidecar + "\n", encoding="utf-8")
     for outcome in results.analyses.values():
         for file, write in outcome.files.items():
             if not is_picture(file):
@@ -237,6 +242,10 @@ def _size_bytes(element: Superelement) -> int:
     """About the size of an element's file: its arrays, and what HDF5 puts around them."""
     forms = sum(form.gram.nbytes + element.mass.nbytes for form in element.error_forms)
     arrays = 9 * element.mass.nbytes + element.recovery_points_m.nbytes
+    if element.moments is not None:
+        arrays += element.moments.second_kg.nbytes
+    if element.surface is not None:
+        arrays += element.surface.amplitudes.nbytes + element.surface.cells.nbytes
     return int(1.1 * (forms + arrays + element.recovery_modes.nbytes)) + _AROUND_BYTES
 
 
@@ -301,6 +310,7 @@ def _body(element: Superelement) -> dict[str, Any]:
         "reduced_dofs": len(element.coordinates),
         "free_frequencies_hz": element.free_frequencies_hz.tolist(),
         "fixed_interface_frequencies_hz": element.fixed_interface_frequencies_hz.tolist(),
+        **({"import": element.provenance["import"]} if "import" in element.provenance else {}),
     }
 
 
@@ -310,13 +320,9 @@ def _simple(element: Superelement) -> dict[str, Any]:
 
 
 def _solid(result: BodyResult) -> dict[str, Any]:
-    p = result.properties
     return {
         **_body(result.element),
-        "mass_kg": p.mass_kg,
-        "center_of_gravity_m": np.asarray(p.center_of_gravity_m).tolist(),
-        "polar_inertia_kg_m2": p.polar_inertia_kg_m2,
-        "diametral_inertia_kg_m2": p.diametral_inertia_kg_m2,
+        **_mass_properties(result),
         "element_order": result.discretisation.degree,
         "modes_per_family": result.discretisation.modes,
         "mesh": {
@@ -329,6 +335,23 @@ def _solid(result: BodyResult) -> dict[str, Any]:
         "solved": {k: list(v) for k, v in result.work.solved.items()},
         "orthogonality_error": result.work.orthogonality_error,
         "hoop_strain_at_top_speed": result.work.hoop_strain,
+    }
+
+
+def _mass_properties(result: BodyResult) -> dict[str, Any]:
+    """In closed form of a profile; of a mesh its whole tensor, and where it comes from."""
+    p = result.properties
+    if isinstance(result.body, MeshedBody) or p is None:
+        inertia = np.asarray(result.element.inertia_kg_m2)
+        out: dict[str, Any] = {"inertia_kg_m2": inertia.tolist()}
+        if isinstance(result.body, MeshedBody):
+            out["source"] = source_document(result.body)
+        return out
+    return {
+        "mass_kg": p.mass_kg,
+        "center_of_gravity_m": np.asarray(p.center_of_gravity_m).tolist(),
+        "polar_inertia_kg_m2": p.polar_inertia_kg_m2,
+        "diametral_inertia_kg_m2": p.diametral_inertia_kg_m2,
     }
 
 

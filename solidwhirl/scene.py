@@ -26,6 +26,7 @@ from solidwhirl.scene_base import (
     Title,
     alike_in_files,
 )
+from solidwhirl.scene_imports import ImportedSpec
 from solidwhirl.scene_joints import (
     BeamSpec,
     BearingSpec,
@@ -34,6 +35,7 @@ from solidwhirl.scene_joints import (
     RigidBodySpec,
     SpeedLawSpec,
 )
+from solidwhirl.scene_meshes import MeshBodySpec, RigidDiskSpec
 
 
 class MaterialSpec(Record):
@@ -107,17 +109,6 @@ class InterfaceSpec(Record):
         if not plane and (not span or self.at_m is not None):
             raise ValueError(f"kind {self.kind!r} of interface needs start_m and end_m, not at_m")
         return self
-
-
-class RigidDiskSpec(Record):
-    """A rigid disk fixed to an interface's master node."""
-
-    name: Name
-    interface: Name
-    mass_kg: NotNegative
-    polar_inertia_kg_m2: NotNegative
-    diametral_inertia_kg_m2: NotNegative
-    offset_m: Finite = 0.0
 
 
 class BodySpec(Record):
@@ -230,6 +221,8 @@ class Scene(Record):
     bodies: dict[FileName, BodySpec] = Field(default_factory=dict, max_length=MOST)
     beams: dict[FileName, BeamSpec] = Field(default_factory=dict, max_length=MOST)
     rigid_bodies: dict[FileName, RigidBodySpec] = Field(default_factory=dict, max_length=MOST)
+    imported: dict[FileName, ImportedSpec] = Field(default_factory=dict, max_length=MOST)
+    mesh_bodies: dict[FileName, MeshBodySpec] = Field(default_factory=dict, max_length=MOST)
     bearings: Annotated[tuple[BearingSpec, ...], Field(max_length=MOST)] = ()
     speed_laws: dict[Name, SpeedLawSpec] = Field(default_factory=dict, max_length=MOST)
     gears: Annotated[tuple[GearSpec, ...], Field(max_length=MOST)] = ()
@@ -241,11 +234,13 @@ class Scene(Record):
 
     @model_validator(mode="after")
     def _has_bodies(self) -> Scene:
-        if not (self.bodies or self.beams or self.rigid_bodies):
+        tables = (self.bodies, self.beams, self.rigid_bodies, self.imported, self.mesh_bodies)
+        named = [name for table in tables for name in table]
+        if not named:
             raise ValueError(
-                "a scene needs a body: [bodies.NAME], [beams.NAME] or [rigid_bodies.NAME]"
+                "a scene needs a body: [bodies.NAME], [beams.NAME], [rigid_bodies.NAME], "
+                "[imported.NAME] or [mesh_bodies.NAME]"
             )
-        named = [*self.bodies, *self.beams, *self.rigid_bodies]
         twice = sorted({name for name in named if named.count(name) > 1})
         if twice:
             raise ValueError(f"more than one body is named {', '.join(twice)}")
@@ -265,16 +260,26 @@ class Scene(Record):
         """Speed of every body over that of the reference shaft."""
         ratios = {name: b.speed_ratio for name, b in self.bodies.items()}
         ratios |= {name: b.speed_ratio for name, b in self.beams.items()}
-        return ratios | {name: b.speed_ratio for name, b in self.rigid_bodies.items()}
+        ratios |= {name: b.speed_ratio for name, b in self.rigid_bodies.items()}
+        ratios |= {name: b.speed_ratio for name, b in self.imported.items()}
+        return ratios | {name: b.speed_ratio for name, b in self.mesh_bodies.items()}
 
     def internal_damping(self) -> dict[str, InternalDampingSpec]:
         """Internal damping of the bodies that have it."""
         found = {name: b.internal_damping for name, b in self.bodies.items()}
         found |= {name: b.internal_damping for name, b in self.beams.items()}
+        found |= {name: b.internal_damping for name, b in self.mesh_bodies.items()}
         return {name: damping for name, damping in found.items() if damping is not None}
 
     def interface_names(self) -> dict[str, tuple[str, ...]]:
         """Interfaces of every body."""
         names = {name: tuple(i.name for i in b.interfaces) for name, b in self.bodies.items()}
         names |= {name: tuple(b.interfaces) for name, b in self.beams.items()}
-        return names | {name: tuple(b.interfaces) for name, b in self.rigid_bodies.items()}
+        names |= {name: tuple(b.interfaces) for name, b in self.rigid_bodies.items()}
+        names |= {name: tuple(b.interfaces) for name, b in self.imported.items()}
+        meshes = self.mesh_bodies.items()
+        return names | {name: tuple(i.name for i in b.interfaces) for name, b in meshes}
+
+    def finite_element_bodies(self) -> dict[str, BodySpec | MeshBodySpec]:
+        """Bodies that may become finite elements: those with a profile, and those with a mesh."""
+        return {**self.bodies, **self.mesh_bodies}

@@ -18,6 +18,7 @@ from solidwhirl.scene_base import (
     Positive,
     Record,
 )
+from solidwhirl.scene_recovery import RecoverySpec
 
 Points = Annotated[Count, Field(ge=2, le=20001)]
 Places = Annotated[tuple[Place, ...], Field(min_length=1, max_length=MOST)]
@@ -344,6 +345,7 @@ AnalysisSpec = Annotated[
     | StabilitySpec
     | BearingLawsSpec
     | RunUpSpec
-    | StateSpaceSpec,
+    | StateSpaceSpec
+    | RecoverySpec,
     Field(discriminator="kind"),
 ]

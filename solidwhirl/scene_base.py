@@ -4,9 +4,17 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationInfo,
+)
 
 # strict: whole numbers stand for floats, but texts and true or false for no number
 # far beyond every rotor, and far from where products of a few numbers overflow
@@ -77,6 +85,12 @@ def _file_name(value: str) -> str:
     return value
 
 
+def _beside_scene(value: str, info: ValidationInfo) -> str:
+    """Take the name of a file from the folder of the scene that names it, where that is known."""
+    folder = (info.context or {}).get("folder")
+    return value if folder is None else str((Path(folder) / value).absolute())
+
+
 # Entries of a list in a scene: far beyond every engine, and still read in seconds.
 MOST = 2001
 # Marks that turn the direction of writing.
@@ -85,6 +99,13 @@ _DEVICES = ("CON", "PRN", "AUX", "NUL", *(f"{d}{k}" for d in ("COM", "LPT") for 
 Title = Annotated[str, Field(max_length=1000), AfterValidator(_one_line)]
 Note = Annotated[str, Field(max_length=4000), AfterValidator(_lines)]
 FileName = Annotated[Name, AfterValidator(_file_name)]
+#: A file that a scene reads: a name relative to the scene's folder, made absolute when it is read.
+BesideScene = Annotated[
+    str,
+    Field(min_length=1, max_length=1000),
+    AfterValidator(_one_line),
+    AfterValidator(_beside_scene),
+]
 EndText = Annotated[str, Field(max_length=129)]
 AutoSwitch = Annotated[Switch, BeforeValidator(_switch)]
 Radii = Annotated[tuple[NotNegative, NotNegative], BeforeValidator(_pair)]

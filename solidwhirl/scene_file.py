@@ -14,8 +14,11 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from solidwhirl.errors import SceneError, clean
+from solidwhirl.imported_bodies import with_files_read
 from solidwhirl.references import reference_problems
 from solidwhirl.scene import Scene
+from solidwhirl.scene_imports import without_folders
+from solidwhirl.scene_meshes import with_digests, without_mesh_folders
 
 _MAXIMUM_BYTES = 4_000_000
 _MAXIMUM_PROBLEMS = 100
@@ -92,8 +95,19 @@ def load_toml(path: str | Path) -> dict[str, Any]:
         raise SceneError(path, [f"is not valid TOML: {error}"]) from error
 
 
-def parse_scene(data: dict[str, Any], path: str | Path = "scene") -> Scene:
+def parse_scene(
+    data: dict[str, Any], path: str | Path = "scene", *, folder: Path | None = None
+) -> Scene:
     """Check the content of a scene file.
+
+    Parameters
+    ----------
+    data
+        The content.
+    path
+        What messages name.
+    folder
+        Where files that the scene names are looked for; the folder of `path` if not given.
 
     Raises
     ------
@@ -101,13 +115,21 @@ def parse_scene(data: dict[str, Any], path: str | Path = "scene") -> Scene:
         All problems at once.
     """
     try:
-        scene = Scene.model_validate(data)
+        scene = Scene.model_validate(data, context={"folder": folder or Path(path).parent})
     except ValidationError as error:
         found = error.errors(include_url=False)
         problems = [_explain(e) for e in found[:_MAXIMUM_PROBLEMS]]
         left = len(found) - len(problems)
         problems += [f"and {left} more problems"] if left else []
         raise SceneError(path, problems) from error
+    scene, problems = with_files_read(scene)
+    if problems:
+        raise SceneError(path, problems)
+    if scene.mesh_bodies:
+        meshes, problems = with_digests(scene.mesh_bodies)
+        if problems:
+            raise SceneError(path, problems)
+        scene = scene.model_copy(update={"mesh_bodies": meshes})
     problems = reference_problems(scene)
     if problems:
         raise SceneError(path, problems)
@@ -116,7 +138,14 @@ def parse_scene(data: dict[str, Any], path: str | Path = "scene") -> Scene:
 
 def scene_hash(scene: Scene) -> str:
     """SHA-256 of the scene's content, the same for files that say the same."""
-    return hashlib.sha256(scene.model_dump_json().encode()).hexdigest()
+    # imported and mesh bodies count by the content of their files, wherever these lie
+    update = {
+        "imported": without_folders(scene.imported),
+        "mesh_bodies": without_mesh_folders(scene.mesh_bodies),
+    }
+    alike = scene.model_copy(update=update)
+    text = alike.model_dump_json(exclude={key for key, found in update.items() if not found})
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def with_model(scene: Scene, *, level: str | None, accuracy: float | None) -> Scene:

@@ -20,9 +20,13 @@ from solidwhirl.rotordyn.branch_notes import TrackingNote
 from solidwhirl.rotordyn.campbell_errors import CampbellErrors
 from solidwhirl.rotordyn.critical_speed_errors import CriticalSpeedErrors
 from solidwhirl.rotordyn.eigenvalue_errors import FrequencyErrors
+from solidwhirl.rotordyn.mass_moments import MassMoments
 from solidwhirl.rotordyn.superelement import Coordinate, ErrorForm, InterfaceNode
+from solidwhirl.rotordyn.surface import Surface
 from solidwhirl.run_folder import writing_problem
 from solidwhirl.scene import Scene
+from solidwhirl.scene_imports import without_folders
+from solidwhirl.scene_meshes import without_mesh_folders
 from solidwhirl.store import FreshStore, StageStore
 from solidwhirl.store_codec import fingerprint
 
@@ -93,6 +97,7 @@ _RECORDS = (
     KeptAnalysis,
     KeptReduction,
     LocalSize,
+    MassMoments,
     Material,
     Mesh,
     MeshQuality,
@@ -100,6 +105,7 @@ _RECORDS = (
     Modes,
     Round,
     Superelement,
+    Surface,
     TrackingNote,
 )
 RECORDS: Mapping[str, type] = {kind.__name__: kind for kind in _RECORDS}
@@ -117,7 +123,13 @@ def open_fresh_store(folder: str | Path) -> StageStore:
 
 def engine_part(scene: Scene) -> dict[str, Any]:
     """The parts of a scene that numbers of its engine depend on, its analyses left out."""
-    return {n: getattr(scene, n) for n in type(scene).model_fields if n not in _WORDS}
+    parts = {n: getattr(scene, n) for n in type(scene).model_fields if n not in _WORDS}
+    # by content, wherever the files lie
+    return {
+        **parts,
+        "imported": without_folders(scene.imported),
+        "mesh_bodies": without_mesh_folders(scene.mesh_bodies),
+    }
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -283,6 +295,7 @@ def no_keeper() -> Keeper:
 
 def _copy(data: bytes) -> Write:
     def write(path: Path) -> None:
+        path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(data)
 
     return write

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from solidwhirl.bodies import scene_materials
 from solidwhirl.geometry import GeometryError
+from solidwhirl.imported_bodies import imported_elements
 from solidwhirl.interface_motions import is_off_axis
 from solidwhirl.plan_records import Plan
 from solidwhirl.rotordyn import (
@@ -68,12 +69,12 @@ def engine_of(scene: Scene, plan: Plan, elements: Mapping[str, Superelement]) ->
 
 
 def simple_elements(scene: Scene, plan: Plan) -> dict[str, Superelement]:
-    """Superelements of the beams and rigid bodies of a scene.
+    """Superelements of the beams, rigid and imported bodies of a scene.
 
     Raises
     ------
     SuperelementError, GeometryError
-        A beam or rigid body that can not be.
+        A beam, rigid or imported body that can not be.
     """
     elements = {name: _beam(scene, plan, name, spec) for name, spec in scene.beams.items()}
     still = not plan.on("gyroscopic")
@@ -91,7 +92,7 @@ def simple_elements(scene: Scene, plan: Plan) -> dict[str, Superelement]:
         )
     if still:
         elements = {k: replace(e, gyroscopic=np.zeros((e.size,) * 2)) for k, e in elements.items()}
-    return elements
+    return elements | imported_elements(scene, plan)
 
 
 def _beam(scene: Scene, plan: Plan, name: str, spec: BeamSpec) -> Superelement:

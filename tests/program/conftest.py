@@ -87,7 +87,7 @@ def computed(scene_data):
 
     def run(name):
         if name not in found:
-            found[name] = run_scene(parse_scene(scene_data(name)))
+            found[name] = run_scene(parse_scene(scene_data(name), folder=ROOT / "scenes"))
         return found[name]
 
     return run

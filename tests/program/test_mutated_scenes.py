@@ -20,9 +20,10 @@ from solidwhirl.geometry import GeometryError
 from solidwhirl.plan import make_plan
 from solidwhirl.scene_file import parse_scene
 
+FOLDER = Path(__file__).resolve().parents[2] / "scenes"
 SCENES = {
     path.stem: tomllib.loads(path.read_text(encoding="utf-8"))
-    for path in sorted((Path(__file__).resolve().parents[2] / "scenes").glob("*.toml"))
+    for path in sorted(FOLDER.glob("*.toml"))
 }
 
 NUMBERS = st.one_of(
@@ -94,7 +95,7 @@ def mutated(draw):
 def refused_or_planned(data):
     """ "planned", or the message with which a scene was refused; anything else is an error."""
     try:
-        scene = parse_scene(data)
+        scene = parse_scene(data, folder=FOLDER)
         make_plan(scene, build_bodies(scene))
     except (SceneError, GeometryError) as error:
         return str(error)
@@ -217,7 +218,7 @@ def planned(small_scene, number):
     for seed in range(1000 * number, 1000 * number + 1000):
         data = extreme(small_scene, random.Random(seed))
         if refused_or_planned(data) == "planned":
-            return parse_scene(data), seed
+            return parse_scene(data, folder=FOLDER), seed
     raise AssertionError("no scene of the series passes the plan")
 
 

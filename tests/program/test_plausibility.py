@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import tomllib
+from pathlib import Path
 
 import pytest
 
@@ -14,9 +15,11 @@ from solidwhirl.plausibility import implausible
 from solidwhirl.report import plan_text
 from solidwhirl.scene_file import parse_scene
 
+SCENES = Path(__file__).resolve().parents[2] / "scenes"
+
 
 def doubts(data):
-    scene = parse_scene(data)
+    scene = parse_scene(data, folder=SCENES)
     return implausible(scene, build_bodies(scene))
 
 

@@ -1,0 +1,141 @@
+"""STEP: parametric bodies out and in again."""
+
+from __future__ import annotations
+
+import gmsh
+import numpy as np
+import pytest
+
+from solidwhirl.geometry import MATERIALS, Body, Section
+from solidwhirl.meshing import MeshingError
+from solidwhirl.meshing.step_read import mesh_step, step_geometry
+from solidwhirl.meshing.step_write import write_step
+from solidwhirl.meshing.user_mesh import body_of_mesh, mesh_of
+from solidwhirl.meshing.user_mesh_records import MeshRequest, StepSize
+from solidwhirl.reduction.verification import meshed_part_properties
+
+STEEL, TITANIUM = MATERIALS["steel"], MATERIALS["titanium"]
+
+
+def section(name, start, end, inner, outer, material=STEEL):
+    return Section(
+        name=name,
+        start_m=start,
+        end_m=end,
+        inner_radius_m=(inner, inner),
+        outer_radius_m=outer if isinstance(outer, tuple) else (outer, outer),
+        material=material,
+    )
+
+
+def rotor(fillet_m=0.004, disk=STEEL):
+    return Body(
+        name="rotor",
+        sections=(
+            section("solid", 0.0, 0.1, 0.0, 0.02),
+            section("bored", 0.1, 0.3, 0.008, (0.02, 0.03)),
+            section("disk", 0.04, 0.06, 0.02, 0.08, disk),
+        ),
+        fillet_radius_m=fillet_m,
+    )
+
+
+def request(path, step, **changes):
+    asked = {
+        "path": str(path),
+        "digest": "0" * 64,
+        "unit_m": 1e-3,
+        "origin": (0.0, 0.0, 0.0),
+        "direction": (0.0, 0.0, 1.0),
+        "material": STEEL,
+        "shape": "round",
+        "step": step,
+    }
+    return MeshRequest(**(asked | changes))
+
+
+def read_by_gmsh(path, unit):
+    """Volume, centre and inertia of every solid, as the CAD kernel computes them of the file."""
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setString("Geometry.OCCTargetUnit", unit)
+        gmsh.model.occ.importShapes(str(path))
+        gmsh.model.occ.synchronize()
+        found = []
+        for _, tag in gmsh.model.getEntities(3):
+            # all faces of a closed solid belong to one shell, and no edge is open
+            assert gmsh.model.getBoundary([(3, tag)], combined=True)
+            shell = gmsh.model.getBoundary([(3, tag)], oriented=False)
+            assert not gmsh.model.getBoundary(shell, combined=True, oriented=False)
+            name = gmsh.model.getEntityName(3, tag).rsplit("/", 1)[-1]
+            volume = gmsh.model.occ.getMass(3, tag)
+            centre = np.array(gmsh.model.occ.getCenterOfMass(3, tag))
+            inertia = np.array(gmsh.model.occ.getMatrixOfInertia(3, tag)).reshape(3, 3)
+            found.append((name, volume, centre, inertia))
+        # nothing but solids and what bounds them
+        assert len(gmsh.model.getEntities(2)) == len(
+            {t for _, v in gmsh.model.getEntities(3)
+             for _, t in gmsh.model.getBoundary([(3, v)], oriented=False)}
+        )  # fmt: skip
+        return found
+    finally:
+        gmsh.finalize()
+
+
+@pytest.mark.parametrize("fillet_m", [0.0, 0.004])
+@pytest.mark.parametrize(("unit_m", "unit"), [(1e-3, "M"), (1.0, "MM")])
+def test_solids_have_the_mass_of_the_profile(tmp_path, fillet_m, unit_m, unit):
+    body = rotor(fillet_m)
+    assert write_step([body], tmp_path / "r.step", unit_m=unit_m) == ("rotor_steel",)
+    ((_, volume, centre, inertia),) = read_by_gmsh(tmp_path / "r.step", unit)
+    length = {"M": 1.0, "MM": 1e-3}[unit]
+    exact = meshed_part_properties(body)
+    density = STEEL.density_kg_per_m3
+    assert volume * density * length**3 == pytest.approx(exact.mass_kg, rel=1e-6)
+    assert centre[2] * length == pytest.approx(exact.center_of_gravity_m[2], rel=1e-6)
+    inertia = inertia * density * length**5
+    assert inertia[2, 2] == pytest.approx(exact.polar_inertia_kg_m2, rel=1e-6)
+    assert inertia[0, 0] == pytest.approx(exact.diametral_inertia_kg_m2, rel=1e-6)
+
+
+def test_materials_are_solids_of_their_own(tmp_path):
+    body = rotor(disk=TITANIUM)
+    names = write_step([body], tmp_path / "r.step")
+    assert sorted(names) == ["rotor_steel", "rotor_titanium"]
+    found = {name: volume for name, volume, _, _ in read_by_gmsh(tmp_path / "r.step", "M")}
+    density = {"rotor_steel": STEEL, "rotor_titanium": TITANIUM}
+    mass = sum(density[n].density_kg_per_m3 * v for n, v in found.items())
+    assert mass == pytest.approx(meshed_part_properties(body).mass_kg, rel=1e-6)
+
+
+def test_meshes_converge_to_the_profile_and_keep_materials(tmp_path):
+    body = rotor(fillet_m=0.0, disk=TITANIUM)
+    write_step([body], tmp_path / "r.step")
+    exact = meshed_part_properties(body)
+    errors = []
+    for around in (8, 16):
+        size = StepSize(size_m=0.03, smallest_m=0.004, around=around)
+        asked = request(tmp_path / "r.step", size, materials=(("rotor_titanium", TITANIUM),))
+        mesh = mesh_of(mesh_step(asked), asked, "rotor")
+        found = body_of_mesh("rotor", asked, mesh)
+        errors.append(abs(found.mass.mass_kg / exact.mass_kg - 1.0))
+        assert found.roundness.uneven_mass < 1e-3
+        expected = step_geometry(tmp_path / "r.step", size).expected
+        # said before it is meshed, within a factor 3
+        assert expected.cells / 3.0 < len(mesh.cells) < 3.0 * expected.cells
+    # fourth power of the angle; circles need not halve exactly, so 6 of 16 is asked
+    assert errors[0] < 2e-3
+    assert errors[1] < errors[0] / 6.0
+
+
+def test_what_is_no_solid_is_refused(tmp_path):
+    size = StepSize(size_m=0.03, smallest_m=0.01, around=8)
+    with pytest.raises(MeshingError, match="there is no such file"):
+        step_geometry(tmp_path / "none.step", size)
+    (tmp_path / "text.step").write_text("ISO-10303-21;\nHEADER;\n")
+    with pytest.raises(MeshingError, match=r"can not be read as STEP|has no solid"):
+        step_geometry(tmp_path / "text.step", size)
+    with pytest.raises(MeshingError, match=r"unit_m is 2.0; allowed are 0.001, 1.0"):
+        write_step([rotor()], tmp_path / "r.step", unit_m=2.0)
+    assert not (tmp_path / "r.step").exists()
