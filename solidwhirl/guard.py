@@ -49,7 +49,7 @@ def guarded(scene: Path, work: Callable[[], None]) -> None:
     except KeyboardInterrupt as error:
         end_interrupted(error)
     except Exception as error:
-        if isinstance(error, _user_errors()):
+        if isinstance(error, user_errors()):
             stop(f"{scene}: {error}")
         if is_out_of_memory(error):
             stop(f"{scene}: {memory_text(error)}")
@@ -65,8 +65,11 @@ def _is_ill_conditioned(error: Exception) -> bool:
     return isinstance(error, Warning) and str(error).startswith(_ILL_CONDITIONED)
 
 
-def _user_errors() -> tuple[type[Exception], ...]:
-    """Errors of stages that were reached; a stage that was not imported raised nothing."""
+def user_errors() -> tuple[type[Exception], ...]:
+    """Return the errors that a user causes, which end in one message.
+
+    Of stages that were reached: one that was not imported raised nothing.
+    """
     kinds: list[type[Exception]] = [GeometryError]
     for module, names in (
         ("solidwhirl.meshing", ("MeshingError",)),

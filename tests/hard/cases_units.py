@@ -13,9 +13,10 @@ from solidwhirl.geometry import MATERIALS, GeometryError
 from solidwhirl.plausibility import implausible
 from solidwhirl.scene_file import parse_scene
 
+FOLDER = Path(__file__).resolve().parents[2] / "scenes"
 SCENES = {
     path.stem: tomllib.loads(path.read_text(encoding="utf-8"))
-    for path in sorted((Path(__file__).resolve().parents[2] / "scenes").glob("*.toml"))
+    for path in sorted(FOLDER.glob("*.toml"))
 }
 INERTIAS = ("polar_inertia_kg_m2", "diametral_inertia_kg_m2")
 ELSEWHERE = (
@@ -52,7 +53,7 @@ def _with_materials(data):
 
 
 def _is_noticed(data) -> bool:
-    scene = parse_scene(data)
+    scene = parse_scene(data, folder=FOLDER)
     try:
         return bool(implausible(scene, build_bodies(scene)))
     except GeometryError:  # refused

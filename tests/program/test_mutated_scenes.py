@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from solidwhirl.bodies import build_bodies
 from solidwhirl.errors import SceneError
 from solidwhirl.geometry import GeometryError
+from solidwhirl.meshing import MeshingError
 from solidwhirl.plan import make_plan
 from solidwhirl.scene_file import parse_scene
 
@@ -97,7 +98,7 @@ def refused_or_planned(data):
     try:
         scene = parse_scene(data, folder=FOLDER)
         make_plan(scene, build_bodies(scene))
-    except (SceneError, GeometryError) as error:
+    except (SceneError, GeometryError, MeshingError) as error:
         return str(error)
     return "planned"
 
@@ -224,16 +225,15 @@ def planned(small_scene, number):
 
 def run_or_refused(small_scene, number):
     """Run a scene to the end: results, or what the command line turns into a message."""
-    from solidwhirl.cli import _user_errors
+    from solidwhirl.guard import user_errors
     from solidwhirl.pipeline import run_scene
 
     scene, seed = planned(small_scene, number)
     try:
         results = run_scene(scene)
     except Exception as error:
-        user_errors = (SceneError, np.linalg.LinAlgError, scipy.linalg.LinAlgWarning)
-        user_errors += _user_errors()
-        assert isinstance(error, user_errors), (seed, error)
+        known = (SceneError, np.linalg.LinAlgError, scipy.linalg.LinAlgWarning, *user_errors())
+        assert isinstance(error, known), (seed, error)
         assert 0 < len(str(error)) < 4000
         assert "Traceback" not in str(error)
         return
