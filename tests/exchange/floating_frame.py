@@ -45,6 +45,8 @@ import scipy.linalg as la
 STEP = 1e-40
 # A circle is at least this round: forward 1, backward −1, neither 0.
 ROUND = 1e-3
+# At which files are compared with the inertial frame.
+SPEEDS_RAD_S = (0.0, 400.0, 1200.0)
 
 
 class FloatingNode(NamedTuple):
@@ -243,3 +245,21 @@ def floating_frame_frequencies(
     """Frequencies of the spinning body on springs in the inertial frame [rad/s], rising."""
     modes = floating_frame_modes(body, springs, speed)
     return modes.frequencies[np.isin(modes.orders, orders)]
+
+
+def compare_with_inertial(element, fields, inertial_modes, stiffness):
+    """Assert that frequencies from a file are those of the inertial frame, free or on springs.
+
+    `fields` takes the names of the interfaces and gives what the file says of the body, in the
+    names of `floating_body`.
+    """
+    names = [node.name for node in element.interfaces]
+    body = floating_body(fields(names))
+    axial = stiffness if element.rigid_body_present[2] else 0.0
+    springs = dict.fromkeys(names, (stiffness, axial)) if stiffness else {}
+    for speed in SPEEDS_RAD_S:
+        wanted = inertial_modes(element, springs, speed).eigenvalues.imag
+        modes = floating_frame_modes(body, springs, speed)
+        # a body without axial motion and torsion has these in the file as a rigid body
+        kept = modes.orders != 0 if not element.rigid_body_present[2] else modes.orders < 2
+        np.testing.assert_allclose(modes.frequencies[kept], wanted, rtol=1e-9)
