@@ -7,7 +7,10 @@ from __future__ import annotations
 
 import logging
 import re
+import sys
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -15,15 +18,34 @@ import ufl
 from petsc4py import PETSc
 
 from solidwhirl.meshing import IntArray, Mesh
+from solidwhirl.reduction.form_cache import guard_compiler
 
-with warnings.catch_warnings():
-    # 0.9 says that numba is missing, which nothing here uses
+
+@contextmanager
+def _hidden(name: str) -> Iterator[None]:
+    """Let imports of a module fail for a while."""
+    before = sys.modules.get(name)
+    sys.modules[name] = None  # type: ignore[assignment]
+    try:
+        yield
+    finally:
+        del sys.modules[name]
+        if before is not None:
+            sys.modules[name] = before
+
+
+# Where it finds llvmlite, 0.9 loads all of PETSc's symbols for numba, which nothing here uses; then
+# PETSc sees two MPI libraries where there is one. Without it, it warns.
+with warnings.catch_warnings(), _hidden("llvmlite"):
     warnings.simplefilter("ignore", ImportWarning)
     import dolfinx
     import dolfinx.fem.petsc
+    import ffcx.codegeneration.jit
     from dolfinx import cpp as _cpp
     from dolfinx import fem
     from dolfinx import mesh as _mesh
+
+guard_compiler(ffcx.codegeneration.jit)
 
 VERSION = tuple(int(n) for n in re.findall(r"\d+", dolfinx.__version__)[:3])
 _OLD = not hasattr(fem, "functionspace")
@@ -62,14 +84,19 @@ def polynomial_degree(space: Any) -> int:
     return int(degree() if callable(degree) else degree)
 
 
+def _cell_nodes(mesh: Any) -> Any:
+    """Nodes of the cells of this rank, (cells, nodes of a cell)."""
+    nodes = mesh.geometry.dofmap if VERSION < (0, 11) else mesh.geometry.dofmaps[0]
+    count = mesh.topology.index_map(mesh.topology.dim).size_local
+    return nodes.array.reshape(count, -1) if hasattr(nodes, "array") else np.asarray(nodes)
+
+
 def straight_cells(mesh: Any) -> tuple[Any, IntArray]:
     """Coordinates of the mesh's nodes and the vertices of its cells (one process).
 
     The cells come in the order of the cell-wise constants of the mesh.
     """
-    nodes = mesh.geometry.dofmap
-    count = mesh.topology.index_map(mesh.topology.dim).size_local
-    table = nodes.array.reshape(count, -1) if hasattr(nodes, "array") else np.asarray(nodes)
+    table = _cell_nodes(mesh)
     dimension = mesh.topology.dim
     return mesh.geometry.x[:, :dimension].copy(), table[:, : dimension + 1].astype(np.int64)
 
@@ -79,9 +106,7 @@ def curved_cells(mesh: Any) -> tuple[Any, IntArray]:
 
     In dolfinx's order; cells as in `straight_cells`.
     """
-    nodes = mesh.geometry.dofmap
-    count = mesh.topology.index_map(mesh.topology.dim).size_local
-    table = nodes.array.reshape(count, -1) if hasattr(nodes, "array") else np.asarray(nodes)
+    table = _cell_nodes(mesh)
     return mesh.geometry.x[:, : mesh.topology.dim].copy(), table.astype(np.int64)
 
 
@@ -233,7 +258,9 @@ def distribute(mesh: Mesh | None, dimension: int, comm: Any) -> tuple[Any, Any, 
     if _OLD:
         domain = _mesh.create_mesh(comm, cells, points, element, ghosts)
     else:
-        partitioner = _mesh.create_cell_partitioner(ghosts)
+        # from 0.11 on with the number of cells that share a facet
+        shared = () if VERSION < (0, 11) else (2,)
+        partitioner = _mesh.create_cell_partitioner(ghosts, *shared)
         domain = _mesh.create_mesh(comm, cells=cells, x=points, e=element, partitioner=partitioner)
     domain.topology.create_connectivity(dimension - 1, dimension)
     none = np.empty((0, facet_nodes), dtype=np.int64)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from solidwhirl.reduction.block_krylov import krylov_pairs
-from solidwhirl.reduction.errors import ReductionError
+from solidwhirl.reduction.errors import FactorMemoryError, ReductionError
 from solidwhirl.reduction.memory import available_memory_bytes
 from solidwhirl.reduction.vectors import apply, dense_matrix
 
@@ -43,33 +43,35 @@ def bordered(matrix: Any, rows: FloatArray) -> Any:
     last = comm.rank == comm.size - 1
     size, b = matrix.getSize()[0], rows.shape[1]
     local = matrix.getLocalSize()[0]
-    indptr, indices, data = matrix.getValuesCSR()
+    indptr, indices, data = _upper_half(matrix)
     i, j = np.nonzero(rows)  # row by row; the border's columns are the largest of their rows
     place = indptr[i + 1]
     indices = np.insert(indices, place, size + j)
     data = np.insert(data, place, rows[i, j])
-    added = np.concatenate([[0], np.cumsum(np.bincount(i, minlength=local))])
-    indptr = indptr + added
-    counts = comm.gather(rows, root=comm.size - 1)
+    indptr = indptr + np.concatenate([[0], np.cumsum(np.bincount(i, minlength=local))])
     if last:
-        dense = np.vstack(counts)
-        for k in range(b):
-            columns = np.flatnonzero(dense[:, k])
-            # the diagonal is stored, though zero: MUMPS wants it
-            indices = np.concatenate([indices, columns, [size + k]])
-            data = np.concatenate([data, dense[columns, k], [0.0]])
-            indptr = np.append(indptr, indptr[-1] + len(columns) + 1)
+        # the diagonal is stored, though zero: MUMPS wants it
+        indices = np.concatenate([indices, size + np.arange(b)])
+        data = np.concatenate([data, np.zeros(b)])
+        indptr = np.concatenate([indptr, indptr[-1] + 1 + np.arange(b)])
         local += b
-    whole = PETSc.Mat().createAIJ(
+    out = PETSc.Mat().createSBAIJ(
         size=((local, size + b), (local, size + b)),
+        bsize=1,
         csr=(indptr.astype(PETSc.IntType), indices.astype(PETSc.IntType), data),
         comm=comm,
     )
-    whole.assemble()
-    whole.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-    out = whole.convert("sbaij", PETSc.Mat())
-    whole.destroy()
+    out.assemble()
     return out
+
+
+def _upper_half(matrix: Any) -> tuple[NDArray[Any], NDArray[Any], FloatArray]:
+    """Rows of this rank from the diagonal on (CSR)."""
+    indptr, indices, data = matrix.getValuesCSR()
+    own = np.arange(*matrix.getOwnershipRange(), dtype=indices.dtype)
+    kept = indices >= np.repeat(own, np.diff(indptr))
+    before = np.concatenate([[0], np.cumsum(kept, dtype=np.int64)])
+    return before[indptr], indices[kept], data[kept]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -172,9 +174,11 @@ def factorise(matrix: Any, rows: FloatArray) -> ConstrainedFactor:
 
     Raises
     ------
-    ReductionError
+    FactorMemoryError
         The factor needs more memory than the machine has available, which is known before any
-        of it is computed; or the factorisation failed.
+        of it is computed.
+    ReductionError
+        The factorisation failed.
     """
     whole = bordered(matrix, rows)
     solver = PETSc.KSP().create(whole.comm)
@@ -183,7 +187,12 @@ def factorise(matrix: Any, rows: FloatArray) -> ConstrainedFactor:
     _mumps(solver, available)
     solver.setUp()
     result = solver.getPC().getFactorMatrix()
-    _refuse_failure(result, whole.getSize()[0], available)
+    try:
+        _refuse_failure(result, whole.getSize()[0], available)
+    except ReductionError:
+        for part in (result, solver, whole):
+            part.destroy()
+        raise
     # INFOG(12); getInertia would want null pivot detection, which costs a quarter of the time
     negative = int(result.getMumpsInfog(12))
     memory = _MEGABYTE * int(result.getMumpsInfog(22))
@@ -221,10 +230,10 @@ def _refuse_failure(factor: Any, size: int, available: int | None) -> None:
         return
     needed = int(factor.getMumpsInfog(16)) / 1e3
     if state in (-9, -13, -19) and available is not None:
-        raise ReductionError(
+        raise FactorMemoryError(
             f"the factor of {size} unknowns needs {needed:.3g} GB of memory in one process and "
             f"{available / 1e9:.3g} GB are available; take a coarser mesh, the harmonic level, "
-            "or more processes on other machines"
+            "the iterative solver, or more processes on other machines"
         )
     raise ReductionError(f"the factorisation of {size} unknowns failed: MUMPS INFOG(1) = {state}")
 

@@ -11,55 +11,28 @@ done, to first order in ω².
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from petsc4py import PETSc
 
-from solidwhirl.reduction.clusters import CLUSTER, modes_of_orders, whole_clusters
-from solidwhirl.reduction.constrained import (
-    ConstrainedFactor,
-    eigenpairs,
-    factorise,
+from solidwhirl.reduction.constrained import ConstrainedFactor
+from solidwhirl.reduction.held_modes import (
+    held_solver,
+    interior_modes,
+    modes_from_rest,
+    modes_with_own_solver,
 )
-from solidwhirl.reduction.errors import ReductionError
-from solidwhirl.reduction.merging import is_of_order, merged, reference_eigenvalue
+from solidwhirl.reduction.merging import merged, reference_eigenvalue
 from solidwhirl.reduction.operators import BodyOperators
-from solidwhirl.reduction.overspeed import (
-    MAXIMUM_HOOP_STRAIN,
-    centrifugal_product,
-    negative_count,
-    refuse_instability,
-    refuse_overspeed,
-)
-from solidwhirl.reduction.slepc_modes import slepc_pairs
-from solidwhirl.reduction.spinning_modes import (
-    MARGIN,
-    Spinning,
-    modes_at_speed,
-    remaining_stiffness,
-)
+from solidwhirl.reduction.overspeed import MAXIMUM_HOOP_STRAIN, refuse_overspeed
+from solidwhirl.reduction.solvers import Solver
 from solidwhirl.reduction.vectors import apply, inner, project, symmetric
 
 FloatArray = NDArray[np.float64]
 __all__ = ["MAXIMUM_HOOP_STRAIN", "Basis", "orthogonality_error", "reduction_basis"]
 
-# All matrices of a body come from one space; the stiffness has all entries that others have.
-_SAME = PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN
 # Relative change of a modal stiffness by Ω² (Kσ - S) from which the top speed gets modes too.
 _PRESTRESS_MATTERS = 1e-4
-# Eigenvalues of held modes below this part of the reference eigenvalue are none.
-_NO_STIFFNESS = 1e-3
-# Modes that are computed beyond those asked for, to know where a cluster ends, and one direction
-# that the iteration needs.
-_BEYOND = 3
-# Modes at the end of the spectrum that an iteration may not find.
-_UNREACHED = 2
-# Growth of the number of modes that has to bring one of the wanted orders.
-_FRUITLESS = 2.0
-# Modes of a solid that are looked through for the first one of the wanted orders.
-_SEARCHED = 100
 # Least part of constraint modes that rounding leaves of combinations of them.
 _DEPENDENT = 1e-14
 
@@ -84,7 +57,7 @@ class Basis:
         Lowest eigenvalue of a fixed-interface mode at rest that is not in the basis, or the
         highest that is, whichever is known [1/s²].
     factor
-        Factor of K - shift M at rest with the interfaces held.
+        Solver of K - shift M at rest with the interfaces held.
     shift
         0, or a small negative number [1/s²] where rigid motions are not held.
     free
@@ -107,7 +80,7 @@ class Basis:
     fixed_eigenvalues: FloatArray
     fixed_vectors: FloatArray
     omitted_eigenvalue: float
-    factor: ConstrainedFactor
+    factor: Solver
     shift: float
     free: FloatArray
     solved: tuple[str, ...]
@@ -154,8 +127,9 @@ def reduction_basis(
     free = _unrestrained(operators, all_rows)
     shift = -reference_eigenvalue(operators) if free.shape[1] else 0.0
     solved = []
-    factor = shifted_factor(operators, operators.stiffness, all_rows, shift)
-    solved.append("factorisation at rest")
+    factor = held_solver(operators, all_rows, shift, free)
+    direct = isinstance(factor, ConstrainedFactor)
+    solved.append("factorisation at rest" if direct else "multigrid at rest")
     constraint = _constraint_modes(factor, rows.shape[1], all_rows.shape[1], len(rows))
     candidates = []
     if rows.shape[1]:
@@ -164,7 +138,7 @@ def reduction_basis(
         candidates.append(factor.solve(inertia, None)[: len(rows)])
         solved.append(f"inertia corrections of constraint modes: {rows.shape[1]}")
     kept = (orders or None) if operators.level == "solid" else None
-    fixed, at_rest, used, beyond, every, known = _interior_modes(
+    fixed, at_rest, used, beyond, every, known = interior_modes(
         operators, factor, all_rows, shift, modes, kept, free
     )
     solved.append(f"fixed-interface modes at rest: {used}")
@@ -175,26 +149,15 @@ def reduction_basis(
     if _prestress_matters(operators, at_rest, maximum_speed_rad_s):
         for speed in (*speeds_between_rad_s, maximum_speed_rad_s):
             named = "top speed" if speed == maximum_speed_rad_s else f"{speed:.6g} rad/s"
-            found = _modes_from_rest(operators, factor, every, free, modes, kept, speed)
+            found = modes_from_rest(operators, factor, every, free, modes, kept, speed)
             if found is not None:
                 at_speed, used = found
                 solved.append(f"modes at {named} with the factor at rest, solutions: {used}")
-                candidates.append(at_speed)
-                continue
-            stiffness = _spinning_stiffness(operators, speed)
-            spinning = shifted_factor(operators, stiffness, all_rows, shift)
-            negative = spinning.indefinite_count
-            if free.shape[1]:
-                # the shift of a body with free motions lifts what has just lost its stiffness
-                negative = negative_count(operators, stiffness, all_rows, free)
-                solved.append(f"count of negative stiffness at {named}: 1 factorisation")
-            refuse_instability(operators, negative, speed, free)
-            _, at_speed, used, _, _, _ = _interior_modes(
-                operators, spinning, all_rows, shift, modes, kept, free
-            )
-            spinning.destroy()
-            stiffness.destroy()
-            solved += [f"factorisation at {named}", f"fixed-interface modes at {named}: {used}"]
+            else:
+                at_speed, did = modes_with_own_solver(
+                    operators, factor, all_rows, shift, modes, kept, free, speed, every
+                )
+                solved += [f"{what} at {named}{count}" for what, count in did]
             candidates.append(at_speed)
     interior, eigenvalues = merged(operators, free, candidates, kept)
     return Basis(
@@ -230,33 +193,7 @@ def _unrestrained(operators: BodyOperators, rows: FloatArray) -> FloatArray:
     return motions @ vt[rank:].T
 
 
-def shifted_factor(
-    operators: BodyOperators, stiffness: Any, rows: FloatArray, shift: float
-) -> ConstrainedFactor:
-    """Factor of the bordered K - shift M.
-
-    Parameters
-    ----------
-    operators
-        Of the body.
-    stiffness
-        K, at rest or at speed.
-    rows
-        (local, b) constraint rows.
-    shift
-        [1/s²].
-    """
-    if shift == 0.0:
-        return factorise(stiffness, rows)
-    shifted = stiffness.copy()
-    shifted.axpy(-shift, operators.mass, _SAME)
-    try:
-        return factorise(shifted, rows)
-    finally:
-        shifted.destroy()
-
-
-def _constraint_modes(factor: ConstrainedFactor, count: int, border: int, local: int) -> FloatArray:
+def _constraint_modes(factor: Solver, count: int, border: int, local: int) -> FloatArray:
     """Displacement for a unit value of every interface coordinate, the others held."""
     if not count:
         return np.empty((local, 0))
@@ -274,107 +211,6 @@ def _apart(operators: BodyOperators, constraint: FloatArray) -> FloatArray:
     length = np.sqrt(np.diag(gram))
     s, q = np.linalg.eigh(symmetric(gram / np.outer(length, length)))
     return np.asarray(constraint @ (q / np.sqrt(np.maximum(s, _DEPENDENT)) / length[:, None]))
-
-
-def _interior_modes(
-    operators: BodyOperators,
-    factor: ConstrainedFactor,
-    rows: FloatArray,
-    shift: float,
-    modes: int,
-    orders: tuple[int, ...] | None,
-    free: FloatArray,
-) -> tuple[FloatArray, FloatArray, int, float, FloatArray, FloatArray]:
-    """Fixed-interface modes of the wanted circumferential orders.
-
-    Returns eigenvalues, vectors, the number of pairs that were asked for, the next eigenvalue
-    (or the last one of the list), and vectors and eigenvalues of all orders that were found.
-    """
-    wanted = modes if orders is None else 2 * modes
-    available = operators.mass.getSize()[0] - rows.shape[1] - free.shape[1]
-    if wanted + _BEYOND > available:
-        families = 1 if orders is None else 2
-        raise ReductionError(
-            f"{modes} fixed-interface modes are asked for, the body can have "
-            f"{max(available - _BEYOND, 0) // families} on this mesh; choose fewer, or a finer mesh"
-        )
-    reachable = available - _UNREACHED
-    count = min(modes + 2 if orders is None else wanted + wanted // 2 + 4, reachable)
-    found, since = 0, count
-    while True:
-        solve = eigenpairs if operators.level == "solid" else slepc_pairs
-        values, vectors = solve(factor, operators.mass, shift=shift, count=count, deflate=free)
-        # a space that is used up ends in vectors that break the constraint and have no stiffness
-        real = np.abs(values) > _NO_STIFFNESS * reference_eigenvalue(operators)
-        values, vectors = values[real], vectors[:, real]
-        every, known, highest = vectors, np.sort(values), float(values.max(initial=0.0))
-        if orders is not None:
-            values, vectors = modes_of_orders(operators, values, vectors, orders)
-        whole = whole_clusters(values, wanted, highest)
-        if whole > found:
-            found, since = whole, count
-        # a coarse mesh mixes the orders of its highest modes, more of which bring nothing; but a
-        # thin shell has many modes of other orders before the first one that is wanted
-        spent = count == reachable or (found > 0 and count > _FRUITLESS * since)
-        if whole >= wanted or spent:
-            beyond = float(values[min(whole, len(values) - 1)]) if len(values) else 0.0
-            return values[:whole], vectors[:, :whole], count, beyond, every, known
-        if found == 0 and count > wanted + _SEARCHED:
-            raise ReductionError(
-                f"none of the {count} lowest fixed-interface modes has one of the circumferential "
-                f"orders {orders}, as in a thin shell; take the harmonic level, which has one order"
-            )
-        count = min(int(1.6 * count) + 4, reachable)
-
-
-def _modes_from_rest(
-    operators: BodyOperators,
-    factor: ConstrainedFactor,
-    at_rest: FloatArray,
-    free: FloatArray,
-    modes: int,
-    orders: tuple[int, ...] | None,
-    speed: float,
-) -> tuple[FloatArray, int] | None:
-    """Modes of a solid at speed without another factorisation; None where that is not safe."""
-    if orders is None or free.shape[1]:
-        return None
-    centrifugal = centrifugal_product(operators)
-    left = remaining_stiffness(factor, operators.stiffness, centrifugal, free, speed)
-    if left < MARGIN:
-        return None
-    body = Spinning(
-        stiffness=lambda block: apply(operators.stiffness, block),
-        centrifugal=centrifugal,
-        mass=operators.mass,
-        speed_rad_s=speed,
-        factor=factor,
-        free=free,
-    )
-
-    def wanted(values: FloatArray, vectors: FloatArray) -> NDArray[np.bool_]:
-        squared = np.diag(project(operators.circulation, vectors, operators.comm))
-        of_order = np.flatnonzero(is_of_order(squared, orders))
-        out = np.zeros(len(values), dtype=bool)
-        if len(of_order):
-            last = values[of_order[: 2 * modes][-1]] * (1.0 + CLUSTER)
-            out[of_order[values[of_order] <= last]] = True
-        return out
-
-    found = modes_at_speed(body, at_rest, wanted)
-    if found is None:
-        return None
-    values, vectors = modes_of_orders(operators, found[0], found[1], orders)
-    whole = whole_clusters(values, 2 * modes, float(found[0].max()))
-    return vectors[:, :whole], found[2]
-
-
-def _spinning_stiffness(operators: BodyOperators, speed: float) -> Any:
-    """K + Ω² (Kσ - S)."""
-    matrix = operators.stiffness.copy()
-    matrix.axpy(speed**2, operators.stress_stiffening, _SAME)
-    matrix.axpy(-(speed**2), operators.spin_softening, _SAME)
-    return matrix
 
 
 def _prestress_matters(operators: BodyOperators, modes: FloatArray, speed: float) -> bool:

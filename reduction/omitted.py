@@ -24,7 +24,7 @@ from petsc4py import PETSc
 from scipy.special import gammaln
 
 from solidwhirl.reduction import compat, forms, kinematics
-from solidwhirl.reduction.constrained import factorise
+from solidwhirl.reduction.constrained import ConstrainedFactor, factorise
 from solidwhirl.reduction.coupling import Coupling, couple
 from solidwhirl.reduction.craig_bampton import Basis
 from solidwhirl.reduction.operators import BodyOperators
@@ -43,6 +43,8 @@ _RESERVE = 1.25
 _REENTRANT = np.radians(215.0)
 # Two facets whose directions add up to less than this are one straight line.
 _STRAIGHT = 1e-3
+# Relative error of an iterative solution that only tells how large what is left out is.
+_ROUGH = 1e-4
 # Terms of the series behind the element factor.
 _TERMS = 100_000
 
@@ -113,26 +115,36 @@ def truncation_energy(operators: BodyOperators, basis: Basis) -> tuple[Omitted, 
     comm, v, b = operators.comm, basis.vectors, basis.interface_count
     interior = v[:, b:]
     loads = _balanced(residual_terms(operators, v), operators, basis.free)
-    answers = np.zeros_like(loads)
-    answers[0, :, b:] = interior
-    for k in range(1, 4):
-        if loads[k].any():
-            answers[k] = basis.factor.solve(loads[k], None)[: len(v)]
     # what lies in V is no error: take it out in the metric of K; rigid motions, which balanced
     # loads do not move, only need to be kept from a division by zero
     gram = symmetric(project(operators.stiffness, interior, comm))
     if basis.free.shape[1]:
         held = inner(interior, apply(operators.mass, basis.free), comm)
         gram += np.trace(gram) / np.trace(held @ held.T) * (held @ held.T)
-    outside = np.zeros_like(answers)
+    answers, outside = np.zeros_like(loads), np.zeros_like(loads)
+    answers[0, :, b:] = interior
     for k in range(1, 4):
-        seen = inner(interior, loads[k], comm)
+        if not comm.allreduce(int(loads[k].any())):
+            continue
+        inside = np.zeros_like(loads[k])
         if interior.shape[1]:
-            outside[k] = answers[k] - interior @ np.linalg.solve(gram, seen)
+            inside = interior @ np.linalg.solve(gram, inner(interior, loads[k], comm))
+        answers[k] = _answer(operators, basis, loads[k], inside)
+        outside[k] = answers[k] - inside
     energy = _gram(operators.stiffness, outside, comm)
     cutoff = float(np.sqrt(max(basis.omitted_eigenvalue, 0.0)))
     omitted = Omitted(part="mode_truncation", gram=energy, safety=1.1, cutoff_rad_s=cutoff)
     return omitted, answers
+
+
+def _answer(
+    operators: BodyOperators, basis: Basis, load: FloatArray, inside: FloatArray
+) -> FloatArray:
+    """Displacement under loads, of which the part in the basis is known."""
+    if isinstance(basis.factor, ConstrainedFactor):
+        return basis.factor.solve(load, None)[: len(load)]
+    rest = load - apply(operators.stiffness, inside)
+    return inside + basis.factor.solve(rest, None, tolerance=_ROUGH)
 
 
 def residual_terms(operators: BodyOperators, block: FloatArray) -> FloatArray:

@@ -44,6 +44,8 @@ class OperatorEffects:
     shape
         Of a solid: "quartered" is of revolution, and its mesh the same after a quarter turn;
         "round" is of revolution on a mesh of any kind; "any" does not turn and may have any shape.
+    solver
+        How systems of a solid are solved, see `solidwhirl.reduction.solvers`.
     """
 
     gyroscopic: bool
@@ -51,6 +53,7 @@ class OperatorEffects:
     components: Mapping[str, tuple[str, ...]]
     lateral_only: bool
     shape: str = "quartered"
+    solver: str = "auto"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -327,7 +330,9 @@ def _assemble_solid(
         around, weight = kinematics.solid_axisymmetric(space.mesh, kin.copies), None
         if effects.shape != "quartered":
             around, weight = kin, parts.mass
-        field, hoop = centrifugal_displacement(space, around, matter, dx, stiffness, weight)
+        field, hoop = centrifugal_displacement(
+            space, around, matter, dx, stiffness, weight, solver=effects.solver
+        )
         prestress = forms.stress(around, matter, field)
         stiffening = solid_matrices.component_stiffening(space, kin, prestress, dx)
         matrices["stress_stiffening"] = solid_matrices.componentwise(stiffening, turned)

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from solidwhirl.reduction.block_krylov import krylov_pairs
 from solidwhirl.reduction.constrained import factorise
 from solidwhirl.reduction.errors import ReductionError
+from solidwhirl.reduction.hierarchy import BlockPlaces
 from solidwhirl.reduction.operators import BodyOperators
+from solidwhirl.reduction.solvers import block_places, prepared_solver
 from solidwhirl.reduction.vectors import apply
 
 FloatArray = NDArray[np.float64]
@@ -112,7 +114,16 @@ def speed_without_stiffness(operators: BodyOperators, free: FloatArray) -> float
     """
     coupling = operators.coupling
     held = np.hstack([coupling.rows, coupling.anchors, apply(operators.mass, free)])
-    factor = factorise(operators.stiffness, held)
+    none = free[:, :0]
+    factor = prepared_solver(
+        operators.stiffness,
+        operators.stiffness,
+        held,
+        lambda: operator_places(operators),
+        choice=operators.ingredients.effects.solver if operators.level == "solid" else "direct",
+        free=none,
+        momentum=none,
+    )
     centrifugal = centrifugal_product(operators)
     theta, _, _ = krylov_pairs(
         lambda block: factor.solve(centrifugal(block), None)[: len(block)],
@@ -126,6 +137,13 @@ def speed_without_stiffness(operators: BodyOperators, free: FloatArray) -> float
     if not len(theta) or theta[0] >= 0.0:
         return float(np.inf)
     return float(np.sqrt(-1.0 / theta[0]))
+
+
+def operator_places(operators: BodyOperators) -> BlockPlaces:
+    """Places of the unknowns û of a solid in blocks of three."""
+    kept = operators.coupling.kept
+    masters = {c: motion[len(kept) :] for c, motion in operators.rigid_motions.items()}
+    return block_places(operators.space, operators.ingredients.kinematics, kept, masters)
 
 
 def centrifugal_product(operators: BodyOperators) -> Callable[[FloatArray], FloatArray]:

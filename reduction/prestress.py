@@ -5,15 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import scipy.linalg
 import ufl
 from dolfinx import fem
 from mpi4py import MPI
 from numpy.typing import NDArray
 
 from solidwhirl.reduction import compat, forms
-from solidwhirl.reduction.constrained import factorise
 from solidwhirl.reduction.kinematics import Kinematics
+from solidwhirl.reduction.solvers import block_places, prepared_solver
 from solidwhirl.reduction.unknowns import motion_vectors, unknowns_transformation
 from solidwhirl.reduction.vectors import apply, apply_transposed, folded, inner
 
@@ -29,6 +28,8 @@ def centrifugal_displacement(
     dx: Any,
     stiffness: Any,
     component_mass: Any = None,
+    *,
+    solver: str = "direct",
 ) -> tuple[Any, float]:
     """Displacement of the free body under its own centrifugal load at 1 rad/s.
 
@@ -51,6 +52,8 @@ def centrifugal_displacement(
     component_mass
         M of one component (solid), for a mesh without symmetry: what is left of the load's
         resultants there is taken up by the inertia of a rigid motion. None: nothing is left.
+    solver
+        How the system is solved, see `solidwhirl.reduction.solvers`.
 
     Returns
     -------
@@ -65,14 +68,21 @@ def centrifugal_displacement(
     if component_mass is not None:
         force = _balanced(force, motions, component_mass, space.mesh.comm)
     pins = _determinate_pins(motions, space.mesh.comm)
-    if turned is None:
-        factor = factorise(stiffness, pins)
-    else:
+    small = stiffness
+    if turned is not None:
         small, force = folded(stiffness, turned), apply_transposed(turned, force)
-        factor = factorise(small, pins)
+    factor = prepared_solver(
+        small,
+        small,
+        pins,
+        lambda: block_places(space, kin, kept, {}),
+        choice=solver,
+        free=pins[:, :0],
+        momentum=pins[:, :0],
+    )
     moved = factor.solve(force, None)[: len(motions)]
     # Kσ and S cancel in rigid motion as well as the stress is in equilibrium with the load
-    rest = force - apply(stiffness if turned is None else small, moved)
+    rest = force - apply(small, moved)
     moved = moved + factor.solve(rest, None)[: len(motions)]
     factor.destroy()
     if turned is not None:
@@ -96,19 +106,19 @@ def _balanced(force: FloatArray, motions: FloatArray, component_mass: Any, comm:
 
 def _determinate_pins(motions: FloatArray, comm: Any) -> FloatArray:
     """Unit rows of as many unknowns as there are rigid motions, which hold all of them."""
-    gathered = comm.gather(motions, root=0)
-    pivots = None
-    if comm.rank == 0:
-        whole = np.vstack(gathered)
-        whole = whole / np.linalg.norm(whole, axis=0)
-        _, _, order = scipy.linalg.qr(whole.T, mode="economic", pivoting=True)
-        pivots = order[: whole.shape[1]]
-    pivots = comm.bcast(pivots, root=0)
-    start = comm.scan(len(motions)) - len(motions)
-    rows = np.zeros((len(motions), motions.shape[1]))
-    for j, p in enumerate(pivots):
-        if start <= p < start + len(motions):
-            rows[p - start, j] = 1.0
+    length = np.sqrt(np.diag(inner(motions, motions, comm)))
+    left = motions / length
+    rows = np.zeros(motions.shape)
+    for j in range(motions.shape[1]):
+        # the unknown that moves most in what the pins so far leave free (QR with pivoting)
+        size = np.einsum("ij,ij->i", left, left)
+        k = int(size.argmax()) if len(size) else 0
+        largest, owner = comm.allreduce((size.max(initial=-1.0), -comm.rank), op=MPI.MAX)
+        own = -owner == comm.rank
+        direction = comm.bcast(left[k] / np.sqrt(largest) if own else None, root=-owner)
+        left -= np.outer(left @ direction, direction)
+        if own:
+            rows[k, j] = 1.0
     return rows
 
 
@@ -121,14 +131,19 @@ def _rigid_part(motions: FloatArray, moved: FloatArray, comm: Any) -> FloatArray
 def _hoop_strain(space: Any, kin: Kinematics, field: Any, near: float) -> float:
     """Largest u_r / r over the nodes off the axis, by more than a part of the largest radius."""
     x = space.tabulate_dof_coordinates()
-    values = field.x.array.reshape(-1, 3)[: len(x)]
+    values, comm = field.x.array.reshape(-1, 3)[: len(x)], space.mesh.comm
     if kin.harmonic is None:
         radius = np.hypot(x[:, 0], x[:, 1])
         radial = values[:, 0] * x[:, 0] + values[:, 1] * x[:, 1]
-        off = radius > near * radius.max()
+        off = radius > near * _largest(radius, comm)
         strain = radial[off] / radius[off] ** 2
     else:
         radius = x[:, 1]
-        off = radius > near * radius.max()
+        off = radius > near * _largest(radius, comm)
         strain = values[off, 0] / radius[off]
-    return float(space.mesh.comm.allreduce(float(np.abs(strain).max()), op=MPI.MAX))
+    return _largest(np.abs(strain), comm)
+
+
+def _largest(values: FloatArray, comm: Any) -> float:
+    """Largest of the values of all ranks, 0 without any."""
+    return float(comm.allreduce(float(values.max(initial=0.0)), op=MPI.MAX))

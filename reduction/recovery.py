@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from mpi4py import MPI
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
@@ -13,6 +16,7 @@ from solidwhirl.reduction.vectors import apply
 from solidwhirl.rotordyn.surface import family_factors
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 # Points are nodes of the mesh, or turned into each other, up to this part of its size.
 _NEAR = 1e-9
 
@@ -55,23 +59,38 @@ def nodal_amplitudes(operators: BodyOperators, basis: Basis, places: FloatArray)
         full = apply(operators.coupling.transformation, full)
     owned = len(full) // 3
     x = operators.space.tabulate_dof_coordinates()[:owned]
-    gathered = comm.gather((x, full.reshape(owned, 3, n)), root=0)
-    values = None
-    if comm.rank == 0:
-        nodes = np.vstack([g[0] for g in gathered])[:, : places.shape[1]]
-        nodal = np.concatenate([g[1] for g in gathered])
-        kin, size = operators.ingredients.kinematics, float(np.abs(places).max(initial=1e-30))
-        wanted, away = places, np.zeros(len(places), dtype=bool)
-        if kin.copies == 2:
-            away = places[:, 1] < -_NEAR * size
-            wanted = np.where(away[:, None], places * [-1.0, -1.0, 1.0], places)
+    kin, size = operators.ingredients.kinematics, float(np.abs(places).max(initial=1e-30))
+    wanted, away = places, np.zeros(len(places), dtype=bool)
+    if kin.copies == 2:
+        away = places[:, 1] < -_NEAR * size
+        wanted = np.where(away[:, None], places * [-1.0, -1.0, 1.0], places)
+    mine, node = _own_places(x[:, : places.shape[1]], wanted, _NEAR * size, comm)
+    values = np.zeros((len(places), 3, n))
+    values[mine] = full.reshape(owned, 3, n)[node]
+    if comm.size > 1:
+        comm.Allreduce(MPI.IN_PLACE, values)
+    if away.any():
+        values[away] = np.einsum("ij,mjn->min", kin.symmetry.power(1), values[away])
+    return values
+
+
+def _own_places(
+    nodes: FloatArray, wanted: FloatArray, near: float, comm: Any
+) -> tuple[IntArray, IntArray]:
+    """Which places are nodes of this rank, each of one rank only, and which nodes they are."""
+    gap = np.full(len(wanted), np.inf)
+    nearest = np.zeros(len(wanted), dtype=np.int64)
+    if len(nodes) and len(wanted):
         gap, nearest = cKDTree(nodes).query(wanted)
-        if len(gap) and gap.max() > _NEAR * size:
-            raise ReductionError(f"recovery points are {gap.max():.3g} m off the mesh")
-        values = nodal[nearest]
-        if away.any():
-            values[away] = np.einsum("ij,mjn->min", kin.symmetry.power(1), values[away])
-    return np.asarray(comm.bcast(values, root=0))
+    least = np.empty_like(gap)
+    comm.Allreduce(gap, least, op=MPI.MIN)
+    if len(least) and least.max() > near:
+        raise ReductionError(f"recovery points are {least.max():.3g} m off the mesh")
+    first = np.empty(len(wanted), dtype=np.int64)
+    claim = np.where(gap <= least, comm.rank, comm.size).astype(np.int64)
+    comm.Allreduce(claim, first, op=MPI.MIN)
+    mine = np.flatnonzero(first == comm.rank)
+    return mine, nearest[mine]
 
 
 def _on_the_round(order: int, amplitudes: FloatArray, points_m: FloatArray) -> FloatArray:

@@ -31,6 +31,7 @@ from solidwhirl.reduction.omitted import FinerSpace, Omitted, mesh_energy, trunc
 from solidwhirl.reduction.operators import BodyOperators, build_operators
 from solidwhirl.reduction.pairing import evenness
 from solidwhirl.reduction.reduced_order import ReductionRequest, order_effects, reduce_order
+from solidwhirl.reduction.solvers import road_of
 from solidwhirl.reduction.superelements import (
     ReducedBlock,
     build_superelement,
@@ -65,6 +66,8 @@ class ReductionWork:
     hoop_strain
         Largest hoop strain of the centrifugal field at the top speed (0 if it was not computed).
         The prestress neglects the change of shape, which is of that relative order.
+    solver
+        "direct" or "iterative": how the systems of the basis were solved.
     seconds
         Wall time of operators, of basis and projection, of the error estimate and of the checks.
     indicators
@@ -77,6 +80,7 @@ class ReductionWork:
     solved: Mapping[str, tuple[str, ...]]
     orthogonality_error: float
     hoop_strain: float
+    solver: str
     seconds: Mapping[str, float]
     indicators: tuple[ElementIndicators, ...] = ()
     checks: tuple[Invariant, ...] = ()
@@ -148,6 +152,7 @@ def reduce_body(
         seconds["basis"] += reduced - middle
         seconds["error_estimate"] += estimated - reduced
         seconds["checks"] += time.perf_counter() - estimated
+        solver = road_of(basis.factor)
         basis.factor.destroy()
         moments.append(_moments(operators, basis, block, moments))
         operators.release()
@@ -176,6 +181,7 @@ def reduce_body(
         solved=solved,
         orthogonality_error=max(errors),
         hoop_strain=operators.hoop_strain * request.maximum_speed_rad_s**2,
+        solver=solver,
         seconds=seconds,
         indicators=_indicators(body, tuple(blocks), tuple(finer)),
         checks=tuple(checks),

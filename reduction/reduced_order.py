@@ -48,6 +48,8 @@ class ReductionRequest:
     estimates
         Errors to estimate: "mode_truncation", and on the harmonic level "mesh", which compares
         with elements one order higher.
+    solver
+        How systems of a solid are solved: "direct", "iterative", or "auto": by the memory there is.
     """
 
     level: str
@@ -61,6 +63,7 @@ class ReductionRequest:
     interface_components: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     speeds_between_rad_s: tuple[float, ...] = ()
     estimates: tuple[str, ...] = ()
+    solver: str = "auto"
 
 
 def order_effects(body: AnyBody, request: ReductionRequest, order: int | None) -> OperatorEffects:
@@ -87,6 +90,7 @@ def order_effects(body: AnyBody, request: ReductionRequest, order: int | None) -
         components=components,
         lateral_only=request.orders == (1,) and shape_of(body) == "quartered",
         shape=shape_of(body),
+        solver=request.solver,
     )
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solidwhirl.reduction.block_krylov import GrowingSpace, bordered_image, krylov_pairs
-from solidwhirl.reduction.constrained import ConstrainedFactor
+from solidwhirl.reduction.solvers import Solver
 from solidwhirl.reduction.vectors import apply, inner
 
 FloatArray = NDArray[np.float64]
@@ -43,7 +43,7 @@ class Spinning:
     speed_rad_s
         Ω.
     factor
-        Factor of K - shift M at rest.
+        Solver of K - shift M at rest.
     free
         (local, f) rigid motions that the interfaces leave free, M-orthonormal.
     """
@@ -52,7 +52,7 @@ class Spinning:
     centrifugal: Callable[[FloatArray], FloatArray]
     mass: Any
     speed_rad_s: float
-    factor: ConstrainedFactor
+    factor: Solver
     free: FloatArray
 
     def times(self, block: FloatArray) -> FloatArray:
@@ -65,14 +65,14 @@ class Spinning:
 
 
 def remaining_stiffness(
-    factor: ConstrainedFactor, stiffness: Any, centrifugal: Any, free: FloatArray, speed: float
+    factor: Solver, stiffness: Any, centrifugal: Any, free: FloatArray, speed: float
 ) -> float:
     """Least part of the stiffness at rest that a spinning held body has in any direction.
 
     Parameters
     ----------
     factor
-        Factor at rest of the held body, without a shift.
+        Solver at rest of the held body, without a shift.
     stiffness
         K, PETSc matrix.
     centrifugal

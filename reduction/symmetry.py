@@ -15,15 +15,17 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from solidwhirl.meshing import Mesh
 from solidwhirl.reduction.errors import ReductionError
+from solidwhirl.reduction.exchange import numbers_at_places
 
 IntArray = NDArray[np.int64]
 FloatArray = NDArray[np.float64]
 # Nodes are on a cut face or turned into each other up to this part of the size of the mesh.
 _NEAR = 1e-9
+# Nodes that are missing are looked for as far as this part of it.
+_OFF = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,18 +144,16 @@ def _owners(
     # on a sector only nodes of the first cut face are looked for
     wanted = comm.allreduce(float(home[away, 1].max(initial=0.0)), op=MPI.MAX)
     stay = stay[home[stay, 1] <= wanted + _NEAR * scale]
-    places = np.vstack(comm.allgather(home[stay]))
-    numbers = np.concatenate(comm.allgather(stay + first))
-    gap, nearest = np.empty(0), np.empty(0, dtype=np.int64)
-    if away.any():
-        gap, nearest = cKDTree(places).query(home[away])
+    # as far as the message can tell how far a node is off
+    near = _OFF * scale
+    owner, gap = numbers_at_places(home[stay], stay + first, home[away], near, comm)
     largest = comm.allreduce(float(gap.max(initial=0.0)), op=MPI.MAX)
     if largest > _NEAR * scale:
         raise ReductionError(
             f"the mesh is not unchanged by a turn of {360 // turns}°: a node is off by "
-            f"{largest:.3g} m"
+            f"{min(largest, scale):.3g} m"
         )
-    return np.asarray(numbers[nearest])
+    return owner
 
 
 def sector_mesh(mesh: Mesh, turns: int) -> Mesh:

@@ -11,6 +11,7 @@ from petsc4py import PETSc
 
 from solidwhirl.meshing.user_mesh_records import AnyInterface
 from solidwhirl.reduction.errors import ReductionError
+from solidwhirl.reduction.exchange import values_of_owners
 from solidwhirl.reduction.kinematics import COMPONENTS, Kinematics
 from solidwhirl.reduction.symmetry import symmetric_unknowns
 
@@ -68,7 +69,7 @@ def unknowns_transformation(
     if not rigid and kin.symmetry.turns == 1:
         return None, kept
     comm, n_local = space.mesh.comm, len(owner)
-    column, total = _columns(comm, n_local, kept)
+    own, total = _own_columns(comm, n_local, kept)
     masters = len(rigid) * len(motions)
     free = np.flatnonzero((owner < 0) & (related.source >= 0))
     tied = np.flatnonzero(owner >= 0)
@@ -76,7 +77,7 @@ def unknowns_transformation(
     counts[free], counts[tied] = 1, len(motions)
     indptr = np.concatenate([[0], np.cumsum(counts)])
     indices, data = np.empty(indptr[-1], dtype=np.int64), np.empty(indptr[-1])
-    indices[indptr[free]] = column[related.source[free]]
+    indices[indptr[free]] = values_of_owners(own, related.source[free], comm)
     data[indptr[free]] = related.sign[free]
     for i in tied:
         span = slice(indptr[i], indptr[i + 1])
@@ -93,12 +94,12 @@ def unknowns_transformation(
     return out, kept
 
 
-def _columns(comm: Any, n_local: int, kept: IntArray) -> tuple[IntArray, int]:
-    """Column in û of every global unknown (-1: none), and how many there are."""
+def _own_columns(comm: Any, n_local: int, kept: IntArray) -> tuple[IntArray, int]:
+    """Column in û of every unknown of this rank (-1: none), and how many there are on all."""
     start = comm.scan(len(kept)) - len(kept)
     own = np.full(n_local, -1, dtype=np.int64)
     own[kept] = start + np.arange(len(kept))
-    return np.concatenate(comm.allgather(own)), comm.allreduce(len(kept))
+    return own, comm.allreduce(len(kept))
 
 
 def _rigid_followers(

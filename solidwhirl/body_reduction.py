@@ -239,6 +239,36 @@ def request_of(
         centrifugal=plan.on("stress_stiffening") and own.shape != "any",
         speeds_between_rad_s=chosen.speeds_between_rad_s,
         estimates=estimates if scene.model.estimates == "on" else (),
+        solver=own.solver,
+    )
+
+
+def solver_text(plan: BodyPlan, mesh: Mesh | None, comm: Any) -> str:
+    """Return why a body is solved iteratively, as far as its mesh tells; nothing if it is not.
+
+    Parameters
+    ----------
+    plan
+        Of the body.
+    mesh
+        On rank 0 of the communicator.
+    comm
+        Communicator; every rank of it must call.
+    """
+    if plan.level != "solid" or plan.solver == "direct":
+        return ""
+    if plan.solver == "iterative":
+        return ", iteratively as the scene says"
+    from solidwhirl.reduction import expected_factor
+
+    halved = plan.orders == (1,) and plan.shape == "quartered"
+    nodes = comm.bcast(0 if mesh is None else len(mesh.points))
+    found = expected_factor(3 * nodes // (1 + halved), comm)
+    if found.fits or found.available_bytes is None:
+        return ""
+    return (
+        f", iteratively: a factor would need about {found.needed_bytes / 2.0**30:.3g} GiB, "
+        f"{found.available_bytes / 2.0**30:.3g} GiB are available"
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
@@ -16,6 +17,7 @@ from solidwhirl.body_reduction import (
     first_discretisation,
     mesh_body,
     reduce_meshed,
+    solver_text,
 )
 from solidwhirl.dial import Judgement, Round, next_discretisations, rounds_of
 from solidwhirl.geometry import Body
@@ -88,6 +90,11 @@ class KeptWork:
     def hoop_strain(self) -> float:
         """Largest hoop strain of the centrifugal field at the top speed."""
         return self.kept.hoop_strain
+
+    @property
+    def solver(self) -> str:
+        """How systems were solved."""
+        return self.kept.solver
 
     @property
     def seconds(self) -> Mapping[str, float]:
@@ -176,7 +183,8 @@ def _reduce(
     """Mesh and reduce one body; None on ranks that have no part in the result."""
     from mpi4py import MPI
 
-    level = job.plan.bodies[body.name].level
+    plan = job.plan.bodies[body.name]
+    level = plan.level
     if level == "harmonic" and job.comm.rank != 0:
         return None
     team = job.comm if level == "solid" else MPI.COMM_SELF
@@ -184,21 +192,26 @@ def _reduce(
     if isinstance(body, MeshedBody):
         told = described(body, mesh) if mesh is not None else None
         body = team.bcast(told)
-    key = ""
-    kept: KeptReduction | None = None
-    if mesh is not None:
-        key = _reduction_key(job, body, mesh, chosen, team)
-        kept = job.keeper.find(key)
-        job.keeper.say(f"reduction {body.name}", "computed" if kept is None else "kept")
-    if team.bcast(kept is not None):
-        return None if mesh is None or kept is None else _restored(job, body, mesh, chosen, kept)
-    with job.clock.stage("import_solvers"):
-        import solidwhirl.reduction  # noqa: F401
-    job.progress(f"reduce {body.name}")
-    with job.clock.stage("reduction"):
-        result = reduce_meshed(job.scene, job.plan, body, mesh, chosen, team)
-    if result is not None:
-        job.keeper.keep(key, f"reduction {body.name}", _kept(result))
+    key = "" if mesh is None else _reduction_key(job, body, mesh, chosen, team)
+    with job.keeper.alone(key) if key else nullcontext():
+        kept: KeptReduction | None = None
+        if mesh is not None:
+            kept = job.keeper.find(key)
+            job.keeper.say(f"reduction {body.name}", "computed" if kept is None else "kept")
+        if team.bcast(kept is not None):
+            if mesh is None or kept is None:
+                return None
+            return _restored(job, body, mesh, chosen, kept)
+        with job.clock.stage("import_solvers"):
+            import solidwhirl.reduction  # noqa: F401
+        why = solver_text(plan, mesh, team)
+        job.progress(f"reduce {body.name}{why}")
+        with job.clock.stage("reduction"):
+            result = reduce_meshed(job.scene, job.plan, body, mesh, chosen, team)
+        if result is not None:
+            if result.work.solver == "iterative" and not why:
+                job.progress(f"{body.name}: solved iteratively, MUMPS needs more memory")
+            job.keeper.keep(key, f"reduction {body.name}", _kept(result))
     return result
 
 
@@ -253,6 +266,7 @@ def _kept(result: BodyResult) -> KeptReduction:
         solved=work.solved,
         orthogonality_error=work.orthogonality_error,
         hoop_strain=work.hoop_strain,
+        solver=work.solver,
         seconds=work.seconds,
         checks=work.checks,
         has_indicators=bool(work.indicators),

@@ -9,9 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 from solidwhirl import cost_coefficients as measured
+from solidwhirl import cost_scale_coefficients as scale
 from solidwhirl.cost_engine import engine_kind, exciters, simple_coordinates
+from solidwhirl.cost_scale import ROADS, law
 from solidwhirl.fineness import Fineness
 from solidwhirl.geometry import Body
 from solidwhirl.machine import MachineSpeed
@@ -282,14 +285,18 @@ def _problem_s(
     static = int(plan.factorisations // problems > 1)
     held = plan.factorisations // problems - static
     quartered = plan.level == "solid" and plan.shape == "quartered"
+    iterative = plan.solver == "iterative"
     field = (_CENTRIFUGAL if quartered else _ALL) * unknowns
+    once = law("iterative", "setup_s").at if iterative else partial(_law, f"{key}.factorisation")
+    modes_s = _law(f"{key}.eigensolutions", solved, problem.pairs)
+    if iterative:
+        modes_s = problem.pairs / scale.MODES * law("iterative", "modes_s").at(solved)
     out = {
         "assembly": plan.matrices / problems * _law(f"{key}.assembly", unknowns),
-        "factorisations": held * _law(f"{key}.factorisation", solved)
-        + static * _law(f"{key}.factorisation", field),
-        "static_solutions": _solutions(key, solved, 2 * problem.interface_columns)
-        + static * _solutions(key, field, 1),
-        "eigensolutions": eigen * _law(f"{key}.eigensolutions", solved, problem.pairs),
+        "factorisations": held * once(solved) + static * once(field),
+        "static_solutions": _solutions(key, solved, 2 * problem.interface_columns, iterative)
+        + static * _solutions(key, field, 1, iterative),
+        "eigensolutions": eigen * modes_s,
         "projection": _law(f"{key}.projection", unknowns, problem.columns),
     }
     if estimates:
@@ -304,7 +311,8 @@ def _estimate_s(
     degree = fineness_of(plan).degree
     key, finer = f"{plan.level}.{degree}", f"{plan.level}.{degree + 1}"
     residuals = 3 * problem.columns
-    spent = _solutions(key, problem.share * mesh.unknowns(degree), residuals)
+    solved = problem.share * mesh.unknowns(degree)
+    spent = _solutions(key, solved, residuals, plan.solver == "iterative")
     if "mesh" not in estimates:
         return spent + _law(f"{key}.estimate", mesh.unknowns(degree), problem.columns)
     unknowns = mesh.unknowns(degree + 1)
@@ -324,8 +332,10 @@ def _law(name: str, unknowns: float, columns: float = _COLUMNS) -> float:
     return float(seconds * (unknowns / _UNKNOWNS) ** power * (columns / _COLUMNS) ** columns_power)
 
 
-def _solutions(key: str, unknowns: float, columns: int) -> float:
-    """Seconds of solutions with a factor at hand."""
+def _solutions(key: str, unknowns: float, columns: int, iterative: bool = False) -> float:
+    """Seconds of solutions with a factor or a hierarchy at hand."""
+    if iterative:
+        return columns * law("iterative", "static_s").at(unknowns)
     return _law(f"{key}.static_solutions", unknowns, columns)
 
 
@@ -344,7 +354,13 @@ def _memory_gib(
     # solids were measured for lateral motion
     size = unknowns * (problem.share / _LATERAL if plan.level == "solid" else 1.0)
     vectors = 8.0 * unknowns * problem.columns / 1024.0**3
-    return float(gib * (size / _UNKNOWNS) ** power + copies * vectors)
+    own = gib * (size / _UNKNOWNS) ** power
+    if plan.level == "solid":
+        # the solver alone was measured up to larger sizes
+        solver = law(plan.solver if plan.solver in ROADS else "direct", "memory_gib")
+        alone = solver.at(problem.share * unknowns)
+        own = alone if plan.solver == "iterative" else max(own, alone)
+    return float(own + copies * vectors)
 
 
 def _beam_cost(body: Body, plan: BodyPlan) -> Cost:

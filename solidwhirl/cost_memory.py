@@ -50,7 +50,7 @@ def refuse_what_does_not_fit(
     ------
     MemoryShortageError
         With what is needed and available, and what would fit: without the estimate of the mesh's
-        error, another element order, a coarser mesh, another level.
+        error, the iterative solver, another element order, a coarser mesh, another level.
     """
     for name, body in bodies.items():
         plan = plans[name]
@@ -73,6 +73,33 @@ def refuse_what_does_not_fit(
             f"bodies.{name}: level {plan.level}, element order {fineness_of(plan).degree}, "
             f"would have {_numbers(cost)}, {available_gib:.3g} GiB are available. {advice}."
         )
+
+
+def with_chosen_solvers(
+    bodies: Mapping[str, Body | MeshedBody],
+    plans: Mapping[str, BodyPlan],
+    *,
+    modes: Mapping[str, int],
+    available_gib: float,
+    estimates: bool = False,
+) -> dict[str, BodyPlan]:
+    """Return the plans with the solver in the place of "auto" that is expected to be taken.
+
+    Parameters
+    ----------
+    bodies, plans, modes, available_gib, estimates
+        As in `refuse_what_does_not_fit`.
+    """
+    out = dict(plans)
+    for name, body in bodies.items():
+        plan = plans[name]
+        if plan.solver == "auto":
+            direct = replace(plan, solver="direct")
+            wanted = _estimates(plan, estimates)
+            cost = predict_body_cost(body, direct, modes=modes[name], estimates=wanted)
+            fits = cost.peak_memory_gib <= available_gib
+            out[name] = direct if fits else replace(plan, solver="iterative")
+    return out
 
 
 def _estimates(plan: BodyPlan, wanted: bool) -> tuple[str, ...]:
@@ -104,6 +131,8 @@ def _alternatives(
         (f"order = {degree}", replace(plan, fineness=replace(fineness, degree=degree)))
         for degree in range(fineness.degree - 1, _LOWEST_ORDER - 1, -1)
     ]
+    if plan.level == "solid" and plan.solver == "direct":
+        tried.append(([("solver = 'iterative'", replace(plan, solver="iterative"))], estimates))
     tried.append((lower, estimates))
     coarser = [
         (
@@ -134,6 +163,7 @@ def _harmonic(body: Body, plan: BodyPlan, model: ModelSpec) -> BodyPlan:
     return replace(
         plan,
         level="harmonic",
+        solver="direct",
         fineness=choose_fineness(body, "harmonic", model),
         matrices=plan.matrices * problems,
         factorisations=plan.factorisations * problems,

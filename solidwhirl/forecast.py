@@ -9,11 +9,11 @@ from typing import Any
 from solidwhirl.beam_level import MODES
 from solidwhirl.body_reduction import first_discretisation
 from solidwhirl.cost import RunCost, predict_cost
-from solidwhirl.cost_memory import refuse_what_does_not_fit
+from solidwhirl.cost_memory import refuse_what_does_not_fit, with_chosen_solvers
 from solidwhirl.cost_table import cost_rows
 from solidwhirl.fineness import choose_fineness, is_adapted
 from solidwhirl.geometry import Body
-from solidwhirl.machine import available_memory_gib, machine_speed
+from solidwhirl.machine import MachineSpeed, available_memory_gib, machine_speed
 from solidwhirl.meshing.user_mesh_records import MeshedBody
 from solidwhirl.plan_records import Plan
 from solidwhirl.scene import Scene
@@ -67,7 +67,13 @@ class Forecast:
         return (*last, *first, total)
 
 
-def forecast(scene: Scene, plan: Plan, bodies: Mapping[str, Body | MeshedBody]) -> Forecast:
+def forecast(
+    scene: Scene,
+    plan: Plan,
+    bodies: Mapping[str, Body | MeshedBody],
+    *,
+    machine: MachineSpeed | None = None,
+) -> Forecast:
     """Predict the cost of a run.
 
     Parameters
@@ -76,9 +82,12 @@ def forecast(scene: Scene, plan: Plan, bodies: Mapping[str, Body | MeshedBody]) 
         The scene, its level chosen, and its plan.
     bodies
         Geometry by name.
+    machine
+        Speed of the machine; None: that of this one is measured.
     """
-    machine = machine_speed()
+    machine = machine or machine_speed()
     modes, estimated = _modes(scene, plan, bodies), scene.model.estimates == "on"
+    plan = _solvers_chosen(scene, plan, bodies)
     first = predict_cost(plan, scene, bodies, modes=modes, estimates=estimated, machine=machine)
     rule = scene.model.model_copy(update={"estimates": "off"})
     finer = {}
@@ -118,7 +127,7 @@ def refuse_too_large(
     }
     refuse_what_does_not_fit(
         large,
-        plan.bodies,
+        _solvers_chosen(scene, plan, large).bodies,
         scene.model,
         modes=_modes(scene, plan, large),
         available_gib=available,
@@ -134,6 +143,20 @@ def forecast_document(found: Forecast) -> dict[str, Any]:
         "unknowns": found.unknowns,
         "extrapolated": (found.last or found.first).whole.extrapolated,
     }
+
+
+def _solvers_chosen(scene: Scene, plan: Plan, bodies: Mapping[str, Body | MeshedBody]) -> Plan:
+    """The plan with the solvers that the memory leaves."""
+    if all(plan.bodies[name].solver != "auto" for name in bodies):
+        return plan
+    chosen = with_chosen_solvers(
+        bodies,
+        plan.bodies,
+        modes=_modes(scene, plan, bodies),
+        available_gib=available_memory_gib(),
+        estimates=scene.model.estimates == "on",
+    )
+    return replace(plan, bodies=chosen)
 
 
 def _modes(scene: Scene, plan: Plan, bodies: Mapping[str, Body | MeshedBody]) -> dict[str, int]:

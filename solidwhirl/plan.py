@@ -6,6 +6,7 @@ Nothing that the plan has off is assembled or solved; the ledger of a run can be
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,7 +80,7 @@ def make_plan(scene: Scene, bodies: Mapping[str, Body], level: str | None = None
         for name, body in bodies.items()
     }
     plans |= {
-        name: mesh_plan(body, top[name], on, carried)
+        name: replace(mesh_plan(body, top[name], on, carried), solver=scene.model.solver)
         for name, body in build_mesh_bodies(scene).items()
     }
     return Plan(
@@ -375,4 +376,5 @@ def _body_plan(
         matrices=matrices,
         factorisations=factorisations * problems,
         eigenproblems=eigenproblems * problems,
+        solver=scene.model.solver if solid else "direct",
     )

@@ -57,6 +57,8 @@ class BodyPlan:
     shape
         Of a solid, as `solidwhirl.reduction` tells them apart: "quartered" comes from a profile,
         "round" and "any" from a mesh of its own.
+    solver
+        How systems of a solid are solved: "direct", "iterative", or "auto": by the memory there is.
     """
 
     level: str
@@ -69,6 +71,7 @@ class BodyPlan:
     factorisations: int
     eigenproblems: int
     shape: str = "quartered"
+    solver: str = "direct"
 
 
 @dataclass(frozen=True, kw_only=True)

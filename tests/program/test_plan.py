@@ -195,9 +195,10 @@ def test_sizes_of_the_scene_win(planned, model, size_m, corner_size_m):
 def counted(monkeypatch, small_scene):
     """Function: run the small scene with changes; results and what was really done."""
     import solidwhirl.reduction.compat as compat
-    import solidwhirl.reduction.craig_bampton as craig_bampton
+    import solidwhirl.reduction.held_modes as held_modes
     import solidwhirl.reduction.prestress as prestress
     import solidwhirl.reduction.reduce as reduce
+    import solidwhirl.reduction.solvers as solvers
     import solidwhirl.rotordyn.eigen as eigen
     import solidwhirl.rotordyn.split_spectrum as split_spectrum
     from solidwhirl.pipeline import run_scene
@@ -215,11 +216,11 @@ def counted(monkeypatch, small_scene):
         monkeypatch.setattr(module, name, counting)
 
     count(compat, "assemble_matrix", "matrices")
-    count(craig_bampton, "factorise", "factorisations")
-    count(prestress, "factorise", "factorisations")
-    count(prestress, "factorise", "prestress")
+    count(held_modes, "factorise", "factorisations")
+    count(solvers, "factorise", "factorisations")
+    count(prestress, "prepared_solver", "prestress")
     for name in ("eigenpairs", "slepc_pairs"):
-        count(craig_bampton, name, "eigenproblems")
+        count(held_modes, name, "eigenproblems")
     for name in ("solve_general", "solve_gyroscopic", "solve_standing"):
         count(eigen, name, name)
     for name in ("_conservative", "_damped"):

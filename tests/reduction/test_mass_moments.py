@@ -476,7 +476,7 @@ def test_two_ranks_give_the_same_moments(tmp_path):
     done = subprocess.run(
         ["mpirun", *options, sys.executable, "-c", RANKS, str(tmp_path / "both.npz")],
         check=False,
-        timeout=300,
+        timeout=900,
         capture_output=True,
         text=True,
         env=clean,

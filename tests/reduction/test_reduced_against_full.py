@@ -234,7 +234,7 @@ def test_two_ranks_give_the_same_superelement(tmp_path):
             options = ["--allow-run-as-root", "--oversubscribe", "-n", str(ranks)]
             command = ["mpirun", *options, *command]
         done = subprocess.run(
-            command, check=False, timeout=300, capture_output=True, text=True, env=clean
+            command, check=False, timeout=900, capture_output=True, text=True, env=clean
         )
         assert done.returncode == 0, done.stderr
         found.append(json.loads((out / "results.json").read_text()))

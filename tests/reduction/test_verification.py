@@ -112,9 +112,9 @@ def dropping(solve, place):
 @pytest.mark.parametrize("place", [0, 3, 7])
 def test_a_dropped_mode_of_the_meridian_is_missed(reduce_to, monkeypatch, place):
     """Eight are kept; the last of them is seen to be missing by the eigenvalue beyond."""
-    from solidwhirl.reduction import craig_bampton
+    from solidwhirl.reduction import held_modes
 
-    monkeypatch.setattr(craig_bampton, "slepc_pairs", dropping(craig_bampton.slepc_pairs, place))
+    monkeypatch.setattr(held_modes, "slepc_pairs", dropping(held_modes.slepc_pairs, place))
     _, work = reduce_to(shaft())
     assert bad(work.checks) == {MISSING}
     check = next(c for c in work.checks if c.name == MISSING)
@@ -124,25 +124,25 @@ def test_a_dropped_mode_of_the_meridian_is_missed(reduce_to, monkeypatch, place)
 
 
 def test_a_dropped_mode_of_the_solid_is_missed(reduce_to, monkeypatch):
-    from solidwhirl.reduction import craig_bampton
+    from solidwhirl.reduction import held_modes
 
-    monkeypatch.setattr(craig_bampton, "eigenpairs", dropping(craig_bampton.eigenpairs, 1))
+    monkeypatch.setattr(held_modes, "eigenpairs", dropping(held_modes.eigenpairs, 1))
     _, work = reduce_to(shaft(), level="solid", size=COARSE, modes=4)
     assert bad(work.checks) == {MISSING}
 
 
 def test_a_wrong_eigenvalue_fails_its_residual(reduce_to, monkeypatch):
     """1e-6, which nothing else of the reduction would notice."""
-    from solidwhirl.reduction import craig_bampton
+    from solidwhirl.reduction import held_modes
 
-    solve = craig_bampton.slepc_pairs
+    solve = held_modes.slepc_pairs
 
     def wrong(*args, **options):
         values, vectors = solve(*args, **options)
         values[2] *= 1.0 + 1e-6
         return values, vectors
 
-    monkeypatch.setattr(craig_bampton, "slepc_pairs", wrong)
+    monkeypatch.setattr(held_modes, "slepc_pairs", wrong)
     element, work = reduce_to(shaft())
     assert bad(work.checks) == {RESIDUAL}
     check = next(c for c in work.checks if c.name == RESIDUAL)
@@ -152,16 +152,16 @@ def test_a_wrong_eigenvalue_fails_its_residual(reduce_to, monkeypatch):
 
 
 def test_modes_that_are_not_orthonormal_fail(reduce_to, monkeypatch):
-    from solidwhirl.reduction import craig_bampton
+    from solidwhirl.reduction import held_modes
 
-    solve = craig_bampton.slepc_pairs
+    solve = held_modes.slepc_pairs
 
     def long(*args, **options):
         values, vectors = solve(*args, **options)
         vectors[:, 1] *= 1.0 + 1e-6
         return values, vectors
 
-    monkeypatch.setattr(craig_bampton, "slepc_pairs", long)
+    monkeypatch.setattr(held_modes, "slepc_pairs", long)
     _, work = reduce_to(shaft())
     assert bad(work.checks) == {"modes of the basis are M-orthonormal"}
 
