@@ -1,13 +1,12 @@
-"""DMIG and its bulk data, read by pyNastran and by this program."""
+"""DMIG and its bulk data, read by pyNastran or pyYeti and by this program."""
 
 from __future__ import annotations
-
-import warnings
 
 import matrix_body
 import numpy as np
 import pytest
 from matrix_body import SPEED, body, compare, error, from_matrices, ours, tied
+from nastran_reader import nastran_reader
 
 from solidwhirl.rotordyn import SuperelementError
 from solidwhirl.rotordyn.exchange.dmig import read_dmig, write_dmig
@@ -24,26 +23,13 @@ def written(tmp_path_factory):
     return path, write_dmig(body(), path, speed_rad_s=SPEED)
 
 
-def pynastran(path):
-    """The model as pyNastran reads it."""
-    with warnings.catch_warnings():
-        # its own use of numpy and of the standard library, nothing of the file
-        warnings.simplefilter("ignore", DeprecationWarning)
-        from pyNastran.bdf.bdf import BDF
-
-        model = BDF(debug=None, log=None)
-        model.read_bdf(str(path), punch=True, xref=False)
-    return model
-
-
 def scattered(model, name, rows):
-    """A square matrix in the order of `rows`: pyNastran drops empty rows and columns."""
-    matrix, by_row, by_column = model.dmig[name].get_matrix()
+    """A square matrix in the order of `rows`: foreign readers drop empty rows and columns."""
+    found = model.matrices[name]
     out = np.zeros((len(rows), len(rows)))
     index = {(row.node, row.component): k for k, row in enumerate(rows)}
-    rows_at = [index[tuple(int(v) for v in by_row[k])] for k in sorted(by_row)]
-    columns_at = [index[tuple(int(v) for v in by_column[k])] for k in sorted(by_column)]
-    out[np.ix_(rows_at, columns_at)] = matrix
+    at = [[index[label] for label in labels] for labels in (found.rows, found.columns)]
+    out[np.ix_(*at)] = found.values
     return out
 
 
@@ -54,15 +40,15 @@ def order_of(element, found):
     return [rows.index(row) for row in read]
 
 
-def test_pynastran_reads_the_body_and_its_frequencies(written):
+def test_another_program_reads_the_body_and_its_frequencies(written):
     path, exported = written
-    model = pynastran(path.with_suffix(".bdf"))
+    model = nastran_reader().bulk(path.with_suffix(".bdf"))
     element, rows = body(), rows_of(body())
-    assert sorted(model.nodes) == [1, 2, 3]
-    for node, grid in zip(element.interfaces, (model.nodes[k] for k in (1, 2, 3)), strict=True):
-        np.testing.assert_allclose(grid.xyz, node.position_m, rtol=1e-13)
-    assert {r.node for r in rows if r.component == 0} == set(model.spoints)
-    found = {name: scattered(model, name, rows) for name in model.dmig if name != "RIGB"}
+    assert sorted(model.grids) == [1, 2, 3]
+    for node, grid in zip(element.interfaces, (model.grids[k] for k in (1, 2, 3)), strict=True):
+        np.testing.assert_allclose(grid, node.position_m, rtol=1e-13)
+    assert {r.node for r in rows if r.component == 0} == model.scalar_points
+    found = {name: scattered(model, name, rows) for name in model.matrices if name != "RIGB"}
     for name, matrix in (
         ("MRED", element.mass),
         ("KRED", element.stiffness),
@@ -82,14 +68,11 @@ def test_pynastran_reads_the_body_and_its_frequencies(written):
     assert any("12 digits" in text for text in exported.left_out)
 
 
-def test_pynastran_writes_what_this_program_reads(written, tmp_path):
+def test_another_program_writes_what_this_one_reads(written, tmp_path):
     """Another writer's form of the same matrices: there and back."""
     path, _ = written
-    model = pynastran(path.with_suffix(".bdf"))
     again = tmp_path / "again.bdf"
-    # 16 columns in its own number format
-    model.write_bdf(str(again), size=16, is_double=True, interspersed=False)
-    # it leaves the columns of a rectangle in another form
+    nastran_reader().bulk_again(path.with_suffix(".bdf"), again)
     lines = again.read_text().splitlines()
     assert any(line.startswith("DMIG*") for line in lines)
     ours_read, theirs = read_dmig(path), read_dmig(again)
@@ -121,14 +104,13 @@ def test_tied_coordinates_become_scalar_points_and_mpc(tmp_path):
     element = tied()
     exported = write_dmig(element, tmp_path / "casing.pch")
     assert any("tied to 6 free motions" in text for text in exported.left_out)
-    model = pynastran(tmp_path / "casing.bdf")
+    model = nastran_reader().bulk(tmp_path / "casing.bdf")
     rows = [type(rows_of(element)[0])(node=1001 + k, component=0) for k in range(6)]
     mass = scattered(model, "MRED", rows)
     # the free motions are those about the origin: mass and m z of a body at z = 0.3 m
     assert mass[0, 0] == pytest.approx(40.0, rel=1e-11)
     assert mass[0, 4] == pytest.approx(40.0 * 0.3, rel=1e-11)
-    (mpcs,) = model.mpcs.values()
-    assert len(mpcs) == element.size
+    assert model.constraints == element.size
     found = read_dmig(tmp_path / "casing.pch")
     order = order_of(element, found)
     np.testing.assert_allclose(found.matrices["TIE"], element.constraint[order], atol=1e-12)
@@ -139,19 +121,14 @@ def test_tied_coordinates_become_scalar_points_and_mpc(tmp_path):
 
 @pytest.mark.parametrize("exponent", range(-30, 31))
 def test_numbers_have_as_many_digits_as_fit(exponent):
-    """At least 12 digits between 1e-10 and 1e20, 11 elsewhere; pyNastran reads the same number."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)
-        from pyNastran.bdf.bdf_interface.assign_type import double
-        from pyNastran.bdf.bdf_interface.bdf_card import BDFCard
+    """At least 12 digits between 1e-10 and 1e20, 11 elsewhere; all programs read one number."""
     rng = np.random.default_rng(exponent + 100)
     digits = 12 if -10 <= exponent < 20 else 11
     for value in rng.uniform(1.0, 10.0, 25) * rng.choice([-1.0, 1.0], 25) * 10.0**exponent:
         text = real_field(float(value))
         assert len(text) == 16
         assert parsed_real(text) == pytest.approx(value, rel=0.51 * 10.0 ** (1 - digits), abs=0)
-        card = BDFCard(["X", text.strip()])
-        assert double(card, 1, "value") == pytest.approx(parsed_real(text), rel=1e-15)
+        assert nastran_reader().real(text) == pytest.approx(parsed_real(text), rel=1e-15, abs=0)
 
 
 def test_numbers_that_are_none():
