@@ -1,0 +1,121 @@
+"""Pictures of a sweep: chooses and draws what its cases allow, with the numbers behind them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from solidwhirl.rotordyn.atomic import replacing
+from solidwhirl.sweep_analysis import (
+    SweepAnalysis,
+    SweepPictureSettings,
+    analyse_sweep,
+    document_of,
+)
+from solidwhirl.sweep_pictures_bands import draw_campbell_bands
+from solidwhirl.sweep_pictures_effects import draw_tornado
+from solidwhirl.sweep_pictures_lines import draw_critical_speeds
+from solidwhirl.sweep_pictures_margins import draw_margin_maps
+from solidwhirl.sweep_pictures_parallel import draw_parallel, parallel_page
+from solidwhirl.sweep_records import BatchRow
+
+#: File of the numbers behind the pictures.
+DOCUMENT = "sweep.json"
+Draw = Callable[[SweepAnalysis, SweepPictureSettings, Path], None]
+
+
+def draw_batch(
+    rows: Sequence[BatchRow], out: Path, *, settings: SweepPictureSettings | None = None
+) -> tuple[Path, ...]:
+    """Draw all pictures that the rows of a batch allow.
+
+    Parameters
+    ----------
+    rows
+        From `read_batch`, of any number of scenes; those without a sweep have no pictures.
+    out
+        The folder, made if it is missing; files of the same names are replaced.
+    settings
+        What is asked for beyond the rows, such as operating speeds.
+
+    Returns
+    -------
+    tuple of Path
+        The files: for each scene `<scene>-critical-speeds.png`, `-tornado.png`, `-parallel.png` and
+        `.html`, `-margins.png` and `-campbell-bands.png`, those that have something to show, then
+        `sweep.json`. Nothing is written if no scene has a sweep of two cases that are done.
+
+    Raises
+    ------
+    SweepPictureError
+        If rows of one scene have different parameters, or a parameter asked for does not vary.
+    """
+    chosen = settings or SweepPictureSettings()
+    found = analyse_sweep(rows, chosen)
+    if not found:
+        return ()
+    out.mkdir(parents=True, exist_ok=True)
+    written = []
+    for sweep in found:
+        for name, applies, draw in _PICTURES:
+            if applies(sweep):
+                path = out / f"{sweep.design.scene}-{name}"
+                draw(sweep, chosen, path)
+                written.append(path)
+    path = out / DOCUMENT
+    _write(path, json.dumps(document_of(rows, found, chosen), indent=1, allow_nan=False) + "\n")
+    return (*written, path)
+
+
+def drawn_before(out: Path) -> tuple[Path, ...]:
+    """Return the files of a folder that have names of pictures of sweeps, and `sweep.json`.
+
+    Parameters
+    ----------
+    out
+        The folder; it need not exist.
+    """
+    found = [path for name, _, _ in _PICTURES for path in sorted(out.glob(f"*-{name}"))]
+    return (*found, *out.glob(DOCUMENT))
+
+
+def _write(path: Path, text: str) -> None:
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def _write_page(found: SweepAnalysis, settings: SweepPictureSettings, path: Path) -> None:
+    _write(path, parallel_page(found, settings))
+
+
+def _has_tracks(found: SweepAnalysis) -> bool:
+    return bool(found.tracks)
+
+
+def _has_effects(found: SweepAnalysis) -> bool:
+    return bool(found.sensitivities)
+
+
+def _has_quantities(found: SweepAnalysis) -> bool:
+    return bool(found.quantities)
+
+
+def _has_maps(found: SweepAnalysis) -> bool:
+    return bool(found.maps)
+
+
+def _has_bands(found: SweepAnalysis) -> bool:
+    return found.bands is not None and bool(np.isfinite(found.bands.frequency_hz.value).any())
+
+
+_PICTURES: tuple[tuple[str, Callable[[SweepAnalysis], bool], Draw], ...] = (
+    ("critical-speeds.png", _has_tracks, draw_critical_speeds),
+    ("tornado.png", _has_effects, draw_tornado),
+    ("parallel.png", _has_quantities, draw_parallel),
+    ("parallel.html", _has_quantities, _write_page),
+    ("margins.png", _has_maps, draw_margin_maps),
+    ("campbell-bands.png", _has_bands, draw_campbell_bands),
+)
