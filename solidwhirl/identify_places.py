@@ -51,8 +51,8 @@ def find_place(data: Mapping[str, Any], text: str) -> Place:
     value: Any = data
     steps: list[str | int] = []
     done = ""
-    for step in _split(text):
-        key = _resolve(value, step, done or "the scene", text)
+    for step in place_steps(text):
+        key = resolve_step(value, step, done or "the scene", text)
         steps.append(key)
         value = value[key]
         done += step if step.startswith("[") or not done else f".{step}"
@@ -88,8 +88,19 @@ def with_values(data: Mapping[str, Any], values: Mapping[Place, float]) -> dict[
     return changed
 
 
-def _split(text: str) -> list[str]:
-    """Keys and `[entry]` of a place, as written."""
+def place_steps(text: str) -> list[str]:
+    """Return the keys and `[entry]` of a place, as written.
+
+    Parameters
+    ----------
+    text
+        The place, see `Place`.
+
+    Raises
+    ------
+    PlaceError
+        The text is no place.
+    """
     parts = []
     at = 0
     while at < len(text):
@@ -106,8 +117,23 @@ def _split(text: str) -> list[str]:
     return parts
 
 
-def _resolve(value: Any, step: str, where: str, text: str) -> str | int:
-    """The key or number that a step means in a table or list."""
+def resolve_step(value: Any, step: str, where: str, text: str) -> str | int:
+    """Return the key or number that a step means in a table or list.
+
+    Parameters
+    ----------
+    value
+        The table or list.
+    step
+        One of `place_steps`.
+    where, text
+        What messages call the table or list, and the whole place.
+
+    Raises
+    ------
+    PlaceError
+        The step leads nowhere; the message says what is allowed.
+    """
     if not step.startswith("["):
         if not isinstance(value, dict):
             raise PlaceError(f"{text!r}: {where} is {_kind(value)}, which has no key {step!r}")

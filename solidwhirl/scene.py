@@ -36,6 +36,7 @@ from solidwhirl.scene_joints import (
     SpeedLawSpec,
 )
 from solidwhirl.scene_meshes import MeshBodySpec, RigidDiskSpec
+from solidwhirl.scene_sweep import SweepSpec
 
 
 class MaterialSpec(Record):
@@ -193,6 +194,7 @@ class ModelSpec(Record):
     accuracy: Annotated[float, Field(ge=1e-6, le=0.1, strict=True)] = 1e-3
     estimates: Literal["on", "off"] = "on"
     compare_coupling: Literal["on", "off"] = "on"
+    solver: Literal["auto", "direct", "iterative"] = "auto"
     order: Annotated[int, Field(ge=2, le=4, strict=True)] | None = None
     modes: Annotated[Count, Field(le=500)] | None = None
     size_m: Positive | None = None
@@ -231,6 +233,8 @@ class Scene(Record):
     effects: EffectsSpec = EffectsSpec()
     model: ModelSpec = ModelSpec()
     analyses: Annotated[tuple[AnalysisSpec, ...], Field(max_length=MOST)] = ()
+    # how to make cases of the scene, no part of any: neither hashed nor written out
+    sweep: SweepSpec | None = Field(default=None, exclude=True)
 
     @model_validator(mode="after")
     def _has_bodies(self) -> Scene:

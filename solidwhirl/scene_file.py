@@ -19,6 +19,8 @@ from solidwhirl.references import reference_problems
 from solidwhirl.scene import Scene
 from solidwhirl.scene_imports import without_folders
 from solidwhirl.scene_meshes import with_digests, without_mesh_folders
+from solidwhirl.scene_sweep import sweep_problems
+from solidwhirl.sweep_places import place_problems
 
 _MAXIMUM_BYTES = 4_000_000
 _MAXIMUM_PROBLEMS = 100
@@ -131,6 +133,8 @@ def parse_scene(
             raise SceneError(path, problems)
         scene = scene.model_copy(update={"mesh_bodies": meshes})
     problems = reference_problems(scene)
+    if scene.sweep is not None:
+        problems += [*sweep_problems(scene.sweep), *place_problems(data, scene.sweep)]
     if problems:
         raise SceneError(path, problems)
     return scene

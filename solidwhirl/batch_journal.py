@@ -1,0 +1,261 @@
+"""The journal of a batch: one JSON line for each case that has ended, safe against every end."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import fcntl
+import json
+import math
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, get_type_hints
+
+from solidwhirl.errors import OutputError, clean
+from solidwhirl.sweep_records import STATUSES, BatchRow, Value
+
+JOURNAL = "batch.jsonl"
+SCHEMA = "solidwhirl-batch-1"
+_NAN = float("nan")
+_TEXTS = ("case", "scene", "message", "digest")
+_NUMBERS = ("seconds", "peak_memory_gib")
+_LISTS = (
+    "critical_speed_rpm",
+    "critical_frequency_hz",
+    "critical_error_estimate",
+    "campbell_speed_rpm",
+)
+_TABLES = ("campbell_frequency_hz", "campbell_log_decrement")
+
+
+class BatchTableError(ValueError):
+    """A journal or table of a batch that can not be read; the message names file and place."""
+
+
+class Journal:
+    """The open journal of a batch, for one writer.
+
+    Attributes
+    ----------
+    path
+        The file.
+    """
+
+    def __init__(self, path: Path, file: int, rows: Iterable[BatchRow]) -> None:
+        self.path = path
+        self._file = file
+        self._rows = {row.case: row for row in rows}
+
+    @property
+    def rows(self) -> tuple[BatchRow, ...]:
+        """The last row of every case."""
+        return tuple(self._rows.values())
+
+    def append(self, row: BatchRow) -> None:
+        """Write a row; it is on the disk when this returns.
+
+        Parameters
+        ----------
+        row
+            It takes the place of an earlier row of the same case.
+
+        Raises
+        ------
+        OutputError
+            There is no room. What was written of the line is removed, whatever ended it.
+        """
+        line = json.dumps(row_document(row), allow_nan=False).encode() + b"\n"
+        end = os.fstat(self._file).st_size
+        try:
+            written = 0
+            while written < len(line):
+                written += os.pwrite(self._file, line[written:], end + written)
+            os.fsync(self._file)
+        except BaseException as error:  # SIGTERM too: what follows would stand in the same line
+            with contextlib.suppress(OSError):
+                os.ftruncate(self._file, end)
+            if not isinstance(error, OSError):
+                raise
+            said = error.strerror or error
+            raise OutputError(f"{self.path}: can not be written: {said}") from error
+        self._rows[row.case] = row
+
+
+@contextmanager
+def open_journal(folder: str | Path) -> Iterator[Journal]:
+    """Open the journal of a batch for writing; a line that was broken off is removed first.
+
+    Parameters
+    ----------
+    folder
+        The folder of the batch; it exists.
+
+    Yields
+    ------
+    Journal
+        For the block; the system gives it free when the process ends, however it ends.
+
+    Raises
+    ------
+    OutputError
+        Another process writes it, or it can't be written.
+    BatchTableError
+        A line before the last is damaged.
+    """
+    path = Path(folder) / JOURNAL
+    try:
+        file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+    except OSError as error:
+        raise OutputError(f"{path}: can not be written: {error.strerror or error}") from error
+    try:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise OutputError(f"{path}: another batch is writing it; wait for it") from None
+        rows, length = _parsed(path)
+        os.ftruncate(file, length)
+        yield Journal(path, file, rows)
+    finally:
+        os.close(file)
+
+
+def read_journal(folder: str | Path) -> tuple[BatchRow, ...]:
+    """Read the last row of every case; a last line that was broken off is passed over.
+
+    Parameters
+    ----------
+    folder
+        The folder of the batch.
+
+    Raises
+    ------
+    BatchTableError
+        There is no journal, or a line before the last is damaged.
+    """
+    rows = {row.case: row for row in _parsed(Path(folder) / JOURNAL)[0]}
+    return tuple(rows.values())
+
+
+def in_order(rows: Iterable[BatchRow]) -> tuple[BatchRow, ...]:
+    """Return rows by scene and number of the case, whatever order they ended in.
+
+    Parameters
+    ----------
+    rows
+        Of one batch.
+    """
+    return tuple(sorted(rows, key=lambda row: (row.scene, len(row.case), row.case)))
+
+
+def row_document(row: BatchRow) -> dict[str, Any]:
+    """Return a row as plain data for JSON; nan is null.
+
+    Parameters
+    ----------
+    row
+        The row.
+    """
+    document = {f.name: getattr(row, f.name) for f in dataclasses.fields(row)}
+    document["message"] = clean(row.message)
+    return {"schema": SCHEMA, **{key: _plain(value) for key, value in document.items()}}
+
+
+def row_from_document(document: Any) -> BatchRow:
+    """Return the row that plain data tells.
+
+    Parameters
+    ----------
+    document
+        From `row_document`.
+
+    Raises
+    ------
+    BatchTableError
+        It is no row; the message names the key.
+    """
+    if not isinstance(document, dict) or document.get("schema") != SCHEMA:
+        raise BatchTableError(f"is no row of a batch ({SCHEMA})")
+    missing = [key for key in get_type_hints(BatchRow) if key not in document]
+    if missing:
+        raise BatchTableError(f"{missing[0]}: missing")
+    found: dict[str, Any] = {}
+    for key in get_type_hints(BatchRow):
+        try:
+            found[key] = _typed(key, document[key])
+        except (TypeError, ValueError, AttributeError, OverflowError) as error:
+            raise BatchTableError(f"{key}: {error}") from error
+    return BatchRow(**found)
+
+
+def _typed(key: str, value: Any) -> Any:
+    """A value of a row as its record has it."""
+    if key in _TEXTS:
+        return _text(value)
+    if key in _NUMBERS:
+        return _number(value)
+    if key in _LISTS:
+        return tuple(_number(v) for v in value)
+    if key in _TABLES:
+        return tuple(tuple(_number(v) for v in line) for line in value)
+    if key == "critical_whirl":
+        return tuple(_text(v) for v in value)
+    if key == "values":
+        return {name: _value(v) for name, v in value.items()}
+    if key == "responses":
+        return {name: _number(v) for name, v in value.items()}
+    if key == "status":
+        if value not in STATUSES:
+            raise ValueError(f"{value!r}; allowed are {', '.join(STATUSES)}")
+        return value
+    return int(value)
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise TypeError(f"{value!r} is no text")
+    return value
+
+
+def _number(value: Any) -> float:
+    if value is None:
+        return _NAN
+    if isinstance(value, bool | str):
+        raise TypeError(f"{value!r} is no number")
+    return float(value)
+
+
+def _value(value: Any) -> Value:
+    return value if isinstance(value, str) else _number(value)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, tuple | list):
+        return [_plain(v) for v in value]
+    if isinstance(value, str | int):
+        return value
+    return float(value) if math.isfinite(value) else None
+
+
+def _parsed(path: Path) -> tuple[list[BatchRow], int]:
+    """Rows of a journal in the order of its lines, and the bytes that are whole lines."""
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise BatchTableError(f"{path}: can not be read: {error.strerror or error}") from error
+    lines = content.split(b"\n")[:-1]
+    rows, length = [], 0
+    for number, line in enumerate(lines, 1):
+        try:
+            rows.append(row_from_document(json.loads(line)))
+        except ValueError as error:
+            # blocks of the last line may not have reached the disk when the machine stopped
+            if number == len(lines) and not isinstance(error, BatchTableError):
+                break
+            said = str(error) if isinstance(error, BatchTableError) else "is damaged"
+            raise BatchTableError(f"{path}: line {number}: {said}") from error
+        length += len(line) + 1
+    return rows, length

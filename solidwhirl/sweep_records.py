@@ -1,0 +1,91 @@
+"""Records of a batch: one case to compute, and the one row that it leaves in the table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+Value = float | str
+Status = Literal["done", "failed", "checks_failed"]
+STATUSES: tuple[Status, ...] = ("done", "failed", "checks_failed")
+
+
+@dataclass(frozen=True, kw_only=True)
+class BatchCase:
+    """One case of a batch: a scene, or a scene with other values at some places.
+
+    Attributes
+    ----------
+    name
+        Name of the case and of its folder: SCENE, or SCENE-0007 for the seventh case of a sweep.
+    scene_path
+        The scene file; files that the scene names lie relative to its folder.
+    values
+        Value by parameter; empty for a scene without `[sweep]`.
+    data
+        Content of the scene with the values put in, without `[sweep]`.
+    digest
+        SHA-256 of the case's scene with the level and accuracy of the command line: a row of the
+        same digest needs no computing again.
+    """
+
+    name: str
+    scene_path: Path
+    values: Mapping[str, Value]
+    data: Mapping[str, Any]
+    digest: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class BatchRow:
+    """What one case came to; a line of the journal and a row of the table.
+
+    Attributes
+    ----------
+    case, scene
+        Name of the case, and of its scene.
+    status
+        `done`; `checks_failed`: results are there, but an invariant is violated; `failed`: none.
+    message
+        Why, for the latter two; empty if done.
+    values
+        Value by parameter of the sweep.
+    digest
+        That of the case.
+    seconds
+        Wall time of the case.
+    peak_memory_gib
+        Largest resident memory of one rank; nan if not known.
+    ranks
+        Processes that computed it.
+    critical_speed_rpm, critical_frequency_hz, critical_whirl
+        Critical speeds by rising speed of the reference shaft: speed, frequency, whirl.
+    critical_error_estimate
+        Relative error of each, of speed and frequency alike; nan if not known.
+    campbell_speed_rpm
+        Speeds of the diagram (s).
+    campbell_frequency_hz, campbell_log_decrement
+        Branch × speed; nan where a branch was not found.
+    responses
+        Scalars of the analyses by `<analysis>.<quantity>`.
+    """
+
+    case: str
+    scene: str
+    status: Status
+    message: str = ""
+    values: Mapping[str, Value] = field(default_factory=dict)
+    digest: str = ""
+    seconds: float = 0.0
+    peak_memory_gib: float = float("nan")
+    ranks: int = 1
+    critical_speed_rpm: tuple[float, ...] = ()
+    critical_frequency_hz: tuple[float, ...] = ()
+    critical_whirl: tuple[str, ...] = ()
+    critical_error_estimate: tuple[float, ...] = ()
+    campbell_speed_rpm: tuple[float, ...] = ()
+    campbell_frequency_hz: tuple[tuple[float, ...], ...] = ()
+    campbell_log_decrement: tuple[tuple[float, ...], ...] = ()
+    responses: Mapping[str, float] = field(default_factory=dict)
