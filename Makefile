@@ -2,26 +2,54 @@
 SCENE ?= ferraris
 OUT ?= out/$(SCENE)
 NP ?= 1
+K ?= 1
 JOBS ?= 2
 BIN := .venv/bin
+# what results are older than when the program was changed
+PROGRAM := $(wildcard geometry/*.py meshing/*.py reduction/*.py rotordyn/*.py rotordyn/*/*.py \
+	solidwhirl/*.py)
+# scenes of a batch, by name or path, and its folder unless OUT is given
+CHOSEN = $(foreach s,$(SCENES),$(if $(filter %.toml,$(s)),$(s),scenes/$(s).toml))
+BATCH = $(if $(filter file,$(origin OUT)),out/batch,$(OUT))
 export OPENBLAS_NUM_THREADS := 1
 # ranks on one machine: allow root and more ranks than cores, and let waiting ranks sleep
 export OMPI_ALLOW_RUN_AS_ROOT := 1
 export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM := 1
 export OMPI_MCA_rmaps_base_oversubscribe := 1
 export OMPI_MCA_mpi_yield_when_idle := 1
+# mpirun waits so long before SIGTERM, and again before SIGKILL: ranks end in order
+export OMPI_MCA_odls_base_sigkill_timeout := 4
 
-.PHONY: help setup pipeline test check verify hard paper study bench clean
+.PHONY: help setup pipeline batch scenes test check verify hard paper study bench clean
 
 help: ## say what can be made
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
 
 setup: ## install Debian packages and .venv (quick when done)
-	@tools/setup.sh
+	@flock Makefile tools/setup.sh
 
 pipeline: setup ## run a scene end to end (SCENE=ferraris OUT=out/ferraris NP=1)
 	@if [ $(NP) = 1 ]; then $(BIN)/solidwhirl run scenes/$(SCENE).toml --out $(OUT); \
 	else mpirun -n $(NP) $(BIN)/solidwhirl run scenes/$(SCENE).toml --out $(OUT); fi
+
+batch: setup ## run many scenes or sweeps (SCENES="laval ferraris" NP=2 K=1 OUT=out/batch)
+	@[ -n "$(CHOSEN)" ] || { echo 'batch: which scenes? make batch SCENES="laval ferraris"' >&2; exit 2; }
+	@resume=--resume; \
+	[ -z "$$(find $(PROGRAM) -newer $(BATCH)/batch.jsonl 2>/dev/null | head -n 1)" ] || resume=; \
+	mpirun -n $(NP) $(BIN)/solidwhirl batch $(CHOSEN) --out $(BATCH) --ranks-per-scene $(K) $$resume
+
+# a scene with [sweep] is for `make batch`
+SINGLE := $(shell grep -L '^\[sweep\]' scenes/*.toml)
+scenes: $(SINGLE:scenes/%.toml=out/%/SHA256SUMS) ## run what is stale of all scenes
+
+# the last file of a whole run; what the run has kept of its stages is found again
+.SECONDEXPANSION:
+# Where two makes come to a scene at once, one waits, and finds it done.
+out/%/SHA256SUMS: scenes/%.toml $$(wildcard scenes/$$*/*) $(PROGRAM) | setup
+	@mkdir -p out
+	@exec 9> out/.$*.lock; flock 9; \
+	[ -n "$$(find $? -newer $@ -print -quit 2>&1)" ] || exit 0; \
+	$(BIN)/solidwhirl run $< --out out/$* 9>&-
 
 test: setup ## run the tests (on JOBS=2 cores; installs ROSS, which reads exported bodies)
 	@tools/ross_environment.sh

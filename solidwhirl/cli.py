@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,6 +15,7 @@ from rich.markdown import Markdown
 from solidwhirl.endings import end_of_defect, keep_petsc_from_signals
 from solidwhirl.errors import OutputError, SceneError
 from solidwhirl.guard import guarded
+from solidwhirl.progress_line import telling
 from solidwhirl.scene import Scene
 
 app = typer.Typer(
@@ -34,6 +32,18 @@ Level = Annotated[
 Accuracy = Annotated[
     float | None, typer.Option(metavar="TOL", help="Instead of the scene's relative accuracy.")
 ]
+Operating = Annotated[
+    tuple[float, float] | None,
+    typer.Option(metavar="LOW HIGH", help="Operating speeds of the reference shaft, in pictures."),
+]
+Store = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="DIR",
+        envvar="SOLIDWHIRL_STORE",
+        help="Folder of completed stages that several runs share; OUT/.stages without.",
+    ),
+]
 
 
 @app.command()
@@ -42,14 +52,7 @@ def run(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results.")],
     level: Level = None,
     accuracy: Accuracy = None,
-    store: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR",
-            envvar="SOLIDWHIRL_STORE",
-            help="Folder of completed stages that several runs share; OUT/.stages without.",
-        ),
-    ] = None,
+    store: Store = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="Compute all stages again.")] = False,
     pictures: Annotated[bool, typer.Option(help="Draw pictures; without, numbers only.")] = True,
     quiet: Annotated[bool, typer.Option("--quiet", help="Say nothing but errors.")] = False,
@@ -66,58 +69,18 @@ def run(
         _refuse_unwritable(out)
         from mpi4py import MPI
 
-        from solidwhirl.pipeline import run_scene
-
         if MPI.COMM_WORLD.rank != 0:
+            from solidwhirl.pipeline import run_scene
+
             run_scene(chosen, comm=MPI.COMM_WORLD)
             return
-        _run_on_first_rank(chosen, _Places(out=out, store=store, fresh=fresh), pictures, quiet)
+        from solidwhirl.run_command import RunPlaces, run_command
+
+        places = RunPlaces(path=scene, out=out, store=store, fresh=fresh)
+        if code := run_command(chosen, places, pictures=pictures, quiet=quiet):
+            raise typer.Exit(code)
 
     guarded(scene, work)
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Places:
-    """Where a run writes, and where stages are kept."""
-
-    out: Path
-    store: Path | None
-    fresh: bool
-
-
-def _run_on_first_rank(scene: Scene, places: _Places, pictures: bool, quiet: bool) -> None:
-    """Run and write a scene on the rank that has the results."""
-    from mpi4py import MPI
-
-    from solidwhirl.bodies import build_bodies
-    from solidwhirl.check_report import failed, failure_lines
-    from solidwhirl.pipeline import run_scene
-    from solidwhirl.plausibility import implausible
-    from solidwhirl.results import write_into
-    from solidwhirl.run_folder import claimed
-    from solidwhirl.store_stages import Keeper, open_fresh_store, open_store
-
-    for doubt in () if quiet else implausible(scene, build_bodies(scene)):
-        typer.echo(f"doubt: {doubt.message}", err=True)
-    with _telling(quiet) as progress, claimed(places.out) as folder:
-        opened = open_fresh_store if places.fresh else open_store
-        kept = opened(places.store or folder.stages)
-        kept.clear_leftovers()
-        results = run_scene(scene, comm=MPI.COMM_WORLD, progress=progress, store=kept)
-        assert results is not None
-        progress("write the results")
-        keeper = Keeper(store=kept, progress=progress)
-        write_into(results, folder, pictures=pictures, keeper=keeper)
-        if places.store is None:
-            kept.prune()
-    drawn = (("Campbell plot", "campbell.png"),) if pictures else ()
-    for title, name in (*drawn, ("report", "report.md"), ("results", "results.json")):
-        if not quiet:
-            typer.echo(f"{title}: {places.out / name}")
-    for line in failure_lines(results.checks):
-        typer.echo(line, err=True)
-    if failed(results.checks):
-        raise typer.Exit(3)
 
 
 @app.command()
@@ -133,12 +96,15 @@ def plan(scene: SceneFile, level: Level = None, accuracy: Accuracy = None) -> No
         from solidwhirl.plan import make_plan
         from solidwhirl.plausibility import implausible
         from solidwhirl.report import cost_text, plan_text
+        from solidwhirl.scene_sweep import nominal_text
 
         chosen = _scene(scene, level, accuracy)
         bodies = build_bodies(chosen)
         solids: dict[str, AnyBody] = {**bodies, **build_mesh_bodies(chosen)}
         decided = make_plan(chosen, bodies, chosen_level(chosen, bodies))
         text = plan_text(decided, implausible(chosen, bodies))
+        if chosen.sweep is not None:
+            text = f"{nominal_text(str(scene), chosen.sweep)}\n\n{text}"
         if solids:
             text += "\n\n" + cost_text(forecast(chosen, decided, solids))
         console = Console(width=None if sys.stdout.isatty() else 200)
@@ -163,7 +129,7 @@ def study(
         _refuse_unwritable(out)
         from solidwhirl.study import study_command
 
-        with _telling(quiet) as progress:
+        with telling(quiet) as progress:
             done = study_command(scene, out, progress, quick=quick)
         if quiet:
             return
@@ -190,7 +156,7 @@ def identify(
         _refuse_unwritable(out.parent)
         from solidwhirl.identify import identify_command
 
-        with _telling(quiet) as progress:
+        with telling(quiet) as progress:
             done = identify_command(problem, out, progress)
         if not quiet:
             typer.echo(f"scene: {done.scene}")
@@ -217,6 +183,73 @@ def check(
     from solidwhirl.check_command import check_command
 
     raise typer.Exit(check_command(paths, as_json=as_json))
+
+
+@app.command()
+def batch(
+    scenes: Annotated[
+        list[Path], typer.Argument(metavar="SCENE.toml...", help="Scenes, with [sweep] or without.")
+    ],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of all cases and their table.")],
+    ranks_per_scene: Annotated[
+        int, typer.Option(min=1, metavar="K", help="Ranks that compute a case together.")
+    ] = 1,
+    resume: Annotated[bool, typer.Option("--resume", help="Do only what is missing.")] = False,
+    store: Store = None,
+    slurm: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write a Slurm script and run nothing.")
+    ] = None,
+    level: Level = None,
+    accuracy: Accuracy = None,
+    pictures: Annotated[bool, typer.Option(help="Draw pictures; without, numbers only.")] = True,
+    operating_rpm: Operating = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Say nothing but errors.")] = False,
+) -> None:
+    """Run many scenes, or all cases of a sweep, on the ranks of an MPI job.
+
+    The exit code is 1 if a case failed; its message is in the table, and the others are done.
+    """
+
+    def work() -> None:
+        from solidwhirl.batch_command import batch_command
+
+        code = batch_command(
+            scenes,
+            out,
+            ranks_per_scene=ranks_per_scene,
+            resume=resume,
+            store=store,
+            level=level,
+            accuracy=accuracy,
+            slurm=slurm,
+            quiet=quiet,
+            pictures=pictures,
+            operating_rpm=operating_rpm,
+        )
+        if code:
+            raise typer.Exit(code)
+
+    guarded(out, work)
+
+
+@app.command()
+def batch_pictures(
+    out: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a batch.")],
+    operating_rpm: Operating = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Say nothing but errors.")] = False,
+) -> None:
+    """Draw the pictures of the sweeps of a batch again, from its rows; nothing is computed."""
+
+    def work() -> None:
+        from solidwhirl.batch_pictures import redraw
+
+        files = redraw(out, operating_rpm)
+        if not files and not quiet:
+            typer.echo(f"{out}: no pictures: no scene has a sweep of two cases that are done")
+        for path in () if quiet else files:
+            typer.echo(path)
+
+    guarded(out, work)
 
 
 @app.command()
@@ -290,20 +323,6 @@ def version() -> None:
 
     for name, number in package_versions().items():
         typer.echo(f"{name} {number}")
-
-
-@contextmanager
-def _telling(quiet: bool) -> Iterator[Callable[[str], None]]:
-    """Give a function that says what is being done: in place on a terminal, else line by line."""
-    console = Console(stderr=True, quiet=quiet)
-    with console.status("") as status:
-
-        def progress(text: str) -> None:
-            status.update(text)
-            if not console.is_terminal:
-                console.print(text)
-
-        yield progress
 
 
 def _scene(path: Path, level: str | None, accuracy: float | None) -> Scene:

@@ -75,6 +75,7 @@ def user_errors() -> tuple[type[Exception], ...]:
         ("solidwhirl.meshing", ("MeshingError",)),
         ("solidwhirl.cost", ("CostError",)),
         ("solidwhirl.study", ("StudyError",)),
+        ("solidwhirl.batch_journal", ("BatchTableError",)),
         ("solidwhirl.reduction", ("ReductionError",)),
         ("solidwhirl.rotordyn", ("AssemblyError", "AnalysisError", "SuperelementError")),
     ):

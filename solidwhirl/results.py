@@ -138,6 +138,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
                 "matrices": b.matrices,
                 "factorisations_at_most": b.factorisations,
                 "eigenproblems_at_most": b.eigenproblems,
+                "solver": None if b.level == "beam" else b.solver,
             }
             for name, b in plan.bodies.items()
         },
@@ -333,6 +334,7 @@ def _solid(result: BodyResult) -> dict[str, Any]:
         },
         "assembled": {k: list(v) for k, v in result.work.assembled.items()},
         "solved": {k: list(v) for k, v in result.work.solved.items()},
+        "solver": result.work.solver,
         "orthogonality_error": result.work.orthogonality_error,
         "hoop_strain_at_top_speed": result.work.hoop_strain,
     }

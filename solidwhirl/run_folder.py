@@ -171,6 +171,21 @@ def replacing_files(folder: RunFolder) -> Iterator[Path]:
         raise OutputError(f"{out}: can not be written: {error.strerror or error}") from error
 
 
+def forget_results(folder: RunFolder) -> None:
+    """Remove the files of the last run, which are not those of what was asked now.
+
+    Parameters
+    ----------
+    folder
+        The folder of the run.
+    """
+    out = folder.path
+    before = {*_listed(out / MANIFEST), *_listed(out / _MOVING)}
+    (out / MANIFEST).unlink(missing_ok=True)
+    _remove(out, before)
+    (out / _MOVING).unlink(missing_ok=True)
+
+
 def reserve(path: Path, size_bytes: int) -> None:
     """Make sure that there is room for a file, by taking and freeing it.
 

@@ -7,13 +7,15 @@ another name and renamed, and holds the SHA-256 of its own content: what is not 
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import hashlib
 import hmac
 import os
 import platform
 import shutil
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import cache
 from importlib import metadata, util
 from pathlib import Path
@@ -28,6 +30,9 @@ Note = Callable[[str], None]
 _MAGIC = b"solidwhirl-stage-1\n"
 _DIGEST = 64
 _SUFFIX = ".stage"
+_LOCK_SUFFIX = ".lock"
+# A lock whose file was removed between opening and locking is tried for again so often.
+_ATTEMPTS = 1000
 # Temporary files of other processes are left alone for this long, in seconds.
 _PATIENCE_S = 86_400.0
 # How an element was made says nothing about its numbers.
@@ -124,6 +129,36 @@ class StageStore:
         except CodecError as error:
             note(f"{stage} is not kept: {error}")
 
+    @contextmanager
+    def alone(self, key: str, note: Note) -> Iterator[None]:
+        """Have a stage for this process alone while it is looked for and computed.
+
+        Another process that wants the same stage waits, and finds it kept then. The system gives
+        a stage free when the process that has it ends, however it ends. On file systems without
+        locks, or where nothing can be written, nobody waits: both compute the same bytes.
+
+        Parameters
+        ----------
+        key
+            From `key`.
+        note
+            Called with one line if another process has it.
+        """
+        made = not self.folder.exists()
+        path = self.folder / f".{key}{_LOCK_SUFFIX}"
+        lock = _lock(path, note)
+        try:
+            yield
+        finally:
+            if lock is not None:
+                # removed while it is held; who opened it meanwhile sees that it is gone
+                with contextlib.suppress(OSError):
+                    path.unlink()
+                os.close(lock)
+            if made:
+                with contextlib.suppress(OSError):
+                    self.folder.rmdir()  # only if nothing was kept
+
     def prune(self) -> None:
         """Remove the entries that were neither found nor kept since this store was opened."""
         with contextlib.suppress(OSError):
@@ -132,9 +167,10 @@ class StageStore:
                     path.unlink(missing_ok=True)
 
     def clear_leftovers(self) -> None:
-        """Remove temporary files that a killed process left a day ago or earlier."""
+        """Remove temporary files and locks that a killed process left a day ago or earlier."""
         with contextlib.suppress(OSError):
-            for path in [*self.folder.glob(".*.tmp"), *self.folder.glob(".writing-*")]:
+            left = [f".*{_LOCK_SUFFIX}", ".*.tmp", ".writing-*"]
+            for path in [p for pattern in left for p in self.folder.glob(pattern)]:
                 if time.time() - path.stat().st_mtime <= _PATIENCE_S:
                     continue
                 if path.is_dir():
@@ -152,6 +188,40 @@ class FreshStore(StageStore):
     def find(self, key: str, note: Note) -> Any | None:
         """Return None."""
         return None
+
+    @contextmanager
+    def alone(self, key: str, note: Note) -> Iterator[None]:
+        """Wait for nobody: what others keep is not looked at."""
+        yield
+
+
+def _lock(path: Path, note: Note) -> int | None:
+    """Wait until a file is locked, and return it; None where there are no locks."""
+    told = False
+    for _ in range(_ATTEMPTS):
+        file = None
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                if not told:
+                    note("another process computes the same stage; this one waits for it")
+                told = True
+                fcntl.flock(file, fcntl.LOCK_EX)
+            if os.fstat(file).st_ino == path.stat().st_ino:
+                return file
+            os.close(file)  # the holder before removed it between opening and locking
+        except BaseException as error:
+            if file is not None:
+                os.close(file)
+            if isinstance(error, FileNotFoundError):
+                continue
+            if isinstance(error, OSError):
+                return None
+            raise
+    return None
 
 
 def _content(data: bytes, key: str, records: Mapping[str, type]) -> Any:

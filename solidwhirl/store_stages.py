@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -32,7 +33,7 @@ from solidwhirl.store_codec import fingerprint
 
 Origin = Literal["computed", "kept"]
 # Parts of a scene that no number of its engine depends on; analyses stand for themselves.
-_WORDS = frozenset({"name", "title", "notes", "analyses"})
+_WORDS = frozenset({"name", "title", "notes", "analyses", "sweep"})
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -43,7 +44,7 @@ class KeptReduction:
     ----------
     element
         The superelement.
-    assembled, solved, orthogonality_error, hoop_strain, seconds
+    assembled, solved, orthogonality_error, hoop_strain, solver, seconds
         As in `solidwhirl.reduction.ReductionWork`.
     checks
         As in `solidwhirl.reduction.ReductionWork`.
@@ -56,6 +57,7 @@ class KeptReduction:
     solved: Mapping[str, tuple[str, ...]]
     orthogonality_error: float
     hoop_strain: float
+    solver: str
     seconds: Mapping[str, float]
     checks: tuple[Invariant, ...]
     has_indicators: bool
@@ -173,6 +175,10 @@ class Keeper:
         if self.store is not None:
             self.store.keep(key, stage, value, self.progress)
 
+    def alone(self, key: str) -> AbstractContextManager[None]:
+        """Have a stage for this process alone, see `StageStore.alone`."""
+        return nullcontext() if self.store is None else self.store.alone(key, self.progress)
+
     def say(self, stage: str, origin: Origin) -> None:
         """Write down where a stage came from; further ones of the same name are numbered."""
         if self.store is None:
@@ -195,13 +201,12 @@ class Keeper:
         compute
             Makes the value.
         """
-        found = self.find(key)
-        if found is None:
-            found = compute()
-            self.keep(key, name, found)
-            self.say(name, "computed")
-        else:
-            self.say(name, "kept")
+        with self.alone(key):
+            found = self.find(key)
+            self.say(name, "computed" if found is None else "kept")
+            if found is None:
+                found = compute()
+                self.keep(key, name, found)
         return found
 
     def analysis(self, label: str, title: str, key: str, compute: Callable[[], Outcome]) -> Outcome:
@@ -220,13 +225,14 @@ class Keeper:
             return compute()
         name = f"analysis {label}"
         again = cache(compute)
-        kept = self.find(key)
-        self.say(name, "computed" if kept is None else "kept")
-        if kept is None:
-            kept = self._as_kept(name, again())
+        with self.alone(key):
+            kept = self.find(key)
+            self.say(name, "computed" if kept is None else "kept")
             if kept is None:
-                return again()
-            self.keep(key, name, kept)
+                kept = self._as_kept(name, again())
+                if kept is None:
+                    return again()
+                self.keep(key, name, kept)
 
         def later(file: str) -> Write:
             return lambda path: again().files[file](path)

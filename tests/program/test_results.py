@@ -76,6 +76,7 @@ BODY_RECORDS = {
     "mesh",
     "assembled",
     "solved",
+    "solver",
     "orthogonality_error",
     "hoop_strain_at_top_speed",
 }
