@@ -121,7 +121,7 @@ def run(ranks, code, *arguments):
     """A program on some ranks; an error on one of them ends all."""
     command = [sys.executable, "-m", "mpi4py", "-c", code, *map(str, arguments)]
     if ranks > 1:
-        command = ["mpirun", "-n", str(ranks), *command]
+        command = ["mpirun", "--oversubscribe", "-n", str(ranks), *command]
     # this process may have MPI running; its children must not think that they are its ranks
     clean = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_", "ORTE_"))}
     done = subprocess.run(

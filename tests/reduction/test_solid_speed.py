@@ -133,11 +133,11 @@ def test_modes_at_speed_are_those_of_a_factor_at_speed(operators):
         factor=factor,
         free=free,
     )
-    found = modes_at_speed(pencil, start, lambda values, _: np.arange(len(values)) < 8)
+    found = modes_at_speed(pencil, start, lambda values, _: np.arange(len(values)) < 2)
     assert found is not None
     dense = scipy.linalg.eigh(k + TOP**2 * c, m, eigvals_only=True, subset_by_index=[0, 9])
     assert np.abs(dense[:8] / at_rest[:8] - 1.0).max() > 1e-4  # the spin does show
-    np.testing.assert_allclose(found[0][:8], dense[:8], rtol=1e-9)
+    np.testing.assert_allclose(found[0][:2], dense[:2], rtol=1e-9)
     # the softest direction to 1 %, and never promised stiffer than that
     softest = scipy.linalg.eigh(c, k, eigvals_only=True, subset_by_index=[0, 0])[0]
     left = remaining_stiffness(factor, body.stiffness, centrifugal, free, TOP)
