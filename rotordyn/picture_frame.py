@@ -1,12 +1,17 @@
-"""What pictures of maps and margins share: the frame, the styles and the legend."""
+"""What all pictures share: sizes, fonts, colours, dashes and markers, and writing the file.
+
+matplotlib is imported inside the functions that draw.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from functools import wraps
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, ParamSpec, TypeAlias, TypeVar
 
 from solidwhirl.rotordyn.atomic import replacing
 from solidwhirl.rotordyn.errors import AnalysisError
@@ -15,50 +20,191 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
+Dashes: TypeAlias = str | tuple[int, tuple[int, ...]]
+
+#: Widths of a picture in one and in two columns of a journal, and the height most have, mm.
+ONE_COLUMN_MM, TWO_COLUMNS_MM, USUAL_HEIGHT_MM = 88.0, 180.0, 112.0
+#: Sizes of letters at these widths, points.
+TITLE_PT, TEXT_PT, SMALL_PT = 9.5, 8.0, 7.0
+#: Lines of the grid, and of what stays in the background.
+GRID_COLOR, QUIET_COLOR = "#E5E5E5", "#666666"
+_INCH_MM = 25.4
+# Fonts are embedded as outlines with their names in PDF, and text stays text in SVG; the salt
+# makes two drawings of one picture the same file.
+_SETTINGS = MappingProxyType(
+    {
+        "font.size": TEXT_PT,
+        "axes.titlesize": TITLE_PT,
+        "axes.labelsize": TEXT_PT,
+        "xtick.labelsize": SMALL_PT,
+        "ytick.labelsize": SMALL_PT,
+        "legend.fontsize": SMALL_PT,
+        "axes.linewidth": 0.7,
+        "hatch.linewidth": 0.5,
+        "pdf.fonttype": 42,
+        "svg.fonttype": "none",
+        "svg.hashsalt": "solidwhirl",
+    }
+)
+# Neither file says when it was drawn.
+_UNDATED: dict[str, dict[str, Any]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+
 
 class Style(NamedTuple):
-    """Colour, dashes and marker of a line."""
+    """Colour, dashes and marker of a line, and whether the marker is open."""
 
     color: str
-    dashes: str | tuple[int, tuple[int, ...]]
+    dashes: Dashes
     marker: str
+    is_open: bool = False
+
+    @property
+    def face(self) -> str:
+        """Colour inside the marker."""
+        return "white" if self.is_open else self.color
 
 
 # Colours of Okabe and Ito, told apart with any colour vision and in grey by dashes and markers.
 WHIRL_STYLES = {
-    "forward": Style("#0072B2", "solid", "^"),
-    "backward": Style("#D55E00", (0, (5, 2)), "v"),
-    "mixed": Style("#009E73", (0, (6, 2, 1, 2)), "D"),
-    "planar": Style("#595959", (0, (1, 1)), "s"),
+    "forward": Style("#0072B2", "solid", "o"),
+    "backward": Style("#D55E00", (0, (5, 2)), "s", is_open=True),
+    "mixed": Style("#666666", (0, (6, 2, 1, 2)), "D"),
+    "planar": Style("#999999", (0, (1, 1)), "D", is_open=True),
 }
+#: Colours of Okabe and Ito for things of equal rank, such as bodies, nodes and bearings.
+COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#7F7F7F")
+#: Dashes and markers that tell them apart without colour.
+DASHES: tuple[Dashes, ...] = (
+    "solid",
+    (0, (5, 2)),
+    (0, (6, 2, 1, 2)),
+    (0, (1, 1)),
+    (0, (8, 2)),
+    (0, (3, 1, 1, 1)),
+    (0, (2, 2)),
+)
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+
+
+def in_style() -> AbstractContextManager[None]:
+    """Give a block in which matplotlib has the settings of all pictures."""
+    import matplotlib
+
+    return matplotlib.rc_context(dict(_SETTINGS))
+
+
+def styled(draw: Callable[_P, _R]) -> Callable[_P, _R]:
+    """Make a function draw with the settings of all pictures.
+
+    Parameters
+    ----------
+    draw
+        The function.
+    """
+
+    @wraps(draw)
+    def drawn(*arguments: _P.args, **options: _P.kwargs) -> _R:
+        with in_style():
+            return draw(*arguments, **options)
+
+    return drawn
+
+
+def new_figure(
+    path: str | Path, width_mm: float = TWO_COLUMNS_MM, height_mm: float = USUAL_HEIGHT_MM
+) -> Figure:
+    """Return an empty figure for a picture file.
+
+    Parameters
+    ----------
+    path
+        The file it will be written to.
+    width_mm, height_mm
+        Size.
+
+    Returns
+    -------
+    Figure
+        With 200 dots per inch and constrained layout.
+
+    Raises
+    ------
+    AnalysisError
+        If the suffix is not a kind of picture that can be written.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    size = (width_mm / _INCH_MM, height_mm / _INCH_MM)
+    figure = Figure(figsize=size, dpi=200, layout="constrained")
+    kinds = FigureCanvasAgg(figure).get_supported_filetypes()
+    suffix = Path(path).suffix
+    if suffix.lower().lstrip(".") not in kinds:
+        raise AnalysisError(f"{path}: suffix {suffix!r}; allowed are {sorted(kinds)}")
+    return figure
+
+
+def blank_figure(path: str | Path, width_in: float, height_in: float) -> Figure:
+    """Return an empty figure like `new_figure`, of a size in inches.
+
+    Parameters
+    ----------
+    path
+        The file it will be written to.
+    width_in, height_in
+        Size in inches.
+
+    Raises
+    ------
+    AnalysisError
+        If the suffix is not a kind of picture that can be written.
+    """
+    return new_figure(path, width_in * _INCH_MM, height_in * _INCH_MM)
+
+
+def write_figure(figure: Figure, path: str | Path) -> None:
+    """Write a figure to its picture file, which is replaced when the new one is complete.
+
+    Parameters
+    ----------
+    figure
+        From `new_figure`.
+    path
+        The file; its suffix chooses the kind. Fonts are embedded, text in SVG stays text, and the
+        same figure gives the same file.
+    """
+    target = Path(path)
+    kind = target.suffix.lower().lstrip(".")
+    with replacing(target) as temporary, in_style():
+        figure.savefig(temporary, format=kind, metadata=_UNDATED.get(kind))
 
 
 @contextmanager
 def picture(path: str | Path, title: str) -> Iterator[tuple[Figure, Axes]]:
     """Give a figure with one frame that is written to a file when the block ends."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    target = Path(path)
-    kind = target.suffix.lower().lstrip(".")
-    figure = Figure(figsize=(8.0, 5.0), dpi=150, layout="constrained")
-    kinds = FigureCanvasAgg(figure).get_supported_filetypes()
-    if kind not in kinds:
-        raise AnalysisError(f"{target}: suffix {target.suffix!r}; allowed are {sorted(kinds)}")
-    axes = figure.add_subplot()
-    axes.set_title(fill(title, 60), fontsize=11)
-    yield figure, axes
-    with replacing(target) as temporary:
-        figure.savefig(temporary, format=kind)
+    with in_style():
+        figure = new_figure(path)
+        axes = figure.add_subplot()
+        axes.set_title(fill(title, 60), fontsize=TITLE_PT)
+        yield figure, axes
+        write_figure(figure, path)
 
 
-def draw_grid(axes: Axes, which: Literal["major", "both"], axis: Literal["both", "x"]) -> None:
+def draw_grid(
+    axes: Axes,
+    which: Literal["major", "both"] = "major",
+    axis: Literal["both", "x", "y"] = "both",
+) -> None:
     """Draw a grid behind everything."""
-    axes.grid(visible=True, which=which, axis=axis, color="#E5E5E5", linewidth=0.6)
+    axes.grid(visible=True, which=which, axis=axis, color=GRID_COLOR, linewidth=0.6)
     axes.set_axisbelow(True)
 
 
-def add_legend(figure: Figure, axes: Axes, note: str = "") -> None:
+def add_legend(
+    figure: Figure, axes: Axes, note: str = "", place: str = "outside right upper"
+) -> None:
     """Put each label once beside the diagram."""
     from matplotlib.lines import Line2D
 
@@ -71,7 +217,7 @@ def add_legend(figure: Figure, axes: Axes, note: str = "") -> None:
     figure.legend(
         [rows[name] for name in names],
         names,
-        loc="outside right upper",
+        loc=place,
         frameon=False,
-        fontsize=8,
+        fontsize=SMALL_PT,
     )

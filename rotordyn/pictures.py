@@ -5,15 +5,27 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from solidwhirl.rotordyn.arrays import FloatArray, StringArray
-from solidwhirl.rotordyn.atomic import replacing
 from solidwhirl.rotordyn.campbell import Campbell
 from solidwhirl.rotordyn.critical_speeds import CriticalSpeed
-from solidwhirl.rotordyn.errors import AnalysisError
+from solidwhirl.rotordyn.picture_frame import (
+    SMALL_PT,
+    TITLE_PT,
+    TWO_COLUMNS_MM,
+    WHIRL_STYLES,
+    Style,
+    draw_grid,
+    new_figure,
+    styled,
+)
+from solidwhirl.rotordyn.picture_frame import blank_figure as blank_figure
+from solidwhirl.rotordyn.picture_frame import (
+    write_figure as write_figure,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,33 +39,21 @@ _LISTED = 14
 _LARGEST_DECREMENT = 2.0
 
 
-class _Style(NamedTuple):
-    color: str
-    dashes: str | tuple[int, tuple[int, ...]]
-    marker: str
-
-
-# Colours of Okabe and Ito, told apart with any colour vision and in grey by dashes and markers.
-_STYLES = {
-    "forward": _Style("#0072B2", "solid", "^"),
-    "backward": _Style("#D55E00", (0, (5, 2)), "v"),
-    "mixed": _Style("#009E73", (0, (6, 2, 1, 2)), "D"),
-    "planar": _Style("#595959", (0, (1, 1)), "s"),
-}
 # Marks of notes on branches, and lines of notes on the whole diagram with their text.
 _MARKS = {
-    "crossing": _Style("#7F7F7F", "none", "x"),
-    "veering": _Style("#CC79A7", "none", "s"),
-    "ambiguous": _Style("#000000", "none", "*"),
-    "ended": _Style("#000000", "none", ">"),
+    "crossing": Style("#7F7F7F", "none", "x"),
+    "veering": Style("#CC79A7", "none", "s"),
+    "ambiguous": Style("#000000", "none", "*"),
+    "ended": Style("#000000", "none", ">"),
 }
 _LIMITS = {
-    "range": _Style("#000000", (0, (4, 3)), "end of the basis"),
-    "indefinite": _Style("#CC79A7", (0, (1, 2)), "stiffness indefinite"),
-    "untracked": _Style("#7F7F7F", (0, (6, 2, 1, 2)), "mode without branch"),
+    "range": Style("#000000", (0, (4, 3)), "end of the basis"),
+    "indefinite": Style("#CC79A7", (0, (1, 2)), "stiffness indefinite"),
+    "untracked": Style("#7F7F7F", (0, (6, 2, 1, 2)), "mode without branch"),
 }
 
 
+@styled
 def draw_campbell(
     campbell: Campbell,
     critical_speeds: Sequence[CriticalSpeed],
@@ -82,7 +82,7 @@ def draw_campbell(
     AnalysisError
         If the suffix is not a kind of picture that can be written.
     """
-    figure = blank_figure(path, 8.0, 5.0)
+    figure = new_figure(path)
     axes = figure.add_subplot()
     _draw_diagram(axes, campbell, critical_speeds, title, excitation_ratios)
     axes.set_xlabel(_SPEED_LABEL)
@@ -90,6 +90,7 @@ def draw_campbell(
     write_figure(figure, path)
 
 
+@styled
 def draw_annotated_campbell(
     campbell: Campbell,
     critical_speeds: Sequence[CriticalSpeed],
@@ -109,7 +110,7 @@ def draw_annotated_campbell(
     AnalysisError
         If the suffix is not a kind of picture that can be written.
     """
-    figure = blank_figure(path, 8.0, 5.0)
+    figure = new_figure(path)
     axes = figure.add_subplot()
     _draw_diagram(axes, campbell, critical_speeds, title, excitation_ratios)
     _draw_notes(axes, campbell)
@@ -118,6 +119,7 @@ def draw_annotated_campbell(
     write_figure(figure, path)
 
 
+@styled
 def draw_damped_campbell(
     campbell: Campbell,
     critical_speeds: Sequence[CriticalSpeed],
@@ -138,7 +140,7 @@ def draw_damped_campbell(
     AnalysisError
         If the suffix is not a kind of picture that can be written.
     """
-    figure = blank_figure(path, 8.0, 7.0)
+    figure = new_figure(path, TWO_COLUMNS_MM, 157.0)
     axes, strip = figure.subplots(2, 1, sharex=True, height_ratios=[2.4, 1.0])
     _draw_diagram(axes, campbell, critical_speeds, title, excitation_ratios)
     _draw_notes(axes, campbell)
@@ -146,52 +148,6 @@ def draw_damped_campbell(
     strip.set_xlabel(_SPEED_LABEL)
     _add_legend(figure, axes, critical_speeds)
     write_figure(figure, path)
-
-
-def blank_figure(path: str | Path, width_in: float, height_in: float) -> Figure:
-    """Return an empty figure for a picture file.
-
-    Parameters
-    ----------
-    path
-        The file it will be written to.
-    width_in, height_in
-        Size in inches.
-
-    Returns
-    -------
-    Figure
-        With 150 dots per inch and constrained layout.
-
-    Raises
-    ------
-    AnalysisError
-        If the suffix is not a kind of picture that can be written.
-    """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width_in, height_in), dpi=150, layout="constrained")
-    kinds = FigureCanvasAgg(figure).get_supported_filetypes()
-    suffix = Path(path).suffix
-    if suffix.lower().lstrip(".") not in kinds:
-        raise AnalysisError(f"{path}: suffix {suffix!r}; allowed are {sorted(kinds)}")
-    return figure
-
-
-def write_figure(figure: Figure, path: str | Path) -> None:
-    """Write a figure to its picture file, which is replaced when the new one is complete.
-
-    Parameters
-    ----------
-    figure
-        From `blank_figure`.
-    path
-        The file; its suffix chooses the kind.
-    """
-    target = Path(path)
-    with replacing(target) as temporary:
-        figure.savefig(temporary, format=target.suffix.lower().lstrip("."))
 
 
 def _draw_diagram(
@@ -212,9 +168,8 @@ def _draw_diagram(
     axes.set_ylim(0.0, top)
     axes.set_ylabel("natural frequency [Hz]")
     # Room between the frame and the title for lines that leave at the top.
-    axes.set_title(fill(title, 60), pad=20.0, fontsize=11)
-    axes.grid(visible=True, color="#E5E5E5", linewidth=0.6)
-    axes.set_axisbelow(True)
+    axes.set_title(fill(title, 60), pad=20.0, fontsize=TITLE_PT)
+    draw_grid(axes)
 
 
 def _draw_notes(axes: Axes, campbell: Campbell) -> None:
@@ -277,11 +232,10 @@ def _draw_decrements(axes: Axes, campbell: Campbell) -> None:
             transform=axes.transAxes,
             ha="right",
             va="top",
-            fontsize=8,
+            fontsize=SMALL_PT,
         )
     axes.set_ylabel("log. decrement [1]")
-    axes.grid(visible=True, color="#E5E5E5", linewidth=0.6)
-    axes.set_axisbelow(True)
+    draw_grid(axes)
 
 
 def _draw_branch(axes: Axes, rpm: FloatArray, frequency: FloatArray, whirl: StringArray) -> None:
@@ -291,7 +245,7 @@ def _draw_branch(axes: Axes, rpm: FloatArray, frequency: FloatArray, whirl: Stri
     for stop in range(1, step.size + 1):
         if stop < step.size and step[stop] == step[start]:
             continue
-        style = _STYLES.get(str(step[start]))
+        style = WHIRL_STYLES.get(str(step[start]))
         if style is not None:
             axes.plot(
                 rpm[start : stop + 1],
@@ -300,6 +254,7 @@ def _draw_branch(axes: Axes, rpm: FloatArray, frequency: FloatArray, whirl: Stri
                 linestyle=style.dashes,
                 linewidth=1.6,
                 marker=style.marker,
+                markerfacecolor=style.face,
                 markersize=3.5,
                 markevery=max(1, rpm.size // 10),
                 label=str(step[start]),
@@ -326,7 +281,7 @@ def _draw_excitations(axes: Axes, rpm: FloatArray, top: float, ratios: Mapping[s
             textcoords="offset points",
             ha="left" if leaves_right else "center",
             va="center" if leaves_right else "bottom",
-            fontsize=8,
+            fontsize=SMALL_PT,
             annotation_clip=False,
         )
 
@@ -361,7 +316,7 @@ def _add_legend(figure: Figure, axes: Axes, critical_speeds: Sequence[CriticalSp
     handles, labels = axes.get_legend_handles_labels()
     known = dict(zip(labels, handles, strict=True))
     limits = (line.marker for line in _LIMITS.values())
-    shown = (*_STYLES, "critical speed", *_MARKS, *limits)
+    shown = (*WHIRL_STYLES, "critical speed", *_MARKS, *limits)
     rows = [(name, known[name]) for name in shown if name in known]
     nothing = Line2D([], [], linestyle="none")
     if critical_speeds:
@@ -377,5 +332,5 @@ def _add_legend(figure: Figure, axes: Axes, critical_speeds: Sequence[CriticalSp
         [name for name, _ in rows],
         loc="outside right upper",
         frameon=False,
-        fontsize=8,
+        fontsize=SMALL_PT,
     )

@@ -16,8 +16,17 @@ from solidwhirl.rotordyn.critical_speed_errors import CriticalSpeedErrors
 from solidwhirl.rotordyn.critical_speeds import CriticalSpeed
 from solidwhirl.rotordyn.error_forms import NOT_SUMMED
 from solidwhirl.rotordyn.errors import AnalysisError
-from solidwhirl.rotordyn.picture_frame import WHIRL_STYLES, Style, draw_grid
-from solidwhirl.rotordyn.pictures import blank_figure, write_figure
+from solidwhirl.rotordyn.picture_frame import (
+    SMALL_PT,
+    TITLE_PT,
+    TWO_COLUMNS_MM,
+    WHIRL_STYLES,
+    Style,
+    draw_grid,
+    new_figure,
+    styled,
+    write_figure,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -43,6 +52,7 @@ _PART_STYLES = {
 _TOTAL_STYLE = Style("#000000", "solid", "D")
 
 
+@styled
 def draw_campbell_errors(
     errors: CampbellErrors,
     path: str | Path,
@@ -68,7 +78,7 @@ def draw_campbell_errors(
     AnalysisError
         If the suffix is not a kind of picture that can be written.
     """
-    figure = blank_figure(path, 8.0, 7.0)
+    figure = new_figure(path, TWO_COLUMNS_MM, 157.0)
     axes, strip = figure.subplots(2, 1, sharex=True, height_ratios=[1.7, 1.0])
     campbell = errors.campbell
     rpm = campbell.speeds_rad_s * _RPM
@@ -77,12 +87,15 @@ def draw_campbell_errors(
     ):
         _draw_branch(axes, rpm, frequency, whirl, total)
     top = 1.05 * float(np.nanmax(campbell.frequency_hz * (1.0 + np.minimum(errors.total, 0.2))))
+    names: dict[float, list[str]] = {}
     for name, ratio in (excitation_ratios or {}).items():
-        _draw_excitation(axes, rpm, top, name, abs(ratio))
+        names.setdefault(abs(ratio), []).append(name)
+    for ratio, same in names.items():
+        _draw_excitation(axes, rpm, top, ", ".join(same), ratio)
     axes.set_ylim(0.0, top)
     axes.set_xlim(float(rpm.min()), max(float(rpm.max()), float(rpm.min()) + 1.0))
     axes.set_ylabel("natural frequency [Hz]")
-    axes.set_title(fill(title, 60), pad=18.0, fontsize=11)
+    axes.set_title(fill(title, 60), pad=18.0, fontsize=TITLE_PT)
     _draw_estimates(strip, rpm, errors)
     strip.set_xlabel(_with_gaps("speed of the reference shaft [rpm]", errors))
     for frame in (axes, strip):
@@ -91,6 +104,7 @@ def draw_campbell_errors(
     write_figure(figure, path)
 
 
+@styled
 def draw_critical_speed_errors(
     critical_speeds: Sequence[CriticalSpeed],
     errors: CriticalSpeedErrors,
@@ -124,24 +138,24 @@ def draw_critical_speed_errors(
     speed = np.array([c.speed_rad_s for c in critical_speeds]) * _RPM
     order = np.argsort(speed, kind="stable")[:_ROWS]
     rows = np.arange(order.size)
-    figure = blank_figure(path, 8.0, 2.2 + 0.24 * order.size)
+    figure = new_figure(path, TWO_COLUMNS_MM, 50.0 + 5.5 * order.size)
     axes, side = figure.subplots(1, 2, sharey=True, width_ratios=[1.0, 1.1])
     for row, place in zip(rows, order, strict=True):
         style = WHIRL_STYLES.get(critical_speeds[place].whirl, _TOTAL_STYLE)
         axes.errorbar(speed[place], row, xerr=speed[place] * errors.total[place], fmt=style.marker,
-                      color=style.color, capsize=3.0, markersize=4.5,
+                      markerfacecolor=style.face, color=style.color, capsize=3.0, markersize=4.5,
                       label=critical_speeds[place].whirl)  # fmt: skip
     names = [f"{speed[k]:.0f} rpm, {critical_speeds[k].frequency_hz:.1f} Hz" for k in order]
-    axes.set_yticks(rows, names, fontsize=8)
+    axes.set_yticks(rows, names, fontsize=SMALL_PT)
     axes.set_ylim(order.size - 0.4, -0.6)
-    axes.set_xlim(0.0, 1.04 * float((speed * (1.0 + errors.total))[order].max()))
+    axes.set_xlim(0.0, 1.08 * float((speed * (1.0 + errors.total))[order].max()))
     axes.set_xlabel("critical speed with\nits estimated error [rpm]")
     _draw_parts_of_rows(side, rows, order, errors)
     side.set_xlabel(_with_gaps("estimated relative error [1]", errors))
-    figure.suptitle(fill(title, 60), fontsize=11)
+    figure.suptitle(fill(title, 60), fontsize=TITLE_PT)
     for frame in (axes, side):
         draw_grid(frame, "major", "both")
-    _add_both_legends(figure, axes, side)
+    _add_both_legends(figure, axes, side, "outside right center")
     write_figure(figure, path)
 
 
@@ -179,7 +193,7 @@ def _draw_excitation(axes: Axes, rpm: FloatArray, top: float, name: str, ratio: 
         textcoords="offset points",
         ha="left" if right else "center",
         va="center" if right else "bottom",
-        fontsize=8,
+        fontsize=SMALL_PT,
         annotation_clip=False,
     )
 
@@ -252,7 +266,9 @@ def _with_gaps(label: str, errors: CampbellErrors | CriticalSpeedErrors) -> str:
     return label + (f"\nno estimate for {', '.join(missing)}" if missing else "")
 
 
-def _add_both_legends(figure: Figure, first: Axes, second: Axes) -> None:
+def _add_both_legends(
+    figure: Figure, first: Axes, second: Axes, place: str = "outside right upper"
+) -> None:
     """Put the labels of both frames beside them."""
     handles, labels = first.get_legend_handles_labels()
     for handle, label in zip(*second.get_legend_handles_labels(), strict=True):
@@ -260,5 +276,5 @@ def _add_both_legends(figure: Figure, first: Axes, second: Axes) -> None:
         labels.append(label)
     rows = dict(zip(reversed(labels), reversed(handles), strict=True))
     names = list(dict.fromkeys(labels))
-    figure.legend([rows[name] for name in names], names, loc="outside right upper",
-                  frameon=False, fontsize=8)  # fmt: skip
+    figure.legend([rows[name] for name in names], names, loc=place,
+                  frameon=False, fontsize=SMALL_PT)  # fmt: skip

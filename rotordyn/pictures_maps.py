@@ -15,11 +15,13 @@ from solidwhirl.rotordyn.critical_speed_map import CriticalSpeedMap
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.parts import Bearing
 from solidwhirl.rotordyn.picture_frame import (
+    SMALL_PT,
     WHIRL_STYLES,
     Style,
     add_legend,
     draw_grid,
     picture,
+    styled,
 )
 
 if TYPE_CHECKING:
@@ -40,6 +42,7 @@ _COEFFICIENTS = {
 }
 
 
+@styled
 def draw_critical_speed_map(
     critical_map: CriticalSpeedMap,
     path: str | Path,
@@ -118,6 +121,7 @@ def _draw_branch(
             linestyle=style.dashes,
             linewidth=1.6,
             marker=style.marker,
+            markerfacecolor=style.face,
             markersize=3.5,
             markevery=max(1, stiffness.size // 10),
             label=str(whirl[run[0]]),
@@ -144,7 +148,7 @@ def _draw_operating(axes: Axes, operating_rad_s: Mapping[str, float]) -> None:
             xytext=(4, 0),
             textcoords="offset points",
             va="center",
-            fontsize=8,
+            fontsize=SMALL_PT,
             annotation_clip=False,
         )
 
@@ -197,10 +201,11 @@ def _draw_chosen(axes: Axes, critical_map: CriticalSpeedMap) -> None:
             rotation=90,
             ha="right",
             va="bottom",
-            fontsize=8,
+            fontsize=SMALL_PT,
         )
 
 
+@styled
 def draw_bearing_law(
     bearing: Bearing,
     speeds_rad_s: npt.ArrayLike,
@@ -294,7 +299,7 @@ def _mark_speeds(axes: Axes, speeds_rad_s: Mapping[str, float]) -> None:
             rotation=90,
             ha="right",
             va="top",
-            fontsize=8,
+            fontsize=SMALL_PT,
         )
 
 

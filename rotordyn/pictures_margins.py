@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from solidwhirl.rotordyn.errors import AnalysisError
-from solidwhirl.rotordyn.picture_frame import Style, add_legend, draw_grid, picture
+from solidwhirl.rotordyn.picture_frame import (
+    SMALL_PT,
+    Style,
+    add_legend,
+    draw_grid,
+    picture,
+    styled,
+)
 from solidwhirl.rotordyn.separation_margins import SeparationMargin
 
 if TYPE_CHECKING:
@@ -25,6 +32,7 @@ _VERDICTS = {
 }
 
 
+@styled
 def draw_separation_margins(
     margins: Sequence[SeparationMargin], path: str | Path, title: str
 ) -> None:
@@ -57,7 +65,7 @@ def draw_separation_margins(
         axes.axvline(0.0, color="black", linewidth=1.0)
         for row, item in enumerate(shown):
             _draw_margin(axes, row, item)
-        axes.set_yticks(range(len(shown)), [_row_name(item) for item in shown], fontsize=8)
+        axes.set_yticks(range(len(shown)), [_row_name(item) for item in shown], fontsize=SMALL_PT)
         axes.set_ylim(len(shown) - 0.4, -0.6)
         axes.set_xlim(-100 * _FARTHEST - 4, 100 * _FARTHEST + 4)
         axes.set_xlabel("distance from the operating range of the shaft [%]")

@@ -14,7 +14,19 @@ from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.frames import RotatingCampbell
 from solidwhirl.rotordyn.mode_shapes import BodyShape, ModeShapes
 from solidwhirl.rotordyn.participation import Participation
-from solidwhirl.rotordyn.pictures import blank_figure, write_figure
+from solidwhirl.rotordyn.picture_frame import (
+    COLORS,
+    DASHES,
+    MARKERS,
+    SMALL_PT,
+    TEXT_PT,
+    TITLE_PT,
+    TWO_COLUMNS_MM,
+    draw_grid,
+    new_figure,
+    styled,
+    write_figure,
+)
 
 _T = TypeVar("_T")
 
@@ -24,12 +36,6 @@ if TYPE_CHECKING:
 # Width of a letter of a label, as a fraction of the length of the body.
 _LABEL_WIDTH = 0.014
 _RPM = 30.0 / np.pi
-# Colours of Okabe and Ito, with dashes that tell bodies apart without colour.
-_COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#7F7F7F")
-_DASHES: tuple[str | tuple[int, tuple[int, ...]], ...] = (
-    "solid", (0, (5, 2)), (0, (6, 2, 1, 2)), (0, (1, 1)), (0, (8, 2)), (0, (3, 1, 1, 1)),
-)  # fmt: skip
-_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 _HATCHES = ("///", "\\\\\\", "xxx", "...", "+++", "ooo")
 # Components and bodies with a smaller part of a branch are not drawn.
 _SMALL = 0.05
@@ -39,6 +45,7 @@ _MOST_MODES = 16
 _MOST_BARS = 16
 
 
+@styled
 def draw_rotating_campbell(
     frames: Sequence[RotatingCampbell], path: str | Path, title: str
 ) -> None:
@@ -66,11 +73,11 @@ def draw_rotating_campbell(
     turning = [frame for frame in frames if frame.speed_ratio != 0]
     if not turning:
         raise AnalysisError("no body turns; there is no rotating frame to draw in")
-    figure = blank_figure(path, 8.0, 5.0)
+    figure = new_figure(path)
     axes = figure.add_subplot()
     handles = []
     for place, frame in enumerate(turning):
-        color, marker = _cycle(_COLORS, place), _cycle(_MARKERS, place)
+        color, marker = _cycle(COLORS, place), _cycle(MARKERS, place)
         # Bodies that move together see the same frequencies: the first lines show below others.
         width = 1.2 + 1.4 * (len(turning) - 1 - place) / max(1, len(turning) - 1)
         _draw_frame(axes, frame, width, (color, marker))
@@ -83,19 +90,20 @@ def draw_rotating_campbell(
     axes.plot([0.0, end], [0.0, end / 60.0], color="black", linewidth=0.8, linestyle=(0, (1, 2)))
     handles += [
         Line2D([], [], color="#595959", label="turns with the spin"),
-        Line2D([], [], color="#595959", linestyle=_DASHES[1], label="turns against it"),
+        Line2D([], [], color="#595959", linestyle=DASHES[1], label="turns against it"),
         Line2D([], [], color="black", linewidth=0.8, linestyle=(0, (1, 2)), label="force at rest"),
     ]
     axes.set_xlim(0.0, fastest)
     axes.set_ylim(0.0, top)
     axes.set_xlabel("speed of the body [rpm]")
     axes.set_ylabel("frequency in the frame of the body [Hz]")
-    axes.set_title(fill(title, 60), fontsize=11)
-    _grid(axes)
-    figure.legend(handles=handles, loc="outside right upper", frameon=False, fontsize=8)
+    axes.set_title(fill(title, 60), fontsize=TITLE_PT)
+    draw_grid(axes)
+    figure.legend(handles=handles, loc="outside right upper", frameon=False, fontsize=SMALL_PT)
     write_figure(figure, path)
 
 
+@styled
 def draw_mode_shapes(shapes: ModeShapes, path: str | Path, title: str) -> None:
     """Draw the lateral deflection of every body along the axis, one frame for each mode.
 
@@ -117,7 +125,7 @@ def draw_mode_shapes(shapes: ModeShapes, path: str | Path, title: str) -> None:
     count = _mode_count(shapes)
     columns = 1 if count == 1 else 2
     rows = -(-count // columns)
-    figure = blank_figure(path, 8.0, max(4.0, 0.9 + 1.65 * rows))
+    figure = new_figure(path, TWO_COLUMNS_MM, max(90.0, 20.0 + 37.0 * rows))
     grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     frames = list(grid.flat)
     for mode, axes in enumerate(frames[:count]):
@@ -125,23 +133,24 @@ def draw_mode_shapes(shapes: ModeShapes, path: str | Path, title: str) -> None:
             _draw_body(axes, body, mode, place)
         axes.axhline(0.0, color="black", linewidth=0.6)
         axes.set_ylim(-1.12, 1.12)
-        axes.set_title(_mode_title(shapes, mode), fontsize=9)
-        _grid(axes)
+        axes.set_title(_mode_title(shapes, mode), fontsize=TEXT_PT)
+        draw_grid(axes)
     for unused in frames[count:]:
         unused.set_visible(False)
     for axes in frames[max(0, count - columns) : count]:
         axes.set_xlabel("axial position [m]")
         axes.tick_params(labelbottom=True)
-    figure.supylabel("lateral deflection, largest orbit 1", fontsize=10)
-    figure.suptitle(fill(title, 80), fontsize=11)
+    figure.supylabel("lateral deflection, largest orbit 1", fontsize=TEXT_PT)
+    figure.suptitle(fill(title, 80), fontsize=TITLE_PT)
     handles, labels = frames[0].get_legend_handles_labels()
     columns = min(4, max(1, len(labels)))
     figure.legend(
-        handles, labels, loc="outside lower center", ncols=columns, frameon=False, fontsize=8
+        handles, labels, loc="outside lower center", ncols=columns, frameon=False, fontsize=SMALL_PT
     )
     write_figure(figure, path)
 
 
+@styled
 def draw_body_modes(shapes: ModeShapes, body: str, path: str | Path, title: str) -> None:
     """Draw the lateral deflection of one body in several modes over each other.
 
@@ -163,16 +172,16 @@ def draw_body_modes(shapes: ModeShapes, body: str, path: str | Path, title: str)
         that can be written.
     """
     shape, count = shapes.body(body), _mode_count(shapes)
-    figure = blank_figure(path, 8.0, 5.0)
+    figure = new_figure(path)
     axes = figure.add_subplot()
     for mode in range(count):
         axes.plot(
             shape.axial_m,
             shape.deflection[:, mode],
-            color=_cycle(_COLORS, mode),
-            linestyle=_cycle(_DASHES, mode),
+            color=_cycle(COLORS, mode),
+            linestyle=_cycle(DASHES, mode),
             linewidth=1.5,
-            marker=_cycle(_MARKERS, mode),
+            marker=_cycle(MARKERS, mode),
             markersize=4,
             markevery=(3 * mode % 7, max(1, shape.axial_m.size // 8)),
             label=_mode_title(shapes, mode),
@@ -182,9 +191,9 @@ def draw_body_modes(shapes: ModeShapes, body: str, path: str | Path, title: str)
     axes.set_ylim(-1.12, 1.12)
     axes.set_xlabel("axial position [m]")
     axes.set_ylabel("lateral deflection, largest orbit 1")
-    axes.set_title(fill(title, 60), pad=18.0, fontsize=11)
-    _grid(axes)
-    figure.legend(loc="outside right upper", frameon=False, fontsize=8)
+    axes.set_title(fill(title, 60), pad=18.0, fontsize=TITLE_PT)
+    draw_grid(axes)
+    figure.legend(loc="outside right upper", frameon=False, fontsize=SMALL_PT)
     write_figure(figure, path)
 
 
@@ -201,10 +210,11 @@ def _draw_interfaces(axes: Axes, shape: BodyShape) -> None:
         last = place + half
         axes.annotate(
             name, (place, 1.12), xytext=(0, 2), textcoords="offset points", ha="center",
-            va="bottom", fontsize=8, annotation_clip=False,
+            va="bottom", fontsize=SMALL_PT, annotation_clip=False,
         )  # fmt: skip
 
 
+@styled
 def draw_participation(result: Participation, path: str | Path, title: str) -> None:
     """Draw the shares of bodies and joints in the energies of the modes as bars.
 
@@ -227,24 +237,26 @@ def draw_participation(result: Participation, path: str | Path, title: str) -> N
     count = result.eigenvalues.size
     if not 1 <= count <= _MOST_BARS:
         raise AnalysisError(f"there are {count} modes; 1 to {_MOST_BARS} can be drawn")
-    figure = blank_figure(path, 8.0, 5.5)
+    figure = new_figure(path, TWO_COLUMNS_MM, 124.0)
     upper, lower = figure.subplots(2, 1, sharex=True)
     bodies = result.strain_bodies + result.centrifugal_bodies
     _stack(upper, result.kinetic_bodies, result.bodies, 0)
     _stack(lower, bodies, result.bodies, 0)
-    joints, names = _large_joints(result)
-    _stack(lower, joints, names, len(result.bodies), below=bodies)
+    joints, large = _large_joints(result)
+    _stack(lower, joints, large, len(result.bodies), below=bodies)
     upper.set_ylabel("kinetic energy [1]")
     lower.set_ylabel("potential energy [1]")
     hertz = result.eigenvalues.imag / (2.0 * np.pi)
-    lower.set_xticks(range(count), [f"{k + 1}\n{f:.4g}" for k, f in enumerate(hertz)], fontsize=8)
+    lower.set_xticks(
+        range(count), [f"{k + 1}\n{f:.4g}" for k, f in enumerate(hertz)], fontsize=SMALL_PT
+    )
     lower.set_xlabel("mode, frequency [Hz]")
     for axes in (upper, lower):
         axes.axhline(0.0, color="black", linewidth=0.6)
-        _grid(axes)
-    figure.suptitle(fill(title, 80), fontsize=11)
+        draw_grid(axes)
+    figure.suptitle(fill(title, 80), fontsize=TITLE_PT)
     handles, labels = lower.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside right upper", frameon=False, fontsize=8)
+    figure.legend(handles, labels, loc="outside right center", frameon=False, fontsize=SMALL_PT)
     write_figure(figure, path)
 
 
@@ -261,12 +273,12 @@ def _mode_title(shapes: ModeShapes, mode: int) -> str:
 
 def _draw_body(axes: Axes, body: BodyShape, mode: int, place: int) -> None:
     """Draw the centre line of one body and its interface nodes."""
-    color = _cycle(_COLORS, place)
+    color = _cycle(COLORS, place)
     axes.plot(
         body.axial_m,
         body.deflection[:, mode],
         color=color,
-        linestyle=_cycle(_DASHES, place),
+        linestyle=_cycle(DASHES, place),
         linewidth=1.5,
         label=body.body,
     )
@@ -275,7 +287,7 @@ def _draw_body(axes: Axes, body: BodyShape, mode: int, place: int) -> None:
         body.interface_deflection[:, mode],
         color=color,
         linestyle="none",
-        marker=_cycle(_MARKERS, place),
+        marker=_cycle(MARKERS, place),
         markersize=4.5,
         markerfacecolor="white",
     )
@@ -299,7 +311,7 @@ def _draw_frame(axes: Axes, frame: RotatingCampbell, width: float, look: tuple[s
             kept = drawn[component, branch]
             for start, stop in _runs(kept[:-1] & kept[1:]):
                 x, y = _with_zero(rpm[start : stop + 1], signed[start : stop + 1])
-                for side, dashes in ((1.0, _DASHES[0]), (-1.0, _DASHES[1])):
+                for side, dashes in ((1.0, DASHES[0]), (-1.0, DASHES[1])):
                     if not (side * y > 0).any():
                         continue
                     axes.plot(
@@ -358,7 +370,7 @@ def _stack(
             row,
             bottom=np.where(row >= 0, positive, negative),
             width=0.7,
-            color=_cycle(_COLORS, place),
+            color=_cycle(COLORS, place),
             hatch=None if below is None else _cycle(_HATCHES, place),
             edgecolor="white",
             linewidth=0.5,
@@ -366,11 +378,6 @@ def _stack(
         )
         positive, negative = positive + np.maximum(row, 0.0), negative + np.minimum(row, 0.0)
         place += 1
-
-
-def _grid(axes: Axes) -> None:
-    axes.grid(visible=True, color="#E5E5E5", linewidth=0.6)
-    axes.set_axisbelow(True)
 
 
 def _cycle(values: Sequence[_T], place: int) -> _T:

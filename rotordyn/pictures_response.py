@@ -5,15 +5,27 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray
-from solidwhirl.rotordyn.atomic import replacing
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.orbits import elliptic_orbits
 from solidwhirl.rotordyn.parts import End
+from solidwhirl.rotordyn.picture_frame import (
+    COLORS,
+    DASHES,
+    MARKERS,
+    SMALL_PT,
+    TEXT_PT,
+    TITLE_PT,
+    Dashes,
+    draw_grid,
+    new_figure,
+    styled,
+    write_figure,
+)
 from solidwhirl.rotordyn.unbalance import ExciterResponse, UnbalanceResponse
 from solidwhirl.rotordyn.unbalance_peaks import resonance_peaks
 
@@ -21,13 +33,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Dashes: TypeAlias = str | tuple[int, tuple[int, ...]]
-
 _RPM = 30.0 / np.pi
 _MICRO = 1e6
-# Colours of Okabe and Ito by node or bearing; dashes by exciter.
-_COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-_DASHES: tuple[Dashes, ...] = ("solid", (0, (5, 2)), (0, (6, 2, 1, 2)), (0, (1, 1)))
+# Colours by node or bearing; dashes by exciter.
+# Markers go with the colours.
+_COLORS, _DASHES, _MARKERS = COLORS[:7], DASHES[:4], MARKERS[:7]
 # A peak is labelled if it rises by this factor above its saddles.
 _LABELLED = 2.0
 _MOST_LABELS = 12
@@ -39,16 +49,14 @@ _MOST_ORBITS = 8
 
 
 class Picture(NamedTuple):
-    """A figure of 8 by 5 inches at 150 dpi, and the file it is for."""
+    """A figure and the file it is for."""
 
     figure: Figure
     target: Path
-    kind: str
 
     def save(self) -> None:
         """Write the file; it is replaced when complete."""
-        with replacing(self.target) as temporary:
-            self.figure.savefig(temporary, format=self.kind)
+        write_figure(self.figure, self.target)
 
 
 def new_picture(path: str | Path) -> Picture:
@@ -69,18 +77,10 @@ def new_picture(path: str | Path) -> Picture:
     AnalysisError
         If the suffix is not a kind of picture that can be written.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    target = Path(path)
-    kind = target.suffix.lower().lstrip(".")
-    figure = Figure(figsize=(8.0, 5.0), dpi=150, layout="constrained")
-    kinds = FigureCanvasAgg(figure).get_supported_filetypes()
-    if kind not in kinds:
-        raise AnalysisError(f"{target}: suffix {target.suffix!r}; allowed are {sorted(kinds)}")
-    return Picture(figure, target, kind)
+    return Picture(new_figure(path), Path(path))
 
 
+@styled
 def draw_unbalance_response(
     response: UnbalanceResponse, nodes: Sequence[End], path: str | Path, title: str
 ) -> None:
@@ -108,9 +108,9 @@ def draw_unbalance_response(
     rpm = response.speeds_rad_s * _RPM
     labels: list[tuple[float, float]] = []
     for dashes, exciter in zip(_dashes(response), response.exciters, strict=True):
-        for color, node in zip(_COLORS, nodes, strict=False):
+        for place, node in enumerate(nodes):
             motion = exciter.at_node(node.body, node.interface)
-            style = {"color": color, "linestyle": dashes, "linewidth": 1.4}
+            style = _line_style(place, dashes, rpm.size)
             height = _MICRO * _major(motion)
             upper.plot(rpm, np.where(height > 0, height, np.nan), **style)
             lower.plot(rpm, _phase(motion[:, 0]), **style)
@@ -126,6 +126,7 @@ def draw_unbalance_response(
     picture.save()
 
 
+@styled
 def draw_bearing_forces(response: UnbalanceResponse, path: str | Path, title: str) -> None:
     """Draw the lateral force that each bearing transmits over the speed.
 
@@ -150,10 +151,10 @@ def draw_bearing_forces(response: UnbalanceResponse, path: str | Path, title: st
     rpm = response.speeds_rad_s * _RPM
     labels: list[tuple[float, float]] = []
     for dashes, exciter in zip(_dashes(response), response.exciters, strict=True):
-        for color, name in zip(_COLORS, names, strict=False):
+        for place, name in enumerate(names):
             height = _major(exciter.bearing_forces[name][:, :2])
             shown = np.where(height > 0, height, np.nan)
-            axes.plot(rpm, shown, color=color, linestyle=dashes, linewidth=1.4)
+            axes.plot(rpm, shown, **_line_style(place, dashes, rpm.size))
             labels += _peak_labels(exciter, height)
     _scale_heights(axes)
     _label_peaks(axes, labels, rpm)
@@ -163,6 +164,7 @@ def draw_bearing_forces(response: UnbalanceResponse, path: str | Path, title: st
     picture.save()
 
 
+@styled
 def draw_orbits(
     response: UnbalanceResponse,
     nodes: Sequence[End],
@@ -183,7 +185,7 @@ def draw_orbits(
     path
         The file; its suffix chooses the kind. Replaced when complete.
     title
-        Above the picture. A dot marks the time 0, an arrow the sense of the turn.
+        Above the picture. The mark of the node is at the time 0, an arrow the sense of the turn.
 
     Raises
     ------
@@ -208,19 +210,18 @@ def draw_orbits(
         ]
         reach = float(np.nanmax(_major(np.array(motions)))) or 1.0
         for dashes, group in zip(_dashes(response), motions, strict=True):
-            for color, motion in zip(_COLORS, group, strict=False):
-                _draw_orbit(axes, motion, color, dashes, _SMALL_ORBIT * reach)
+            for look, motion in zip(zip(_COLORS, _MARKERS, strict=True), group, strict=False):
+                _draw_orbit(axes, motion, look, dashes, _SMALL_ORBIT * reach)
         reach *= 1.15
         axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
-        axes.set_title(f"{response.speeds_rad_s[at] * _RPM:.0f} rpm", fontsize=9)
+        axes.set_title(f"{response.speeds_rad_s[at] * _RPM:.0f} rpm", fontsize=TEXT_PT)
         axes.tick_params(labelsize=7)
         axes.locator_params(nbins=5)
-        axes.grid(visible=True, color="#E5E5E5", linewidth=0.6)
-        axes.set_axisbelow(True)
+        draw_grid(axes)
     for axes in grid[max(0, len(places) - columns) : len(places)]:
-        axes.set_xlabel("x [µm]", fontsize=9)
-    picture.figure.supylabel("y [µm]", fontsize=10)
-    picture.figure.suptitle(fill(title, 70), fontsize=11)
+        axes.set_xlabel("x [µm]", fontsize=TEXT_PT)
+    picture.figure.supylabel("y [µm]", fontsize=TEXT_PT)
+    picture.figure.suptitle(fill(title, 70), fontsize=TITLE_PT)
     _legend(picture.figure, response, [node.label for node in nodes], "outside lower center", 4)
     picture.save()
 
@@ -232,6 +233,19 @@ def _check_count(what: str, count: int) -> None:
 
 def _dashes(response: UnbalanceResponse) -> list[Dashes]:
     return [_DASHES[k % len(_DASHES)] for k in range(len(response.exciters))]
+
+
+def _line_style(place: int, dashes: Dashes, points: int) -> dict[str, Any]:
+    """Return the style of a curve: colour and marker by its place, markers of curves apart."""
+    apart = max(1, points // 9)
+    return {
+        "color": _COLORS[place],
+        "linestyle": dashes,
+        "linewidth": 1.3,
+        "marker": _MARKERS[place],
+        "markersize": 3.2,
+        "markevery": (place * apart // len(_COLORS), apart),
+    }
 
 
 def _major(motion: ComplexArray) -> FloatArray:
@@ -273,7 +287,7 @@ def _label_peaks(axes: Axes, labels: list[tuple[float, float]], rpm: FloatArray)
             ha="center",
             va="bottom",
             rotation=90,
-            fontsize=7.5,
+            fontsize=SMALL_PT,
         )
 
 
@@ -291,12 +305,11 @@ def _scale_heights(axes: Axes) -> None:
 def _finish(picture: Picture, panels: Sequence[Axes], rpm: FloatArray, title: str) -> None:
     """Set what all curves over the speed have in common."""
     for axes in panels:
-        axes.grid(visible=True, color="#E5E5E5", linewidth=0.6)
-        axes.set_axisbelow(True)
+        draw_grid(axes)
     low, high = float(rpm.min()), float(rpm.max())
     panels[-1].set_xlim(low, max(high, low + 1.0))
     panels[-1].set_xlabel("speed of the reference shaft [rpm]")
-    panels[0].set_title(fill(title, 60), fontsize=11)
+    panels[0].set_title(fill(title, 60), fontsize=TITLE_PT)
 
 
 def _legend(
@@ -310,8 +323,8 @@ def _legend(
     from matplotlib.lines import Line2D
 
     rows = [
-        (Line2D([], [], color=color, linewidth=1.4), name)
-        for color, name in zip(_COLORS, names, strict=False)
+        (Line2D([], [], color=color, linewidth=1.3, marker=mark, markersize=3.2), name)
+        for color, mark, name in zip(_COLORS, _MARKERS, names, strict=False)
     ]
     for dashes, exciter in zip(_dashes(response), response.exciters, strict=True):
         text = f"excited by {', '.join(exciter.bodies)}, {exciter.frequency_ratio:g}×"
@@ -322,13 +335,16 @@ def _legend(
         loc=place,
         ncols=columns,
         frameon=False,
-        fontsize=8,
+        fontsize=SMALL_PT,
         handlelength=3.2,
     )
 
 
-def _draw_orbit(axes: Axes, motion: ComplexArray, color: str, dashes: Dashes, small: float) -> None:
-    """Draw one ellipse, unless small with a dot at the time 0 and an arrow a third later."""
+def _draw_orbit(
+    axes: Axes, motion: ComplexArray, look: tuple[str, str], dashes: Dashes, small: float
+) -> None:
+    """Draw one ellipse, unless small with its mark at the time 0 and an arrow a third later."""
+    color, marker = look
     turn = np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 181))
     x, y = (turn * motion[0]).real, (turn * motion[1]).real
     if not np.isfinite(x).all():
@@ -336,7 +352,7 @@ def _draw_orbit(axes: Axes, motion: ComplexArray, color: str, dashes: Dashes, sm
     axes.plot(x, y, color=color, linestyle=dashes, linewidth=1.3)
     if _major(motion[None])[0] < small:
         return
-    axes.plot(x[0], y[0], color=color, marker="o", markersize=4)
+    axes.plot(x[0], y[0], color=color, marker=marker, markersize=4.5)
     axes.annotate(
         "",
         (x[62], y[62]),

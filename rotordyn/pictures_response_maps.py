@@ -11,6 +11,7 @@ import numpy as np
 from solidwhirl.rotordyn.arrays import FloatArray
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.parts import End
+from solidwhirl.rotordyn.picture_frame import SMALL_PT, TITLE_PT, styled
 from solidwhirl.rotordyn.pictures_response import Picture, new_picture
 from solidwhirl.rotordyn.response_maps import GroundMotionMap, PlaceMap
 from solidwhirl.rotordyn.response_maps_stiffness import StiffnessChoice, StiffnessMap
@@ -25,6 +26,7 @@ _MICRO = 1e6
 _DARKEST = 1e-5
 
 
+@styled
 def draw_place_map(place_map: PlaceMap, node: End, path: str | Path, title: str) -> None:
     """Draw the response of a node over the speed and the place of the unbalance.
 
@@ -57,13 +59,14 @@ def draw_place_map(place_map: PlaceMap, node: End, path: str | Path, title: str)
     else:
         x, label = place_map.speeds_rad_s * _RPM, "speed of the reference shaft [rpm]"
     _heat(picture, axes, x, rows, height, f"major semi-axis at {node.label} [µm]")
-    axes.set_yticks(rows, [place.label for place in place_map.places], fontsize=8)
+    axes.set_yticks(rows, [place.label for place in place_map.places], fontsize=SMALL_PT)
     axes.set_xlabel(label)
     axes.set_ylabel("place of the unbalance")
-    axes.set_title(fill(title, 60), fontsize=11)
+    axes.set_title(fill(title, 60), fontsize=TITLE_PT)
     picture.save()
 
 
+@styled
 def draw_ground_motion(ground_map: GroundMotionMap, path: str | Path, title: str) -> None:
     """Draw the response to ground motion over frequency and speed (waterfall diagram).
 
@@ -95,10 +98,11 @@ def draw_ground_motion(ground_map: GroundMotionMap, path: str | Path, title: str
     axes.set(xlim=limits[0], ylim=limits[1])
     axes.set_xlabel(f"frequency of the ground along {ground_map.direction} [Hz]")
     axes.set_ylabel("speed of the reference shaft [rpm]")
-    axes.set_title(fill(title, 60), fontsize=11)
+    axes.set_title(fill(title, 60), fontsize=TITLE_PT)
     picture.save()
 
 
+@styled
 def draw_stiffness_map(
     stiffness_map: StiffnessMap,
     path: str | Path,
@@ -145,12 +149,12 @@ def draw_stiffness_map(
             xytext=(0, 9 if value < 0.5 * stiffness[-1] else -17),
             textcoords="offset points",
             ha="center",
-            fontsize=8,
+            fontsize=SMALL_PT,
             bbox={"boxstyle": "round,pad=0.2", "facecolor": "white", "edgecolor": "none"},
         )
     axes.set_xlabel("frequency of the force [Hz]")
     axes.set_ylabel("stiffness of " + fill(", ".join(stiffness_map.bearings), 40) + " [N/m]")
-    axes.set_title(fill(title, 60), fontsize=11)
+    axes.set_title(fill(title, 60), fontsize=TITLE_PT)
     picture.save()
 
 

@@ -5,38 +5,40 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from solidwhirl.rotordyn.arrays import FloatArray
-from solidwhirl.rotordyn.atomic import replacing
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.force_spectrum import Spectrogram
+from solidwhirl.rotordyn.picture_frame import (
+    COLORS,
+    DASHES,
+    SMALL_PT,
+    TEXT_PT,
+    TITLE_PT,
+    draw_grid,
+    new_figure,
+    styled,
+    write_figure,
+)
 from solidwhirl.rotordyn.run_up_record import RunUp
 from solidwhirl.rotordyn.run_up_response import NormalisedResponse
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _RPM = 30.0 / np.pi
-# Colours of Okabe and Ito with dashes, told apart with any colour vision and in grey.
-_STYLES: tuple[tuple[str, Any], ...] = (
-    ("#0072B2", "solid"),
-    ("#D55E00", (0, (5, 2))),
-    ("#009E73", (0, (6, 2, 1, 2))),
-    ("#CC79A7", (0, (1, 1))),
-    ("#E69F00", (0, (8, 3))),
-    ("#595959", (0, (3, 1, 1, 1, 1, 1))),
-    ("#56B4E9", (0, (2, 2))),
-)
+# Colours and dashes of curves.
+_STYLES = tuple(zip(COLORS[:7], DASHES, strict=True))
 # Columns of the picture into which a long record is gathered.
 _COLUMNS = 1600
 # Amplitudes below this share of the largest have the darkest colour.
 _DARKEST = 1e-4
 
 
+@styled
 def draw_run_up(run: RunUp, bearing: str, path: str | Path, title: str) -> None:
     """Draw the speed of all spools and the force through one bearing over time.
 
@@ -57,22 +59,23 @@ def draw_run_up(run: RunUp, bearing: str, path: str | Path, title: str) -> None:
         If the force was not recorded or the suffix is not a kind of picture that can be written.
     """
     force = run.bearing_force_n(bearing)
-    figure = _figure()
+    figure = new_figure(path)
     panels = figure.subplots(3, 1, sharex=True)
     _draw_speeds(panels[0], run)
     unit, factor = _force_unit(force[:2])
     for panel, axis, values, (color, _) in zip(panels[1:], "xy", force, _STYLES, strict=False):
         times, low, high = _envelope(run.time_s, factor * values)
         panel.fill_between(times, low, high, color=color, linewidth=0.3)
-        panel.set_ylabel(f"force along {axis} [{unit}]", fontsize=9)
-        _grid(panel)
+        panel.set_ylabel(f"force along {axis} [{unit}]", fontsize=TEXT_PT)
+        draw_grid(panel)
     panels[2].set_xlabel("time [s]")
     panels[2].set_xlim(0.0, float(run.time_s[-1]))
-    figure.suptitle(fill(title, 80), fontsize=11)
+    figure.suptitle(fill(title, 80), fontsize=TITLE_PT)
     figure.align_ylabels()
-    _save(figure, path)
+    write_figure(figure, path)
 
 
+@styled
 def draw_normalised_responses(
     responses: Mapping[str, NormalisedResponse],
     path: str | Path,
@@ -97,7 +100,7 @@ def draw_normalised_responses(
     """
     if not responses or not any(np.isfinite(r.ratio).any() for r in responses.values()):
         raise AnalysisError("there is no response to draw")
-    figure = _figure()
+    figure = new_figure(path)
     axes = figure.add_subplot()
     top = 0.0
     for at, (name, response) in enumerate(responses.items()):
@@ -111,12 +114,13 @@ def draw_normalised_responses(
     axes.set_xlim(0.0, top if frequency_max_hz is None else frequency_max_hz)
     axes.set_xlabel("frequency [Hz]")
     axes.set_ylabel("force per excitation force [N/N]")
-    axes.set_title(fill(title, 70), fontsize=11)
-    _grid(axes)
-    figure.legend(loc="outside right upper", frameon=False, fontsize=9)
-    _save(figure, path)
+    axes.set_title(fill(title, 70), fontsize=TITLE_PT)
+    draw_grid(axes)
+    figure.legend(loc="outside right upper", frameon=False, fontsize=TEXT_PT)
+    write_figure(figure, path)
 
 
+@styled
 def draw_spectrogram(
     result: Spectrogram,
     run: RunUp,
@@ -150,7 +154,7 @@ def draw_spectrogram(
     top = float(result.frequency_hz[-1]) if frequency_max_hz is None else frequency_max_hz
     shown = result.frequency_hz <= top
     unit, factor = _force_unit(result.amplitude)
-    figure = _figure()
+    figure = new_figure(path)
     axes = figure.add_subplot()
     mesh = axes.pcolormesh(
         result.time_s,
@@ -173,7 +177,7 @@ def draw_spectrogram(
                 (float(result.time_s[-1]), min(float(line[-1]), top)),
                 xytext=(4, 0),
                 textcoords="offset points",
-                fontsize=8,
+                fontsize=SMALL_PT,
                 va="center",
                 annotation_clip=False,
             )
@@ -181,8 +185,8 @@ def draw_spectrogram(
     axes.set_ylim(0.0, top)
     axes.set_xlabel("time [s]")
     axes.set_ylabel("frequency [Hz]")
-    axes.set_title(fill(title, 70), fontsize=11)
-    _save(figure, path)
+    axes.set_title(fill(title, 70), fontsize=TITLE_PT)
+    write_figure(figure, path)
 
 
 def _draw_speeds(axes: Axes, run: RunUp) -> None:
@@ -199,12 +203,12 @@ def _draw_speeds(axes: Axes, run: RunUp) -> None:
             (run.profile.duration_s, float(rpm[-1])),
             xytext=(4, 0),
             textcoords="offset points",
-            fontsize=9,
+            fontsize=TEXT_PT,
             va="center",
             annotation_clip=False,
         )
-    axes.set_ylabel("speed [rpm]", fontsize=9)
-    _grid(axes)
+    axes.set_ylabel("speed [rpm]", fontsize=TEXT_PT)
+    draw_grid(axes)
 
 
 def _spools(run: RunUp) -> dict[float, str]:
@@ -236,26 +240,3 @@ def _force_unit(force: FloatArray) -> tuple[str, float]:
         if largest * factor >= 1.0:
             return unit, factor
     return "µN", 1e6
-
-
-def _grid(axes: Axes) -> None:
-    axes.grid(visible=True, color="#E5E5E5", linewidth=0.6)
-    axes.set_axisbelow(True)
-
-
-def _figure() -> Figure:
-    from matplotlib.figure import Figure
-
-    return Figure(figsize=(8.0, 5.0), dpi=150, layout="constrained")
-
-
-def _save(figure: Figure, path: str | Path) -> None:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-    target = Path(path)
-    kind = target.suffix.lower().lstrip(".")
-    kinds = FigureCanvasAgg(figure).get_supported_filetypes()
-    if kind not in kinds:
-        raise AnalysisError(f"{target}: suffix {target.suffix!r}; allowed are {sorted(kinds)}")
-    with replacing(target) as temporary:
-        figure.savefig(temporary, format=kind)

@@ -1,0 +1,1 @@
+"""Static pictures, stills and animations of a run."""

@@ -1,0 +1,262 @@
+"""All pictures of a run, by name, in the order in which they are read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from solidwhirl.outcome import Write, is_picture
+from solidwhirl.pictures.engine import draw_engine
+from solidwhirl.pictures.engine_shape import ChosenMode, chosen_modes, engine_shape
+from solidwhirl.pictures.meshes import draw_meridian_mesh
+from solidwhirl.pictures.records import Picture
+from solidwhirl.pictures.series import draw_checks, draw_cost, draw_stability, draw_waterfall
+from solidwhirl.pipeline import Results
+from solidwhirl.rotordyn.pictures import (
+    draw_annotated_campbell,
+    draw_campbell,
+    draw_damped_campbell,
+)
+from solidwhirl.rotordyn.pictures_errors import draw_campbell_errors, draw_critical_speed_errors
+
+_RPM = 30.0 / np.pi
+# Decrements below this are rounding.
+_UNDAMPED = 1e-8
+# What the pictures of an analysis show, by its kind.
+_CAPTIONS = {
+    "unbalance_response": "Response to unbalance over the speed.",
+    "place_map": "Response over speed and place of the unbalance.",
+    "waterfall": "Response to motion of the ground over frequency and speed.",
+    "critical_speed_map": "Critical speeds over the stiffness of supports.",
+    "stiffness_study": "Response over frequency and stiffness of supports.",
+    "rotating_campbell": "Frequencies in the frames of the turning bodies.",
+    "mode_shapes": "Modes along the axis.",
+    "separation_margins": "Distances of critical speeds from operating speeds.",
+    "bearing_laws": "Coefficients of a bearing over its speed.",
+    "run_up": "Run-up through the speed range.",
+}
+
+
+def pictures_of(results: Results, modes: int = 4) -> tuple[Picture, ...]:
+    """Return all pictures that a run has something for.
+
+    Parameters
+    ----------
+    results
+        The run.
+    modes
+        Modes shown in space at most.
+
+    Returns
+    -------
+    tuple of Picture
+        With different names; nothing is drawn yet.
+    """
+    title = results.scene.title or results.scene.name
+    found = [
+        Picture(
+            name="engine",
+            kind="plot",
+            caption="The engine to scale: bodies, rigid disks, bearings, gears and node names.",
+            draw=lambda path: draw_engine(results, path, title),
+        ),
+        *_meshes(results, title),
+        *_campbell(results, title),
+        *_modes(results, modes, title),
+        *_analyses(results, title),
+        *_accounts(results, title),
+    ]
+    return tuple(found)
+
+
+def _meshes(results: Results, title: str) -> Iterator[Picture]:
+    for name, body in results.bodies.items():
+        mesh, own = body.mesh, f"{title}: mesh of {name}"
+        flat = mesh.dimension == 2
+        degree = body.discretisation.degree
+        yield Picture(
+            name=f"mesh_{name}",
+            kind="plot" if flat else "still",
+            caption=f"Mesh of {name}: {len(mesh.cells)} elements of order {degree}.",
+            draw=partial(_draw_flat, mesh, degree, own)
+            if flat
+            else partial(_draw_solid, mesh, own),
+        )
+
+
+def _draw_flat(mesh: Any, degree: int, title: str, path: Path) -> None:
+    draw_meridian_mesh(mesh, degree, path, title)
+
+
+def _draw_solid(mesh: Any, title: str, path: Path) -> None:
+    from solidwhirl.pictures.stills import draw_solid_mesh
+
+    draw_solid_mesh(mesh, path, title)
+
+
+def _campbell(results: Results, title: str) -> Iterator[Picture]:
+    """The diagram as it is in the folder of a run, with notes, with damping and with errors."""
+    critical = tuple(c.critical for c in results.critical_speeds)
+    ratios = results.scene.speed_ratios()
+    drawings: dict[str, tuple[Callable[..., None], str]] = {
+        "campbell": (draw_campbell, "Natural frequencies over the speed, with critical speeds."),
+        "campbell_annotated": (
+            draw_annotated_campbell,
+            "The same with marks where branches cross, veer or end.",
+        ),
+        "campbell_damped": (
+            draw_damped_campbell,
+            "The same with the logarithmic decrements below.",
+        ),
+    }
+    if not results.campbell.notes:
+        del drawings["campbell_annotated"]
+    if not np.nanmax(np.abs(results.campbell.log_decrement), initial=0.0) > _UNDAMPED:
+        del drawings["campbell_damped"]
+    for name, (draw, caption) in drawings.items():
+        yield Picture(
+            name=name,
+            kind="plot",
+            caption=caption,
+            draw=partial(_draw_campbell, draw, results.campbell, critical, title, ratios),
+        )
+    if results.estimates is None:
+        return
+    branches, errors = results.estimates.campbell, results.estimates.critical_speeds
+    yield Picture(
+        name="campbell_errors",
+        kind="plot",
+        caption="Natural frequencies with bands of their estimated error, and the error by part.",
+        draw=lambda path: draw_campbell_errors(branches, path, title, excitation_ratios=ratios),
+    )
+    if critical:
+        yield Picture(
+            name="critical_speeds",
+            kind="plot",
+            caption="Critical speeds with their estimated errors, and the error by part.",
+            draw=lambda path: draw_critical_speed_errors(critical, errors, path, title),
+        )
+
+
+def _draw_campbell(
+    draw: Callable[..., None],
+    diagram: Any,
+    critical: Any,
+    title: str,
+    ratios: dict[str, float],
+    path: Path,
+) -> None:
+    draw(diagram, critical, path, title=title, excitation_ratios=ratios)
+
+
+def _modes(results: Results, count: int, title: str) -> Iterator[Picture]:
+    for chosen in chosen_modes(results, count):
+        speed = chosen.speed_rad_s * _RPM
+        caption = (
+            f"Mode of {chosen.frequency_hz:.4g} Hz at {speed:.0f} rpm: deformed bodies, and "
+            "orbits of the axis: solid with a ball where they are forward, dashed with a cube "
+            "where they are backward."
+        )
+        yield Picture(
+            name=chosen.name,
+            kind="still",
+            caption=caption,
+            draw=partial(_draw_mode, results, chosen, title),
+        )
+        yield Picture(
+            name=f"{chosen.name}_film",
+            kind="film",
+            caption=caption,
+            draw=partial(_draw_film, results, chosen, title),
+        )
+
+
+def _draw_mode(results: Results, chosen: ChosenMode, title: str, path: Path) -> None:
+    from solidwhirl.pictures.stills import draw_mode_still
+
+    draw_mode_still(engine_shape(results, chosen), path, title)
+
+
+def _draw_film(results: Results, chosen: ChosenMode, title: str, path: Path) -> None:
+    from solidwhirl.pictures.animation import draw_mode_film
+
+    draw_mode_film(engine_shape(results, chosen), path, title)
+
+
+def _analyses(results: Results, title: str) -> Iterator[Picture]:
+    """Pictures that analyses draw themselves, and those of their numbers and files."""
+    for name, outcome in results.analyses.items():
+        caption = _CAPTIONS.get(outcome.kind, outcome.kind.replace("_", " ").capitalize() + ".")
+        for file, write in outcome.files.items():
+            if is_picture(file):
+                yield Picture(
+                    name=str(Path(file).with_suffix("")), kind="plot", caption=caption, draw=write
+                )
+            elif outcome.kind == "recovery" and file.endswith(".vtu") and not _is_frame(file):
+                state = Path(file).stem
+                yield Picture(
+                    name=state,
+                    kind="still",
+                    caption=f"Recovered state {state}: half of the body, deformed, with stress.",
+                    draw=partial(_draw_stress, write, f"{title}: {state}"),
+                )
+        if outcome.kind == "stability":
+            yield Picture(
+                name=name,
+                kind="plot",
+                caption="Smallest logarithmic decrement over the speed.",
+                draw=partial(_draw_stable, outcome.document, title),
+            )
+        record = outcome.files.get(f"{name}.npz")
+        if outcome.kind == "run_up" and record and f"{name}_spectrogram.png" in outcome.files:
+            yield Picture(
+                name=f"{name}_waterfall",
+                kind="plot",
+                caption="Spectra of the mount force one behind the other during the run-up.",
+                draw=partial(
+                    _draw_waterfall, record, 2.0 * outcome.document["fastest_excitation_hz"], title
+                ),
+            )
+
+
+def _is_frame(file: str) -> bool:
+    """Whether a state is one frame of a period; these belong to a film, not to a page."""
+    return Path(file).stem[-4:-3] == "_" and Path(file).stem[-3:].isdigit()
+
+
+def _draw_stress(record: Write, title: str, path: Path) -> None:
+    from solidwhirl.pictures.stress import draw_stress_still
+
+    draw_stress_still(record, path, title)
+
+
+def _draw_stable(document: Any, title: str, path: Path) -> None:
+    draw_stability(document, path, title)
+
+
+def _draw_waterfall(record: Write, top_hz: float, title: str, path: Path) -> None:
+    draw_waterfall(record, top_hz, path, title)
+
+
+def _accounts(results: Results, title: str) -> Iterator[Picture]:
+    """What the run cost, and whether its checks hold."""
+    checks = results.checks
+    if any(c.value is not None and c.limit for c in checks):
+        yield Picture(
+            name="checks",
+            kind="plot",
+            caption="Errors of the checks of the run over their limits.",
+            draw=lambda path: draw_checks(checks, path, f"{title}: checks"),
+        )
+    spent = {name: seconds for name, seconds in results.timings_s.items() if seconds > 0.0}
+    if spent:
+        yield Picture(
+            name="cost",
+            kind="plot",
+            caption="Wall time of the stages that were computed in this run.",
+            draw=lambda path: draw_cost(spent, path, f"{title}: wall time"),
+        )

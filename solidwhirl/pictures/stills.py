@@ -1,0 +1,346 @@
+"""Views of the engine in space: modes with their orbits, meshes of solids."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from textwrap import fill
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solidwhirl.meshing import Mesh
+from solidwhirl.pictures.cuts import BodyInSpace
+from solidwhirl.pictures.engine_shape import EngineShape, displaced
+from solidwhirl.rotordyn.picture_frame import (
+    SMALL_PT,
+    TITLE_PT,
+    TWO_COLUMNS_MM,
+    WHIRL_STYLES,
+    new_figure,
+    styled,
+    write_figure,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Image = NDArray[np.uint8]
+# Pixels of a still, and from where it is seen: the axis to the right, y up, a little from above.
+_PIXELS = (2000, 1100)
+_EYE = (-1.0, 0.55, -0.42)
+_COLORS, _ZOOM = "cividis", 1.3
+
+
+@contextmanager
+def scene_in_space(
+    pixels: tuple[int, int], smoothing: Literal["ssaa", "msaa"] = "ssaa"
+) -> Iterator[Any]:
+    """Give a plotter without a window; it is closed when the block ends.
+
+    Parameters
+    ----------
+    pixels
+        Width and height of its image.
+    smoothing
+        Of edges: "ssaa", or "msaa", which is faster.
+    """
+    import pyvista
+
+    # VTK says on the standard error that there is no screen; none is needed
+    with pyvista.vtk_verbosity("off"):
+        plotter = pyvista.Plotter(off_screen=True, window_size=list(pixels), lighting="light kit")
+        plotter.set_background("white")
+        plotter.enable_anti_aliasing(smoothing)
+        try:
+            yield plotter
+        finally:
+            plotter.close()
+
+
+def look_at(plotter: Any, zoom: float = 1.35) -> None:
+    """Look at everything with the axis z to the right and y up.
+
+    Parameters
+    ----------
+    plotter
+        From `scene_in_space`.
+    zoom
+        Larger shows less.
+    """
+    plotter.view_vector(_EYE, viewup=(0.0, 1.0, 0.0))
+    plotter.enable_parallel_projection()
+    plotter.camera.zoom(zoom)
+
+
+def thickness(plotter: Any) -> float:
+    """Return the width of lines over that in a still.
+
+    Parameters
+    ----------
+    plotter
+        From `scene_in_space`.
+    """
+    return float(plotter.window_size[0]) / _PIXELS[0]
+
+
+def polydata(body: BodyInSpace, phase_rad: float, largest_m: float) -> Any:
+    """Return the displaced surface of a body with its displacement, largest 1, at the points.
+
+    Parameters
+    ----------
+    body
+        The body.
+    phase_rad
+        Of the motion.
+    largest_m
+        Displacement that is 1.
+    """
+    import pyvista
+
+    points, moved = displaced(body, phase_rad)
+    faces = [_with_count(cells) for cells in (body.quadrangles, body.triangles) if len(cells)]
+    lines = _with_count(body.lines) if len(body.lines) else None
+    found = pyvista.PolyData(points, faces=np.concatenate(faces) if faces else None, lines=lines)
+    found["displacement"] = moved / largest_m if largest_m > 0.0 else moved
+    return found
+
+
+def _with_count(cells: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Cells in VTK's way: each begins with its number of points."""
+    count = np.full((len(cells), 1), cells.shape[1], dtype=np.int64)
+    return np.asarray(np.hstack((count, cells)).ravel())
+
+
+def add_bodies(plotter: Any, shape: EngineShape, phase_rad: float) -> list[Any]:
+    """Add the bodies of a mode at a phase; those of the phase before make way.
+
+    Parameters
+    ----------
+    plotter
+        From `scene_in_space`.
+    shape
+        The mode.
+    phase_rad
+        Of the motion.
+
+    Returns
+    -------
+    list
+        What was added.
+    """
+    added = []
+    for body in shape.bodies:
+        surface = polydata(body, phase_rad, shape.largest_m)
+        added.append(
+            plotter.add_mesh(surface, scalars="displacement", clim=(0.0, 1.0), cmap=_COLORS,
+                             show_scalar_bar=False, smooth_shading=False, ambient=0.62,
+                             diffuse=0.45, specular=0.08, line_width=4.0, name=body.body)
+        )  # fmt: skip
+        edges = surface.extract_feature_edges(
+            feature_angle=40.0, manifold_edges=False, non_manifold_edges=False
+        )
+        if edges.n_cells:
+            name = f"edges of {body.body}"
+            wide = 1.4 * thickness(plotter)
+            added.append(
+                plotter.add_mesh(edges, color="#202020", line_width=wide, lighting=False, name=name)
+            )
+    return added
+
+
+def add_orbits(plotter: Any, shape: EngineShape, phase_rad: float) -> list[Any]:
+    """Add the orbits of a mode and the points that go round on them; see `add_bodies`."""
+    import pyvista
+
+    added = []
+    at = phase_rad / (2.0 * np.pi)
+    for number, orbit in enumerate(shape.orbits):
+        style = WHIRL_STYLES[orbit.whirl]
+        closed = np.vstack((orbit.points_m, orbit.points_m[:1]))
+        path = _path(closed, orbit.whirl)
+        wide, name = 5.0 * thickness(plotter), f"orbit {number}"
+        added.append(
+            plotter.add_mesh(path, color=style.color, line_width=wide, lighting=False, name=name)
+        )
+        place = orbit.points_m[round(at * len(orbit.points_m)) % len(orbit.points_m)]
+        size = 0.11 * shape.largest_m + 1e-12
+        if orbit.whirl == "backward":
+            mark = pyvista.Cube(center=place, x_length=size, y_length=size, z_length=size)
+        else:
+            mark = pyvista.Sphere(radius=0.55 * size, center=place)
+        added.append(plotter.add_mesh(mark, color=style.color, lighting=False,
+                                      name=f"mark {number}"))  # fmt: skip
+    return added
+
+
+def view(plotter: Any, shape: EngineShape, phase_rad: float, zoom: float | None) -> Image:
+    """Return an image of a mode at a phase, its orbits in front of the bodies they lie in.
+
+    Parameters
+    ----------
+    plotter
+        From `scene_in_space`.
+    shape
+        The mode.
+    phase_rad
+        Of the motion.
+    zoom
+        See `look_at`; None keeps the look.
+    """
+    bodies = add_bodies(plotter, shape, phase_rad)
+    lines = add_orbits(plotter, shape, phase_rad)
+    if zoom is not None:
+        look_at(plotter, zoom)
+    images = []
+    for shown, hidden in ((bodies, lines), (lines, bodies)):
+        for actor, visible in [(a, True) for a in shown] + [(a, False) for a in hidden]:
+            actor.SetVisibility(visible)
+        plotter.render()
+        images.append(np.array(plotter.screenshot(return_img=True), dtype=np.uint8))
+    # drawn alone on white, the lines darken what is behind them as a transparent film does
+    below, above = images
+    ink = (255 - above.astype(int)).max(axis=2, keepdims=True) / 255.0
+    strength = np.minimum(1.0, 1.6 * ink)
+    return np.asarray((1.0 - strength) * below + strength * above, dtype=np.uint8)
+
+
+def _path(closed: Any, whirl: str) -> Any:
+    """An orbit as lines: whole if forward, in dashes if backward, in dots if flat."""
+    import pyvista
+
+    steps = np.arange(len(closed) - 1)
+    kept = {"forward": steps >= 0, "backward": steps % 6 < 4}.get(whirl, steps % 2 == 0)
+    pairs = np.column_stack((steps[kept], steps[kept] + 1))
+    return pyvista.PolyData(closed, lines=_with_count(pairs))
+
+
+def shape_image(shape: EngineShape, phase_rad: float = 0.0) -> Image:
+    """Return a view of a mode, shape (h, w, 3).
+
+    Parameters
+    ----------
+    shape
+        The mode.
+    phase_rad
+        Of the motion.
+    """
+    with scene_in_space(_PIXELS) as plotter:
+        return view(plotter, shape, phase_rad, _ZOOM)
+
+
+@styled
+def draw_mode_still(shape: EngineShape, path: Path, title: str) -> None:
+    """Draw a mode in space: deformed bodies coloured by displacement, orbits by whirl.
+
+    Parameters
+    ----------
+    shape
+        The mode.
+    path
+        The file (.png, .svg, .pdf); the view is an image in it, the rest lines and text.
+    title
+        Above the picture.
+    """
+    image = cropped(shape_image(shape))
+    figure = frame_of(image, path, title, shape)
+    write_figure(figure, path)
+
+
+def frame_of(image: Image, path: Path, title: str, shape: EngineShape) -> Figure:
+    """Return a figure with a view in it, a bar of its colours and the meaning of the orbits.
+
+    Parameters
+    ----------
+    image
+        The view.
+    path
+        What the figure is for.
+    title
+        Above it.
+    shape
+        Whose orbits are explained.
+    """
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+    from matplotlib.lines import Line2D
+
+    height, width = image.shape[:2]
+    figure = new_figure(path, TWO_COLUMNS_MM, 150.0 * height / width + 26.0)
+    axes = figure.add_subplot()
+    axes.imshow(image, interpolation="antialiased")
+    axes.set_axis_off()
+    figure.suptitle(f"{fill(title, 80)}\n{shape.text}", fontsize=TITLE_PT)
+    colors = ScalarMappable(Normalize(0.0, 1.0), _COLORS)
+    bar = figure.colorbar(colors, ax=axes, shrink=0.8, pad=0.01, aspect=28)
+    bar.set_label("displacement, largest 1")
+    texts = {"forward": "forward orbit", "backward": "backward orbit", "planar": "along a line"}
+    rows = [
+        Line2D(
+            [],
+            [],
+            color=WHIRL_STYLES[kind].color,
+            linestyle=WHIRL_STYLES[kind].dashes,
+            marker=WHIRL_STYLES[kind].marker,
+            markerfacecolor=WHIRL_STYLES[kind].face,
+            markersize=4.5,
+            label=text,
+        )
+        for kind, text in texts.items()
+        if any(orbit.whirl == kind for orbit in shape.orbits)
+    ]
+    if rows:
+        figure.legend(handles=rows, loc="outside lower center", ncols=3, frameon=False,
+                      fontsize=SMALL_PT, handlelength=3.2)  # fmt: skip
+    return figure
+
+
+def cropped(image: Image) -> Image:
+    """Return the part of an image that is not white, with a margin.
+
+    Parameters
+    ----------
+    image
+        (h, w, 3).
+    """
+    inked = (image < 250).any(axis=2)
+    rows, columns = np.flatnonzero(inked.any(axis=1)), np.flatnonzero(inked.any(axis=0))
+    if not rows.size:
+        return image
+    margin = 12
+    top, left = max(rows[0] - margin, 0), max(columns[0] - margin, 0)
+    return image[top : rows[-1] + margin + 1, left : columns[-1] + margin + 1]
+
+
+@styled
+def draw_solid_mesh(mesh: Mesh, path: Path, title: str) -> None:
+    """Draw the mesh of a solid: its surface with the edges of the elements.
+
+    Parameters
+    ----------
+    mesh
+        With points in space.
+    path
+        The file (.png, .svg, .pdf); the view is an image in it.
+    title
+        Above the picture.
+    """
+    import pyvista
+
+    corners = np.asarray(mesh.cells[:, :4], dtype=np.int64)
+    kinds = np.full(len(corners), 10, dtype=np.uint8)  # VTK's tetrahedron
+    grid = pyvista.UnstructuredGrid(_with_count(corners), kinds, np.asarray(mesh.points))
+    with scene_in_space(_PIXELS) as plotter:
+        plotter.add_mesh(grid.extract_geometry(), color="#A9CCE3", show_edges=True,
+                         edge_color="#1B4F72", line_width=0.6)  # fmt: skip
+        look_at(plotter)
+        image = np.asarray(plotter.screenshot(return_img=True), dtype=np.uint8)
+    image = cropped(image)
+    figure = new_figure(path, TWO_COLUMNS_MM, 170.0 * image.shape[0] / image.shape[1] + 12.0)
+    axes = figure.add_subplot()
+    axes.imshow(image, interpolation="antialiased")
+    axes.set_axis_off()
+    axes.set_title(fill(title, 80), fontsize=TITLE_PT)
+    write_figure(figure, path)

@@ -1,0 +1,222 @@
+"""`solidwhirl pictures`: all pictures of a run at once, from the stages that it kept."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from solidwhirl.errors import OutputError
+from solidwhirl.pictures.records import MOVING_FORMATS, STILL_FORMATS, Picture
+from solidwhirl.rotordyn.atomic import replacing
+from solidwhirl.scene import Scene
+from solidwhirl.store import StageStore
+
+if TYPE_CHECKING:
+    from solidwhirl.store_stages import Keeper
+
+Progress = Callable[[str], None]
+FORMATS = STILL_FORMATS + MOVING_FORMATS
+#: Modes shown in space without being asked for more.
+MODES = 4
+INDEX = "pictures.md"
+
+
+@dataclass(frozen=True, kw_only=True)
+class DrawnPictures:
+    """What was drawn.
+
+    Attributes
+    ----------
+    files
+        Picture files in the order of the catalogue.
+    index
+        Page that lists them with their captions.
+    failed
+        What could not be drawn: name and why.
+    """
+
+    files: tuple[Path, ...]
+    index: Path
+    failed: tuple[tuple[str, str], ...]
+
+
+class _WithoutPictures(StageStore):
+    """A store whose pictures are not found: they are of one format, and others are asked for."""
+
+    def find(self, key: str, note: Callable[[str], None]) -> Any | None:
+        found = super().find(key, note)
+        return None if isinstance(found, bytes) else found
+
+    def keep(self, key: str, stage: str, value: Any, note: Callable[[str], None]) -> None:
+        if not isinstance(value, bytes):
+            super().keep(key, stage, value, note)
+
+
+def chosen_formats(text: str) -> tuple[str, ...]:
+    """Return the formats of a text such as "pdf,svg".
+
+    Parameters
+    ----------
+    text
+        Of the command line.
+
+    Raises
+    ------
+    OutputError
+        An unknown format, or none.
+    """
+    asked = tuple(dict.fromkeys(part.strip().lower() for part in text.split(",") if part.strip()))
+    unknown = [part for part in asked if part not in FORMATS]
+    if unknown or not asked:
+        what = f"unknown {unknown[0]!r}" if unknown else "no format"
+        raise OutputError(f"--formats: {what}; known are {', '.join(FORMATS)}")
+    return asked
+
+
+def chosen_pictures(pictures: Sequence[Picture], only: Sequence[str]) -> tuple[Picture, ...]:
+    """Return the pictures whose names fit one of some patterns; all of them without patterns.
+
+    Parameters
+    ----------
+    pictures
+        To choose from.
+    only
+        Names, or patterns with * and ?.
+
+    Raises
+    ------
+    OutputError
+        A pattern fits none; the message lists the names.
+    """
+    for pattern in only:
+        if not any(fnmatchcase(p.name, pattern) for p in pictures):
+            known = ", ".join(p.name for p in pictures)
+            raise OutputError(f"--only: no picture is called {pattern!r}; there are {known}")
+    return tuple(p for p in pictures if not only or any(fnmatchcase(p.name, o) for o in only))
+
+
+def pictures_command(
+    scene: Scene,
+    out: Path,
+    progress: Progress,
+    *,
+    formats: str = "png",
+    only: Sequence[str] = (),
+    modes: int = MODES,
+    store: Path | None = None,
+) -> DrawnPictures:
+    """Draw the pictures of a scene's run.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    out
+        Folder for the pictures. If it is the folder of a run, the stages kept there are taken,
+        and nothing of the engine is computed again.
+    progress
+        Called with one line for each stage and picture.
+    formats
+        "pdf", "svg", "png" for pictures and "gif", "mp4" for films, with commas between them.
+        Films are drawn only where one of their formats is asked for.
+    only
+        Names of pictures, or patterns with * and ?; all without.
+    modes
+        Modes shown in space at most.
+    store
+        Folder of kept stages instead of that in the folder.
+
+    Returns
+    -------
+    DrawnPictures
+        Also what could not be drawn, which does not stop the others.
+
+    Raises
+    ------
+    OutputError
+        An unknown format or name, a film that is asked for alone without a format for it, or a
+        folder that can't be written.
+    """
+    from solidwhirl.pictures.catalogue import pictures_of
+    from solidwhirl.pipeline import run_scene
+    from solidwhirl.run_folder import claimed
+    from solidwhirl.store_stages import RECORDS, Keeper, engine_part
+
+    kinds = chosen_formats(formats)
+    with claimed(out) as folder:
+        kept = _WithoutPictures(store or folder.stages, RECORDS)
+        results = run_scene(scene, progress=progress, store=kept)
+        assert results is not None
+        chosen = chosen_pictures(pictures_of(results, modes), only)
+        own = StageStore(kept.folder, RECORDS)
+        keeper = Keeper(store=own, progress=progress)
+        content = (engine_part(scene), scene.analyses, scene.name, scene.title)
+        files: list[Path] = []
+        failed: list[tuple[str, str]] = []
+        entries = []
+        for picture in chosen:
+            ready = _kept(picture, keeper, content)
+            drawn = _draw(ready, folder.path, kinds, progress, failed)
+            files += drawn
+            if drawn:
+                entries.append((picture, drawn))
+        if not files and not failed:
+            raise OutputError(
+                f"--formats: none of {', '.join(kinds)} is a format of "
+                f"{', '.join(p.name for p in chosen)}"
+            )
+        index = folder.path / INDEX
+        with replacing(index) as temporary:
+            temporary.write_text(_index(scene, entries), encoding="utf-8")
+    return DrawnPictures(files=tuple(files), index=index, failed=tuple(failed))
+
+
+def _kept(picture: Picture, keeper: Keeper, content: Any) -> Picture:
+    """The picture, taken from the store where it was drawn before in the same format."""
+    if picture.name == "cost":  # of this run
+        return picture
+
+    def draw(path: Path) -> None:
+        key = keeper.key("picture of a run", content, picture.name, path.suffix)
+        keeper.picture(key, picture.draw)(path)
+
+    return replace(picture, draw=draw)
+
+
+def _draw(
+    picture: Picture,
+    folder: Path,
+    kinds: Sequence[str],
+    progress: Progress,
+    failed: list[tuple[str, str]],
+) -> list[Path]:
+    """Draw one picture in all its formats that are asked for."""
+    drawn = []
+    for kind in kinds:
+        if kind not in picture.formats:
+            continue
+        path = folder / f"{picture.name}.{kind}"
+        progress(f"draw {path.name}")
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            picture.draw(path)
+        except (ValueError, ImportError) as error:
+            failed.append((path.name, str(error)))
+            progress(f"{path.name} is not drawn: {error}")
+        except OSError as error:
+            raise OutputError(f"{path}: can not be written: {error.strerror or error}") from error
+        else:
+            drawn.append(path)
+    return drawn
+
+
+def _index(scene: Scene, entries: Sequence[tuple[Picture, Sequence[Path]]]) -> str:
+    """Names, captions and files as Markdown."""
+    lines = [f"# Pictures of {scene.title or scene.name}", ""]
+    for picture, files in entries:
+        names = ", ".join(f"[{file.name}]({file.name})" for file in files)
+        lines += [f"- **{picture.name}** ({names}): {picture.caption}"]
+    return "\n".join(lines) + "\n"

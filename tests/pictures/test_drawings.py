@@ -1,0 +1,188 @@
+"""Drawings show what they are given, in files that can be printed and searched."""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from solidwhirl.pictures.engine import draw_engine
+from solidwhirl.pictures.series import draw_checks, draw_cost, draw_stability, draw_waterfall
+from solidwhirl.rotordyn import AnalysisError
+from solidwhirl.rotordyn.invariants import compared
+from solidwhirl.rotordyn.picture_frame import (
+    TEXT_PT,
+    WHIRL_STYLES,
+    new_figure,
+    styled,
+    write_figure,
+)
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """The figures that were saved."""
+    figures = []
+    save = Figure.savefig
+
+    def keep(figure, *args, **options):
+        figures.append(figure)
+        return save(figure, *args, **options)
+
+    monkeypatch.setattr(Figure, "savefig", keep)
+    return figures
+
+
+def test_engine_is_drawn_to_scale_with_all_names(geared, tmp_path, drawn):
+    draw_engine(geared, tmp_path / "e.svg", "Geared")
+    (axes,) = drawn[0].axes
+    assert axes.get_aspect() == 1.0
+    texts = [t.get_text() for t in axes.texts]
+    assert sorted(texts) == sorted(
+        [
+            "slow.front",
+            "slow.seat",
+            "fast.seat",
+            "fast.rear",
+            "casing.front",
+            "casing.middle",
+            "casing.rear",
+            "b1",
+            "b2",
+            "b3",
+            "b4",
+            "mount",
+            "gear 0.5:1",
+        ]
+    )
+    legend = [t.get_text() for t in drawn[0].legends[0].get_texts()]
+    assert "slow (0.5× speed)" in legend and "casing (at rest)" in legend
+    # the thick part of the fast shaft reaches from 10 to 30 mm at its ends, in the drawing's mm
+    paths = [p.vertices for c in axes.collections for p in c.get_paths()]
+    assert any(
+        np.ptp(v[:, 0]) == pytest.approx(250.0) and v[:, 1].max() == pytest.approx(30.0)
+        for v in paths
+    )
+
+
+def test_names_of_the_drawing_do_not_overlap(twin, tmp_path, drawn):
+    """Measured from the boxes of the text as it is drawn."""
+    draw_engine(twin, tmp_path / "e.png", "Twin")
+    (axes,) = drawn[0].axes
+    boxes = [t.get_window_extent() for t in axes.texts]
+    for k, first in enumerate(boxes):
+        for second in boxes[:k]:
+            assert not (
+                first.x0 < second.x1 - 1
+                and second.x0 < first.x1 - 1
+                and first.y0 < second.y1 - 1
+                and second.y0 < first.y1 - 1
+            )
+
+
+def _one_line(path):
+    figure = new_figure(path)
+    axes = figure.add_subplot()
+    axes.plot([0, 1], [0, 1], label="a")
+    axes.set_xlabel("speed [rpm]")
+    write_figure(figure, path)
+
+
+def test_svg_holds_text_and_pdf_holds_fonts(tmp_path):
+    draw = styled(_one_line)
+    draw(tmp_path / "a.svg")
+    texts = ["".join(e.itertext()) for e in ET.parse(tmp_path / "a.svg").iter()
+             if e.tag.endswith("}text")]  # fmt: skip
+    assert "speed [rpm]" in texts
+    draw(tmp_path / "a.pdf")
+    data = (tmp_path / "a.pdf").read_bytes()
+    # Type 42 (TrueType) with its file, not Type 3 glyph procedures that journals refuse
+    assert b"/FontFile2" in data and b"/Type3" not in data
+    assert b"CreationDate" not in data
+
+
+@pytest.mark.parametrize("kind", ["svg", "pdf", "png"])
+def test_same_figure_gives_same_file(tmp_path, kind):
+    draw = styled(_one_line)
+    for name in ("a", "b"):
+        draw(tmp_path / f"{name}.{kind}")
+    assert (tmp_path / f"a.{kind}").read_bytes() == (tmp_path / f"b.{kind}").read_bytes()
+
+
+def test_width_of_a_picture_is_that_of_two_columns(tmp_path):
+    styled(_one_line)(tmp_path / "a.svg")
+    root = ET.parse(tmp_path / "a.svg").getroot()
+    points = float(re.sub("pt", "", root.attrib["width"]))
+    assert points * 25.4 / 72.0 == pytest.approx(180.0, abs=0.1)
+
+
+def test_settings_end_with_the_picture():
+    import matplotlib
+
+    before = matplotlib.rcParams["font.size"]
+    assert styled(lambda: matplotlib.rcParams["font.size"])() == TEXT_PT
+    assert matplotlib.rcParams["font.size"] == before != TEXT_PT
+
+
+def test_whirl_is_told_apart_without_colour():
+    marks = [(s.dashes, s.marker, s.is_open) for s in WHIRL_STYLES.values()]
+    assert len(set(marks)) == len(marks)
+    assert WHIRL_STYLES["forward"].face == WHIRL_STYLES["forward"].color
+    assert WHIRL_STYLES["backward"].face == "white"
+
+
+def test_unknown_kind_is_refused(geared, tmp_path):
+    with pytest.raises(AnalysisError, match=r"suffix '.bmp'"):
+        draw_engine(geared, tmp_path / "e.bmp", "t")
+
+
+def test_stability_shows_curve_and_onset(tmp_path, drawn):
+    document = {
+        "speed_rpm": [0.0, 1000.0, 2000.0],
+        "smallest_log_decrement": [0.4, 0.1, -0.2],
+        "threshold": {"speed_rpm": 1333.0, "kind": "flutter", "frequency_hz": 20.0},
+    }
+    draw_stability(document, tmp_path / "s.png", "t")
+    (axes,) = drawn[0].axes
+    labels = [t.get_text() for t in drawn[0].legends[0].get_texts()]
+    assert "onset, 1333 rpm" in labels
+    low, high = axes.get_ylim()
+    assert low < -0.2 and high > 0.4
+
+
+def test_waterfall_stands_where_the_frequency_is(tmp_path, drawn):
+    """A tone of 40 Hz: every spectrum is highest there."""
+    time = np.arange(0.0, 6.0, 1e-3)
+
+    def record(path):
+        force = np.vstack((3.0 * np.cos(2 * np.pi * 40.0 * time), 0 * time, 0 * time))
+        speed = 2 * np.pi * 20.0 * time / 6.0
+        with path.open("wb") as file:
+            np.savez(file, time_s=time, speed_rad_s=speed, mount_force_n=force)
+
+    draw_waterfall(record, 100.0, tmp_path / "w.png", "t")
+    axes = drawn[0].axes[0]
+    curves = [line for line in axes.lines if line.get_linestyle() == "-"]
+    assert len(curves) >= 10
+    for line in curves:
+        # lines of a spectrum of 0.25 s are 4 Hz apart
+        assert line.get_xdata()[np.argmax(line.get_ydata())] == pytest.approx(40.0, abs=2.0)
+
+
+def test_checks_stand_on_their_side_of_the_limit(tmp_path, drawn):
+    good = compared("mass", "a", 1e-9, 1e-8, "x")
+    bad = compared("stiffness", "a", 1e-3, 1e-4, "x")
+    draw_checks([good, bad], tmp_path / "c.png", "t")
+    (axes,) = drawn[0].axes
+    by_label = {line.get_label(): line for line in axes.lines}
+    assert by_label["holds"].get_xdata() == pytest.approx([0.1])
+    assert by_label["does not hold"].get_xdata() == pytest.approx([10.0])
+
+
+def test_cost_has_a_bar_for_each_stage(tmp_path, drawn):
+    draw_cost({"mesh": 1.0, "modes": 3.0}, tmp_path / "c.png", "t")
+    (axes,) = drawn[0].axes
+    assert [p.get_width() for p in axes.patches] == [1.0, 3.0]

@@ -1,0 +1,94 @@
+"""The command draws what is asked for, once, and says what it can not draw."""
+
+from __future__ import annotations
+
+import pytest
+
+from solidwhirl.errors import OutputError
+from solidwhirl.pictures import catalogue
+from solidwhirl.pictures.catalogue import pictures_of
+from solidwhirl.pictures.records import Picture
+from solidwhirl.pictures_command import chosen_formats, chosen_pictures, pictures_command
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [("pdf", ("pdf",)), (" PDF, svg,pdf", ("pdf", "svg")), ("gif,mp4", ("gif", "mp4"))],
+)
+def test_formats(text, expected):
+    assert chosen_formats(text) == expected
+
+
+@pytest.mark.parametrize(
+    ("text", "message"), [("jpg", "unknown 'jpg'; known are pdf, svg"), (",", "no format")]
+)
+def test_unknown_formats_are_refused(text, message):
+    with pytest.raises(OutputError, match=message):
+        chosen_formats(text)
+
+
+def test_names_are_different_and_can_be_chosen(laval):
+    pictures = pictures_of(laval, modes=2)
+    names = [p.name for p in pictures]
+    assert len(set(names)) == len(names)
+    assert {"engine", "campbell", "mode_critical_1", "mode_critical_1_film"} <= set(names)
+    assert [p.name for p in chosen_pictures(pictures, ["camp*"])] == ["campbell"]
+    assert chosen_pictures(pictures, []) == pictures
+    with pytest.raises(OutputError, match="no picture is called 'engin'; there are engine"):
+        chosen_pictures(pictures, ["engin"])
+
+
+def test_pictures_are_written_with_a_page(laval, tmp_path):
+    lines = []
+    done = pictures_command(
+        laval.scene, tmp_path / "out", lines.append, formats="svg,pdf", only=["engine", "campbell"]
+    )
+    assert [f.name for f in done.files] == [
+        "engine.svg", "engine.pdf", "campbell.svg", "campbell.pdf",
+    ]  # fmt: skip
+    assert done.failed == ()
+    assert done.files[0].read_bytes().startswith(b"<?xml")
+    assert done.files[1].read_bytes().startswith(b"%PDF")
+    text = done.index.read_text(encoding="utf-8")
+    assert all(f"({f.name})" in text for f in done.files)
+    assert "draw engine.svg" in lines
+    assert not list(tmp_path.glob("out/.lock"))
+
+
+def test_second_time_nothing_is_drawn_again(laval, tmp_path, monkeypatch):
+    ask = {"formats": "svg", "only": ["engine"]}
+    first = pictures_command(laval.scene, tmp_path, lambda text: None, **ask)
+    before = first.files[0].read_bytes()
+
+    def refuse(*arguments):
+        raise AssertionError("drawn again")
+
+    monkeypatch.setattr(catalogue, "draw_engine", refuse)
+    stages = {f.name for f in tmp_path.glob(".stages/*")}
+    lines = []
+    second = pictures_command(laval.scene, tmp_path, lines.append, **ask)
+    assert second.files[0].read_bytes() == before
+    assert len(stages) > 2 and {f.name for f in tmp_path.glob(".stages/*")} == stages
+    with pytest.raises(AssertionError, match="drawn again"):  # another format is another picture
+        pictures_command(laval.scene, tmp_path, lines.append, formats="pdf", only=["engine"])
+
+
+def test_what_can_not_be_drawn_does_not_stop_the_others(laval, tmp_path, monkeypatch):
+    def broken(results, path, title):
+        raise ValueError("no ink")
+
+    monkeypatch.setattr(catalogue, "draw_engine", broken)
+    done = pictures_command(
+        laval.scene, tmp_path, lambda text: None, formats="svg", only=["engine", "campbell"]
+    )
+    assert done.failed == (("engine.svg", "no ink"),)
+    assert [f.name for f in done.files] == ["campbell.svg"]
+    assert not (tmp_path / "engine.svg").exists()
+
+
+def test_film_needs_a_format_of_films(laval, tmp_path):
+    with pytest.raises(OutputError, match="none of pdf is a format of mode_critical_1_film"):
+        pictures_command(
+            laval.scene, tmp_path, lambda t: None, formats="pdf", only=["mode_critical_1_film"]
+        )
+    assert Picture(name="a", kind="film", caption="", draw=print).formats == ("gif", "mp4")

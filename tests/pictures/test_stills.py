@@ -1,0 +1,106 @@
+"""Views in space: what is coloured, what moves, and what the files hold."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import imageio.v2 as imageio
+import numpy as np
+import pytest
+
+from solidwhirl.errors import OutputError
+from solidwhirl.pictures import animation, stills
+from solidwhirl.pictures.animation import mode_frames, write_film
+from solidwhirl.pictures.engine_shape import chosen_modes, engine_shape
+from solidwhirl.pictures.stills import cropped, draw_mode_still, polydata
+
+BLUE, ORANGE = (0x00, 0x72, 0xB2), (0xD5, 0x5E, 0x00)
+
+
+@pytest.fixture(scope="module")
+def shapes(twin):
+    return [engine_shape(twin, chosen) for chosen in chosen_modes(twin, 2)]
+
+
+def _near(image, color):
+    return (np.abs(image.astype(int) - np.array(color)).max(axis=2) < 40).sum()
+
+
+@pytest.fixture
+def small(monkeypatch):
+    monkeypatch.setattr(stills, "_PIXELS", (500, 300))
+    monkeypatch.setattr(animation, "_PIXELS", (240, 160))
+    monkeypatch.setattr(animation, "_DPI", 40)
+    monkeypatch.setattr(animation, "_FRAMES", 4)
+
+
+def test_orbits_have_the_colour_of_their_whirl(shapes, small):
+    """The colours of the bodies, cividis, come near neither of the two."""
+    backward, forward = (stills.shape_image(shape) for shape in shapes)
+    assert _near(backward, ORANGE) > 20 > _near(backward, BLUE) - _near(forward, BLUE)
+    assert _near(forward, BLUE) > _near(backward, BLUE) + 20
+    assert _near(forward, ORANGE) == 0
+
+
+def test_still_is_written_as_print_and_as_image(shapes, small, tmp_path):
+    for kind, start in (("png", b"\x89PNG"), ("pdf", b"%PDF")):
+        draw_mode_still(shapes[0], tmp_path / f"m.{kind}", "Twin")
+        assert (tmp_path / f"m.{kind}").read_bytes().startswith(start)
+
+
+def test_surface_in_space_has_the_displacement(shapes):
+    shape = shapes[0]
+    for body in shape.bodies:
+        surface = polydata(body, 0.3, shape.largest_m)
+        moved = np.linalg.norm(np.asarray(surface.points) - body.points_m, axis=1)
+        # points are in single precision
+        np.testing.assert_allclose(surface["displacement"], moved / shape.largest_m, atol=1e-4)
+        assert surface.n_cells == len(body.quadrangles) + len(body.triangles) + len(body.lines)
+
+
+def test_cropping_keeps_all_that_is_not_white():
+    image = np.full((200, 300, 3), 255, dtype=np.uint8)
+    image[80:90, 100:140] = 0
+    part = cropped(image)
+    assert part.shape == (34, 64, 3)
+    assert (part == 0).sum() == (image == 0).sum()
+    assert cropped(np.full((5, 6, 3), 255, dtype=np.uint8)).shape == (5, 6, 3)
+
+
+FILM = """
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from solidwhirl.pictures.animation import write_film
+
+folder = Path(sys.argv[1])
+write_film(list(np.load(folder / "frames.npy")), folder / "m.mp4")
+"""
+
+
+def test_film_moves_and_repeats(shapes, small, tmp_path):
+    frames = mode_frames(shapes[1], "Twin")
+    assert len(frames) == 4
+    assert {f.shape for f in frames} == {frames[0].shape}
+    assert all(size % 16 == 0 for size in frames[0].shape[:2])
+    assert all((frames[0] != f).any() for f in frames[1:])
+    write_film(frames, tmp_path / "m.gif")
+    assert len(imageio.mimread(tmp_path / "m.gif")) == 4
+    # in a process of its own: the library copies the one that calls it to start the encoder, which
+    # the system may refuse of one that has grown with all tests before
+    np.save(tmp_path / "frames.npy", np.stack(frames))
+    subprocess.run([sys.executable, "-c", FILM, str(tmp_path)], check=True)
+    (tmp_path / "frames.npy").unlink()
+    with imageio.get_reader(tmp_path / "m.mp4") as film:
+        assert film.get_meta_data()["codec"].startswith("h264")
+        assert film.get_meta_data()["size"] == frames[0].shape[1::-1]
+        assert film.count_frames() == 12
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["m.gif", "m.mp4"]
+
+
+def test_other_films_are_refused(tmp_path):
+    with pytest.raises(OutputError, match=r"a film is gif or mp4, found '.avi'"):
+        write_film([], tmp_path / "m.avi")
