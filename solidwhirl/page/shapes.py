@@ -1,0 +1,263 @@
+"""Mode shapes of a page: in space, along the axis, and who takes part in them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from solidwhirl.page.marks import whirl_text
+from solidwhirl.page.records import Chart, Choice, ModeViewer, Option, Run, Section, Table
+from solidwhirl.page.shape_data import viewer_data
+from solidwhirl.page.shape_pieces import BeamDisk
+from solidwhirl.page.shape_states import ShownModes, shown_modes
+from solidwhirl.page.traces import Trace, axis, line, marks, series_style
+from solidwhirl.rotordyn import AssembledSystem
+from solidwhirl.rotordyn.mode_shapes import BodyShape, ModeShapes, mode_shapes
+from solidwhirl.rotordyn.participation import Participation, participation
+from solidwhirl.scene import Scene
+
+# Points of a deflection that is drawn.
+_POINTS = 80
+# Parts of a mode that are drawn, and by how much a part counts for it.
+_MOST_PARTS, _SMALL = 12, 0.005
+_PATTERNS = ("", "/", "x", ".", "\\", "+", "-", "|")
+
+
+def section(run: Run) -> Section | None:
+    """Return the mode shapes of a run; None where it has no modes."""
+    system = run.results.system
+    shown = shown_modes(run.results)
+    if not shown:
+        return None
+    shapes = [mode_shapes(system, s.modes) for s in shown]
+    fast = [s for s in shown if s.rpm.size and np.ptp(s.rpm) == 0.0]
+    blocks: list[Any] = [
+        viewer(system, shown, beam_disks(run.results.scene)),
+        deflection_chart(shown, shapes),
+        mode_table(fast),
+    ]
+    if fast and len(system.system.rotors) + len(system.system.bearings) > 1:
+        shares = [participation(system, s.modes) for s in fast]
+        blocks += [
+            share_chart(fast, shares, "kinetic"),
+            share_chart(fast, shares, "strain"),
+        ]
+    return Section(
+        name="mode-shapes",
+        title="Mode shapes",
+        blocks=blocks,
+        note="How the engine moves in its modes, much enlarged.",
+    )
+
+
+def beam_disks(scene: Scene) -> dict[str, list[BeamDisk]]:
+    """Return the rigid disks of the beams of a scene by name."""
+    return {
+        name: [BeamDisk(d.at_m, d.mass_kg, d.polar_inertia_kg_m2) for d in beam.disks]
+        for name, beam in scene.beams.items()
+    }
+
+
+def viewer(
+    system: AssembledSystem,
+    shown: Sequence[ShownModes],
+    disks: Mapping[str, Sequence[BeamDisk]],
+) -> ModeViewer:
+    """Return the viewer of the modes in space.
+
+    Parameters
+    ----------
+    system
+        The engine.
+    shown
+        Its modes.
+    disks
+        Rigid disks of its beams.
+    """
+    count = sum(len(s.texts) for s in shown)
+    return ModeViewer(
+        name="mode-viewer",
+        title="Modes in space",
+        caption="Bodies move as in the chosen mode, much enlarged and slowed down; they turn as "
+        "often per period of the vibration as in the engine. Along the axis stand the orbits of "
+        "the shaft. Each mode has its own scale.",
+        alt=f"Viewer of {count} mode shapes in space, with controls for speed and mode; the charts "
+        "and tables below show the same modes.",
+        data=viewer_data(system, shown, disks),
+    )
+
+
+def deflection_chart(shown: Sequence[ShownModes], shapes: Sequence[ModeShapes]) -> Chart:
+    """Return the deflection of the bodies along the axis for each mode.
+
+    Parameters
+    ----------
+    shown
+        The modes.
+    shapes
+        Their shapes along the axis.
+    """
+    traces: list[Trace] = []
+    options: list[Option] = []
+    for modes, found in zip(shown, shapes, strict=True):
+        for k, text in enumerate(modes.texts):
+            before = len(traces)
+            for number, body in enumerate(found.bodies):
+                traces += _deflections(body, k, number)
+            options.append(
+                Option(label=f"{modes.label}: {text}", traces=list(range(before, len(traces))))
+            )
+    return Chart(
+        name="deflections",
+        title="Deflection along the axis",
+        caption="Lateral deflection of the centre line of each body in the plane of the largest "
+        "orbit, at the moment it is largest (1 there); marks are interfaces. A mode without "
+        "lateral motion (axial, torsion, disks alone) is zero.",
+        alt="Deflection of the bodies along the axis for a chosen mode.",
+        traces=traces,
+        layout={
+            "xaxis": axis("z [m]"),
+            "yaxis": axis("deflection over the largest [1]", range=[-1.12, 1.12], zeroline=True),
+        },
+        height_px=360,
+        controls=[Choice(label="mode", options=options)],
+    )
+
+
+def _deflections(body: BodyShape, mode: int, number: int) -> list[Trace]:
+    """Line and interfaces of one body in one mode."""
+    style = series_style(number)
+    order = np.argsort(body.axial_m, kind="stable")
+    step = max(1, -(-order.size // _POINTS))
+    kept = np.unique(np.append(order[::step], order[-1:])) if order.size else order
+    kept = kept[np.argsort(body.axial_m[kept], kind="stable")]
+    own = line(
+        body.axial_m[kept],
+        body.deflection[kept, mode],
+        body.body,
+        style,
+        hovertemplate=f"<b>{body.body}</b><br>z %{{x:.4g}} m<br>%{{y:.3f}}<extra></extra>",
+    )
+    if not body.interfaces:
+        return [own]
+    ends = marks(
+        body.interface_axial_m,
+        body.interface_deflection[:, mode],
+        f"interfaces of {body.body}",
+        style,
+        8,
+        text=list(body.interfaces),
+        hovertemplate=f"<b>{body.body}.%{{text}}</b><br>z %{{x:.4g}} m<br>%{{y:.3f}}"
+        "<extra></extra>",
+        showlegend=False,
+    )
+    return [own, ends]
+
+
+def mode_table(shown: Sequence[ShownModes]) -> Table:
+    """Return frequencies, whirl and damping of modes at speeds; arguments as `deflection_chart`."""
+    rows = []
+    for modes in shown:
+        found = modes.modes.eigenvalues
+        for k, value in enumerate(found):
+            hertz = float(value.imag / (2.0 * np.pi))
+            decrement = float(-2.0 * np.pi * value.real / value.imag)
+            rows.append(
+                [
+                    f"{modes.rpm[k]:.0f}",
+                    k + 1,
+                    f"{hertz:.5g}",
+                    whirl_text(modes.whirl[k]),
+                    # rounding of an undamped mode
+                    decrement if abs(decrement) > 1e-9 else 0.0,
+                ]
+            )
+    return Table(
+        head=["speed [rpm]", "mode", "frequency [Hz]", "whirl", "log. decrement [1]"],
+        rows=rows,
+        folded=f"Modes in numbers ({len(rows)})",
+    )
+
+
+def share_chart(shown: Sequence[ShownModes], shares: Sequence[Participation], kind: str) -> Chart:
+    """Return the shares of bodies and joints in the energy of modes.
+
+    Parameters
+    ----------
+    shown
+        The modes, each group at one speed.
+    shares
+        Their participation.
+    kind
+        "kinetic" or "strain".
+    """
+    traces: list[Trace] = []
+    options: list[Option] = []
+    for modes, found in zip(shown, shares, strict=True):
+        before = len(traces)
+        traces += share_bars(modes, found, kind)
+        options.append(Option(label=modes.label, traces=list(range(before, len(traces)))))
+    what = {
+        "kinetic": "Kinetic energy by body",
+        "strain": "Strain energy by body and joint",
+    }[kind]
+    return Chart(
+        name=f"shares-{kind}",
+        title=what,
+        caption="Share of each in the mean "
+        + (
+            "kinetic energy of the vibration, which shows whose mode it is."
+            if kind == "kinetic"
+            else "energy of the stiffness: a mode whose energy is in a bearing moves when that "
+            "is changed. The centrifugal part is not drawn, so at speed bars may end above or "
+            "below 100 %."
+        ),
+        alt=f"Stacked bars: {what.lower()} for each mode.",
+        traces=traces,
+        layout={
+            "xaxis": axis("mode", type="category"),
+            "yaxis": axis(f"share of the {kind} energy [%]"),
+            "barmode": "relative",
+        },
+        height_px=380,
+        controls=[Choice(label="modes", options=options)] if len(options) > 1 else [],
+    )
+
+
+def share_bars(modes: ShownModes, found: Participation, kind: str) -> list[Trace]:
+    """Return one bar trace for each body or joint; arguments as `share_chart`."""
+    if kind == "kinetic":
+        parts = list(zip(found.bodies, found.kinetic_bodies, strict=True))
+    else:
+        parts = list(zip(found.bodies, found.strain_bodies, strict=True))
+        parts += list(zip(found.joints, found.strain_joints, strict=True))
+    parts = [(n, np.nan_to_num(v)) for n, v in parts]
+    ranked = sorted(parts, key=lambda part: -float(np.abs(part[1]).max(initial=0.0)))
+    chosen = {n for n, v in ranked[:_MOST_PARTS] if np.abs(v).max(initial=0.0) > _SMALL}
+    names = [
+        f"{k + 1}<br>{value.imag / (2.0 * np.pi):.4g} Hz"
+        for k, value in enumerate(modes.modes.eigenvalues)
+    ]
+    return [
+        {
+            "type": "bar",
+            "x": names,
+            "y": 100.0 * values,
+            "name": name,
+            "marker": {
+                "color": series_style(number).color,
+                "pattern": {
+                    "shape": _PATTERNS[number % len(_PATTERNS)],
+                    "fillmode": "overlay",
+                    "fgcolor": "@paper",
+                    "size": 7,
+                },
+                "line": {"color": "@paper", "width": 1},
+            },
+            "hovertemplate": f"<b>{name}</b><br>%{{y:.1f}} %<extra></extra>",
+        }
+        for number, (name, values) in enumerate(parts)
+        if name in chosen
+    ]

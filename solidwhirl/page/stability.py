@@ -1,0 +1,195 @@
+"""Stability of a page: smallest damping over the speed, thresholds, bearing laws."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from solidwhirl.page.records import Chart, Choice, Option, Run, Section, Text
+from solidwhirl.page.traces import (
+    SPEED_AXIS,
+    Trace,
+    analyses_of_kind,
+    axis,
+    line,
+    metric,
+    numbers,
+    series_style,
+    slug,
+)
+
+# Decrements above this, close to critical damping, would flatten the rest.
+_LARGEST = 2.0
+
+
+def section(run: Run) -> Section | None:
+    """Return stability charts and bearing laws; None where the scene has none."""
+    blocks: list[Any] = []
+    for name, entry in analyses_of_kind(run.document, "stability").items():
+        blocks += stability_blocks(name, entry)
+    for name, entry in analyses_of_kind(run.document, "bearing_laws").items():
+        blocks += law_blocks(name, entry)
+    if not blocks:
+        return None
+    return Section(
+        name="stability",
+        title="Stability and bearing laws",
+        blocks=blocks,
+        note="Whether a motion grows by itself, and how bearings change with the speed.",
+    )
+
+
+def stability_blocks(name: str, entry: Mapping[str, Any]) -> list[Any]:
+    """Return the smallest decrement over the speed with the threshold.
+
+    Parameters
+    ----------
+    name
+        Of the analysis.
+    entry
+        Its part of `results.json`.
+    """
+    rpm = numbers(entry["speed_rpm"])
+    smallest = numbers(entry["smallest_log_decrement"])
+    growth = numbers(entry["largest_growth_rate_per_s"])
+    texts = [
+        f"{f:.5g} Hz, {n} growing, largest rate {g:.4g} 1/s"
+        for f, n, g in zip(
+            numbers(entry["frequency_hz"]), entry["growing_motions"], growth, strict=True
+        )
+    ]
+    hover = "%{x:,.0f} rpm<br><b>%{y:.4g}</b><br>%{text}<extra></extra>"
+    traces: list[Trace] = [
+        line(
+            rpm,
+            smallest,
+            "smallest logarithmic decrement",
+            series_style(0),
+            mode="lines+markers",
+            text=texts,
+            hovertemplate=hover,
+        ),
+        line(
+            rpm,
+            growth,
+            "largest growth rate",
+            series_style(1),
+            mode="lines+markers",
+            text=texts,
+            hovertemplate=hover,
+        ),
+    ]
+    found = entry["threshold"]
+    if found is None:
+        text = f"No motion grows up to {rpm.max():g} rpm."
+    else:
+        text = (
+            f"**A motion grows ({found['kind']}) from {found['speed_rpm']:,.1f} rpm**, "
+            f"at {found['frequency_hz'] or 0.0:.4g} Hz."
+        )
+    chart = Chart(
+        name=f"stability-{slug(name)}",
+        title=f"Least damped motion over the speed ({name})",
+        caption="Smallest logarithmic decrement of all modes, or the largest growth rate of all "
+        "motions; the engine is stable where the first is above and the second below zero.",
+        alt=text.replace("**", ""),
+        traces=traces,
+        layout={
+            "xaxis": axis(SPEED_AXIS, range=[float(rpm.min()), float(rpm.max())]),
+            "yaxis": axis("logarithmic decrement [1]", zeroline=True, zerolinecolor="@muted"),
+            "shapes": _threshold(found),
+            "showlegend": False,
+        },
+        height_px=360,
+        controls=[
+            Choice(
+                label="shown",
+                options=[
+                    Option(label="smallest decrement", traces=[0]),
+                    Option(
+                        label="largest growth rate",
+                        traces=[1],
+                        layout={"yaxis.title.text": "growth rate [1/s]"},
+                    ),
+                ],
+            )
+        ],
+    )
+    return [Text(text=text, kind="plain" if found is None else "warning"), chart]
+
+
+def _threshold(found: Mapping[str, Any] | None) -> list[dict[str, Any]]:
+    if found is None:
+        return []
+    return [
+        {
+            "type": "line",
+            "x0": found["speed_rpm"],
+            "x1": found["speed_rpm"],
+            "yref": "paper",
+            "y0": 0.0,
+            "y1": 1.0,
+            "line": {"color": "@bad", "width": 2, "dash": "dash"},
+            "label": {"text": "threshold", "font": {"color": "@bad"}, "textposition": "end"},
+        }
+    ]
+
+
+def law_blocks(name: str, entry: Mapping[str, Any]) -> list[Any]:
+    """Return stiffness and damping of bearings over the speed; arguments `stability_blocks`."""
+    blocks: list[Any] = []
+    for quantity, key, unit in (
+        ("Stiffness", "stiffness_n_per_m", "N/m"),
+        ("Damping", "damping_n_s_per_m", "N s/m"),
+    ):
+        if entry["bearings"]:
+            blocks.append(law_chart(name, entry["bearings"], quantity, key, unit))
+    blocks += [Text(text=note, kind="warning") for note in entry["notes"]]
+    return blocks
+
+
+def law_chart(name: str, bearings: Mapping[str, Any], quantity: str, key: str, unit: str) -> Chart:
+    """Return one coefficient of all bearings with a law.
+
+    Parameters
+    ----------
+    name
+        Of the analysis.
+    bearings
+        Of its part of `results.json`.
+    quantity, key, unit
+        What is drawn.
+    """
+    traces: list[Trace] = []
+    largest = max(float(np.nanmax(np.abs(numbers(b[key])))) for b in bearings.values())
+    prefixed, factor = metric(largest, unit)
+    last = 0.0
+    for number, (bearing, found) in enumerate(bearings.items()):
+        rpm, values = numbers(found["speed_of_its_rotor_rpm"]), numbers(found[key])
+        last = max(last, float(rpm.max()))
+        for k, direction in enumerate(("xx", "yy")):
+            traces.append(
+                line(
+                    rpm,
+                    factor * values[:, k],
+                    f"{bearing}, {direction} ({found['law']})",
+                    series_style(number)._replace(dash="solid" if k == 0 else "dot"),
+                    hovertemplate=f"<b>{bearing}</b>, {direction}<br>%{{x:,.0f}} rpm<br>"
+                    f"%{{y:.4g}} {prefixed}<extra></extra>",
+                )
+            )
+    return Chart(
+        name=f"law-{slug(key)}-{slug(name)}",
+        title=f"{quantity} of bearings with a speed law ({name})",
+        caption="Over the speed of the rotor that the bearing carries: along x full, along y "
+        "dotted lines. A reference shaft that is not the rotor turns at another speed.",
+        alt=f"{quantity} of {', '.join(bearings)} over the speed.",
+        traces=traces,
+        layout={
+            "xaxis": axis("speed of the rotor itself [rpm]", range=[0.0, max(last, 1.0)]),
+            "yaxis": axis(f"{quantity.lower()} [{prefixed}]"),
+        },
+        height_px=340,
+    )

@@ -1,0 +1,292 @@
+"""Curves of the page against the results: Campbell, critical speeds, responses, run-up, models."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from everything import everything
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from solidwhirl.page import campbell, criticals, frames, maps, orbits, responses, run_ups, stability
+from solidwhirl.page.campbell_lines import Lines, branches
+from solidwhirl.page.state_space import responses as responses_of_model
+from solidwhirl.page.state_space import stored_model
+from solidwhirl.page.traces import percent, whirl_name, whirl_runs
+from solidwhirl.rotordyn.mode_shapes import orbits as ellipses
+from solidwhirl.rotordyn.state_response import frequency_response
+
+WHIRLS = st.sampled_from(["forward", "backward", "mixed", "planar", None])
+
+
+@given(whirl=st.lists(WHIRLS, min_size=2, max_size=12))
+def test_runs_of_whirl_cover_every_step_once(whirl):
+    steps = [None] * (len(whirl) - 1)
+    for run in whirl_runs(whirl):
+        for k in range(run.first, run.last):
+            assert steps[k] is None
+            steps[k] = run.whirl
+    # a step has the whirl of its faster end, or of the other where the branch has ended
+    assert steps == [b or a for a, b in pairwise(whirl)]
+
+
+def test_campbell_has_every_point_of_every_branch_in_the_line_of_its_whirl():
+    document = everything().document
+    chart = campbell.frequency_chart(document, everything().results.scene.speed_ratios())
+    lines = {t["name"]: t for t in chart.traces if t["name"].endswith("whirl")}
+    found = document["campbell"]
+    for hertz, whirl in zip(found["frequency_hz"], found["whirl"], strict=True):
+        for k, (rpm, f, w) in enumerate(zip(found["speed_rpm"], hertz, whirl, strict=True)):
+            if f is None or w not in ("forward", "backward") or k == 0:
+                continue
+            own = lines[whirl_name(w)]
+            assert ((own["x"] == rpm) & (own["y"] == f)).any(), (rpm, f, w)
+
+
+def test_critical_speeds_lie_on_the_excitation_lines():
+    run = everything()
+    ratios = run.results.scene.speed_ratios()
+    rings = campbell.critical_marks(run.document)[0]
+    found = run.document["critical_speeds"]
+    assert len(rings["x"]) == len(found) > 3
+    lines, _ = campbell.excitation_lines(ratios, 9000.0, 1000.0)
+    slopes = {round(t["y"][1] / t["x"][1] * 60.0, 9) for t in lines}
+    assert slopes == {1.0, 0.4}
+    for x, y, c in zip(rings["x"], rings["y"], found, strict=True):
+        # to the accuracy with which the meeting is found
+        assert y == pytest.approx(abs(ratios[c["excited_by"][0]]) * x / 60.0, rel=1e-6)
+
+
+def test_excitation_lines_end_at_the_frame_and_one_ratio_is_drawn_once():
+    lines, names = campbell.excitation_lines(
+        {"a": 1.0, "b": -1.0, "c": 10.0, "d": 0.0}, 6000.0, 200
+    )
+    ends = [(t["x"][1], t["y"][1]) for t in lines]
+    assert ends == [(6000.0, 100.0), (1200.0, 200.0)]
+    assert [n["text"] for n in names] == ["1× a, b", "10× c"]
+
+
+def test_error_band_is_the_branch_times_one_plus_minus_its_error():
+    rpm = np.array([0.0, 1.0, 2.0])
+    hertz = np.array([[10.0, 12.0, np.nan], [20.0, 19.0, 18.0]])
+    error = np.array([[0.01, 0.02, np.nan], [0.1, 0.1, 0.1]])
+    lines = Lines(rpm, hertz, np.zeros((2, 3)), error, [["forward"] * 3] * 2)
+    band = campbell.error_band(lines, 10.0, "band")
+    first, second = np.split(band["y"], np.flatnonzero(np.isnan(band["y"])))
+    np.testing.assert_allclose(first, [11.0, 14.4, 9.6, 9.0, 11.0])
+    # ten times 10 % reaches zero, not below
+    np.testing.assert_allclose(second[1:], [40.0, 38.0, 36.0, 0.0, 0.0, 0.0, 40.0])
+
+
+def test_errors_below_rounding_are_not_given_digits():
+    assert percent(3e-11) == "below ±0.0001 %"
+    assert percent(0.0123) == "±1.2 %"
+    assert percent(None) == "not known"
+
+
+def test_frames_are_the_shifted_frequencies_of_the_diagram():
+    """A circle of order μ at f is seen at |f sign(μ) − |μ| n Ω/60| from a body that turns n Ω."""
+    document = everything().document
+    entry = document["analyses"]["rotating_campbell"]
+    inertial = branches(document)
+    for frame in entry["bodies"].values():
+        ratio = frame["speed_ratio"]
+        for trace in frames.frame_lines(frame, entry["speed_rpm"]):
+            with_spin = trace["name"] == "turns with the spin"
+            for rpm, f, text in zip(trace["x"], trace["y"], trace["text"], strict=True):
+                at = np.flatnonzero(np.isclose(ratio * inertial.rpm, rpm, rtol=1e-12))
+                if not np.isfinite(f) or not at.size or f == 0.0:
+                    continue
+                order = int(text.rsplit(" ", 1)[1])
+                branch = int(text.split()[1].rstrip(",")) - 1
+                own = inertial.hertz[branch, at[0]]
+                signed = own if order == 0 else np.sign(order) * own - abs(order) * rpm / 60.0
+                assert f == pytest.approx(abs(signed), rel=1e-9)
+                assert with_spin == (signed > 0.0)
+
+
+def test_a_line_through_zero_has_a_point_there():
+    x, y = frames.with_zero(np.array([0.0, 1.0, 2.0, 3.0]), np.array([3.0, 1.0, -1.0, np.nan]))
+    np.testing.assert_allclose(x, [0.0, 1.0, 1.5, 2.0, 3.0])
+    np.testing.assert_allclose(y, [3.0, 1.0, 0.0, -1.0, np.nan])
+
+
+def test_critical_speed_table_gives_the_speed_of_the_exciting_shaft():
+    run = everything()
+    table = criticals.critical_speed_table(
+        run.document["critical_speeds"], run.results.scene.speed_ratios()
+    )
+    at = list(table.head).index("exciting shaft [rpm]")
+    for row in table.rows:
+        # 60 f is the speed of a shaft whose unbalance meets f
+        assert float(row[at]) == pytest.approx(60.0 * float(row[at + 1]), rel=1e-3)
+
+
+def test_map_tends_to_its_limits():
+    """At the stiffest end the lowest branch is near a limit with rigid bearings."""
+    entry = everything().document["analyses"]["critical_speed_map"]
+    chart = criticals.map_chart("critical_speed_map", entry)
+    named = {t["name"]: t for t in chart.traces}
+    rigid = named["with rigid bearings"]["y"]
+    lowest = min(b[-1] for b in entry["shaft_speed_rpm"] if b[-1] is not None)
+    # 1e9 N/m is some ten times stiffer than the shaft
+    assert np.nanmin(np.abs(rigid / lowest - 1.0)) < 0.05
+
+
+def test_amplitudes_and_forces_are_those_of_the_document():
+    entry = everything().document["analyses"]["unbalance_response"]
+    chart = responses.amplitude_chart("r", entry)
+    factor = {"µm": 1e6, "mm": 1e3, "nm": 1e9}[chart.layout["yaxis"]["title"]["text"][-3:-1]]
+    curves = [t for t in chart.traces if t["mode"] == "lines"]
+    wanted = [p for e in entry["exciters"] for p in e["places"].values()]
+    assert len(curves) == len(wanted) == 4
+    for curve, place in zip(curves, wanted, strict=True):
+        np.testing.assert_allclose(curve["y"][1:], factor * np.array(place["major_m"][1:]))
+        assert np.isnan(curve["y"][0])  # nothing moves at rest, and zero has no logarithm
+    forces = responses.force_chart("r", entry)
+    shown = [t for t in forces.traces if t["mode"] == "lines"]
+    assert len(shown) == sum(len(e["bearing_force_n"]) for e in entry["exciters"])
+
+
+def test_orbits_are_the_ellipses_of_the_document():
+    entry = everything().document["analyses"]["unbalance_response"]
+    chart = orbits.orbit_chart("r", entry, (3000.0,))
+    assert chart is not None
+    option = chart.controls[0].options[0]
+    assert option.label.startswith("3,000 rpm, unbalance of fan")
+    row = int(np.abs(np.array(entry["speed_rpm"]) - 3000.0).argmin())
+    for name, place in entry["exciters"][0]["places"].items():
+        path, mark = (
+            t for k, t in enumerate(chart.traces) if k in option.traces and name in t["name"]
+        )
+        radius = np.hypot(path["x"], path["y"])
+        # the path has points every 5°
+        unit = place["major_m"][row] / radius.max()
+        assert radius.min() * unit == pytest.approx(abs(place["minor_m"][row]), rel=5e-3)
+        assert round(-np.log10(unit)) % 3 == 0
+        turn = path["x"][0] * path["y"][1] - path["y"][0] * path["x"][1]
+        assert (turn > 0.0) == (place["orbit"][row] == "forward")
+        assert (mark["x"][0], mark["y"][0]) == (path["x"][0], path["y"][0])
+
+
+def test_orbits_agree_with_those_of_mode_shapes():
+    """The path of amplitudes and phases against semi-axes of forward and backward circles."""
+    place = {
+        "amplitude_x_m": [3e-6],
+        "amplitude_y_m": [1e-6],
+        "phase_x_deg": [20.0],
+        "phase_y_deg": [150.0],
+        "orbit": ["backward"],
+    }
+    path = orbits._orbit("a", place, 0, 1e6, "µm", 0)[0]
+    motion = np.array([3.0 * np.exp(1j * np.radians(20)), 1.0 * np.exp(1j * np.radians(150))])
+    found = ellipses(motion[None, :, None])
+    radius = np.hypot(path["x"], path["y"])
+    assert radius.max() == pytest.approx(float(found.major[0, 0]), rel=2e-3)
+    assert radius.min() == pytest.approx(abs(float(found.minor[0, 0])), rel=2e-2)
+    assert path["line"]["dash"] == "dash"
+
+
+def test_phase_has_no_line_across_its_range():
+    x, phase = responses._unwrapped(np.arange(4.0), np.array([170.0, -175.0, -100.0, 90.0]))
+    np.testing.assert_allclose(phase, [170.0, np.nan, -175.0, -100.0, np.nan, 90.0])
+    np.testing.assert_allclose(x, [0.0, np.nan, 1.0, 2.0, np.nan, 3.0])
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    values=st.lists(st.floats(-1e3, 1e3), min_size=3, max_size=400),
+    columns=st.integers(2, 60),
+)
+def test_envelope_holds_the_whole_signal(values, columns):
+    signal = np.array(values)
+    times = np.linspace(0.0, 1.0, signal.size)
+    middle, low, high = run_ups.envelope(times, signal, columns)
+    assert high.max() == signal.max() and low.min() == signal.min()
+    assert (low <= high).all() and (np.diff(middle) > 0.0).all()
+    # neighbours meet: a line drawn through the signal lies inside
+    assert (np.maximum(low[1:], low[:-1]) <= np.minimum(high[1:], high[:-1])).all()
+
+
+def test_run_up_shows_its_largest_force_and_peaks():
+    run = everything()
+    entry, outcome = run.document["analyses"]["run_up"], run.results.analyses["run_up"]
+    record = run_ups.recorded("run_up", outcome)
+    force = run_ups.force_chart("run_up", entry, record)
+    unit = force.layout["yaxis"]["title"]["text"].split("[")[1].rstrip("]")
+    factor = {"N": 1.0, "kN": 1e-3}[unit]
+    drawn = max(np.abs(t["y"]).max() for t in force.traces[:2])
+    # the largest force along one direction is at most that of both together
+    assert drawn <= factor * entry["largest_mount_force_n"] * (1 + 1e-12)
+    assert drawn >= factor * entry["largest_mount_force_n"] / np.sqrt(2.0)
+    spectrum = run_ups.spectrum_chart("run_up", entry, record)
+    lines, rings = spectrum.traces
+    step = lines["x"][1] - lines["x"][0]
+    for at, height in zip(rings["x"], rings["y"], strict=True):
+        near = lines["y"][np.abs(lines["x"] - at) <= 2.0 * step]
+        # a peak lies between lines, of which the highest is not much lower
+        assert 0.7 * height < near.max() <= 1.05 * height
+
+
+def test_spectrogram_has_the_lines_of_the_shafts():
+    run = everything()
+    entry, outcome = run.document["analyses"]["run_up"], run.results.analyses["run_up"]
+    record = run_ups.recorded("run_up", outcome)
+    chart = run_ups.spectrogram_chart("run_up", entry, record, {"lp": 1.0, "fan": 0.4, "c": 0.0})
+    ends = [t["y"][-1] for t in chart.traces[1:]]
+    assert ends == pytest.approx([6000.0 / 60.0, 0.4 * 6000.0 / 60.0])
+
+
+@settings(max_examples=30, deadline=None)
+@given(rows=st.integers(1, 500), columns=st.integers(1, 1500), seed=st.integers(0, 99))
+def test_coarser_maps_keep_their_largest_value(rows, columns, seed):
+    values = np.random.default_rng(seed).random((rows, columns))
+    x, y, found = maps._coarser(np.arange(columns * 1.0), np.arange(rows * 1.0), values)
+    assert found.shape == (len(y), len(x)) and found.size <= 600 * 200
+    assert found.max() == values.max()
+    assert x[0] == 0.0 and y[0] == 0.0
+
+
+def test_waterfall_lines_reach_every_peak():
+    entry = everything().document["analyses"]["waterfall"]
+    space = maps.waterfall_blocks("waterfall", entry)[1]
+    highest = np.nanmax(space.traces[0]["z"])
+    unit = {"nm": 1e9, "µm": 1e6, "mm": 1e3}[space.layout["scene"]["zaxis"]["title"]["text"][-3:-1]]
+    assert highest == pytest.approx(unit * np.max(entry["amplitude_m"]))
+
+
+def test_stiffness_chart_marks_the_choice():
+    entry = everything().document["analyses"]["stiffness_study"]
+    chart = maps.stiffness_chart("stiffness_study", entry)
+    assert set(chart.traces[1]["y"]) == {entry["chosen_stiffness_n_per_m"]}
+    band = chart.traces[2]["x"]
+    assert np.nanmin(band) == pytest.approx(0.8 * 8000.0 / 60.0)
+    assert np.nanmax(band) == pytest.approx(1.2 * 8000.0 / 60.0)
+
+
+def test_growing_motion_is_a_warning():
+    entry = {
+        "kind": "stability",
+        "speed_rpm": [0.0, 1000.0],
+        "smallest_log_decrement": [0.1, -0.1],
+        "frequency_hz": [10.0, 10.0],
+        "largest_growth_rate_per_s": [-1.0, 1.0],
+        "growing_motions": [0, 1],
+        "threshold": {"speed_rpm": 500.0, "kind": "flutter", "frequency_hz": 10.0},
+    }
+    text, chart = stability.stability_blocks("s", entry)
+    assert text.kind == "warning" and "500" in text.text
+    assert chart.layout["shapes"][0]["x0"] == 500.0
+
+
+def test_model_responses_agree_with_those_by_solving():
+    outcome = everything().results.analyses["state_space"]
+    model = stored_model("state_space", outcome)
+    hertz = np.array([3.0, 40.0, 75.0, 200.0])
+    speed = float(model.speeds_rad_s[-1])
+    found = responses_of_model(model, speed, hertz)
+    exact = frequency_response(model, speed, hertz)
+    # eigenvectors of a lightly damped engine are well conditioned
+    np.testing.assert_allclose(found, exact, rtol=1e-6, atol=1e-9 * np.abs(exact).max())

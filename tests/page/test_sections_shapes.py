@@ -1,0 +1,291 @@
+"""The viewer of mode shapes: its data against the superelements, itself in a browser."""
+
+from __future__ import annotations
+
+import base64
+
+import numpy as np
+import pytest
+from browser import complaints, look_like, open_page, wait_for
+from everything import everything
+from hypothesis import given
+from hypothesis import strategies as st
+
+from solidwhirl.page import shapes
+from solidwhirl.page.build import page_html
+from solidwhirl.page.records import Section
+from solidwhirl.page.render import plain
+from solidwhirl.page.shape_data import packed, piece_terms, unit_factor, viewer_data
+from solidwhirl.page.shape_pieces import outline_chains, pieces_of, thinned
+from solidwhirl.page.shape_states import shown_modes
+from solidwhirl.rotordyn.coordinates import body_rows
+from solidwhirl.rotordyn.participation import participation
+from solidwhirl.rotordyn.surface import Surface, around_axis
+
+
+def _numbers(found):
+    """What `solidwhirl.array` of the page's script gives."""
+    kind = {"f4": "<f4", "i4": "<i4"}[found["dtype"]]
+    return np.frombuffer(base64.b64decode(found["bdata"]), kind).reshape(found["shape"])
+
+
+def _unpacked(found):
+    """What `unpacked` of the viewer's script gives, as complex numbers."""
+    whole = _numbers(plain(found["packed"])).view("<i2").astype(float)
+    return (found["scale"] * whole).view(complex)
+
+
+@pytest.fixture(scope="module")
+def viewed():
+    run = everything()
+    shown = shown_modes(run.results)
+    disks = shapes.beam_disks(run.results.scene)
+    return run, shown, disks, viewer_data(run.results.system, shown, disks)
+
+
+def test_modes_are_those_of_the_scene_and_of_the_critical_speeds(viewed):
+    run, shown, _, _ = viewed
+    assert [s.label for s in shown] == ["at rest", "at 9,000 rpm", "at the critical speeds"]
+    asked = run.document["analyses"]["mode_shapes"]["speeds"]
+    for s, speed in zip(shown[:2], asked, strict=True):
+        hertz = s.modes.eigenvalues.imag / (2.0 * np.pi)
+        count = min(hertz.size, len(speed["frequency_hz"]))
+        np.testing.assert_allclose(hertz[:count], speed["frequency_hz"][:count], rtol=1e-9)
+        assert list(s.whirl[:count]) == speed["whirl"][:count]
+    critical = {round(c["speed_rpm"], 3) for c in run.document["critical_speeds"]}
+    assert {round(float(rpm), 3) for rpm in shown[2].rpm} <= critical
+
+
+def test_surfaces_move_as_the_superelements_do(viewed):
+    """Unpacked numbers give, but for one factor, the displacement by the superelement."""
+    run, shown, disks, data = viewed
+    system = run.results.system
+    pieces = pieces_of({n: r.element for n, r in system.system.rotors.items()}, disks)
+    assert [p["kind"] for p in data["pieces"]] == [p.surface.kind for p in pieces]
+    theta = 2.0 * np.pi * np.arange(8) / 8
+    for s, state in zip(shown, data["states"], strict=True):
+        for k, mode in enumerate(state["modes"]):
+            ours, exact = [], []
+            for piece, terms in zip(pieces, mode["terms"], strict=True):
+                own = body_rows(system, piece.body) @ s.modes.shapes[:, k]
+                exact.append(piece.surface.displacement(own, 8))
+                values = _unpacked(terms).reshape(-1, len(piece.surface.points_m), 3)
+                moved = np.zeros((8, len(piece.surface.points_m), 3), dtype=complex)
+                for order, family, part in zip(
+                    terms["order"], terms["family"], values, strict=True
+                ):
+                    moved += around_axis(part, order, family, theta)
+                ours.append(moved.reshape(-1, 3))
+            u, v = np.concatenate(ours), np.concatenate(exact)
+            if not v.any():  # the casing alone, which has no surface
+                assert not u.any()
+                continue
+            factor = np.vdot(v, u) / np.vdot(v, v)
+            # sixteen bits
+            np.testing.assert_allclose(u, factor * v, atol=2e-4)
+            size = [np.linalg.norm((u * np.exp(1j * a)).real, axis=1).max() for a in (0.0, 0.4)]
+            assert size[0] == pytest.approx(1.0, abs=0.05)  # eight angles may miss the largest
+            assert max(size) < 1.01
+
+
+def test_orbits_turn_as_the_mode_whirls(viewed):
+    _, shown, _, data = viewed
+    seen = set()
+    for s, state in zip(shown, data["states"], strict=True):
+        for whirl, mode in zip(s.whirl, state["modes"], strict=True):
+            senses = {sense for sense in mode["sense"] if sense}
+            assert mode["whirl"] == whirl
+            if whirl in ("forward", "backward"):
+                assert senses <= {whirl, "planar"}
+                seen |= senses
+    assert {"forward", "backward"} <= seen
+
+
+def test_rigid_disks_move_rigidly(viewed):
+    """No point of a disk comes nearer to another one, to first order."""
+    run, shown, disks, _ = viewed
+    system = run.results.system
+    pieces = pieces_of({n: r.element for n, r in system.system.rotors.items()}, disks)
+    rims = [p for p in pieces if p.is_disk]
+    assert {p.body for p in rims} == {"lp", "fan"}
+    for piece in rims:
+        points = piece.surface.faces(12).points_m
+        for k in range(3):
+            own = body_rows(system, piece.body) @ shown[1].modes.shapes[:, k]
+            moved = piece.surface.displacement(own, 12)
+            apart = points[:, None] - points[None]
+            strain = np.einsum("abc,abc->ab", apart, moved[:, None] - moved[None])
+            size = np.abs(moved).max() * np.linalg.norm(apart, axis=2).max()
+            # the slope of a beam by differences of its nodes is rigid all the same
+            assert np.abs(strain).max() < 1e-10 * size
+    # a uniform disk of 60 kg and 6 kg m²
+    fan = next(p for p in rims if p.body == "fan")
+    assert fan.surface.points_m[:, 1].max() == pytest.approx(np.sqrt(2 * 6.0 / 60.0))
+
+
+def test_turns_per_period_are_speed_over_frequency(viewed):
+    _, _, _, data = viewed
+    ratios = {b["name"]: b["ratio"] for b in data["bodies"]}
+    assert ratios == {"lp": 1.0, "fan": 0.4, "casing": 0.0}
+    for mode in data["states"][2]["modes"]:
+        turns = [r * mode["rpm"] / 60.0 / mode["hertz"] for r in (1.0, 0.4)]
+        # at a critical speed one of the shafts turns once per period
+        assert min(abs(t - 1.0) for t in turns) < 1e-6
+
+
+def _ring(count):
+    return np.column_stack([np.arange(count), np.roll(np.arange(count), -1)])
+
+
+@given(count=st.integers(3, 30), seed=st.integers(0, 99))
+def test_chains_hold_every_edge_once(count, seed):
+    loop, piece = _ring(count), np.array([[count, count + 1], [count + 1, count + 2]])
+    edges = np.random.default_rng(seed).permutation(np.concatenate([loop, piece]))
+    chains = outline_chains(edges)
+    found = [tuple(pair) for c in chains for pair in np.column_stack([c[:-1], c[1:]]).tolist()]
+    assert sorted(found) == sorted(map(tuple, edges.tolist()))
+    assert len(chains) == 2
+
+
+def test_thinned_outline_keeps_corners_and_length():
+    side = np.linspace(0.0, 1.0, 101)[:-1]
+    z = np.concatenate([side, np.ones(100), 1.0 - side, np.zeros(100)])
+    r = np.concatenate([np.zeros(100), side, np.ones(100), 1.0 - side]) + 0.2
+    surface = Surface(
+        points_m=np.column_stack([z, r]),
+        cells=_ring(400),
+        amplitudes=np.zeros((400, 3, 0)),
+        coordinate=np.empty(0, dtype=int),
+        order=np.empty(0, dtype=int),
+        family=np.empty(0, dtype=int),
+        size=1,
+    )
+    found = thinned(surface, 0.25)
+    assert 12 <= len(found.points_m) <= 24
+    edges = found.points_m[found.cells]
+    # a square stays one
+    assert np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1).sum() == pytest.approx(4.0)
+    assert np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1).max() <= 0.26
+
+
+def test_solid_surfaces_are_thinned_to_a_limit():
+    n = 80
+    x, y = np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, n))
+    points = np.column_stack([x.ravel(), y.ravel(), 0.1 * np.sin(3 * x).ravel()])
+    at = np.arange((n - 1) * n)
+    at = at[at % n < n - 1]
+    cells = np.concatenate(
+        [np.column_stack([at, at + 1, at + n + 1]), np.column_stack([at, at + n + 1, at + n])]
+    )
+    surface = Surface(
+        points_m=points,
+        cells=cells,
+        amplitudes=points[:, :, None],
+        coordinate=np.array([0]),
+        order=np.array([0]),
+        family=np.array([0]),
+        size=1,
+    )
+    found = thinned(surface, 0.1)
+    assert 1000 < len(found.points_m) <= 2500
+    corners = found.points_m[found.cells]
+    area = 0.5 * np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
+    exact = np.linalg.norm(
+        np.cross(
+            points[cells][:, 1] - points[cells][:, 0], points[cells][:, 2] - points[cells][:, 0]
+        ),
+        axis=1,
+    )
+    # the rim loses half a box
+    assert area.sum() == pytest.approx(0.5 * exact.sum(), rel=0.06)
+    # single precision of a solid's amplitudes
+    np.testing.assert_allclose(found.amplitudes[:, :, 0], found.points_m, rtol=1e-6)
+
+
+@given(
+    values=st.lists(
+        st.complex_numbers(max_magnitude=1e3, allow_nan=False, allow_infinity=False),
+        min_size=1,
+        max_size=20,
+    )
+)
+def test_sixteen_bits_are_enough(values):
+    exact = np.array(values)
+    found = _unpacked(packed(exact))
+    largest = max(np.abs(exact.real).max(), np.abs(exact.imag).max())
+    # half a step in each part, and seven digits of the page's numbers
+    assert np.abs(found - exact).max(initial=0.0) <= 1.5 * largest / 32767 + 1e-300
+
+
+def test_a_mode_without_motion_stays_still(viewed):
+    run, _, disks, _ = viewed
+    system = run.results.system
+    pieces = pieces_of({n: r.element for n, r in system.system.rotors.items()}, disks)
+    still = [piece_terms(p, np.zeros(system.system.rotors[p.body].element.size)) for p in pieces]
+    assert unit_factor(pieces, still, np.zeros((3, 2), dtype=complex)) == 0.0
+
+
+def test_bars_are_the_shares_of_energy(viewed):
+    run, shown, _, _ = viewed
+    found = participation(run.results.system, shown[1].modes)
+    bars = shapes.share_bars(shown[1], found, "kinetic")
+    total = sum(b["y"] for b in bars)
+    # parts below half a percent are left out
+    assert (total > 98.5).all() and (total < 100.0 + 1e-9).all()
+    patterns = [(b["marker"]["color"], b["marker"]["pattern"]["shape"]) for b in bars]
+    assert len({p for _, p in patterns}) == len(patterns)
+
+
+def test_viewer_in_a_browser(driver, tmp_path, viewed):
+    """Bodies, orbits and controls are there and work, with no error on the console."""
+    run, shown, disks, _ = viewed
+    viewer = shapes.viewer(run.results.system, shown, disks)
+    section = Section(name="mode-shapes", title="Mode shapes", blocks=[viewer])
+    path = tmp_path / "viewer.html"
+    path.write_text(page_html([section], title="Viewer", name="viewer"), encoding="utf-8")
+    look_like(driver, 900, 800)
+    open_page(driver, path)
+    wait_for(driver, "return document.getElementById('mode-viewer').dataset.drawn")
+    read = driver.execute_script
+    host, plot = "document.getElementById('mode-viewer')", "document.querySelector('.viewer-plot')"
+    kinds = read(f"return {plot}._fullData.map(t => t.type + ' ' + (t.mode || ''))")
+    # two shafts and two disks
+    assert kinds.count("mesh3d ") == 4
+    assert "scatter3d text" in kinds
+    found = read(
+        f"return {plot}._fullData.filter(t => / orbit/.test(t.name))"
+        ".map(t => [t.name, t.mode === 'lines' ? t.line.dash : t.marker.symbol])"
+    )
+    style = {
+        "forward orbit": ["solid", "circle"],
+        "backward orbit": ["dash", "square-open"],
+        "orbit that is a line": ["dot", "diamond-open"],
+    }
+    assert found and all(look in style[name] for name, look in found)
+
+    # what plays by itself stops on a slow machine, what was asked for does not
+    pressed = "document.querySelector('.viewer-play').getAttribute('aria-pressed')"
+    if read(f"return {pressed}") == "true":
+        read("document.querySelector('.viewer-play').click()")
+    read("document.querySelector('.viewer-play').click()")
+    assert read(f"return {pressed}") == "true"
+    before = float(read(f"return {host}.dataset.phase || '0'"))
+    wait_for(driver, f"return Number({host}.dataset.phase) > {before}")
+    read("document.querySelector('.viewer-play').click()")
+
+    read(
+        "const list = document.querySelector('.viewer-mode');"
+        "list.selectedIndex = list.options.length - 1;"
+        "list.dispatchEvent(new Event('change'))"
+    )
+    label = shown[1].texts[-1]
+    wait_for(driver, f"return {host}.dataset.mode === {label!r}")
+    assert label in read("return document.querySelector('.viewer-facts').textContent")
+    read(
+        "const list = document.querySelector('.viewer-view'); list.value = 'lines';"
+        "list.dispatchEvent(new Event('change'))"
+    )
+    wait_for(driver, f"return !{plot}._fullData.some(t => t.type === 'mesh3d')")
+    assert complaints(driver) == []
