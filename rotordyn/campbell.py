@@ -13,6 +13,7 @@ from solidwhirl.rotordyn.branch_notes import TrackingNote, branch_notes, untrack
 from solidwhirl.rotordyn.branches import follow_below, follow_lowest
 from solidwhirl.rotordyn.eigen import log_decrement
 from solidwhirl.rotordyn.errors import AnalysisError
+from solidwhirl.rotordyn.reprs import campbell_text
 from solidwhirl.rotordyn.system import AssembledSystem
 from solidwhirl.rotordyn.tracking import Front
 from solidwhirl.rotordyn.whirl import whirl_direction
@@ -62,6 +63,9 @@ class Campbell:
             "whirl",
             "overlap",
         )
+
+    def __repr__(self) -> str:
+        return campbell_text(self)
 
 
 def campbell(

@@ -19,6 +19,7 @@ from solidwhirl.rotordyn.map_points import (
     rigid_speeds,
     stiffness_at_rest,
 )
+from solidwhirl.rotordyn.reprs import critical_speed_map_text
 from solidwhirl.rotordyn.system import AssembledSystem
 from solidwhirl.rotordyn.whirl import whirl_direction
 from solidwhirl.rotordyn.whirl_pencils import Pencil
@@ -81,6 +82,9 @@ class CriticalSpeedMap:
             "rigid_rad_s",
             "rigid_whirl",
         )
+
+    def __repr__(self) -> str:
+        return critical_speed_map_text(self)
 
 
 def critical_speed_map(

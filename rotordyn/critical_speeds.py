@@ -19,6 +19,7 @@ from solidwhirl.rotordyn.direct_speeds import (
 )
 from solidwhirl.rotordyn.eigen import log_decrement, modes_at_speed, scaled_stiffness
 from solidwhirl.rotordyn.errors import AnalysisError
+from solidwhirl.rotordyn.reprs import critical_speed_text
 from solidwhirl.rotordyn.spectrum import scale_by_stiffness
 from solidwhirl.rotordyn.speed_roots import SpeedRoots, speed_roots
 from solidwhirl.rotordyn.system import AssembledSystem, matrices_at_speed
@@ -69,6 +70,9 @@ class CriticalSpeed:
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "shape")
+
+    def __repr__(self) -> str:
+        return critical_speed_text(self)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, freeze_arrays
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.plane_spectrum import plane_spectrum
+from solidwhirl.rotordyn.reprs import modes_text
 from solidwhirl.rotordyn.spectrum import (
     Scaled,
     Spectrum,
@@ -69,6 +70,9 @@ class Modes:
         freeze_arrays(self, "eigenvalues", "shapes", "real_eigenvalues")
         if self.family is not None:
             freeze_arrays(self, "family")
+
+    def __repr__(self) -> str:
+        return modes_text(self)
 
     @property
     def frequency_hz(self) -> FloatArray:

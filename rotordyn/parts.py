@@ -9,6 +9,7 @@ import numpy as np
 
 from solidwhirl.rotordyn.arrays import FloatArray, freeze_arrays
 from solidwhirl.rotordyn.bearing_laws import SpeedLaw
+from solidwhirl.rotordyn.reprs import bearing_text, rotor_text, system_text
 from solidwhirl.rotordyn.superelement import Superelement
 
 
@@ -81,6 +82,9 @@ class Bearing:
             "tilt_stiffness_n_m_per_rad",
             "tilt_damping_n_m_s_per_rad",
         )
+
+    def __repr__(self) -> str:
+        return bearing_text(self)
 
     @property
     def ends(self) -> tuple[End, ...]:
@@ -207,6 +211,9 @@ class Rotor:
     speed_ratio: float
     internal_damping: InternalDamping | None = None
 
+    def __repr__(self) -> str:
+        return rotor_text(self)
+
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class System:
@@ -228,3 +235,6 @@ class System:
     bearings: tuple[Bearing, ...]
     reference: str | None = None
     gears: tuple[Gear, ...] = ()
+
+    def __repr__(self) -> str:
+        return system_text(self)

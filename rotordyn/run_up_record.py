@@ -10,6 +10,7 @@ import numpy as np
 from solidwhirl.rotordyn.arrays import FloatArray, freeze_arrays
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.parts import End
+from solidwhirl.rotordyn.reprs import run_up_text
 from solidwhirl.rotordyn.speed_profile import SpeedProfile
 from solidwhirl.rotordyn.unbalance import Unbalance
 
@@ -140,6 +141,9 @@ class RunUp:
             "moment_n_m",
         ):
             getattr(self, name).setflags(write=False)
+
+    def __repr__(self) -> str:
+        return run_up_text(self)
 
     @property
     def sample_rate_hz(self) -> float:

@@ -15,6 +15,7 @@ from solidwhirl.rotordyn.arrays import BoolArray, FloatArray
 from solidwhirl.rotordyn.error_forms import ErrorForm, checked_forms
 from solidwhirl.rotordyn.errors import SuperelementError
 from solidwhirl.rotordyn.mass_moments import MassMoments, checked_moments
+from solidwhirl.rotordyn.reprs import superelement_text
 from solidwhirl.rotordyn.rigid_disk import attach_rigid_disk
 from solidwhirl.rotordyn.superelement_checks import (
     COUPLINGS,
@@ -241,6 +242,9 @@ class Superelement:
         object.__setattr__(self, "error_forms", checked_forms(where, self.error_forms, n))
         object.__setattr__(self, "moments", checked_moments(where, self.moments, n))
         object.__setattr__(self, "surface", checked_surface(where, self.surface, n))
+
+    def __repr__(self) -> str:
+        return superelement_text(self)
 
     @property
     def size(self) -> int:

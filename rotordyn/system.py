@@ -17,6 +17,7 @@ from solidwhirl.rotordyn.internal_damping import body_damping
 from solidwhirl.rotordyn.joints import independent_coordinates, relative_motion, tooth_motion
 from solidwhirl.rotordyn.parts import Bearing, End, Gear, InternalDamping, Rotor, System
 from solidwhirl.rotordyn.parts_checks import find_problems
+from solidwhirl.rotordyn.reprs import assembled_text
 
 __all__ = [
     "AssembledSystem",
@@ -155,6 +156,9 @@ class AssembledSystem:
         )
         if self.spin_generator is not None:
             freeze_arrays(self, "spin_generator")
+
+    def __repr__(self) -> str:
+        return assembled_text(self)
 
     @property
     def size(self) -> int:

@@ -22,6 +22,7 @@ from solidwhirl.rotordyn.harmonic_response_nodes import (
 from solidwhirl.rotordyn.orbits import EllipticOrbits, elliptic_orbits
 from solidwhirl.rotordyn.parts import End
 from solidwhirl.rotordyn.reactions import bearing_forces
+from solidwhirl.rotordyn.reprs import exciter_text, unbalance_text
 from solidwhirl.rotordyn.system import AssembledSystem
 
 # Bodies whose |speed ratios| differ by less than this fraction excite at one frequency.
@@ -117,6 +118,9 @@ class ExciterResponse:
             "relative_residual",
         )
 
+    def __repr__(self) -> str:
+        return exciter_text(self)
+
     def at_node(self, body: str, interface: str) -> ComplexArray:
         """Return the amplitudes of ux, uy of one node, shape (s, 2), m.
 
@@ -175,6 +179,9 @@ class UnbalanceResponse:
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "speeds_rad_s")
+
+    def __repr__(self) -> str:
+        return unbalance_text(self)
 
 
 def unbalance_response(

@@ -1,0 +1,261 @@
+"""Analyses of a run as datasets, from what results.json holds of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from solidwhirl.datasets_parts import Labelled, filled, labelled
+
+Document = Mapping[str, Any]
+
+_MARGIN_NUMBERS = (
+    "critical_speed_rpm",
+    "amplification_factor",
+    "operating_speed_rpm",
+    "margin",
+    "required_api_617",
+)
+_VERDICTS = ("api_617", "15_percent", "20_percent")
+
+
+def analysis_dataset(document: Document) -> xr.Dataset:
+    """Return one analysis of a run as a dataset.
+
+    Parameters
+    ----------
+    document
+        An entry of `analyses` in results.json.
+
+    Returns
+    -------
+    Dataset
+        Names as in results.json; single numbers and texts are attributes. Kinds without arrays
+        have attributes alone.
+    """
+    found = _KINDS.get(document["kind"], _nothing)(document)
+    return found.assign_attrs(_single(document) | found.attrs)
+
+
+def run_up_record(record: Mapping[str, Any], mount: str) -> xr.Dataset:
+    """Return the record over time that a run-up writes beside results.json.
+
+    Parameters
+    ----------
+    record
+        Arrays of the .npz file by name.
+    mount
+        Bearing whose force is recorded.
+    """
+    return labelled(
+        {
+            "mount_force_n": (("axis", "time_s"), record["mount_force_n"]),
+            "mount_moment_n_m": (("axis", "time_s"), record["mount_moment_n_m"]),
+            "translation_m": (("place", "axis", "time_s"), record["translation_m"]),
+        },
+        {
+            "time_s": ("time_s", record["time_s"]),
+            "speed_rpm": ("time_s", record["speed_rad_s"] * 30.0 / np.pi),
+            "axis": ("axis", ["x", "y", "z"]),
+            "place": ("place", np.asarray(record["outputs"], dtype=str)),
+        },
+        mount=mount,
+    )
+
+
+def _single(document: Document) -> dict[str, Any]:
+    """Numbers, texts, and lists of texts."""
+    out: dict[str, Any] = {}
+    for key, value in document.items():
+        texts = isinstance(value, list) and all(isinstance(v, str) for v in value)
+        if isinstance(value, str | int | float) or (texts and value):
+            out[key] = value
+    return out
+
+
+def _nothing(document: Document) -> xr.Dataset:
+    return xr.Dataset()
+
+
+def _line(key: str, document: Document) -> dict[str, Labelled]:
+    """A coordinate of its own name."""
+    return {key: (key, filled(document[key]))}
+
+
+def _unbalance(document: Document) -> xr.Dataset:
+    exciters = document["exciters"]
+    places, bearings = list(exciters[0]["places"]), list(exciters[0]["bearing_force_n"])
+    at_place = ("exciter", "place", "speed_rpm")
+    variables: dict[str, Labelled] = {
+        key: (at_place, [[e["places"][place][key] for place in places] for e in exciters])
+        for key in exciters[0]["places"][places[0]]
+    }
+    if bearings:
+        forces = [[e["bearing_force_n"][name] for name in bearings] for e in exciters]
+        variables["bearing_force_n"] = (("exciter", "bearing", "speed_rpm"), forces)
+    return labelled(
+        variables,
+        {
+            "exciter": ("exciter", [", ".join(e["bodies"]) for e in exciters]),
+            "place": ("place", places),
+            **({"bearing": ("bearing", bearings)} if bearings else {}),
+            **_line("speed_rpm", document),
+            "frequency_hz": (("exciter", "speed_rpm"), [e["frequency_hz"] for e in exciters]),
+        },
+    )
+
+
+def _place_map(document: Document) -> xr.Dataset:
+    return labelled(
+        {"amplitude_m": (("place", "speed_rpm"), document["amplitude_m"])},
+        {
+            "place": ("place", document["places"]),
+            **_line("speed_rpm", document),
+            "frequency_hz": (("place", "speed_rpm"), document["frequency_hz"]),
+        },
+    )
+
+
+def _waterfall(document: Document) -> xr.Dataset:
+    return labelled(
+        {"amplitude_m": (("speed_rpm", "frequency_hz"), document["amplitude_m"])},
+        _line("speed_rpm", document) | _line("frequency_hz", document),
+    )
+
+
+def _stiffness_study(document: Document) -> xr.Dataset:
+    return labelled(
+        {"amplitude_m": (("stiffness_n_per_m", "frequency_hz"), document["amplitude_m"])},
+        _line("stiffness_n_per_m", document) | _line("frequency_hz", document),
+    )
+
+
+def _critical_speed_map(document: Document) -> xr.Dataset:
+    over = ("branch", "stiffness_n_per_m")
+    keys = ("critical_speed_rpm", "shaft_speed_rpm", "whirl")
+    count = len(document["critical_speed_rpm"])
+    shape = (count, len(document["stiffness_n_per_m"]))
+    return labelled(
+        {key: (over, filled(document[key]).reshape(shape)) for key in keys},
+        {"branch": ("branch", np.arange(1, count + 1)), **_line("stiffness_n_per_m", document)},
+    )
+
+
+def _rotating_campbell(document: Document) -> xr.Dataset:
+    bodies = document["bodies"]
+    over = ("body", "order", "branch", "speed_rpm")
+    keys = ("frequency_hz", "share", "mirrored")
+    variables: dict[str, Labelled] = {
+        key: (over, [body[key] for body in bodies.values()]) for key in keys
+    }
+    first = next(iter(bodies.values()))
+    energy = [body["share_of_kinetic_energy"] for body in bodies.values()]
+    variables["share_of_kinetic_energy"] = (("body", "branch", "speed_rpm"), energy)
+    return labelled(
+        variables,
+        {
+            "body": ("body", list(bodies)),
+            "order": ("order", first["orders"]),
+            "branch": ("branch", np.arange(1, len(first["frequency_hz"][0]) + 1)),
+            **_line("speed_rpm", document),
+            "speed_ratio": ("body", [body["speed_ratio"] for body in bodies.values()]),
+        },
+    )
+
+
+def _mode_shapes(document: Document) -> xr.Dataset:
+    speeds = document["speeds"]
+    most = max(len(s["frequency_hz"]) for s in speeds)
+    bodies = speeds[0]["bodies"]
+    places = [f"{body}.{name}" for body, shape in bodies.items() for name in shape["interfaces"]]
+    axial = [z for shape in bodies.values() for z in shape["interface_axial_m"]]
+
+    def deflections(speed: Document) -> list[Any]:
+        return [row for shape in speed["bodies"].values() for row in shape["interface_deflection"]]
+
+    variables: dict[str, Labelled] = {
+        key: (("speed_rpm", "mode"), [_padded(s[key], most) for s in speeds])
+        for key in ("frequency_hz", "log_decrement", "whirl")
+    }
+    rows = [[_padded(row, most) for row in deflections(s)] for s in speeds]
+    variables["deflection"] = (("speed_rpm", "place", "mode"), rows)
+    coordinates: dict[str, Labelled] = {
+        "speed_rpm": ("speed_rpm", [s["speed_rpm"] for s in speeds]),
+        "mode": ("mode", np.arange(1, most + 1)),
+        "place": ("place", np.array(places, dtype=str)),
+        "axial_m": ("place", np.array(axial, dtype=float)),
+    }
+    for key, dim in (
+        ("kinetic_energy", "body"),
+        ("strain_energy_of_bodies", "body"),
+        ("strain_energy_of_joints", "joint"),
+    ):
+        names = list(speeds[0][key])
+        shares = [[_padded(s[key][name], most) for name in names] for s in speeds]
+        if names:
+            variables[f"share_of_{key}"] = (("speed_rpm", dim, "mode"), shares)
+            coordinates[dim] = (dim, names)
+    return labelled(variables, coordinates)
+
+
+def _padded(values: list[Any], count: int) -> list[Any]:
+    return [*values, *[None] * (count - len(values))]
+
+
+def _margins(document: Document) -> xr.Dataset:
+    rows = document["margins"]
+    texts = ("shaft", "whirl", "position", *(f"verdict_{v}" for v in _VERDICTS))
+    columns = {key: [row[key] for row in rows] for key in (*_MARGIN_NUMBERS, *texts)}
+    kinds = {key: str if key in texts else float for key in columns}
+    return labelled(
+        {key: ("resonance", np.array(found, kinds[key])) for key, found in columns.items()},
+        {"resonance": ("resonance", np.arange(1, len(rows) + 1))},
+    )
+
+
+def _stability(document: Document) -> xr.Dataset:
+    keys = ("smallest_log_decrement", "frequency_hz", "largest_growth_rate_per_s")
+    variables: dict[str, Labelled] = {
+        key: ("speed_rpm", document[key]) for key in (*keys, "growing_motions")
+    }
+    threshold = document["threshold"]
+    found = labelled(variables, _line("speed_rpm", document))
+    told = {f"threshold_{key}": value for key, value in (threshold or {}).items()}
+    return found.assign_attrs({key: value for key, value in told.items() if value is not None})
+
+
+def _bearing_laws(document: Document) -> xr.Dataset:
+    laws = document["bearings"]
+    if not laws:
+        return xr.Dataset()
+    own = "speed_of_its_rotor_rpm"
+    over = ("bearing", "point", "direction")
+    return labelled(
+        {
+            key: (over, [law[key] for law in laws.values()])
+            for key in ("stiffness_n_per_m", "damping_n_s_per_m")
+        },
+        {
+            "bearing": ("bearing", list(laws)),
+            "direction": ("direction", ["x", "y"]),
+            "law": ("bearing", [law["law"] for law in laws.values()]),
+            own: (("bearing", "point"), [law[own] for law in laws.values()]),
+        },
+    )
+
+
+_KINDS: Mapping[str, Callable[[Document], xr.Dataset]] = {
+    "unbalance_response": _unbalance,
+    "place_map": _place_map,
+    "waterfall": _waterfall,
+    "stiffness_study": _stiffness_study,
+    "critical_speed_map": _critical_speed_map,
+    "rotating_campbell": _rotating_campbell,
+    "mode_shapes": _mode_shapes,
+    "separation_margins": _margins,
+    "stability": _stability,
+    "bearing_laws": _bearing_laws,
+}

@@ -1,0 +1,156 @@
+"""How arrays become labelled ones: units by the names that carry them, one look of all datasets."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+#: Dimensions and values of one variable.
+Labelled = tuple[Sequence[str] | str, Any]
+
+RPM = np.pi / 30.0
+# Significant digits of speeds and frequencies along an axis.
+_DIGITS = 13
+
+# Longer endings first: a name that ends in _n_per_m ends in _m as well.
+_UNITS = {
+    "_n_m_s_per_rad": "N m s/rad",
+    "_n_m_per_rad": "N m/rad",
+    "_rad_per_s": "rad/s",
+    "_n_s_per_m": "N s/m",
+    "_m_per_s": "m/s",
+    "_n_per_m": "N/m",
+    "_kg_m2": "kg m2",
+    "_rad_s": "rad/s",
+    "_kg_m": "kg m",
+    "_per_s": "1/s",
+    "_rpm": "rpm",
+    "_deg": "degree",
+    "_rad": "rad",
+    "_n_m": "N m",
+    "_pa": "Pa",
+    "_hz": "Hz",
+    "_kg": "kg",
+    "_m": "m",
+    "_n": "N",
+    "_s": "s",
+    "_j": "J",
+}
+_LONG_NAMES = {
+    "speed_rpm": "speed of the reference shaft",
+    "whirl": "direction of whirl",
+    "log_decrement": "logarithmic decrement, negative is unstable",
+    "frequency_error_estimate": "relative error estimate of the frequency",
+    "error_parts": "relative error estimate by its cause",
+    "error_part": "cause of the error",
+    "exciter": "bodies whose unbalance turns at this frequency",
+    "major_m": "major semi-axis of the orbit",
+    "minor_m": "minor semi-axis of the orbit",
+    "margin": "distance from the operating speed over it, negative below",
+}
+
+
+def units_of(name: str) -> str:
+    """Return the unit that a name carries, "1" where it carries none.
+
+    Parameters
+    ----------
+    name
+        Such as "stiffness_n_per_m".
+    """
+    return next((unit for ending, unit in _UNITS.items() if name.endswith(ending)), "1")
+
+
+def long_name_of(name: str) -> str:
+    """Return a text for the axis of a picture.
+
+    Parameters
+    ----------
+    name
+        Such as "stiffness_n_per_m".
+    """
+    known = _LONG_NAMES.get(name)
+    if known is not None:
+        return known
+    ending = next((ending for ending in _UNITS if name.endswith(ending)), "")
+    return name.removesuffix(ending).replace("_", " ")
+
+
+def labelled(
+    variables: Mapping[str, Labelled],
+    coordinates: Mapping[str, Labelled],
+    **attributes: Any,
+) -> xr.Dataset:
+    """Make a dataset whose variables and coordinates have `units` and `long_name`.
+
+    Parameters
+    ----------
+    variables, coordinates
+        Dimensions and values by name. None among values is nan in numbers and "" in texts.
+    attributes
+        Of the dataset.
+
+    Returns
+    -------
+    Dataset
+    """
+    return xr.Dataset(
+        {name: _variable(name, *found) for name, found in variables.items()},
+        coords={
+            name: _variable(name, dims, _exact(name, dims, values))
+            for name, (dims, values) in coordinates.items()
+        },
+        attrs={key: value for key, value in attributes.items() if value is not None},
+    )
+
+
+def _variable(name: str, dims: Sequence[str] | str, values: Any) -> xr.Variable:
+    array = filled(values)
+    attributes: dict[Hashable, Any] = {"long_name": long_name_of(name)}
+    if array.dtype.kind in "fc" or (array.dtype.kind in "iu" and units_of(name) != "1"):
+        attributes["units"] = units_of(name)
+    return xr.Variable(dims, array, attributes)
+
+
+def _exact(name: str, dims: Sequence[str] | str, values: Any) -> Any:
+    """Values along an axis without the rounding of their conversion, so that they can be named.
+
+    9000 rpm becomes rad/s and back 9000.000000000002, which `.sel(speed_rpm=9000)` would not find.
+    """
+    if dims != name or not name.endswith(("_rpm", "_hz")):
+        return values
+    return np.array([float(f"{value:.{_DIGITS}g}") for value in values])
+
+
+def filled(values: Any) -> npt.NDArray[Any]:
+    """Return values as an array that holds no None: nan stands for it, "" among texts.
+
+    Parameters
+    ----------
+    values
+        An array, or nested lists as in results.json.
+    """
+    array = np.asarray(values)
+    if array.dtype != object:
+        return array
+    if any(isinstance(value, str) for value in array.ravel()):
+        return np.where(array == None, "", array).astype(str)  # noqa: E711 - element by element
+    return array.astype(float)
+
+
+def error_parts(parts: Mapping[str, Any], dims: Sequence[str]) -> tuple[Labelled, Labelled]:
+    """Return a variable of all parts of an error, and its coordinate.
+
+    Parameters
+    ----------
+    parts
+        Arrays of one shape by name.
+    dims
+        Of each.
+    """
+    values = np.stack([filled(part).astype(float) for part in parts.values()])
+    return (("error_part", *dims), values), (("error_part",), list(parts))
