@@ -96,6 +96,9 @@ def run_separation_margins(
         found += separation_margins(operating, resonances_of_modes(critical))
     rows = [_margin_document(m) for m in found]
     near = [m for m in rows if m["verdict_15_percent"] != "ok"]
+    headline = f"{len(near)} of {len(rows)} critical speeds nearer than 15 %"
+    if not rows:
+        headline = f"no critical speed below {spec.search_factor:g} times the operating speeds"
     return Outcome(
         kind=spec.kind,
         document={
@@ -106,7 +109,7 @@ def run_separation_margins(
         files={f"{spec.label}.png": lambda path: draw_separation_margins(found, path, title)}
         if found
         else {},
-        headline=f"{len(near)} of {len(rows)} critical speeds nearer than 15 %",
+        headline=headline,
     )
 
 

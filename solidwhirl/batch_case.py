@@ -135,7 +135,7 @@ def _compute(
     results = run_scene(scene, comm=team, progress=said.append, store=store)
     assert results is not None
     keeper = Keeper(store=store, progress=said.append)
-    write_into(results, folder, pictures=settings.pictures, keeper=keeper)
+    write_into(results, folder, pictures=settings.pictures, page=False, keeper=keeper)
     (folder.path / ERROR_FILE).unlink(missing_ok=True)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from solidwhirl.displays import indented
 from solidwhirl.fineness import is_adapted
 from solidwhirl.geometry import Body, MassProperties, mass_properties
 from solidwhirl.mesh_bodies import made_mesh
@@ -101,6 +102,14 @@ class BodyResult:
     element: Superelement
     properties: MassProperties | None
     work: Any
+
+    def __repr__(self) -> str:
+        mesh, used = self.mesh, self.discretisation
+        line = (
+            f"mesh: {len(mesh.points)} points, {len(mesh.cells)} cells; "
+            f"element order {used.degree}, {used.modes} modes per family"
+        )
+        return "\n".join(["BodyResult", *indented([*repr(self.element).split("\n"), line])])
 
 
 def first_discretisation(scene: Scene, plan: Plan, name: str) -> Discretisation:

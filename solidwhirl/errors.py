@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 # Characters of one problem, and of a message of many.
@@ -26,12 +27,29 @@ def clean(text: str, longest: int = _LONGEST_MESSAGE) -> str:
 
 
 class SceneError(ValueError):
-    """A scene that can not be run; the message names file, key, finding and what is allowed."""
+    """A scene that can not be run; the message names file, key, finding and what is allowed.
 
-    def __init__(self, path: Path | str, problems: list[str]) -> None:
+    Parameters
+    ----------
+    path
+        The file.
+    problems
+        What is wrong, each begins with its key.
+    places
+        Line and column of each problem as text, `"17:5"`, or empty; none are known if not given.
+    """
+
+    def __init__(
+        self, path: Path | str, problems: list[str], places: Sequence[str] | None = None
+    ) -> None:
         self.path = str(path)
         self.problems = problems
-        lines = [f"{path}: {clean(problem, _LONGEST_PROBLEM)}" for problem in problems]
+        self.places = tuple(places or [""] * len(problems))
+        heads = [f"{path}:{place}" if place else str(path) for place in self.places]
+        lines = [
+            f"{head}: {clean(problem, _LONGEST_PROBLEM)}"
+            for head, problem in zip(heads, problems, strict=True)
+        ]
         shown, length = 0, 0
         while shown < len(lines) and (shown == 0 or length + len(lines[shown]) < _LONGEST_MESSAGE):
             length += len(lines[shown]) + 1

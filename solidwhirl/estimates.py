@@ -17,6 +17,7 @@ from solidwhirl.beam_estimates import (
     free_errors,
 )
 from solidwhirl.comparators import Comparison
+from solidwhirl.displays import indented, percent
 from solidwhirl.rotordyn import (
     AssembledSystem,
     Campbell,
@@ -65,6 +66,15 @@ class Estimates:
     critical_speeds: CriticalSpeedErrors
     free_frequencies: Mapping[str, FloatArray]
     comparisons: tuple[Comparison, ...]
+
+    def __repr__(self) -> str:
+        parts = []
+        for name, values in self.campbell.parts.items():
+            known = values[np.isfinite(values)]
+            if known.size:
+                parts.append(f"{name} {percent(float(known.max()))}")
+        head = f"Estimates: at most {percent(self.largest)}"
+        return "\n".join([head, *indented(parts)])
 
     @property
     def largest(self) -> float:

@@ -24,9 +24,19 @@ from solidwhirl.geometry import GeometryError
 
 # What scipy says of a system whose solution would be rounding alone.
 _ILL_CONDITIONED = "Ill-conditioned matrix"
+_DOCTOR = "`solidwhirl doctor` says what is missing and how to install it"
+# Libraries that an installation may lack; any other import that fails is a defect.
+_INSTALLED = frozenset(
+    {
+        *("dolfinx", "ufl", "ffcx", "basix", "petsc4py", "slepc4py", "mpi4py", "gmsh", "meshio"),
+        *("matplotlib", "plotly", "jinja2", "pyvista", "vtk", "vtkmodules", "imageio", "xarray"),
+    }
+)
 
 
-def guarded(scene: Path, work: Callable[[], None]) -> None:
+def guarded(
+    scene: Path, work: Callable[[], None], *, told: Callable[[str], None] = lambda message: None
+) -> None:
     """Run a command; what the user caused ends in one message and exit code 2.
 
     Parameters
@@ -35,6 +45,8 @@ def guarded(scene: Path, work: Callable[[], None]) -> None:
         What messages name.
     work
         The command.
+    told
+        Called with such a message before the program ends with it.
     """
     logging.getLogger().setLevel(logging.WARNING)  # the form compiler talks at INFO level
     warnings.filterwarnings("error", message=_ILL_CONDITIONED)
@@ -42,23 +54,40 @@ def guarded(scene: Path, work: Callable[[], None]) -> None:
         with interruptible():
             take_first_memory()
             work()
-    except SceneError as error:
-        stop(str(error))
-    except OutputError as error:
-        stop(str(error))
     except KeyboardInterrupt as error:
         end_interrupted(error)
     except Exception as error:
-        if isinstance(error, user_errors()):
-            stop(f"{scene}: {error}")
-        if is_out_of_memory(error):
-            stop(f"{scene}: {memory_text(error)}")
-        if isinstance(error, np.linalg.LinAlgError) or _is_ill_conditioned(error):
-            stop(
-                f"{scene}: the numbers of this scene can not be solved ({error}); check masses, "
-                "inertias, stiffnesses and units"
-            )
-        raise
+        message = _message(scene, error)
+        if message is None:
+            raise
+        told(message)
+        stop(message)
+
+
+def _message(scene: Path, error: Exception) -> str | None:
+    """What to say of an error that a user caused; None of a defect."""
+    if isinstance(error, SceneError):
+        from solidwhirl.scene_lines import with_lines
+
+        return str(with_lines(error))
+    if isinstance(error, OutputError):
+        return str(error)
+    if isinstance(error, user_errors()):
+        from solidwhirl.scene_lines import line_of
+
+        return line_of(scene, str(error)) if scene.suffix == ".toml" else f"{scene}: {error}"
+    if is_out_of_memory(error):
+        return f"{scene}: {memory_text(error)}"
+    if isinstance(error, np.linalg.LinAlgError) or _is_ill_conditioned(error):
+        return (
+            f"{scene}: the numbers of this scene can not be solved ({error}); check masses, "
+            "inertias, stiffnesses and units"
+        )
+    if isinstance(error, ImportError) and (error.name or "").partition(".")[0] in _INSTALLED:
+        return f"{error}; {_DOCTOR}"
+    if isinstance(error, OSError) and "cannot open shared object file" in str(error):
+        return f"{error}; {_DOCTOR}"
+    return None
 
 
 def _is_ill_conditioned(error: Exception) -> bool:

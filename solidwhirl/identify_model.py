@@ -230,6 +230,7 @@ def _lean(data: Mapping[str, Any]) -> dict[str, Any]:
     joints = [*data.get("bearings", []), *data.get("gears", [])]
     used = {joint.get(end) for joint in joints for end in ("first", "second")}
     lean = copy.deepcopy(dict(data))
+    lean.pop("analyses", None)  # they may name the interfaces that go
     for name, body in lean.get("bodies", {}).items():
         disks = {disk["interface"] for disk in body.get("rigid_disks", [])}
         body["interfaces"] = [

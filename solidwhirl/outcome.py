@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from solidwhirl.displays import indented
+
 Write = Callable[[Path], None]
 # Curves of one picture that can be told apart by colour, and speeds whose orbits have room in one.
 MOST_CURVES, MOST_ORBITS = 7, 8
@@ -32,6 +34,11 @@ class Outcome:
     document: Mapping[str, Any]
     files: Mapping[str, Write] = field(default_factory=dict)
     headline: str = ""
+
+    def __repr__(self) -> str:
+        lines = [self.headline, f"document: {', '.join(self.document)}"]
+        lines += [f"files: {', '.join(self.files)}"] if self.files else []
+        return "\n".join([f"Outcome of {self.kind}", *indented([x for x in lines if x])])
 
 
 def is_picture(file: str) -> bool:

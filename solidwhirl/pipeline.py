@@ -15,6 +15,7 @@ from solidwhirl.bodies import build_bodies
 from solidwhirl.body_reduction import BodyResult, Clock, Progress
 from solidwhirl.body_stages import Job, elements_of, reduced_bodies
 from solidwhirl.dial import Round
+from solidwhirl.displays_results import results_html, results_text
 from solidwhirl.engine_stages import (
     ExcitedCriticalSpeed,
     analyses_of,
@@ -107,12 +108,19 @@ class Results:
     checks: tuple[Invariant, ...] = ()
     stages: Mapping[str, str] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        return results_text(self)
+
+    def _repr_html_(self) -> str:
+        return results_html(self)
+
 
 def run_scene(
     scene: Scene,
     *,
     comm: Any = None,
     progress: Progress = lambda text: None,
+    foreseen: Callable[[Plan, Forecast], None] = lambda plan, expected: None,
     store: StageStore | None = None,
 ) -> Results | None:
     """Run a scene from geometry to Campbell diagram.
@@ -126,6 +134,8 @@ def run_scene(
         ranks, everything else on rank 0.
     progress
         Called with one line per stage.
+    foreseen
+        Called once with what will be computed and what it will cost, before the long work.
     store
         Where completed stages are kept and taken from (see `solidwhirl.store_stages.open_store`);
         None: nowhere. Only rank 0 uses it.
@@ -153,6 +163,7 @@ def run_scene(
         f"level {level}: about {expected.seconds:.2g} s of one core and "
         f"{expected.peak_memory_gib:.2g} GiB, {expected.unknowns} unknowns"
     )
+    foreseen(plan, expected)
     keep_level()  # not before: what is refused leaves nothing behind
     job = Job(
         scene=scene,

@@ -13,6 +13,7 @@ import numpy as np
 from solidwhirl.bodies import build_bodies
 from solidwhirl.body_reduction import BodyResult
 from solidwhirl.check_report import checks_document
+from solidwhirl.comparison import compared
 from solidwhirl.estimate_documents import (
     accuracy_document,
     critical_speed_entry,
@@ -25,6 +26,8 @@ from solidwhirl.mesh_bodies import source_document
 from solidwhirl.meshing import write_gmsh, write_vtu
 from solidwhirl.meshing.user_mesh_records import MeshedBody
 from solidwhirl.outcome import is_picture
+from solidwhirl.page.build import write_report
+from solidwhirl.page.records import Run
 from solidwhirl.pipeline import Results
 from solidwhirl.plan_records import Plan
 from solidwhirl.plausibility import implausible
@@ -106,6 +109,8 @@ def results_document(results: Results) -> dict[str, Any]:
         document["stages"] = dict(results.stages)
     if results.estimates is not None:
         _put_estimates(document, results.estimates)
+    if results.scene.references:
+        document["references"] = compared(results.scene.references, document)
     return _plain(document)  # type: ignore[no-any-return]
 
 
@@ -185,7 +190,10 @@ def write_into(
     folder: RunFolder,
     *,
     pictures: bool = True,
+    page: bool = True,
     keeper: Keeper | None = None,
+    scene_path: Path | None = None,
+    command: str = "",
 ) -> Path:
     """Write results into a folder that is claimed.
 
@@ -196,10 +204,14 @@ def write_into(
     ----------
     results, pictures
         As in `write_results`.
+    page
+        Whether to write the page as well; without pictures there is none.
     folder
         From `solidwhirl.run_folder.claimed`.
     keeper
         Where pictures are kept; None: nowhere.
+    scene_path, command
+        For the page: the scene file, and the command line that repeats the run.
 
     Returns
     -------
@@ -215,6 +227,9 @@ def write_into(
         _write_all(results, document, scratch)
         if pictures:
             _draw_all(results, scratch, keeper or no_keeper())
+        if pictures and page:
+            run = Run(results=results, document=document, scene_path=scene_path, command=command)
+            write_report(run, scratch / "report.html")
     return folder.path
 
 

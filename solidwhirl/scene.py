@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from solidwhirl.displays import scene_html, scene_text
 from solidwhirl.scene_analyses import AnalysisSpec
 from solidwhirl.scene_base import (
     MOST,
@@ -36,6 +37,7 @@ from solidwhirl.scene_joints import (
     SpeedLawSpec,
 )
 from solidwhirl.scene_meshes import MeshBodySpec, RigidDiskSpec
+from solidwhirl.scene_references import ReferenceSpec
 from solidwhirl.scene_sweep import SweepSpec
 
 
@@ -233,6 +235,7 @@ class Scene(Record):
     effects: EffectsSpec = EffectsSpec()
     model: ModelSpec = ModelSpec()
     analyses: Annotated[tuple[AnalysisSpec, ...], Field(max_length=MOST)] = ()
+    references: Annotated[tuple[ReferenceSpec, ...], Field(max_length=MOST)] = ()
     # how to make cases of the scene, no part of any: neither hashed nor written out
     sweep: SweepSpec | None = Field(default=None, exclude=True)
 
@@ -255,6 +258,15 @@ class Scene(Record):
                 "each has a file; choose another name for one"
             )
         return self
+
+    def __repr__(self) -> str:
+        return scene_text(self)
+
+    def __str__(self) -> str:
+        return scene_text(self)
+
+    def _repr_html_(self) -> str:
+        return scene_html(self)
 
     def speed_ratio(self, body: str) -> float:
         """Speed of a body over that of the reference shaft."""

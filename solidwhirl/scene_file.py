@@ -148,7 +148,9 @@ def scene_hash(scene: Scene) -> str:
         "mesh_bodies": without_mesh_folders(scene.mesh_bodies),
     }
     alike = scene.model_copy(update=update)
-    text = alike.model_dump_json(exclude={key for key, found in update.items() if not found})
+    absent = {key for key, found in update.items() if not found}
+    absent |= set() if scene.references else {"references"}
+    text = alike.model_dump_json(exclude=absent)
     return hashlib.sha256(text.encode()).hexdigest()
 
 

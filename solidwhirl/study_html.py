@@ -57,7 +57,7 @@ def study_page(study: Study, document: Mapping[str, Any]) -> str:
     parts = [
         to_html(figure, full_html=False, include_plotlyjs=False, validate=True,
                 default_height=f"{figure['layout']['height']}px",
-                config={"displaylogo": False, "responsive": True})
+                config={"displaylogo": False, "showSendToCloud": False, "responsive": True})
         for figure in figures
     ]  # fmt: skip
     notes = "".join(f"<li>{escape(note)}</li>" for note in study.notes)

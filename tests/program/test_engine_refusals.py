@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+import re
 import tomllib
 
 import pytest
@@ -265,6 +266,15 @@ def scene_of(case):
     return {**ENGINE, "analyses": [changed({"kind": kind, **KINDS[kind]}, changes)]}
 
 
+# The file, and line and column of what belongs to a key that is there.
+PLACE = re.compile(r"bad\.toml(?::\d+:\d+)?: ([^:]*)")
+
+
+def key_in(line):
+    """The key that a line of a message is about."""
+    return PLACE.search(line)[1]
+
+
 @pytest.fixture
 def refused(invoke, refusal):
     """Function: the message of a scene that is refused before anything is done."""
@@ -272,7 +282,7 @@ def refused(invoke, refusal):
     def check(data):
         done, written = invoke(toml(data))
         message = refusal(done, "bad.toml")
-        assert all("bad.toml: " in line for line in lines(message)), "something was begun"
+        assert all(PLACE.search(line) for line in lines(message)), "something was begun"
         assert not written
         return message
 
@@ -302,9 +312,9 @@ def test_doubtful_analysis_is_done_or_refused_with_its_key(invoke, refusal, case
 
 def test_key_is_that_of_the_file(refused):
     """No part of a key that the file does not have, such as the kind of the record."""
-    assert "bad.toml: analyses[0].count: " in refused(scene_of("stability: count = 1"))
+    assert key_in(refused(scene_of("stability: count = 1"))) == "analyses[0].count"
     message = refused(scene_of("speed_laws.rising.stiffness_x = []"))
-    assert "bad.toml: speed_laws.rising.stiffness_x: " in message
+    assert key_in(message) == "speed_laws.rising.stiffness_x"
 
 
 def test_allowed_keys_are_those_of_the_kind(refused):
@@ -345,7 +355,7 @@ def test_all_problems_of_joints_and_analyses_at_once(refused):
     message = refused(
         changed(ENGINE, 'gears.0.ratio = 2; bearings.0.speed_law = "x"; analyses.11.mount = "M"')
     )
-    keys = [line.split("bad.toml: ")[1].split(":")[0] for line in lines(message)]
+    keys = [key_in(line) for line in lines(message)]
     assert keys == ["bearings[0].speed_law", "gears[0].ratio", "analyses[11].mount"]
 
 

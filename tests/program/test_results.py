@@ -18,6 +18,7 @@ FILES = {
     "SHA256SUMS",
     "results.json",
     "report.md",
+    "report.html",
     "campbell.png",
     "campbell_errors.png",
     "critical_speeds.png",
@@ -117,7 +118,7 @@ def test_files(folder):
 
 
 def test_top_level(document, scene_data):
-    assert set(document) == TOP
+    assert set(document) == TOP | {"references"}  # which this scene has
     assert document["schema"] == "solidwhirl-results-1"
     data = scene_data("ferraris")
     assert set(document["scene"]) == {"name", "title", "notes", "sha256"}

@@ -254,12 +254,12 @@ def test_all_problems_at_once(invoke, ferraris, changed, refusal):
     text = changed(text, '"outer.D"', '"outr.D"')
     done, _ = invoke(text)
     lines = refusal(done, "bad.toml").strip().splitlines()
-    keys = [re.search(r"bad\.toml: (\S+):", line).group(1) for line in lines]
+    keys = [re.search(r"bad\.toml:\d+:\d+: (\S+):", line).group(1) for line in lines]
     assert keys == ["bearings[0].first", "bearings[1].first", "bearings[4].first"]
     assert "did you mean 'outer.D'?" in lines[2]
     text = changed(changed(ferraris, "count = 21", "count = 0"), "[model]", "[model]\norder = 9")
     lines = refusal(invoke(text)[0], "bad.toml").strip().splitlines()
-    keys = [re.search(r"bad\.toml: (\S+):", line).group(1) for line in lines]
+    keys = [re.search(r"bad\.toml:\d+:\d+: (\S+):", line).group(1) for line in lines]
     assert keys == ["speeds.count", "model.order"]
 
 

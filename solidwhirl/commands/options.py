@@ -1,0 +1,126 @@
+"""Arguments that several commands have, and what their help has at its end."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from pydantic import ValidationError
+
+from solidwhirl.errors import OutputError, SceneError
+from solidwhirl.scene import Scene
+
+LEVELS = ("auto", "beam", "harmonic", "solid")
+
+
+def completing(allowed: tuple[str, ...]) -> Any:
+    """Return a completer of a shell for a few words.
+
+    Parameters
+    ----------
+    allowed
+        The words.
+    """
+
+    def complete(incomplete: str) -> list[str]:
+        return [word for word in allowed if word.startswith(incomplete)]
+
+    return complete
+
+
+SceneFile = Annotated[Path, typer.Argument(metavar="SCENE.toml", help="The scene file.")]
+Level = Annotated[
+    str | None,
+    typer.Option(
+        metavar="auto|beam|harmonic|solid",
+        help="Instead of the scene's level.",
+        autocompletion=completing(LEVELS),
+    ),
+]
+Accuracy = Annotated[
+    float | None, typer.Option(metavar="TOL", help="Instead of the scene's relative accuracy.")
+]
+Store = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="DIR",
+        envvar="SOLIDWHIRL_STORE",
+        help="Folder of completed stages that several runs share; OUT/.stages without.",
+    ),
+]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing but errors.")]
+AsJson = Annotated[
+    bool, typer.Option("--json", help="Print one JSON document and nothing else on stdout.")
+]
+
+
+def examples(*lines: str) -> str:
+    """Return the end of a command's help: lines that can be typed as they are.
+
+    Parameters
+    ----------
+    lines
+        Commands.
+    """
+    return "\n\n".join(("Examples:", *lines))
+
+
+def chosen_scene(path: Path, level: str | None, accuracy: float | None) -> Scene:
+    """Read a scene, with the values of the command line in place of its own.
+
+    Parameters
+    ----------
+    path
+        The scene file.
+    level, accuracy
+        None: as the scene has it.
+
+    Raises
+    ------
+    SceneError
+        The file or an option is refused.
+    """
+    from solidwhirl.scene_file import read_scene, with_model
+
+    scene = read_scene(path)
+    try:
+        return with_model(scene, level=level, accuracy=accuracy)
+    except ValidationError as error:
+        problems = [_option_problem(e) for e in error.errors()]
+        raise SceneError("command line", problems) from error
+
+
+def _option_problem(error: Any) -> str:
+    """One line; only the level can contradict another key of the scene."""
+    if not error["loc"]:
+        return f"--level: {str(error['msg']).removeprefix('Value error, ')}"
+    return f"--{error['loc'][0]}: {error['msg']}, found {error['input']!r}"
+
+
+def refuse_unwritable(out: Path) -> None:
+    """Find out before the long work, not after, that a folder can not be written.
+
+    Parameters
+    ----------
+    out
+        The folder, which may not be there yet.
+
+    Raises
+    ------
+    OutputError
+        It, or the folder that it would be made in, is no folder or can't be written.
+    """
+    from solidwhirl.run_folder import writing_problem
+
+    nearest = out
+    while not nearest.exists() and nearest != nearest.parent:
+        nearest = nearest.parent
+    if not nearest.is_dir():
+        raise OutputError(f"{out}: can not be written: {nearest} is not a folder")
+    if not os.access(nearest, os.W_OK | os.X_OK):
+        raise OutputError(f"{out}: can not be written: no permission in {nearest}")
+    problem = writing_problem(nearest)  # as root may write what it may not
+    if problem is not None:
+        raise OutputError(f"{out}: can not be written: {problem} in {nearest}")

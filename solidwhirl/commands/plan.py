@@ -1,0 +1,68 @@
+"""`solidwhirl plan`: what a run would compute, and what it would cost."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from rich.console import Console
+from rich.markdown import Markdown
+
+from solidwhirl.commands.options import Accuracy, AsJson, Level, SceneFile, chosen_scene, examples
+from solidwhirl.guard import guarded
+from solidwhirl.terminal import print_document
+
+EXAMPLES = examples(
+    "solidwhirl plan scenes/ferraris.toml",
+    "solidwhirl plan scenes/laval.toml --level solid --accuracy 0.01",
+    "solidwhirl plan scenes/laval.toml --level beam --json",
+)
+
+
+def plan(
+    scene: SceneFile, level: Level = None, accuracy: Accuracy = None, as_json: AsJson = False
+) -> None:
+    """Print what a scene calls for, what is left out, why, and what it costs.
+
+    Computes nothing: a second, whatever the scene.
+    """
+
+    def work() -> None:
+        from solidwhirl.bodies import build_bodies
+        from solidwhirl.forecast import forecast, forecast_document
+        from solidwhirl.levels import chosen_level
+        from solidwhirl.mesh_bodies import build_mesh_bodies
+        from solidwhirl.meshing.user_mesh_records import AnyBody
+        from solidwhirl.plan import make_plan
+        from solidwhirl.plausibility import implausible
+
+        chosen = chosen_scene(scene, level, accuracy)
+        bodies = build_bodies(chosen)
+        solids: dict[str, AnyBody] = {**bodies, **build_mesh_bodies(chosen)}
+        decided = make_plan(chosen, bodies, chosen_level(chosen, bodies))
+        doubts = implausible(chosen, bodies)
+        expected = forecast(chosen, decided, solids) if solids else None
+        if as_json:
+            from solidwhirl.results import plan_document
+
+            document: dict[str, Any] = {
+                "schema": "solidwhirl-plan-1",
+                "scene": chosen.name,
+                **plan_document(decided),
+                "doubts": [doubt.message for doubt in doubts],
+                "predicted_cost": forecast_document(expected) if expected else None,
+            }
+            print_document(document)
+            return
+        from solidwhirl.report import cost_text, plan_text
+        from solidwhirl.scene_sweep import nominal_text
+
+        text = plan_text(decided, doubts)
+        if chosen.sweep is not None:
+            text = f"{nominal_text(str(scene), chosen.sweep)}\n\n{text}"
+        if expected is not None:
+            text += "\n\n" + cost_text(expected)
+        console = Console(width=None if sys.stdout.isatty() else 200)
+        console.print(Markdown(text))
+
+    guarded(scene, work)

@@ -1,0 +1,179 @@
+"""`solidwhirl run`: a scene from geometry to its folder of results."""
+
+from __future__ import annotations
+
+import shlex
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from solidwhirl.commands.options import (
+    Accuracy,
+    AsJson,
+    Level,
+    Quiet,
+    SceneFile,
+    Store,
+    chosen_scene,
+    examples,
+    refuse_unwritable,
+)
+from solidwhirl.guard import guarded
+from solidwhirl.scene import Scene
+from solidwhirl.terminal import RunProgress, print_document
+
+if TYPE_CHECKING:
+    from solidwhirl.pipeline import Results
+
+EXAMPLES = examples(
+    "solidwhirl run scenes/laval.toml --out out/laval",
+    "solidwhirl run scenes/laval.toml --out out/laval --level beam --no-pictures",
+    "solidwhirl run scenes/laval.toml --out out/quick --no-pictures --quiet",
+    "solidwhirl run scenes/laval.toml --out out/laval --no-pictures --json",
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Places:
+    """What a run reads, where it writes, and where stages are kept."""
+
+    scene: Path
+    out: Path
+    store: Path | None
+    fresh: bool
+    pictures: bool
+    command: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Voice:
+    """What a run says at its end."""
+
+    quiet: bool
+    as_json: bool
+
+
+def run(
+    scene: SceneFile,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results.")],
+    level: Level = None,
+    accuracy: Accuracy = None,
+    store: Store = None,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Compute all stages again.")] = False,
+    pictures: Annotated[bool, typer.Option(help="Draw pictures; without, numbers only.")] = True,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
+) -> None:
+    """Run a scene from geometry to Campbell plot.
+
+    Writes report.html, report.md, results.json, pictures, bodies/ and meshes/ into the folder. A
+    run that was broken off goes on from its last complete stage.
+    Under mpirun the bodies of level solid are reduced on all ranks.
+    The exit code is 3 if a check of the results failed, 2 if the scene was refused.
+    """
+    places = _Places(
+        scene=scene,
+        out=out,
+        store=store,
+        fresh=fresh,
+        pictures=pictures,
+        command=_command(scene, out, level, accuracy),
+    )
+
+    def work() -> None:
+        chosen = chosen_scene(scene, level, accuracy)
+        refuse_unwritable(out)
+        from mpi4py import MPI
+
+        from solidwhirl.pipeline import run_scene
+
+        if MPI.COMM_WORLD.rank != 0:
+            run_scene(chosen, comm=MPI.COMM_WORLD)
+            return
+        _run_on_first_rank(chosen, places, _Voice(quiet=quiet, as_json=as_json))
+
+    guarded(scene, work, told=_refusal(scene) if as_json else _nothing)
+
+
+def _command(scene: Path, out: Path, level: str | None, accuracy: float | None) -> str:
+    """The command line whose results are the same."""
+    words = ["solidwhirl", "run", str(scene), "--out", str(out)]
+    words += ["--level", level] if level is not None else []
+    words += ["--accuracy", f"{accuracy:g}"] if accuracy is not None else []
+    return shlex.join(words)
+
+
+def _nothing(message: str) -> None:
+    """Say nothing: the message itself goes to the error stream."""
+
+
+def _refusal(scene: Path) -> Callable[[str], None]:
+    from solidwhirl.terminal_summary import refusal_document
+
+    return lambda message: print_document(refusal_document(scene, message))
+
+
+def _run_on_first_rank(scene: Scene, places: _Places, voice: _Voice) -> None:
+    """Run and write a scene on the rank that has the results."""
+    from solidwhirl.bodies import build_bodies
+    from solidwhirl.check_report import failed, failure_lines
+    from solidwhirl.plausibility import implausible
+    from solidwhirl.scene_sweep import nominal_text
+    from solidwhirl.terminal_summary import print_summary, summary_document
+
+    started = time.perf_counter()
+    if scene.sweep is not None and not voice.quiet:
+        typer.echo(nominal_text(str(places.scene), scene.sweep), err=True)
+    for doubt in () if voice.quiet else implausible(scene, build_bodies(scene)):
+        typer.echo(f"doubt: {doubt.message}", err=True)
+    results = _written(scene, places, voice)
+    spent = time.perf_counter() - started
+    if voice.as_json:
+        print_document(summary_document(results, places.out, spent))
+    elif not voice.quiet:
+        print_summary(results, places.out, spent)
+    for line in failure_lines(results.checks):
+        typer.echo(line, err=True)
+    if failed(results.checks):
+        raise typer.Exit(3)
+
+
+def _written(scene: Scene, places: _Places, voice: _Voice) -> Results:
+    """Compute a scene and write its folder."""
+    from mpi4py import MPI
+
+    from solidwhirl.pipeline import run_scene
+    from solidwhirl.results import write_into
+    from solidwhirl.run_folder import claimed
+    from solidwhirl.store_stages import Keeper, open_fresh_store, open_store
+
+    progress = RunProgress(quiet=voice.quiet, pictures=places.pictures)
+    with progress, claimed(places.out) as folder:
+        opened = open_fresh_store if places.fresh else open_store
+        kept = opened(places.store or folder.stages)
+        kept.clear_leftovers()
+        results = run_scene(
+            scene,
+            comm=MPI.COMM_WORLD,
+            progress=progress,
+            foreseen=progress.foreseen,
+            store=kept,
+        )
+        assert results is not None
+        progress("write the results")
+        keeper = Keeper(store=kept, progress=progress)
+        write_into(
+            results,
+            folder,
+            pictures=places.pictures,
+            keeper=keeper,
+            scene_path=places.scene,
+            command=places.command,
+        )
+        if places.store is None:
+            kept.prune()
+    return results

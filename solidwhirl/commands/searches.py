@@ -1,0 +1,73 @@
+"""`solidwhirl study` and `solidwhirl identify`: many runs that answer one question."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from solidwhirl.commands.options import Quiet, SceneFile, examples, refuse_unwritable
+from solidwhirl.guard import guarded
+from solidwhirl.terminal import telling
+
+STUDY_EXAMPLES = examples(
+    "solidwhirl study scenes/laval.toml --out out/study --quick",
+    "solidwhirl study scenes/laval.toml --out out/study",
+)
+IDENTIFY_EXAMPLES = examples(
+    "solidwhirl identify scenes/identify/uhbr_fan.toml --out out/fan.toml",
+)
+
+
+def study(
+    scene: SceneFile,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results.")],
+    quick: Annotated[bool, typer.Option("--quick", help="A small matrix of settings.")] = False,
+    quiet: Quiet = False,
+) -> None:
+    """Measure what accuracy costs: error against time and memory over levels, meshes and modes.
+
+    Writes study.json, study.md, study.html and pictures. A study that was broken off goes on.
+    """
+
+    def work() -> None:
+        refuse_unwritable(out)
+        from solidwhirl.study import study_command
+
+        with telling(quiet) as progress:
+            done = study_command(scene, out, progress, quick=quick)
+        if quiet:
+            return
+        typer.echo(f"page: {done.page}")
+        typer.echo(f"table: {done.report}")
+        typer.echo(f"{done.done} cases, {done.failed} failed, {done.skipped} skipped")
+
+    guarded(scene, work)
+
+
+def identify(
+    problem: Annotated[Path, typer.Argument(metavar="PROBLEM.toml", help="The problem file.")],
+    out: Annotated[Path, typer.Option(metavar="SCENE.toml", help="The scene file to write.")],
+    quiet: Quiet = False,
+) -> None:
+    """Find numbers of a scene that nobody gives from masses and frequencies that are known.
+
+    Writes the scene with the values found, and a record of how well the data determine them.
+    A search that was broken off goes on where it stopped.
+    """
+
+    def work() -> None:
+        refuse_unwritable(out.parent)
+        from solidwhirl.identify import identify_command
+
+        with telling(quiet) as progress:
+            done = identify_command(problem, out, progress)
+        if not quiet:
+            typer.echo(f"scene: {done.scene}")
+            typer.echo(f"record: {done.report}")
+        if not done.met:
+            typer.echo(f"targets that are not met: {', '.join(done.missed)}", err=True)
+            raise typer.Exit(1)
+
+    guarded(problem, work)

@@ -1,0 +1,399 @@
+"""What an installation has and lacks, and the commands that install it; the standard library alone.
+
+Also a program of its own, for where nothing else starts: `python3 solidwhirl/doctor.py`.
+"""
+
+from __future__ import annotations
+
+import ctypes.util
+import os
+import re
+import shutil
+import subprocess
+import sys
+import sysconfig
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from importlib import metadata
+from pathlib import Path
+from typing import Literal
+
+State = Literal["ok", "missing", "doubtful"]
+_PYTHON = (3, 11)
+_LEAST_MEMORY_GIB, _LEAST_DISK_GIB, _IMPORT_S = 1.0, 1.0, 300.0
+# Compiled modules: what they are for, and Debian's package (None: from PyPI).
+_COMPILED: Mapping[str, tuple[str, str | None]] = {
+    "mpi4py.MPI": ("several ranks", "python3-mpi4py"),
+    "petsc4py.PETSc": ("linear algebra", "python3-petsc4py"),
+    "slepc4py.SLEPc": ("eigenvalues", "python3-slepc4py"),
+    "dolfinx": ("finite elements", "python3-dolfinx"),
+    "gmsh": ("meshes", None),
+}
+# Packages of the extra `pipeline` that runs do without.
+_OPTIONAL = {
+    "pyvista": "pictures of solids",
+    "imageio": "animations",
+    "imageio-ffmpeg": "animations as MP4",
+    "xarray": "results as labelled arrays",
+}
+_WITHOUT_METADATA = ("h5py", "matplotlib", "numpy", "plotly", "pydantic", "rich", "scipy", "typer")
+# Shared libraries that gmsh's and VTK's wheels ask the system for.
+_LIBRARIES = {
+    **{"libGL.so": "libgl1", "libGLU.so": "libglu1-mesa", "libEGL.so": "libegl1"},
+    **{f"libX{name}.so": f"libx{name}1" for name in ("render", "cursor")},
+    **{"libXft.so": "libxft2", "libXinerama.so": "libxinerama1"},
+}
+# h5py's HDF5 has to come before that of dolfinx.
+_PROBE = """
+import contextlib, importlib, sys
+with contextlib.suppress(ImportError):
+    import h5py
+importlib.import_module(sys.argv[1])
+top = sys.modules[sys.argv[1].partition('.')[0]]
+print('version', getattr(top, '__version__', ''))
+"""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Finding:
+    """One thing that was looked for.
+
+    Attributes
+    ----------
+    what
+        Its name, and what it is for.
+    state
+        "ok", "missing", or "doubtful" where it is there but will not do well.
+    found
+        A version, a number or why it is not there.
+    needed
+        Whether runs need it; the rest is for comfort.
+    remedy
+        A command that helps; empty where there is none.
+    """
+
+    what: str
+    state: State
+    found: str
+    needed: bool = True
+    remedy: str = ""
+
+
+def examine() -> tuple[Finding, ...]:
+    """Look for all that the program needs, in a few seconds.
+
+    Returns
+    -------
+    tuple of Finding
+        What is needed first.
+    """
+    found = [_python(), *_packages(), *_compiled(), _compiler(), _kernel_cache()]
+    found += [_memory(), _disk(), _threads(), _blas(), _launcher(), _egl(), _ffmpeg(), _browser()]
+    return tuple(sorted(found, key=lambda one: not one.needed))
+
+
+def exit_code(found: Sequence[Finding]) -> int:
+    """Return 1 if something is missing that runs need, else 0.
+
+    Parameters
+    ----------
+    found
+        From `examine`.
+    """
+    return int(any(one.needed and one.state == "missing" for one in found))
+
+
+def report_lines(found: Sequence[Finding]) -> Iterator[str]:
+    """Say what was found, a line each, and the commands that install the rest.
+
+    Parameters
+    ----------
+    found
+        From `examine`.
+    """
+    width = max(len(one.what) for one in found)
+    for one in found:
+        word = ("MISSING" if one.needed else "not there") if one.state == "missing" else one.state
+        yield f"{word:<9}  {one.what:<{width}}  {one.found}".rstrip()
+    wanted = [one for one in found if one.state != "ok" and one.remedy]
+    remedies = dict.fromkeys(one.remedy for one in wanted if one.needed)
+    comforts = dict.fromkeys(one.remedy for one in wanted if not one.needed)
+    more = [remedy for remedy in comforts if remedy not in remedies]
+    for title, commands in (("What runs need:", list(remedies)), ("For comfort:", more)):
+        if commands:
+            yield from ("", title, *(f"  {command}" for command in _merged(commands)))
+    yield ""
+    if exit_code(found):
+        yield "Something is missing that runs need. On Debian, `make setup` installs all of it."
+    else:
+        yield "All that runs need is there."
+
+
+def report_document(found: Sequence[Finding]) -> dict[str, object]:
+    """The findings as plain data.
+
+    Parameters
+    ----------
+    found
+        From `examine`.
+    """
+    return {
+        "schema": "solidwhirl-doctor-1",
+        "exit_code": exit_code(found),
+        "findings": [{**asdict(one), "remedy": one.remedy or None} for one in found],
+    }
+
+
+def _apt(*packages: str) -> str:
+    """The command that installs Debian packages."""
+    prefix = "" if os.geteuid() == 0 else "sudo "
+    return " ".join([f"{prefix}apt-get install --no-install-recommends", *packages])
+
+
+def _pip(*requirements: str) -> str:
+    """The command that installs packages from PyPI."""
+    return " ".join([f"{sys.executable} -m pip install", *(repr(r) for r in requirements)])
+
+
+def _merged(commands: Sequence[str]) -> Iterator[str]:
+    """The commands, those of one installer as one."""
+    together: dict[str, list[str]] = {}
+    for command in commands:
+        head = next((h for h in (_apt(), _pip()) if command.startswith(f"{h} ")), command)
+        together.setdefault(head, []).append(command.removeprefix(head).strip())
+    for head, tails in together.items():
+        yield " ".join([head, *dict.fromkeys(tails)]).strip()
+
+
+def _python() -> Finding:
+    version = ".".join(str(n) for n in sys.version_info[:3])
+    found = version if sys.version_info >= _PYTHON else None
+    wanted = ".".join(str(n) for n in _PYTHON)
+    remedy = _apt("python3", "python3-venv")
+    return _thing(f"Python {wanted} or later", found, remedy, needed=True)
+
+
+def _packages() -> Iterator[Finding]:
+    """Packages of the project's own list; compiled ones are tried by importing them."""
+    compiled = {name.partition(".")[0] for name in _COMPILED}
+    for name, wanted in _requirements():
+        if name in compiled:
+            continue
+        what = f"{name} ({use})" if (use := _OPTIONAL.get(name)) else name
+        try:
+            version = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            yield Finding(
+                what=what, state="missing", found="", needed=use is None, remedy=_pip(name + wanted)
+            )
+            continue
+        fits = _fits(version, wanted)
+        yield Finding(
+            what=what,
+            state="ok" if fits else "doubtful",
+            found=version if fits else f"{version}, tested with {wanted}",
+            needed=use is None,
+            remedy="" if fits else _pip(name + wanted),
+        )
+
+
+def _requirements() -> list[tuple[str, str]]:
+    """Names and versions that the project asks for to run scenes."""
+    try:
+        listed = metadata.requires("solidwhirl") or []
+    except metadata.PackageNotFoundError:
+        return [(name, "") for name in _WITHOUT_METADATA]
+    found = []
+    for line in listed:
+        requirement, _, marker = line.partition(";")
+        if marker.strip() and not re.search(r"extra\s*==\s*['\"]pipeline['\"]", marker):
+            continue
+        match = re.match(r"\s*([A-Za-z0-9._-]+)\s*(.*?)\s*$", requirement)
+        if match:
+            found.append((match[1], match[2].replace(" ", "")))
+    return found
+
+
+def _fits(version: str, wanted: str) -> bool:
+    """Whether a version is one that is asked for; yes where that can't be told."""
+    try:
+        from packaging.specifiers import SpecifierSet
+    except ImportError:
+        return True
+    return SpecifierSet(wanted).contains(version, prereleases=True)
+
+
+def _compiled() -> Iterator[Finding]:
+    """Compiled modules, each imported by a process of its own, for one may end its process."""
+    started = {
+        name: subprocess.Popen(
+            [sys.executable, "-c", _PROBE, name],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            stdin=subprocess.DEVNULL,
+            text=True,
+        )
+        for name in _COMPILED
+    }
+    for name, process in started.items():
+        use, package = _COMPILED[name]
+        top = name.partition(".")[0]
+        what = f"{top} ({use})"
+        try:
+            out, said = process.communicate(timeout=_IMPORT_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            out, said = "", "does not load within minutes"
+        version = re.search(r"^version (.*)$", out, re.MULTILINE)
+        if process.returncode == 0 and version:
+            yield Finding(what=what, state="ok", found=version[1])
+            continue
+        why = (said.strip().splitlines() or [f"ends its process ({process.returncode})"])[-1]
+        yield Finding(
+            what=what, state="missing", found=why[:200], remedy=_remedy(top, package, why)
+        )
+
+
+def _remedy(name: str, package: str | None, why: str) -> str:
+    """The command for a module that can't be imported."""
+    for library, own in _LIBRARIES.items():
+        if library in why:
+            return _apt(own)
+    if package is None:
+        return _pip(next((n + v for n, v in _requirements() if n == name), name))
+    hidden = Path("/usr/lib/python3/dist-packages", name).exists()
+    if hidden and "No module named" in why:
+        # installed, but this Python or environment does not look there
+        inside = sys.prefix != sys.base_prefix and sys.base_prefix == "/usr"
+        folder = f"--upgrade {sys.prefix}" if inside else ".venv"
+        return f"/usr/bin/python3 -m venv --system-site-packages {folder}"
+    return _apt(package)
+
+
+def _compiler() -> Finding:
+    compiler = shutil.which(os.environ.get("CC", "gcc")) or shutil.which("cc")
+    remedy = _apt("gcc", "g++")
+    return _thing("C compiler (element kernels)", compiler, remedy, needed=True)
+
+
+def _kernel_cache() -> Finding:
+    """Folder of compiled kernels: without it every run would compile them."""
+    folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "fenics"
+    found = str(folder) if os.access(_nearest(folder), os.W_OK | os.X_OK) else None
+    remedy = f"export XDG_CACHE_HOME=<a folder of yours>  # {folder} can not be written"
+    return _thing("cache of compiled kernels", found, remedy, needed=True)
+
+
+def _nearest(folder: Path) -> Path:
+    """The folder, or the nearest one above it that is there."""
+    while not folder.exists() and folder != folder.parent:
+        folder = folder.parent
+    return folder
+
+
+def _memory() -> Finding:
+    try:
+        lines = Path("/proc/meminfo").read_text(encoding="ascii")
+        gib = int(lines.partition("MemAvailable:")[2].split()[0]) / 1024.0**2
+    except (OSError, ValueError, IndexError):
+        return Finding(what="memory", state="doubtful", found="not known", needed=False)
+    return Finding(
+        what="memory",
+        state="ok" if gib >= _LEAST_MEMORY_GIB else "doubtful",
+        found=f"{gib:.1f} GiB available",
+        needed=False,
+    )
+
+
+def _disk() -> Finding:
+    """Where stages are kept: the store of several runs, else the folder of each run."""
+    given = os.environ.get("SOLIDWHIRL_STORE")
+    folder = Path(given) if given else Path.cwd()
+    nearest = _nearest(folder)
+    what = "store of stages" if given else "this folder"
+    if not nearest.is_dir() or not os.access(nearest, os.W_OK | os.X_OK):
+        remedy = "unset SOLIDWHIRL_STORE" if given else "cd <a folder of yours>"
+        return _thing(what, None, remedy, needed=bool(given))
+    gib = shutil.disk_usage(nearest).free / 1024.0**3
+    state: State = "ok" if gib >= _LEAST_DISK_GIB else "doubtful"
+    said = f"{folder}, {gib:.1f} GiB free"
+    return Finding(what=what, state=state, found=said, needed=bool(given))
+
+
+def _threads() -> Finding:
+    given = os.environ.get("OPENBLAS_NUM_THREADS")
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    many = given not in (None, "", "1")
+    return Finding(
+        what="cores and threads",
+        state="doubtful" if many else "ok",
+        found=f"{cores} cores, OPENBLAS_NUM_THREADS={given or 1}"
+        + ("; more than one costs time and gains none" if many else ""),
+        needed=False,
+        remedy="unset OPENBLAS_NUM_THREADS" if many else "",
+    )
+
+
+def _blas() -> Finding:
+    """Debian's reference BLAS makes factorisations 4 to 8 times slower."""
+    folder = Path("/usr/lib", sysconfig.get_config_var("MULTIARCH") or "")
+    library = (folder / "libblas.so.3").resolve()
+    slow = library.is_file() and library.parent.name == "blas"
+    return Finding(
+        what="BLAS",
+        state="doubtful" if slow else "ok",
+        found=f"{library}" + (", 4 to 8 times slower than OpenBLAS" if slow else ""),
+        needed=False,
+        remedy=_apt("libopenblas0-pthread") if slow else "",
+    )
+
+
+def _launcher() -> Finding:
+    return _thing("mpirun (several ranks)", _program("mpirun", "mpiexec"), _apt("openmpi-bin"))
+
+
+def _browser() -> Finding:
+    what = "browser (to see report.html here, and for tests)"
+    found = _program("chromium", "google-chrome", "firefox-esr", "firefox")
+    return _thing(what, found, _apt("chromium", "chromium-driver"))
+
+
+def _egl() -> Finding:
+    what = "libEGL (pictures of solids without a screen)"
+    return _thing(what, ctypes.util.find_library("EGL"), _apt("libegl1"))
+
+
+def _ffmpeg() -> Finding:
+    """The wheel brings its own; Debian's does as well."""
+    try:
+        found: str | None = f"that of imageio-ffmpeg {metadata.version('imageio-ffmpeg')}"
+    except metadata.PackageNotFoundError:
+        found = _program("ffmpeg")
+    return _thing("ffmpeg (animations as MP4)", found, _apt("ffmpeg"))
+
+
+def _program(*names: str) -> str | None:
+    """Path of the first of some programs that is there."""
+    return next((path for name in names if (path := shutil.which(name))), None)
+
+
+def _thing(what: str, found: str | None, remedy: str, *, needed: bool = False) -> Finding:
+    """What is there or not."""
+    return Finding(
+        what=what,
+        state="ok" if found else "missing",
+        found=found or "",
+        needed=needed,
+        remedy="" if found else remedy,
+    )
+
+
+def main() -> int:
+    """Examine, write what was found, and return the exit code."""
+    found = examine()
+    sys.stdout.write("\n".join(report_lines(found)) + "\n")
+    return exit_code(found)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,250 @@
+"""The end of a run: a table of the results that matter, or the same as one JSON document."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from solidwhirl.check_report import failed, failure_lines
+from solidwhirl.terminal import duration_text
+
+if TYPE_CHECKING:
+    from solidwhirl.pipeline import Results
+
+_SCHEMA = "solidwhirl-run-1"
+_MOST_ROWS = 12
+# Margins below this are always in the table.
+_NEAR = 0.3
+# Smaller relative errors are all the same to a reader.
+_SMALLEST_ERROR = 1e-5
+_WIDTH_WITHOUT_TERMINAL = 110
+# Marks and colours of all pictures, see rotordyn/pictures.py.
+_WHIRL = {"forward": ("●", "#0072B2"), "backward": ("□", "#D55E00")}
+_OTHER_WHIRL = ("◇", "#999999")
+# Files of a run that are worth naming, and what they are.
+_FILES = (
+    ("Campbell plot", "campbell.png"),
+    ("page", "report.html"),
+    ("report", "report.md"),
+    ("results", "results.json"),
+)
+
+
+def print_summary(results: Results, out: Path, seconds: float | None = None) -> None:
+    """Print what matters of a run, and where its files are.
+
+    Parameters
+    ----------
+    results
+        The run.
+    out
+        Its folder, written.
+    seconds
+        Wall time [s]; None: the sum over its stages.
+    """
+    width = None if sys.stdout.isatty() else _WIDTH_WITHOUT_TERMINAL
+    console = Console(width=width, highlight=False)
+    document = summary_document(results, out, seconds)
+    console.print(Text(results.scene.title or results.scene.name, style="bold"))
+    console.print(Text(_accuracy_line(document["accuracy"])))
+    console.print(_table(document["critical_speeds"]))
+    for name, outcome in results.analyses.items():
+        if outcome.headline:
+            console.print(Text(f"{name}: {outcome.headline}"))
+    for note in results.bearing_notes:
+        console.print(Text(f"doubt: {note.message}", style="yellow"))
+    console.print(Text(_checks_line(document["checks"])))
+    console.print(
+        Text(f"time {duration_text(document['seconds'])}, {document['peak_memory_gib']:.2f} GiB")
+    )
+    for title, name in _FILES:
+        if name in document["files"]:
+            console.print(Text(f"{title}: {out / name}"), soft_wrap=True)
+
+
+def summary_document(results: Results, out: Path, seconds: float | None = None) -> dict[str, Any]:
+    """What matters of a run as plain data; units in the keys, absent values are null.
+
+    Parameters
+    ----------
+    results
+        The run.
+    out
+        Its folder, written.
+    seconds
+        Wall time [s]; None: the sum over its stages.
+    """
+    from solidwhirl.results import results_document
+
+    document = results_document(results)
+    spent = sum(results.timings_s.values()) if seconds is None else seconds
+    bad = failed(results.checks)
+    return {
+        "schema": _SCHEMA,
+        "scene": document["scene"]["name"],
+        "exit_code": 3 if bad else 0,
+        "error": None,
+        "folder": str(out),
+        "files": [name for _, name in _FILES if (out / name).is_file()],
+        "levels": {name: body["level"] for name, body in document["bodies"].items()},
+        "accuracy": {
+            key: document["accuracy"][key] for key in ("asked", "largest_error_estimate", "met")
+        },
+        "critical_speeds": _critical_speeds(document, results.scene.speed_ratios()),
+        "analyses": {name: outcome.headline for name, outcome in results.analyses.items()},
+        "checks": {
+            "passed": sum(check.passed is True for check in results.checks),
+            "failed": len(bad),
+            "not_decided": sum(check.passed is None for check in results.checks),
+            "failures": list(failure_lines(results.checks)),
+        },
+        "doubts": [doubt["message"] for doubt in document["doubts"]] + document["bearing_notes"],
+        "seconds": spent,
+        "peak_memory_gib": results.peak_memory_gib,
+    }
+
+
+def refusal_document(scene: Path, message: str) -> dict[str, Any]:
+    """A run that was refused as plain data.
+
+    Parameters
+    ----------
+    scene
+        The scene file.
+    message
+        What stands on the error stream too.
+    """
+    return {"schema": _SCHEMA, "scene_file": str(scene), "exit_code": 2, "error": message}
+
+
+def margin_of(
+    speed_rpm: float, shafts: tuple[str, ...], operating: tuple[Any, ...]
+) -> tuple[float, str] | None:
+    """Distance of a critical speed from the operating speeds of the shafts that excite it.
+
+    Parameters
+    ----------
+    speed_rpm
+        Of the reference shaft.
+    shafts
+        That excite it.
+    operating
+        From `solidwhirl.page.operating.operating_speeds`.
+
+    Returns
+    -------
+    tuple or None
+        (N_c - N_op) / N_op for the nearer end of the range, 0 inside, and the shaft; the smallest
+        of all shafts. None if none of them has an operating speed.
+    """
+    found = []
+    for own in operating:
+        if own.shaft not in shafts:
+            continue
+        speed = speed_rpm * own.ratio
+        nearest = min(max(speed, own.from_rpm), own.to_rpm)
+        found.append(((speed - nearest) / nearest, own.shaft))
+    return min(found, key=lambda pair: abs(pair[0])) if found else None
+
+
+def _critical_speeds(
+    document: Mapping[str, Any], ratios: Mapping[str, float]
+) -> list[dict[str, Any]]:
+    from solidwhirl.page.operating import operating_speeds
+
+    operating = operating_speeds(document, ratios)
+    rows = []
+    for entry in document["critical_speeds"]:
+        margin = margin_of(entry["speed_rpm"], tuple(entry["excited_by"]), operating)
+        rows.append(
+            {
+                key: entry.get(key)
+                for key in (
+                    *("speed_rpm", "frequency_hz", "frequency_error_estimate"),
+                    *("whirl", "log_decrement", "excited_by"),
+                )
+            }
+            | {
+                "margin": None if margin is None else margin[0],
+                "margin_of": None if margin is None else margin[1],
+            }
+        )
+    return rows
+
+
+def _table(rows: list[dict[str, Any]]) -> Table | Text:
+    """Critical speeds: places and errors, and margins where the scene has operating speeds."""
+    if not rows:
+        return Text("no critical speed in the speed range")
+    with_margin = any(row["margin"] is not None for row in rows)
+    heads = ("critical speed", "frequency", "±", "whirl", "log decrement", "excited by")
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for head in (*heads, *(("margin",) if with_margin else ())):
+        left = head in ("whirl", "excited by", "margin")
+        table.add_column(head, justify="left" if left else "right")
+    for row in _shown(rows):
+        mark, colour = _WHIRL.get(row["whirl"], _OTHER_WHIRL)
+        decrement = row["log_decrement"]
+        cells: list[str | Text] = [
+            f"{row['speed_rpm']:.0f} rpm",
+            f"{row['frequency_hz']:.2f} Hz",
+            percent_text(row["frequency_error_estimate"]),
+            Text(f"{mark} {row['whirl']}", style=colour),
+            "-" if decrement is None else f"{decrement:.3g}",
+            ", ".join(row["excited_by"]),
+        ]
+        table.add_row(*cells, *((_margin_text(row),) if with_margin else ()))
+    if len(rows) > _MOST_ROWS:
+        table.caption = f"and {len(rows) - _MOST_ROWS} more, see the report"
+    return table
+
+
+def _shown(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Rows that there is room for: those near operating speeds, then the lowest."""
+    near = [r for r in rows if r["margin"] is not None and abs(r["margin"]) < _NEAR]
+    chosen = [*near, *(row for row in rows if row not in near)][:_MOST_ROWS]
+    return [row for row in rows if row in chosen]
+
+
+def _margin_text(row: Mapping[str, Any]) -> str:
+    if row["margin"] is None:
+        return "-"
+    if row["margin"] == 0.0:
+        return f"inside the speeds of {row['margin_of']}"
+    where = "above" if row["margin"] > 0.0 else "below"
+    return f"{100.0 * abs(row['margin']):.0f} % {where} {row['margin_of']}"
+
+
+def _accuracy_line(accuracy: Mapping[str, Any]) -> str:
+    largest = accuracy["largest_error_estimate"]
+    if largest is None:
+        return "error estimates are off"
+    met = {True: "met", False: "NOT met", None: "not known"}[accuracy["met"]]
+    asked = percent_text(accuracy["asked"])
+    return f"estimated error {percent_text(largest)}, asked {asked}: {met}"
+
+
+def percent_text(relative: float | None) -> str:
+    """Return a relative error in percent, to two digits; below 0.001 % it is not told how small.
+
+    Parameters
+    ----------
+    relative
+        The error; None if it is not known.
+    """
+    if relative is None:
+        return "-"
+    return f"{100.0 * relative:.2g} %" if relative >= _SMALLEST_ERROR else "< 0.001 %"
+
+
+def _checks_line(checks: Mapping[str, Any]) -> str:
+    open_ = f", {checks['not_decided']} not decided" if checks["not_decided"] else ""
+    bad = f", {checks['failed']} FAILED" if checks["failed"] else ""
+    return f"checks: {checks['passed']} passed{open_}{bad}"
