@@ -7,7 +7,7 @@ JOBS ?= 2
 BIN := .venv/bin
 # what results are older than when the program was changed
 PROGRAM := $(wildcard geometry/*.py meshing/*.py reduction/*.py rotordyn/*.py rotordyn/*/*.py \
-	solidwhirl/*.py)
+	solidwhirl/*.py $(foreach d,commands page pictures,solidwhirl/$d/*))
 # scenes of a batch, by name or path, and its folder unless OUT is given
 CHOSEN = $(foreach s,$(SCENES),$(if $(filter %.toml,$(s)),$(s),scenes/$(s).toml))
 BATCH = $(if $(filter file,$(origin OUT)),out/batch,$(OUT))
@@ -16,11 +16,12 @@ export OPENBLAS_NUM_THREADS := 1
 export OMPI_ALLOW_RUN_AS_ROOT := 1
 export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM := 1
 export OMPI_MCA_rmaps_base_oversubscribe := 1
+export PRTE_MCA_rmaps_default_mapping_policy := :oversubscribe
 export OMPI_MCA_mpi_yield_when_idle := 1
 # mpirun waits so long before SIGTERM, and again before SIGKILL: ranks end in order
 export OMPI_MCA_odls_base_sigkill_timeout := 4
 
-.PHONY: help setup pipeline batch scenes test check verify hard paper study bench clean
+.PHONY: help setup pipeline batch scenes test check verify hard paper study docs bench clean
 
 help: ## say what can be made
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
@@ -53,6 +54,7 @@ out/%/SHA256SUMS: scenes/%.toml $$(wildcard scenes/$$*/*) $(PROGRAM) | setup
 
 test: setup ## run the tests (on JOBS=2 cores; installs ROSS, which reads exported bodies)
 	@tools/ross_environment.sh
+	@tools/browser.sh
 	@$(BIN)/python -m pytest -m "not verify" -n $(JOBS) --dist worksteal
 
 check: setup ## lint, format, types and import rules
@@ -74,6 +76,11 @@ hard: setup ## measure the hard cases, write docs/hard_cases.md
 
 study: setup ## error against time and memory over levels, meshes and modes (SCENE=ferraris)
 	@$(BIN)/solidwhirl study scenes/$(SCENE).toml --out out/study/$(SCENE)
+
+docs: setup ## build the documentation as a site in out/docs
+	@$(BIN)/python tools/scene_reference.py --check
+	@$(BIN)/sphinx-build -W --keep-going -q -c docs . out/docs
+	@echo out/docs/index.html
 
 bench: setup ## measure time and memory, beside other programs (an hour)
 	@tools/setup.sh verify

@@ -3,10 +3,10 @@
 set -eu
 cd "$(dirname "$0")/.."
 
-# Compiled parts come from Debian; the GL and X libraries are what gmsh's wheel links to.
+# Compiled parts come from Debian; the GL and X libraries are what the wheels of gmsh and VTK link to.
 # libopenblas0-pthread replaces the reference BLAS, which makes factorisations 4 to 8 times slower.
 PACKAGES="python3-venv python3-dolfinx python3-petsc4py python3-slepc4py gcc g++ libopenblas0-pthread
-libgl1 libglu1-mesa libxrender1 libxcursor1 libxft2 libxinerama1"
+libgl1 libglu1-mesa libxrender1 libxcursor1 libxft2 libxinerama1 libegl1"
 # The long comparisons run another program beside ours.
 [ "${1:-}" != verify ] || PACKAGES="$PACKAGES calculix-ccx"
 PYTHON=/usr/bin/python3
@@ -45,7 +45,7 @@ if [ "$(cat $STAMP 2>/dev/null)" != "$WANTED" ]; then
     [ -x .venv/bin/python ] || $PYTHON -m venv --system-site-packages .venv
     $PYTHON tools/constraints.py > .venv/constraints.txt
     .venv/bin/python -m pip install -q --disable-pip-version-check \
-        -c .venv/constraints.txt -e '.[pipeline,dev]'
+        -c .venv/constraints.txt -e '.[pipeline,dev,docs]'
     echo "setup: compiling the finite element kernels once"
     .venv/bin/python tools/warm_cache.py
     printf '%s' "$WANTED" > $STAMP

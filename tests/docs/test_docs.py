@@ -24,6 +24,8 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
 FLAGS = re.DOTALL | re.MULTILINE
 FENCE = re.compile(r"^(?:<!-- (test[^>]*?) -->\n)?```(\w*)\n(.*?)^```$", FLAGS)
+# words before the name of a file that a command writes
+WRITING = ("--out", "init", ">")
 # [text](target) and ![text](target)
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 
@@ -132,6 +134,7 @@ def test_command_lines_are_valid(page):
     group = typer.main.get_command(app)
     targets = re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(), re.MULTILINE)
     told = "\n".join(text for _, text in blocks(page, "toml"))
+    written: set[str] = set()
     for words in commands(page):
         if words[0] == "make":
             named = [w for w in words[1:] if "=" not in w]
@@ -144,10 +147,12 @@ def test_command_lines_are_valid(page):
             name, *arguments = words[at[0] + 1 :]
             # an unknown option or a missing argument raises
             group.commands[name].make_context(name, arguments)
-        # what follows --out is written, not read
-        read = [w for k, w in enumerate(words) if k == 0 or words[k - 1] != "--out"]
+        # what follows --out, init and > is written, not read
+        read = [w for k, w in enumerate(words) if k == 0 or words[k - 1] not in WRITING]
+        written |= set(words) - set(read)
         for path in (w for w in read if w.endswith((".toml", ".py"))):
-            assert (ROOT / path).is_file() or f"# {path}\n" in told, words
+            known = (ROOT / path).is_file() or f"# {path}\n" in told or path in written
+            assert known, words
 
 
 def test_a_wrong_command_line_would_be_found():
@@ -223,3 +228,38 @@ def is_dataset(node):
 def test_pages_speak_of_the_project_alone():
     for page in PAGES:
         assert not re.search(r"(?<![\w.])/(work|tmp|root)\b", page.read_text(encoding="utf-8"))
+
+
+def test_page_of_all_keys_is_what_the_records_say():
+    done = subprocess.run(
+        [sys.executable, "tools/scene_reference.py", "--check"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_every_analysis_has_a_how_to():
+    from solidwhirl.scene_analyses import AnalysisSpec
+
+    records = AnalysisSpec.__origin__.__args__
+    kinds = {record.model_fields["kind"].annotation.__args__[0] for record in records}
+    assert len(kinds) > 10
+    text = "".join(text for _, text in blocks(ROOT / "docs" / "howto.md", "toml"))
+    assert kinds <= set(re.findall(r'kind = "(\w+)"', text))
+
+
+@pytest.mark.verify
+def test_site_is_built_without_warnings(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-c", "docs", ".", tmp_path],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "docs" / "tutorial.html").is_file()
+    assert "docs/index.html" in (tmp_path / "index.html").read_text()

@@ -1,0 +1,128 @@
+"""The commands that the documentation shows run as shown, and print what it says they print."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+# Pages whose commands are run. A mark before a block says when: <!-- test --> with all tests,
+# <!-- test: verify --> with the long ones, after all blocks that stand before it. Commands without
+# a mark, and those of the other pages, are in test_other_commands.py.
+FOLLOWED = ["README.md", "docs/tutorial.md", "docs/howto.md"]
+FENCE = re.compile(
+    r"^(?:<!-- (test[^>]*?) -->\n)?```(sh|toml|text)\n(.*?)^```$", re.DOTALL | re.MULTILINE
+)
+# Of the lines that a run prints: what differs from machine to machine.
+VARYING = (
+    (re.compile(r" \(about .* to go\)"), ""),
+    (re.compile(r"^time .*"), "time"),
+    (re.compile(r"\d[\d.]*( s\b| GiB)"), r"#\1"),
+    (re.compile(r"\d+ unknowns"), "# unknowns"),
+)
+
+
+def blocks(page):
+    """(mark, language, text) of a page's blocks, in order."""
+    return FENCE.findall((ROOT / page).read_text(encoding="utf-8"))
+
+
+def even(line):
+    """A printed line without what differs between machines, and with single spaces."""
+    for pattern, replaced in VARYING:
+        line = pattern.sub(replaced, line)
+    return " ".join(line.split())
+
+
+def assert_shown(shown, printed):
+    """Every line shown is printed, in this order; `...` stands for lines left out."""
+    lines = iter([even(line) for line in printed.splitlines()])
+    for line in (even(line) for line in shown.splitlines() if line.strip()):
+        if line != "...":
+            assert line in lines, f"not printed, or not in this order: {line}\n{printed}"
+
+
+def write_file(text, folder):
+    """Write a TOML block to the file that its first line names, or at the end of it."""
+    told = re.match(r"# (\S+\.toml)(, continued)?\n", text)
+    if told is None:
+        return
+    path = folder / told[1]
+    path.write_text((path.read_text() + "\n" if told[2] else "") + text)
+
+
+def run_lines(text, folder):
+    """Run the lines of a sh block one by one; what they print, errors among it."""
+    here = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+    done = subprocess.run(
+        ["sh", "-c", text],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=1200,
+        check=False,
+        env=os.environ | {"PATH": here, "OPENBLAS_NUM_THREADS": "1", "COLUMNS": "200"},
+    )
+    return done.returncode, done.stdout
+
+
+def follow(page, folder, wanted):
+    """Do what a page says; how many blocks of commands were run."""
+    (folder / "scenes").symlink_to(ROOT / "scenes", target_is_directory=True)
+    count, printed = 0, None
+    for mark, language, text in blocks(page):
+        if language == "toml":
+            write_file(text, folder)
+        elif language == "text":
+            if printed is not None:
+                assert_shown(text, printed)
+            printed = None
+            continue
+        printed = None
+        if language == "sh" and mark in wanted:
+            code, printed = run_lines(text, folder)
+            # a page may show an error, which is then what it prints
+            assert code == 0 or printed.startswith("error:"), f"{page}: {text}{printed}"
+            count += 1
+    return count
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/tutorial.md"])
+def test_cheap_commands_of_a_page(page, tmp_path):
+    assert follow(page, tmp_path, {"test"}) > 0
+
+
+@pytest.mark.verify
+@pytest.mark.solver
+@pytest.mark.parametrize("page", FOLLOWED)
+def test_all_commands_of_a_page(page, tmp_path):
+    assert follow(page, tmp_path, {"test", "test: verify"}) > 0
+
+
+def test_analyses_of_the_how_tos_run_on_the_beam_level(tmp_path):
+    """All but the stress, which beams do not have: so every block is tried with every change."""
+    for _, language, text in blocks("docs/howto.md"):
+        if language == "toml" and '"recovery"' not in text:
+            write_file(text, tmp_path)
+    code, printed = run_lines(
+        "solidwhirl run machine.toml --level beam --no-pictures --out out", tmp_path
+    )
+    assert code == 0, printed
+    kinds = set(re.findall(r'kind = "(\w+)"', (tmp_path / "machine.toml").read_text()))
+    kinds -= {"section", "polynomial"}
+    assert len(kinds) == 12
+    assert not [kind for kind in sorted(kinds) if f"{kind} ({kind})" not in printed]
+
+
+def test_a_line_that_is_not_printed_would_be_found():
+    printed = "one\n two  three\nfour 12.5 s\n"
+    assert_shown("one\n...\ntwo three\nfour 3 s\n", printed)
+    for wrong in ("two\n", "two three\none\n", "four 12.5 Hz\n"):
+        with pytest.raises(AssertionError):
+            assert_shown(wrong, printed)
