@@ -21,7 +21,7 @@ from solidwhirl.batch_journal import (
     row_document,
 )
 from solidwhirl.batch_pictures import draw_at_end, operating_words, picture_settings
-from solidwhirl.batch_progress import BatchProgress, duration_text
+from solidwhirl.batch_progress import BatchProgress
 from solidwhirl.batch_schedule import Layout, Predicted
 from solidwhirl.batch_slurm import slurm_job, write_slurm_script
 from solidwhirl.batch_table import TABLE, write_table
@@ -32,6 +32,7 @@ from solidwhirl.run_folder import STAGES, claimed, verify_folder
 from solidwhirl.store_stages import open_store
 from solidwhirl.sweep import batch_cases
 from solidwhirl.sweep_records import BatchCase, BatchRow
+from solidwhirl.terminal import duration_text
 
 #: Exit codes: a case failed; all came out, but an invariant of one is violated.
 FAILED, CHECKS_FAILED = 1, 3

@@ -7,23 +7,9 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn
 
 from solidwhirl.sweep_records import BatchRow
+from solidwhirl.terminal import duration_text
 
 _WORDS = {"done": "done", "failed": "FAILED", "checks_failed": "CHECKS FAILED"}
-
-
-def duration_text(seconds: float) -> str:
-    """Return a duration for people: seconds, minutes or hours.
-
-    Parameters
-    ----------
-    seconds
-        The duration [s].
-    """
-    if seconds < 99.5:
-        return f"{seconds:.0f} s" if seconds >= 9.95 else f"{seconds:.1f} s"
-    if seconds < 5970.0:
-        return f"{seconds / 60.0:.0f} min"
-    return f"{seconds / 3600.0:.1f} h"
 
 
 class BatchProgress:

@@ -19,7 +19,7 @@ from rich.console import Console
 from solidwhirl.batch import kept_cases
 from solidwhirl.batch_coordinator import LATER, NONE_LEFT, Coordinator
 from solidwhirl.batch_memory import MemoryRoom
-from solidwhirl.batch_progress import BatchProgress, duration_text
+from solidwhirl.batch_progress import BatchProgress
 from solidwhirl.batch_schedule import (
     Predicted,
     TimeToGo,
@@ -33,6 +33,7 @@ from solidwhirl.machine import MachineSpeed
 from solidwhirl.scene_file import read_scene
 from solidwhirl.store_stages import open_store
 from solidwhirl.sweep_records import BatchCase, BatchRow
+from solidwhirl.terminal import duration_text
 
 SCENES = Path(__file__).parents[2] / "scenes"
 
