@@ -5,11 +5,11 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 
+from solidwhirl.pictures import labels
+
 
 def spread(places: Sequence[float], widths: Sequence[float]) -> list[float]:
-    """Move labels apart so that none overlaps the next, as little as possible.
-
-    The sum of squared moves is least (isotonic regression by pooling of neighbours).
+    """Move labels apart so that none overlaps the next, see `solidwhirl.pictures.labels.spread`.
 
     Parameters
     ----------
@@ -30,16 +30,5 @@ def spread(places: Sequence[float], widths: Sequence[float]) -> list[float]:
     """
     if any(b < a for a, b in itertools.pairwise(places)):
         raise ValueError("places of labels must rise")
-    offsets = [0.0]
-    for a, b in itertools.pairwise(widths):
-        offsets.append(offsets[-1] + 0.5 * (a + b))
-    pools: list[tuple[float, int]] = []  # mean of the shifted places, and how many they are
-    for place, offset in zip(places, offsets, strict=False):
-        mean, count = place - offset, 1
-        while pools and pools[-1][0] > mean:
-            before, many = pools.pop()
-            mean = (before * many + mean * count) / (many + count)
-            count += many
-        pools.append((mean, count))
-    shifted = [mean for mean, count in pools for _ in range(count)]
-    return [s + offset for s, offset in zip(shifted, offsets, strict=False)]
+    moved: list[float] = labels.spread(places, widths).tolist()
+    return moved
