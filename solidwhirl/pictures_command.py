@@ -12,7 +12,6 @@ from solidwhirl.errors import OutputError
 from solidwhirl.pictures.records import MOVING_FORMATS, STILL_FORMATS, Picture
 from solidwhirl.rotordyn.atomic import replacing
 from solidwhirl.scene import Scene
-from solidwhirl.store import StageStore
 
 if TYPE_CHECKING:
     from solidwhirl.store_stages import Keeper
@@ -41,18 +40,6 @@ class DrawnPictures:
     files: tuple[Path, ...]
     index: Path
     failed: tuple[tuple[str, str], ...]
-
-
-class _WithoutPictures(StageStore):
-    """A store whose pictures are not found: they are of one format, and others are asked for."""
-
-    def find(self, key: str, note: Callable[[str], None]) -> Any | None:
-        found = super().find(key, note)
-        return None if isinstance(found, bytes) else found
-
-    def keep(self, key: str, stage: str, value: Any, note: Callable[[str], None]) -> None:
-        if not isinstance(value, bytes):
-            super().keep(key, stage, value, note)
 
 
 def chosen_formats(text: str) -> tuple[str, ...]:
@@ -143,16 +130,15 @@ def pictures_command(
     from solidwhirl.pictures.catalogue import pictures_of
     from solidwhirl.pipeline import run_scene
     from solidwhirl.run_folder import claimed
-    from solidwhirl.store_stages import RECORDS, Keeper, engine_part
+    from solidwhirl.store_stages import Keeper, engine_part, open_store
 
     kinds = chosen_formats(formats)
     with claimed(out) as folder:
-        kept = _WithoutPictures(store or folder.stages, RECORDS)
+        kept = open_store(store or folder.stages)
         results = run_scene(scene, progress=progress, store=kept)
         assert results is not None
         chosen = chosen_pictures(pictures_of(results, modes), only)
-        own = StageStore(kept.folder, RECORDS)
-        keeper = Keeper(store=own, progress=progress)
+        keeper = Keeper(store=kept, progress=progress)
         content = (engine_part(scene), scene.analyses, scene.name, scene.title)
         files: list[Path] = []
         failed: list[tuple[str, str]] = []
@@ -175,15 +161,11 @@ def pictures_command(
 
 
 def _kept(picture: Picture, keeper: Keeper, content: Any) -> Picture:
-    """The picture, taken from the store where it was drawn before in the same format."""
+    """The picture, taken from the store where it was drawn before."""
     if picture.name == "cost":  # of this run
         return picture
-
-    def draw(path: Path) -> None:
-        key = keeper.key("picture of a run", content, picture.name, path.suffix)
-        keeper.picture(key, picture.draw)(path)
-
-    return replace(picture, draw=draw)
+    key = keeper.key("picture of a run", content, picture.name)
+    return replace(picture, draw=keeper.picture(key, picture.draw))
 
 
 def _draw(

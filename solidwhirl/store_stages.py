@@ -274,6 +274,8 @@ class Keeper:
     def picture(self, key: str, draw: Write) -> Write:
         """A function that writes a picture, from the store or by drawing it.
 
+        Each format of a picture is kept by itself: the ending of the file tells it.
+
         Parameters
         ----------
         key
@@ -283,11 +285,11 @@ class Keeper:
         """
 
         def write(path: Path) -> None:
-            kept = self.find(key)
+            own = self.key("format of a picture", key, path.suffix)
+            kept = self.find(own)
             if kept is None:
                 draw(path)
-                if self.store is not None:
-                    self.keep(key, path.name, path.read_bytes())
+                self.keep(own, path.name, path.read_bytes())
             else:
                 path.write_bytes(kept)
 
