@@ -58,7 +58,7 @@ ORDINARY = {
     ),
     "docs/meshes.md": (
         "solidwhirl geometry scenes/ferraris.toml --step ferraris.step",
-        "solidwhirl geometry scenes/uhbr_engine.toml --step geometry --length-unit m",
+        "solidwhirl geometry scenes/uhbr_engine.toml --step out/step --length-unit m",
     ),
     "docs/recovery.md": ("solidwhirl export out/bodies/rotor.h5 --format vtu -o rotor.vtu",),
     "docs/superelement.md": (
