@@ -15,6 +15,7 @@ from solidwhirl.errors import OutputError, SceneError
 from solidwhirl.identify_model import InfeasibleError, Model
 from solidwhirl.identify_problem import Problem, read_problem
 from solidwhirl.identify_record import Identification, document, text
+from solidwhirl.identify_references import with_references
 from solidwhirl.identify_scene import Steps, scene_text
 from solidwhirl.identify_search import measured_slopes, search
 from solidwhirl.rotordyn.atomic import replacing
@@ -174,7 +175,8 @@ def identified_scene(found: Identification) -> str:
         problem.spec.title or problem.spec.name,
         f"Written by `solidwhirl identify {problem.path.name}`; see its record.",
     )
-    return scene_text(problem.scene_at(found.values), comments, header)
+    data = with_references(problem.scene_at(found.values), problem.spec)
+    return scene_text(data, comments, header)
 
 
 def _missed(found: Identification) -> tuple[str, ...]:

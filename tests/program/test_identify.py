@@ -94,6 +94,27 @@ def test_cylinder_is_found(problem):
     assert properties.polar_inertia_kg_m2 == pytest.approx(found.reached[1], rel=1e-12)
 
 
+def test_the_scene_keeps_what_it_was_identified_from(problem):
+    """And its own references of other quantities."""
+    own = {"quantity": "bodies.rotor.center_of_gravity_m[2]", "value": 0.25, "source": "drawing"}
+    mass = {"quantity": "bodies.rotor.mass_kg", "value": 1.0, "source": "older"}
+    sourced = {**MASS, "source": "scales", "tolerance": 2e-3}
+    found = identify(
+        read_problem(
+            problem(targets=(sourced, POLAR), scene={**CYLINDER, "references": [mass, own]})
+        )
+    )
+    references = {
+        r.quantity: (r.value, r.source, r.tolerance)
+        for r in parse_scene(tomllib.loads(identified_scene(found))).references
+    }
+    assert references == {
+        "bodies.rotor.mass_kg": (30.0, "scales; identified from it", 2e-3),
+        "bodies.rotor.polar_inertia_kg_m2": (0.09, "identified from it", 1e-3),
+        "bodies.rotor.center_of_gravity_m[2]": (0.25, "drawing", None),
+    }
+
+
 def test_sensitivities_of_the_cylinder(problem):
     """m ~ r^2 L and I ~ r^4 L; the finite step of 1e-3 of the range is worth 1 %."""
     found = identify(read_problem(problem()))

@@ -12,6 +12,7 @@ from solidwhirl.bodies import build_bodies
 from solidwhirl.geometry import mass_properties
 from solidwhirl.identify import read_problem
 from solidwhirl.identify_places import value_at
+from solidwhirl.identify_references import with_references
 from solidwhirl.scene_file import parse_scene, read_scene
 
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
@@ -78,6 +79,21 @@ def test_scene_is_what_its_problem_and_record_say(unit):
     assert list(wanted.values())[:4] == list(TABLE_4[unit][1])
     assert list(wanted.values())[4:] == (list(TABLE_6_HZ) if unit == "uhbr_lp" else [])
     assert not [p["name"] for p in record["parameters"] if p["at_bound"]]
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_scene_refers_to_what_it_was_identified_from(unit):
+    """Pages of runs compare with the published values; so does that of the whole engine."""
+    problem = read_problem(SCENES / "identify" / f"{unit}.toml")
+    written = read_scene(SCENES / f"{unit}.toml").references
+    fitted = [r for r in written if r.source.endswith("identified from it")]
+    assert [r.model_dump(exclude_defaults=True) for r in fitted] == with_references(
+        {}, problem.spec
+    )["references"]
+    body = TABLE_4[unit][0]
+    engine = read_scene(SCENES / "uhbr_engine.toml").references
+    ours = [r for r in engine if r.quantity.startswith(f"bodies.{body}.")]
+    assert tuple(r.value for r in ours) == TABLE_4[unit][1]
 
 
 def test_page_tells_the_values_of_the_record():

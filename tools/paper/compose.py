@@ -40,6 +40,7 @@ notes = [
     "The casing is rigid. Its mass, centre of gravity and inertia are what Table 4 leaves when the three units are taken from the whole engine. It is held at P, whose place is ASSUMED to be the engine's centre of gravity.",
     "Stiffness of the bearings at rest from Table 5, over the speed by the printed polynomial for x in both directions (the source calls its bearings isotropic), Ω in rad/s. Damping is that of Table 5 and constant: the printed damping polynomials turn negative from 1106 rad/s, so that the engine would be unstable at its design point.",
 ]
+REFERENCES
 
 [model]
 accuracy = 1e-2
@@ -177,12 +178,14 @@ def main() -> None:
     """Write the scene."""
     ratios = {"fan": 0.315, "lp": 1.0, "hp": -1.32}
     bodies, units, places = [], {}, {}
+    references: list[str] = []
     materials: dict[str, str] = {}
     for body, name in UNITS.items():
         text = (SCENES / f"{name}.toml").read_text(encoding="utf-8")
         scene = read_scene(SCENES / f"{name}.toml")
         properties = mass_properties(build_bodies(scene)[body])
         units[body] = properties
+        references += re.findall(rf'^    \{{ quantity = "bodies\.{body}\..*\}},$', text, flags=re.M)
         for interface in scene.bodies[body].interfaces:
             if interface.name in BEARINGS:
                 at = interface.at_m
@@ -207,7 +210,14 @@ def main() -> None:
         'speed_law = "lee"'
         for name, body in BEARINGS.items()
     ]
-    parts = [HEAD.rstrip(), *materials.values(), *bodies, _casing(units, places), *joints]
+    printed = "\n".join(["references = [", *references, "]"])
+    parts = [
+        HEAD.rstrip().replace("REFERENCES", printed),
+        *materials.values(),
+        *bodies,
+        _casing(units, places),
+        *joints,
+    ]
     gear = TAIL.split("[[bearings]]", 1)[0]
     for name, out in (
         ("uhbr_engine", "\n\n".join(parts) + "\n" + TAIL),

@@ -7,18 +7,13 @@ from typing import Any
 import numpy as np
 from paper.rows import Row, markdown, per_cent, table
 
+from solidwhirl.page.comparison import unit_of
 from solidwhirl.rotordyn import LEE_ANISOTROPIC, LEE_ISOTROPIC
 
 RPM = np.pi / 30.0
-# Table 4: mass [kg], centre of gravity [m], polar and diametral inertia [kg m²].
-TABLE_4 = {
-    "fan": ("uhbr_fan", (611.35, 0.653, 149.38, 78.21)),
-    "lp": ("uhbr_lp", (175.62, 1.488, 32.62, 91.18)),
-    "hp": ("uhbr_hp", (85.30, 1.85, 1.52, 3.65)),
-}
-TOTAL = (2021.42, 1.174, 1017.71, 1424.2)
-# Table 6 [Hz]: at rest, and at 9000 rpm in the rotating frame, undamped and damped.
-AT_REST = (17.4952, 70.8584, 82.3787, 153.201)
+# Table 4, whole engine: mass [kg], centre of gravity [m].
+TOTAL = (2021.42, 1.174)
+# Table 6 [Hz] at 9000 rpm in the rotating frame, undamped and damped; at rest: see the scene.
 AT_9000 = (63.1204, 63.4306, 69.4532, 70.7624, 71.9361, 78.3674)
 AT_9000_DAMPED = (71.0640, 70.4299, 70.9838, 70.7640, 73.6017, 78.3833)
 # Table 5 [N/m]: at rest and at the design point, and the speed of the rotor there [rpm].
@@ -83,22 +78,27 @@ def engine_sections(runs: dict[str, Any]) -> list[str]:
     ]
 
 
-def _table_4(runs: dict[str, Any]) -> str:
-    rows = []
-    for body, (scene, printed) in TABLE_4.items():
-        found = runs[scene].document["bodies"][body]
-        ours = (
-            found["mass_kg"],
-            found["center_of_gravity_m"][2],
-            found["polar_inertia_kg_m2"],
-            found["diametral_inertia_kg_m2"],
+def _references(run: Any, begin: str) -> list[Row]:
+    """Rows of the references that the scene itself has, of quantities that begin so."""
+    return [
+        per_cent(
+            entry["title"],
+            entry["value"],
+            entry["result"],
+            unit_of(entry["quantity"]),
+            "identified",
         )
-        names = ("mass", "centre of gravity", "inertia 1", "inertia 2, 3")
-        units = ("kg", "m", "kg m²", "kg m²")
-        rows += [
-            per_cent(f"{body}: {name}", p, o, unit, "identified")
-            for name, unit, p, o in zip(names, units, printed, ours, strict=True)
-        ]
+        for entry in run.document["references"]
+        if entry["quantity"].startswith(begin)
+    ]
+
+
+def _table_4(runs: dict[str, Any]) -> str:
+    rows = [
+        row
+        for unit in ("uhbr_fan", "uhbr_lp", "uhbr_hp")
+        for row in _references(runs[unit], "bodies.")
+    ]
     parts = runs["uhbr_engine"].document["bodies"].values()
     mass = sum(b["mass_kg"] for b in parts)
     center = sum(b["mass_kg"] * b["center_of_gravity_m"][2] for b in parts) / mass
@@ -168,11 +168,8 @@ def _study_text(lp: Any) -> str:
 
 
 def _table_6(lp: Any) -> str:
-    at_rest, at_speed = lp.document["analyses"]["mode_shapes"]["speeds"]
-    rows = [
-        per_cent(f"mode pair {k + 1} at rest", p, o, "Hz", "identified")
-        for k, (p, o) in enumerate(zip(AT_REST, at_rest["frequency_hz"][:8:2], strict=True))
-    ]
+    _, at_speed = lp.document["analyses"]["mode_shapes"]["speeds"]
+    rows = _references(lp, "modes_at_rest.")
     spin = at_speed["speed_rpm"] / 60.0
     # Appendix B: forward whirl is seen at |f - spin|, backward whirl at f + spin
     seen = [
