@@ -54,7 +54,7 @@ out/%/SHA256SUMS: scenes/%.toml $$(wildcard scenes/$$*/*) $(PROGRAM) | setup
 
 test: setup ## run the tests (on JOBS=2 cores; installs ROSS, which reads exported bodies)
 	@tools/ross_environment.sh
-	@tools/browser.sh
+	@tools/setup.sh browser
 	@$(BIN)/python -m pytest -m "not verify" -n $(JOBS) --dist worksteal
 
 check: setup ## lint, format, types and import rules

@@ -6,14 +6,14 @@ import contextlib
 import dataclasses
 import fcntl
 import json
-import math
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, get_type_hints
 
 from solidwhirl.errors import OutputError, clean
+from solidwhirl.plain_data import plain_data
 from solidwhirl.sweep_records import STATUSES, BatchRow, Value
 
 JOURNAL = "batch.jsonl"
@@ -159,7 +159,7 @@ def row_document(row: BatchRow) -> dict[str, Any]:
     """
     document = {f.name: getattr(row, f.name) for f in dataclasses.fields(row)}
     document["message"] = clean(row.message)
-    return {"schema": SCHEMA, **{key: _plain(value) for key, value in document.items()}}
+    return {"schema": SCHEMA, **{key: plain_data(value) for key, value in document.items()}}
 
 
 def row_from_document(document: Any) -> BatchRow:
@@ -228,16 +228,6 @@ def _number(value: Any) -> float:
 
 def _value(value: Any) -> Value:
     return value if isinstance(value, str) else _number(value)
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {str(k): _plain(v) for k, v in value.items()}
-    if isinstance(value, tuple | list):
-        return [_plain(v) for v in value]
-    if isinstance(value, str | int):
-        return value
-    return float(value) if math.isfinite(value) else None
 
 
 def _parsed(path: Path) -> tuple[list[BatchRow], int]:

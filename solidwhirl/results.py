@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -29,6 +28,7 @@ from solidwhirl.outcome import is_picture
 from solidwhirl.page.build import write_report
 from solidwhirl.page.records import Run
 from solidwhirl.pipeline import Results
+from solidwhirl.plain_data import plain_data
 from solidwhirl.plan_records import Plan
 from solidwhirl.plausibility import implausible
 from solidwhirl.report import report_text
@@ -111,7 +111,7 @@ def results_document(results: Results) -> dict[str, Any]:
         _put_estimates(document, results.estimates)
     if results.scene.references:
         document["references"] = compared(results.scene.references, document)
-    return _plain(document)  # type: ignore[no-any-return]
+    return plain_data(document)  # type: ignore[no-any-return]
 
 
 def _put_estimates(document: dict[str, Any], estimates: Estimates) -> None:
@@ -370,16 +370,3 @@ def _mass_properties(result: BodyResult) -> dict[str, Any]:
         "polar_inertia_kg_m2": p.polar_inertia_kg_m2,
         "diametral_inertia_kg_m2": p.diametral_inertia_kg_m2,
     }
-
-
-def _plain(value: Any) -> Any:
-    """JSON has no nan: absent numbers become null."""
-    if isinstance(value, dict):
-        return {k: _plain(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
-    if isinstance(value, float | np.floating):
-        return float(value) if math.isfinite(value) else None
-    if isinstance(value, np.integer):
-        return int(value)
-    return value

@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from solidwhirl.machine import machine_speed
+from solidwhirl.plain_data import plain_data
 from solidwhirl.scene import Scene
 from solidwhirl.scene_file import scene_hash
 from solidwhirl.study_errors import matched_errors
@@ -149,7 +150,7 @@ def study_document(study: Study) -> dict[str, Any]:
         "coupling": coupling_document(table),
         "beam_map": beam_maps(study.outcomes),
     }
-    return _plain(document)  # type: ignore[no-any-return]
+    return plain_data(document)  # type: ignore[no-any-return]
 
 
 def _machine() -> dict[str, Any]:
@@ -208,17 +209,6 @@ def _errors(pair: ErrorPair) -> dict[str, Any]:
         "least_effectivity": pair.least_effectivity,
         "without_partner": pair.unmatched,
     }
-
-
-def _plain(value: Any) -> Any:
-    """JSON has no nan: absent numbers become null."""
-    if isinstance(value, Mapping):
-        return {k: _plain(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
-    if isinstance(value, float):
-        return float(value) if math.isfinite(value) else None
-    return value
 
 
 def summary(study: Study, document: Mapping[str, Any]) -> str:

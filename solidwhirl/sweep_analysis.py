@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from solidwhirl.plain_data import plain_data
 from solidwhirl.sweep_bands import (
     LEVELS,
     CampbellBands,
@@ -144,7 +145,7 @@ def document_of(
         "quantile_levels": LEVELS,
         "scenes": [_document(a) for a in found],
     }
-    plain: dict[str, Any] = _plain(content)
+    plain: dict[str, Any] = plain_data(content)
     return plain
 
 
@@ -316,18 +317,3 @@ def _map_document(found: MarginMap, design: SweepDesign) -> dict[str, Any]:
         "least_margin": found.case_margin,
         "notes": found.notes,
     }
-
-
-def _plain(value: Any) -> Any:
-    """Lists, numbers and words; null for numbers that are not finite."""
-    if isinstance(value, Mapping):
-        return {str(k): _plain(v) for k, v in value.items()}
-    if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
-    if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
-    if isinstance(value, np.generic):
-        return _plain(value.item())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

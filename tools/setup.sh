@@ -7,8 +7,12 @@ cd "$(dirname "$0")/.."
 # libopenblas0-pthread replaces the reference BLAS, which makes factorisations 4 to 8 times slower.
 PACKAGES="python3-venv python3-dolfinx python3-petsc4py python3-slepc4py gcc g++ libopenblas0-pthread
 libgl1 libglu1-mesa libxrender1 libxcursor1 libxft2 libxinerama1 libegl1"
-# The long comparisons run another program beside ours.
-[ "${1:-}" != verify ] || PACKAGES="$PACKAGES calculix-ccx"
+case ${1:-} in
+    # the long comparisons run another program beside ours
+    verify) PACKAGES="$PACKAGES calculix-ccx" ;;
+    # the tests look at pages
+    browser) PACKAGES="$PACKAGES chromium chromium-driver" ;;
+esac
 PYTHON=/usr/bin/python3
 STAMP=.venv/.installed
 WANTED=$(cat pyproject.toml tools/setup.sh tools/constraints.py tools/warm_cache.py | sha256sum)

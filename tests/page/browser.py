@@ -30,7 +30,7 @@ def browser() -> Iterator[Any]:
     from selenium import webdriver
 
     for file in (CHROMIUM, DRIVER):
-        assert file.exists(), f"{file} is missing; tools/browser.sh installs it"
+        assert file.exists(), f"{file} is missing; `tools/setup.sh browser` installs it"
     options = webdriver.ChromeOptions()
     options.binary_location = str(CHROMIUM)
     for argument in _ARGUMENTS:
