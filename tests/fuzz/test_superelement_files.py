@@ -75,23 +75,23 @@ def survive(folder, check_message):
 
 
 def test_sealed_files_never_pass_with_a_changed_byte(survive):
-    """780 inputs. The checksum finds all; a few changes leave the file as it was."""
-    outcomes = survive("sealed", 0, 780)
-    assert outcomes["read"] < 15
+    """400 inputs. The checksum finds all; a few changes leave the file as it was."""
+    outcomes = survive("sealed", 0, 400)
+    assert outcomes["read"] < 8
 
 
 def test_damaged_bytes(survive):
-    """250 inputs without a checksum, some of which crash or hang the HDF5 library."""
-    outcomes = survive("bytes", 0, 250)
-    assert outcomes["refused"] > 170
+    """125 inputs without a checksum, some of which crash or hang the HDF5 library."""
+    outcomes = survive("bytes", 0, 125)
+    assert outcomes["refused"] > 85
 
 
 def test_damaged_content(survive, superelement_damage):
-    """440 inputs that HDF5 itself finds in order, every kind of damage many times."""
-    outcomes = survive("content", 0, 440)
-    assert outcomes["refused"] > 250
+    """220 inputs that HDF5 itself finds in order, every kind of damage many times."""
+    outcomes = survive("content", 0, 220)
+    assert outcomes["refused"] > 125
     # harmless additions, numbers that a body may have, later minor versions
-    assert outcomes["read"] > 50
+    assert outcomes["read"] > 25
 
 
 @pytest.mark.verify

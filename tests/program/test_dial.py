@@ -69,7 +69,7 @@ def test_given_sizes_and_modes_are_kept_and_their_error_is_said(run):
 
 def test_more_modes_are_taken_where_truncation_is_what_is_wrong(run):
     """A fine mesh is given, so only the basis can follow the accuracy."""
-    results = run(accuracy=1e-5, size_m=0.02, corner_size_m=1e-4, growth=0.5, order=4)
+    results = run(accuracy=1e-5, size_m=0.02, corner_size_m=1e-3, growth=0.7, order=4)
     first, last = results.rounds[0], results.rounds[-1]
     assert first.parts["mode_truncation"] > 0.2e-5
     assert last.modes["rotor"] > first.modes["rotor"]

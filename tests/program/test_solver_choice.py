@@ -92,14 +92,14 @@ def test_auto_is_iterative_where_the_factor_does_not_fit(scene, direct, monkeypa
 
 
 @pytest.mark.solver
-def test_a_factor_that_mumps_refuses_is_followed_by_the_iteration(scene, direct, monkeypatch):
+def test_a_factor_that_mumps_refuses_is_followed_by_the_iteration(scene, monkeypatch):
     import solidwhirl.reduction.constrained as constrained
     import solidwhirl.reduction.solvers as solvers
 
     # the prediction is content, MUMPS after its analysis is not
     monkeypatch.setattr(solvers, "available_memory_bytes", lambda comm: None)
     monkeypatch.setattr(constrained, "available_memory_bytes", lambda comm: 2**21)
-    document, said = run(scene())
+    document, said = run(scene(rpm=(0.0, 3000.0), modes=1))
     assert document["bodies"]["rotor"]["solver"] == "iterative"
     assert any("rotor: solved iteratively, MUMPS needs more memory" in text for text in said)
 
