@@ -134,10 +134,9 @@ class Recorder:
         stored = 0.5 * (np.einsum("kn,kn->k", speed, speed) - np.einsum("kn,kn->k", place, spring))
         # spring is −K η; the part of K that is not symmetric works, with −Kᵀη beside it
         mirrored = scale * (place @ block.rates[:, :n])
-        load = np.einsum("kc,kc->k", block.amplitudes, speed @ self._modal_columns)
         powers = np.stack(
             (
-                load + speed @ block.modal_constant,
+                np.einsum("kc,kc->k", block.amplitudes, speed @ self._modal_columns),
                 0.5 * np.einsum("kn,kn->k", speed, spring - mirrored),
                 -np.einsum("kn,kn->k", speed, damper),
             ),
@@ -148,6 +147,8 @@ class Recorder:
             self._works[1] += stored[0] - self._stored
         works = np.vstack((np.zeros(3), np.cumsum(0.5 * (powers[1:] + powers[:-1]), axis=0)))
         works = self._works + self._plan.step_s * works
+        # exact, also for motion that a step does not resolve
+        works[:, 0] += (place - place[0]) @ block.modal_constant
         self._stored, self._works = float(stored[-1]), works[-1].copy()
         return np.column_stack((stored, works))
 
