@@ -7,6 +7,13 @@ from typing import Any
 
 from solidwhirl.identify_problem import ProblemSpec, TargetSpec, is_mass_target
 
+_NAMES = {
+    "mass_kg": "mass",
+    "center_of_gravity_m": "centre of gravity",
+    "polar_inertia_kg_m2": "polar inertia",
+    "diametral_inertia_kg_m2": "diametral inertia",
+}
+
 
 def with_references(data: Mapping[str, Any], spec: ProblemSpec) -> dict[str, Any]:
     """Return the scene with a reference for every target that its results will hold.
@@ -27,8 +34,10 @@ def with_references(data: Mapping[str, Any], spec: ProblemSpec) -> dict[str, Any
 
 def _reference(target: TargetSpec) -> dict[str, Any]:
     if is_mass_target(target):
-        name = target.name.replace("_", " ")
-        title, quantity = f"{target.body}: {name}", f"bodies.{target.body}.{target.quantity}"
+        title, quantity = (
+            f"{target.body}: {_NAMES[target.quantity]}",
+            f"bodies.{target.body}.{target.quantity}",
+        )
         if target.quantity == "center_of_gravity_m":
             quantity += "[2]"
     else:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -39,9 +39,16 @@ def section(run: Run) -> Section | None:
     blocks += [near] if near else []
     blocks.append(_table(checks))
     if undecided:
-        said = "\n".join(f"- {c['where']}: {c['name']}: {c['reason']}" for c in undecided)
+        said = "\n".join(_by_reason(undecided))
         blocks.append(Text(text=f"Not decided:\n\n{said}", kind="note"))
     return Section(name="checks", title="Checks", blocks=blocks)
+
+
+def _by_reason(undecided: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """What was not decided, once for each reason."""
+    for reason in dict.fromkeys(c["reason"] for c in undecided):
+        same = [f"{c['name']} ({c['where']})" for c in undecided if c["reason"] == reason]
+        yield f"- {reason}: {'; '.join(same)}"
 
 
 def _worst(checks: Sequence[Mapping[str, Any]]) -> list[tuple[str, int, Mapping[str, Any]]]:

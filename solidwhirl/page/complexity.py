@@ -84,12 +84,12 @@ def complexity_table(found: Mapping[str, Any]) -> Table:
                 m["peak_force_n"],
                 _hundredfold(m["peak_force_error"]),
                 *[_hundredfold(e) for e in m["response_error_by_band"]],
-                m["wall_time_s"],
+                f"{m['wall_time_s']:.3g}",
             ]
             for m in found["models"]
         ],
     )
 
 
-def _hundredfold(value: float | None) -> float | None:
-    return None if value is None else 100.0 * value
+def _hundredfold(value: float | None) -> str | None:
+    return None if value is None else f"{100.0 * value:.3g}"

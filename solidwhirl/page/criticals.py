@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from solidwhirl.page.margins import margin_blocks
 from solidwhirl.page.marks import whirl_text
 from solidwhirl.page.operating import operating_bands, operating_speeds
 from solidwhirl.page.records import Chart, Choice, Option, Run, Section, Table, Text
@@ -16,7 +17,6 @@ from solidwhirl.page.traces import (
     Trace,
     analyses_of_kind,
     axis,
-    band,
     branch_lines,
     line,
     log_axis,
@@ -29,8 +29,8 @@ from solidwhirl.page.traces import (
     whirl_name,
 )
 
-# Margins that are drawn beside an operating range.
-_MARGIN = 0.15
+# Rows of a table that is not folded.
+_MOST = 15
 # Part of the axis below which an error bar lies within its mark.
 _SEEN = 0.008
 
@@ -46,7 +46,7 @@ def section(run: Run) -> Section | None:
         return None
     blocks: list[Any] = []
     if found:
-        blocks += [critical_speed_table(found, ratios), critical_speed_chart(document, ratios)]
+        blocks += [critical_speed_chart(document, ratios), critical_speed_table(found, ratios)]
     elif top > 0.0:
         blocks.append(Text(text=f"There is no critical speed up to {top:g} rpm."))
     for name, entry in margins.items():
@@ -94,6 +94,7 @@ def critical_speed_table(found: Sequence[Mapping[str, Any]], ratios: Mapping[str
     return Table(
         head=head,
         rows=rows,
+        folded=f"All critical speeds ({len(rows)})" if len(rows) > _MOST else "",
         caption="The error is that of speed and frequency alike, relative. Unbalance of a rotor "
         "that is the same in all directions excites forward whirl alone.",
     )
@@ -147,7 +148,7 @@ def critical_speed_chart(document: Mapping[str, Any], ratios: Mapping[str, float
         title="Where the critical speeds lie",
         caption="Critical speeds by the shaft that excites them, with their estimated errors as "
         "bars (most are smaller than the mark); hatched bands are operating speeds.",
-        alt="Critical speeds along the speed of the reference shaft; the table above has the "
+        alt="Critical speeds along the speed of the reference shaft; the table below has the "
         "numbers.",
         traces=traces,
         layout={
@@ -170,134 +171,6 @@ def _critical_text(c: Mapping[str, Any]) -> str:
         words.append(f"log. decrement {c['log_decrement']:.4g}")
     if "frequency_error_estimate" in c:
         words.append(f"error {percent(c['frequency_error_estimate'])}")
-    return "<br>".join(words)
-
-
-def margin_blocks(name: str, entry: Mapping[str, Any]) -> list[Any]:
-    """Return table and chart of the separation margins of one analysis.
-
-    Parameters
-    ----------
-    name
-        Of the analysis.
-    entry
-        Its part of `results.json`.
-    """
-    rows = entry["margins"]
-    if not rows:
-        return [Text(text=f"`{name}`: there is no critical speed near the operating speeds.")]
-    return [margin_chart(name, entry), _margin_table(name, rows)]
-
-
-def _margin_table(name: str, rows: Sequence[Mapping[str, Any]]) -> Table:
-    return Table(
-        title=f"Separation margins ({name})",
-        head=[
-            "shaft",
-            "critical speed [rpm]",
-            "whirl",
-            "amplification factor [1]",
-            "margin [%]",
-            "API 617 asks [%]",
-            "by API 617",
-            "by 15 %",
-            "by 20 %",
-        ],
-        rows=[
-            [
-                m["shaft"],
-                f"{m['critical_speed_rpm']:.1f}",
-                whirl_text(m["whirl"]),
-                m["amplification_factor"],
-                f"{100.0 * m['margin']:.1f}",
-                _required(m),
-                m["verdict_api_617"],
-                m["verdict_15_percent"],
-                m["verdict_20_percent"],
-            ]
-            for m in rows
-        ],
-        caption="In the manner of API 617; no statement of compliance. Speeds are those of the "
-        "shaft itself.",
-    )
-
-
-def _required(m: Mapping[str, Any]) -> str | None:
-    asked = m["required_api_617"]
-    return "no margin is enough" if asked is None else f"{100.0 * asked:.1f}"
-
-
-def margin_chart(name: str, entry: Mapping[str, Any]) -> Chart:
-    """Return critical speeds and operating range of each shaft; arguments as `margin_blocks`."""
-    shafts = list(dict.fromkeys(o["shaft"] for o in entry["operating"]))
-    traces: list[Trace] = []
-    for o in entry["operating"]:
-        at = shafts.index(o["shaft"])
-        wide = band(
-            o["from_rpm"] * (1.0 - _MARGIN),
-            o["to_rpm"] * (1.0 + _MARGIN),
-            at - 0.32,
-            at + 0.32,
-            f"15 % around the operating speed of {o['shaft']}",
-            showlegend=False,
-        )
-        del wide["fillpattern"]
-        traces += [
-            wide,
-            band(
-                o["from_rpm"],
-                o["to_rpm"],
-                at - 0.32,
-                at + 0.32,
-                f"operating speed of {o['shaft']}, {o['from_rpm']:g} to {o['to_rpm']:g} rpm",
-                showlegend=False,
-            ),
-        ]
-    for whirl in WHIRL:
-        own = [m for m in entry["margins"] if (m["whirl"] or "planar") == whirl]
-        if own:
-            traces.append(
-                marks(
-                    [m["critical_speed_rpm"] for m in own],
-                    [shafts.index(m["shaft"]) for m in own],
-                    whirl_name(whirl),
-                    style_of(whirl),
-                    12,
-                    text=[_margin_text(m) for m in own],
-                    hovertemplate="<b>%{x:,.1f} rpm</b><br>%{text}<extra></extra>",
-                )
-            )
-    last = max(
-        [m["critical_speed_rpm"] for m in entry["margins"]]
-        + [(1.0 + _MARGIN) * o["to_rpm"] for o in entry["operating"]]
-    )
-    return Chart(
-        name=f"margins-{slug(name)}",
-        title=f"Critical speeds and operating speeds ({name})",
-        caption="Hatched: operating speeds of each shaft; plain around them: 15 % more and less. "
-        "Critical speeds inside the plain band are nearer than 15 %.",
-        alt="Critical speeds of each shaft beside its operating range; the table below has the "
-        "numbers.",
-        traces=traces,
-        layout={
-            "xaxis": axis("speed of the shaft itself [rpm]", range=[0.0, 1.04 * last]),
-            "yaxis": axis(
-                "shaft",
-                tickmode="array",
-                tickvals=list(range(len(shafts))),
-                ticktext=shafts,
-                range=[-0.5, len(shafts) - 0.5],
-            ),
-        },
-        height_px=180 + 60 * len(shafts),
-    )
-
-
-def _margin_text(m: Mapping[str, Any]) -> str:
-    words = [f"margin {100.0 * m['margin']:.1f} % ({m['position']} the operating speed)"]
-    if m["amplification_factor"] is not None:
-        words.append(f"amplification factor {m['amplification_factor']:.3g}")
-    words.append(f"15 %: {m['verdict_15_percent']}")
     return "<br>".join(words)
 
 

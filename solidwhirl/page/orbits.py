@@ -24,6 +24,8 @@ from solidwhirl.page.traces import (
 # Speeds whose orbits can be chosen.
 _MOST_ORBITS = 12
 _POINTS = 73
+# Names of orbits smaller than this part of the largest would lie over each other.
+_NAMED = 0.1
 
 
 def orbit_chart(
@@ -55,10 +57,12 @@ def orbit_chart(
             before = len(traces)
             for k, (place, motion) in enumerate(motions):
                 traces += _orbit(place, motion, row, factor, unit, k)
+                if float(numbers(motion["major_m"])[row]) < _NAMED * largest:
+                    traces[-1]["mode"] = "markers"
             reach = 1.12 * factor * largest
             options.append(
                 Option(
-                    label=f"{rpm[row]:,.0f} rpm, unbalance of {', '.join(exciter['bodies'])}",
+                    label=f"{rpm[row]:.0f} rpm, unbalance of {', '.join(exciter['bodies'])}",
                     traces=list(range(before, len(traces))),
                     layout={
                         "xaxis.title.text": f"displacement along x [{unit}]",

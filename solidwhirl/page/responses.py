@@ -28,6 +28,9 @@ from solidwhirl.page.traces import (
 
 # Curves shown at the start; the others can be switched on in the legend.
 _SHOWN = 8
+# Part of the largest amplitude below which an amplitude is rounding.
+_ROUNDING = 1e-9
+_LEFT_OUT = "What is below 1e-9 of the largest is rounding, and not drawn."
 
 
 def section(run: Run) -> Section | None:
@@ -115,62 +118,92 @@ def _by_exciter(entry: Mapping[str, Any], counts: Sequence[int], start: int) -> 
     return [Choice(label="excited by", options=options)]
 
 
+def moving(curves: Mapping[str, Any]) -> dict[str, FloatArray]:
+    """Return what is more than rounding of curves of one excitation; the rest of them is nan.
+
+    Parameters
+    ----------
+    curves
+        Amplitudes by name, shape (s,) each.
+
+    Returns
+    -------
+    dict
+        Without the curves that are rounding all along.
+    """
+    values = {name: numbers(curve) for name, curve in curves.items()}
+    largest = max((float(np.nanmax(v, initial=0.0)) for v in values.values()), default=0.0)
+    kept = {name: np.where(v > _ROUNDING * largest, v, np.nan) for name, v in values.items()}
+    return {name: v for name, v in kept.items() if np.isfinite(v).any()}
+
+
+def _extent(curves: Sequence[FloatArray], unit: str) -> tuple[str, float, float, float]:
+    """Unit with a prefix, the factor to it, and the least and the largest value in it."""
+    largest = max((float(np.nanmax(c)) for c in curves), default=1.0)
+    prefixed, factor = metric(largest, unit)
+    least = min((float(np.nanmin(c)) for c in curves), default=1.0)
+    return prefixed, factor, factor * least, factor * largest
+
+
 def amplitude_chart(
     name: str, entry: Mapping[str, Any], operating: tuple[Operating, ...] = ()
 ) -> Chart:
     """Return the largest displacement over the speed; arguments as `response_blocks`."""
     rpm = numbers(entry["speed_rpm"])
-    majors = [numbers(p["major_m"]) for e in entry["exciters"] for p in e["places"].values()]
-    unit, factor = metric(max((float(np.nanmax(m)) for m in majors), default=1.0), "m")
-    positive = np.concatenate([m[m > 0.0] for m in majors] or [np.ones(1)]) * factor
-    if not positive.size:
-        positive = np.ones(1)
-    low, high = float(positive.min()), float(positive.max())
+    majors = [
+        m
+        for e in entry["exciters"]
+        for m in moving({k: p["major_m"] for k, p in e["places"].items()}).values()
+    ]
+    unit, factor, low, high = _extent(majors, "m")
     traces: list[Trace] = operating_bands(operating, low, high)
     start, counts = len(traces), []
     for exciter in entry["exciters"]:
         before = len(traces)
+        major = moving({place: m["major_m"] for place, m in exciter["places"].items()})
         for k, (place, motion) in enumerate(exciter["places"].items()):
-            traces.append(_amplitude_line(rpm, exciter, place, motion, factor, unit, k))
+            if place in major:
+                shown = {**motion, "major_m": major[place]}
+                traces.append(_amplitude_line(rpm, exciter, place, shown, factor, unit, k))
         for k, (place, peaks) in enumerate(exciter["peaks"].items()):
-            if peaks:
+            if peaks and place in major:
                 traces.append(_peak_marks(place, peaks, factor, unit, k))
         counts.append(len(traces) - before)
-    floor = max(low, high * 1e-7)
-    controls: list[Any] = [*_by_exciter(entry, counts, start)]
-    if start:
-        controls.append(Toggle(label="operating speeds", traces=list(range(start))))
-    controls.append(_scales(floor, high))
     return Chart(
         name=f"amplitude-{slug(name)}",
         title=f"Displacement ({name})",
         caption="Major semi-axis of the orbit at each place over the speed. Rings mark the "
         "resonance peaks; their amplification factor is that of API 617 from the half-power "
-        "points.",
+        f"points. {_LEFT_OUT}",
         alt=f"Displacement at {', '.join(entry['exciters'][0]['places'])} over the speed up to "
         f"{rpm.max():g} rpm; the table of peaks has the numbers.",
         traces=traces,
         layout={
             "xaxis": axis(SPEED_AXIS, range=[float(rpm.min()), float(rpm.max())]),
-            "yaxis": log_axis(f"largest displacement [{unit}]", floor, 1.6 * high),
+            "yaxis": log_axis(f"largest displacement [{unit}]", _floor(low, high), 1.6 * high),
         },
         height_px=460,
-        controls=controls,
+        controls=_controls(entry, counts, start, high),
     )
 
 
-def _scales(low: float, high: float) -> Choice:
-    return Choice(
-        label="scale",
-        options=[
-            Option(label="logarithmic", traces=()),
-            Option(
-                label="linear",
-                traces=(),
-                layout={"yaxis.type": "linear", "yaxis.range": [0.0, 1.05 * high]},
-            ),
-        ],
-    )
+def _floor(low: float, high: float) -> float:
+    return max(low, high * 1e-7)
+
+
+def _controls(
+    entry: Mapping[str, Any], counts: Sequence[int], start: int, high: float
+) -> list[Choice | Toggle]:
+    """The exciter, the operating speeds where there are any before `start`, and the scale."""
+    controls: list[Choice | Toggle] = [*_by_exciter(entry, counts, start)]
+    if start:
+        controls.append(Toggle(label="operating speeds", traces=list(range(start))))
+    linear = {"yaxis.type": "linear", "yaxis.range": [0.0, 1.05 * high]}
+    options = [
+        Option(label="logarithmic", traces=()),
+        Option(label="linear", traces=(), layout=linear),
+    ]
+    return [*controls, Choice(label="scale", options=options)]
 
 
 def _amplitude_line(
@@ -189,7 +222,7 @@ def _amplitude_line(
     ]
     return line(
         rpm,
-        _positive(factor * numbers(motion["major_m"])),
+        factor * numbers(motion["major_m"]),
         place,
         series_style(number),
         text=texts,
@@ -197,11 +230,6 @@ def _amplitude_line(
         "<extra></extra>",
         visible=True if number < _SHOWN else "legendonly",
     )
-
-
-def _positive(values: FloatArray) -> FloatArray:
-    """Values for a logarithmic axis, zeros as gaps."""
-    return np.where(values > 0.0, values, np.nan)
 
 
 def _peak_marks(
@@ -238,10 +266,13 @@ def phase_chart(name: str, entry: Mapping[str, Any]) -> Chart:
     for exciter in entry["exciters"]:
         before = len(traces)
         for direction in "xy":
+            key = f"amplitude_{direction}_m"
+            amplitude = moving({place: m[key] for place, m in exciter["places"].items()})
             for k, (place, motion) in enumerate(exciter["places"].items()):
                 phase = numbers(motion[f"phase_{direction}_deg"])
-                amplitude = numbers(motion[f"amplitude_{direction}_m"])
-                phase = np.where(amplitude > 0.0, phase, np.nan)
+                if place not in amplitude:
+                    continue
+                phase = np.where(np.isfinite(amplitude[place]), phase, np.nan)
                 traces.append(
                     line(
                         *_unwrapped(rpm, phase),
@@ -281,20 +312,20 @@ def force_chart(
 ) -> Chart:
     """Return the largest lateral force in each bearing; arguments as `response_blocks`."""
     rpm = numbers(entry["speed_rpm"])
-    forces = [numbers(f) for e in entry["exciters"] for f in e["bearing_force_n"].values()]
-    unit, factor = metric(max(float(np.nanmax(f)) for f in forces), "N")
-    positive = np.concatenate([f[f > 0.0] for f in forces]) * factor
-    positive = positive if positive.size else np.ones(1)
-    low, high = float(positive.min()), float(positive.max())
+    forces = [f for e in entry["exciters"] for f in moving(e["bearing_force_n"]).values()]
+    unit, factor, low, high = _extent(forces, "N")
     traces: list[Trace] = operating_bands(operating, low, high)
     start, counts = len(traces), []
     for exciter in entry["exciters"]:
         before = len(traces)
-        for k, (bearing, force) in enumerate(exciter["bearing_force_n"].items()):
+        strained = moving(exciter["bearing_force_n"])
+        for k, bearing in enumerate(exciter["bearing_force_n"]):
+            if bearing not in strained:
+                continue
             traces.append(
                 line(
                     rpm,
-                    _positive(factor * numbers(force)),
+                    factor * strained[bearing],
                     bearing,
                     series_style(k),
                     hovertemplate=f"<b>{bearing}</b><br>%{{x:,.1f}} rpm<br>%{{y:.4g}} {unit}"
@@ -303,24 +334,19 @@ def force_chart(
                 )
             )
         counts.append(len(traces) - before)
-    floor = max(low, high * 1e-7)
-    controls: list[Any] = [*_by_exciter(entry, counts, start)]
-    if start:
-        controls.append(Toggle(label="operating speeds", traces=list(range(start))))
-    controls.append(_scales(floor, high))
     return Chart(
         name=f"forces-{slug(name)}",
         title=f"Bearing forces ({name})",
         caption="Largest lateral force through each bearing over the speed: the major semi-axis "
-        "of the ellipse that the force draws.",
+        f"of the ellipse that the force draws. {_LEFT_OUT}",
         alt=f"Forces through the bearings up to {high:.4g} {unit}.",
         traces=traces,
         layout={
             "xaxis": axis(SPEED_AXIS, range=[float(rpm.min()), float(rpm.max())]),
-            "yaxis": log_axis(f"largest lateral force [{unit}]", floor, 1.6 * high),
+            "yaxis": log_axis(f"largest lateral force [{unit}]", _floor(low, high), 1.6 * high),
         },
         height_px=420,
-        controls=controls,
+        controls=_controls(entry, counts, start, high),
     )
 
 

@@ -127,7 +127,7 @@ def _facts(name: str, entry: Mapping[str, Any]) -> Table:
                 f"then held for {entry['hold_s']:g} s",
             ],
             [
-                "largest lateral force through the mount " + entry["mount"],
+                f"largest lateral force through {entry['mount']}",
                 f"{entry['largest_mount_force_n']:.5g} N",
             ],
             ["fastest excitation", f"{entry['fastest_excitation_hz']:.5g} Hz"],

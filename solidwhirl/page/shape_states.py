@@ -93,7 +93,7 @@ def _at_speed(system: AssembledSystem, rpm: float, modes: Modes) -> ShownModes:
         whirl = np.full(whirl.shape, "planar")
     hertz = modes.eigenvalues.imag / (2.0 * np.pi)
     return ShownModes(
-        label="at rest" if rpm == 0.0 else f"at {rpm:,.0f} rpm",
+        label="at rest" if rpm == 0.0 else f"at {rpm:.0f} rpm",
         modes=modes,
         rpm=np.full(hertz.size, rpm),
         whirl=tuple(str(w) for w in whirl),
@@ -131,6 +131,6 @@ def _critical(results: Results) -> ShownModes | None:
         rpm=rpm,
         whirl=tuple(str(c.whirl) for c in critical),
         texts=tuple(
-            f"{c.speed_rad_s * _RPM:,.1f} rpm, {c.frequency_hz:.4g} Hz, {c.whirl}" for c in critical
+            f"{c.speed_rad_s * _RPM:.1f} rpm, {c.frequency_hz:.4g} Hz, {c.whirl}" for c in critical
         ),
     )

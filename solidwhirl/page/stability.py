@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from solidwhirl.page.records import Chart, Choice, Option, Run, Section, Text
 from solidwhirl.page.traces import (
     SPEED_AXIS,
+    FloatArray,
     Trace,
     analyses_of_kind,
     axis,
@@ -22,6 +23,8 @@ from solidwhirl.page.traces import (
 
 # Decrements above this, close to critical damping, would flatten the rest.
 _LARGEST = 2.0
+# Decrements and growth rates below this are those of undamped motion.
+_NOTHING = 1e-9
 
 
 def section(run: Run) -> Section | None:
@@ -86,9 +89,12 @@ def stability_blocks(name: str, entry: Mapping[str, Any]) -> list[Any]:
         text = f"No motion grows up to {rpm.max():g} rpm."
     else:
         text = (
-            f"**A motion grows ({found['kind']}) from {found['speed_rpm']:,.1f} rpm**, "
+            f"**A motion grows ({found['kind']}) from {found['speed_rpm']:.1f} rpm**, "
             f"at {found['frequency_hz'] or 0.0:.4g} Hz."
         )
+    if found is None and max(np.nanmax(np.abs(smallest)), np.nanmax(growth)) < _NOTHING:
+        text += " At every speed there is motion that nothing damps, such as torsion: the smallest "
+        return [Text(text=text + "decrement is 0, and there is no curve to draw.")]
     chart = Chart(
         name=f"stability-{slug(name)}",
         title=f"Least damped motion over the speed ({name})",
@@ -150,6 +156,38 @@ def law_blocks(name: str, entry: Mapping[str, Any]) -> list[Any]:
     return blocks
 
 
+class _Curve(NamedTuple):
+    """A coefficient over the speed."""
+
+    law: str
+    speed_rpm: FloatArray
+    values: FloatArray
+
+    def is_same(self, other: _Curve) -> bool:
+        """Whether one would lie on the other."""
+        return (
+            self.law == other.law
+            and np.array_equal(self.speed_rpm, other.speed_rpm)
+            and np.allclose(self.values, other.values, rtol=1e-9, atol=0.0)
+        )
+
+
+def _curves(bearings: Mapping[str, Any], key: str) -> list[tuple[_Curve, str]]:
+    """Curves of a coefficient that differ, with the bearings and directions that have them."""
+    found: list[tuple[_Curve, list[str]]] = []
+    for bearing, entry in bearings.items():
+        rpm, values = numbers(entry["speed_of_its_rotor_rpm"]), numbers(entry[key])
+        same = bool(np.allclose(values[:, 0], values[:, 1], rtol=1e-9, atol=0.0))
+        for k, direction in enumerate(("xx and yy",) if same else ("xx", "yy")):
+            curve, name = _Curve(entry["law"], rpm, values[:, k]), f"{bearing} {direction}"
+            names = next((names for other, names in found if curve.is_same(other)), None)
+            if names is None:
+                found.append((curve, [name]))
+            else:
+                names.append(name)
+    return [(curve, ", ".join(names)) for curve, names in found]
+
+
 def law_chart(name: str, bearings: Mapping[str, Any], quantity: str, key: str, unit: str) -> Chart:
     """Return one coefficient of all bearings with a law.
 
@@ -166,25 +204,25 @@ def law_chart(name: str, bearings: Mapping[str, Any], quantity: str, key: str, u
     largest = max(float(np.nanmax(np.abs(numbers(b[key])))) for b in bearings.values())
     prefixed, factor = metric(largest, unit)
     last = 0.0
-    for number, (bearing, found) in enumerate(bearings.items()):
-        rpm, values = numbers(found["speed_of_its_rotor_rpm"]), numbers(found[key])
+    for number, (curve, names) in enumerate(_curves(bearings, key)):
+        rpm = curve.speed_rpm
         last = max(last, float(rpm.max()))
-        for k, direction in enumerate(("xx", "yy")):
-            traces.append(
-                line(
-                    rpm,
-                    factor * values[:, k],
-                    f"{bearing}, {direction} ({found['law']})",
-                    series_style(number)._replace(dash="solid" if k == 0 else "dot"),
-                    hovertemplate=f"<b>{bearing}</b>, {direction}<br>%{{x:,.0f}} rpm<br>"
-                    f"%{{y:.4g}} {prefixed}<extra></extra>",
-                )
+        traces.append(
+            line(
+                rpm,
+                factor * curve.values,
+                f"{names} ({curve.law})",
+                series_style(number)._replace(dash="dot" if names.endswith("yy") else "solid"),
+                hovertemplate=f"<b>{names}</b><br>%{{x:,.0f}} rpm<br>"
+                f"%{{y:.4g}} {prefixed}<extra></extra>",
             )
+        )
     return Chart(
         name=f"law-{slug(key)}-{slug(name)}",
         title=f"{quantity} of bearings with a speed law ({name})",
-        caption="Over the speed of the rotor that the bearing carries: along x full, along y "
-        "dotted lines. A reference shaft that is not the rotor turns at another speed.",
+        caption="Over the speed of the rotor that the bearing carries. Along y alone lines are "
+        "dotted; bearings with the same curve share it. A reference shaft that is not the rotor "
+        "turns at another speed.",
         alt=f"{quantity} of {', '.join(bearings)} over the speed.",
         traces=traces,
         layout={

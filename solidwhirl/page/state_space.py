@@ -158,7 +158,7 @@ def response_chart(name: str, model: StateSpace, top_hz: float) -> Chart | None:
                 )
             options.append(
                 Option(
-                    label=f"{model.input_names[i]} at {speed * _RPM:,.0f} rpm",
+                    label=f"{model.input_names[i]} at {speed * _RPM:.0f} rpm",
                     traces=list(range(before, len(traces))),
                 )
             )

@@ -7,9 +7,12 @@ from typing import Any
 
 from solidwhirl.check_report import failure_lines
 from solidwhirl.page.marks import whirl_text
+from solidwhirl.page.operating import Operating, operating_speeds
 from solidwhirl.page.records import Block, Run, Section, Table, Text
 from solidwhirl.scene import Scene
 
+# Critical speeds that a reader in a hurry is shown.
+_MOST = 12
 _MET = {True: "met", False: "**not met**", None: "not known"}
 
 
@@ -21,7 +24,9 @@ def section(run: Run) -> Section:
     run
         The run.
     """
-    blocks = [*_warnings(run), _key_numbers(run), _critical_speeds(run.document)]
+    operating = operating_speeds(run.document, run.results.scene.speed_ratios())
+    criticals = _critical_speeds(run.document["critical_speeds"], operating)
+    blocks = [*_warnings(run), _key_numbers(run), criticals]
     notes = run.results.scene.notes
     if notes:
         listed = "\n".join(f"- {' '.join(note.split())}" for note in notes)
@@ -83,10 +88,38 @@ def _listed(analyses: Mapping[str, Any]) -> str:
     return ", ".join(name.replace("_", " ") for name in analyses)
 
 
-def _critical_speeds(document: Mapping[str, Any]) -> Block:
-    entries = document["critical_speeds"]
-    if not entries:
+def nearest(
+    found: Sequence[Mapping[str, Any]], operating: Sequence[Operating], most: int
+) -> tuple[list[Mapping[str, Any]], str]:
+    """Return the critical speeds nearest to operating speeds, or the lowest, and which they are.
+
+    Parameters
+    ----------
+    found
+        `critical_speeds` of `results.json`.
+    operating
+        From `operating_speeds`; speeds are compared as those of the reference shaft.
+    most
+        How many to return at most, in the order of their speed.
+    """
+    if len(found) <= most:
+        return list(found), ""
+
+    def distance(c: Mapping[str, Any]) -> float:
+        rpm = float(c["speed_rpm"])
+        edges = ((o.from_rpm / o.ratio, o.to_rpm / o.ratio) for o in operating)
+        return min(max(a - rpm, rpm - b, 0.0) for a, b in edges)
+
+    chosen = sorted(found, key=distance if operating else lambda c: c["speed_rpm"])[:most]
+    which = "nearest to the operating speeds" if operating else "lowest"
+    said = f"These are the {most} of {len(found)} that are {which}; all are under Critical speeds. "
+    return sorted(chosen, key=lambda c: c["speed_rpm"]), said
+
+
+def _critical_speeds(found: Sequence[Mapping[str, Any]], operating: Sequence[Operating]) -> Block:
+    if not found:
         return Text(text="**Critical speeds:** none in the speed range.")
+    entries, said = nearest(found, operating, _MOST)
     return Table(
         title="Critical speeds",
         head=("speed [rpm]", "frequency [Hz]", "± [%]", "whirl", "log. decrement", "excited by"),
@@ -101,8 +134,8 @@ def _critical_speeds(document: Mapping[str, Any]) -> Block:
             )
             for c in entries
         ],
-        caption="Speeds of the reference shaft. ± is the estimated error of the discretisation, "
-        "not that of the input. ● forward, □ backward, ◆ mixed whirl.",
+        caption=f"{said}Speeds of the reference shaft. ± is the estimated error of the "
+        "discretisation, not that of the input. ● forward, □ backward, ◆ mixed whirl.",
     )
 
 
@@ -129,8 +162,8 @@ def _questions(scene: Scene) -> Iterator[tuple[str, str]]:
     yield "Branches of the Campbell diagram", branches
     yield "Level of the bodies", model.level
     yield "Relative accuracy", f"{model.accuracy:g}, error estimates {model.estimates}"
-    for name, kind in ((a.label, a.kind) for a in scene.analyses):
-        yield "Analysis", name if name == kind else f"{name} ({kind})"
+    named = [a.label if a.label == a.kind else f"{a.label} ({a.kind})" for a in scene.analyses]
+    yield "Analyses", ", ".join(named) or "none"
 
 
 def _left_out(effects: Sequence[Mapping[str, Any]]) -> str:

@@ -155,7 +155,7 @@ def test_orbits_are_the_ellipses_of_the_document():
     chart = orbits.orbit_chart("r", entry, (3000.0,))
     assert chart is not None
     option = chart.controls[0].options[0]
-    assert option.label.startswith("3,000 rpm, unbalance of fan")
+    assert option.label.startswith("3000 rpm, unbalance of fan")
     row = int(np.abs(np.array(entry["speed_rpm"]) - 3000.0).argmin())
     for name, place in entry["exciters"][0]["places"].items():
         path, mark = (

@@ -1,0 +1,123 @@
+"""Pages of engines with much of everything: what is shown first, folded, joined, left out."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from solidwhirl.page.checks import _by_reason
+from solidwhirl.page.margins import margin_blocks
+from solidwhirl.page.operating import Operating
+from solidwhirl.page.records import Chart, Table, Text
+from solidwhirl.page.responses import force_chart, moving
+from solidwhirl.page.stability import law_chart, stability_blocks
+from solidwhirl.page.summary import nearest
+
+
+def speeds(*rpm):
+    return [{"speed_rpm": float(v)} for v in rpm]
+
+
+def test_summary_shows_the_critical_speeds_nearest_to_operation():
+    # the second shaft turns at half the speed: 2000 rpm of its own are 4000 of the reference
+    operating = (Operating("a", 900.0, 1100.0, 1.0), Operating("b", 2000.0, 2000.0, 0.5))
+    found = speeds(100, 800, 1000, 1150, 2500, 3950, 5000)
+    chosen, said = nearest(found, operating, 4)
+    assert chosen == speeds(800, 1000, 1150, 3950)
+    assert "4 of 7" in said and "nearest to the operating speeds" in said
+
+
+def test_summary_shows_the_lowest_or_all():
+    assert nearest(speeds(3, 1, 2), (), 3) == (speeds(3, 1, 2), "")
+    chosen, said = nearest(speeds(3, 1, 2), (), 2)
+    assert chosen == speeds(1, 2) and "lowest" in said
+
+
+def test_amplitudes_that_are_rounding_are_left_out():
+    found = moving({"fan": [0.0, 1.0, 2.0], "lp": [1e-12, 0.0, 1e-10], "hp": [1e-9, 1e-3, 0.0]})
+    assert set(found) == {"fan", "hp"}
+    np.testing.assert_array_equal(found["fan"], [np.nan, 1.0, 2.0])
+    # 1e-9 of the largest, 2, is rounding
+    np.testing.assert_array_equal(found["hp"], [np.nan, 1e-3, np.nan])
+    assert moving({"still": [0.0, 0.0]}) == {}
+
+
+def test_bearings_without_force_have_no_curve():
+    entry = {
+        "speed_rpm": [0.0, 1000.0],
+        "exciters": [
+            {"bodies": ["fan"], "bearing_force_n": {"A": [0.0, 2.0], "C": [0.0, 1e-14]}},
+        ],
+    }
+    chart = force_chart("r", entry)
+    assert [t["name"] for t in chart.traces] == ["A"]
+
+
+def margins(count, missed):
+    return {
+        "operating": [{"shaft": "a", "from_rpm": 900.0, "to_rpm": 1100.0}],
+        "margins": [
+            {
+                "shaft": "a",
+                "critical_speed_rpm": 100.0 * k,
+                "whirl": "forward",
+                "amplification_factor": 10.0,
+                "position": "below",
+                "margin": -0.5,
+                "required_api_617": 0.15,
+                "verdict_api_617": "inside margin" if k in missed else "ok",
+                "verdict_15_percent": "ok",
+                "verdict_20_percent": "ok",
+            }
+            for k in range(count)
+        ],
+    }
+
+
+def test_many_margins_are_folded_but_those_that_are_not_kept():
+    chart, missed, every = margin_blocks("m", margins(30, {4, 7}))
+    assert isinstance(chart, Chart)
+    assert [row[1] for row in missed.rows] == ["400.0", "700.0"] and not missed.folded
+    assert len(every.rows) == 30 and every.folded == "All separation margins (m, 30)"
+    _, text, every = margin_blocks("m", margins(30, set()))
+    assert isinstance(text, Text) and "all 30" in text.text
+    _, table = margin_blocks("m", margins(12, {4}))
+    assert isinstance(table, Table) and len(table.rows) == 12 and not table.folded
+
+
+def test_bearings_with_the_same_law_share_a_curve():
+    rpm = [0.0, 1000.0]
+    same, other = [[1e7, 1e7], [2e7, 2e7]], [[1e7, 3e7], [2e7, 4e7]]
+    bearings = {
+        name: {"law": "lee", "speed_of_its_rotor_rpm": rpm, "stiffness_n_per_m": values}
+        for name, values in {"A": same, "B": same, "C": other}.items()
+    }
+    chart = law_chart("laws", bearings, "Stiffness", "stiffness_n_per_m", "N/m")
+    assert [t["name"] for t in chart.traces] == [
+        "A xx and yy, B xx and yy, C xx (lee)",
+        "C yy (lee)",
+    ]
+    np.testing.assert_allclose(chart.traces[1]["y"], [30.0, 40.0])
+
+
+def test_no_curve_of_decrements_that_are_all_zero():
+    entry = {
+        "speed_rpm": [0.0, 1000.0],
+        "smallest_log_decrement": [0.0, 1e-14],
+        "frequency_hz": [10.0, 10.0],
+        "largest_growth_rate_per_s": [0.0, 0.0],
+        "growing_motions": [0, 0],
+        "threshold": None,
+    }
+    (text,) = stability_blocks("s", entry)
+    assert "No motion grows up to 1000 rpm" in text.text and "nothing damps" in text.text
+    entry["smallest_log_decrement"] = [0.0, 1e-3]
+    assert len(stability_blocks("s", entry)) == 2
+
+
+def test_what_was_not_decided_is_said_once_for_each_reason():
+    checks = [
+        {"name": "a", "where": "rest", "reason": "damping"},
+        {"name": "b", "where": "rest", "reason": "no factor"},
+        {"name": "c", "where": "speed", "reason": "damping"},
+    ]
+    assert list(_by_reason(checks)) == ["- damping: a (rest); c (speed)", "- no factor: b (rest)"]
