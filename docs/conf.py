@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 import tomllib
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from docutils import nodes
 from sphinx.application import Sphinx
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -47,6 +49,11 @@ napoleon_use_rtype = False
 napoleon_use_ivar = True
 napoleon_attr_annotations = False
 
+# MathJax in one file, glyphs included: no network, no fonts, which some browsers refuse from files
+html_static_path = ["_static", str(files("sphinx-mathjax-offline") / "static/mathjax/tex-svg.js")]
+html_css_files = ["formulas.css"]
+mathjax_path = "tex-svg.js"
+
 html_theme = "furo"
 html_title = f"{project} {version}"
 html_show_sourcelink = False
@@ -66,6 +73,23 @@ def _plain_bars(*given: Any) -> None:
     lines[:] = [re.sub(r"(numpy\.\w+)_(?!\w)", r"\1\\_", x.replace("|", r"\|")) for x in lines]
 
 
+def _hold_signs(_app: Sphinx, page: nodes.document, _name: str) -> None:
+    """Put each inline formula and the signs that touch it in one element, never broken."""
+    for formula in list(page.findall(nodes.math)):
+        parent, at = formula.parent, formula.parent.index(formula)
+        beside = [parent[k] if 0 <= k < len(parent) else None for k in (at - 1, at + 1)]
+        before, after = (str(n) if isinstance(n, nodes.Text) else "" for n in beside)
+        opening, closing = re.search(r"\(*$", before)[0], re.match(r"[.,;:)]*", after)[0]
+        held = nodes.inline("", "", nodes.Text(opening), formula.deepcopy(), nodes.Text(closing))
+        held["classes"].append("held")
+        parent[at] = held
+        if closing:
+            parent[at + 1] = nodes.Text(after.removeprefix(closing))
+        if opening:
+            parent[at - 1] = nodes.Text(before.removesuffix(opening))
+
+
 def setup(app: Sphinx) -> None:
-    """Connect what docstrings need before they are read as markup."""
+    """Connect what docstrings need before they are read, and formulas before they are written."""
     app.connect("autodoc-process-docstring", _plain_bars, priority=100)
+    app.connect("doctree-resolved", _hold_signs)

@@ -133,7 +133,7 @@ NOT_RUN = {
     "make test": SUITE,
     "make check": SUITE,
     "make verify": SUITE,
-    "make docs": "test_docs.py builds the same site",
+    "make docs": "test_site.py builds the same site",
     ".venv/bin/python -m pytest tests/rotordyn/test_published_rotors.py": SUITE,
     "sudo tools/in_debian.sh trixie make check": CONTAINER,
     "sudo SOLIDWHIRL_FILES=working tools/in_debian.sh trixie .venv/bin/python -m pytest "
