@@ -62,7 +62,7 @@ def _accuracy(document: Mapping[str, Any]) -> Iterator[Block]:
             head=("part", "largest of all branches and speeds", ""),
             rows=rows,
         )
-    if found["rounds"]:
+    if len(found["rounds"]) > 1:
         yield _rounds(found["rounds"])
 
 

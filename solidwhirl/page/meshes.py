@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,8 @@ Trace = dict[str, Any]
 # Edges that are drawn of one body; of finer meshes its outline alone.
 _MOST_EDGES = 30_000
 _COLORS = 8
+# Largest length and height of the box of a solid body in the view.
+_LONG, _HIGH = 3.0, 1.4
 
 
 def section(run: Run) -> Section | None:
@@ -172,14 +174,26 @@ def _all_edges(triangles: IntArray) -> IntArray:
     return np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
 
 
+def _aspect(traces: Sequence[Trace]) -> dict[str, float]:
+    """Sides of the box around what is drawn, as large as the view; the axis lies along x."""
+    sides = {key: _extent(np.concatenate([t[key] for t in traces])) for key in "xyz"}
+    scale = min(_LONG / sides["x"], _HIGH / max(sides["y"], sides["z"]))
+    return {key: scale * side for key, side in sides.items()}
+
+
+def _extent(values: FloatArray) -> float:
+    return float(np.nanmax(values) - np.nanmin(values))
+
+
 def _solid_chart(results: Mapping[str, BodyResult]) -> Chart:
     traces: list[Trace] = []
     options = []
     for k, (name, result) in enumerate(results.items()):
         own = list(_solid_traces(name, result.mesh, f"@c{k % _COLORS}"))
-        options.append(Option(label=name, traces=range(len(traces), len(traces) + len(own))))
+        shown = range(len(traces), len(traces) + len(own))
+        options.append(Option(label=name, traces=shown, layout={"scene.aspectratio": _aspect(own)}))
         traces += own
-    axis = {"tickformat": ".3~g"}
+    axis = {"tickformat": ".4~r"}
     said = ", ".join(f"{n} {len(r.mesh.cells)}" for n, r in results.items())
     return Chart(
         name="mesh-solid",
@@ -190,11 +204,16 @@ def _solid_chart(results: Mapping[str, BodyResult]) -> Chart:
         traces=traces,
         layout={
             "scene": {
-                "aspectmode": "data",
+                # by hand: to scale as "data" is, but a slender body stays in view
+                "aspectmode": "manual",
+                "aspectratio": options[0].layout["scene.aspectratio"],
                 "xaxis": {"title": {"text": "z [mm]"}, **axis},
                 "yaxis": {"title": {"text": "x [mm]"}, **axis},
                 "zaxis": {"title": {"text": "y [mm]"}, **axis},
-                "camera": {"eye": {"x": 0.9, "y": -1.25, "z": 0.65}},
+                "camera": {
+                    "eye": {"x": 0.6, "y": -1.45, "z": 0.6},
+                    "projection": {"type": "orthographic"},
+                },
             },
             "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
             "showlegend": False,

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from solidwhirl.page.traces import hertz_text
 from solidwhirl.pipeline import Results
 from solidwhirl.rotordyn import AssembledSystem, Modes, modes_at_speed
 from solidwhirl.rotordyn.whirl import whirl_direction
@@ -98,7 +99,7 @@ def _at_speed(system: AssembledSystem, rpm: float, modes: Modes) -> ShownModes:
         rpm=np.full(hertz.size, rpm),
         whirl=tuple(str(w) for w in whirl),
         texts=tuple(
-            f"mode {k + 1}, {f:.4g} Hz, {w}"
+            f"mode {k + 1}, {hertz_text(f)}, {w}"
             for k, (f, w) in enumerate(zip(hertz, whirl, strict=True))
         ),
     )
@@ -131,6 +132,7 @@ def _critical(results: Results) -> ShownModes | None:
         rpm=rpm,
         whirl=tuple(str(c.whirl) for c in critical),
         texts=tuple(
-            f"{c.speed_rad_s * _RPM:.1f} rpm, {c.frequency_hz:.4g} Hz, {c.whirl}" for c in critical
+            f"{c.speed_rad_s * _RPM:.1f} rpm, {hertz_text(c.frequency_hz)}, {c.whirl}"
+            for c in critical
         ),
     )

@@ -12,7 +12,7 @@ from solidwhirl.page.records import Chart, Choice, ModeViewer, Option, Run, Sect
 from solidwhirl.page.shape_data import viewer_data
 from solidwhirl.page.shape_pieces import BeamDisk
 from solidwhirl.page.shape_states import ShownModes, shown_modes
-from solidwhirl.page.traces import Trace, axis, line, marks, series_style
+from solidwhirl.page.traces import Trace, axis, hertz_text, line, marks, series_style
 from solidwhirl.rotordyn import AssembledSystem
 from solidwhirl.rotordyn.mode_shapes import BodyShape, ModeShapes, mode_shapes
 from solidwhirl.rotordyn.participation import Participation, participation
@@ -237,7 +237,7 @@ def share_bars(modes: ShownModes, found: Participation, kind: str) -> list[Trace
     ranked = sorted(parts, key=lambda part: -float(np.abs(part[1]).max(initial=0.0)))
     chosen = {n for n, v in ranked[:_MOST_PARTS] if np.abs(v).max(initial=0.0) > _SMALL}
     names = [
-        f"{k + 1}<br>{value.imag / (2.0 * np.pi):.4g} Hz"
+        f"{k + 1}<br>{hertz_text(value.imag / (2.0 * np.pi))}"
         for k, value in enumerate(modes.modes.eigenvalues)
     ]
     return [

@@ -230,6 +230,20 @@ def whirl_name(whirl: str) -> str:
     )
 
 
+def hertz_text(frequency_hz: float, digits: int = 4) -> str:
+    """Return a frequency with its unit and so many digits, never with a power of ten.
+
+    Parameters
+    ----------
+    frequency_hz
+        The frequency.
+    digits
+        Significant ones.
+    """
+    text = np.format_float_positional(frequency_hz, digits, fractional=False, trim="-")
+    return f"{text} Hz"
+
+
 def percent(value: float | None) -> str:
     """Return a relative error as text."""
     if value is None or not np.isfinite(value):
