@@ -145,8 +145,7 @@ class Recorder:
         if self._stored is not None:
             # another frozen speed, another stiffness
             self._works[1] += stored[0] - self._stored
-        works = np.vstack((np.zeros(3), np.cumsum(0.5 * (powers[1:] + powers[:-1]), axis=0)))
-        works = self._works + self._plan.step_s * works
+        works = self._works + self._plan.step_s * _integrals(powers)
         # exact, also for motion that a step does not resolve
         works[:, 0] += (place - place[0]) @ block.modal_constant
         self._stored, self._works = float(stored[-1]), works[-1].copy()
@@ -174,6 +173,18 @@ class Recorder:
                 whole.rates,
             )
             self._forces.append(np.hstack([forces[name] for name in self._bearings]))
+
+
+def _integrals(values: FloatArray) -> FloatArray:
+    """Integrals from the first row to every row, in steps, by the corrected trapezoidal rule.
+
+    The rule of Euler and Maclaurin with slopes by differences; an error of fourth order.
+    """
+    sums = np.vstack((np.zeros(values.shape[1]), np.cumsum(values[1:] + values[:-1], axis=0)))
+    if values.shape[0] < 3:
+        return np.asarray(0.5 * sums)
+    slopes = np.gradient(values, axis=0, edge_order=2)
+    return np.asarray(0.5 * sums - (slopes - slopes[0]) / 12.0)
 
 
 def interface_rows(assembled: AssembledSystem, end: End) -> FloatArray:

@@ -25,7 +25,7 @@ from solidwhirl.rotordyn.pictures_run_up import (
     draw_spectrogram,
 )
 from solidwhirl.rotordyn.run_up import run_up
-from solidwhirl.rotordyn.run_up_record import RunUp
+from solidwhirl.rotordyn.run_up_record import EnergyBalance, RunUp
 from solidwhirl.rotordyn.run_up_response import normalised_response
 from solidwhirl.rotordyn.speed_profile import ramp_and_hold
 from solidwhirl.rotordyn.unbalance_peaks import ResonancePeak, resonance_peaks
@@ -131,10 +131,17 @@ def _document(spec: RunUpSpec, run: RunUp, spent: float) -> dict[str, Any]:
             "load_work_j": float(run.energy.load_work_j[-1]),
             "drive_work_j": float(run.energy.drive_work_j[-1]),
             "dissipated_j": float(run.energy.dissipated_j[-1]),
+            "largest_j": _largest(run.energy),
             "largest_error_j": float(np.abs(run.energy.error_j).max()),
         },
         "notes": list(run.notes),
     }
+
+
+def _largest(energy: EnergyBalance) -> float:
+    """Largest stored energy or work of a run-up [J]."""
+    parts = (energy.stored_j, energy.load_work_j, energy.drive_work_j, energy.dissipated_j)
+    return float(max(np.abs(part).max() for part in parts))
 
 
 def _response_document(response: Any) -> dict[str, Any]:

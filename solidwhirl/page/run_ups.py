@@ -137,7 +137,10 @@ def _facts(name: str, entry: Mapping[str, Any]) -> Table:
                 f"{energy['load_work_j']:.4g} J, {energy['drive_work_j']:.4g} J, "
                 f"{energy['dissipated_j']:.4g} J",
             ],
-            ["largest error of the energy balance", f"{energy['largest_error_j']:.2g} J"],
+            [
+                "largest error of the energy balance",
+                f"{energy['largest_error_j']:.2g} J of {energy['largest_j']:.4g} J",
+            ],
             ["time of computation", f"{entry['wall_time_s']:.3g} s"],
         ],
     )

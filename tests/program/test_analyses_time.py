@@ -84,7 +84,8 @@ def test_run_up_ends_in_the_steady_response(tmp_path):
     np.testing.assert_allclose(force, wanted, rtol=1e-4)
     np.testing.assert_allclose(record["speed_rad_s"][late], omega, rtol=1e-12)
     energy = results.analyses["run_up"].document["energy"]
-    assert energy["largest_error_j"] < 1e-3 * energy["dissipated_j"]
+    assert energy["largest_error_j"] < 1e-5 * energy["largest_j"]
+    assert energy["largest_j"] >= energy["dissipated_j"]
 
 
 def test_rigid_rotor_needs_no_modes():

@@ -87,7 +87,7 @@ def test_internal_damping_feeds_an_unstable_rotor(three_disk_element, ground):
     assert np.abs(run.energy.error_j).max() < 0.01 * stored[-1]
 
 
-def test_energy_balance_closes_with_the_square_of_the_step(three_disk_element, ground):
+def test_energy_balance_closes_with_the_cube_of_the_step(three_disk_element, ground):
     system = held(
         three_disk_element(), ground, 1e4, internal_damping=InternalDamping(modal_ratio=0.05)
     )
@@ -102,8 +102,9 @@ def test_energy_balance_closes_with_the_square_of_the_step(three_disk_element, g
         energy = run.energy
         size = np.abs(energy.load_work_j).max()
         errors.append(np.abs(energy.error_j).max() / size)
-    assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.3)
-    assert errors[1] < 1e-3
+    # inside a block of equal speed the order is 4, at its ends, where slopes are one-sided, 3
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(3.0, abs=0.3)
+    assert errors[1] < 1e-5
     # every part takes a share well above that
     for part in (energy.stored_j - energy.stored_j[0], energy.drive_work_j, energy.dissipated_j):
         assert np.abs(part).max() > 0.05 * size
