@@ -7,7 +7,6 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from solidwhirl.pictures.engine import draw_engine
 from solidwhirl.pictures.series import draw_checks, draw_cost, draw_stability, draw_waterfall
@@ -20,20 +19,6 @@ from solidwhirl.rotordyn.picture_frame import (
     styled,
     write_figure,
 )
-
-
-@pytest.fixture
-def drawn(monkeypatch):
-    """The figures that were saved."""
-    figures = []
-    save = Figure.savefig
-
-    def keep(figure, *args, **options):
-        figures.append(figure)
-        return save(figure, *args, **options)
-
-    monkeypatch.setattr(Figure, "savefig", keep)
-    return figures
 
 
 def test_engine_is_drawn_to_scale_with_all_names(geared, tmp_path, drawn):

@@ -6,7 +6,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from solidwhirl.rotordyn import (
     AnalysisError,
@@ -46,20 +45,6 @@ def test_picture_is_written(results, tmp_path, suffix):
     start = path.read_bytes()[:8]
     assert start == b"\x89PNG\r\n\x1a\n" if suffix == "png" else start.startswith(b"<?xml")
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
-
-
-@pytest.fixture
-def drawn(monkeypatch):
-    """The figures that were saved."""
-    figures = []
-    save = Figure.savefig
-
-    def keep(figure, *args, **options):
-        figures.append(figure)
-        return save(figure, *args, **options)
-
-    monkeypatch.setattr(Figure, "savefig", keep)
-    return figures
 
 
 def test_picture_shows_directions_lines_and_speeds(results, tmp_path, drawn):
