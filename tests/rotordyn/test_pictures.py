@@ -26,9 +26,9 @@ from solidwhirl.rotordyn.pictures import draw_annotated_campbell, draw_damped_ca
 from solidwhirl.rotordyn.pictures_modes import (
     draw_body_modes,
     draw_mode_shapes,
-    draw_participation,
     draw_rotating_campbell,
 )
+from solidwhirl.rotordyn.pictures_participation import draw_participation
 
 
 @pytest.fixture(scope="module")
