@@ -32,6 +32,8 @@ Image = NDArray[np.uint8]
 _PIXELS = (2000, 1100)
 _EYE = (-1.0, 0.55, -0.42)
 _COLORS, _ZOOM = "cividis", 1.3
+# Points nearer than this part of the size of a body are one.
+_SAME = 1e-7
 
 
 @contextmanager
@@ -137,17 +139,23 @@ def add_bodies(plotter: Any, shape: EngineShape, phase_rad: float) -> list[Any]:
         added.append(
             plotter.add_mesh(surface, scalars="displacement", clim=(0.0, 1.0), cmap=_COLORS,
                              show_scalar_bar=False, smooth_shading=False, ambient=0.62,
-                             diffuse=0.45, specular=0.08, line_width=4.0, name=body.body)
+                             diffuse=0.45, specular=0.08, line_width=4.0, name=body.body,
+                             point_size=11.0 * thickness(plotter), render_points_as_spheres=True)
         )  # fmt: skip
-        edges = surface.extract_feature_edges(
+        # faces that touch share points then: their common sides are no edges
+        edges = surface.clean(tolerance=_SAME).extract_feature_edges(
             feature_angle=40.0, manifold_edges=False, non_manifold_edges=False
         )
         if edges.n_cells:
             name = f"edges of {body.body}"
             wide = 1.4 * thickness(plotter)
-            added.append(
-                plotter.add_mesh(edges, color="#202020", line_width=wide, lighting=False, name=name)
+            drawn = plotter.add_mesh(
+                edges, color="#202020", line_width=wide, lighting=False, name=name
             )
+            # in front of the faces they belong to
+            drawn.mapper.SetResolveCoincidentTopologyToPolygonOffset()
+            drawn.mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, -4.0)
+            added.append(drawn)
     return added
 
 
@@ -268,7 +276,7 @@ def frame_of(image: Image, path: Path, title: str, shape: EngineShape) -> Figure
     from matplotlib.lines import Line2D
 
     height, width = image.shape[:2]
-    figure = new_figure(path, TWO_COLUMNS_MM, 150.0 * height / width + 26.0)
+    figure = new_figure(path, TWO_COLUMNS_MM, 156.0 * height / width + 20.0)
     axes = figure.add_subplot()
     axes.imshow(image, interpolation="antialiased")
     axes.set_axis_off()
@@ -338,7 +346,7 @@ def draw_solid_mesh(mesh: Mesh, path: Path, title: str) -> None:
         look_at(plotter)
         image = np.asarray(plotter.screenshot(return_img=True), dtype=np.uint8)
     image = cropped(image)
-    figure = new_figure(path, TWO_COLUMNS_MM, 170.0 * image.shape[0] / image.shape[1] + 12.0)
+    figure = new_figure(path, TWO_COLUMNS_MM, 176.0 * image.shape[0] / image.shape[1] + 9.0)
     axes = figure.add_subplot()
     axes.imshow(image, interpolation="antialiased")
     axes.set_axis_off()
