@@ -116,6 +116,20 @@ def _with_count(cells: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.asarray(np.hstack((count, cells)).ravel())
 
 
+def edges_of(surface: Any) -> Any:
+    """Return the edges of a surface: where it ends, and where it turns by more than 40°.
+
+    Parameters
+    ----------
+    surface
+        From `polydata`.
+    """
+    # faces that touch share points then: their common sides are no edges
+    return surface.clean(tolerance=_SAME).extract_feature_edges(
+        feature_angle=40.0, manifold_edges=False, non_manifold_edges=False
+    )
+
+
 def add_bodies(plotter: Any, shape: EngineShape, phase_rad: float) -> list[Any]:
     """Add the bodies of a mode at a phase; those of the phase before make way.
 
@@ -142,10 +156,7 @@ def add_bodies(plotter: Any, shape: EngineShape, phase_rad: float) -> list[Any]:
                              diffuse=0.45, specular=0.08, line_width=4.0, name=body.body,
                              point_size=11.0 * thickness(plotter), render_points_as_spheres=True)
         )  # fmt: skip
-        # faces that touch share points then: their common sides are no edges
-        edges = surface.clean(tolerance=_SAME).extract_feature_edges(
-            feature_angle=40.0, manifold_edges=False, non_manifold_edges=False
-        )
+        edges = edges_of(surface)
         if edges.n_cells:
             name = f"edges of {body.body}"
             wide = 1.4 * thickness(plotter)

@@ -211,6 +211,9 @@ def test_participation_picture(twin, tmp_path, drawn):
     heights = [patch.get_height() for patch in kinetic.patches]
     np.testing.assert_allclose(heights, result.kinetic_bodies.ravel(), atol=1e-15)
     texts = [text.get_text() for text in drawn[0].legends[0].get_texts()]
+    # Told apart without colour too.
+    handles = drawn[0].legends[0].get_patches()
+    assert len({patch.get_hatch() for patch in handles}) == len(handles)
     # The rigid joint and supports of 1e10 N/m store next to nothing.
     assert texts == ["inner", "outer", "inner.C", "other joints"]
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -101,6 +103,19 @@ def test_orbits(response, drawn, tmp_path):
         assert low == -high and axes.get_ylim() == (low, high)
         for line in axes.lines:
             assert np.abs(np.asarray(line.get_data(), dtype=float)).max() <= high
+
+
+def test_orbits_at_one_speed_take_one_column(response, drawn, tmp_path):
+    draw_orbits(response, NODES, response.speeds_rad_s[[40]], tmp_path / "one.png", "Twin rotor")
+    assert drawn[0].get_figwidth() * 25.4 == pytest.approx(88.0)
+
+
+def test_numbers_of_orbits_do_not_overlap(response, drawn, tmp_path):
+    """Measured from the boxes of the text as it is drawn; small orbits have long numbers."""
+    draw_orbits(response, NODES, response.speeds_rad_s[[1, 40, 80, 120]], tmp_path / "o.png", "t")
+    for axes in drawn[0].axes:
+        boxes = [t.get_window_extent() for t in axes.get_xticklabels()]
+        assert all(a.x1 < b.x0 for a, b in pairwise(boxes))
 
 
 def test_place_maps(maps, drawn, tmp_path):

@@ -51,6 +51,7 @@ def test_run_up_shows_speeds_and_force(run, tmp_path, drawn):
     ends = sorted(float(line.get_ydata()[-1]) for line in speeds.lines)
     np.testing.assert_allclose(ends, np.array([-300.0, 200.0]) * 30 / np.pi)
     # the band reaches the largest force, in the unit of its label
+    assert "inner" in in_x.get_ylabel()
     factor = {"kN": 1e-3, "N": 1.0, "mN": 1e3}[in_x.get_ylabel().split("[")[1].rstrip("]")]
     top = max(v[1] for c in in_x.collections for p in c.get_paths() for v in p.vertices)
     assert top == pytest.approx(factor * run.bearing_force_n("inner")[0].max(), rel=1e-6)
@@ -71,6 +72,11 @@ def test_spectrogram_shows_the_lines_of_the_spools(run, tmp_path, drawn):
     draw_spectrogram(result, run, tmp_path / "s.png", "Force", 60.0)
     axes = drawn[0].axes[0]
     assert sorted(t.get_text() for t in axes.texts) == ["1/rev inner", "1/rev outer"]
+    # names stand where the lines leave the frame
+    for text in axes.texts:
+        ratio = {"1/rev inner": 1.0, "1/rev outer": 1.5}[text.get_text()]
+        speed = run.profile.speed_rad_s(np.array([text.xy[0]]))[0]
+        assert text.xy[1] == pytest.approx(ratio * speed / (2 * np.pi))
     ends = sorted(float(line.get_ydata()[-1]) for line in axes.lines)
     np.testing.assert_allclose(ends, np.array([200.0, 300.0]) / (2 * np.pi))
 
