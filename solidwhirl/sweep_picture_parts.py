@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_OTHER_WHIRL = Style("#CC79A7", (0, (3, 1, 1, 1, 1, 1)), "o")
+_OTHER_WHIRL = Style("#CC79A7", (0, (3, 1, 1, 1, 1, 1)), "^")
 _NOTES = 4
 
 

@@ -110,7 +110,7 @@ def _draw_single(
     span = (high - low) or 1.0
     axes.set_xlim(low - 0.42 * span, high + 0.42 * span)  # for the values at the ends
     unit = "%" if reference else item.label.rpartition("[")[2].rstrip("]")
-    axes.set_xlabel(f"change from {number_text(reference, 5)} at the baseline [{unit}]")
+    axes.set_xlabel(f"change from {number_text(reference, 5)}\nat the baseline [{unit}]")
     names = []
     for effect in effects:
         power = _power(effect.elasticity)

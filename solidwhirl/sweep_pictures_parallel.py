@@ -15,6 +15,7 @@ from solidwhirl.rotordyn.picture_frame import (
     new_figure,
     number_text,
     styled,
+    thousands,
     write_figure,
 )
 from solidwhirl.sweep_analysis import SweepAnalysis, SweepPictureSettings
@@ -194,10 +195,13 @@ def _draw_axis(axes: Axes, place: int, one: ParallelAxis) -> str:
         texts = list(one.choices)
     else:
         ticks = _ticks(one)
-        scale = 1.0
-        if not one.logarithmic:
+        if one.logarithmic:
+            texts = [number_text(v, 5) for v in ticks]
+        elif label.endswith("[rpm]"):
+            texts = [thousands(v) for v in ticks]
+        else:
             scale, label = in_powers_of_ten(label, float(np.nanmax(np.abs(one.values))))
-        texts = [number_text(v / scale, 5) for v in ticks]
+            texts = [f"{v / scale:.5g}" for v in ticks]
     for height, text in zip(one.places(ticks), texts, strict=True):
         axes.plot([place - 0.02, place + 0.02], [height, height], color="black", linewidth=0.9,
                   zorder=3.6)  # fmt: skip

@@ -348,18 +348,26 @@ def draw_solid_mesh(mesh: Mesh, path: Path, title: str) -> None:
     """
     import pyvista
 
-    corners = np.asarray(mesh.cells[:, :4], dtype=np.int64)
-    kinds = np.full(len(corners), 10, dtype=np.uint8)  # VTK's tetrahedron
-    grid = pyvista.UnstructuredGrid(_with_count(corners), kinds, np.asarray(mesh.points))
+    faces = _outer_faces(np.asarray(mesh.cells[:, :4], dtype=np.int64))
+    surface = pyvista.PolyData(np.asarray(mesh.points), faces=_with_count(faces))
     with scene_in_space(_PIXELS) as plotter:
-        plotter.add_mesh(grid.extract_geometry(), color="#A9CCE3", show_edges=True,
-                         edge_color="#1B4F72", line_width=0.6)  # fmt: skip
+        plotter.add_mesh(surface, color="#A9CCE3", show_edges=True, edge_color="#1B4F72",
+                         line_width=0.6, ambient=0.5, diffuse=0.5)  # fmt: skip
         look_at(plotter)
         image = np.asarray(plotter.screenshot(return_img=True), dtype=np.uint8)
     image = cropped(image)
-    figure = new_figure(path, TWO_COLUMNS_MM, 176.0 * image.shape[0] / image.shape[1] + 9.0)
+    figure = new_figure(path, TWO_COLUMNS_MM, 176.0 * image.shape[0] / image.shape[1] + 13.0)
     axes = figure.add_subplot()
     axes.imshow(image, interpolation="antialiased")
     axes.set_axis_off()
-    axes.set_title(fill(title, 80), fontsize=TITLE_PT)
+    text = f"{fill(title, 80)}\n{len(mesh.cells)} elements"
+    axes.set_title(text, fontsize=TITLE_PT)
     write_figure(figure, path)
+
+
+def _outer_faces(tetrahedra: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Triangles that belong to one tetrahedron only, shape (f, 3)."""
+    corners = [(1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2)]
+    faces = np.sort(tetrahedra[:, corners].reshape(-1, 3), axis=1)
+    found, count = np.unique(faces, axis=0, return_counts=True)
+    return np.asarray(found[count == 1])

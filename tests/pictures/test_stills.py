@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import imageio.v2 as imageio
 import numpy as np
@@ -72,6 +73,21 @@ def test_edges_of_a_shaft_are_its_two_rims(geared):
     # points are in single precision
     np.testing.assert_allclose(np.hypot(points[:, 0], points[:, 1]), 0.02, rtol=1e-6)
     assert set(np.round(points[:, 2], 6)) == {0.0, 0.5}
+
+
+def test_a_solid_is_drawn_by_its_outer_faces(small, tmp_path):
+    """A cube of six tetrahedra around a diagonal: two triangles on each of its six sides."""
+    points = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+    paths = ((1, 3), (3, 2), (2, 6), (6, 4), (4, 5), (5, 1))
+    cells = np.array([(0, a, b, 7) for a, b in paths])
+    faces = stills._outer_faces(cells)
+    assert len(faces) == 12
+    sides = points[faces]
+    # each lies in a plane x, y or z = 0 or 1
+    assert all((np.ptp(side, axis=0) == 0.0).any() for side in sides)
+    mesh = SimpleNamespace(points=points, cells=cells)
+    stills.draw_solid_mesh(mesh, tmp_path / "cube.png", "Cube")
+    assert (tmp_path / "cube.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_cropping_keeps_all_that_is_not_white():
