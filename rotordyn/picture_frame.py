@@ -5,7 +5,7 @@ matplotlib is imported inside the functions that draw.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from functools import wraps
 from pathlib import Path
@@ -18,6 +18,7 @@ from solidwhirl.rotordyn.errors import AnalysisError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 _P = ParamSpec("_P")
@@ -28,9 +29,17 @@ Dashes: TypeAlias = str | tuple[int, tuple[int, ...]]
 ONE_COLUMN_MM, TWO_COLUMNS_MM, USUAL_HEIGHT_MM = 88.0, 180.0, 112.0
 #: Sizes of letters at these widths, points.
 TITLE_PT, TEXT_PT, SMALL_PT = 9.5, 8.0, 7.0
+#: Distance of the numbers of minor ticks, which are shorter, so that all stand in one line.
+MINOR_PAD_PT = 5.0
 #: Lines of the grid, and of what stays in the background.
 GRID_COLOR, QUIET_COLOR = "#E5E5E5", "#666666"
 _INCH_MM = 25.4
+#: Digits of an exponent.
+SUPERSCRIPTS = MappingProxyType(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+_THIN_SPACE, _MINUS = "\u2009", "\u2212"
+# Numbers from here on have groups of digits, or below here a power of ten; and the ratio of the
+# ends of a logarithmic axis beyond which powers of ten alone are named.
+_GROUPED, _SMALL_NUMBER, _DECADES = 1e4, 1e-3, 2e3
 # Fonts are embedded as outlines with their names in PDF, and text stays text in SVG; the salt
 # makes two drawings of one picture the same file.
 _SETTINGS = MappingProxyType(
@@ -42,6 +51,8 @@ _SETTINGS = MappingProxyType(
         "ytick.labelsize": SMALL_PT,
         "legend.fontsize": SMALL_PT,
         "axes.linewidth": 0.7,
+        "axes.formatter.limits": (-4, 7),
+        "axes.formatter.use_mathtext": True,
         "hatch.linewidth": 0.5,
         "pdf.fonttype": 42,
         "svg.fonttype": "none",
@@ -146,24 +157,6 @@ def new_figure(
     return figure
 
 
-def blank_figure(path: str | Path, width_in: float, height_in: float) -> Figure:
-    """Return an empty figure like `new_figure`, of a size in inches.
-
-    Parameters
-    ----------
-    path
-        The file it will be written to.
-    width_in, height_in
-        Size in inches.
-
-    Raises
-    ------
-    AnalysisError
-        If the suffix is not a kind of picture that can be written.
-    """
-    return new_figure(path, width_in * _INCH_MM, height_in * _INCH_MM)
-
-
 def write_figure(figure: Figure, path: str | Path) -> None:
     """Write a figure to its picture file, which is replaced when the new one is complete.
 
@@ -182,12 +175,30 @@ def write_figure(figure: Figure, path: str | Path) -> None:
 
 
 @contextmanager
-def picture(path: str | Path, title: str) -> Iterator[tuple[Figure, Axes]]:
-    """Give a figure with one frame that is written to a file when the block ends."""
+def picture(
+    path: str | Path,
+    title: str,
+    height_mm: float = USUAL_HEIGHT_MM,
+    letters: int = 60,
+    width_mm: float = TWO_COLUMNS_MM,
+) -> Iterator[tuple[Figure, Axes]]:
+    """Give a figure with one frame that is written to a file when the block ends.
+
+    Parameters
+    ----------
+    path
+        The file.
+    title
+        Above the frame.
+    height_mm, width_mm
+        Size of the figure.
+    letters
+        Letters in a line of the title at most.
+    """
     with in_style():
-        figure = new_figure(path)
+        figure = new_figure(path, width_mm, height_mm)
         axes = figure.add_subplot()
-        axes.set_title(fill(title, 60), fontsize=TITLE_PT)
+        axes.set_title(fill(title, letters), fontsize=TITLE_PT)
         yield figure, axes
         write_figure(figure, path)
 
@@ -203,21 +214,94 @@ def draw_grid(
 
 
 def add_legend(
-    figure: Figure, axes: Axes, note: str = "", place: str = "outside right upper"
+    figure: Figure,
+    frames: Sequence[Axes],
+    note: str = "",
+    place: str = "outside right upper",
+    columns: int = 1,
 ) -> None:
-    """Put each label once beside the diagram."""
+    """Put each label of some frames once beside them; nothing if they have none.
+
+    Parameters
+    ----------
+    figure
+        The figure.
+    frames
+        Its frames.
+    note
+        A line below the labels.
+    place
+        Where, in the words of matplotlib.
+    columns
+        Number of columns.
+    """
     from matplotlib.lines import Line2D
 
-    handles, labels = axes.get_legend_handles_labels()
-    rows = dict(zip(reversed(labels), reversed(handles), strict=True))
-    names = list(dict.fromkeys(labels))
+    rows: dict[str, Any] = {}
+    for axes in frames:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            rows.setdefault(label, handle)
     if note:
         rows[note] = Line2D([], [], linestyle="none")
-        names.append(note)
-    figure.legend(
-        [rows[name] for name in names],
-        names,
-        loc=place,
-        frameon=False,
-        fontsize=SMALL_PT,
-    )
+    if rows:
+        figure.legend(list(rows.values()), list(rows), loc=place, ncols=columns, frameon=False,
+                      fontsize=SMALL_PT)  # fmt: skip
+
+
+def thousands(value: float, _: object = None) -> str:
+    """Return a number for an axis of speeds: from 10 000 on its digits stand in groups of three.
+
+    Parameters
+    ----------
+    value
+        The number.
+    """
+    if abs(value) < _GROUPED:
+        return f"{value:.6g}".replace("-", _MINUS)
+    return f"{value:,.0f}".replace(",", _THIN_SPACE).replace("-", _MINUS)
+
+
+def number_text(value: float, digits: int = 3) -> str:
+    """Return a number as it is printed, such as 5.01×10⁸.
+
+    Parameters
+    ----------
+    value
+        The number.
+    digits
+        Significant digits; zeros at the end are left out.
+    """
+    text = f"{value:.{digits}g}"
+    if "e" in text or 0.0 < abs(value) < _SMALL_NUMBER:
+        mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+        if "." in mantissa:
+            mantissa = mantissa.rstrip("0").rstrip(".")
+        power = f"10{str(int(exponent)).translate(SUPERSCRIPTS)}"
+        text = power if mantissa == "1" else f"{mantissa}×{power}"
+    return text.replace("-", _MINUS)
+
+
+def name_speeds(axis: Axis) -> None:
+    """Write the numbers of an axis of speeds in rpm with groups of three digits.
+
+    Parameters
+    ----------
+    axis
+        Of a frame whose limits are set. Between the powers of ten of a logarithmic one 2 and 5 are
+        named as well, if it has three or fewer.
+    """
+    from matplotlib.ticker import FuncFormatter, LogFormatter
+
+    axis.set_major_formatter(FuncFormatter(thousands))
+    low, high = axis.get_view_interval()
+    if axis.get_scale() != "log":
+        return
+    if high > _DECADES * low:
+        axis.set_minor_formatter(LogFormatter(labelOnlyBase=True))
+        return
+
+    def between(value: float, _: object) -> str:
+        return thousands(value) if f"{value:e}"[0] in "25" else ""
+
+    axis.set_minor_formatter(FuncFormatter(between))
+    axis.set_tick_params(which="minor", pad=MINOR_PAD_PT, labelsize=SMALL_PT)

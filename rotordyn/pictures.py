@@ -19,12 +19,10 @@ from solidwhirl.rotordyn.picture_frame import (
     WHIRL_STYLES,
     Style,
     draw_grid,
+    name_speeds,
     new_figure,
     styled,
-)
-from solidwhirl.rotordyn.picture_frame import blank_figure as blank_figure
-from solidwhirl.rotordyn.picture_frame import (
-    write_figure as write_figure,
+    write_figure,
 )
 
 if TYPE_CHECKING:
@@ -146,6 +144,7 @@ def draw_damped_campbell(
     _draw_notes(axes, campbell)
     _draw_decrements(strip, campbell)
     strip.set_xlabel(_SPEED_LABEL)
+    figure.align_ylabels()
     _add_legend(figure, axes, critical_speeds)
     write_figure(figure, path)
 
@@ -166,6 +165,7 @@ def _draw_diagram(
     _draw_critical_speeds(axes, critical_speeds, float(rpm.max()), top)
     axes.set_xlim(float(rpm.min()), max(float(rpm.max()), float(rpm.min()) + 1.0))
     axes.set_ylim(0.0, top)
+    name_speeds(axes.xaxis)
     axes.set_ylabel("natural frequency [Hz]")
     # Room between the frame and the title for lines that leave at the top.
     axes.set_title(fill(title, 60), pad=20.0, fontsize=TITLE_PT)

@@ -22,7 +22,9 @@ from solidwhirl.rotordyn.picture_frame import (
     TWO_COLUMNS_MM,
     WHIRL_STYLES,
     Style,
+    add_legend,
     draw_grid,
+    name_speeds,
     new_figure,
     styled,
     write_figure,
@@ -30,7 +32,6 @@ from solidwhirl.rotordyn.picture_frame import (
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 IntArray = npt.NDArray[np.int_]
 
@@ -98,9 +99,11 @@ def draw_campbell_errors(
     axes.set_title(fill(title, 60), pad=18.0, fontsize=TITLE_PT)
     _draw_estimates(strip, rpm, errors)
     strip.set_xlabel(_with_gaps("speed of the reference shaft [rpm]", errors))
+    name_speeds(strip.xaxis)
+    figure.align_ylabels()
     for frame in (axes, strip):
         draw_grid(frame, "major", "both")
-    _add_both_legends(figure, axes, strip)
+    add_legend(figure, (axes, strip))
     write_figure(figure, path)
 
 
@@ -149,13 +152,15 @@ def draw_critical_speed_errors(
     axes.set_yticks(rows, names, fontsize=SMALL_PT)
     axes.set_ylim(order.size - 0.4, -0.6)
     axes.set_xlim(0.0, 1.08 * float((speed * (1.0 + errors.total))[order].max()))
+    axes.locator_params(axis="x", nbins=5)
+    name_speeds(axes.xaxis)
     axes.set_xlabel("critical speed with\nits estimated error [rpm]")
     _draw_parts_of_rows(side, rows, order, errors)
     side.set_xlabel(_with_gaps("estimated relative error [1]", errors))
     figure.suptitle(fill(title, 60), fontsize=TITLE_PT)
     for frame in (axes, side):
         draw_grid(frame, "major", "both")
-    _add_both_legends(figure, axes, side, "outside right center")
+    add_legend(figure, (axes, side), place="outside right center")
     write_figure(figure, path)
 
 
@@ -264,17 +269,3 @@ def _with_gaps(label: str, errors: CampbellErrors | CriticalSpeedErrors) -> str:
     """Return a label that names the bodies without an estimate below it."""
     missing = errors.bodies_without_estimate
     return label + (f"\nno estimate for {', '.join(missing)}" if missing else "")
-
-
-def _add_both_legends(
-    figure: Figure, first: Axes, second: Axes, place: str = "outside right upper"
-) -> None:
-    """Put the labels of both frames beside them."""
-    handles, labels = first.get_legend_handles_labels()
-    for handle, label in zip(*second.get_legend_handles_labels(), strict=True):
-        handles.append(handle)
-        labels.append(label)
-    rows = dict(zip(reversed(labels), reversed(handles), strict=True))
-    names = list(dict.fromkeys(labels))
-    figure.legend([rows[name] for name in names], names, loc=place,
-                  frameon=False, fontsize=SMALL_PT)  # fmt: skip

@@ -15,11 +15,13 @@ from solidwhirl.rotordyn.critical_speed_map import CriticalSpeedMap
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.parts import Bearing
 from solidwhirl.rotordyn.picture_frame import (
+    QUIET_COLOR,
     SMALL_PT,
     WHIRL_STYLES,
     Style,
     add_legend,
     draw_grid,
+    name_speeds,
     picture,
     styled,
 )
@@ -32,6 +34,8 @@ _RPM = 30.0 / np.pi
 _BANDS = (0.20, 0.15)
 # Points of a law's curve.
 _CURVE_POINTS = 400
+# Markers along it.
+_MARKS = 10
 # An asymptote higher than this times the highest branch beside it belongs to none that is drawn.
 _BESIDE = 1.05
 
@@ -86,10 +90,11 @@ def draw_critical_speed_map(
             (rpm[np.isfinite(rpm)], np.array([*operating_rad_s.values()]) * _RPM)
         )
         axes.set_ylim(*_log_limits(shown, 1.3))
+        name_speeds(axes.yaxis)
         axes.set_xlabel("stiffness of " + fill(", ".join(critical_map.bearings), 60) + " [N/m]")
         axes.set_ylabel("critical speed of the reference shaft [rpm]")
         draw_grid(axes, "both", "both")
-        add_legend(figure, axes)
+        add_legend(figure, (axes,))
 
 
 def _log_limits(values: FloatArray, room: float) -> tuple[float, float]:
@@ -155,7 +160,7 @@ def _draw_operating(axes: Axes, operating_rad_s: Mapping[str, float]) -> None:
 
 def _draw_asymptotes(axes: Axes, critical_map: CriticalSpeedMap) -> None:
     """Draw short lines at the sides where branches go: no bearings left, rigid bearings right."""
-    drawn = critical_map.speed_rad_s
+    drawn, named = critical_map.speed_rad_s, False
     for ends, speeds, whirls, column in (
         ((0.0, 0.06), critical_map.free_rad_s, critical_map.free_whirl, 0),
         ((0.94, 1.0), critical_map.rigid_rad_s, critical_map.rigid_whirl, -1),
@@ -172,8 +177,11 @@ def _draw_asymptotes(axes: Axes, critical_map: CriticalSpeedMap) -> None:
                 linewidth=4.0,
                 alpha=0.35,
                 solid_capstyle="butt",
-                label="without (left), rigid (right)",
             )
+            named = True
+    if named:
+        axes.plot([], [], color=QUIET_COLOR, linewidth=4.0, alpha=0.35, solid_capstyle="butt",
+                  label="without (left), rigid (right)")  # fmt: skip
 
 
 def _draw_chosen(axes: Axes, critical_map: CriticalSpeedMap) -> None:
@@ -258,10 +266,11 @@ def draw_bearing_law(
         _mark_speeds(axes, operating_rad_s)
         axes.axhline(0.0, color="black", linewidth=0.6)
         axes.set_xlim(float(rpm[0]), float(rpm[-1]))
+        name_speeds(axes.xaxis)
         axes.set_xlabel(f"spin speed of {bearing.first.body} [rpm]")
-        axes.set_ylabel("coefficient over its xx value at the lowest speed")
+        axes.set_ylabel("coefficient over its xx value\nat the lowest speed [1]")
         draw_grid(axes, "major", "both")
-        add_legend(figure, axes)
+        add_legend(figure, (axes,))
 
 
 def _hatch_negative(axes: Axes, rpm: FloatArray, damping: FloatArray) -> None:
@@ -313,8 +322,14 @@ def _draw_coefficients(
     if reference == 0:
         return
     style = _COEFFICIENTS[symbol]
-    pairs = (("xx", 0, 0, 2.0), ("yy", 1, 1, 1.0), ("xy", 0, 1, 0.6), ("yx", 1, 0, 0.6))
-    for name, row, column, width in pairs:
+    pairs = (
+        ("xx", 0, 0, 2.0, ""),
+        ("yy", 1, 1, 1.0, "s"),
+        ("xy", 0, 1, 0.8, "^"),
+        ("yx", 1, 0, 0.8, "v"),
+    )
+    apart = max(1, rpm.size // _MARKS)
+    for name, row, column, width, marker in pairs:
         curve = matrices[:, row, column] / reference
         if not curve.any():
             continue
@@ -325,5 +340,9 @@ def _draw_coefficients(
             color=style.color,
             linestyle=style.dashes,
             linewidth=width,
+            marker=marker,
+            markersize=4.0,
+            markerfacecolor="white",
+            markevery=(apart // 2, apart),
             label=f"{label} ({reference:.3g} {unit})" if name == "xx" else label,
         )

@@ -57,7 +57,7 @@ def draw_separation_margins(
         raise AnalysisError("there are no margins to draw")
     near = sorted((m for m in margins if abs(m.margin) <= _FARTHEST), key=lambda m: abs(m.margin))
     shown = sorted(near[:_ROWS], key=lambda m: (m.shaft, m.resonance.speed_rad_s))
-    with picture(path, title) as (figure, axes):
+    with picture(path, title, 34.0 + 6.0 * len(shown), 50) as (figure, axes):
         for limit, dashes in ((15.0, (0, (4, 2))), (20.0, (0, (1, 1)))):
             for side in (-1, 1):
                 axes.axvline(side * limit, color="#595959", linewidth=0.9, linestyle=dashes,
@@ -68,10 +68,11 @@ def draw_separation_margins(
         axes.set_yticks(range(len(shown)), [_row_name(item) for item in shown], fontsize=SMALL_PT)
         axes.set_ylim(len(shown) - 0.4, -0.6)
         axes.set_xlim(-100 * _FARTHEST - 4, 100 * _FARTHEST + 4)
+        axes.set_ylabel("critical speed, whirl,\namplification factor AF [1]")
         axes.set_xlabel("distance from the operating range of the shaft [%]")
         draw_grid(axes, "major", "x")
         left_out = len(margins) - len(shown)
-        add_legend(figure, axes, f"{left_out} more, farther away" if left_out else "")
+        add_legend(figure, (axes,), f"{left_out} more, farther away" if left_out else "")
 
 
 def _row_name(item: SeparationMargin) -> str:

@@ -13,7 +13,6 @@ from solidwhirl.rotordyn.arrays import BoolArray, FloatArray
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.frames import RotatingCampbell
 from solidwhirl.rotordyn.mode_shapes import BodyShape, ModeShapes
-from solidwhirl.rotordyn.participation import Participation
 from solidwhirl.rotordyn.picture_frame import (
     COLORS,
     DASHES,
@@ -23,6 +22,7 @@ from solidwhirl.rotordyn.picture_frame import (
     TITLE_PT,
     TWO_COLUMNS_MM,
     draw_grid,
+    name_speeds,
     new_figure,
     styled,
     write_figure,
@@ -32,17 +32,17 @@ _T = TypeVar("_T")
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
 
 # Width of a letter of a label, as a fraction of the length of the body.
 _LABEL_WIDTH = 0.014
 _RPM = 30.0 / np.pi
-_HATCHES = ("///", "\\\\\\", "xxx", "...", "+++", "ooo")
 # Components and bodies with a smaller part of a branch are not drawn.
 _SMALL = 0.05
-_NO_BAR = 0.005
 # Modes drawn in one picture at most.
 _MOST_MODES = 16
-_MOST_BARS = 16
+# Height on a page for the frames of modes.
+_PAGE_MM = 215.0
 
 
 @styled
@@ -95,11 +95,13 @@ def draw_rotating_campbell(
     ]
     axes.set_xlim(0.0, fastest)
     axes.set_ylim(0.0, top)
+    name_speeds(axes.xaxis)
     axes.set_xlabel("speed of the body [rpm]")
     axes.set_ylabel("frequency in the frame of the body [Hz]")
     axes.set_title(fill(title, 60), fontsize=TITLE_PT)
     draw_grid(axes)
-    figure.legend(handles=handles, loc="outside right upper", frameon=False, fontsize=SMALL_PT)
+    figure.legend(handles=handles, loc="outside right upper", frameon=False, fontsize=SMALL_PT,
+                  handlelength=2.6)  # fmt: skip
     write_figure(figure, path)
 
 
@@ -125,7 +127,8 @@ def draw_mode_shapes(shapes: ModeShapes, path: str | Path, title: str) -> None:
     count = _mode_count(shapes)
     columns = 1 if count == 1 else 2
     rows = -(-count // columns)
-    figure = new_figure(path, TWO_COLUMNS_MM, max(90.0, 20.0 + 37.0 * rows))
+    height = 25.0 + rows * min(37.0, _PAGE_MM / rows)
+    figure = new_figure(path, TWO_COLUMNS_MM, max(90.0, height))
     grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     frames = list(grid.flat)
     for mode, axes in enumerate(frames[:count]):
@@ -140,13 +143,14 @@ def draw_mode_shapes(shapes: ModeShapes, path: str | Path, title: str) -> None:
     for axes in frames[max(0, count - columns) : count]:
         axes.set_xlabel("axial position [m]")
         axes.tick_params(labelbottom=True)
-    figure.supylabel("lateral deflection, largest orbit 1", fontsize=TEXT_PT)
+    figure.supylabel("lateral deflection, largest orbit 1 [1]", fontsize=TEXT_PT)
     figure.suptitle(fill(title, 80), fontsize=TITLE_PT)
-    handles, labels = frames[0].get_legend_handles_labels()
-    columns = min(4, max(1, len(labels)))
+    handles = [_body_row(body, place) for place, body in enumerate(shapes.bodies)]
+    columns = min(4, max(1, len(handles)))
     figure.legend(
-        handles, labels, loc="outside lower center", ncols=columns, frameon=False, fontsize=SMALL_PT
-    )
+        handles=handles, loc="outside lower center", ncols=columns, frameon=False,
+        fontsize=SMALL_PT, handlelength=3.2,
+    )  # fmt: skip
     write_figure(figure, path)
 
 
@@ -183,6 +187,8 @@ def draw_body_modes(shapes: ModeShapes, body: str, path: str | Path, title: str)
             linewidth=1.5,
             marker=_cycle(MARKERS, mode),
             markersize=4,
+            # a colour that comes again has open markers
+            markerfacecolor=_cycle(COLORS, mode) if mode < len(COLORS) else "white",
             markevery=(3 * mode % 7, max(1, shape.axial_m.size // 8)),
             label=_mode_title(shapes, mode),
         )
@@ -190,10 +196,10 @@ def draw_body_modes(shapes: ModeShapes, body: str, path: str | Path, title: str)
     axes.axhline(0.0, color="black", linewidth=0.6)
     axes.set_ylim(-1.12, 1.12)
     axes.set_xlabel("axial position [m]")
-    axes.set_ylabel("lateral deflection, largest orbit 1")
+    axes.set_ylabel("lateral deflection, largest orbit 1 [1]")
     axes.set_title(fill(title, 60), pad=18.0, fontsize=TITLE_PT)
     draw_grid(axes)
-    figure.legend(loc="outside right upper", frameon=False, fontsize=SMALL_PT)
+    figure.legend(loc="outside right upper", frameon=False, fontsize=SMALL_PT, handlelength=3.2)
     write_figure(figure, path)
 
 
@@ -212,52 +218,6 @@ def _draw_interfaces(axes: Axes, shape: BodyShape) -> None:
             name, (place, 1.12), xytext=(0, 2), textcoords="offset points", ha="center",
             va="bottom", fontsize=SMALL_PT, annotation_clip=False,
         )  # fmt: skip
-
-
-@styled
-def draw_participation(result: Participation, path: str | Path, title: str) -> None:
-    """Draw the shares of bodies and joints in the energies of the modes as bars.
-
-    Parameters
-    ----------
-    result
-        At most 16 modes. Centrifugal parts count to their body; negative ones lie below zero.
-        Joints with less than 0.5 % of every mode are drawn as one.
-    path
-        The file; its suffix chooses the kind (.png, .svg, .pdf). Replaced when complete.
-    title
-        Above the diagram.
-
-    Raises
-    ------
-    AnalysisError
-        If there are no modes or too many, or the suffix is not a kind of picture that can be
-        written.
-    """
-    count = result.eigenvalues.size
-    if not 1 <= count <= _MOST_BARS:
-        raise AnalysisError(f"there are {count} modes; 1 to {_MOST_BARS} can be drawn")
-    figure = new_figure(path, TWO_COLUMNS_MM, 124.0)
-    upper, lower = figure.subplots(2, 1, sharex=True)
-    bodies = result.strain_bodies + result.centrifugal_bodies
-    _stack(upper, result.kinetic_bodies, result.bodies, 0)
-    _stack(lower, bodies, result.bodies, 0)
-    joints, large = _large_joints(result)
-    _stack(lower, joints, large, len(result.bodies), below=bodies)
-    upper.set_ylabel("kinetic energy [1]")
-    lower.set_ylabel("potential energy [1]")
-    hertz = result.eigenvalues.imag / (2.0 * np.pi)
-    lower.set_xticks(
-        range(count), [f"{k + 1}\n{f:.4g}" for k, f in enumerate(hertz)], fontsize=SMALL_PT
-    )
-    lower.set_xlabel("mode, frequency [Hz]")
-    for axes in (upper, lower):
-        axes.axhline(0.0, color="black", linewidth=0.6)
-        draw_grid(axes)
-    figure.suptitle(fill(title, 80), fontsize=TITLE_PT)
-    handles, labels = lower.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside right center", frameon=False, fontsize=SMALL_PT)
-    write_figure(figure, path)
 
 
 def _mode_count(shapes: ModeShapes) -> int:
@@ -291,6 +251,16 @@ def _draw_body(axes: Axes, body: BodyShape, mode: int, place: int) -> None:
         markersize=4.5,
         markerfacecolor="white",
     )
+
+
+def _body_row(body: BodyShape, place: int) -> Line2D:
+    """Row of a body in a legend: its line and the mark of its interface nodes."""
+    from matplotlib.lines import Line2D
+
+    return Line2D(
+        [], [], color=_cycle(COLORS, place), linestyle=_cycle(DASHES, place), linewidth=1.5,
+        marker=_cycle(MARKERS, place), markersize=4.5, markerfacecolor="white", label=body.body,
+    )  # fmt: skip
 
 
 def _drawn(frame: RotatingCampbell) -> BoolArray:
@@ -340,44 +310,6 @@ def _with_zero(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         np.insert(x, at + 1, x[at] + part * (x[at + 1] - x[at])),
         np.insert(y, at + 1, 0.0),
     )
-
-
-def _large_joints(result: Participation) -> tuple[FloatArray, list[str]]:
-    """Return the shares and names of the joints, small ones summed up at the end."""
-    shares = np.nan_to_num(result.strain_joints)
-    large = (np.abs(shares) >= _NO_BAR).any(axis=1)
-    names = [name for name, kept in zip(result.joints, large, strict=True) if kept]
-    if large.all():
-        return shares, names
-    others = shares[~large].sum(axis=0, keepdims=True)
-    return np.vstack((shares[large], others)), [*names, "other joints"]
-
-
-def _stack(
-    axes: Axes,
-    shares: FloatArray,
-    names: Sequence[str],
-    place: int,
-    below: FloatArray | None = None,
-) -> None:
-    """Draw bars on top of each other, negative parts under zero; joints above the bodies."""
-    modes = np.arange(shares.shape[1])
-    before = np.zeros((0, modes.size)) if below is None else below
-    positive, negative = (f(before, 0.0).sum(axis=0) for f in (np.maximum, np.minimum))
-    for row, name in zip(np.nan_to_num(shares), names, strict=True):
-        axes.bar(
-            modes,
-            row,
-            bottom=np.where(row >= 0, positive, negative),
-            width=0.7,
-            color=_cycle(COLORS, place),
-            hatch=None if below is None else _cycle(_HATCHES, place),
-            edgecolor="white",
-            linewidth=0.5,
-            label=name,
-        )
-        positive, negative = positive + np.maximum(row, 0.0), negative + np.minimum(row, 0.0)
-        place += 1
 
 
 def _cycle(values: Sequence[_T], place: int) -> _T:

@@ -17,11 +17,15 @@ from solidwhirl.rotordyn.picture_frame import (
     COLORS,
     DASHES,
     MARKERS,
+    ONE_COLUMN_MM,
     SMALL_PT,
     TEXT_PT,
     TITLE_PT,
+    TWO_COLUMNS_MM,
+    USUAL_HEIGHT_MM,
     Dashes,
     draw_grid,
+    name_speeds,
     new_figure,
     styled,
     write_figure,
@@ -59,13 +63,17 @@ class Picture(NamedTuple):
         write_figure(self.figure, self.target)
 
 
-def new_picture(path: str | Path) -> Picture:
+def new_picture(
+    path: str | Path, width_mm: float = TWO_COLUMNS_MM, height_mm: float = USUAL_HEIGHT_MM
+) -> Picture:
     """Begin a picture.
 
     Parameters
     ----------
     path
         The file; its suffix chooses the kind (.png, .svg, .pdf).
+    width_mm, height_mm
+        Size.
 
     Returns
     -------
@@ -77,7 +85,7 @@ def new_picture(path: str | Path) -> Picture:
     AnalysisError
         If the suffix is not a kind of picture that can be written.
     """
-    return Picture(new_figure(path), Path(path))
+    return Picture(new_figure(path, width_mm, height_mm), Path(path))
 
 
 @styled
@@ -197,9 +205,10 @@ def draw_orbits(
     if not 1 <= len(speeds_rad_s) <= _MOST_ORBITS:
         raise AnalysisError(f"{len(speeds_rad_s)} speeds; 1 to {_MOST_ORBITS} can be drawn")
     places = [_place_of(response, float(speed)) for speed in speeds_rad_s]
-    picture = new_picture(path)
     columns = min(4, len(places))
     rows = -(-len(places) // columns)
+    width = ONE_COLUMN_MM if columns == 1 else TWO_COLUMNS_MM
+    picture = new_picture(path, width, 24.0 + rows * (6.0 + 0.9 * width / columns))
     grid = picture.figure.subplots(rows, columns, squeeze=False).ravel()
     for axes in grid[len(places) :]:
         axes.set_axis_off()
@@ -215,14 +224,14 @@ def draw_orbits(
         reach *= 1.15
         axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
         axes.set_title(f"{response.speeds_rad_s[at] * _RPM:.0f} rpm", fontsize=TEXT_PT)
-        axes.tick_params(labelsize=7)
-        axes.locator_params(nbins=5)
+        axes.locator_params(nbins=4, steps=[1, 2, 5, 10])
         draw_grid(axes)
     for axes in grid[max(0, len(places) - columns) : len(places)]:
         axes.set_xlabel("x [µm]", fontsize=TEXT_PT)
     picture.figure.supylabel("y [µm]", fontsize=TEXT_PT)
-    picture.figure.suptitle(fill(title, 70), fontsize=TITLE_PT)
-    _legend(picture.figure, response, [node.label for node in nodes], "outside lower center", 4)
+    picture.figure.suptitle(fill(title, int(0.45 * width)), fontsize=TITLE_PT)
+    names, beside = [node.label for node in nodes], 2 if columns == 1 else 4
+    _legend(picture.figure, response, names, "outside lower center", beside)
     picture.save()
 
 
@@ -288,6 +297,7 @@ def _label_peaks(axes: Axes, labels: list[tuple[float, float]], rpm: FloatArray)
             va="bottom",
             rotation=90,
             fontsize=SMALL_PT,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.4},
         )
 
 
@@ -308,6 +318,8 @@ def _finish(picture: Picture, panels: Sequence[Axes], rpm: FloatArray, title: st
         draw_grid(axes)
     low, high = float(rpm.min()), float(rpm.max())
     panels[-1].set_xlim(low, max(high, low + 1.0))
+    name_speeds(panels[-1].xaxis)
+    picture.figure.align_ylabels()
     panels[-1].set_xlabel("speed of the reference shaft [rpm]")
     panels[0].set_title(fill(title, 60), fontsize=TITLE_PT)
 

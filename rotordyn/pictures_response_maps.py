@@ -4,14 +4,21 @@ from __future__ import annotations
 
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from solidwhirl.rotordyn.arrays import FloatArray
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.parts import End
-from solidwhirl.rotordyn.picture_frame import SMALL_PT, TITLE_PT, styled
+from solidwhirl.rotordyn.picture_frame import (
+    SMALL_PT,
+    TITLE_PT,
+    add_legend,
+    name_speeds,
+    number_text,
+    styled,
+)
 from solidwhirl.rotordyn.pictures_response import Picture, new_picture
 from solidwhirl.rotordyn.response_maps import GroundMotionMap, PlaceMap
 from solidwhirl.rotordyn.response_maps_stiffness import StiffnessChoice, StiffnessMap
@@ -60,6 +67,8 @@ def draw_place_map(place_map: PlaceMap, node: End, path: str | Path, title: str)
         x, label = place_map.speeds_rad_s * _RPM, "speed of the reference shaft [rpm]"
     _heat(picture, axes, x, rows, height, f"major semi-axis at {node.label} [µm]")
     axes.set_yticks(rows, [place.label for place in place_map.places], fontsize=SMALL_PT)
+    if label.endswith("[rpm]"):
+        name_speeds(axes.xaxis)
     axes.set_xlabel(label)
     axes.set_ylabel("place of the unbalance")
     axes.set_title(fill(title, 60), fontsize=TITLE_PT)
@@ -94,8 +103,11 @@ def draw_ground_motion(ground_map: GroundMotionMap, path: str | Path, title: str
     label = f"major semi-axis at {ground_map.node.label} / motion of the ground"
     _heat(picture, axes, hertz, rpm, ratio, label)
     limits = axes.get_xlim(), axes.get_ylim()
-    axes.plot([0.0, rpm[-1] / 60.0], [0.0, rpm[-1]], color="white", linewidth=0.9, linestyle="--")
+    turn = [0.0, rpm[-1]]
+    axes.plot(np.divide(turn, 60.0), turn, label="1/rev of the reference shaft", **_on_colors())
     axes.set(xlim=limits[0], ylim=limits[1])
+    name_speeds(axes.yaxis)
+    add_legend(picture.figure, (axes,), place="outside lower center", columns=2)
     axes.set_xlabel(f"frequency of the ground along {ground_map.direction} [Hz]")
     axes.set_ylabel("speed of the reference shaft [rpm]")
     axes.set_title(fill(title, 60), fontsize=TITLE_PT)
@@ -136,15 +148,15 @@ def draw_stiffness_map(
     _heat(picture, axes, hertz, stiffness, height, label)
     if choice is not None:
         for edge in choice.band_rad_s:
-            axes.axvline(edge * _HZ, color="white", linewidth=1.1, linestyle="--")
+            axes.axvline(edge * _HZ, label="band about the operating speed", **_on_colors())
         middle = 0.5 * sum(choice.band_rad_s) * _HZ
         value = choice.stiffness_n_per_m
         axes.plot(
             middle, value, marker="o", markersize=8, markerfacecolor="white",
-            markeredgecolor="black", clip_on=False,
+            markeredgecolor="black", clip_on=False, linestyle="none", label="stiffness chosen",
         )  # fmt: skip
         axes.annotate(
-            f"{value:.3g} N/m",
+            f"{number_text(value)} N/m",
             (middle, value),
             xytext=(0, 9 if value < 0.5 * stiffness[-1] else -17),
             textcoords="offset points",
@@ -152,10 +164,19 @@ def draw_stiffness_map(
             fontsize=SMALL_PT,
             bbox={"boxstyle": "round,pad=0.2", "facecolor": "white", "edgecolor": "none"},
         )
+    add_legend(picture.figure, (axes,), place="outside lower center", columns=2)
     axes.set_xlabel("frequency of the force [Hz]")
     axes.set_ylabel("stiffness of " + fill(", ".join(stiffness_map.bearings), 40) + " [N/m]")
     axes.set_title(fill(title, 60), fontsize=TITLE_PT)
     picture.save()
+
+
+def _on_colors() -> dict[str, Any]:
+    """Style of a line that is seen on dark and on bright colours, and on paper."""
+    from matplotlib.patheffects import withStroke
+
+    edge = withStroke(linewidth=2.4, foreground="black")
+    return {"color": "white", "linewidth": 1.1, "linestyle": (0, (5, 2)), "path_effects": [edge]}
 
 
 def _heat(

@@ -16,9 +16,11 @@ from solidwhirl.rotordyn.picture_frame import (
     COLORS,
     DASHES,
     SMALL_PT,
+    SUPERSCRIPTS,
     TEXT_PT,
     TITLE_PT,
     draw_grid,
+    name_speeds,
     new_figure,
     styled,
     write_figure,
@@ -66,7 +68,7 @@ def draw_run_up(run: RunUp, bearing: str, path: str | Path, title: str) -> None:
     for panel, axis, values, (color, _) in zip(panels[1:], "xy", force, _STYLES, strict=False):
         times, low, high = _envelope(run.time_s, factor * values)
         panel.fill_between(times, low, high, color=color, linewidth=0.3)
-        panel.set_ylabel(f"force along {axis} [{unit}]", fontsize=TEXT_PT)
+        panel.set_ylabel(f"force on {bearing}\nalong {axis} [{unit}]")
         draw_grid(panel)
     panels[2].set_xlabel("time [s]")
     panels[2].set_xlim(0.0, float(run.time_s[-1]))
@@ -116,7 +118,9 @@ def draw_normalised_responses(
     axes.set_ylabel("force per excitation force [N/N]")
     axes.set_title(fill(title, 70), fontsize=TITLE_PT)
     draw_grid(axes)
-    figure.legend(loc="outside right upper", frameon=False, fontsize=TEXT_PT)
+    if len(responses) > 1:
+        figure.legend(loc="outside right upper", frameon=False, fontsize=SMALL_PT,
+                      handlelength=3.2)  # fmt: skip
     write_figure(figure, path)
 
 
@@ -165,7 +169,8 @@ def draw_spectrogram(
         shading="nearest",
         rasterized=True,
     )
-    figure.colorbar(mesh, ax=axes, label=f"amplitude [{unit}]", pad=0.02)
+    figure.colorbar(mesh, ax=axes, label=f"amplitude of the force [{unit}]", extend="min", pad=0.02)
+    end = float(result.time_s[-1])
     for ratio, names in _spools(run).items():
         frequency = ratio * np.abs(run.speed_rad_s) / (2.0 * np.pi)
         times, _, line = _envelope(run.time_s, frequency)
@@ -174,14 +179,14 @@ def draw_spectrogram(
         if inside.any():
             axes.annotate(
                 f"1/rev {names}",
-                (float(result.time_s[-1]), min(float(line[-1]), top)),
+                (end, min(float(np.interp(end, times, line)), top)),
                 xytext=(4, 0),
                 textcoords="offset points",
                 fontsize=SMALL_PT,
                 va="center",
                 annotation_clip=False,
             )
-    axes.set_xlim(float(result.time_s[0]), float(result.time_s[-1]))
+    axes.set_xlim(float(result.time_s[0]), end)
     axes.set_ylim(0.0, top)
     axes.set_xlabel("time [s]")
     axes.set_ylabel("frequency [Hz]")
@@ -207,7 +212,8 @@ def _draw_speeds(axes: Axes, run: RunUp) -> None:
             va="center",
             annotation_clip=False,
         )
-    axes.set_ylabel("speed [rpm]", fontsize=TEXT_PT)
+    name_speeds(axes.yaxis)
+    axes.set_ylabel("speed [rpm]")
     draw_grid(axes)
 
 
@@ -236,7 +242,10 @@ def _envelope(times: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatA
 def _force_unit(force: FloatArray) -> tuple[str, float]:
     """Return a unit in which the largest force is a number of a few digits, and its factor."""
     largest = float(np.abs(force).max(initial=0.0))
-    for unit, factor in (("kN", 1e-3), ("N", 1.0), ("mN", 1e3)):
+    for unit, factor in (("kN", 1e-3), ("N", 1.0), ("mN", 1e3), ("µN", 1e6)):
         if largest * factor >= 1.0:
             return unit, factor
-    return "µN", 1e6
+    if largest == 0.0:
+        return "N", 1.0
+    exponent = int(np.floor(np.log10(largest)))
+    return f"10{str(exponent).translate(SUPERSCRIPTS)} N", float(f"1e{-exponent}")

@@ -18,9 +18,9 @@ from solidwhirl.rotordyn.participation import participation
 from solidwhirl.rotordyn.pictures_modes import (
     draw_body_modes,
     draw_mode_shapes,
-    draw_participation,
     draw_rotating_campbell,
 )
+from solidwhirl.rotordyn.pictures_participation import draw_participation
 from solidwhirl.rotordyn.state_channels import ForceInput, Input, MotionOutput, Output
 from solidwhirl.rotordyn.state_space import state_space, tabulated_state_space
 from solidwhirl.rotordyn.state_space_file import export_mat, export_npz, write_state_space

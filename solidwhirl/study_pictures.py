@@ -9,8 +9,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from solidwhirl.rotordyn.picture_frame import draw_grid
-from solidwhirl.rotordyn.pictures import blank_figure, write_figure
+from solidwhirl.pictures.labels import spread
+from solidwhirl.rotordyn.picture_frame import (
+    MINOR_PAD_PT,
+    SMALL_PT,
+    TEXT_PT,
+    TITLE_PT,
+    TWO_COLUMNS_MM,
+    USUAL_HEIGHT_MM,
+    add_legend,
+    draw_grid,
+    new_figure,
+    number_text,
+    styled,
+    write_figure,
+)
 from solidwhirl.study_document import Study
 from solidwhirl.study_styles import (
     FARTHEST,
@@ -23,19 +36,22 @@ from solidwhirl.study_styles import (
     modes_of,
     series_style,
 )
-from solidwhirl.study_table import StudyRow, StudySlope, StudyTable
+from solidwhirl.study_table import StudyRow, StudyTable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _ERROR = "largest relative error\nof all branches and speeds [1]"
 _LEAST_ERROR = 1e-12
 # Axes that span less than the first are widened; below the second they have more numbers.
 _SHORT, _PLAIN = 8.0, 200.0
+# Height of a line of letters over that of a frame, width of the picture of one map, and the error
+# above which cells are bright.
+_LETTER, _ONE_MAP_MM, _BRIGHT = 0.065, 110.0, 5e-3
 Value = Callable[[StudyRow], float]
 
 
+@styled
 def draw_study(study: Study, document: Mapping[str, Any], out: Path) -> tuple[Path, ...]:
     """Draw all pictures of a study.
 
@@ -75,7 +91,7 @@ def _draw_cost(
     table: StudyTable, key: str, label: str, front: Sequence[str], path: Path, title: str
 ) -> None:
     """Error against one cost, with the Pareto front."""
-    figure = blank_figure(path, 8.5, 5.2)
+    figure = new_figure(path)
     axes = figure.add_subplot()
     _draw_series(axes, table, lambda r: r.measured(key), lambda r: drawn_error(r, table))
     rows = {r.outcome.case.name: r for r in table.rows}
@@ -83,13 +99,13 @@ def _draw_cost(
     if steps:
         cost, error = np.array(steps).T
         axes.step(cost, error, where="post", color="#595959", linewidth=1.2, marker="o",
-                  markersize=11, markerfacecolor="none", label="Pareto front")  # fmt: skip
+                  markersize=8.5, markerfacecolor="none", label="Pareto front")  # fmt: skip
     _draw_floor(axes, table)
     axes.set_xlabel(label)
     axes.set_ylabel(_ERROR)
     _log(axes, "xy")
-    figure.suptitle(fill(title, 90), fontsize=11)
-    _legend(figure, (axes,))
+    figure.suptitle(fill(title, 80), fontsize=TITLE_PT)
+    add_legend(figure, (axes,), place="outside right center")
     write_figure(figure, path)
 
 
@@ -98,9 +114,9 @@ def _draw_series(axes: Axes, table: StudyTable, x: Value, y: Value, *, line: boo
         style = series_style(series)
         place, value = (np.array([v(r) for r in rows]) for v in (x, y))
         order = np.argsort(place)
-        axes.plot(place[order], value[order], color=style.color, marker=style.marker, markersize=6,
-                  markerfacecolor="none" if style.hollow else style.color, linewidth=0.8,
-                  linestyle=("--" if style.hollow else "-") if line else "none",
+        axes.plot(place[order], value[order], color=style.color, marker=style.marker,
+                  markersize=4.5, markerfacecolor="none" if style.hollow else style.color,
+                  linewidth=0.8, linestyle=("--" if style.hollow else "-") if line else "none",
                   label=label_of(series))  # fmt: skip
 
 
@@ -112,7 +128,7 @@ def _draw_floor(axes: Axes, table: StudyTable) -> None:
 
 def _draw_convergence(table: StudyTable, path: Path, title: str) -> None:
     """Error, time and memory over the unknowns with slopes; error over the number of modes."""
-    figure = blank_figure(path, 11.5, 8.0)
+    figure = new_figure(path, TWO_COLUMNS_MM, 165.0)
     frames = figure.subplots(2, 2)
     panels: tuple[tuple[Axes, str, str, Value], ...] = (
         (frames[0, 0], "error", _ERROR, lambda r: drawn_error(r, table)),
@@ -125,20 +141,23 @@ def _draw_convergence(table: StudyTable, path: Path, title: str) -> None:
         ),
     )
     for axes, quantity, label, value in panels:
-        _draw_over_unknowns(axes, table, quantity, value)
+        ends = _draw_over_unknowns(axes, table, quantity, value)
         axes.set_ylabel(label)
         axes.set_xlabel("unknowns before reduction [1]")
-        axes.margins(x=0.12)  # for the slopes at the right ends
         _log(axes, "xy")
+        _write_slopes(axes, ends)
     _draw_floor(frames[0, 0], table)
     _draw_modes(frames[1, 1], table)
-    figure.suptitle(fill(title, 90), fontsize=11)
-    _legend(figure, frames.ravel())
+    figure.suptitle(fill(title, 80), fontsize=TITLE_PT)
+    add_legend(figure, list(frames.ravel()), place="outside lower center", columns=3)
     write_figure(figure, path)
 
 
-def _draw_over_unknowns(axes: Axes, table: StudyTable, quantity: str, value: Value) -> None:
-    """Points of the meshes and the power laws through them."""
+def _draw_over_unknowns(
+    axes: Axes, table: StudyTable, quantity: str, value: Value
+) -> list[tuple[float, float, float, str]]:
+    """Points of the meshes and the power laws through them; right ends, slopes and colours."""
+    ends = []
     for series, rows in drawn_series(table.rows).items():
         points = [
             (r.measured("unknowns"), value(r))
@@ -151,22 +170,28 @@ def _draw_over_unknowns(axes: Axes, table: StudyTable, quantity: str, value: Val
         fitted = [s for s in table.slopes if (s.series, s.quantity) == (series, quantity)]
         unknowns, values = np.array(points).T
         axes.plot(unknowns, values, linestyle="none", color=style.color, marker=style.marker,
-                  markersize=6, markerfacecolor="none" if style.hollow else style.color,
+                  markersize=4.5, markerfacecolor="none" if style.hollow else style.color,
                   label=label_of(series))  # fmt: skip
         for slope in fitted:
-            _draw_slope(axes, slope, unknowns)
+            along = np.array([unknowns.min(), unknowns.max()])
+            law = slope.slope.factor * along**slope.slope.slope
+            axes.plot(along, law, color=style.color, linewidth=1.0,
+                      linestyle="--" if style.hollow else "-")  # fmt: skip
+            ends.append((float(along[1]), float(law[1]), slope.slope.slope, style.color))
+    return ends
 
 
-def _draw_slope(axes: Axes, fitted: StudySlope, unknowns: Any) -> None:
-    """The power law over the points' range, its exponent at the right end."""
-    style = series_style(fitted.series)
-    ends = np.array([unknowns.min(), unknowns.max()])
-    values = fitted.slope.factor * ends**fitted.slope.slope
-    axes.plot(ends, values, color=style.color, linewidth=1.0,
-              linestyle="--" if style.hollow else "-")  # fmt: skip
-    axes.annotate(f"{fitted.slope.slope:.2f}", (ends[1], values[1]), xytext=(7, 0),
-                  textcoords="offset points", fontsize=8, color=style.color,
-                  va="center")  # fmt: skip
+def _write_slopes(axes: Axes, ends: Sequence[tuple[float, float, float, str]]) -> None:
+    """Exponents beside the frame, each with a line to the end of its power law."""
+    low, high = np.log(axes.get_ylim())
+    heights = [(np.log(value) - low) / (high - low) for _, value, _, _ in ends]
+    places = spread(heights, [_LETTER] * len(ends))
+    for (unknowns, value, slope, color), place in zip(ends, places, strict=True):
+        axes.annotate(f"{slope:.2f}".replace("-", "\u2212"), (unknowns, value),
+                      xytext=(1.03, place), textcoords="axes fraction", fontsize=SMALL_PT,
+                      color=color, va="center", annotation_clip=False,
+                      arrowprops={"arrowstyle": "-", "color": color, "linewidth": 0.5,
+                                  "shrinkA": 0.0, "shrinkB": 3.0})  # fmt: skip
 
 
 def _draw_modes(axes: Axes, table: StudyTable) -> None:
@@ -177,7 +202,7 @@ def _draw_modes(axes: Axes, table: StudyTable) -> None:
         style = series_style(series)
         count = [modes_of(r) for r in rows]
         axes.plot(count, [drawn_error(r, table) for r in rows], color=style.color, marker="P",
-                  markerfacecolor="none", markersize=7, linewidth=0.8, linestyle="--",
+                  markerfacecolor="none", markersize=5, linewidth=0.8, linestyle="--",
                   label=label_of(series))  # fmt: skip
     _draw_floor(axes, table)
     axes.set_xlabel("fixed-interface modes [1]")
@@ -187,7 +212,7 @@ def _draw_modes(axes: Axes, table: StudyTable) -> None:
 
 def _draw_estimates(table: StudyTable, path: Path, title: str) -> None:
     """Estimated over true error of every case, and the lines where the ratio is 1 and 10."""
-    figure = blank_figure(path, 8.5, 5.8)
+    figure = new_figure(path, TWO_COLUMNS_MM, USUAL_HEIGHT_MM + 8.0)
     axes = figure.add_subplot()
     for series, rows in drawn_series(table.rows).items():
         style = series_style(series)
@@ -196,7 +221,7 @@ def _draw_estimates(table: StudyTable, path: Path, title: str) -> None:
         if points:
             true, estimate = np.array(points).T
             axes.plot(true, estimate, color=style.color, marker=style.marker, linestyle="none",
-                      markerfacecolor="none" if style.hollow else style.color, markersize=6,
+                      markerfacecolor="none" if style.hollow else style.color, markersize=4.5,
                       label=label_of(series))  # fmt: skip
     _log(axes, "xy")
     low, high = axes.get_xlim()
@@ -209,8 +234,8 @@ def _draw_estimates(table: StudyTable, path: Path, title: str) -> None:
     axes.set_xlim(low, high)
     axes.set_xlabel(_ERROR.replace("\n", " "))
     axes.set_ylabel("largest estimated relative error [1]")
-    figure.suptitle(fill(title, 90), fontsize=11)
-    _legend(figure, (axes,))
+    figure.suptitle(fill(title, 80), fontsize=TITLE_PT)
+    add_legend(figure, (axes,), place="outside right center")
     write_figure(figure, path)
 
 
@@ -218,7 +243,8 @@ def _draw_maps(maps: Sequence[Mapping[str, Any]], path: Path) -> None:
     """Error of the beam level over two ratios of a disk, a frame for each map."""
     from matplotlib.colors import LogNorm
 
-    figure = blank_figure(path, 6.2 * len(maps), 5.2)
+    width = TWO_COLUMNS_MM if len(maps) > 1 else _ONE_MAP_MM
+    figure = new_figure(path, width, 92.0)
     frames = figure.subplots(1, len(maps), squeeze=False)[0]
     shown: Any = None
     limits: dict[str, Any] = {}
@@ -228,11 +254,13 @@ def _draw_maps(maps: Sequence[Mapping[str, Any]], path: Path) -> None:
             _edges(x), _edges(y), error, cmap="cividis",
             norm=LogNorm(1e-4, FARTHEST), edgecolors="white", linewidth=0.5,
         )  # fmt: skip
-        _write_values(axes, x, y, error)
+        _write_values(axes, x, y, error, shown)
         if min(error.shape) > 1 and np.isfinite(error).any():
             limits |= {row.get_label(): row for row in _draw_limits(axes, x, y, error)}
         for failed in (p for p in found["points"] if p["status"] == "failed"):
-            axes.text(failed["x"], failed["y"], "failed", ha="center", va="center", fontsize=7)
+            axes.text(
+                failed["x"], failed["y"], "failed", ha="center", va="center", fontsize=SMALL_PT
+            )
         axes.set(xscale="log", yscale="log")
         axes.set_facecolor("#E5E5E5")
         axes.set_xticks(x, [f"{v:.3g}" for v in x], minor=False)
@@ -243,13 +271,14 @@ def _draw_maps(maps: Sequence[Mapping[str, Any]], path: Path) -> None:
         axes.set_ylabel(axis_label(found["y_name"]))
         blank = any(p["status"] == "absent" for p in found["points"])
         note = " (grey: web as wide as the rim)" if blank else ""
-        axes.set_title(found["map"] + note, fontsize=11)
+        axes.set_title(found["map"] + note, fontsize=TEXT_PT)
     figure.colorbar(shown, ax=frames, label="largest relative error of beams\n"
                     "in the first two whirl pairs [1]", extend="both")  # fmt: skip
-    figure.suptitle("Beams against solids: frequencies of a disk on a shaft", fontsize=11)
+    title = "Beams against solids: frequencies of a disk on a shaft, error in % in the cells"
+    figure.suptitle(title, fontsize=TITLE_PT)
     if limits:
         figure.legend(list(limits.values()), list(limits), loc="outside lower center", ncols=2,
-                      frameon=False, fontsize=9)  # fmt: skip
+                      frameon=False, fontsize=SMALL_PT)  # fmt: skip
     write_figure(figure, path)
 
 
@@ -263,8 +292,10 @@ def _edges(places: Sequence[float]) -> Any:
     return np.exp(np.concatenate([ends[0], middles, ends[1]]))
 
 
-def _write_values(axes: Axes, x: Sequence[float], y: Sequence[float], error: Any) -> None:
-    """The error in percent in each cell, outlined so that contours don't hide it."""
+def _write_values(
+    axes: Axes, x: Sequence[float], y: Sequence[float], error: Any, shown: Any
+) -> None:
+    """The error in per cent in each cell, black on bright and white on dark colours."""
     from matplotlib.patheffects import withStroke
 
     for row, height in enumerate(y):
@@ -272,10 +303,12 @@ def _write_values(axes: Axes, x: Sequence[float], y: Sequence[float], error: Any
             value = error[row, column]
             if not np.isfinite(value):
                 continue
-            text = "> 25 %" if value >= FARTHEST else f"{100.0 * value:.2g} %"
-            axes.text(place, height, text, ha="center", va="center", fontsize=8, color="black",
-                      zorder=4, path_effects=[withStroke(linewidth=2.5, foreground="white")]
-                      )  # fmt: skip
+            text = "> 25" if value >= FARTHEST else f"{100.0 * value:.2g}"
+            # the colour of the cell around the letters keeps contours off them
+            around = withStroke(linewidth=2.5, foreground=shown.to_rgba(value))
+            axes.text(place, height, text, ha="center", va="center", fontsize=SMALL_PT, zorder=4,
+                      color="black" if value > _BRIGHT else "white",
+                      path_effects=[around])  # fmt: skip
 
 
 def _draw_limits(axes: Axes, x: Sequence[float], y: Sequence[float], error: Any) -> list[Any]:
@@ -288,9 +321,9 @@ def _draw_limits(axes: Axes, x: Sequence[float], y: Sequence[float], error: Any)
         if low < limit < high:
             # in the logarithm, so that it lies between cells where it should
             axes.contour(x, y, np.log10(error), [np.log10(limit)], colors=color,
-                         linestyles=dashes, linewidths=2.0)  # fmt: skip
-            rows.append(Line2D([], [], color=color, linestyle=dashes, linewidth=2.0,
-                               label=f"error {limit:.0%}"))  # fmt: skip
+                         linestyles=dashes, linewidths=1.5)  # fmt: skip
+            rows.append(Line2D([], [], color=color, linestyle=dashes, linewidth=1.5,
+                               label=f"error {100.0 * limit:.0f} %"))  # fmt: skip
     return rows
 
 
@@ -309,19 +342,9 @@ def _log(axes: Axes, which: str) -> None:
             axis.set_major_formatter(FuncFormatter(_plain_number))
             axis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
             axis.set_minor_formatter(FuncFormatter(_plain_number))
+            axis.set_tick_params(which="minor", pad=MINOR_PAD_PT)
     draw_grid(axes, "both", "both")
 
 
 def _plain_number(value: float, _: object) -> str:
-    return f"{value:.3g}"
-
-
-def _legend(figure: Figure, frames: Sequence[Axes]) -> None:
-    """Each label once, beside all frames."""
-    rows: dict[str, Any] = {}
-    for axes in frames:
-        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            rows.setdefault(label, handle)
-    if rows:
-        figure.legend(list(rows.values()), list(rows), loc="outside right center", frameon=False,
-                      fontsize=8)  # fmt: skip
+    return number_text(value)

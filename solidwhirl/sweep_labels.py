@@ -59,7 +59,7 @@ def label_of(key: str) -> str:
 def wrapped(text: str, width: int) -> str:
     """Return a label in lines no longer than a width where dots, spaces and the like allow it."""
     lines = [""]
-    for piece in re.split(r"(?<=[.\]\s_])(?![.\[])|(?<=/)(?=[a-z]{3})", text):
+    for piece in re.split(r"(?<=[.\] _])(?![.\[])|(?<=/)(?=[a-z]{3})", text):
         if lines[-1] and len(lines[-1]) + len(piece.rstrip()) > width:
             lines.append("")
         lines[-1] += piece

@@ -5,11 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from solidwhirl.rotordyn.picture_frame import WHIRL_STYLES, Style
+from solidwhirl.rotordyn.picture_frame import (
+    SMALL_PT,
+    SUPERSCRIPTS,
+    TITLE_PT,
+    WHIRL_STYLES,
+    Style,
+    number_text,
+)
 from solidwhirl.sweep_analysis import SweepAnalysis, SweepPictureSettings, ranking
 from solidwhirl.sweep_design import SweepDesign
 from solidwhirl.sweep_labels import label_of, wrapped
@@ -18,9 +25,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_OTHER_WHIRL = Style("#CC79A7", (0, (3, 1, 1, 1, 1, 1)), "o")
+_OTHER_WHIRL = Style("#CC79A7", (0, (3, 1, 1, 1, 1, 1)), "^")
 _NOTES = 4
-_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def shown_parameters(found: SweepAnalysis) -> list[int]:
@@ -62,7 +68,7 @@ def parameter_axis(
         axis = axes.xaxis if which == "x" else axes.yaxis
         axis.set_major_locator(MaxNLocator(4 if which == "x" else 6, steps=[1, 2, 2.5, 5, 10]))
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value / scale:.6g}"))
-    getattr(axes, f"set_{which}label")(wrapped(label, 34), fontsize=10)
+    getattr(axes, f"set_{which}label")(wrapped(label, 34))
 
 
 def in_powers_of_ten(label: str, largest: float) -> tuple[float, str]:
@@ -78,7 +84,7 @@ def in_powers_of_ten(label: str, largest: float) -> tuple[float, str]:
     exponent = math.floor(math.log10(largest)) if largest > 0.0 else 0
     if -4 < exponent < 4:
         return 1.0, label
-    power = "10" + str(exponent).translate(_SUPERSCRIPTS)
+    power = "10" + str(exponent).translate(SUPERSCRIPTS)
     name, bracket, unit = label.rpartition(" [")
     said = f"{name} [{power} {unit}" if bracket else f"{label} [{power}]"
     return float(f"1e{exponent}"), said
@@ -87,7 +93,7 @@ def in_powers_of_ten(label: str, largest: float) -> tuple[float, str]:
 def value_text(design: SweepDesign, name: str, value: float) -> str:
     """Return a value of a parameter, a word by its number."""
     choices = design.parameters[design.number(name)].choices
-    return choices[int(value)] if choices else f"{value:.4g}"
+    return choices[int(value)] if choices else number_text(value, 4)
 
 
 def whirl_style(whirl: str) -> Style:
@@ -101,15 +107,11 @@ def write_notes(figure: Figure, notes: Sequence[str]) -> None:
     if len(notes) > _NOTES:
         said.append(f"and {len(notes) - _NOTES} more notes in sweep.json")
     if said:
-        figure.supxlabel("\n".join(fill(n, 118) for n in said), fontsize=9, x=0.01, ha="left")
+        figure.supxlabel(
+            "\n".join(fill(n, 118) for n in said), fontsize=SMALL_PT, x=0.01, ha="left"
+        )
 
 
-def shared_legend(figure: Figure, frames: Sequence[Axes]) -> None:
-    """Put each label once beside all frames."""
-    rows: dict[str, Any] = {}
-    for axes in frames:
-        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            rows.setdefault(label, handle)
-    if rows:
-        figure.legend(list(rows.values()), list(rows), loc="outside right center", frameon=False,
-                      fontsize=9)  # fmt: skip
+def write_title(figure: Figure, title: str) -> None:
+    """Write what is above all frames."""
+    figure.suptitle("\n".join(fill(line, 80) for line in title.split("\n")), fontsize=TITLE_PT)

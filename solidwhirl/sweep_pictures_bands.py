@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from solidwhirl.rotordyn.picture_frame import draw_grid
-from solidwhirl.rotordyn.pictures import blank_figure, write_figure
+from solidwhirl.rotordyn.picture_frame import (
+    SMALL_PT,
+    TWO_COLUMNS_MM,
+    add_legend,
+    draw_grid,
+    name_speeds,
+    new_figure,
+    styled,
+    write_figure,
+)
 from solidwhirl.sweep_analysis import SweepAnalysis, SweepPictureSettings
 from solidwhirl.sweep_bands import LEAST_SAMPLES, CampbellBands
-from solidwhirl.sweep_picture_parts import shared_legend, write_notes
+from solidwhirl.sweep_picture_parts import write_notes, write_title
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,6 +30,7 @@ _RANGES = ("black", "#7A7A7A")
 _GREY, _DOTS = "#595959", (0, (1, 1.5))
 
 
+@styled
 def draw_campbell_bands(found: SweepAnalysis, settings: SweepPictureSettings, path: Path) -> None:
     """Draw the bands of the branches, and the critical speeds, to a picture file.
 
@@ -38,7 +46,7 @@ def draw_campbell_bands(found: SweepAnalysis, settings: SweepPictureSettings, pa
     bands = found.bands
     if bands is None:
         return
-    figure = blank_figure(path, 9.5, 5.8)
+    figure = new_figure(path, TWO_COLUMNS_MM, 112.0)
     axes = figure.add_subplot()
     for branch in range(bands.frequency_hz.value.shape[1]):
         _draw_branch(axes, bands, branch)
@@ -55,13 +63,14 @@ def draw_campbell_bands(found: SweepAnalysis, settings: SweepPictureSettings, pa
                      zorder=0.6, label="operating speeds")  # fmt: skip
     axes.set_xlim(float(bands.speed_rpm.min()), fastest)
     axes.set_ylim(0.0, top)
-    axes.set_xlabel("speed of the reference shaft [rpm]", fontsize=10)
-    axes.set_ylabel("natural frequency [Hz]", fontsize=10)
+    name_speeds(axes.xaxis)
+    axes.set_xlabel("speed of the reference shaft [rpm]")
+    axes.set_ylabel("natural frequency [Hz]")
     draw_grid(axes, "major", "both")
     title = f"Campbell diagram of {bands.cases} samples: {found.design.scene}"
-    figure.suptitle(fill(title, 80), fontsize=11)
+    write_title(figure, title)
     write_notes(figure, _notes(found, bands))
-    shared_legend(figure, (axes,))
+    add_legend(figure, (axes,), place="outside right center")
     write_figure(figure, path)
 
 
@@ -91,17 +100,17 @@ def _draw_critical(axes: Axes, found: SweepAnalysis, fastest: float, top: float)
             end = min(fastest, top / ratio)
             axes.plot([0.0, end], [0.0, ratio * end], color="black", linewidth=0.8, zorder=1.5)
             axes.annotate(f"{track.excitation_ratio:.3g}×", (end, ratio * end), xytext=(4, 4),
-                          textcoords="offset points", fontsize=9,
+                          textcoords="offset points", fontsize=SMALL_PT,
                           annotation_clip=False)  # fmt: skip
         if spread is None or spread.count[number] < LEAST_SAMPLES:
             continue
         low, middle, high = spread.value[:, number]
         # ends are marked, and neighbours differ: ranges may overlap along one line
         axes.plot([low, high], [ratio * low, ratio * high], color=_RANGES[number % 2],
-                  linewidth=4.0, solid_capstyle="butt", marker="|", markersize=13,
-                  markeredgewidth=1.8, zorder=4 + number % 2,
+                  linewidth=3.0, solid_capstyle="butt", marker="|", markersize=9,
+                  markeredgewidth=1.4, zorder=4 + number % 2,
                   label="critical speed, 5 to 95 %")  # fmt: skip
-        axes.plot(middle, ratio * middle, linestyle="none", marker="o", markersize=7, zorder=6,
+        axes.plot(middle, ratio * middle, linestyle="none", marker="o", markersize=5, zorder=6,
                   markerfacecolor="white", markeredgecolor="black",
                   label="critical speed, median")  # fmt: skip
 

@@ -3,22 +3,28 @@
 from __future__ import annotations
 
 from pathlib import Path
-from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from solidwhirl.rotordyn.picture_frame import draw_grid
-from solidwhirl.rotordyn.pictures import blank_figure, write_figure
+from solidwhirl.rotordyn.picture_frame import (
+    SMALL_PT,
+    TWO_COLUMNS_MM,
+    add_legend,
+    draw_grid,
+    new_figure,
+    number_text,
+    styled,
+    write_figure,
+)
 from solidwhirl.sweep_analysis import SweepAnalysis, SweepPictureSettings
 from solidwhirl.sweep_design import SweepDesign
 from solidwhirl.sweep_labels import wrapped
 from solidwhirl.sweep_picture_parts import (
     cases_text,
     parameter_label,
-    shared_legend,
     value_text,
-    write_notes,
+    write_title,
 )
 from solidwhirl.sweep_sensitivity import Sensitivity
 
@@ -26,10 +32,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _LOW, _HIGH, _RANK = "#D55E00", "#0072B2", "#000000"
+# Bars of one of the two colours are hatched, so that they differ in grey too.
+_HATCH = {_LOW: "/////", _HIGH: ""}
 # Frames, and bars in one frame.
 _FRAMES, _BARS = 6, 10
 
 
+@styled
 def draw_tornado(found: SweepAnalysis, settings: SweepPictureSettings, path: Path) -> None:
     """Draw the sensitivities of the first results to a picture file.
 
@@ -46,8 +55,7 @@ def draw_tornado(found: SweepAnalysis, settings: SweepPictureSettings, path: Pat
     bars = min(_BARS, max(len(s.one_at_a_time) + len(s.regressions) for s in shown))
     across = min(2, len(shown))
     down = -(-len(shown) // across)
-    height = 1.3 + 0.42 * bars
-    figure = blank_figure(path, 9.5, max(3.2, height * down + 1.0))
+    figure = new_figure(path, TWO_COLUMNS_MM, max(70.0, (28.0 + 8.0 * bars) * down + 20.0))
     frames = figure.subplots(down, across, squeeze=False)
     for axes, item in zip(frames.ravel(), shown, strict=False):
         if item.kind == "one_at_a_time":
@@ -63,10 +71,10 @@ def draw_tornado(found: SweepAnalysis, settings: SweepPictureSettings, path: Pat
         else f"with {100 * settings.confidence:g} % confidence limits"
     )
     title = f"Sensitivities: {found.design.scene}, {cases_text(found)}; {how}"
-    figure.suptitle(fill(title, 70), fontsize=11)
+    write_title(figure, title)
     more = len(found.sensitivities) - len(shown)
-    write_notes(figure, [f"{more} more results in sweep.json"] if more else [])
-    shared_legend(figure, list(frames.ravel()))
+    note = f"{more} more results in sweep.json" if more else ""
+    add_legend(figure, list(frames.ravel()), note, "outside lower center", 4)
     write_figure(figure, path)
 
 
@@ -87,7 +95,7 @@ def _draw_single(
         for result, value, color, name in ends:
             change = percent * (result - reference)
             if np.isfinite(change):
-                axes.barh(row, change, height=0.55, color=color, alpha=0.85, label=name)
+                _bar(axes, row, change, 0.55, color, name)
             sides.setdefault(bool(change > 0.0), []).append(
                 value_text(design, effect.parameter, value)
             )
@@ -95,14 +103,14 @@ def _draw_single(
             edge = percent * ((effect.largest if right else effect.smallest) - reference)
             axes.annotate(", ".join(texts), (edge, row), xytext=(5 if right else -5, 0),
                           textcoords="offset points", ha="left" if right else "right",
-                          va="center", fontsize=8)  # fmt: skip
+                          va="center", fontsize=SMALL_PT)  # fmt: skip
     axes.axvline(0.0, color="black", linewidth=0.8)
     low, high = (percent * (f(v for e in effects for v in (e.smallest, e.largest)) - reference)
                  for f in (min, max))  # fmt: skip
     span = (high - low) or 1.0
     axes.set_xlim(low - 0.42 * span, high + 0.42 * span)  # for the values at the ends
     unit = "%" if reference else item.label.rpartition("[")[2].rstrip("]")
-    axes.set_xlabel(f"change from {reference:.5g} at the baseline [{unit}]", fontsize=9)
+    axes.set_xlabel(f"change from {number_text(reference, 5)}\nat the baseline [{unit}]")
     names = []
     for effect in effects:
         power = _power(effect.elasticity)
@@ -116,25 +124,25 @@ def _draw_samples(axes: Axes, item: Sensitivity, settings: SweepPictureSettings)
     effects = item.regressions[:_BARS]
     for row, effect in enumerate(effects):
         low, high = effect.coefficient_limits
-        axes.barh(row - 0.14, effect.coefficient, height=0.42, alpha=0.85,
-                  color=_HIGH if effect.coefficient > 0.0 else _LOW)  # fmt: skip
+        color = _HIGH if effect.coefficient > 0.0 else _LOW
+        _bar(axes, row - 0.14, effect.coefficient, 0.42, color, None)
         axes.errorbar(effect.coefficient, row - 0.14, fmt="none", ecolor="black", capsize=3.0,
                       xerr=[[effect.coefficient - low], [high - effect.coefficient]],
                       elinewidth=1.2)  # fmt: skip
         low, high = effect.rank_limits
-        axes.errorbar(effect.rank_correlation, row + 0.25, fmt="D", color=_RANK, markersize=4.5,
+        axes.errorbar(effect.rank_correlation, row + 0.25, fmt="D", color=_RANK, markersize=3.8,
                       markerfacecolor="white", capsize=3.0, elinewidth=1.0,
                       label="rank correlation",
                       xerr=[[effect.rank_correlation - low], [high - effect.rank_correlation]],
                       )  # fmt: skip
-    axes.barh(np.nan, np.nan, color=_HIGH, alpha=0.85, label="coefficient, rises with it")
-    axes.barh(np.nan, np.nan, color=_LOW, alpha=0.85, label="coefficient, falls with it")
+    _bar(axes, np.nan, np.nan, 0.42, _HIGH, "coefficient, rises with it")
+    _bar(axes, np.nan, np.nan, 0.42, _LOW, "coefficient, falls with it")
     axes.axvline(0.0, color="black", linewidth=0.8)
     widest = max(
         abs(v) for e in effects for v in (*e.coefficient_limits, *e.rank_limits, e.coefficient)
     )
     axes.set_xlim(-1.08 * max(widest, 1.0), 1.08 * max(widest, 1.0))
-    axes.set_xlabel("standardised coefficient, rank correlation [1]", fontsize=9)
+    axes.set_xlabel("standardised coefficient,\nrank correlation [1]")
     names = []
     for effect in effects:
         power = _power(effect.elasticity)
@@ -145,7 +153,16 @@ def _draw_samples(axes: Axes, item: Sensitivity, settings: SweepPictureSettings)
 
 def _power(elasticity: float) -> str:
     """A line that says the power; zero has no sign."""
-    return f"\npower {round(elasticity, 2) + 0.0:+.2f}" if np.isfinite(elasticity) else ""
+    if not np.isfinite(elasticity):
+        return ""
+    return f"\npower {round(elasticity, 2) + 0.0:+.2f}".replace("-", "\u2212")
+
+
+def _bar(
+    axes: Axes, row: float, length: float, height: float, color: str, label: str | None
+) -> None:
+    axes.barh(row, length, height=height, color=color, hatch=_HATCH[color], edgecolor="white",
+              linewidth=0.4, label=label)  # fmt: skip
 
 
 def _name(parameter: str, settings: SweepPictureSettings) -> str:
@@ -155,8 +172,8 @@ def _name(parameter: str, settings: SweepPictureSettings) -> str:
 def _finish(
     axes: Axes, names: list[str], item: Sensitivity, settings: SweepPictureSettings, note: str
 ) -> None:
-    axes.set_yticks(range(len(names)), names, fontsize=9)
+    axes.set_yticks(range(len(names)), names, fontsize=SMALL_PT)
     axes.set_ylim(len(names) - 0.45, -0.55)
     label = settings.labels.get(item.quantity, item.label)
-    axes.set_title(wrapped(label, 46) + note, fontsize=10)
+    axes.set_title(wrapped(label, 42) + note, fontsize=SMALL_PT)
     draw_grid(axes, "major", "x")

@@ -3,22 +3,30 @@
 from __future__ import annotations
 
 from pathlib import Path
-from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from solidwhirl.rotordyn.picture_frame import draw_grid
-from solidwhirl.rotordyn.pictures import blank_figure, write_figure
+from solidwhirl.rotordyn.picture_frame import (
+    SMALL_PT,
+    TWO_COLUMNS_MM,
+    add_legend,
+    draw_grid,
+    name_speeds,
+    new_figure,
+    number_text,
+    styled,
+    write_figure,
+)
 from solidwhirl.sweep_analysis import SweepAnalysis, SweepPictureSettings
 from solidwhirl.sweep_design import IntArray, SweepDesign
 from solidwhirl.sweep_picture_parts import (
     cases_text,
     parameter_axis,
-    shared_legend,
     shown_parameters,
     whirl_style,
     write_notes,
+    write_title,
 )
 from solidwhirl.sweep_sensitivity import ladder
 from solidwhirl.sweep_tracks import CriticalTrack
@@ -34,6 +42,7 @@ _LEVELS = 40.0
 _VISIBLE = 1e-3
 
 
+@styled
 def draw_critical_speeds(found: SweepAnalysis, settings: SweepPictureSettings, path: Path) -> None:
     """Draw critical speeds against each parameter to a picture file.
 
@@ -50,7 +59,7 @@ def draw_critical_speeds(found: SweepAnalysis, settings: SweepPictureSettings, p
     shown = shown_parameters(found)[:_FRAMES]
     across = 2 if len(shown) == 4 else min(len(shown), _ACROSS)
     down = -(-len(shown) // across)
-    figure = blank_figure(path, 9.0, 5.2 if down == 1 else 3.6 * down + 0.8)
+    figure = new_figure(path, TWO_COLUMNS_MM, 104.0 if down == 1 else 72.0 * down + 16.0)
     frames = figure.subplots(down, across, sharey=True, squeeze=False)
     for axes, parameter in zip(frames.ravel(), shown, strict=False):
         if settings.operating_rpm is not None:
@@ -66,19 +75,20 @@ def draw_critical_speeds(found: SweepAnalysis, settings: SweepPictureSettings, p
     for axes in frames.ravel()[len(shown) :]:
         axes.set_visible(False)
     for row in frames:
-        row[0].set_ylabel("critical speed of the reference shaft [rpm]", fontsize=10)
+        row[0].set_ylabel("critical speed of the reference shaft [rpm]")
+        name_speeds(row[0].yaxis)
     title = f"Critical speeds: {design.scene}, {cases_text(found)}"
     if design.kind == "one_at_a_time" and len(design.parameters) > 1:
         title += "; each parameter alone, the others at the baseline"
-    figure.suptitle(fill(title, 80), fontsize=11)
+    write_title(figure, title)
     left = [design.parameters[k].name for k in shown_parameters(found)[_FRAMES:]]
     notes = [f"not shown: {', '.join(left)}"] if left else []
     errors = np.array([t.error_estimate for t in found.tracks])
     if np.isfinite(errors).any() and np.nanmax(errors) <= _VISIBLE:
-        largest = f"{np.nanmax(errors):.1e}"
+        largest = number_text(float(np.nanmax(errors)), 2)
         notes.append(f"estimated errors of up to {largest} of the speed are too small to be drawn")
     write_notes(figure, [*notes, *found.notes])
-    shared_legend(figure, list(frames.ravel()))
+    add_legend(figure, list(frames.ravel()), place="outside right center")
     write_figure(figure, path)
 
 
@@ -90,14 +100,15 @@ def _draw_track(axes: Axes, design: SweepDesign, track: CriticalTrack, parameter
     if not np.isfinite(speed).any():
         return
     error = track.error_estimate[rows] * speed
-    size = 6.0 if joined else max(2.0, 5.0 - 0.01 * len(rows))
+    size = 4.5 if joined else max(2.0, 4.0 - 0.01 * len(rows))
     line = style.dashes if joined and not design.parameters[parameter].choices else "none"
     axes.plot(x, speed, color=style.color, linestyle=line, marker=style.marker, markersize=size,
-              linewidth=1.4, label=track.whirl, alpha=1.0 if joined else 0.7)  # fmt: skip
+              markerfacecolor=style.face, linewidth=1.4, label=track.whirl,
+              alpha=1.0 if joined else 0.7)  # fmt: skip
     known = np.isfinite(error) & np.isfinite(speed)
     if known.any() and np.nanmax(track.error_estimate[rows]) > _VISIBLE:
         axes.errorbar(x[known], speed[known], yerr=error[known], fmt="none", ecolor=style.color,
-                      elinewidth=1.0, capsize=4.0 if joined else 0.0,
+                      elinewidth=1.0, capsize=3.0 if joined else 0.0,
                       alpha=1.0 if joined else 0.5, label="estimated error")  # fmt: skip
     doubtful = track.doubtful[rows] & np.isfinite(speed)
     if doubtful.any():
@@ -127,8 +138,8 @@ def _number_tracks(axes: Axes, found: SweepAnalysis, parameter: int) -> None:
             ends.setdefault(place, []).append((track.number, speed))
     for (end, _), same in ends.items():
         text = ", ".join(str(number) for number, _ in same)
-        axes.annotate(text, (end, float(np.mean([speed for _, speed in same]))), xytext=(8, 0),
-                      textcoords="offset points", fontsize=9, va="center",
+        axes.annotate(text, (end, float(np.mean([speed for _, speed in same]))), xytext=(6, 0),
+                      textcoords="offset points", fontsize=SMALL_PT, va="center",
                       annotation_clip=False)  # fmt: skip
 
 
@@ -136,5 +147,5 @@ def _mark_left_out(axes: Axes, design: SweepDesign, parameter: int) -> None:
     """Crosses on the lower edge where cases failed."""
     if design.left_out:
         axes.plot(design.left_out_values[:, parameter], np.zeros(len(design.left_out)),
-                  linestyle="none", marker="x", color="black", markersize=7, clip_on=False,
+                  linestyle="none", marker="x", color="black", markersize=5.5, clip_on=False,
                   transform=axes.get_xaxis_transform(), label="case left out")  # fmt: skip

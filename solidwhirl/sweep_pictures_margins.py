@@ -8,11 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from solidwhirl.rotordyn.pictures import blank_figure, write_figure
+from solidwhirl.rotordyn.picture_frame import (
+    SMALL_PT,
+    TEXT_PT,
+    TWO_COLUMNS_MM,
+    new_figure,
+    styled,
+    write_figure,
+)
 from solidwhirl.sweep_analysis import SweepAnalysis, SweepPictureSettings
 from solidwhirl.sweep_labels import wrapped
 from solidwhirl.sweep_margins import MarginMap
-from solidwhirl.sweep_picture_parts import cases_text, parameter_axis
+from solidwhirl.sweep_picture_parts import cases_text, parameter_axis, write_title
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,6 +30,7 @@ _INSIDE = "#D55E00"
 _FRAMES = 3
 
 
+@styled
 def draw_margin_maps(found: SweepAnalysis, settings: SweepPictureSettings, path: Path) -> None:
     """Draw the first three margin maps to a picture file.
 
@@ -39,7 +47,7 @@ def draw_margin_maps(found: SweepAnalysis, settings: SweepPictureSettings, path:
 
     shown = found.maps[:_FRAMES]
     down = 1 if len(shown) < _FRAMES else 2
-    figure = blank_figure(path, 8.0 if len(shown) == 1 else 9.5, 5.6 if down == 1 else 8.6)
+    figure = new_figure(path, TWO_COLUMNS_MM, 116.0 if down == 1 else 172.0)
     frames = figure.subplots(down, min(2, len(shown)), squeeze=False).ravel()
     for axes in frames[len(shown) :]:
         axes.set_visible(False)
@@ -56,18 +64,18 @@ def draw_margin_maps(found: SweepAnalysis, settings: SweepPictureSettings, path:
         heads = [one.title] if len({m.title for m in shown}) > 1 else []
         if one.margin.size and one.least_over:
             heads.append(f"least over all {', '.join(one.least_over)}")
-        axes.set_title(wrapped("; ".join(heads), 44), fontsize=9)
+        axes.set_title(wrapped("; ".join(heads), 44), fontsize=TEXT_PT)
     figure.colorbar(drawn, ax=list(frames), label="least separation margin [%]", ticks=_LEVELS,
                     extend="max")  # fmt: skip
     of = ":" if settings.operating_rpm is None else " of"
     title = f"Separation margin{of} {shown[0].title}\n{found.design.scene}, {cases_text(found)}"
-    figure.suptitle(title, fontsize=11)
+    write_title(figure, title)
     notes = list(dict.fromkeys(n for one in shown for n in one.notes))
     if len(found.maps) > _FRAMES:
         notes.append(f"{len(found.maps) - _FRAMES} more maps in sweep.json")
     figure.legend(list(rows.values()), list(rows), loc="outside lower center", ncols=5,
-                  frameon=False, fontsize=9, title="\n".join(fill(n, 100) for n in notes),
-                  title_fontsize=9)  # fmt: skip
+                  frameon=False, fontsize=SMALL_PT, title="\n".join(fill(n, 100) for n in notes),
+                  title_fontsize=SMALL_PT)  # fmt: skip
     write_figure(figure, path)
 
 
@@ -85,14 +93,14 @@ def _draw_map(axes: Axes, found: SweepAnalysis, one: MarginMap, norm: Any) -> An
         inside = np.where(one.margin == 0.0, 1.0, 0.0)
         if inside.any():
             axes.contourf(one.x, one.y, inside, [0.5, 1.5], colors=[_INSIDE])
-    drawn = axes.scatter(x, y, c=percent, cmap="cividis", norm=norm, s=36, edgecolors="black",
-                         linewidths=0.8, zorder=3, clip_on=False, label="case",
-                         path_effects=[withStroke(linewidth=3.0, foreground="white")])  # fmt: skip
+    drawn = axes.scatter(x, y, c=percent, cmap="cividis", norm=norm, s=22, edgecolors="black",
+                         linewidths=0.6, zorder=3, clip_on=False, label="case",
+                         path_effects=[withStroke(linewidth=2.2, foreground="white")])  # fmt: skip
     if len(design.left_out):
         lost_x, lost_y = design.left_out_values[:, columns].T
-        axes.scatter(lost_x, lost_y, marker="x", color="black", s=60,
-                     linewidths=2.2, zorder=4, clip_on=False,
-                     path_effects=[withStroke(linewidth=4.5, foreground="white")],
+        axes.scatter(lost_x, lost_y, marker="x", color="black", s=38,
+                     linewidths=1.7, zorder=4, clip_on=False,
+                     path_effects=[withStroke(linewidth=3.5, foreground="white")],
                      label="case left out")  # fmt: skip
     axes.set_facecolor("#E5E5E5")
     return drawn
@@ -110,10 +118,10 @@ def _limit_rows(axes: Axes, one: MarginMap) -> dict[str, Any]:
     for limit, dashes in _LIMITS:
         if known.min() < limit / 100.0 < known.max():
             axes.contour(one.x, one.y, 100.0 * one.margin, [limit], colors="white",
-                         linewidths=4.0)  # fmt: skip
+                         linewidths=3.0)  # fmt: skip
             axes.contour(one.x, one.y, 100.0 * one.margin, [limit], colors="black",
-                         linestyles=dashes, linewidths=2.0)  # fmt: skip
-            rows[f"{limit:.0f} %"] = Line2D([], [], color="black", linestyle=dashes, linewidth=2.0)
+                         linestyles=dashes, linewidths=1.5)  # fmt: skip
+            rows[f"{limit:.0f} %"] = Line2D([], [], color="black", linestyle=dashes, linewidth=1.5)
     if (known == 0.0).any():
         rows["critical speed inside"] = Patch(facecolor=_INSIDE)
     return rows

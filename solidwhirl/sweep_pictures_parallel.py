@@ -5,20 +5,29 @@ from __future__ import annotations
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from solidwhirl.rotordyn.pictures import blank_figure, write_figure
+from solidwhirl.rotordyn.picture_frame import (
+    SMALL_PT,
+    TWO_COLUMNS_MM,
+    new_figure,
+    number_text,
+    styled,
+    thousands,
+    write_figure,
+)
 from solidwhirl.sweep_analysis import SweepAnalysis, SweepPictureSettings
 from solidwhirl.sweep_design import FloatArray
 from solidwhirl.sweep_labels import wrapped
 from solidwhirl.sweep_picture_parts import (
     cases_text,
+    in_powers_of_ten,
     parameter_label,
     shown_parameters,
     write_notes,
+    write_title,
 )
 
 if TYPE_CHECKING:
@@ -100,6 +109,7 @@ def parallel_axes(
     return (*first, *second)
 
 
+@styled
 def draw_parallel(found: SweepAnalysis, settings: SweepPictureSettings, path: Path) -> None:
     """Draw parallel coordinates to a picture file.
 
@@ -113,23 +123,23 @@ def draw_parallel(found: SweepAnalysis, settings: SweepPictureSettings, path: Pa
     axes_of = parallel_axes(found, settings, _PARAMETERS, _RESULTS)
     results = [k for k, a in enumerate(axes_of) if a.result]
     key = results[0] if results else 0
-    figure = blank_figure(path, 9.5, 5.2)
+    figure = new_figure(path, TWO_COLUMNS_MM, 100.0)
     axes = figure.add_subplot()
     heights = np.array([a.places(a.values) for a in axes_of])
     shown = _draw_lines(axes, heights, axes_of[key].values)
     _draw_left_out(axes, found, axes_of, settings)
-    for place, one in enumerate(axes_of):
-        _draw_axis(axes, place, one)
+    said = [_draw_axis(axes, place, one) for place, one in enumerate(axes_of)]
     axes.set_xlim(-0.25, len(axes_of) - 0.5)
     axes.set_ylim(-0.06, 1.06)
-    labels = [wrapped(a.label, 12 if len(axes_of) > 7 else 17) for a in axes_of]
-    axes.set_xticks(range(len(labels)), labels, fontsize=8 if len(axes_of) > 7 else 9)
+    said = [_with_unit_whole(label) for label in said]
+    labels = [wrapped(label, 12 if len(axes_of) > 7 else 17) for label in said]
+    axes.set_xticks(range(len(labels)), labels, fontsize=6.0 if len(axes_of) > 7 else SMALL_PT)
     axes.set_yticks([])
     axes.tick_params(axis="x", length=0)
     for edge in axes.spines.values():
         edge.set_visible(False)
     figure.colorbar(shown, ax=axes, label=axes_of[key].label, pad=0.01, aspect=35)
-    figure.suptitle(fill(f"All cases: {found.design.scene}, {cases_text(found)}", 80), fontsize=11)
+    write_title(figure, f"All cases: {found.design.scene}, {cases_text(found)}")
     lost = int((~np.isfinite(heights)).any(axis=0).sum())
     notes = [f"cases that lack a result: {lost}, their lines are broken there"] if lost else []
     if found.design.left_out:
@@ -147,7 +157,7 @@ def _draw_lines(axes: Axes, heights: FloatArray, colors: FloatArray) -> Any:
     segments = [np.column_stack([steps, heights[:, k]]) for k in order]
     count = len(segments)
     lines = LineCollection(segments, cmap="cividis", array=colors[order],
-                           linewidths=1.5 if count <= 60 else 0.9,
+                           linewidths=1.2 if count <= 60 else 0.7,
                            alpha=0.9 if count <= 60 else 0.6)  # fmt: skip
     axes.add_collection(lines)
     return lines
@@ -174,23 +184,37 @@ def _draw_left_out(
                   linestyle=(0, (4, 3)), zorder=3)  # fmt: skip
 
 
-def _draw_axis(axes: Axes, place: int, one: ParallelAxis) -> None:
-    """A vertical line with its numbers or words."""
+def _draw_axis(axes: Axes, place: int, one: ParallelAxis) -> str:
+    """A vertical line with its numbers or words; returns its label."""
     from matplotlib.patheffects import withStroke
 
-    axes.axvline(place, color="black", linewidth=1.4 if one.result else 0.9, zorder=3.5)
+    axes.axvline(place, color="black", linewidth=1.2 if one.result else 0.7, zorder=3.5)
+    label = one.label
     if one.choices:
         ticks = np.arange(len(one.choices), dtype=np.float64)
         texts = list(one.choices)
     else:
         ticks = _ticks(one)
-        texts = [f"{v:.5g}" for v in ticks]
+        if one.logarithmic:
+            texts = [number_text(v, 5) for v in ticks]
+        elif label.endswith("[rpm]"):
+            texts = [thousands(v) for v in ticks]
+        else:
+            scale, label = in_powers_of_ten(label, float(np.nanmax(np.abs(one.values))))
+            texts = [f"{v / scale:.5g}" for v in ticks]
     for height, text in zip(one.places(ticks), texts, strict=True):
         axes.plot([place - 0.02, place + 0.02], [height, height], color="black", linewidth=0.9,
                   zorder=3.6)  # fmt: skip
         axes.annotate(text, (place, height), xytext=(4, 0), textcoords="offset points",
-                      va="center", fontsize=8, zorder=4,
-                      path_effects=[withStroke(linewidth=2.5, foreground="white")])  # fmt: skip
+                      va="center", fontsize=SMALL_PT, zorder=4,
+                      path_effects=[withStroke(linewidth=2.0, foreground="white")])  # fmt: skip
+    return label
+
+
+def _with_unit_whole(label: str) -> str:
+    """A label whose unit is not broken over lines."""
+    name, bracket, unit = label.partition(" [")
+    return name + bracket + unit.replace(" ", "\u00a0")
 
 
 def _ticks(one: ParallelAxis) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Bodies that several tests share."""
+"""What several tests share: bodies, and a look at the figures that are drawn."""
 
 from __future__ import annotations
 
@@ -69,3 +69,19 @@ def annular_disk():
         name="disk", density_kg_per_m3=7850.0, youngs_modulus_pa=2.1e11, poissons_ratio=0.3
     )
     return Body(name="disk", sections=(section("disk", 0.0, 0.01, 0.05, 0.2, material),))
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """The figures that are saved during a test, in their order."""
+    from matplotlib.figure import Figure
+
+    figures = []
+    save = Figure.savefig
+
+    def keep(figure, *args, **options):
+        figures.append(figure)
+        return save(figure, *args, **options)
+
+    monkeypatch.setattr(Figure, "savefig", keep)
+    return figures

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solidwhirl.bodies import build_bodies
+from solidwhirl.body_outlines import beam_areas, disks_of, profile_areas
 from solidwhirl.geometry import Body, Interface
 from solidwhirl.pipeline import Results
 from solidwhirl.rotordyn import Superelement
 from solidwhirl.scene import Scene
 from solidwhirl.scene_joints import BeamSpec
-from solidwhirl.scene_meshes import RigidDiskSpec
 
 FloatArray = NDArray[np.float64]
 # Places along z at which the outline of a body of any shape is sought.
@@ -96,10 +96,10 @@ def _silhouette(scene: Scene, name: str, element: Superelement, profile: Body | 
     kind = "none"
     areas: tuple[FloatArray, ...] = ()
     if profile is not None:
-        kind, areas = "cut", tuple(_mirrored(_sections(profile)))
+        kind, areas = "cut", tuple(_mirrored(profile_areas(profile)))
         seats = {i.name: _seat(profile, i) for i in profile.interfaces}
     elif name in scene.beams:
-        kind, areas = "cut", tuple(_mirrored(_beam_sections(scene.beams[name])))
+        kind, areas = "cut", tuple(_mirrored(beam_areas(scene.beams[name])))
         seats = {n: _beam_radius(scene.beams[name], z) for n, (z, _) in nodes.items()}
     else:
         outline = _view(element)
@@ -113,28 +113,13 @@ def _silhouette(scene: Scene, name: str, element: Superelement, profile: Body | 
         areas_m=areas,
         nodes_m=nodes,
         seats_m=seats,
-        disks=tuple(_disks(scene, name, nodes)),
+        disks=tuple(_disks(scene, name, {n: z for n, (z, _) in nodes.items()})),
         center_m=(float(center[2]), float(center[0])),
         speed_ratio=scene.speed_ratio(name),
     )
 
 
-def _sections(body: Body) -> Iterator[FloatArray]:
-    for s in body.sections:
-        (a, b), (c, d) = s.inner_radius_m, s.outer_radius_m
-        yield np.array([(s.start_m, a), (s.end_m, b), (s.end_m, d), (s.start_m, c)])
-
-
-def _beam_sections(beam: BeamSpec) -> Iterator[FloatArray]:
-    count = len(beam.stations_m) - 1
-    outer = np.broadcast_to(beam.outer_radius_m, count)
-    inner = np.broadcast_to(beam.inner_radius_m or (0.0,), count)
-    for k in range(count):
-        a, b = beam.stations_m[k : k + 2]
-        yield np.array([(a, inner[k]), (b, inner[k]), (b, outer[k]), (a, outer[k])])
-
-
-def _mirrored(upper: Iterator[FloatArray]) -> Iterator[FloatArray]:
+def _mirrored(upper: Iterable[FloatArray]) -> Iterator[FloatArray]:
     """Areas above the axis and below it; those that reach it, in one piece."""
     for area in upper:
         lower = area * (1.0, -1.0)
@@ -171,22 +156,10 @@ def _beam_radius(beam: BeamSpec, z: float) -> float:
     return float(outer[k])
 
 
-def _disks(scene: Scene, name: str, nodes: Mapping[str, tuple[float, float]]) -> Iterator[Disk]:
-    if name in scene.beams:
-        for b in scene.beams[name].disks:
-            if b.mass_kg > 0.0:
-                gyration = float(np.sqrt(b.polar_inertia_kg_m2 / b.mass_kg))
-                yield Disk(name=b.name, at_m=b.at_m, gyration_m=gyration)
-        return
-    body = scene.finite_element_bodies().get(name)
-    own: tuple[RigidDiskSpec, ...] = () if body is None else body.rigid_disks
-    for d in own:
-        if d.mass_kg > 0.0:
-            yield Disk(
-                name=d.name,
-                at_m=nodes[d.interface][0] + d.offset_m,
-                gyration_m=float(np.sqrt(d.polar_inertia_kg_m2 / d.mass_kg)),
-            )
+def _disks(scene: Scene, name: str, places: dict[str, float]) -> Iterator[Disk]:
+    for disk in disks_of(scene, name, places):
+        gyration = float(np.sqrt(disk.polar_inertia_kg_m2 / disk.mass_kg))
+        yield Disk(name=disk.name, at_m=disk.at_m, gyration_m=gyration)
 
 
 def _view(element: Superelement) -> FloatArray | None:

@@ -202,7 +202,7 @@ def _analyses(results: Results, title: str) -> Iterator[Picture]:
                     name=state,
                     kind="still",
                     caption=f"Recovered state {state}: half of the body, deformed, with stress.",
-                    draw=partial(_draw_stress, write, f"{title}: {state}"),
+                    draw=partial(_draw_stress, write, f"{title}: {state.replace('_', ' ')}"),
                 )
         if outcome.kind == "stability":
             yield Picture(

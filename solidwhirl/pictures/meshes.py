@@ -20,7 +20,7 @@ from solidwhirl.rotordyn.picture_frame import (
 
 # Triangles above this number are an image in the file, not lines.
 _MOST_LINES = 20_000
-_FRAME_MM, _LOWEST_MM, _HIGHEST_MM = 150.0, 12.0, 150.0
+_FRAME_MM, _LOWEST_MM, _HIGHEST_MM = 160.0, 12.0, 150.0
 
 
 @styled
@@ -44,7 +44,7 @@ def draw_meridian_mesh(mesh: Mesh, degree: int, path: Path, title: str) -> None:
     points = 1e3 * np.asarray(mesh.points)
     length, height = np.ptp(points, axis=0)
     drawn = float(np.clip(height / length * _FRAME_MM, _LOWEST_MM, _HIGHEST_MM))
-    figure = new_figure(path, TWO_COLUMNS_MM, drawn + 36.0)
+    figure = new_figure(path, TWO_COLUMNS_MM, drawn + 28.0)
     axes = figure.add_subplot()
     corners = points[mesh.cells[:, :3]]
     rows = []
@@ -58,7 +58,7 @@ def draw_meridian_mesh(mesh: Mesh, degree: int, path: Path, title: str) -> None:
         rows.append(Patch(facecolor=color + "30", edgecolor=color,
                           label=f"{material.name}, {len(own)} elements"))  # fmt: skip
     axes.set_aspect("equal")
-    axes.autoscale_view()
+    axes.margins(0.02)
     axes.set_xlabel("axial position [mm]")
     axes.set_ylabel("radius [mm]")
     axes.locator_params(axis="y", nbins=5)

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solidwhirl.bodies import build_bodies
+from solidwhirl.body_outlines import beam_areas, disks_of, profile_areas
 from solidwhirl.geometry import Body, Curve, Subdivision, subdivide
 from solidwhirl.pipeline import Results
 from solidwhirl.rotordyn import Superelement
 from solidwhirl.scene import Scene
-from solidwhirl.scene_joints import BeamSpec
 from solidwhirl.surface_files import shown_surface
 
 FloatArray = NDArray[np.float64]
@@ -93,7 +93,7 @@ def outlines_of(results: Results) -> tuple[Outline, ...]:
         if name in profiles:
             areas, lines = _of_profile(profiles[name])
         elif name in scene.beams:
-            areas = _of_beam(scene.beams[name])
+            areas = beam_areas(scene.beams[name])
             lines = tuple(np.vstack((a, a[:1])) for a in areas)
         else:
             areas, lines = _of_surface(element)
@@ -113,15 +113,9 @@ def outlines_of(results: Results) -> tuple[Outline, ...]:
 
 def _of_profile(body: Body) -> tuple[tuple[FloatArray, ...], tuple[FloatArray, ...]]:
     """Sections as areas, and the outline with its fillets."""
-    areas = []
-    for s in body.sections:
-        (inner_0, inner_1), (outer_0, outer_1) = s.inner_radius_m, s.outer_radius_m
-        corners = [(s.start_m, inner_0), (s.end_m, inner_1), (s.end_m, outer_1)]
-        areas.append(np.array([*corners, (s.start_m, outer_0)], dtype=float))
     drawn = subdivide(body)
     lines = tuple(_line(drawn, drawn.curves[k]) for k in drawn.boundary)
-    areas += _fillets(drawn)
-    return tuple(areas), lines
+    return (*profile_areas(body), *_fillets(drawn)), lines
 
 
 def _fillets(drawn: Subdivision) -> list[FloatArray]:
@@ -147,18 +141,6 @@ def _line(drawn: Subdivision, curve: Curve) -> FloatArray:
     angle = first + turn * np.linspace(0.0, 1.0, _ARC_POINTS)
     radius = float(np.hypot(*(start - centre)))
     return np.asarray(centre + radius * np.column_stack((np.cos(angle), np.sin(angle))))
-
-
-def _of_beam(spec: BeamSpec) -> tuple[FloatArray, ...]:
-    """One rectangle for each section."""
-    count = len(spec.stations_m) - 1
-    outer = np.broadcast_to(np.array(spec.outer_radius_m), (count,))
-    inner = np.broadcast_to(np.array(spec.inner_radius_m), (count,))
-    stations = spec.stations_m
-    return tuple(
-        np.array([(a, low), (b, low), (b, high), (a, high)], dtype=float)
-        for a, b, low, high in zip(stations[:-1], stations[1:], inner, outer, strict=True)
-    )
 
 
 def _of_surface(
@@ -192,16 +174,12 @@ def _reach(points: FloatArray) -> FloatArray:
 
 def _disks(scene: Scene, name: str, places: dict[str, float]) -> tuple[DiskOutline, ...]:
     """Rigid disks of a body; of a uniform thin disk the polar inertia is m r²/2."""
-    found: list[tuple[str, float, float, float]] = []
-    if name in scene.finite_element_bodies():
-        for d in scene.finite_element_bodies()[name].rigid_disks:
-            found.append((d.name, places[d.interface] + d.offset_m, d.mass_kg,
-                          d.polar_inertia_kg_m2))  # fmt: skip
-    elif name in scene.beams:
-        for b in scene.beams[name].disks:
-            found.append((b.name, b.at_m, b.mass_kg, b.polar_inertia_kg_m2))
     return tuple(
-        DiskOutline(name=label, axial_m=float(at), radius_m=float(np.sqrt(2.0 * polar / mass)))
-        for label, at, mass, polar in found
-        if mass > 0.0 and polar > 0.0
+        DiskOutline(
+            name=disk.name,
+            axial_m=disk.at_m,
+            radius_m=float(np.sqrt(2.0 * disk.polar_inertia_kg_m2 / disk.mass_kg)),
+        )
+        for disk in disks_of(scene, name, places)
+        if disk.polar_inertia_kg_m2 > 0.0
     )

@@ -9,23 +9,29 @@ from textwrap import fill
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solidwhirl.outcome import Write
 from solidwhirl.rotordyn import Invariant
 from solidwhirl.rotordyn.force_spectrum import spectrogram
 from solidwhirl.rotordyn.picture_frame import (
     COLORS,
+    ONE_COLUMN_MM,
     SMALL_PT,
     TITLE_PT,
     TWO_COLUMNS_MM,
     add_legend,
     draw_grid,
+    name_speeds,
     new_figure,
+    number_text,
     picture,
     styled,
+    thousands,
     write_figure,
 )
 
+FloatArray = NDArray[np.float64]
 # Length of the pieces of a waterfall, s; spectra in it, and height of the tallest over the height
 # that all take.
 _PIECE_S, _SPECTRA, _TALLEST = 0.25, 48, 0.16
@@ -45,9 +51,11 @@ def draw_stability(document: Mapping[str, Any], path: Path, title: str) -> None:
     title
         Above the picture.
     """
+    from matplotlib.ticker import FuncFormatter
+
     rpm = np.array(document["speed_rpm"], dtype=float)
     decrement = np.array(document["smallest_log_decrement"], dtype=float)
-    with picture(path, title) as (figure, axes):
+    with picture(path, title, 76.0, 40, ONE_COLUMN_MM) as (figure, axes):
         axes.plot(rpm, decrement, color=COLORS[0], linewidth=1.5, marker="o", markersize=3.0,
                   markevery=max(1, rpm.size // 12), label="least damped motion")  # fmt: skip
         low = min(float(np.nanmin(decrement)), 0.0)
@@ -61,10 +69,13 @@ def draw_stability(document: Mapping[str, Any], path: Path, title: str) -> None:
                          label=f"onset, {onset['speed_rpm']:.0f} rpm")  # fmt: skip
         axes.set_xlim(float(rpm.min()), max(float(rpm.max()), float(rpm.min()) + 1.0))
         axes.set_ylim(bottom, high + 0.08 * (high - low))
+        axes.locator_params(axis="x", nbins=6)
+        name_speeds(axes.xaxis)
         axes.set_xlabel("speed of the reference shaft [rpm]")
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: number_text(value)))
         axes.set_ylabel("smallest log. decrement [1]")
         draw_grid(axes)
-        add_legend(figure, axes)
+        add_legend(figure, (axes,), place="outside lower center", columns=2)
 
 
 @styled
@@ -107,12 +118,12 @@ def draw_waterfall(record: Write, top_hz: float, path: Path, title: str) -> None
     axes.plot(np.interp(at, time, rpm) / 60.0, at, color=COLORS[1], linestyle=(0, (5, 2)),
               linewidth=1.1, zorder=4, label="1/rev of the reference shaft")  # fmt: skip
     axes.set_xlim(float(hertz[0]), float(hertz[-1]))
-    axes.set_ylim(float(at[0]) - 0.02 * reach, float(at[-1] + scale * height[:, -1].max()))
+    axes.set_ylim(float(at[0]) - 0.02 * reach, float((at + scale * height.max(axis=0)).max()))
     axes.set_xlabel("frequency [Hz]")
-    axes.set_ylabel(f"time [s]; spectra rise by {_nice(1.0 / scale)} N for 1 s")
-    ticks = np.linspace(at[0], at[-1], 6)
+    axes.set_ylabel(f"time [s]; spectra rise by {number_text(1.0 / scale)} N for 1 s")
+    speeds, times = _round_speeds(time, rpm, at)
     side = axes.secondary_yaxis("right")
-    side.set_yticks(ticks, [f"{np.interp(t, time, rpm):.0f}" for t in ticks])
+    side.set_yticks(times, [thousands(speed) for speed in speeds])
     side.set_ylabel("speed [rpm]")
     axes.set_title(fill(title, 70), fontsize=TITLE_PT)
     axes.grid(visible=True, axis="x", color="#E5E5E5", linewidth=0.6)
@@ -120,8 +131,15 @@ def draw_waterfall(record: Write, top_hz: float, path: Path, title: str) -> None
     write_figure(figure, path)
 
 
-def _nice(value: float) -> str:
-    return f"{value:.3g}"
+def _round_speeds(time: FloatArray, rpm: FloatArray, at: FloatArray) -> tuple[FloatArray, ...]:
+    """Round speeds between the first and the last spectrum, and when each is reached first."""
+    from matplotlib.ticker import MaxNLocator
+
+    low, high = np.interp(at[[0, -1]], time, rpm)
+    speeds = np.array(MaxNLocator(7).tick_values(low, high))
+    speeds = speeds[(speeds >= low) & (speeds <= high)]
+    reached = np.searchsorted(np.maximum.accumulate(rpm), speeds)
+    return speeds, np.asarray(time[np.minimum(reached, time.size - 1)])
 
 
 @styled
@@ -143,7 +161,7 @@ def draw_cost(timings_s: Mapping[str, float], path: Path, title: str) -> None:
     spent = np.array([timings_s[name] for name in names])
     bars = axes.barh(range(len(names)), spent, height=0.65, color=COLORS[5], edgecolor=COLORS[0])
     axes.bar_label(bars, [f"{s:.2f} s" for s in spent], padding=3, fontsize=SMALL_PT)
-    axes.set_yticks(range(len(names)), names)
+    axes.set_yticks(range(len(names)), [name.replace("_", " ") for name in names])
     axes.set_ylim(len(names) - 0.4, -0.6)
     axes.set_xlim(0.0, 1.15 * float(spent.max(initial=1e-9)))
     axes.set_xlabel("wall time [s]")
@@ -182,11 +200,12 @@ def draw_checks(checks: Sequence[Invariant], path: Path, title: str) -> None:
                       marker=marker, color=color, markersize=6, label=text)  # fmt: skip
     axes.axvline(1.0, color="black", linewidth=1.0, linestyle=(0, (4, 2)), label="limit")
     axes.set_xscale("log")
-    axes.set_yticks(range(len(worst)), list(worst))
+    axes.set_yticks(range(len(worst)), [name.replace("_", " ") for name in worst])
     axes.set_ylim(len(worst) - 0.4, -0.6)
     axes.set_xlim(0.5 * _LEAST, 2.0 * max(10.0, *worst.values()))
-    axes.set_xlabel("error over its limit, largest of all bodies and modes [1]")
+    least = f"{number_text(_LEAST)} or less at the left end"
+    axes.set_xlabel(f"error over its limit, largest of all bodies and modes [1]\n{least}")
     axes.set_title(fill(title, 50), fontsize=TITLE_PT)
     draw_grid(axes, "major", "x")
-    add_legend(figure, axes, place="outside right center")
+    add_legend(figure, (axes,), place="outside right center")
     write_figure(figure, path)

@@ -32,6 +32,8 @@ Image = NDArray[np.uint8]
 _PIXELS = (2000, 1100)
 _EYE = (-1.0, 0.55, -0.42)
 _COLORS, _ZOOM = "cividis", 1.3
+# Points nearer than this part of the size of a body are one.
+_SAME = 1e-7
 
 
 @contextmanager
@@ -114,6 +116,20 @@ def _with_count(cells: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.asarray(np.hstack((count, cells)).ravel())
 
 
+def edges_of(surface: Any) -> Any:
+    """Return the edges of a surface: where it ends, and where it turns by more than 40°.
+
+    Parameters
+    ----------
+    surface
+        From `polydata`.
+    """
+    # faces that touch share points then: their common sides are no edges
+    return surface.clean(tolerance=_SAME).extract_feature_edges(
+        feature_angle=40.0, manifold_edges=False, non_manifold_edges=False
+    )
+
+
 def add_bodies(plotter: Any, shape: EngineShape, phase_rad: float) -> list[Any]:
     """Add the bodies of a mode at a phase; those of the phase before make way.
 
@@ -137,17 +153,20 @@ def add_bodies(plotter: Any, shape: EngineShape, phase_rad: float) -> list[Any]:
         added.append(
             plotter.add_mesh(surface, scalars="displacement", clim=(0.0, 1.0), cmap=_COLORS,
                              show_scalar_bar=False, smooth_shading=False, ambient=0.62,
-                             diffuse=0.45, specular=0.08, line_width=4.0, name=body.body)
+                             diffuse=0.45, specular=0.08, line_width=4.0, name=body.body,
+                             point_size=11.0 * thickness(plotter), render_points_as_spheres=True)
         )  # fmt: skip
-        edges = surface.extract_feature_edges(
-            feature_angle=40.0, manifold_edges=False, non_manifold_edges=False
-        )
+        edges = edges_of(surface)
         if edges.n_cells:
             name = f"edges of {body.body}"
             wide = 1.4 * thickness(plotter)
-            added.append(
-                plotter.add_mesh(edges, color="#202020", line_width=wide, lighting=False, name=name)
+            drawn = plotter.add_mesh(
+                edges, color="#202020", line_width=wide, lighting=False, name=name
             )
+            # in front of the faces they belong to
+            drawn.mapper.SetResolveCoincidentTopologyToPolygonOffset()
+            drawn.mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, -4.0)
+            added.append(drawn)
     return added
 
 
@@ -268,7 +287,7 @@ def frame_of(image: Image, path: Path, title: str, shape: EngineShape) -> Figure
     from matplotlib.lines import Line2D
 
     height, width = image.shape[:2]
-    figure = new_figure(path, TWO_COLUMNS_MM, 150.0 * height / width + 26.0)
+    figure = new_figure(path, TWO_COLUMNS_MM, 156.0 * height / width + 20.0)
     axes = figure.add_subplot()
     axes.imshow(image, interpolation="antialiased")
     axes.set_axis_off()
@@ -329,18 +348,26 @@ def draw_solid_mesh(mesh: Mesh, path: Path, title: str) -> None:
     """
     import pyvista
 
-    corners = np.asarray(mesh.cells[:, :4], dtype=np.int64)
-    kinds = np.full(len(corners), 10, dtype=np.uint8)  # VTK's tetrahedron
-    grid = pyvista.UnstructuredGrid(_with_count(corners), kinds, np.asarray(mesh.points))
+    faces = _outer_faces(np.asarray(mesh.cells[:, :4], dtype=np.int64))
+    surface = pyvista.PolyData(np.asarray(mesh.points), faces=_with_count(faces))
     with scene_in_space(_PIXELS) as plotter:
-        plotter.add_mesh(grid.extract_geometry(), color="#A9CCE3", show_edges=True,
-                         edge_color="#1B4F72", line_width=0.6)  # fmt: skip
+        plotter.add_mesh(surface, color="#A9CCE3", show_edges=True, edge_color="#1B4F72",
+                         line_width=0.6, ambient=0.5, diffuse=0.5)  # fmt: skip
         look_at(plotter)
         image = np.asarray(plotter.screenshot(return_img=True), dtype=np.uint8)
     image = cropped(image)
-    figure = new_figure(path, TWO_COLUMNS_MM, 170.0 * image.shape[0] / image.shape[1] + 12.0)
+    figure = new_figure(path, TWO_COLUMNS_MM, 176.0 * image.shape[0] / image.shape[1] + 13.0)
     axes = figure.add_subplot()
     axes.imshow(image, interpolation="antialiased")
     axes.set_axis_off()
-    axes.set_title(fill(title, 80), fontsize=TITLE_PT)
+    text = f"{fill(title, 80)}\n{len(mesh.cells)} elements"
+    axes.set_title(text, fontsize=TITLE_PT)
     write_figure(figure, path)
+
+
+def _outer_faces(tetrahedra: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Triangles that belong to one tetrahedron only, shape (f, 3)."""
+    corners = [(1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2)]
+    faces = np.sort(tetrahedra[:, corners].reshape(-1, 3), axis=1)
+    found, count = np.unique(faces, axis=0, return_counts=True)
+    return np.asarray(found[count == 1])

@@ -49,11 +49,11 @@ def draw_stress_still(record: Write, path: Path, title: str) -> None:
 
     image, label, largest, factor = _image(record)
     height, width = image.shape[:2]
-    figure = new_figure(path, TWO_COLUMNS_MM, 145.0 * height / width + 22.0)
+    figure = new_figure(path, TWO_COLUMNS_MM, 152.0 * height / width + 14.0)
     axes = figure.add_subplot()
     axes.imshow(image, interpolation="antialiased")
     axes.set_axis_off()
-    text = f"displacement {factor:.3g} times as large" if factor else "not deformed"
+    text = f"displacement drawn {factor:.3g} times as large" if factor else "not deformed"
     figure.suptitle(f"{fill(title, 80)}\n{text}", fontsize=TITLE_PT)
     bar = figure.colorbar(
         ScalarMappable(Normalize(0.0, largest), _COLORS), ax=axes, shrink=0.85, pad=0.01, aspect=28

@@ -195,10 +195,11 @@ def test_edges_of_a_mesh_obey_euler():
 
 def test_silhouettes_have_the_mass_of_their_bodies():
     """Pappus: the volume of revolution of an area is 2π times its first moment about the axis."""
-    from solidwhirl.page.silhouettes import _mirrored, _sections
+    from solidwhirl.body_outlines import profile_areas
+    from solidwhirl.page.silhouettes import _mirrored
 
     body = build_bodies(parse_scene(SHAFT))["rotor"]
-    upper = [a for a in _mirrored(_sections(body)) if (a[:, 1] >= 0).all()]
+    upper = [a for a in _mirrored(profile_areas(body)) if (a[:, 1] >= 0).all()]
     volume = 0.0
     for area in upper:
         z, r = area.T

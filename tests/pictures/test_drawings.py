@@ -7,33 +7,19 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from solidwhirl.pictures.engine import draw_engine
 from solidwhirl.pictures.series import draw_checks, draw_cost, draw_stability, draw_waterfall
 from solidwhirl.rotordyn import AnalysisError
 from solidwhirl.rotordyn.invariants import compared
 from solidwhirl.rotordyn.picture_frame import (
+    ONE_COLUMN_MM,
     TEXT_PT,
     WHIRL_STYLES,
     new_figure,
     styled,
     write_figure,
 )
-
-
-@pytest.fixture
-def drawn(monkeypatch):
-    """The figures that were saved."""
-    figures = []
-    save = Figure.savefig
-
-    def keep(figure, *args, **options):
-        figures.append(figure)
-        return save(figure, *args, **options)
-
-    monkeypatch.setattr(Figure, "savefig", keep)
-    return figures
 
 
 def test_engine_is_drawn_to_scale_with_all_names(geared, tmp_path, drawn):
@@ -151,6 +137,7 @@ def test_stability_shows_curve_and_onset(tmp_path, drawn):
     assert "onset, 1333 rpm" in labels
     low, high = axes.get_ylim()
     assert low < -0.2 and high > 0.4
+    assert drawn[0].get_figwidth() * 25.4 == pytest.approx(ONE_COLUMN_MM)
 
 
 def test_waterfall_stands_where_the_frequency_is(tmp_path, drawn):
@@ -170,6 +157,14 @@ def test_waterfall_stands_where_the_frequency_is(tmp_path, drawn):
     for line in curves:
         # lines of a spectrum of 0.25 s are 4 Hz apart
         assert line.get_xdata()[np.argmax(line.get_ydata())] == pytest.approx(40.0, abs=2.0)
+        # none leaves the frame
+        assert line.get_ydata().max() <= axes.get_ylim()[1]
+    # the shaft runs up by 200 rpm in a second: round speeds stand where they are reached
+    (side,) = axes.child_axes
+    for place, label in zip(side.get_yticks(), side.get_yticklabels(), strict=True):
+        speed = float(label.get_text())
+        assert speed % 100.0 == 0.0
+        assert place == pytest.approx(speed / 200.0, abs=2e-3)
 
 
 def test_checks_stand_on_their_side_of_the_limit(tmp_path, drawn):

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import imageio.v2 as imageio
 import numpy as np
@@ -12,8 +14,9 @@ import pytest
 from solidwhirl.errors import OutputError
 from solidwhirl.pictures import animation, stills
 from solidwhirl.pictures.animation import mode_frames, write_film
+from solidwhirl.pictures.cuts import SECTORS
 from solidwhirl.pictures.engine_shape import chosen_modes, engine_shape
-from solidwhirl.pictures.stills import cropped, draw_mode_still, polydata
+from solidwhirl.pictures.stills import cropped, draw_mode_still, edges_of, polydata
 
 BLUE, ORANGE = (0x00, 0x72, 0xB2), (0xD5, 0x5E, 0x00)
 
@@ -57,6 +60,34 @@ def test_surface_in_space_has_the_displacement(shapes):
         # points are in single precision
         np.testing.assert_allclose(surface["displacement"], moved / shape.largest_m, atol=1e-4)
         assert surface.n_cells == len(body.quadrangles) + len(body.triangles) + len(body.lines)
+
+
+def test_edges_of_a_shaft_are_its_two_rims(geared):
+    """A shaft of one radius: a rim at each end, nothing on its end faces or along it."""
+    shape = engine_shape(geared, chosen_modes(geared, 1)[0])
+    shaft = next(body for body in shape.bodies if body.body == "slow")
+    still = dataclasses.replace(shaft, motion_m=np.zeros_like(shaft.motion_m))
+    edges = edges_of(polydata(still, 0.0, 1.0))
+    assert edges.n_cells == 2 * SECTORS
+    points = np.asarray(edges.points)
+    # points are in single precision
+    np.testing.assert_allclose(np.hypot(points[:, 0], points[:, 1]), 0.02, rtol=1e-6)
+    assert set(np.round(points[:, 2], 6)) == {0.0, 0.5}
+
+
+def test_a_solid_is_drawn_by_its_outer_faces(small, tmp_path):
+    """A cube of six tetrahedra around a diagonal: two triangles on each of its six sides."""
+    points = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+    paths = ((1, 3), (3, 2), (2, 6), (6, 4), (4, 5), (5, 1))
+    cells = np.array([(0, a, b, 7) for a, b in paths])
+    faces = stills._outer_faces(cells)
+    assert len(faces) == 12
+    sides = points[faces]
+    # each lies in a plane x, y or z = 0 or 1
+    assert all((np.ptp(side, axis=0) == 0.0).any() for side in sides)
+    mesh = SimpleNamespace(points=points, cells=cells)
+    stills.draw_solid_mesh(mesh, tmp_path / "cube.png", "Cube")
+    assert (tmp_path / "cube.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_cropping_keeps_all_that_is_not_white():

@@ -14,7 +14,6 @@ from solidwhirl.batch_pictures import draw_at_end, redraw
 from solidwhirl.batch_table import write_table
 from solidwhirl.cli import app
 from solidwhirl.identify_scene import scene_text
-from solidwhirl.rotordyn import pictures
 from solidwhirl.scene_sweep import SweepSpec, case_count
 from solidwhirl.sweep_records import BatchRow
 
@@ -189,8 +188,7 @@ def test_batch_draws_at_its_end(ring, tmp_path, monkeypatch):
     assert power == pytest.approx(0.5, abs=1e-9)
     table = (out / "batch.jsonl").read_bytes()
 
-    monkeypatch.setattr(pictures, "blank_figure", None)
-    monkeypatch.setattr("solidwhirl.sweep_pictures_lines.blank_figure", None)
+    monkeypatch.setattr("solidwhirl.sweep_pictures_lines.new_figure", None)
     done = invoke("batch", ring, "--out", out, "--resume")
     assert done.exit_code == 0 and "no pictures: TypeError" in done.stderr, done.output
     assert (out / "batch.jsonl").read_bytes() == table

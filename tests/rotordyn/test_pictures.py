@@ -6,7 +6,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from solidwhirl.rotordyn import (
     AnalysisError,
@@ -27,9 +26,9 @@ from solidwhirl.rotordyn.pictures import draw_annotated_campbell, draw_damped_ca
 from solidwhirl.rotordyn.pictures_modes import (
     draw_body_modes,
     draw_mode_shapes,
-    draw_participation,
     draw_rotating_campbell,
 )
+from solidwhirl.rotordyn.pictures_participation import draw_participation
 
 
 @pytest.fixture(scope="module")
@@ -46,20 +45,6 @@ def test_picture_is_written(results, tmp_path, suffix):
     start = path.read_bytes()[:8]
     assert start == b"\x89PNG\r\n\x1a\n" if suffix == "png" else start.startswith(b"<?xml")
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
-
-
-@pytest.fixture
-def drawn(monkeypatch):
-    """The figures that were saved."""
-    figures = []
-    save = Figure.savefig
-
-    def keep(figure, *args, **options):
-        figures.append(figure)
-        return save(figure, *args, **options)
-
-    monkeypatch.setattr(Figure, "savefig", keep)
-    return figures
 
 
 def test_picture_shows_directions_lines_and_speeds(results, tmp_path, drawn):
@@ -226,6 +211,9 @@ def test_participation_picture(twin, tmp_path, drawn):
     heights = [patch.get_height() for patch in kinetic.patches]
     np.testing.assert_allclose(heights, result.kinetic_bodies.ravel(), atol=1e-15)
     texts = [text.get_text() for text in drawn[0].legends[0].get_texts()]
+    # Told apart without colour too.
+    handles = drawn[0].legends[0].get_patches()
+    assert len({patch.get_hatch() for patch in handles}) == len(handles)
     # The rigid joint and supports of 1e10 N/m store next to nothing.
     assert texts == ["inner", "outer", "inner.C", "other joints"]
 

@@ -6,7 +6,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from solidwhirl.rotordyn import AnalysisError, campbell, critical_speeds
 from solidwhirl.rotordyn.campbell_errors import campbell_errors
@@ -23,20 +22,6 @@ def results(three_disk_element, truncated, one_rotor, ground):
     branches = campbell_errors(system, campbell(system, np.linspace(0, 1000, 6), branch_count=4))
     speeds = critical_speeds(system, 1.0, 1000.0)
     return branches, speeds, critical_speed_errors(system, speeds, branches)
-
-
-@pytest.fixture
-def drawn(monkeypatch):
-    """The figures that were saved."""
-    figures = []
-    save = Figure.savefig
-
-    def keep(figure, *args, **options):
-        figures.append(figure)
-        return save(figure, *args, **options)
-
-    monkeypatch.setattr(Figure, "savefig", keep)
-    return figures
 
 
 def test_bands_and_parts_of_a_campbell_diagram(results, drawn, tmp_path):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from solidwhirl.rotordyn import AnalysisError, Bearing, End
 from solidwhirl.rotordyn.bearing_laws import LEE_ANISOTROPIC
@@ -46,20 +45,6 @@ def margins():
     return separation_margins(operating, resonances)
 
 
-@pytest.fixture
-def kept(monkeypatch):
-    """Figures as they are saved."""
-    figures = []
-    save = Figure.savefig
-
-    def keep(figure, *args, **options):
-        figures.append(figure)
-        return save(figure, *args, **options)
-
-    monkeypatch.setattr(Figure, "savefig", keep)
-    return figures
-
-
 def _labels(figure):
     return [text.get_text() for text in figure.legends[0].get_texts()]
 
@@ -75,14 +60,14 @@ def test_pictures_are_written(result, lee, margins, tmp_path, suffix):
         assert start == b"\x89PNG\r\n\x1a\n" if suffix == "png" else start.startswith(b"<?xml")
 
 
-def test_map_shows_branches_operating_speeds_and_the_chosen_stiffness(result, tmp_path, kept):
+def test_map_shows_branches_operating_speeds_and_the_chosen_stiffness(result, tmp_path, drawn):
     draw_critical_speed_map(result, tmp_path / "m.png", "Map", {"cruise": 500.0, "dash": 900.0})
-    (figure,) = kept
+    (figure,) = drawn
     (axes,) = figure.axes
     assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
     curves = [line for line in axes.lines if line.get_label() in ("forward", "backward")]
-    drawn = sorted(float(line.get_ydata()[-1]) for line in curves)
-    np.testing.assert_allclose(drawn, np.sort(result.speed_rad_s[:, -1] / RPM), rtol=1e-12)
+    reached = sorted(float(line.get_ydata()[-1]) for line in curves)
+    np.testing.assert_allclose(reached, np.sort(result.speed_rad_s[:, -1] / RPM), rtol=1e-12)
     texts = {text.get_text() for text in axes.texts}
     assert {"cruise\n4775 rpm", "dash\n8594 rpm"} <= texts
     assert {"rotor.left (x), rotor.right (x)", "rotor.left (y), rotor.right (y)"} <= texts
@@ -108,9 +93,9 @@ def _band_boxes(axes):
     ]
 
 
-def test_law_shows_range_and_negative_damping(lee, tmp_path, kept):
+def test_law_shows_range_and_negative_damping(lee, tmp_path, drawn):
     draw_bearing_law(lee, [0.0, 2500.0], tmp_path / "l.png", "Law", {"LP": 1434.0})
-    (figure,) = kept
+    (figure,) = drawn
     (axes,) = figure.axes
     labels = _labels(figure)
     assert "range of lee_anisotropic" in labels
@@ -126,15 +111,15 @@ def test_law_shows_range_and_negative_damping(lee, tmp_path, kept):
         np.testing.assert_allclose(found, np.polyval(factors[::-1], at), atol=1e-4)
 
 
-def test_law_without_negative_damping_is_not_hatched(lee, tmp_path, kept):
+def test_law_without_negative_damping_is_not_hatched(lee, tmp_path, drawn):
     draw_bearing_law(lee, [0.0, 1000.0], tmp_path / "l.png", "Law", {})
-    (figure,) = kept
+    (figure,) = drawn
     assert "negative damping" not in _labels(figure)
 
 
-def test_margins_show_verdicts_and_count_what_is_far_away(margins, tmp_path, kept):
+def test_margins_show_verdicts_and_count_what_is_far_away(margins, tmp_path, drawn):
     draw_separation_margins(margins, tmp_path / "s.png", "Margins")
-    (figure,) = kept
+    (figure,) = drawn
     (axes,) = figure.axes
     names = [label.get_text() for label in axes.get_yticklabels()]
     assert names == [

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from solidwhirl.rotordyn import AnalysisError, End
 from solidwhirl.rotordyn.pictures_response import (
@@ -57,28 +58,15 @@ def maps(system):
     return places, one_body, ground, stiffness
 
 
-@pytest.fixture
-def figures(monkeypatch):
-    kept = []
-    save = Figure.savefig
-
-    def keep(figure, *args, **options):
-        kept.append(figure)
-        return save(figure, *args, **options)
-
-    monkeypatch.setattr(Figure, "savefig", keep)
-    return kept
-
-
 def _is_png(path):
     return path.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
 
 
-def test_amplitude_and_phase(response, figures, tmp_path):
+def test_amplitude_and_phase(response, drawn, tmp_path):
     path = tmp_path / "response.png"
     draw_unbalance_response(response, NODES, path, "Twin rotor")
     assert _is_png(path) and [p.name for p in tmp_path.iterdir()] == [path.name]
-    upper, lower = figures[0].axes
+    upper, lower = drawn[0].axes
     assert upper.get_yscale() == "log"
     # Two nodes, two exciters; no logarithm of the zero at rest.
     assert len(upper.lines) == 4 and np.isnan(upper.lines[0].get_ydata()[0])
@@ -89,13 +77,13 @@ def test_amplitude_and_phase(response, figures, tmp_path):
     phase = np.concatenate([line.get_ydata() for line in lower.lines])
     assert np.nanmax(np.abs(phase)) <= 180.0
     assert len(upper.texts) >= 2
-    legend = [text.get_text() for text in figures[0].legends[0].get_texts()]
+    legend = [text.get_text() for text in drawn[0].legends[0].get_texts()]
     assert legend == ["inner.C", "inner.B", "excited by inner, 1×", "excited by outer, 1.5×"]
 
 
-def test_forces(response, figures, tmp_path):
+def test_forces(response, drawn, tmp_path):
     draw_bearing_forces(response, tmp_path / "forces.png", "Twin rotor")
-    (axes,) = figures[0].axes
+    (axes,) = drawn[0].axes
     names = list(response.exciters[0].bearing_forces)
     assert len(axes.lines) == 2 * len(names)
     # The largest force of a turn, by looking at all instants of half a turn.
@@ -105,10 +93,10 @@ def test_forces(response, figures, tmp_path):
     np.testing.assert_allclose(axes.lines[0].get_ydata()[1:], largest, rtol=1e-5)
 
 
-def test_orbits(response, figures, tmp_path):
+def test_orbits(response, drawn, tmp_path):
     speeds = response.speeds_rad_s[[0, 40, 80, 120, 150]]
     draw_orbits(response, NODES, speeds, tmp_path / "orbits.png", "Twin rotor")
-    shown = [axes for axes in figures[0].axes if axes.axison]
+    shown = [axes for axes in drawn[0].axes if axes.axison]
     assert [axes.get_title() for axes in shown] == [f"{s * RPM:.0f} rpm" for s in speeds]
     for axes in shown:
         low, high = axes.get_xlim()
@@ -117,10 +105,23 @@ def test_orbits(response, figures, tmp_path):
             assert np.abs(np.asarray(line.get_data(), dtype=float)).max() <= high
 
 
-def test_place_maps(maps, figures, tmp_path):
+def test_orbits_at_one_speed_take_one_column(response, drawn, tmp_path):
+    draw_orbits(response, NODES, response.speeds_rad_s[[40]], tmp_path / "one.png", "Twin rotor")
+    assert drawn[0].get_figwidth() * 25.4 == pytest.approx(88.0)
+
+
+def test_numbers_of_orbits_do_not_overlap(response, drawn, tmp_path):
+    """Measured from the boxes of the text as it is drawn; small orbits have long numbers."""
+    draw_orbits(response, NODES, response.speeds_rad_s[[1, 40, 80, 120]], tmp_path / "o.png", "t")
+    for axes in drawn[0].axes:
+        boxes = [t.get_window_extent() for t in axes.get_xticklabels()]
+        assert all(a.x1 < b.x0 for a, b in pairwise(boxes))
+
+
+def test_place_maps(maps, drawn, tmp_path):
     for index, at in enumerate(maps[:2]):
         draw_place_map(at, DISK, tmp_path / f"{index}.png", "Places")
-    first, second = (figure.axes[0] for figure in figures)
+    first, second = (figure.axes[0] for figure in drawn)
     labels = [text.get_text() for text in first.get_yticklabels()]
     assert labels == ["inner.C", "inner.B", "outer.D"]
     # Bodies of different speed share no frequency axis.
@@ -131,9 +132,9 @@ def test_place_maps(maps, figures, tmp_path):
     )
 
 
-def test_waterfall(maps, figures, tmp_path):
+def test_waterfall(maps, drawn, tmp_path):
     draw_ground_motion(maps[2], tmp_path / "w.png", "Ground")
-    axes, bar = figures[0].axes
+    axes, bar = drawn[0].axes
     np.testing.assert_allclose(
         axes.collections[0].get_array().reshape(7, 61), maps[2].major_m() / 1e-6
     )
@@ -144,16 +145,16 @@ def test_waterfall(maps, figures, tmp_path):
     assert "inner.C / motion of the ground" in bar.get_ylabel()
 
 
-def test_stiffness_map_marks_the_choice(maps, figures, tmp_path):
+def test_stiffness_map_marks_the_choice(maps, drawn, tmp_path):
     choice = choose_stiffness(maps[3], 800.0)
     draw_stiffness_map(maps[3], tmp_path / "s.png", "Stiffness", choice)
     draw_stiffness_map(maps[3], tmp_path / "t.png", "Stiffness")
-    axes = figures[0].axes[0]
+    axes = drawn[0].axes[0]
     assert axes.get_yscale() == "log"
     edges = sorted(line.get_xdata()[0] for line in axes.lines[:2])
     np.testing.assert_allclose(edges, np.array(choice.band_rad_s) / (2 * np.pi))
     assert axes.lines[2].get_ydata()[0] == choice.stiffness_n_per_m
-    assert not figures[1].axes[0].lines
+    assert not drawn[1].axes[0].lines
     # Cells lie around their values: the limits reach half a step beyond them.
     low, high = axes.get_ylim()
     step = np.log10(maps[3].stiffness_n_per_m[1] / 1e7)

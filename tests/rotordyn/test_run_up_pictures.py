@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from solidwhirl.rotordyn import AnalysisError, Bearing, End, Rotor, assemble
 from solidwhirl.rotordyn.force_spectrum import spectrogram
@@ -42,49 +41,42 @@ def run(hub):
     )
 
 
-@pytest.fixture
-def figures(monkeypatch):
-    kept = []
-    save = Figure.savefig
-
-    def keep(figure, *args, **options):
-        kept.append(figure)
-        return save(figure, *args, **options)
-
-    monkeypatch.setattr(Figure, "savefig", keep)
-    return kept
-
-
-def test_run_up_shows_speeds_and_force(run, tmp_path, figures):
+def test_run_up_shows_speeds_and_force(run, tmp_path, drawn):
     path = tmp_path / "run.png"
     draw_run_up(run, "inner", path, "Two spools")
     assert path.read_bytes()[:4] == b"\x89PNG"
     assert [p.name for p in tmp_path.iterdir()] == ["run.png"]
-    speeds, in_x, _ = figures[0].axes
+    speeds, in_x, _ = drawn[0].axes
     assert sorted(text.get_text() for text in speeds.texts) == ["inner", "outer"]
     ends = sorted(float(line.get_ydata()[-1]) for line in speeds.lines)
     np.testing.assert_allclose(ends, np.array([-300.0, 200.0]) * 30 / np.pi)
     # the band reaches the largest force, in the unit of its label
+    assert "inner" in in_x.get_ylabel()
     factor = {"kN": 1e-3, "N": 1.0, "mN": 1e3}[in_x.get_ylabel().split("[")[1].rstrip("]")]
     top = max(v[1] for c in in_x.collections for p in c.get_paths() for v in p.vertices)
     assert top == pytest.approx(factor * run.bearing_force_n("inner")[0].max(), rel=1e-6)
 
 
-def test_responses_show_a_curve_for_each_model(run, tmp_path, figures):
+def test_responses_show_a_curve_for_each_model(run, tmp_path, drawn):
     response = normalised_response(run, "inner")
     shown = {"all modes": response, "no modes": response}
     draw_normalised_responses(shown, tmp_path / "r.svg", "Two models", 40.0)
-    (axes,) = figures[0].axes
+    (axes,) = drawn[0].axes
     assert [line.get_label() for line in axes.lines] == list(shown)
     assert len({line.get_color() for line in axes.lines}) == 2
     assert axes.get_xlim() == (0.0, 40.0)
 
 
-def test_spectrogram_shows_the_lines_of_the_spools(run, tmp_path, figures):
+def test_spectrogram_shows_the_lines_of_the_spools(run, tmp_path, drawn):
     result = spectrogram(run.time_s, run.bearing_force_n("inner")[0], 0.3)
     draw_spectrogram(result, run, tmp_path / "s.png", "Force", 60.0)
-    axes = figures[0].axes[0]
+    axes = drawn[0].axes[0]
     assert sorted(t.get_text() for t in axes.texts) == ["1/rev inner", "1/rev outer"]
+    # names stand where the lines leave the frame
+    for text in axes.texts:
+        ratio = {"1/rev inner": 1.0, "1/rev outer": 1.5}[text.get_text()]
+        speed = run.profile.speed_rad_s(np.array([text.xy[0]]))[0]
+        assert text.xy[1] == pytest.approx(ratio * speed / (2 * np.pi))
     ends = sorted(float(line.get_ydata()[-1]) for line in axes.lines)
     np.testing.assert_allclose(ends, np.array([200.0, 300.0]) / (2 * np.pi))
 
