@@ -23,6 +23,7 @@ from solidwhirl.rotordyn.orbits import EllipticOrbits, elliptic_orbits
 from solidwhirl.rotordyn.parts import End
 from solidwhirl.rotordyn.reactions import bearing_forces
 from solidwhirl.rotordyn.reprs import exciter_text, unbalance_text
+from solidwhirl.rotordyn.resonance_samples import resolving_samples
 from solidwhirl.rotordyn.system import AssembledSystem
 
 # Bodies whose |speed ratios| differ by less than this fraction excite at one frequency.
@@ -211,6 +212,56 @@ def unbalance_response(
         If an unbalance or a speed has no meaning, or a speed lies at an undamped resonance.
     """
     speeds = non_negative("speeds_rad_s", speeds_rad_s)
+    exciters = _grouped(assembled, unbalances)
+    return UnbalanceResponse(
+        unbalances=tuple(unbalances),
+        speeds_rad_s=speeds,
+        exciters=tuple(_exciter(assembled, group, ratio, speeds) for ratio, group in exciters),
+    )
+
+
+def resolving_speeds(
+    assembled: AssembledSystem, unbalances: Sequence[Unbalance], speeds_rad_s: npt.ArrayLike
+) -> FloatArray:
+    """Return speeds at which the response to unbalance shows every resonance, however sharp.
+
+    Parameters
+    ----------
+    assembled, unbalances, speeds_rad_s
+        As for `unbalance_response`; the speeds rise.
+
+    Returns
+    -------
+    ndarray
+        The speeds and further ones around resonances between them, rising, rad/s. Peaks then have
+        their height to 1e-4; without damping they have none, and only their place shows.
+
+    Raises
+    ------
+    AnalysisError
+        As `unbalance_response`.
+    """
+    speeds = non_negative("speeds_rad_s", speeds_rad_s)
+    nodes, resolved = interface_nodes(assembled), speeds
+    for ratio, group in _grouped(assembled, unbalances):
+        pattern = independent_loads(assembled, _patterns(assembled, group))
+
+        def respond(
+            points: FloatArray, ratio: float = ratio, pattern: ComplexArray = pattern
+        ) -> ComplexArray:
+            load = np.broadcast_to(pattern, (1, pattern.shape[-1]))[:, :, None]
+            solved = harmonic_response(assembled, points, ratio * points, load)
+            motion = node_amplitudes(assembled, nodes, TRANSLATIONS, solved.displacement[:, :, 0])
+            return np.nan_to_num(motion).reshape(points.size, -1)
+
+        resolved = np.union1d(resolved, resolving_samples(speeds, respond))
+    return resolved
+
+
+def _grouped(
+    assembled: AssembledSystem, unbalances: Sequence[Unbalance]
+) -> list[tuple[float, list[Unbalance]]]:
+    """Unbalances that turn at one frequency together, by rising frequency ratio."""
     if not unbalances:
         raise AnalysisError("unbalances is empty; one or more are needed")
     groups: list[list[Unbalance]] = []
@@ -223,12 +274,7 @@ def unbalance_response(
         else:
             ratios.append(ratio)
             groups.append([unbalance])
-    order = np.argsort(ratios)
-    return UnbalanceResponse(
-        unbalances=tuple(unbalances),
-        speeds_rad_s=speeds,
-        exciters=tuple(_exciter(assembled, groups[i], ratios[i], speeds) for i in order),
-    )
+    return [(ratios[i], groups[i]) for i in np.argsort(ratios)]
 
 
 def frequency_ratio(assembled: AssembledSystem, unbalance: Unbalance) -> float:
@@ -284,14 +330,22 @@ def turning_load(assembled: AssembledSystem, unbalance: Unbalance) -> ComplexArr
     return load
 
 
-def _exciter(
-    assembled: AssembledSystem, unbalances: Sequence[Unbalance], ratio: float, speeds: FloatArray
-) -> ExciterResponse:
-    """Return the response to unbalances of one frequency."""
+def _patterns(
+    assembled: AssembledSystem, unbalances: Sequence[Unbalance]
+) -> dict[str, ComplexArray]:
+    """Loads of unbalances per square of their frequency, by body."""
     patterns: dict[str, ComplexArray] = {}
     for unbalance in unbalances:
         load = turning_load(assembled, unbalance)
         patterns[unbalance.body] = patterns.get(unbalance.body, 0.0) + load
+    return patterns
+
+
+def _exciter(
+    assembled: AssembledSystem, unbalances: Sequence[Unbalance], ratio: float, speeds: FloatArray
+) -> ExciterResponse:
+    """Return the response to unbalances of one frequency."""
+    patterns = _patterns(assembled, unbalances)
     omega = ratio * speeds
     square = (omega**2)[:, None]
     loads = square * independent_loads(assembled, patterns)

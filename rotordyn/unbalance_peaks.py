@@ -60,7 +60,7 @@ def resonance_peaks(
     tuple of ResonancePeak
         By rising position. A peak lies on the parabola through the logarithms of the highest
         sample and its neighbours, so its height depends on the samples where it is narrower than
-        a few of them: check with finer samples.
+        a few of them: sample with `resolving_samples` or `resolving_speeds`.
 
     Raises
     ------

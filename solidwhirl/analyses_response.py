@@ -23,6 +23,7 @@ from solidwhirl.rotordyn.pictures_response_maps import (
     draw_place_map,
     draw_stiffness_map,
 )
+from solidwhirl.rotordyn.resonance_samples import resolving_samples
 from solidwhirl.rotordyn.response_maps import ground_motion_map, place_map
 from solidwhirl.rotordyn.response_maps_stiffness import (
     choose_stiffness,
@@ -34,6 +35,7 @@ from solidwhirl.rotordyn.unbalance import (
     Unbalance,
     UnbalanceResponse,
     frequency_ratio,
+    resolving_speeds,
     unbalance_response,
 )
 from solidwhirl.rotordyn.unbalance_peaks import ResonancePeak, resonance_peaks
@@ -94,7 +96,9 @@ def run_unbalance_response(
     spec: UnbalanceResponseSpec, system: AssembledSystem, title: str
 ) -> Outcome:
     """Unbalance response over the speed at the places that the scene observes."""
-    response = unbalance_response(system, [unbalance_of(u) for u in spec.unbalances], sweep(spec))
+    unbalances = [unbalance_of(u) for u in spec.unbalances]
+    speeds = resolving_speeds(system, unbalances, sweep(spec))
+    response = unbalance_response(system, unbalances, speeds)
     nodes = [end_of(place) for place in spec.observe]
     exciters = [_exciter_document(e, nodes) for e in response.exciters]
     files = _response_files(spec, system, response, title)
@@ -204,7 +208,7 @@ def run_place_map(spec: PlaceMapSpec, system: AssembledSystem, title: str) -> Ou
         system,
         Unbalance(body=places[0].body, interface=places[0].interface, moment_kg_m=spec.moment_kg_m),
     )
-    found = place_map(system, places, spec.moment_kg_m, frequencies(spec) / ratio)
+    found = place_map(system, places, spec.moment_kg_m, _map_speeds(spec, system, ratio))
     observe = end_of(spec.observe) if spec.observe else None
     major = found.major_m()
     own = [found.nodes.index(place) for place in places]
@@ -238,6 +242,19 @@ def run_place_map(spec: PlaceMapSpec, system: AssembledSystem, title: str) -> Ou
         headline=f"largest at {spec.places[largest]}: "
         + _list_hz([p["frequency_hz"] for p in peaks[spec.places[largest]]]),
     )
+
+
+def _map_speeds(spec: PlaceMapSpec, system: AssembledSystem, ratio: float) -> NDArray[np.float64]:
+    """Speeds [rad/s] of a place map, with further ones around its resonances."""
+    places = [end_of(place) for place in spec.places]
+
+    def respond(speeds: NDArray[np.float64]) -> NDArray[np.complex128]:
+        found = place_map(system, places, spec.moment_kg_m, speeds)
+        motion = found.translation_m / (found.frequencies_rad_s**2)[:, :, None, None]
+        shown = np.nan_to_num(np.moveaxis(motion, 1, 0))
+        return np.asarray(shown.reshape(speeds.size, -1))
+
+    return resolving_samples(frequencies(spec) / ratio, respond)
 
 
 def run_waterfall(spec: WaterfallSpec, system: AssembledSystem, title: str) -> Outcome:

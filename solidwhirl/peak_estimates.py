@@ -14,7 +14,12 @@ from solidwhirl.outcome import Outcome
 from solidwhirl.rotordyn import AssembledSystem, End
 from solidwhirl.rotordyn.error_forms import NOT_SUMMED
 from solidwhirl.rotordyn.response_errors import unbalance_peak_errors
-from solidwhirl.rotordyn.unbalance import Unbalance, frequency_ratio, unbalance_response
+from solidwhirl.rotordyn.unbalance import (
+    Unbalance,
+    frequency_ratio,
+    resolving_speeds,
+    unbalance_response,
+)
 from solidwhirl.rotordyn.unbalance_peaks import ResonancePeak, resonance_peaks
 from solidwhirl.scene_analyses import AnalysisSpec, PlaceMapSpec, UnbalanceResponseSpec
 
@@ -176,7 +181,8 @@ def _peaks_of(
     used = {u.interface for u in unbalances if u.body == node.body} | {node.interface}
     if not used <= names:  # models of joints alone have no other interfaces
         return []
-    response = unbalance_response(system, unbalances, speeds_rad_s)
+    speeds = resolving_speeds(system, unbalances, speeds_rad_s)
+    response = unbalance_response(system, unbalances, speeds)
     exciter = response.exciters[0]
     at = exciter.nodes.index(node)
     moving = exciter.frequencies_rad_s > 0.0

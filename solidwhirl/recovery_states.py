@@ -19,6 +19,7 @@ from solidwhirl.rotordyn.speed_profile import SpeedProfile, ramp_and_hold
 from solidwhirl.rotordyn.unbalance import (
     ExciterResponse,
     Unbalance,
+    resolving_speeds,
     turning_load,
     unbalance_response,
 )
@@ -197,6 +198,7 @@ def response_peak(
     AnalysisError
         There is no peak inside.
     """
+    speeds_rad_s = resolving_speeds(system, unbalances, speeds_rad_s)
     response = unbalance_response(system, unbalances, speeds_rad_s)
 
     def height(exciter: ExciterResponse) -> NDArray[np.float64]:

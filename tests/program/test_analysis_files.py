@@ -62,8 +62,8 @@ FILES = {
 }
 # lengths of what keys hold; none where that is a number, or of any length
 SHAPES = tomllib.loads("""
-unbalance_response = { speed_rpm = [21], unbalances = [2], exciters = [2] }
-place_map = { frequency_hz = [2, 9], amplitude_m = [2, 9], speed_rpm = [9], peaks = [2] }
+unbalance_response = { unbalances = [2], exciters = [2] }
+place_map = { frequency_hz = [2], amplitude_m = [2], peaks = [2] }
 waterfall = { speed_rpm = [4], frequency_hz = [9], amplitude_m = [4, 9], peaks = [] }
 critical_speed_map = { stiffness_n_per_m = [3], free_rpm = [], rigid_rpm = [], whirl = [] }
 stiffness_study = { stiffness_n_per_m = [3], frequency_hz = [30], amplitude_m = [3, 30] }
@@ -71,7 +71,7 @@ rotating_campbell = { speed_rpm = [3], bodies = [2] }
 mode_shapes = { speeds = [1] }
 separation_margins = { operating = [2], margins = [] }
 bearing_laws = { bearings = [1], notes = [] }
-run_up = { largest_mount_force_n = [], force_spectrum_peaks = [], energy = [4] }
+run_up = { largest_mount_force_n = [], force_spectrum_peaks = [], energy = [5] }
 state_space = { inputs = [4], outputs = [24], speed_rpm = [], files = [3] }
 stability = { speed_rpm = [5], smallest_log_decrement = [5], growing_motions = [5], threshold = [] }
 """)

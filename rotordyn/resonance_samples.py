@@ -1,0 +1,203 @@
+"""Where a response has to be sampled so that its resonances show, however sharp they are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import scipy.linalg as la
+
+from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray
+
+# Samples in which resonances are sought at least, and in one window; windows overlap by half.
+_LEAST, _WINDOW = 257, 64
+# Degree of a rational function, and its largest error over the largest value.
+_DEGREE, _FITTED = 24, 1e-11
+# A resonance counts that adds so much to the response, and is sharper than so many samples.
+_COUNTS, _SHARP = 1e-3, 8.0
+# Half-widths over the frequency: below the first there is no damping, and no height to resolve;
+# what is sampled then has the second, so that the place shows.
+_UNDAMPED, _SHOWN = 1e-7, 1e-4
+_ROUNDS = 3
+# Samples around a resonance, in half-widths: dense where it is highest and at half power.
+_OFFSETS = np.array([0.05, 0.2, 0.45, 0.7, 0.9, 1.1, 1.4, 2.0, 3.2, 6.0, 14.0, 40.0])
+
+
+class Resonances(NamedTuple):
+    """Places of resonances and half their widths at half power, shape (k,)."""
+
+    places: FloatArray
+    half_widths: FloatArray
+
+
+def resolving_samples(
+    samples: npt.ArrayLike, respond: Callable[[FloatArray], ComplexArray]
+) -> FloatArray:
+    """Return samples with further ones around every resonance between them.
+
+    Parameters
+    ----------
+    samples
+        Speeds or frequencies, 0 or more, rising, shape (s,).
+    respond
+        Complex amplitudes at some of these, shape (p,) → (p, c); it is not asked at 0.
+
+    Returns
+    -------
+    ndarray
+        The samples and further ones between them, rising.
+
+    Notes
+    -----
+    The response is a rational function of the frequency. It is approximated as one from the
+    samples (the AAA algorithm: Nakatsukasa, Sète and Trefethen, SIAM J. Sci. Comput. 40 (2018)
+    A1494-A1522; its form for several functions with common poles: Lietaert et al., IMA J. Numer.
+    Anal. 42 (2022) 1087-1115); poles near the axis are the resonances, also those that lie between
+    two samples. Samples around them make the approximation better, until the poles stand.
+    """
+    given = np.asarray(samples, dtype=float)
+    if given.size < 2:
+        return given
+    known = _dense(given[given > 0.0])
+    values = respond(known)
+    found = Resonances(np.empty(0), np.empty(0))
+    for _ in range(_ROUNDS):
+        last, found = found, _sharp(resonances(known, values), given)
+        if _is_same(last, found):
+            break
+        more = np.setdiff1d(_around(found, known[0], known[-1]), known)
+        known, order = np.unique(np.concatenate((known, more)), return_index=True)
+        values = np.concatenate((values, respond(more)))[order]
+    return np.union1d(given, _around(found, given[0], given[-1]))
+
+
+def resonances(samples: npt.ArrayLike, values: npt.ArrayLike) -> Resonances:
+    """Find the resonances of a sampled response.
+
+    Parameters
+    ----------
+    samples
+        Rising, shape (s,).
+    values
+        Complex amplitudes of some quantities with the same resonances, shape (s, c).
+
+    Returns
+    -------
+    Resonances
+        Within the samples, by rising place.
+    """
+    x, f = np.asarray(samples, dtype=float), _mixed(np.asarray(values, dtype=complex))
+    places: list[float] = []
+    widths: list[float] = []
+    for begin in range(0, max(x.size - _WINDOW // 2, 1), _WINDOW // 2):
+        window = slice(begin, begin + _WINDOW)
+        for pole in _poles(x[window], f[window]):
+            if x[window][0] <= pole.real <= x[window][-1]:
+                places.append(float(pole.real))
+                widths.append(max(abs(float(pole.imag)), _UNDAMPED * abs(float(pole.real))))
+    return _merged(np.array(places), np.array(widths))
+
+
+def _sharp(found: Resonances, samples: FloatArray) -> Resonances:
+    """Those that are too sharp for the samples to show."""
+    step = np.interp(found.places, samples[1:], np.diff(samples))
+    use = found.half_widths < _SHARP * step
+    return Resonances(found.places[use], found.half_widths[use])
+
+
+def _dense(samples: FloatArray) -> FloatArray:
+    """The samples, and points between them where they are few."""
+    while 1 < samples.size < _LEAST:
+        samples = np.union1d(samples, 0.5 * (samples[1:] + samples[:-1]))
+    return samples
+
+
+def _mixed(values: ComplexArray) -> ComplexArray:
+    """Two mixtures of many quantities: what resonates in any of them does in a mixture."""
+    if values.shape[1] <= 2:
+        return values
+    weights = np.random.default_rng(1).standard_normal((2, values.shape[1], 2))
+    return np.asarray(values @ (weights[0] + 1j * weights[1]))
+
+
+def _poles(x: FloatArray, f: ComplexArray) -> ComplexArray:
+    """Poles near the axis of a rational function through samples that matter for its size."""
+    size = np.abs(f).max(axis=1)
+    if x.size < 5 or not size.any():
+        return np.empty(0, dtype=complex)
+    chosen: list[int] = []
+    rest = np.ones(x.size, dtype=bool)
+    shown = np.broadcast_to(f.mean(axis=0), f.shape).copy()
+    weights = np.empty(0, dtype=complex)
+    for _ in range(min(_DEGREE, (x.size - 1) // 2)):
+        error = np.where(rest, np.abs(f - shown).max(axis=1), 0.0)
+        if error.max() <= _FITTED * size.max():
+            break
+        chosen.append(int(error.argmax()))
+        rest[chosen[-1]] = False
+        cauchy = 1.0 / (x[rest, None] - x[chosen])
+        loewner = (f[rest].T[:, :, None] - f[chosen].T[:, None, :]) * cauchy
+        weights = la.svd(loewner.reshape(-1, len(chosen)), full_matrices=False)[2][-1].conj()
+        shown[rest] = (cauchy @ (weights[:, None] * f[chosen])) / (cauchy @ weights)[:, None]
+        shown[chosen] = f[chosen]
+    return _significant(x, size, x[chosen], f[chosen], weights)
+
+
+def _significant(
+    x: FloatArray,
+    size: FloatArray,
+    support: FloatArray,
+    heights: ComplexArray,
+    weights: ComplexArray,
+) -> ComplexArray:
+    """Poles of a function in barycentric form whose peaks stand out of what is sampled."""
+    count = support.size
+    if count < 2:
+        return np.empty(0, dtype=complex)
+    arrow = np.zeros((count + 1, count + 1), dtype=complex)
+    arrow[0, 1:], arrow[1:, 0] = weights, 1.0
+    arrow[1:, 1:] = np.diag(support)
+    poles = la.eigvals(arrow, np.diag([0.0] + [1.0] * count))
+    poles = poles[np.isfinite(poles)]
+    cauchy = 1.0 / (poles[:, None] - support)
+    residue = (cauchy @ (weights[:, None] * heights)) / -(cauchy**2 @ weights)[:, None]
+    width = np.maximum(np.abs(poles.imag), _UNDAMPED * np.abs(poles.real))
+    peak = np.abs(residue).max(axis=1) / width
+    level = np.interp(poles.real, x, size)
+    return np.asarray(poles[peak > _COUNTS * level])
+
+
+def _merged(places: FloatArray, widths: FloatArray) -> Resonances:
+    """Resonances that two windows have found, once."""
+    order = np.argsort(places)
+    kept: list[int] = []
+    for at in order:
+        if kept and places[at] - places[kept[-1]] < 0.3 * min(widths[at], widths[kept[-1]]):
+            continue
+        kept.append(int(at))
+    return Resonances(places[kept], widths[kept])
+
+
+def _around(found: Resonances, low: float, high: float) -> FloatArray:
+    """Samples around resonances, inside a range; none near one without damping."""
+    undamped = found.half_widths <= _UNDAMPED * found.places
+    widths = np.where(undamped, _SHOWN * found.places, found.half_widths)[:, None]
+    offsets = np.where(undamped[:, None] & (_OFFSETS < 0.9), np.nan, _OFFSETS)
+    points = np.hstack(
+        (found.places[:, None] - widths * offsets, found.places[:, None] + widths * offsets)
+    )
+    inside = points[(points > max(low, 0.0)) & (points < high)]
+    return np.asarray(np.unique(inside), dtype=float)
+
+
+def _is_same(first: Resonances, second: Resonances) -> bool:
+    """Whether places and widths stand, to a twentieth of the widths."""
+    if first.places.size != second.places.size:
+        return False
+    limit = 0.05 * np.maximum(second.half_widths, _UNDAMPED * second.places)
+    return bool(
+        np.all(np.abs(first.places - second.places) <= limit)
+        and np.all(np.abs(first.half_widths - second.half_widths) <= limit)
+    )
