@@ -65,9 +65,7 @@ def print_summary(results: Results, out: Path, seconds: float | None = None) -> 
     for note in results.bearing_notes:
         console.print(Text(f"doubt: {note.message}", style="yellow"))
     console.print(Text(_checks_line(document["checks"])))
-    console.print(
-        Text(f"time {duration_text(document['seconds'])}, {document['peak_memory_gib']:.2f} GiB")
-    )
+    console.print(Text(_cost_line(document)))
     for title, name in _FILES:
         if name in document["files"]:
             console.print(Text(f"{title}: {out / name}"), soft_wrap=True)
@@ -88,7 +86,7 @@ def summary_document(results: Results, out: Path, seconds: float | None = None) 
     from solidwhirl.results import results_document
 
     document = results_document(results)
-    spent = sum(results.timings_s.values()) if seconds is None else seconds
+    computing = sum(results.timings_s.values())
     bad = failed(results.checks)
     return {
         "schema": _SCHEMA,
@@ -110,7 +108,8 @@ def summary_document(results: Results, out: Path, seconds: float | None = None) 
             "failures": list(failure_lines(results.checks)),
         },
         "doubts": [doubt["message"] for doubt in document["doubts"]] + document["bearing_notes"],
-        "seconds": spent,
+        "seconds": computing if seconds is None else seconds,
+        "computing_seconds": computing,
         "peak_memory_gib": results.peak_memory_gib,
     }
 
@@ -309,6 +308,13 @@ def percent_text(relative: float | None) -> str:
     if relative is None:
         return "-"
     return f"{100.0 * relative:.2g} %" if relative >= _SMALLEST_ERROR else "< 0.001 %"
+
+
+def _cost_line(document: Mapping[str, Any]) -> str:
+    """Wall time, the part of it that the page and the report divide into stages, memory."""
+    computing = duration_text(document["computing_seconds"])
+    spent, memory = duration_text(document["seconds"]), f"{document['peak_memory_gib']:.2f} GiB"
+    return f"time {spent} (computing {computing}), {memory}"
 
 
 def _checks_line(checks: Mapping[str, Any]) -> str:
