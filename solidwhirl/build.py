@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from solidwhirl.identify_places import place_steps
 from solidwhirl.scene import Scene
 from solidwhirl.scene_file import parse_scene
 
@@ -246,8 +247,9 @@ def with_changes(scene: Scene, changes: Mapping[str, Any]) -> Scene:
     scene
         The scene; it stays as it is.
     changes
-        New values by place: keys joined by dots, entries of a list by name or number, such as
-        "bearings.kxx.stiffness_n_per_m" or "bodies.inner.speed_ratio".
+        New values by place, spelt as in a sweep: keys joined by dots, [name] or [number] behind a
+        list, such as "bearings[kxx].stiffness_n_per_m" or "bodies.inner.speed_ratio". A dot
+        instead of the brackets means the same.
 
     Returns
     -------
@@ -262,7 +264,7 @@ def with_changes(scene: Scene, changes: Mapping[str, Any]) -> Scene:
     """
     data: Any = scene.model_dump(mode="json", exclude_unset=True)
     for place, value in changes.items():
-        *path, last = place.split(".")
+        *path, last = place_steps(place) if "[" in place else place.split(".")
         holder = data
         for key in path:
             holder = holder[_step(holder, key, place)]
@@ -272,6 +274,10 @@ def with_changes(scene: Scene, changes: Mapping[str, Any]) -> Scene:
 
 def _step(holder: Any, key: str, place: str) -> str | int:
     """Return the key of a table, or the index of the entry of that name in a list of tables."""
+    if key.startswith("["):
+        if not isinstance(holder, list):
+            raise ValueError(f"{place}: {key} stands behind something that is no list")
+        key = key[1:-1]
     if isinstance(holder, dict):  # a table that is absent has its usual values
         holder.setdefault(key, {})
         return key
