@@ -169,7 +169,9 @@ def bearing(
     return _table(name=name, first=first, second=second, **some, **keys)
 
 
-def unbalance(at: str, moment_kg_m: float, phase_deg: float = 0.0) -> Table:
+def unbalance(
+    at: str, moment_kg_m: float | None = None, phase_deg: float = 0.0, **keys: Any
+) -> Table:
     """Return an unbalance for an analysis.
 
     Parameters
@@ -177,11 +179,14 @@ def unbalance(at: str, moment_kg_m: float, phase_deg: float = 0.0) -> Table:
     at
         "body.interface".
     moment_kg_m
-        Mass times its distance from the axis.
+        Mass times its distance from the axis; None: by `grade` and `at_rpm`.
     phase_deg
         Angle from +x towards +y.
+    keys
+        Further keys of the table.
     """
-    return _table(at=at, moment_kg_m=moment_kg_m, phase_deg=phase_deg)
+    moment = {} if moment_kg_m is None else {"moment_kg_m": moment_kg_m}
+    return _table(at=at, **moment, phase_deg=phase_deg, **keys)
 
 
 def scene(
