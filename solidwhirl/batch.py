@@ -79,7 +79,7 @@ def _predicted(work: Work, number: int, machine: MachineSpeed) -> Predicted:
     settings = work.settings
     try:
         scene = case_scene(work.cases[number], level=settings.level, accuracy=settings.accuracy)
-        return predicted_cost(scene, machine)
+        return predicted_cost(scene, machine, pictures=settings.pictures)
     except Exception:  # whatever it is, the case tells it when its turn comes
         return _REFUSED
 

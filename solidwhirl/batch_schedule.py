@@ -12,6 +12,7 @@ from solidwhirl.machine import MachineSpeed
 from solidwhirl.mesh_bodies import build_mesh_bodies
 from solidwhirl.plan import make_plan
 from solidwhirl.scene import Scene
+from solidwhirl.terminal_schedule import run_steps
 
 # Up to so many teams rank 0 computes too; with more, its share is small and it only coordinates.
 _COMPUTING = 8
@@ -71,8 +72,8 @@ class Layout:
         return self.first + team * self.ranks_per_team
 
 
-def predicted_cost(scene: Scene, machine: MachineSpeed) -> Predicted:
-    """Predict what a scene costs, without its analyses and as if nothing were kept.
+def predicted_cost(scene: Scene, machine: MachineSpeed, *, pictures: bool = True) -> Predicted:
+    """Predict what a scene costs, with its analyses and as if nothing were kept.
 
     Where the scene leaves the level to the program it counts as harmonic: to try whether beams are
     enough takes as long as a small case.
@@ -83,6 +84,8 @@ def predicted_cost(scene: Scene, machine: MachineSpeed) -> Predicted:
         The scene.
     machine
         Speed of the machine, the same for all cases that are compared.
+    pictures
+        Whether they are drawn.
 
     Raises
     ------
@@ -93,8 +96,9 @@ def predicted_cost(scene: Scene, machine: MachineSpeed) -> Predicted:
     bodies, meshes = build_bodies(scene), build_mesh_bodies(scene)
     plan = make_plan(scene, bodies, level)
     found = forecast(scene, plan, {**bodies, **meshes}, machine=machine)
+    steps = [step.seconds for step in run_steps(plan, found, pictures=pictures)]
     return Predicted(
-        seconds=found.seconds + _AROUND_S,
+        seconds=sum(steps, start=_AROUND_S),
         peak_memory_gib=found.peak_memory_gib,
         least_memory_gib=max((c.peak_memory_gib for c in found.first.bodies.values()), default=0.0),
     )

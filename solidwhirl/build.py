@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from solidwhirl.identify_places import place_steps
 from solidwhirl.scene import Scene
 from solidwhirl.scene_file import parse_scene
 
@@ -168,7 +169,9 @@ def bearing(
     return _table(name=name, first=first, second=second, **some, **keys)
 
 
-def unbalance(at: str, moment_kg_m: float, phase_deg: float = 0.0) -> Table:
+def unbalance(
+    at: str, moment_kg_m: float | None = None, phase_deg: float = 0.0, **keys: Any
+) -> Table:
     """Return an unbalance for an analysis.
 
     Parameters
@@ -176,11 +179,14 @@ def unbalance(at: str, moment_kg_m: float, phase_deg: float = 0.0) -> Table:
     at
         "body.interface".
     moment_kg_m
-        Mass times its distance from the axis.
+        Mass times its distance from the axis; None: by `grade` and `at_rpm`.
     phase_deg
         Angle from +x towards +y.
+    keys
+        Further keys of the table.
     """
-    return _table(at=at, moment_kg_m=moment_kg_m, phase_deg=phase_deg)
+    moment = {} if moment_kg_m is None else {"moment_kg_m": moment_kg_m}
+    return _table(at=at, **moment, phase_deg=phase_deg, **keys)
 
 
 def scene(
@@ -246,8 +252,9 @@ def with_changes(scene: Scene, changes: Mapping[str, Any]) -> Scene:
     scene
         The scene; it stays as it is.
     changes
-        New values by place: keys joined by dots, entries of a list by name or number, such as
-        "bearings.kxx.stiffness_n_per_m" or "bodies.inner.speed_ratio".
+        New values by place, spelt as in a sweep: keys joined by dots, [name] or [number] behind a
+        list, such as "bearings[kxx].stiffness_n_per_m" or "bodies.inner.speed_ratio". A dot
+        instead of the brackets means the same.
 
     Returns
     -------
@@ -262,7 +269,7 @@ def with_changes(scene: Scene, changes: Mapping[str, Any]) -> Scene:
     """
     data: Any = scene.model_dump(mode="json", exclude_unset=True)
     for place, value in changes.items():
-        *path, last = place.split(".")
+        *path, last = place_steps(place) if "[" in place else place.split(".")
         holder = data
         for key in path:
             holder = holder[_step(holder, key, place)]
@@ -272,6 +279,10 @@ def with_changes(scene: Scene, changes: Mapping[str, Any]) -> Scene:
 
 def _step(holder: Any, key: str, place: str) -> str | int:
     """Return the key of a table, or the index of the entry of that name in a list of tables."""
+    if key.startswith("["):
+        if not isinstance(holder, list):
+            raise ValueError(f"{place}: {key} stands behind something that is no list")
+        key = key[1:-1]
     if isinstance(holder, dict):  # a table that is absent has its usual values
         holder.setdefault(key, {})
         return key

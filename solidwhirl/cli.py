@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 
 import typer
 
@@ -10,11 +11,14 @@ from solidwhirl.commands import batches, doctor, files, init, pictures, plan, ru
 from solidwhirl.commands.options import examples
 from solidwhirl.endings import end_of_defect, keep_petsc_from_signals
 
+# A terminal that can only take plain text gets help without boxes.
+_PLAIN = os.environ.get("TERM", "").lower() in ("dumb", "unknown")
+
 app = typer.Typer(
     add_completion=True,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    rich_markup_mode="markdown",
+    rich_markup_mode=None if _PLAIN else "markdown",
     help="Turbine rotors as solids, reduced to superelements, assembled to rotordynamics.",
     epilog=examples(
         "solidwhirl init rotor.toml",
@@ -44,6 +48,6 @@ def main() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     keep_petsc_from_signals()
     try:
-        app()
+        app(obj=time.perf_counter())  # what commands load counts as their time
     except Exception as error:
         end_of_defect(error)

@@ -19,6 +19,8 @@ _MARGIN_NUMBERS = (
     "margin",
     "required_api_617",
 )
+_PEAK_NUMBERS = ("speed_rpm", "frequency_hz", "amplitude_m", "amplification")
+_PEAK_ERRORS = ("frequency_error_estimate", "amplitude_error_estimate")
 _VERDICTS = ("api_617", "15_percent", "20_percent")
 
 
@@ -38,6 +40,42 @@ def analysis_dataset(document: Document) -> xr.Dataset:
     """
     found = _KINDS.get(document["kind"], _nothing)(document)
     return found.assign_attrs(_single(document) | found.attrs)
+
+
+def peaks_dataset(document: Document) -> xr.Dataset | None:
+    """Return the resonance peaks of one analysis as a dataset.
+
+    Parameters
+    ----------
+    document
+        An entry of `analyses` in results.json.
+
+    Returns
+    -------
+    Dataset or None
+        place, exciter, speed_rpm, frequency_hz, amplitude_m, amplification over peak, which counts
+        from 1, and error estimates where there are such. None of a kind without such peaks.
+    """
+    if document["kind"] == "unbalance_response":
+        by_place = [(", ".join(e["bodies"]), e["peaks"]) for e in document["exciters"]]
+    elif document["kind"] == "place_map":
+        by_place = [("", document["peaks"])]
+    else:
+        return None
+    rows = [
+        {"place": place, "exciter": exciter or place.partition(".")[0], **peak}
+        for exciter, peaks in by_place
+        for place, found in peaks.items()
+        for peak in found
+    ]
+    errors = [key for key in _PEAK_ERRORS if rows and all(key in row for row in rows)]
+    variables: dict[str, Labelled] = {
+        key: ("peak", np.array([row[key] for row in rows], dtype=str))
+        for key in ("place", "exciter")
+    }
+    for key in (*_PEAK_NUMBERS, *errors):
+        variables[key] = ("peak", np.array([row[key] for row in rows], dtype=float))
+    return labelled(variables, {"peak": ("peak", np.arange(1, len(rows) + 1))})
 
 
 def run_up_record(record: Mapping[str, Any], mount: str) -> xr.Dataset:

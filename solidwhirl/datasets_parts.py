@@ -50,6 +50,7 @@ _LONG_NAMES = {
     "exciter": "bodies whose unbalance turns at this frequency",
     "major_m": "major semi-axis of the orbit",
     "minor_m": "minor semi-axis of the orbit",
+    "amplification": "amplification of the peak",
     "margin": "distance from the operating speed over it, negative below",
 }
 

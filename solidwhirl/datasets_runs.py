@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from solidwhirl.datasets_analyses import analysis_dataset, run_up_record
+from solidwhirl.datasets_analyses import analysis_dataset, peaks_dataset, run_up_record
+from solidwhirl.datasets_batch import batch_datasets, is_batch
 from solidwhirl.datasets_parts import Labelled, error_parts, filled, labelled
 from solidwhirl.pipeline import Results
 from solidwhirl.results import SCHEMA, results_document
@@ -20,25 +21,28 @@ Document = Mapping[str, Any]
 
 
 def datasets(run: Results | str | Path) -> xr.DataTree:
-    """Return all results of a run as a tree of datasets.
+    """Return all results of a run, or the table of a batch, as a tree of datasets.
 
     Parameters
     ----------
     run
-        What `run_scene` returned, or the folder of a run.
+        What `run_scene` returned, the folder of a run, or the folder of a batch.
 
     Returns
     -------
     DataTree
         campbell, critical_speeds, modes_at_rest, bodies, where the scene has them references, and
-        analyses with one group for each by its name. Variables have the names of results.json, and
-        units and long_name as attributes.
+        analyses with one group for each by its name, and peaks with one for each that has
+        resonance peaks. Variables have the names of results.json, and units and long_name as
+        attributes. Of a batch the tree of `solidwhirl.datasets_batch.batch_datasets`.
 
     Raises
     ------
     ValueError
-        The folder holds no results of a run.
+        The folder holds neither results of a run nor a batch.
     """
+    if not isinstance(run, Results) and is_batch(Path(run)):
+        return batch_datasets(run)
     document, records = _in_memory(run) if isinstance(run, Results) else _in_folder(Path(run))
     scene, accuracy = document["scene"], document["accuracy"]
     about = {"scene": scene["name"], "title": scene["title"], "scene_sha256": scene["sha256"]}
@@ -56,6 +60,9 @@ def datasets(run: Results | str | Path) -> xr.DataTree:
         tree["references"] = _table("reference", document["references"])
     for name, found in document["analyses"].items():
         tree[f"analyses/{name}"] = analysis_dataset(found)
+        peaks = peaks_dataset(found)
+        if peaks is not None:  # not below the analysis, whose axes it would inherit
+            tree[f"peaks/{name}"] = peaks
         if name in records:
             tree[f"analyses/{name}/record"] = run_up_record(records[name], found["mount"])
     return xr.DataTree.from_dict(tree, name=scene["name"])

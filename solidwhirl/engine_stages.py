@@ -8,6 +8,7 @@ from functools import cache, partial
 from typing import Any
 
 from solidwhirl.analyses import run_analysis
+from solidwhirl.balance_grades import with_moments
 from solidwhirl.beam_bodies import BeamBodies
 from solidwhirl.body_reduction import BodyResult
 from solidwhirl.body_stages import Job
@@ -186,7 +187,8 @@ def analyses_of(
     AnalysisError
         One has no answer; the message names it.
     """
-    job, scene = engine.job, engine.job.scene
+    job = engine.job
+    scene = with_moments(job.scene, {n: e.mass_kg for n, e in engine.elements.items()})
     pairs = None if estimates is None else estimates.comparisons
     seen = job.keeper.digest(None if pairs is None else _seen(pairs))
     recoveries = recoveries_of(job, engine.reduced)

@@ -164,6 +164,18 @@ FORMATS: Mapping[str, Format] = {
 }
 
 
+# Formats that programs read, by the name of the program.
+_READ_BY: Mapping[str, tuple[str, ...]] = {
+    **dict.fromkeys(("nastran", "optistruct"), ("dmig", "op4")),
+    **dict.fromkeys(("simpack", "modelica"), ("sid",)),
+    **dict.fromkeys(("numpy", "python", "scipy"), ("npz", "matrix-market")),
+    **dict.fromkeys(("paraview", "vtk"), ("vtu", "vtkhdf")),
+    **dict.fromkeys(("ansys", "matlab"), ("matrix-market",)),
+}
+# Programs that have no format here: their users can still take the matrices.
+_WITHOUT = ("abaqus", "adams", "recurdyn")
+
+
 def write_sidecar(element: Superelement, path: Path) -> Exported:
     """Write what a superelement is, without its matrices, as JSON.
 
@@ -207,7 +219,9 @@ def export_body(body: Path, name: str, out: Path, options: Mapping[str, Any]) ->
         The file can't be read, or the format can't take the body.
     """
     if name not in FORMATS:
-        raise OutputError(f"--format: unknown {name!r}; known are {', '.join(FORMATS)}")
+        raise OutputError(f"--format: {_unknown(name)}; known are {', '.join(FORMATS)}")
+    if body.is_dir():
+        raise OutputError(_folder_text(body))
     chosen = FORMATS[name]
     for option in options:
         flag = option.replace("_", "-")
@@ -216,18 +230,44 @@ def export_body(body: Path, name: str, out: Path, options: Mapping[str, Any]) ->
             raise OutputError(f"--{flag}: not an option of {name}; {', '.join(takers)} have it")
         if isinstance(options[option], float) and not math.isfinite(options[option]):
             raise OutputError(f"--{flag}: found {options[option]}, a finite number is needed")
-    if not out.parent.is_dir():
-        raise OutputError(f"{out}: can not be written: there is no folder {out.parent}")
     if out.is_dir() and chosen.ending:
         raise OutputError(f"{out}: can not be written: it is a folder")
     if out.exists() and body.exists() and out.samefile(body):
         raise OutputError(f"{out}: is the file to export; choose another name")
-    named = {chosen.options[key]: _value(key, value) for key, value in options.items()}
     element = read_superelement(body)
+    _make_folder(out)
+    named = {chosen.options[key]: _value(key, value) for key, value in options.items()}
     try:
         return chosen.writer()(element, out, **named)
     except SuperelementError as error:
         raise SuperelementError(clean(f"{body}: can not be exported as {name}: {error}")) from error
+    except OSError as error:
+        raise OutputError(clean(f"{out}: can not be written: {error.strerror or error}")) from error
+
+
+def _unknown(name: str) -> str:
+    """What to say of a format that there is not; a program's name is told its formats."""
+    program = name.lower()
+    if program in _READ_BY:
+        return f"unknown {name!r}; that program reads {' and '.join(_READ_BY[program])}"
+    if program in _WITHOUT:
+        return f"unknown {name!r}; matrix-market and npz hold the matrices for any program"
+    return f"unknown {name!r}"
+
+
+def _folder_text(folder: Path) -> str:
+    """What to say of a folder in place of a body, with the bodies in it."""
+    found = sorted(folder.glob("bodies/*.h5")) or sorted(folder.glob("*.h5"))
+    if not found:
+        return f"{folder}: is a folder without bodies; a superelement file is needed"
+    what = "a folder of a run" if found[0].parent != folder else "a folder"
+    return f"{folder}: is {what}; bodies in it: {', '.join(str(path) for path in found)}"
+
+
+def _make_folder(out: Path) -> None:
+    """Make the folder that a file goes into, as the folder of a run is made."""
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise OutputError(clean(f"{out}: can not be written: {error.strerror or error}")) from error
 

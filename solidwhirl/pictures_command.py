@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from solidwhirl.errors import OutputError
+from solidwhirl.picture_index import write_index
+from solidwhirl.picture_names import refuse_unknown_names
 from solidwhirl.pictures.records import MOVING_FORMATS, STILL_FORMATS, Picture
-from solidwhirl.rotordyn.atomic import replacing
 from solidwhirl.scene import Scene
 
 if TYPE_CHECKING:
@@ -133,31 +134,40 @@ def pictures_command(
     from solidwhirl.store_stages import Keeper, engine_part, open_store
 
     kinds = chosen_formats(formats)
+    refuse_unknown_names(scene, only, modes)
+    _refuse_films_alone(only, kinds)
     with claimed(out) as folder:
         kept = open_store(store or folder.stages)
         results = run_scene(scene, progress=progress, store=kept)
         assert results is not None
-        chosen = chosen_pictures(pictures_of(results, modes), only)
+        pictures = pictures_of(results, modes, progress)
+        chosen = chosen_pictures(pictures, only)
         keeper = Keeper(store=kept, progress=progress)
         content = (engine_part(scene), scene.analyses, scene.name, scene.title)
-        files: list[Path] = []
+        entries: dict[str, list[Path]] = {}
         failed: list[tuple[str, str]] = []
-        entries = []
         for picture in chosen:
             ready = _kept(picture, keeper, content)
             drawn = _draw(ready, folder.path, kinds, progress, failed)
-            files += drawn
             if drawn:
-                entries.append((picture, drawn))
+                entries[picture.name] = drawn
+        files = tuple(path for drawn in entries.values() for path in drawn)
         if not files and not failed:
-            raise OutputError(
-                f"--formats: none of {', '.join(kinds)} is a format of "
-                f"{', '.join(p.name for p in chosen)}"
-            )
+            raise _no_format(kinds, [p.name for p in chosen])
         index = folder.path / INDEX
-        with replacing(index) as temporary:
-            temporary.write_text(_index(scene, entries), encoding="utf-8")
-    return DrawnPictures(files=tuple(files), index=index, failed=tuple(failed))
+        write_index(index, scene.title or scene.name, pictures, entries)
+    return DrawnPictures(files=files, index=index, failed=tuple(failed))
+
+
+def _refuse_films_alone(only: Sequence[str], kinds: Sequence[str]) -> None:
+    """Refuse names of films without a format for one, before anything is computed."""
+    films = [name for name in only if name.startswith("mode_") and name.endswith("_film")]
+    if only and len(films) == len(only) and not {*kinds} & {*MOVING_FORMATS}:
+        raise _no_format(kinds, films)
+
+
+def _no_format(kinds: Sequence[str], names: Sequence[str]) -> OutputError:
+    return OutputError(f"--formats: none of {', '.join(kinds)} is a format of {', '.join(names)}")
 
 
 def _kept(picture: Picture, keeper: Keeper, content: Any) -> Picture:
@@ -193,12 +203,3 @@ def _draw(
         else:
             drawn.append(path)
     return drawn
-
-
-def _index(scene: Scene, entries: Sequence[tuple[Picture, Sequence[Path]]]) -> str:
-    """Names, captions and files as Markdown."""
-    lines = [f"# Pictures of {scene.title or scene.name}", ""]
-    for picture, files in entries:
-        names = ", ".join(f"[{file.name}]({file.name})" for file in files)
-        lines += [f"- **{picture.name}** ({names}): {picture.caption}"]
-    return "\n".join(lines) + "\n"

@@ -160,8 +160,8 @@ def run_scene(
     expected = forecast(scene, plan, {**bodies, **meshes})
     refuse_too_large(scene, plan, {**bodies, **meshes}, expected)
     progress(
-        f"level {level}: about {expected.seconds:.2g} s of one core and "
-        f"{expected.peak_memory_gib:.2g} GiB, {expected.unknowns} unknowns"
+        f"level {level}: about {expected.seconds:.2g} s of one core without analyses and "
+        f"pictures, {expected.peak_memory_gib:.2g} GiB, {expected.unknowns} unknowns"
     )
     foreseen(plan, expected)
     keep_level()  # not before: what is refused leaves nothing behind

@@ -108,7 +108,8 @@ def plan_text(plan: Plan, doubts: Iterable[Doubt] = ()) -> str:
 def cost_text(expected: Forecast) -> str:
     """The predicted cost as a Markdown table."""
     head, *rows = expected.rows()
-    return _table(head, rows)
+    said = "Seconds of one core, without the other analyses, pictures and files."
+    return f"{_table(head, rows)}\n\n{said}"
 
 
 def _fineness(found: Fineness | None) -> tuple[str, str, str]:

@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import (
+    Field,
+    SerializerFunctionWrapHandler,
+    field_validator,
+    model_serializer,
+    model_validator,
+)
 
 from solidwhirl.scene_base import (
     MOST,
@@ -26,11 +32,32 @@ Names = Annotated[tuple[Name, ...], Field(min_length=1, max_length=MOST)]
 
 
 class UnbalanceSpec(Record):
-    """An unbalance at an interface of a body that turns."""
+    """An unbalance at an interface of a body that turns, by its moment or a grade of ISO 21940."""
 
     at: Place
-    moment_kg_m: Positive
+    moment_kg_m: Positive = 0.0  # stays 0 where there is a grade, until masses are known
     phase_deg: Finite = 0.0
+    grade: Positive | None = None
+    at_rpm: Positive | None = None
+    share: Annotated[float, Field(gt=0, le=1, strict=True)] = 1.0
+
+    @model_validator(mode="after")
+    def _one_size(self) -> UnbalanceSpec:
+        by_moment = self.moment_kg_m > 0.0
+        graded = {"grade": self.grade, "at_rpm": self.at_rpm}
+        given = [key for key, value in graded.items() if value is not None]
+        given += ["share"] if "share" in self.model_fields_set else []
+        if by_moment and given:
+            raise ValueError(f"has moment_kg_m and {given[0]}; one of them says how large it is")
+        if not by_moment and None in graded.values():
+            raise ValueError("needs moment_kg_m, or both grade and at_rpm")
+        return self
+
+    @model_serializer(mode="wrap")
+    def _as_given(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Without the keys of the other way to say it."""
+        absent = ("moment_kg_m",) if self.grade else ("grade", "at_rpm", "share")
+        return {key: value for key, value in handler(self).items() if key not in absent}
 
 
 # Files and folders of a run that are no analysis.

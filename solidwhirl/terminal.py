@@ -125,6 +125,9 @@ class RunProgress:
             From the run, when it knows them.
         """
         self._schedule.foresee(run_steps(plan, expected, pictures=self._pictures))
+        left, drawing = self._schedule.to_go_s() or 0.0, " and pictures" if self._pictures else ""
+        text = f"about {duration_text(left)} until all is written, with analyses{drawing}"
+        _say(self._console, Text(text))
 
     def __call__(self, text: str) -> None:
         """Tell that a stage begins, or a remark."""

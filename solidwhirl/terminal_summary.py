@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich import box
 from rich.console import Console
+from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
@@ -16,6 +17,7 @@ from solidwhirl.check_report import failed, failure_lines
 from solidwhirl.terminal import duration_text
 
 if TYPE_CHECKING:
+    from solidwhirl.outcome import Outcome
     from solidwhirl.pipeline import Results
 
 _SCHEMA = "solidwhirl-run-1"
@@ -25,6 +27,8 @@ _NEAR = 0.3
 # Smaller relative errors are all the same to a reader.
 _SMALLEST_ERROR = 1e-5
 _WIDTH_WITHOUT_TERMINAL = 110
+# Characters that no table is as wide as.
+_UNLIMITED = 10_000
 # Marks and colours of all pictures, see rotordyn/pictures.py.
 _WHIRL = {"forward": ("●", "#0072B2"), "backward": ("□", "#D55E00")}
 _OTHER_WHIRL = ("◇", "#999999")
@@ -54,16 +58,14 @@ def print_summary(results: Results, out: Path, seconds: float | None = None) -> 
     document = summary_document(results, out, seconds)
     console.print(Text(results.scene.title or results.scene.name, style="bold"))
     console.print(Text(_accuracy_line(document["accuracy"])))
-    console.print(_table(document["critical_speeds"]))
+    console.print(_fitting_table(document["critical_speeds"], console))
     for name, outcome in results.analyses.items():
         if outcome.headline:
-            console.print(Text(f"{name}: {outcome.headline}"))
+            console.print(Text(f"{name}: {headline_text(outcome)}"))
     for note in results.bearing_notes:
         console.print(Text(f"doubt: {note.message}", style="yellow"))
     console.print(Text(_checks_line(document["checks"])))
-    console.print(
-        Text(f"time {duration_text(document['seconds'])}, {document['peak_memory_gib']:.2f} GiB")
-    )
+    console.print(Text(_cost_line(document)))
     for title, name in _FILES:
         if name in document["files"]:
             console.print(Text(f"{title}: {out / name}"), soft_wrap=True)
@@ -84,7 +86,7 @@ def summary_document(results: Results, out: Path, seconds: float | None = None) 
     from solidwhirl.results import results_document
 
     document = results_document(results)
-    spent = sum(results.timings_s.values()) if seconds is None else seconds
+    computing = sum(results.timings_s.values())
     bad = failed(results.checks)
     return {
         "schema": _SCHEMA,
@@ -106,7 +108,8 @@ def summary_document(results: Results, out: Path, seconds: float | None = None) 
             "failures": list(failure_lines(results.checks)),
         },
         "doubts": [doubt["message"] for doubt in document["doubts"]] + document["bearing_notes"],
-        "seconds": spent,
+        "seconds": computing if seconds is None else seconds,
+        "computing_seconds": computing,
         "peak_memory_gib": results.peak_memory_gib,
     }
 
@@ -179,31 +182,67 @@ def _critical_speeds(
     return rows
 
 
-def _table(rows: list[dict[str, Any]]) -> Table | Text:
-    """Critical speeds: places and errors, and margins where the scene has operating speeds."""
+def headline_text(outcome: Outcome) -> str:
+    """Return the headline of an analysis; peaks of unbalance responses with their speeds.
+
+    Parameters
+    ----------
+    outcome
+        Of the analysis.
+    """
+    if outcome.kind != "unbalance_response":
+        return outcome.headline
+    exciters = outcome.document["exciters"]
+    place = next(iter(exciters[0]["peaks"]))
+    peaks = [
+        f"{peak['speed_rpm']:.0f} rpm ({peak['frequency_hz']:.2f} Hz)"
+        for exciter in exciters
+        for peak in exciter["peaks"][place]
+    ]
+    return f"peaks at {place}: {', '.join(peaks) or 'none'}"
+
+
+def _fitting_table(rows: list[dict[str, Any]], console: Console) -> Table | Text:
+    """The critical speeds with as much as the console has room for."""
     if not rows:
         return Text("no critical speed in the speed range")
-    with_margin = any(row["margin"] is not None for row in rows)
-    heads = ("critical speed", "frequency", "±", "whirl", "log decrement", "excited by")
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for head in (*heads, *(("margin",) if with_margin else ())):
-        left = head in ("whirl", "excited by", "margin")
-        table.add_column(head, justify="left" if left else "right")
-    for row in _shown(rows):
-        mark, colour = _WHIRL.get(row["whirl"], _OTHER_WHIRL)
-        decrement = row["log_decrement"]
-        cells: list[str | Text] = [
-            f"{row['speed_rpm']:.0f} rpm",
-            f"{row['frequency_hz']:.2f} Hz",
-            percent_text(row["frequency_error_estimate"]),
-            Text(f"{mark} {row['whirl']}", style=colour),
-            "-" if decrement is None else f"{decrement:.3g}",
-            ", ".join(row["excited_by"]),
-        ]
-        table.add_row(*cells, *((_margin_text(row),) if with_margin else ()))
-    if len(rows) > _MOST_ROWS:
-        table.caption = f"and {len(rows) - _MOST_ROWS} more, see the report"
+    shown = _shown(rows)
+    columns = {name: make(shown) for name, make in _COLUMNS.items()}
+    if all(row["margin"] is None for row in rows):
+        del columns["margin"]
+    same = len({tuple(row["excited_by"]) for row in shown}) == 1
+    first = ("excited by",) if same else ()
+    unlimited = console.options.update(width=_UNLIMITED)
+    for name in ("", "shorter margin", *first, "log\ndecr.", "error\n[%]", "excited by"):
+        if name == "shorter margin" and "margin" in columns:
+            columns["margin"] = [margin_text(row, short=True) for row in shown]
+        columns.pop(name, None)
+        table = _table(columns)
+        if Measurement.get(console, unlimited, table).maximum <= console.width:
+            break
+    if len(rows) > len(shown):
+        table.caption = f"and {len(rows) - len(shown)} more, see the report"
     return table
+
+
+def _table(columns: Mapping[str, Sequence[str | Text]]) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    for head in columns:
+        left = head in ("whirl", "excited by", "margin")
+        table.add_column(Text(head), justify="left" if left else "right", no_wrap=left)
+    for cells in zip(*columns.values(), strict=True):
+        table.add_row(*cells)
+    return table
+
+
+def _whirl_text(row: Mapping[str, Any]) -> Text:
+    mark, colour = _WHIRL.get(row["whirl"], _OTHER_WHIRL)
+    return Text(f"{mark} {row['whirl']}", style=colour)
+
+
+def _decrement_text(row: Mapping[str, Any]) -> str:
+    decrement = row["log_decrement"]
+    return "-" if decrement is None else f"{decrement:.3g}"
 
 
 def _shown(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -213,13 +252,40 @@ def _shown(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return [row for row in rows if row in chosen]
 
 
-def _margin_text(row: Mapping[str, Any]) -> str:
-    if row["margin"] is None:
+def margin_text(row: Mapping[str, Any], *, short: bool = False) -> str:
+    """Return a margin in words, such as "4 % above lp", or in short "+4 % lp".
+
+    Parameters
+    ----------
+    row
+        Of a critical speed: "margin", a fraction, and "margin_of", the shaft.
+    short
+        With a sign instead of a word.
+    """
+    margin, shaft = row["margin"], row["margin_of"]
+    if margin is None:
         return "-"
-    if row["margin"] == 0.0:
-        return f"inside the speeds of {row['margin_of']}"
-    where = "above" if row["margin"] > 0.0 else "below"
-    return f"{100.0 * abs(row['margin']):.0f} % {where} {row['margin_of']}"
+    if margin == 0.0:
+        return f"inside {shaft}" if short else f"inside the speeds of {shaft}"
+    percent = 100.0 * abs(margin)
+    size = "< 0.1" if percent < 0.05 else f"{percent:.{1 if percent < 0.95 else 0}f}"
+    if not short:
+        return f"{size} % {'above' if margin > 0.0 else 'below'} {shaft}"
+    return f"{'+' if margin > 0.0 else '-'}{size.replace('< ', '<')} % {shaft}"
+
+
+# Columns of the table of critical speeds by their heads, as they follow one another.
+_COLUMNS: Mapping[str, Callable[[list[dict[str, Any]]], Sequence[str | Text]]] = {
+    "speed\n[rpm]": lambda rows: [f"{row['speed_rpm']:.0f}" for row in rows],
+    "frequency\n[Hz]": lambda rows: [f"{row['frequency_hz']:.2f}" for row in rows],
+    "error\n[%]": lambda rows: [
+        percent_text(row["frequency_error_estimate"]).removesuffix(" %") for row in rows
+    ],
+    "whirl": lambda rows: [_whirl_text(row) for row in rows],
+    "log\ndecr.": lambda rows: [_decrement_text(row) for row in rows],
+    "excited by": lambda rows: [", ".join(row["excited_by"]) for row in rows],
+    "margin": lambda rows: [margin_text(row) for row in rows],
+}
 
 
 def _accuracy_line(accuracy: Mapping[str, Any]) -> str:
@@ -242,6 +308,13 @@ def percent_text(relative: float | None) -> str:
     if relative is None:
         return "-"
     return f"{100.0 * relative:.2g} %" if relative >= _SMALLEST_ERROR else "< 0.001 %"
+
+
+def _cost_line(document: Mapping[str, Any]) -> str:
+    """Wall time, the part of it that the page and the report divide into stages, memory."""
+    computing = duration_text(document["computing_seconds"])
+    spent, memory = duration_text(document["seconds"]), f"{document['peak_memory_gib']:.2f} GiB"
+    return f"time {spent} (computing {computing}), {memory}"
 
 
 def _checks_line(checks: Mapping[str, Any]) -> str:

@@ -106,8 +106,11 @@ MEANINGS: Mapping[str, Mapping[str, str]] = {
     "TableLawSpec": {"kind": "coefficients at given speeds"},
     "UnbalanceSpec": {
         "at": "where; on a body that turns",
-        "moment_kg_m": "mass times its distance from the axis",
+        "moment_kg_m": "mass times its distance from the axis; needed where there is no grade",
         "phase_deg": "angle from +x towards +y at time 0",
+        "grade": "instead of the moment: balance quality grade G of ISO 21940, in mm/s",
+        "at_rpm": "with the grade: maximum service speed of the body itself",
+        "share": "with the grade: part of the permissible unbalance in this plane",
     },
     "OperatingSpec": {
         "shaft": "a body that turns",

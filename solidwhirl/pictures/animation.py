@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import shutil
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,9 @@ _PIXELS, _DPI, _ZOOM = (1000, 560), 130, 1.15
 _BLOCK = 16
 
 
-def mode_frames(shape: EngineShape, title: str) -> list[Image]:
+def mode_frames(
+    shape: EngineShape, title: str, told: Callable[[int, int], None] = lambda frame, frames: None
+) -> list[Image]:
     """Return the images of one period of a mode, each (h, w, 3).
 
     Parameters
@@ -32,6 +35,8 @@ def mode_frames(shape: EngineShape, title: str) -> list[Image]:
         The mode.
     title
         Above them.
+    told
+        Called with the number of frames that are drawn, and of all.
     """
     views: list[Image] = []
     with scene_in_space(_PIXELS, "msaa") as plotter:
@@ -39,6 +44,7 @@ def mode_frames(shape: EngineShape, title: str) -> list[Image]:
             # what has the name of something shown takes its place
             phase = 2.0 * np.pi * k / _FRAMES
             views.append(view(plotter, shape, phase, None if k else _ZOOM))
+            told(k + 1, _FRAMES)
     around = cropped(np.min(views, axis=0))
     (top, left), (height, width) = _corner(np.min(views, axis=0), around), around.shape[:2]
     return _framed([v[top : top + height, left : left + width] for v in views], shape, title)
@@ -126,7 +132,12 @@ def write_film(frames: list[Image], path: Path) -> None:
         shutil.copyfile(file, temporary)
 
 
-def draw_mode_film(shape: EngineShape, path: Path, title: str) -> None:
+def draw_mode_film(
+    shape: EngineShape,
+    path: Path,
+    title: str,
+    told: Callable[[int, int], None] = lambda frame, frames: None,
+) -> None:
     """Draw a mode as a film.
 
     Parameters
@@ -137,5 +148,7 @@ def draw_mode_film(shape: EngineShape, path: Path, title: str) -> None:
         The file (.gif, .mp4).
     title
         Above it.
+    told
+        As for `mode_frames`.
     """
-    write_film(mode_frames(shape, title), path)
+    write_film(mode_frames(shape, title, told), path)

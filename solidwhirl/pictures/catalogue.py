@@ -26,6 +26,8 @@ from solidwhirl.rotordyn.pictures_errors import draw_campbell_errors, draw_criti
 _RPM = 30.0 / np.pi
 # Decrements below this are rounding.
 _UNDAMPED = 1e-8
+# Every so many frames of a film a line says how far it is.
+_TOLD = 4
 # What the pictures of an analysis show, by its kind.
 _CAPTIONS = {
     "unbalance_response": "Response to unbalance over the speed.",
@@ -41,7 +43,9 @@ _CAPTIONS = {
 }
 
 
-def pictures_of(results: Results, modes: int = 4) -> tuple[Picture, ...]:
+def pictures_of(
+    results: Results, modes: int = 4, progress: Callable[[str], None] = lambda text: None
+) -> tuple[Picture, ...]:
     """Return all pictures that a run has something for.
 
     Parameters
@@ -50,6 +54,8 @@ def pictures_of(results: Results, modes: int = 4) -> tuple[Picture, ...]:
         The run.
     modes
         Modes shown in space at most.
+    progress
+        Called with a line for some of the frames while a film is drawn.
 
     Returns
     -------
@@ -66,7 +72,7 @@ def pictures_of(results: Results, modes: int = 4) -> tuple[Picture, ...]:
         ),
         *_meshes(results, title),
         *_campbell(results, title),
-        *_modes(results, modes, title),
+        *_modes(results, modes, title, progress),
         *_analyses(results, title),
         *_accounts(results, title),
     ]
@@ -153,7 +159,9 @@ def _draw_campbell(
     draw(diagram, critical, path, title=title, excitation_ratios=ratios)
 
 
-def _modes(results: Results, count: int, title: str) -> Iterator[Picture]:
+def _modes(
+    results: Results, count: int, title: str, progress: Callable[[str], None]
+) -> Iterator[Picture]:
     for chosen in chosen_modes(results, count):
         speed = chosen.speed_rad_s * _RPM
         caption = (
@@ -171,7 +179,7 @@ def _modes(results: Results, count: int, title: str) -> Iterator[Picture]:
             name=f"{chosen.name}_film",
             kind="film",
             caption=caption,
-            draw=partial(_draw_film, results, chosen, title),
+            draw=partial(_draw_film, results, chosen, title, progress),
         )
 
 
@@ -181,10 +189,20 @@ def _draw_mode(results: Results, chosen: ChosenMode, title: str, path: Path) -> 
     draw_mode_still(engine_shape(results, chosen), path, title)
 
 
-def _draw_film(results: Results, chosen: ChosenMode, title: str, path: Path) -> None:
+def _draw_film(
+    results: Results,
+    chosen: ChosenMode,
+    title: str,
+    progress: Callable[[str], None],
+    path: Path,
+) -> None:
     from solidwhirl.pictures.animation import draw_mode_film
 
-    draw_mode_film(engine_shape(results, chosen), path, title)
+    def told(frame: int, frames: int) -> None:
+        if frame % _TOLD == 0:
+            progress(f"{chosen.name}_film: frame {frame} of {frames}")
+
+    draw_mode_film(engine_shape(results, chosen), path, title, told)
 
 
 def _analyses(results: Results, title: str) -> Iterator[Picture]:

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import pytest
 
+from solidwhirl import pipeline
 from solidwhirl.errors import OutputError
+from solidwhirl.picture_names import refuse_unknown_names
 from solidwhirl.pictures import catalogue
 from solidwhirl.pictures.catalogue import pictures_of
 from solidwhirl.pictures.records import Picture
 from solidwhirl.pictures_command import chosen_formats, chosen_pictures, pictures_command
+from solidwhirl.pipeline import run_scene
+from solidwhirl.scene_file import read_scene
 from solidwhirl.store_stages import Keeper, open_store
+
+SCENES = Path(__file__).parents[2] / "scenes"
 
 
 @pytest.mark.parametrize(
@@ -108,3 +117,54 @@ def test_film_needs_a_format_of_films(laval, tmp_path):
             laval.scene, tmp_path, lambda t: None, formats="pdf", only=["mode_critical_1_film"]
         )
     assert Picture(name="a", kind="film", caption="", draw=print).formats == ("gif", "mp4")
+
+
+def test_a_later_call_adds_to_the_list(laval, tmp_path):
+    """Earlier pictures stay in it while their files are there, in the order of the catalogue."""
+
+    def listed():
+        text = (tmp_path / "pictures.md").read_text(encoding="utf-8")
+        return re.findall(r"\]\(([^)]*)\)", text)
+
+    def draw(formats, name):
+        pictures_command(laval.scene, tmp_path, lambda t: None, formats=formats, only=[name])
+
+    draw("svg", "campbell")
+    draw("svg", "engine")
+    assert listed() == ["engine.svg", "campbell.svg"]
+    draw("pdf", "campbell")
+    assert listed() == ["engine.svg", "campbell.pdf", "campbell.svg"]
+    (tmp_path / "engine.svg").unlink()
+    draw("pdf", "campbell")
+    assert listed() == ["campbell.pdf", "campbell.svg"]
+    text = (tmp_path / "pictures.md").read_text(encoding="utf-8")
+    assert text.count("Natural frequencies over the speed") == 1
+
+
+@pytest.mark.parametrize("name", ["engin", "mesh_x", "mode_critical_9", "camp*x", "mode_1_movie"])
+def test_an_unknown_name_is_refused_before_anything_is_computed(laval, tmp_path, monkeypatch, name):
+    def refuse(*arguments, **options):
+        raise AssertionError("computed")
+
+    monkeypatch.setattr(pipeline, "run_scene", refuse)
+    with pytest.raises(OutputError, match=r"no picture is called .*; there may be engine, "):
+        pictures_command(laval.scene, tmp_path / "out", lambda t: None, only=[name])
+    with pytest.raises(OutputError, match="none of png is a format"):
+        pictures_command(laval.scene, tmp_path / "out", lambda t: None, only=["mode_1_film"])
+    assert not (tmp_path / "out").exists()
+
+
+def test_no_name_of_a_run_is_refused_early(laval, twin, geared):
+    """What the catalogue has may be asked for, by name and by patterns."""
+    scene = twin.scene
+    twice = run_scene(
+        scene.model_copy(update={"analyses": read_scene(SCENES / "ferraris.toml").analyses})
+    )
+    for run in (laval, twin, geared, twice):
+        for picture in pictures_of(run, modes=3):
+            name = picture.name
+            refuse_unknown_names(run.scene, [name, f"{name[:3]}*", f"?{name[1:]}", "*"], 3)
+    labels = [spec.label for spec in twice.scene.analyses]
+    assert any(p.name.startswith(labels[0]) for p in pictures_of(twice))
+    with pytest.raises(OutputError, match=r"unbalance_response\.\.\."):
+        refuse_unknown_names(twice.scene, ["unbalance_respond"], 3)

@@ -117,7 +117,9 @@ with imageio.get_reader(folder / "m.mp4") as film:
 
 
 def test_film_moves_and_repeats(shapes, small, tmp_path):
-    frames = mode_frames(shapes[1], "Twin")
+    told = []
+    frames = mode_frames(shapes[1], "Twin", lambda frame, count: told.append((frame, count)))
+    assert told == [(k + 1, len(frames)) for k in range(len(frames))]
     assert len(frames) == 4
     assert {f.shape for f in frames} == {frames[0].shape}
     assert all(size % 16 == 0 for size in frames[0].shape[:2])

@@ -134,6 +134,13 @@ def test_finer_scenes_are_predicted_to_cost_more():
     assert found[0] < found[2]
 
 
+def test_pictures_of_a_case_are_part_of_its_time():
+    scene, machine = read_scene(SCENES / "laval.toml"), MachineSpeed(gflops=10.0, gbytes_per_s=10.0)
+    with_, without = (predicted_cost(scene, machine, pictures=drawn) for drawn in (True, False))
+    assert with_.seconds > without.seconds + 1.0  # they take two seconds
+    assert with_.peak_memory_gib == without.peak_memory_gib
+
+
 def row(case, status="done", digest="d", seconds=1.0):
     return BatchRow(case=case, scene=case, status=status, digest=digest, seconds=seconds)
 

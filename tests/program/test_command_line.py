@@ -153,6 +153,22 @@ def test_help_keeps_brackets():
     assert "[sweep]" in CliRunner().invoke(app, ["batch", "--help"]).stdout
 
 
+@pytest.mark.parametrize("words", [("--help",), ("plan", "--help"), ("plan", "--leve")])
+def test_a_plain_terminal_gets_plain_help(words):
+    environment = {**os.environ, "TERM": "dumb", "COLUMNS": "80"}
+    environment.pop("FORCE_COLOR", None)
+    done = subprocess.run(
+        [PROGRAM, *words], env=environment, capture_output=True, text=True, check=False
+    )
+    shown = done.stdout + done.stderr
+    assert shown.isascii(), "boxes or colours"
+    assert "\x1b" not in shown
+    assert "solidwhirl" in shown
+    if words[-1] == "--help":
+        assert "--help" in shown
+        assert "\n\n  Examples:\n\n  solidwhirl " in shown
+
+
 # In an order in which what one example writes is there for the next; those that search or compute
 # many cases take a minute.
 QUICK = ("init", "run", "check", "geometry", "export", "formats", "plan", "version")

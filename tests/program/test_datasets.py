@@ -262,6 +262,16 @@ def test_arrays_of_a_run_are_those_of_results_json(run):
     found = tree["analyses/unbalance_response"].to_dataset()
     named = found.sel(exciter=exciter["bodies"][0], place="casing.mount")
     assert named.major_m.values.tolist() == exciter["places"]["casing.mount"]["major_m"]
+    told = [
+        (place, peak["speed_rpm"], peak["amplitude_m"])
+        for e in analyses["unbalance_response"]["exciters"]
+        for place, peaks in e["peaks"].items()
+        for peak in peaks
+    ]
+    peaks = tree["peaks/unbalance_response"].to_dataset()
+    assert told
+    columns = [peaks[name].values.tolist() for name in ("place", "speed_rpm", "amplitude_m")]
+    assert [*zip(*columns, strict=True)] == told
     fall = analyses["waterfall"]
     assert tree["analyses/waterfall/amplitude_m"].values.tolist() == fall["amplitude_m"]
     assert tree["analyses/waterfall"].attrs["observed"] == "lp.wheel"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import subprocess
 import sys
 
@@ -82,6 +83,9 @@ def test_sidecar_holds_what_the_body_is(body, tmp_path):
     ("arguments", "said"),
     [
         (("--format", "elf"), "--format: unknown 'elf'; known are sid, mbdyn"),
+        (("--format", "Nastran"), "unknown 'Nastran'; that program reads dmig and op4; known are"),
+        (("--format", "simpack"), "that program reads sid; known are"),
+        (("--format", "abaqus"), "unknown 'abaqus'; matrix-market and npz hold the matrices"),
         (("--format", "npz", "--layout", "mode"), "--layout: not an option of npz; sid have it"),
         (("--format", "dmig", "--speed-rpm", "nan"), "--speed-rpm: found nan, a finite number"),
         (("--format", "json", "--modes", "3"), "--modes: not an option of json"),
@@ -95,15 +99,37 @@ def test_wrong_options(body, tmp_path, arguments, said):
 
 
 def test_wrong_places(body, tmp_path):
-    missing = called(body, "--format", "npz", "-o", tmp_path / "no" / "x.npz")
-    assert missing.exit_code == 2
-    assert "there is no folder" in missing.output
+    (tmp_path / "file").write_text("")
+    below = called(body, "--format", "npz", "-o", tmp_path / "file" / "no" / "x.npz")
+    assert below.exit_code == 2
+    assert "x.npz: can not be written: " in below.output
     folder = called(body, "--format", "npz", "-o", tmp_path)
     assert folder.exit_code == 2
     assert "it is a folder" in folder.output
     own = called(body, "--format", "npz", "-o", body)
     assert own.exit_code == 2
     assert "is the file to export" in own.output
+
+
+def test_folders_are_made(body, tmp_path):
+    out = tmp_path / "some" / "more" / "x.npz"
+    assert called(body, "--format", "npz", "-o", out).exit_code == 0
+    assert out.is_file()
+    # none is made for what is refused
+    called(tmp_path / "none.h5", "--format", "npz", "-o", tmp_path / "other" / "x.npz")
+    assert not (tmp_path / "other").exists()
+
+
+def test_the_folder_of_a_run_is_told_its_bodies(body, tmp_path):
+    run = tmp_path / "run"
+    (run / "bodies").mkdir(parents=True)
+    shutil.copy(body, run / "bodies" / "rotor.h5")
+    done = called(run, "--format", "npz", "-o", tmp_path / "x.npz")
+    assert done.exit_code == 2
+    wanted = f"{run}: is a folder of a run; bodies in it: {run / 'bodies' / 'rotor.h5'}"
+    assert wanted in done.output.replace("\n", "")
+    empty = called(tmp_path, "--format", "npz", "-o", tmp_path / "x.npz")
+    assert "is a folder without bodies" in empty.output
 
 
 def test_damaged_body(body, tmp_path):

@@ -137,6 +137,23 @@ def test_changes_make_a_new_scene():
         with_changes(first, {"beams.rotor.mas": 1.0})
 
 
+def test_places_of_changes_are_spelt_as_in_a_sweep():
+    """Brackets, by name or by the number that messages have, and dots mean the same."""
+    first = small(speeds_rpm=[0.0, 1000.0])
+    wanted = scene_hash(with_changes(first, {"bearings.b.stiffness_n_per_m": 3e6}))
+    for place in ("bearings[b].stiffness_n_per_m", "bearings[1].stiffness_n_per_m"):
+        assert scene_hash(with_changes(first, {place: 3e6})) == wanted != scene_hash(first)
+    changed = with_changes(first, {"beams.rotor.disks[wheel].mass_kg": 14})
+    assert changed.beams["rotor"].disks[0].mass_kg == 14
+    for place, said in {
+        "bearings[c].name": r"there is no 'c'; there are \['a', 'b'\]",
+        "beams[rotor].material": r"\[rotor\] stands behind something that is no list",
+        "bearings[b.name": "is no place; allowed are keys",
+    }.items():
+        with pytest.raises(ValueError, match=said):
+            with_changes(first, {place: "d"})
+
+
 @pytest.mark.parametrize("name", ["ferraris", "casing", "uhbr_lp"])
 def test_every_scene_survives_no_change(name):
     found = read_scene(ROOT / "scenes" / f"{name}.toml")

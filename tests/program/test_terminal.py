@@ -215,6 +215,24 @@ def test_stages_are_those_that_were_foreseen(small_run):
 
 
 @pytest.mark.solver
+def test_all_that_is_to_come_is_told_at_the_start(small_run):
+    """The sum over all stages: more than the forecast, which has no analyses and pictures."""
+    _, results, _, _ = small_run
+    longer = {}
+    for pictures in (True, False):
+        text = io.StringIO()
+        progress = RunProgress(console=Console(file=text, width=100), pictures=pictures)
+        with progress:
+            progress.foreseen(results.plan, results.forecast)
+        steps = run_steps(results.plan, results.forecast, pictures=pictures)
+        longer[pictures] = sum(step.seconds for step in steps)
+        said = "analyses and pictures" if pictures else "analyses"
+        wanted = f"about {duration_text(longer[pictures])} until all is written, with {said}\n"
+        assert text.getvalue() == wanted
+    assert longer[True] > longer[False] > results.forecast.seconds
+
+
+@pytest.mark.solver
 def test_summary_has_the_results(small_run):
     out, results, _, _ = small_run
     found = summary_document(results, out)
@@ -269,11 +287,15 @@ def test_table_is_legible_without_a_terminal(small_run, capsys):
     shown = capsys.readouterr().out
     assert "\x1b" not in shown
     first = results.critical_speeds[0].critical
-    row = next(line for line in shown.splitlines() if "rpm" in line)
-    for text in (f"{first.frequency_hz:.2f} Hz", first.whirl, " %", "below rotor"):
+    row = next(line for line in shown.splitlines() if "below rotor" in line)
+    for text in (f"{first.frequency_hz:.2f}", first.whirl, " %"):
         assert text in row
+    assert {"[rpm]", "[Hz]", "[%]"} <= {*shown.split()}
     assert "checks: " in shown
-    assert "time 12 s" in shown
+    computing = sum(results.timings_s.values())
+    assert f"time 12 s (computing {duration_text(computing)}), " in shown
+    assert summary_document(results, out, 12.0)["seconds"] == 12.0
+    assert summary_document(results, out, 12.0)["computing_seconds"] == computing
     assert f"results: {out / 'results.json'}" in shown
 
 
@@ -354,6 +376,6 @@ def test_a_run_in_a_terminal(tmp_path, scene_data):
     assert "\x1b[?25l" in shown  # the cursor was hidden while there was a bar,
     assert shown.rindex("\x1b[?25h") > shown.rindex("\x1b[?25l")  # and shown again
     table = shown[shown.rindex("\x1b[?25h") :]
-    assert "19.54 Hz" in table
+    assert "19.54" in table
     assert "□ backward" in table
     assert "● forward" in table

@@ -1,0 +1,81 @@
+"""The table of critical speeds at the end of a run fits the terminal that it is printed on."""
+
+from __future__ import annotations
+
+import io
+
+import pytest
+from rich.console import Console
+
+from solidwhirl import terminal_summary
+
+
+def entry(speed_rpm, margin, excited_by=("lp", "hp")):
+    """A critical speed as the table takes it."""
+    return {
+        "speed_rpm": speed_rpm,
+        "frequency_hz": speed_rpm / 60.0,
+        "frequency_error_estimate": 1e-7,
+        "whirl": "backward",
+        "log_decrement": 0.0123,
+        "excited_by": list(excited_by),
+        "margin": margin,
+        "margin_of": None if margin is None else excited_by[0],
+    }
+
+
+def lines_of_table(rows, width):
+    text = io.StringIO()
+    console = Console(file=text, width=width, highlight=False)
+    console.print(terminal_summary._fitting_table(rows, console))
+    return [line.rstrip() for line in text.getvalue().splitlines() if line.strip()]
+
+
+@pytest.mark.parametrize("width", [60, 80, 110])
+def test_table_fits_its_width(width):
+    """One line for each critical speed, nothing cut off, whatever has to be left out."""
+    rows = [entry(11952.0, -0.004), entry(123456.0, 0.0), entry(21000.0, 0.25)]
+    shown = lines_of_table(rows, width)
+    assert max(len(line) for line in shown) <= width
+    assert "…" not in "".join(shown)
+    assert len(shown) == 2 + 1 + len(rows)  # head of two lines, a rule, the rows
+    assert [line.split()[:2] for line in shown[-3:]] == [
+        ["11952", "199.20"],
+        ["123456", "2057.60"],
+        ["21000", "350.00"],
+    ]
+    words = "0.4 % below lp", "inside the speeds of lp", "25 % above lp"
+    short = "-0.4 % lp", "inside lp", "+25 % lp"
+    for line, text in zip(shown[-3:], words if width > 80 else short, strict=True):
+        assert line.endswith(text)
+
+
+def test_a_column_that_says_the_same_everywhere_goes_first():
+    rows = [entry(11952.0, -0.2, ("low_pressure_shaft",)) for _ in range(3)]
+    head = " ".join(lines_of_table(rows, 80)[:2])
+    assert "excited by" not in head
+    assert "decr." in head
+    other = [*rows, entry(9000.0, -0.2, ("high_pressure_shaft",))]
+    head = " ".join(lines_of_table(other, 84)[:2])
+    assert "excited by" in head
+    assert "decr." not in head
+
+
+def test_small_margins_are_told_with_a_digit():
+    said = [
+        terminal_summary.margin_text({"margin": m, "margin_of": "hp"})
+        for m in (-0.004, 0.0094, 0.0096, -0.0001, None)
+    ]
+    assert said == [
+        *("0.4 % below hp", "0.9 % above hp", "1 % above hp"),
+        *("< 0.1 % below hp", "-"),
+    ]
+
+
+def test_peaks_of_a_response_are_told_by_speed():
+    from solidwhirl.outcome import Outcome
+
+    peaks = [{"speed_rpm": 9894.2, "frequency_hz": 164.9}]
+    document = {"exciters": [{"peaks": {"a.b": peaks}}, {"peaks": {"a.b": []}}]}
+    found = Outcome(kind="unbalance_response", document=document, files={}, headline="x")
+    assert terminal_summary.headline_text(found) == "peaks at a.b: 9894 rpm (164.90 Hz)"
