@@ -31,6 +31,7 @@ from solidwhirl.pipeline import Results
 from solidwhirl.plain_data import plain_data
 from solidwhirl.plan_records import Plan
 from solidwhirl.plausibility import implausible
+from solidwhirl.plausibility_supports import support_doubts
 from solidwhirl.report import report_text
 from solidwhirl.rotordyn import Superelement, draw_campbell, write_superelement
 from solidwhirl.rotordyn.pictures_errors import (
@@ -92,7 +93,10 @@ def results_document(results: Results) -> dict[str, Any]:
         ],
         "doubts": [
             {**asdict(doubt), "message": doubt.message}
-            for doubt in implausible(results.scene, build_bodies(results.scene))
+            for doubt in (
+                *implausible(results.scene, build_bodies(results.scene)),
+                *support_doubts(results.system),
+            )
         ],
         "invariants": checks_document(results.checks),
         "bearing_notes": [note.message for note in results.bearing_notes],

@@ -58,8 +58,8 @@ def print_summary(results: Results, out: Path, seconds: float | None = None) -> 
     for name, outcome in results.analyses.items():
         if outcome.headline:
             console.print(Text(f"{name}: {outcome.headline}"))
-    for note in results.bearing_notes:
-        console.print(Text(f"doubt: {note.message}", style="yellow"))
+    for line in doubt_lines(results):
+        console.print(Text(line, style="yellow"))
     console.print(Text(_checks_line(document["checks"])))
     console.print(
         Text(f"time {duration_text(document['seconds'])}, {document['peak_memory_gib']:.2f} GiB")
@@ -67,6 +67,25 @@ def print_summary(results: Results, out: Path, seconds: float | None = None) -> 
     for title, name in _FILES:
         if name in document["files"]:
             console.print(Text(f"{title}: {out / name}"), soft_wrap=True)
+
+
+def doubt_lines(results: Results) -> tuple[str, ...]:
+    """What is doubtful about a run and was not known before it: supports and bearings.
+
+    Parameters
+    ----------
+    results
+        The run.
+
+    Returns
+    -------
+    tuple of str
+        One line each.
+    """
+    from solidwhirl.plausibility_supports import support_doubts
+
+    doubts = (*support_doubts(results.system), *results.bearing_notes)
+    return tuple(f"doubt: {doubt.message}" for doubt in doubts)
 
 
 def summary_document(results: Results, out: Path, seconds: float | None = None) -> dict[str, Any]:
