@@ -88,6 +88,30 @@ def doubt_lines(results: Results) -> tuple[str, ...]:
     return tuple(f"doubt: {doubt.message}" for doubt in doubts)
 
 
+def warning_lines(results: Results) -> tuple[str, ...]:
+    """What the last lines of a run say: checks that failed, and an accuracy that is not met.
+
+    Parameters
+    ----------
+    results
+        The run.
+
+    Returns
+    -------
+    tuple of str
+        One line each.
+    """
+    from solidwhirl.estimate_documents import accuracy_document
+
+    found = accuracy_document(results.scene, results.estimates, results.rounds)
+    missed = found["met"] is False and found["largest_error_estimate"] is not None
+    line = (
+        f"warning: accuracy not met: estimated error "
+        f"{percent_text(found['largest_error_estimate'])}, asked {percent_text(found['asked'])}"
+    )
+    return (*failure_lines(results.checks), *((line,) if missed else ()))
+
+
 def summary_document(results: Results, out: Path, seconds: float | None = None) -> dict[str, Any]:
     """What matters of a run as plain data; units in the keys, absent values are null.
 

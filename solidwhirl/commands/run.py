@@ -73,7 +73,8 @@ def run(
     Writes report.html, report.md, results.json, pictures, bodies/ and meshes/ into the folder. A
     run that was broken off goes on from its last complete stage.
     Under mpirun the bodies of level solid are reduced on all ranks.
-    The exit code is 3 if a check of the results failed, 2 if the scene was refused.
+    The exit code is 3 if a check of the results failed, 2 if the scene was refused. Doubts and an
+    accuracy that is not met are lines on the error stream, with exit code 0.
     """
     places = _Places(
         scene=scene,
@@ -120,15 +121,20 @@ def _refusal(scene: Path) -> Callable[[str], None]:
 def _run_on_first_rank(scene: Scene, places: _Places, voice: _Voice) -> None:
     """Run and write a scene on the rank that has the results."""
     from solidwhirl.bodies import build_bodies
-    from solidwhirl.check_report import failed, failure_lines
+    from solidwhirl.check_report import failed
     from solidwhirl.plausibility import implausible
     from solidwhirl.scene_sweep import nominal_text
-    from solidwhirl.terminal_summary import print_summary, summary_document
+    from solidwhirl.terminal_summary import (
+        doubt_lines,
+        print_summary,
+        summary_document,
+        warning_lines,
+    )
 
     started = time.perf_counter()
     if scene.sweep is not None and not voice.quiet:
         typer.echo(nominal_text(str(places.scene), scene.sweep), err=True)
-    for doubt in () if voice.quiet else implausible(scene, build_bodies(scene)):
+    for doubt in implausible(scene, build_bodies(scene)):
         typer.echo(f"doubt: {doubt.message}", err=True)
     results = _written(scene, places, voice)
     spent = time.perf_counter() - started
@@ -136,7 +142,8 @@ def _run_on_first_rank(scene: Scene, places: _Places, voice: _Voice) -> None:
         print_document(summary_document(results, places.out, spent))
     elif not voice.quiet:
         print_summary(results, places.out, spent)
-    for line in failure_lines(results.checks):
+    unsaid = doubt_lines(results) if voice.quiet or voice.as_json else ()
+    for line in (*unsaid, *warning_lines(results)):
         typer.echo(line, err=True)
     if failed(results.checks):
         raise typer.Exit(3)
