@@ -65,8 +65,8 @@ def free_lateral_motions(assembled: AssembledSystem) -> tuple[FreeMotion, ...]:
     if not scaled.zero_count:
         return ()
     lowest = np.argsort(np.abs(scaled.eigenvalues))[: scaled.zero_count]
-    null = scaled.scale[:, None] * scaled.vectors[:, lowest]
-    null = null @ np.linalg.inv(la.cholesky(null.T @ matrices.mass @ null))
+    vectors = scaled.scale[:, None] * scaled.vectors[:, lowest]
+    null: FloatArray = vectors @ np.linalg.inv(la.cholesky(vectors.T @ matrices.mass @ vectors))
     moving = {}
     for name in assembled.system.rotors:
         part = _lateral_part(assembled, name, null)

@@ -84,8 +84,9 @@ def doubt_lines(results: Results) -> tuple[str, ...]:
     """
     from solidwhirl.plausibility_supports import support_doubts
 
-    doubts = (*support_doubts(results.system), *results.bearing_notes)
-    return tuple(f"doubt: {doubt.message}" for doubt in doubts)
+    messages = [doubt.message for doubt in support_doubts(results.system)]
+    messages += [note.message for note in results.bearing_notes]
+    return tuple(f"doubt: {message}" for message in messages)
 
 
 def warning_lines(results: Results) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -134,19 +134,27 @@ def _run_on_first_rank(scene: Scene, places: _Places, voice: _Voice) -> None:
     started = time.perf_counter()
     if scene.sweep is not None and not voice.quiet:
         typer.echo(nominal_text(str(places.scene), scene.sweep), err=True)
-    for doubt in implausible(scene, build_bodies(scene)):
-        typer.echo(f"doubt: {doubt.message}", err=True)
+    early = tuple(f"doubt: {d.message}" for d in implausible(scene, build_bodies(scene)))
+    if not voice.quiet:  # a refusal is one message: a quiet run has them at its end
+        _say(early)
     results = _written(scene, places, voice)
     spent = time.perf_counter() - started
     if voice.as_json:
         print_document(summary_document(results, places.out, spent))
     elif not voice.quiet:
         print_summary(results, places.out, spent)
-    unsaid = doubt_lines(results) if voice.quiet or voice.as_json else ()
-    for line in (*unsaid, *warning_lines(results)):
-        typer.echo(line, err=True)
+    if voice.quiet:
+        _say(early)
+    if voice.quiet or voice.as_json:  # else the summary has them
+        _say(doubt_lines(results))
+    _say(warning_lines(results))
     if failed(results.checks):
         raise typer.Exit(3)
+
+
+def _say(lines: Iterable[str]) -> None:
+    for line in lines:
+        typer.echo(line, err=True)
 
 
 def _written(scene: Scene, places: _Places, voice: _Voice) -> Results:
