@@ -13,7 +13,6 @@ import numpy as np
 
 from solidwhirl.geometry import Body
 from solidwhirl.imported_bodies import imported_element
-from solidwhirl.plan import top_speed
 from solidwhirl.plausibility_records import Doubt
 from solidwhirl.plausibility_shapes import (
     RigidMass,
@@ -25,6 +24,7 @@ from solidwhirl.plausibility_shapes import (
 from solidwhirl.rotordyn import Superelement
 from solidwhirl.scene import Scene
 from solidwhirl.scene_joints import BearingSpec, RigidBodySpec
+from solidwhirl.speeds_asked import top_speed
 
 # Usual ranges: size and mass of a body, and its material.
 _LENGTH_M = (5e-4, 100.0)

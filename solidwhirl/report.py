@@ -102,6 +102,13 @@ def plan_text(plan: Plan, doubts: Iterable[Doubt] = ()) -> str:
     parts = [said, *parts] if said else parts
     if plan.analyses:
         parts.append(_table(("analysis", "kind"), plan.analyses))
+    if plan.speeds_beyond:
+        fastest = float(plan.speeds_rad_s.max()) * 30.0 / math.pi
+        parts.append(
+            f"Speeds above {fastest:.6g} rpm, where [speeds] ends; the bodies are made for these:"
+        )
+        rows = ((a.analysis, f"{a.speed_rpm:.6g}", a.source) for a in plan.speeds_beyond)
+        parts.append(_table(("analysis", "to [rpm]", "which is"), rows))
     return "\n\n".join(parts)
 
 

@@ -136,6 +136,10 @@ def plan_document(plan: Plan) -> dict[str, Any]:
             {"name": e.name, "on": e.on, "why": e.why, "cost": e.cost} for e in plan.effects
         ],
         "analyses": [{"name": name, "kind": kind} for name, kind in plan.analyses],
+        "speeds_beyond": [
+            {"analysis": a.analysis, "to_rpm": a.speed_rpm, "source": a.source}
+            for a in plan.speeds_beyond
+        ],
         "bodies": {
             name: {
                 "level": b.level,
