@@ -21,6 +21,7 @@ from solidwhirl.plausibility_shapes import (
     body_shapes,
     mesh_shapes,
 )
+from solidwhirl.plausibility_speeds import operating_doubts
 from solidwhirl.rotordyn import Superelement
 from solidwhirl.scene import Scene
 from solidwhirl.scene_joints import BearingSpec, RigidBodySpec
@@ -95,6 +96,7 @@ def implausible(scene: Scene, bodies: Mapping[str, Body]) -> tuple[Doubt, ...]:
     masses |= {n: e.mass_kg for n, e in imported.items() if e.rigid_body_present[:2].any()}
     found += _sag_doubts(scene, masses)
     found += _unbalance_doubts(scene, {s.name: s for s in shapes})
+    found += operating_doubts(scene)
     return tuple(found)
 
 
