@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from solidwhirl.displays import indented
 from solidwhirl.fineness import is_adapted
 from solidwhirl.geometry import Body, MassProperties, mass_properties
@@ -17,6 +19,7 @@ from solidwhirl.plan_records import BodyPlan, Plan
 from solidwhirl.rotordyn import Superelement
 from solidwhirl.scene import Scene
 from solidwhirl.scene_file import scene_hash
+from solidwhirl.speeds_asked import top_speed_text
 from solidwhirl.versions import package_versions
 
 if TYPE_CHECKING:
@@ -209,7 +212,9 @@ def reduce_meshed(
         element, work = reduce_body(body, mesh, comm, request, comm.bcast(record))
     except ReductionError as error:
         table = "mesh_bodies" if isinstance(body, MeshedBody) else "bodies"
-        raise ReductionError(f"{table}.{body.name}: {error}") from error
+        raise ReductionError(
+            f"{table}.{body.name}: {error}{_whose_speed(scene, own, body.name, str(error))}"
+        ) from error
     if mesh is None:
         return None
     return BodyResult(
@@ -220,6 +225,14 @@ def reduce_meshed(
         properties=closed_form(body),
         work=work,
     )
+
+
+def _whose_speed(scene: Scene, own: BodyPlan, name: str, message: str) -> str:
+    """Where a speed comes from that a body is refused at, if not from the scene's own speeds."""
+    if not message.startswith(f"at {own.maximum_speed_rad_s * 30.0 / np.pi:.6g} rpm "):
+        return ""
+    source = top_speed_text(scene, name)
+    return f"; {source}" if source else ""
 
 
 def request_of(

@@ -29,7 +29,7 @@ from solidwhirl.geometry import Body
 from solidwhirl.levels import chosen_level
 from solidwhirl.mesh_bodies import build_mesh_bodies
 from solidwhirl.outcome import Outcome
-from solidwhirl.plan import make_plan, top_speed
+from solidwhirl.plan import make_plan
 from solidwhirl.plan_records import Plan
 from solidwhirl.recovery_references import meshes_for
 from solidwhirl.rotordyn import (
@@ -43,6 +43,7 @@ from solidwhirl.rotordyn import (
 )
 from solidwhirl.run_checks import run_checks
 from solidwhirl.scene import Scene
+from solidwhirl.speeds_asked import top_speed
 from solidwhirl.store import StageStore
 from solidwhirl.store_stages import Keeper, engine_part
 from solidwhirl.system_parts import simple_elements

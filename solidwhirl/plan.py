@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solidwhirl.fineness import choose_fineness
 from solidwhirl.geometry import Body
@@ -23,21 +22,8 @@ from solidwhirl.mesh_bodies import build_mesh_bodies, mesh_plan
 from solidwhirl.plan_records import BodyPlan, Effect, Plan
 from solidwhirl.recovery_references import meshes_for
 from solidwhirl.scene import Scene
-from solidwhirl.scene_analyses import (
-    AnalysisSpec,
-    CriticalSpeedMapSpec,
-    PlaceMapSpec,
-    SeparationMarginsSpec,
-    StiffnessStudySpec,
-)
 from solidwhirl.scene_joints import BearingSpec
-
-
-def scene_speeds(scene: Scene) -> NDArray[np.float64]:
-    """Speeds of the reference shaft [rad/s]."""
-    s = scene.speeds
-    rpm = s.list_rpm if s.list_rpm is not None else np.linspace(s.from_rpm, s.to_rpm, s.count)
-    return np.asarray(rpm, dtype=float) * np.pi / 30.0
+from solidwhirl.speeds_asked import scene_speeds, speeds_beyond, top_speed
 
 
 def make_plan(scene: Scene, bodies: Mapping[str, Body], level: str | None = None) -> Plan:
@@ -89,41 +75,8 @@ def make_plan(scene: Scene, bodies: Mapping[str, Body], level: str | None = None
         carried=carried,
         speeds_rad_s=speeds,
         analyses=tuple((a.label, a.kind) for a in scene.analyses),
+        speeds_beyond=speeds_beyond(scene),
     )
-
-
-def top_speed(scene: Scene) -> float:
-    """Largest speed of the reference shaft in any analysis [rad/s]; the bases are made for it."""
-    rpm = [0.0]
-    for analysis in scene.analyses:
-        rpm.append(getattr(analysis, "to_rpm", None) or 0.0)
-        rpm.append(getattr(analysis, "speed_rpm", None) or 0.0)
-        rpm += (*getattr(analysis, "speeds_rpm", ()), *getattr(analysis, "orbits_at_rpm", ()))
-        # these give the speed of a shaft, not of the reference shaft
-        place = _synchronous(analysis)
-        if place is not None:
-            fastest = 60.0 * getattr(analysis, "frequency_max_hz", 0.0)
-            rpm.append(fastest / _ratio(scene, place.partition(".")[0]))
-        if isinstance(analysis, CriticalSpeedMapSpec):
-            rpm.append(analysis.search_to_rpm / _ratio(scene, analysis.excited_by))
-        if isinstance(analysis, SeparationMarginsSpec):
-            factor = analysis.search_factor
-            rpm += [factor * o.to_rpm / _ratio(scene, o.shaft) for o in analysis.operating]
-    return max(float(scene_speeds(scene).max()), max(rpm) * np.pi / 30.0)
-
-
-def _synchronous(analysis: AnalysisSpec) -> str | None:
-    """Place that an unbalance excites at all frequencies of a map, each at its own speed."""
-    if isinstance(analysis, PlaceMapSpec):
-        return analysis.places[0]
-    if isinstance(analysis, StiffnessStudySpec) and analysis.speed_rpm is None:
-        return analysis.excite
-    return None
-
-
-def _ratio(scene: Scene, body: str) -> float:
-    """|speed ratio| of a body, inf if it stands still: nothing is asked of it then."""
-    return abs(scene.speed_ratio(body)) or float("inf")
 
 
 def _rotation_effects(scene: Scene, *, turning: bool, solid: bool) -> tuple[Effect, ...]:

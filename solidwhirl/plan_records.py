@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solidwhirl.fineness import Fineness
+from solidwhirl.speeds_asked import SpeedAsked
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,6 +91,8 @@ class Plan:
         (s,) speeds of the reference shaft.
     analyses
         Name and kind of the analyses beyond modes, Campbell diagram and critical speeds.
+    speeds_beyond
+        Analyses that look to speeds above those, for which the bodies have to be good too.
     """
 
     effects: tuple[Effect, ...]
@@ -97,6 +100,7 @@ class Plan:
     carried: Mapping[str, tuple[str, ...]]
     analyses: tuple[tuple[str, str], ...]
     speeds_rad_s: NDArray[np.float64]
+    speeds_beyond: tuple[SpeedAsked, ...] = ()
 
     def on(self, name: str) -> bool:
         """Whether an effect is computed."""

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from solidwhirl.geometry import Body
 from solidwhirl.imported_bodies import imported_element
-from solidwhirl.plan import top_speed
+from solidwhirl.plausibility_records import Doubt
 from solidwhirl.plausibility_shapes import (
     RigidMass,
     Shape,
@@ -22,9 +21,11 @@ from solidwhirl.plausibility_shapes import (
     body_shapes,
     mesh_shapes,
 )
+from solidwhirl.plausibility_speeds import operating_doubts
 from solidwhirl.rotordyn import Superelement
 from solidwhirl.scene import Scene
 from solidwhirl.scene_joints import BearingSpec, RigidBodySpec
+from solidwhirl.speeds_asked import top_speed
 
 # Usual ranges: size and mass of a body, and its material.
 _LENGTH_M = (5e-4, 100.0)
@@ -53,33 +54,6 @@ _RIM_M_PER_S, _SPEED_RPM = 1500.0, 3e6
 _SPEED_RATIO = 500.0
 # Displacement of the centre of gravity by an unbalance over the size of the body.
 _ECCENTRICITY = 0.03
-
-
-@dataclass(frozen=True, kw_only=True)
-class Doubt:
-    """A number that may be in another unit than its key says.
-
-    Attributes
-    ----------
-    key
-        Where it stands in the scene.
-    found
-        The number with its unit.
-    usual
-        What rotors have.
-    mistake
-        What may have happened.
-    """
-
-    key: str
-    found: str
-    usual: str
-    mistake: str
-
-    @property
-    def message(self) -> str:
-        """One sentence with all of it."""
-        return f"{self.key}: {self.found}; usual is {self.usual}. {self.mistake}"
 
 
 def implausible(scene: Scene, bodies: Mapping[str, Body]) -> tuple[Doubt, ...]:
@@ -122,6 +96,7 @@ def implausible(scene: Scene, bodies: Mapping[str, Body]) -> tuple[Doubt, ...]:
     masses |= {n: e.mass_kg for n, e in imported.items() if e.rigid_body_present[:2].any()}
     found += _sag_doubts(scene, masses)
     found += _unbalance_doubts(scene, {s.name: s for s in shapes})
+    found += operating_doubts(scene)
     return tuple(found)
 
 

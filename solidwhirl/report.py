@@ -11,7 +11,7 @@ from solidwhirl.fineness import Fineness
 from solidwhirl.forecast import Forecast
 from solidwhirl.pipeline import Results
 from solidwhirl.plan_records import Plan
-from solidwhirl.plausibility import Doubt
+from solidwhirl.plausibility_records import Doubt
 
 
 def report_text(results: Results, document: dict[str, Any]) -> str:
@@ -53,7 +53,7 @@ def report_text(results: Results, document: dict[str, Any]) -> str:
 
 
 def doubts_text(doubts: Iterable[Doubt]) -> str:
-    """Doubts about units as Markdown; empty if there are none.
+    """Doubts about a scene as Markdown; empty if there are none.
 
     Parameters
     ----------
@@ -61,11 +61,11 @@ def doubts_text(doubts: Iterable[Doubt]) -> str:
         See `solidwhirl.plausibility`.
     """
     lines = [f"- {doubt.message}" for doubt in doubts]
-    return "\n".join(["Doubts about units:", "", *lines]) if lines else ""
+    return "\n".join(["Doubts:", "", *lines]) if lines else ""
 
 
 def plan_text(plan: Plan, doubts: Iterable[Doubt] = ()) -> str:
-    """The plan as Markdown tables, after doubts about the units of the scene."""
+    """The plan as Markdown tables, after doubts about the scene."""
     effects = _table(
         ("effect", "", "why", "cost when on"),
         ((e.name, "on" if e.on else "off", e.why, e.cost) for e in plan.effects),
@@ -102,6 +102,13 @@ def plan_text(plan: Plan, doubts: Iterable[Doubt] = ()) -> str:
     parts = [said, *parts] if said else parts
     if plan.analyses:
         parts.append(_table(("analysis", "kind"), plan.analyses))
+    if plan.speeds_beyond:
+        fastest = float(plan.speeds_rad_s.max()) * 30.0 / math.pi
+        parts.append(
+            f"Speeds above {fastest:.6g} rpm, where [speeds] ends; the bodies are made for these:"
+        )
+        rows = ((a.analysis, f"{a.speed_rpm:.6g}", a.source) for a in plan.speeds_beyond)
+        parts.append(_table(("analysis", "to [rpm]", "which is"), rows))
     return "\n\n".join(parts)
 
 

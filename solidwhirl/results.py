@@ -31,6 +31,7 @@ from solidwhirl.pipeline import Results
 from solidwhirl.plain_data import plain_data
 from solidwhirl.plan_records import Plan
 from solidwhirl.plausibility import implausible
+from solidwhirl.plausibility_supports import support_doubts
 from solidwhirl.report import report_text
 from solidwhirl.rotordyn import Superelement, draw_campbell, write_superelement
 from solidwhirl.rotordyn.pictures_errors import (
@@ -92,7 +93,10 @@ def results_document(results: Results) -> dict[str, Any]:
         ],
         "doubts": [
             {**asdict(doubt), "message": doubt.message}
-            for doubt in implausible(results.scene, build_bodies(results.scene))
+            for doubt in (
+                *implausible(results.scene, build_bodies(results.scene)),
+                *support_doubts(results.system),
+            )
         ],
         "invariants": checks_document(results.checks),
         "bearing_notes": [note.message for note in results.bearing_notes],
@@ -132,6 +136,10 @@ def plan_document(plan: Plan) -> dict[str, Any]:
             {"name": e.name, "on": e.on, "why": e.why, "cost": e.cost} for e in plan.effects
         ],
         "analyses": [{"name": name, "kind": kind} for name, kind in plan.analyses],
+        "speeds_beyond": [
+            {"analysis": a.analysis, "to_rpm": a.speed_rpm, "source": a.source}
+            for a in plan.speeds_beyond
+        ],
         "bodies": {
             name: {
                 "level": b.level,

@@ -62,13 +62,57 @@ def print_summary(results: Results, out: Path, seconds: float | None = None) -> 
     for name, outcome in results.analyses.items():
         if outcome.headline:
             console.print(Text(f"{name}: {headline_text(outcome)}"))
-    for note in results.bearing_notes:
-        console.print(Text(f"doubt: {note.message}", style="yellow"))
+    for line in doubt_lines(results):
+        console.print(Text(line, style="yellow"))
     console.print(Text(_checks_line(document["checks"])))
     console.print(Text(_cost_line(document)))
     for title, name in _FILES:
         if name in document["files"]:
             console.print(Text(f"{title}: {out / name}"), soft_wrap=True)
+
+
+def doubt_lines(results: Results) -> tuple[str, ...]:
+    """What is doubtful about a run and was not known before it: supports and bearings.
+
+    Parameters
+    ----------
+    results
+        The run.
+
+    Returns
+    -------
+    tuple of str
+        One line each.
+    """
+    from solidwhirl.plausibility_supports import support_doubts
+
+    messages = [doubt.message for doubt in support_doubts(results.system)]
+    messages += [note.message for note in results.bearing_notes]
+    return tuple(f"doubt: {message}" for message in messages)
+
+
+def warning_lines(results: Results) -> tuple[str, ...]:
+    """What the last lines of a run say: checks that failed, and an accuracy that is not met.
+
+    Parameters
+    ----------
+    results
+        The run.
+
+    Returns
+    -------
+    tuple of str
+        One line each.
+    """
+    from solidwhirl.estimate_documents import accuracy_document
+
+    found = accuracy_document(results.scene, results.estimates, results.rounds)
+    missed = found["met"] is False and found["largest_error_estimate"] is not None
+    line = (
+        f"warning: accuracy not met: estimated error "
+        f"{percent_text(found['largest_error_estimate'])}, asked {percent_text(found['asked'])}"
+    )
+    return (*failure_lines(results.checks), *((line,) if missed else ()))
 
 
 def summary_document(results: Results, out: Path, seconds: float | None = None) -> dict[str, Any]:

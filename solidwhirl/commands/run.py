@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -74,7 +74,8 @@ def run(
     Writes report.html, report.md, results.json, pictures, bodies/ and meshes/ into the folder. A
     run that was broken off goes on from its last complete stage.
     Under mpirun the bodies of level solid are reduced on all ranks.
-    The exit code is 3 if a check of the results failed, 2 if the scene was refused.
+    The exit code is 3 if a check of the results failed, 2 if the scene was refused. Doubts and an
+    accuracy that is not met are lines on the error stream, with exit code 0.
     """
     places = _Places(
         scene=scene,
@@ -128,26 +129,40 @@ def _started_s() -> float:
 def _run_on_first_rank(scene: Scene, places: _Places, voice: _Voice) -> None:
     """Run and write a scene on the rank that has the results."""
     from solidwhirl.bodies import build_bodies
-    from solidwhirl.check_report import failed, failure_lines
+    from solidwhirl.check_report import failed
     from solidwhirl.plausibility import implausible
     from solidwhirl.scene_sweep import nominal_text
-    from solidwhirl.terminal_summary import print_summary, summary_document
+    from solidwhirl.terminal_summary import (
+        doubt_lines,
+        print_summary,
+        summary_document,
+        warning_lines,
+    )
 
     started = _started_s()
     if scene.sweep is not None and not voice.quiet:
         typer.echo(nominal_text(str(places.scene), scene.sweep), err=True)
-    for doubt in () if voice.quiet else implausible(scene, build_bodies(scene)):
-        typer.echo(f"doubt: {doubt.message}", err=True)
+    early = tuple(f"doubt: {d.message}" for d in implausible(scene, build_bodies(scene)))
+    if not voice.quiet:  # a refusal is one message: a quiet run has them at its end
+        _say(early)
     results = _written(scene, places, voice)
     spent = time.perf_counter() - started
     if voice.as_json:
         print_document(summary_document(results, places.out, spent))
     elif not voice.quiet:
         print_summary(results, places.out, spent)
-    for line in failure_lines(results.checks):
-        typer.echo(line, err=True)
+    if voice.quiet:
+        _say(early)
+    if voice.quiet or voice.as_json:  # else the summary has them
+        _say(doubt_lines(results))
+    _say(warning_lines(results))
     if failed(results.checks):
         raise typer.Exit(3)
+
+
+def _say(lines: Iterable[str]) -> None:
+    for line in lines:
+        typer.echo(line, err=True)
 
 
 def _written(scene: Scene, places: _Places, voice: _Voice) -> Results:

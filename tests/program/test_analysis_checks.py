@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from solidwhirl.errors import SceneError
-from solidwhirl.plan import make_plan, top_speed
+from solidwhirl.plan import make_plan
 from solidwhirl.scene_file import parse_scene
+from solidwhirl.speeds_asked import top_speed
 
 RESPONSE = {
     "kind": "unbalance_response",

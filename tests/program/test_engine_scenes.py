@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from solidwhirl.bodies import build_bodies
-from solidwhirl.plan import make_plan, top_speed
+from solidwhirl.plan import make_plan
 from solidwhirl.rotordyn import assemble
 from solidwhirl.scene_file import parse_scene
+from solidwhirl.speeds_asked import top_speed
 from solidwhirl.system_parts import bearings, gears, rotors, simple_elements
 
 RPM = np.pi / 30.0

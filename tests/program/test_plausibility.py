@@ -230,6 +230,6 @@ def test_plan_shows_doubts(small_scene):
     bodies = build_bodies(scene)
     found = implausible(scene, bodies)
     text = plan_text(make_plan(scene, bodies), found)
-    assert text.startswith("Doubts about units:")
+    assert text.startswith("Doubts:")
     assert found[0].message in text
     assert "Doubts" not in plan_text(make_plan(scene, bodies))

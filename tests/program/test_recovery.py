@@ -209,7 +209,7 @@ def test_a_slow_run_up_passes_the_peak_with_the_stress_of_the_steady_response(as
 
 
 def test_auto_means_a_mesh_where_stress_is_asked_for(asked):
-    from solidwhirl.plan import top_speed
+    from solidwhirl.speeds_asked import top_speed
 
     data = asked({**RECOVERY, "states": [{"mode": 1, "speed_rpm": 36000}]})
     assert top_speed(parse_scene(data)) == pytest.approx(36000 * RPM)

@@ -1,0 +1,32 @@
+"""What a doubt about a scene says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, kw_only=True)
+class Doubt:
+    """Something in a scene that may not be what its author meant, such as a number in another unit.
+
+    Attributes
+    ----------
+    key
+        Where it stands in the scene.
+    found
+        The number with its unit, or what else was found.
+    usual
+        What rotors have.
+    mistake
+        What may have happened.
+    """
+
+    key: str
+    found: str
+    usual: str
+    mistake: str
+
+    @property
+    def message(self) -> str:
+        """One sentence with all of it."""
+        return f"{self.key}: {self.found}; usual is {self.usual}. {self.mistake}"

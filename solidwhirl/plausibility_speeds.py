@@ -1,0 +1,55 @@
+"""Doubts about speeds: a diagram that ends below all operating speeds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from solidwhirl.plausibility_records import Doubt
+from solidwhirl.scene import Scene
+from solidwhirl.scene_analyses import OperatingSpec, SeparationMarginsSpec
+from solidwhirl.speeds_asked import scene_speeds
+
+_RPM = 30.0 / math.pi
+
+
+def operating_doubts(scene: Scene) -> Iterator[Doubt]:
+    """Yield a doubt where the speeds of the scene end below all operating speeds of its shafts.
+
+    Parameters
+    ----------
+    scene
+        The scene; one whose speeds are all zero is not questioned.
+    """
+    top_rpm = float(scene_speeds(scene).max()) * _RPM
+    analyses = [a for a in scene.analyses if isinstance(a, SeparationMarginsSpec)]
+    ranges = [(_reference_rpm(scene, o), o) for a in analyses for o in a.operating]
+    if top_rpm == 0.0 or not ranges:
+        return
+    lowest, nearest = min(ranges, key=lambda pair: pair[0])
+    if lowest <= top_rpm:
+        return
+    key = "to_rpm" if scene.speeds.list_rpm is None else "list_rpm"
+    geared = abs(scene.speed_ratio(nearest.shaft)) != 1.0
+    of_reference = f", from {lowest:.6g} rpm of the reference shaft on" if geared else ""
+    in_rad_s = top_rpm * _RPM
+    hint = f"is this in rad/s ({in_rad_s:.6g} rpm)?" if in_rad_s >= lowest else "does it end early?"
+    yield Doubt(
+        key=f"speeds.{key}",
+        found=f"{top_rpm:.6g} rpm, and the operating speeds of {nearest.shaft!r} are "
+        f"{_range(nearest)}{of_reference}",
+        usual="a diagram up to the operating speeds",
+        mistake=f"rpm expected; {hint}",
+    )
+
+
+def _reference_rpm(scene: Scene, operating: OperatingSpec) -> float:
+    """Lowest operating speed as a speed of the reference shaft; inf of a shaft that stands."""
+    ratio = abs(scene.speed_ratio(operating.shaft))
+    return operating.from_rpm / ratio if ratio else math.inf
+
+
+def _range(operating: OperatingSpec) -> str:
+    if operating.from_rpm == operating.to_rpm:
+        return f"{operating.to_rpm:g} rpm"
+    return f"{operating.from_rpm:g} to {operating.to_rpm:g} rpm"
