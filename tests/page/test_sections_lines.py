@@ -12,6 +12,8 @@ from hypothesis import strategies as st
 
 from solidwhirl.page import campbell, criticals, frames, maps, orbits, responses, run_ups, stability
 from solidwhirl.page.campbell_lines import Lines, branches
+from solidwhirl.page.complexity import beyond
+from solidwhirl.page.run_up_peaks import response_peaks
 from solidwhirl.page.state_space import responses as responses_of_model
 from solidwhirl.page.state_space import stored_model
 from solidwhirl.page.traces import percent, whirl_name, whirl_runs
@@ -290,3 +292,16 @@ def test_model_responses_agree_with_those_by_solving():
     exact = frequency_response(model, speed, hertz)
     # eigenvectors of a lightly damped engine are well conditioned
     np.testing.assert_allclose(found, exact, rtol=1e-6, atol=1e-9 * np.abs(exact).max())
+
+
+def test_run_up_ends_at_the_fastest_excitation():
+    """6000 rpm are 100 Hz: no peak is beyond, and the band from 60 to 140 Hz is said to be cut."""
+    entry = everything().document["analyses"]["run_up"]
+    response = entry["normalised_response"]
+    assert all(p["frequency_hz"] < 100.5 for p in response["peaks"])
+    table = response_peaks("run_up", response)
+    assert len(table.rows) == len(response["peaks"]) > 1 and "to 100 Hz" in table.caption
+    assert "no peak" in response_peaks("r", {"peaks": [], "excited_hz": [1.0, 100.0]}).text
+    said = beyond(entry["complexity"])
+    assert "above 100 Hz: the band 60 to 140 Hz is compared" in said
+    assert not beyond({"bands_hz": [[20, 60]], "excited_to_hz": 100.0})

@@ -71,7 +71,7 @@ rotating_campbell = { speed_rpm = [3], bodies = [2] }
 mode_shapes = { speeds = [1] }
 separation_margins = { operating = [2], margins = [] }
 bearing_laws = { bearings = [1], notes = [] }
-run_up = { largest_mount_force_n = [], force_spectrum_peaks = [], energy = [4] }
+run_up = { largest_mount_force_n = [], force_spectrum_peaks = [], energy = [5] }
 state_space = { inputs = [4], outputs = [24], speed_rpm = [], files = [3] }
 stability = { speed_rpm = [5], smallest_log_decrement = [5], growing_motions = [5], threshold = [] }
 """)
