@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from solidwhirl.page import campbell, criticals, frames, maps, orbits, responses, run_ups, stability
 from solidwhirl.page.campbell_lines import Lines, branches
 from solidwhirl.page.complexity import beyond
+from solidwhirl.page.least_damped import least_of_branches
 from solidwhirl.page.run_up_peaks import response_peaks
 from solidwhirl.page.state_space import responses as responses_of_model
 from solidwhirl.page.state_space import stored_model
@@ -281,6 +282,38 @@ def test_growing_motion_is_a_warning():
     text, chart = stability.stability_blocks("s", entry)
     assert text.kind == "warning" and "500" in text.text
     assert chart.layout["shapes"][0]["x0"] == 500.0
+
+
+def test_least_damped_mode_is_named_by_its_frequency():
+    """A mode of 6 kHz is the least damped of all, that of 50 Hz the least of the diagram."""
+    entry = {
+        "speed_rpm": [0.0, 1000.0],
+        "smallest_log_decrement": [0.01, 0.005],
+        "frequency_hz": [6195.0, 6195.0],
+        "largest_growth_rate_per_s": [-1.0, -1.0],
+        "growing_motions": [0, 0],
+        "threshold": None,
+    }
+    rpm = np.array([1000.0, 0.0])  # in any order
+    hertz = np.array([[50.0, 40.0], [80.0, 80.0], [90.0, 90.0]])
+    decrement = np.array([[0.1, 0.3], [0.4, 0.2], [1e-16, 0.0]])  # nothing damps the last
+    lines = Lines(rpm, hertz, decrement, None, [["forward"] * 2, ["backward"] * 2, ["planar"] * 2])
+    text, chart = stability.stability_blocks("s", entry, lines)
+    assert "Campbell diagram: 50 Hz (decrement 0.1 at 1000 rpm)" in text.text
+    assert "all modes: 6195 Hz (decrement 0.005 at 1000 rpm)" in text.text
+    (choice,) = chart.controls
+    first = [chart.traces[k] for k in choice.options[0].traces]
+    np.testing.assert_array_equal(first[0]["x"], [0.0, 1000.0])
+    np.testing.assert_array_equal(first[0]["y"], [0.2, 0.1])
+    np.testing.assert_array_equal(first[1]["y"], [80.0, 50.0])
+    assert first[1]["yaxis"] == "y2" and "backward" in first[0]["text"][0]
+    assert "1 branch that" in chart.caption
+    # what nothing damps has no say in the diagram
+    still = stability.stability_blocks(
+        "s", {**entry, "smallest_log_decrement": [0.0, 0.0], "largest_growth_rate_per_s": [0, 0]}
+    )
+    assert len(still) == 1 and "no curve" in still[0].text
+    assert least_of_branches(lines._replace(decrement=np.zeros((3, 2)))) is None
 
 
 def test_model_responses_agree_with_those_by_solving():
