@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solidwhirl.page import campbell, criticals, frames, maps, orbits, responses, run_ups, stability
-from solidwhirl.page.campbell_lines import Lines, branches
+from solidwhirl.page.campbell_lines import Lines, branches, lines_of
 from solidwhirl.page.complexity import beyond
 from solidwhirl.page.least_damped import least_of_branches
 from solidwhirl.page.run_up_peaks import response_peaks
@@ -308,6 +308,10 @@ def test_least_damped_mode_is_named_by_its_frequency():
     np.testing.assert_array_equal(first[1]["y"], [80.0, 50.0])
     assert first[1]["yaxis"] == "y2" and "backward" in first[0]["text"][0]
     assert "1 branch that" in chart.caption
+    own = lines_of(everything().results.campbell)
+    stored = branches(everything().document)
+    np.testing.assert_allclose(own.decrement, stored.decrement, rtol=1e-12)
+    assert own.whirl == stored.whirl
     # what nothing damps has no say in the diagram
     still = stability.stability_blocks(
         "s", {**entry, "smallest_log_decrement": [0.0, 0.0], "largest_growth_rate_per_s": [0, 0]}
