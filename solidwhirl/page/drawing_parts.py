@@ -96,7 +96,7 @@ def shade(material: str, materials: Sequence[str]) -> str:
     materials
         Those of the engine; of one alone nothing is shaded.
     """
-    darkest = 0.42 / max(len(materials) - 1, 1)
+    darkest = 0.3 / max(len(materials) - 1, 1)
     opacity = darkest * materials.index(material) if material in materials else 0.0
     return f'fill="var(--ink)" fill-opacity="{opacity:.2g}"'
 

@@ -90,11 +90,10 @@ def margins_in_short(entry: Mapping[str, Any]) -> str:
     by_formula = sum(m["verdict_api_617"] not in (None, _KEPT) for m in rows)
     nearest = min(rows, key=lambda m: (abs(m["margin"]), m["critical_speed_rpm"]))
     where = f"{margin_words(nearest['margin'])} the operating range of {nearest['shaft']}"
-    said = f"**{missed} of {len(rows)} not kept**" if missed else f"all {len(rows)} kept"
-    return (
-        f"{said} by 15 %, {by_formula or 'none'} not by API 617 "
-        f"(nearest: {nearest['critical_speed_rpm']:.0f} rpm, {where})"
-    )
+    said = f"all {len(rows)} kept"
+    if missed or by_formula:
+        said = f"**{missed} of {len(rows)} not kept** by 15 %, {by_formula} by API 617"
+    return f"{said} (nearest: {nearest['critical_speed_rpm']:.0f} rpm, {where})"
 
 
 def _required(m: Mapping[str, Any]) -> str | None:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from solidwhirl.check_report import failure_lines
+from solidwhirl.estimate_documents import coupling_effect
 from solidwhirl.page.margins import margins_in_short
 from solidwhirl.page.marks import whirl_text
 from solidwhirl.page.operating import Operating, margin_text, operating_speeds
@@ -15,6 +16,8 @@ from solidwhirl.scene import Scene
 
 # Critical speeds that a reader in a hurry is shown.
 _MOST = 12
+# The choice of the coupling is named beside the estimate where it is worth so many times as much.
+_MUCH, _ROUNDING = 2.0, 1e-6
 _MET = {True: "met", False: "**not met**", None: "not known"}
 
 
@@ -63,6 +66,7 @@ def _key_numbers(run: Run) -> Table:
         ("Critical speeds in this range", str(len(document["critical_speeds"]))),
         *_margin_rows(document),
         ("Largest estimated error", f"{said}, asked {100 * found['asked']:.2g} %"),
+        *_coupling_rows(document, largest),
         ("Checks", _checks_text(document["invariants"])),
         ("Other analyses", _listed(document["analyses"]) or "none"),
         (
@@ -84,6 +88,16 @@ def _margin_rows(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         yield (
             "Separation margins" + (f" ({name})" if len(found) > 1 else ""),
             margins_in_short(entry),
+        )
+
+
+def _coupling_rows(document: Mapping[str, Any], largest: float | None) -> Iterator[tuple[str, str]]:
+    """Choice of the coupling, where it is worth more than the estimated error."""
+    effect = coupling_effect(document)
+    if effect is not None and effect > _MUCH * max(largest or 0.0, _ROUNDING):
+        yield (
+            "Not in it: rigid or distributing interfaces",
+            f"up to {100.0 * effect:.2g} %, a choice of the model, see Accuracy and cost",
         )
 
 

@@ -88,10 +88,14 @@ def test_many_margins_are_folded_but_those_that_are_not_kept():
 
 def test_margins_in_short():
     entry = margins(30, {4, 7})
-    assert margins_in_short(entry).startswith("all 30 kept by 15 %, 2 not by API 617 (nearest: 0 ")
+    said = margins_in_short(entry)
+    assert said.startswith(
+        "**0 of 30 not kept** by 15 %, 2 by API 617 (nearest: 0 rpm, 50.0 % below"
+    )
+    assert margins_in_short(margins(30, set())).startswith("all 30 kept (nearest")
     entry["margins"][12] |= {"margin": 0.0, "verdict_15_percent": "inside margin"}
     said = margins_in_short(entry)
-    assert said.startswith("**1 of 30 not kept** by 15 %")
+    assert said.startswith("**1 of 30 not kept** by 15 %, 2 by API 617")
     assert "nearest: 1200 rpm, inside the operating range of a" in said
     assert "no critical speed" in margins_in_short({"margins": []})
 
