@@ -10,6 +10,7 @@ from solidwhirl.geometry.fillet_merge import merge_fillets
 from solidwhirl.geometry.mass_properties import (
     MassProperties,
     combine,
+    mass_by_material_kg,
     mass_properties,
     section_mass_properties,
 )
@@ -53,6 +54,7 @@ __all__ = [
     "Web",
     "combine",
     "find_material",
+    "mass_by_material_kg",
     "mass_properties",
     "merge_fillets",
     "section_mass_properties",

@@ -119,6 +119,37 @@ def mass_properties(body: Body) -> MassProperties:
     )
 
 
+def mass_by_material_kg(body: Body) -> dict[str, float]:
+    """Return the mass of the sections and fillets of a body by material, without rigid disks.
+
+    Parameters
+    ----------
+    body : Body
+        Body whose sections do not overlap.
+
+    Returns
+    -------
+    dict of str to float
+        Mass [kg] by the name of the material, in the order of the sections.
+
+    Raises
+    ------
+    GeometryError
+        As `mass_properties`.
+    """
+    tolerance = scale_of(body).tolerance_m
+    refuse_overlaps(snap_body(body, tolerance), tolerance)
+    found: dict[str, list[float]] = {}
+    for section in body.sections:
+        mass = section_mass_properties(section).mass_kg
+        found.setdefault(section.material.name, []).append(mass)
+    for fillet in planned_fillets(body) if body.fillet_radius_m > 0.0 else ():
+        own = body.sections[fillet.section].material
+        mass = _fillet_mass_properties(fillet, own.density_kg_per_m3).mass_kg
+        found[own.name].append(mass)
+    return {name: math.fsum(masses) for name, masses in found.items()}
+
+
 def combine(parts: Iterable[MassProperties]) -> MassProperties:
     """Return the mass properties of several parts on the common axis z.
 

@@ -48,7 +48,8 @@ class ComplexityComparison:
         Of that relative to the full model, signed, shape (v,).
     band_error
         Root mean square difference of the normalised responses over the root mean square of the
-        full model's, in each band, shape (v, b).
+        full model's, in the part of each band that is excited, shape (v, b); nan of a band of
+        which nothing is.
     wall_time_s
         Of each run, shape (v,).
     responses
@@ -249,8 +250,8 @@ def compare_complexity(
     Raises
     ------
     AnalysisError
-        If there is no model, a band has no meaning or no frequency in it, or an argument of the
-        run has no meaning.
+        If there is no model, a band has no meaning or no frequency of the record in it, or an
+        argument of the run has no meaning.
     """
     if not variants:
         raise AnalysisError("there are no models to compare; give one or more")
@@ -292,12 +293,15 @@ def _band_errors(
     errors = []
     for low, high in bands_hz:
         inside = (full.frequency_hz >= low) & (full.frequency_hz <= high)
-        inside &= np.isfinite(full.ratio) & np.isfinite(response.ratio)
         if not inside.any():
             raise AnalysisError(
                 f"there is no response between {low:g} and {high:g} Hz; it goes from "
                 f"{full.frequency_hz[0]:.4g} to {full.frequency_hz[-1]:.4g} Hz"
             )
+        inside &= np.isfinite(full.ratio) & np.isfinite(response.ratio)
+        if not inside.any():
+            errors.append(np.nan)
+            continue
         difference = response.ratio[inside] - full.ratio[inside]
         errors.append(float(np.sqrt(np.mean(difference**2) / np.mean(full.ratio[inside] ** 2))))
     return errors

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, freeze_arrays
 from solidwhirl.rotordyn.errors import AnalysisError
+from solidwhirl.rotordyn.unbalance_peaks import ResonancePeak, resonance_peaks
 
 NumberArray: TypeAlias = npt.NDArray[Any]
 
@@ -18,6 +19,12 @@ WINDOWS = ("boxcar", "hann", "flattop")
 _EVEN = 1e-6
 # A window of an order must hold this many turns of it, so that it tells the order from −order.
 _TURNS = 2.0
+# A line of the spectrum is a peak where it rises above its surroundings by this factor.
+_PROMINENT = 3.0
+# Beyond what drives a signal its peaks are above side lobes by this factor.
+_ABOVE_LOBES = 10.0
+# Lines in which there may be a peak.
+_FEWEST_LINES = 3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -107,6 +114,59 @@ def amplitude_spectrum(
         amplitude=_one_sided(values * weight, weight),
         window=window,
     )
+
+
+def spectrum_peaks(
+    spectrum: AmplitudeSpectrum, from_hz: float, driven_to_hz: float, floor: float = 1e-4
+) -> tuple[ResonancePeak, ...]:
+    """Return the peaks of a spectrum that are more than side lobes of its window.
+
+    Parameters
+    ----------
+    spectrum
+        Of one signal, with the Hann window.
+    from_hz
+        Lowest frequency that counts.
+    driven_to_hz
+        Highest frequency of what drives the signal. Peaks above it must rise ten times above the
+        side lobes that a line there as high as the highest peak would have.
+    floor
+        Lowest peak over the highest.
+
+    Returns
+    -------
+    tuple of ResonancePeak
+        By rising frequency; each rises by a factor of three above its surroundings.
+
+    Raises
+    ------
+    AnalysisError
+        If the spectrum is of several signals or has another window.
+
+    Notes
+    -----
+    Side lobes of the Hann window k lines off are at most 1/(π k (k² − 1)) of the line
+    (Harris 1978, Proc. IEEE 66).
+    """
+    if spectrum.amplitude.ndim != 1 or spectrum.window != "hann":
+        raise AnalysisError(
+            f"the spectrum has shape {spectrum.amplitude.shape} and window {spectrum.window!r}; "
+            "allowed are (f,) and 'hann'"
+        )
+    known = spectrum.frequency_hz > from_hz
+    hertz, height = spectrum.frequency_hz[known], spectrum.amplitude[known]
+    if hertz.size < _FEWEST_LINES:
+        return ()
+    found = resonance_peaks(2.0 * np.pi * hertz, height, _PROMINENT)
+    highest = max((p.amplitude for p in found), default=0.0)
+    spacing = float(spectrum.frequency_hz[1])
+
+    def stands_out(peak: ResonancePeak) -> bool:
+        lines = (peak.position_rad_s / (2.0 * np.pi) - driven_to_hz) / spacing
+        lobe = 0.0 if lines <= 1.0 else _ABOVE_LOBES / (np.pi * lines * (lines**2 - 1.0))
+        return bool(peak.amplitude >= max(floor, lobe) * highest)
+
+    return tuple(p for p in found if stands_out(p))
 
 
 def spectrogram(

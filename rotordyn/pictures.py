@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 _RPM = 30.0 / np.pi
 _SPEED_LABEL = "speed of the reference shaft, with which forward whirl turns [rpm]"
+_OPERATING = "operating speed"
 # Critical speeds listed beside the diagram.
 _LISTED = 14
 # Decrements above this, close to critical damping, would flatten all others.
@@ -58,6 +59,7 @@ def draw_campbell(
     path: str | Path,
     title: str,
     excitation_ratios: Mapping[str, float],
+    operating_rad_s: Mapping[str, tuple[float, float]] | None = None,
 ) -> None:
     """Draw a Campbell diagram to a picture file.
 
@@ -74,6 +76,9 @@ def draw_campbell(
     excitation_ratios
         Ratio of each excitation line by name, such as the speed ratio of each shaft; the line is
         |ratio| · Ω. Lines of equal |ratio| are drawn once with all their names.
+    operating_rad_s
+        Lowest and highest operating speed by name, as speeds of the reference shaft, drawn as
+        hatched bands; equal ones as a line. None draws none.
 
     Raises
     ------
@@ -83,6 +88,7 @@ def draw_campbell(
     figure = new_figure(path)
     axes = figure.add_subplot()
     _draw_diagram(axes, campbell, critical_speeds, title, excitation_ratios)
+    _draw_operating(axes, operating_rad_s or {})
     axes.set_xlabel(_SPEED_LABEL)
     _add_legend(figure, axes, critical_speeds)
     write_figure(figure, path)
@@ -95,12 +101,13 @@ def draw_annotated_campbell(
     path: str | Path,
     title: str,
     excitation_ratios: Mapping[str, float],
+    operating_rad_s: Mapping[str, tuple[float, float]] | None = None,
 ) -> None:
     """Draw a Campbell diagram with marks where branches cross, veer, end or are in doubt.
 
     Parameters
     ----------
-    campbell, critical_speeds, path, title, excitation_ratios
+    campbell, critical_speeds, path, title, excitation_ratios, operating_rad_s
         As in `draw_campbell`; the marks are those of `campbell.notes`.
 
     Raises
@@ -111,6 +118,7 @@ def draw_annotated_campbell(
     figure = new_figure(path)
     axes = figure.add_subplot()
     _draw_diagram(axes, campbell, critical_speeds, title, excitation_ratios)
+    _draw_operating(axes, operating_rad_s or {})
     _draw_notes(axes, campbell)
     axes.set_xlabel(_SPEED_LABEL)
     _add_legend(figure, axes, critical_speeds)
@@ -124,12 +132,13 @@ def draw_damped_campbell(
     path: str | Path,
     title: str,
     excitation_ratios: Mapping[str, float],
+    operating_rad_s: Mapping[str, tuple[float, float]] | None = None,
 ) -> None:
     """Draw an annotated Campbell diagram with the logarithmic decrements below it.
 
     Parameters
     ----------
-    campbell, critical_speeds, path, title, excitation_ratios
+    campbell, critical_speeds, path, title, excitation_ratios, operating_rad_s
         As in `draw_campbell`. Decrements above 2 leave the strip, which says so; the range
         below zero, where a mode grows by itself, is shaded.
 
@@ -141,6 +150,7 @@ def draw_damped_campbell(
     figure = new_figure(path, TWO_COLUMNS_MM, 157.0)
     axes, strip = figure.subplots(2, 1, sharex=True, height_ratios=[2.4, 1.0])
     _draw_diagram(axes, campbell, critical_speeds, title, excitation_ratios)
+    _draw_operating(axes, operating_rad_s or {})
     _draw_notes(axes, campbell)
     _draw_decrements(strip, campbell)
     strip.set_xlabel(_SPEED_LABEL)
@@ -170,6 +180,24 @@ def _draw_diagram(
     # Room between the frame and the title for lines that leave at the top.
     axes.set_title(fill(title, 60), pad=20.0, fontsize=TITLE_PT)
     draw_grid(axes)
+
+
+def _draw_operating(axes: Axes, operating_rad_s: Mapping[str, tuple[float, float]]) -> None:
+    """Hatch the operating speeds inside the frame."""
+    for low, high in dict.fromkeys(operating_rad_s.values()):
+        if low == high:
+            axes.axvline(low * _RPM, color="#8A8A8A", linewidth=2.4, zorder=0.4, label=_OPERATING)
+            continue
+        axes.axvspan(
+            low * _RPM,
+            high * _RPM,
+            facecolor="#EFEFEF",
+            edgecolor="#B5B5B5",
+            hatch="///",
+            linewidth=0.0,
+            zorder=0.4,
+            label=_OPERATING,
+        )
 
 
 def _draw_notes(axes: Axes, campbell: Campbell) -> None:
@@ -316,7 +344,7 @@ def _add_legend(figure: Figure, axes: Axes, critical_speeds: Sequence[CriticalSp
     handles, labels = axes.get_legend_handles_labels()
     known = dict(zip(labels, handles, strict=True))
     limits = (line.marker for line in _LIMITS.values())
-    shown = (*WHIRL_STYLES, "critical speed", *_MARKS, *limits)
+    shown = (*WHIRL_STYLES, "critical speed", _OPERATING, *_MARKS, *limits)
     rows = [(name, known[name]) for name in shown if name in known]
     nothing = Line2D([], [], linestyle="none")
     if critical_speeds:

@@ -27,10 +27,13 @@ class NormalisedResponse:
         Shape (f,).
     ratio
         N/N, shape (f,); nan where the excitation has next to nothing.
+    excited_hz
+        Lowest and highest frequency at which there is excitation; the ratio is nan outside.
     """
 
     frequency_hz: FloatArray
     ratio: FloatArray
+    excited_hz: tuple[float, float] = (0.0, np.inf)
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "frequency_hz", "ratio")
@@ -81,6 +84,37 @@ def excited_bodies(run: RunUp) -> tuple[str, ...]:
     return tuple(dict.fromkeys(unbalance.body for unbalance in run.unbalances))
 
 
+def excited_band_hz(run: RunUp) -> tuple[float, float]:
+    """Return the frequencies that the unbalance of a run-up passes through.
+
+    Parameters
+    ----------
+    run
+        The record, with unbalance on one or more bodies that turn.
+
+    Returns
+    -------
+    tuple of float
+        Lowest and highest, Hz: |ratio| times the speed of the profile over 2π, of all bodies with
+        unbalance together. The lowest is at least 2/duration, what the record resolves.
+
+    Raises
+    ------
+    AnalysisError
+        If no body has unbalance.
+    """
+    bodies = excited_bodies(run)
+    if not bodies:
+        raise AnalysisError("the run-up has no unbalance; nothing is excited")
+    ratios = [abs(run.speed_ratios[body]) for body in bodies]
+    speed_hz = run.profile.speeds_rad_s / (2.0 * np.pi)
+    passes_zero = speed_hz.min() <= 0.0 <= speed_hz.max()
+    slowest = 0.0 if passes_zero else min(ratios) * float(np.abs(speed_hz).min())
+    fastest = max(ratios) * float(np.abs(speed_hz).max())
+    duration_s = run.time_s.size / run.sample_rate_hz
+    return max(slowest, 2.0 / duration_s), fastest
+
+
 def normalised_response(
     run: RunUp, bearing: str, axis: str = "x", band_hz: float = 1.0, floor: float = 1e-6
 ) -> NormalisedResponse:
@@ -107,7 +141,8 @@ def normalised_response(
         the axis, F_b that of the unbalance force of body b along it, ⟨⟩ the mean over the band. At
         a frequency that one body alone sweeps through this is the amplitude of the force per
         amplitude of its excitation. Both records fade in and out over a twentieth of their
-        length.
+        length. Outside `excited_band_hz` the ratio is nan: both spectra are side lobes there,
+        whose quotient has peaks that belong to no resonance.
 
     Raises
     ------
@@ -133,9 +168,14 @@ def normalised_response(
     width = max(1, round(band_hz / float(frequency[1])))
     out = _band_mean(_power(force * weight), width)
     given = _band_mean(_power(part * weight).sum(axis=0), width)
-    known = given > floor**2 * given.max()
+    middle = _band_mean(np.asarray(frequency), width)
+    low, high = excited_band_hz(run)
+    # the band that holds an end of the excitation still shows it
+    half = 0.5 * width * float(frequency[1])
+    known = (given > floor**2 * given.max()) & (middle >= low - half) & (middle <= high + half)
+    known &= middle >= 2.0 / (run.time_s.size / run.sample_rate_hz)
     ratio = np.sqrt(np.divide(out, given, out=np.full(out.size, np.nan), where=known))
-    return NormalisedResponse(frequency_hz=_band_mean(np.asarray(frequency), width), ratio=ratio)
+    return NormalisedResponse(frequency_hz=middle, ratio=ratio, excited_hz=(low, high))
 
 
 def order_response(run: RunUp, bearing: str, body: str, duration_s: float) -> NormalisedResponse:
@@ -202,8 +242,7 @@ def _axis(run: RunUp, bearing: str, axis: str) -> FloatArray:
 
 def _check_rate(run: RunUp) -> None:
     """Refuse records too coarse for the excitation."""
-    fastest = max(abs(run.speed_ratios[body]) for body in excited_bodies(run))
-    highest = fastest * float(np.abs(run.profile.speeds_rad_s).max()) / (2.0 * np.pi)
+    _, highest = excited_band_hz(run)
     if run.sample_rate_hz < 2.5 * highest:
         raise AnalysisError(
             f"the force is recorded at {run.sample_rate_hz:.6g} Hz, the excitation goes to "

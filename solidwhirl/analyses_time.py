@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solidwhirl.analyses_response import RPM, end_of, unbalance_of
 from solidwhirl.outcome import Outcome, Write
@@ -18,7 +17,7 @@ from solidwhirl.rotordyn.complexity import (
     compare_complexity,
     rigid_bodies_system,
 )
-from solidwhirl.rotordyn.force_spectrum import amplitude_spectrum, spectrogram
+from solidwhirl.rotordyn.force_spectrum import amplitude_spectrum, spectrogram, spectrum_peaks
 from solidwhirl.rotordyn.pictures_run_up import (
     draw_normalised_responses,
     draw_run_up,
@@ -26,17 +25,19 @@ from solidwhirl.rotordyn.pictures_run_up import (
 )
 from solidwhirl.rotordyn.run_up import run_up
 from solidwhirl.rotordyn.run_up_record import EnergyBalance, RunUp
-from solidwhirl.rotordyn.run_up_response import normalised_response
+from solidwhirl.rotordyn.run_up_response import NormalisedResponse, normalised_response
 from solidwhirl.rotordyn.speed_profile import ramp_and_hold
-from solidwhirl.rotordyn.unbalance_peaks import ResonancePeak, resonance_peaks
+from solidwhirl.rotordyn.unbalance_peaks import resonance_peaks
 from solidwhirl.scene_analyses import RunUpSpec
 
 # Length of the pieces of a spectrogram, s.
 _PIECE_S = 0.25
 # Records in one of them at least.
 _FEWEST = 8
-# A line of the spectrum is a peak where it rises above its surroundings by this factor.
-_PROMINENT = 3.0
+# A peak of the normalised response rises above its surroundings by this factor.
+_PROMINENT = 1.5
+# Lowest frequency of a peak of the force [Hz].
+_LOWEST_HZ = 1.0
 
 
 def run_run_up(spec: RunUpSpec, system: AssembledSystem, title: str) -> Outcome:
@@ -96,20 +97,12 @@ def _long_enough(spec: RunUpSpec) -> bool:
     return spec.ramp_s + spec.hold_s > 4.0 * _PIECE_S and _PIECE_S * spec.record_hz >= _FEWEST
 
 
-def _peaks(
-    hertz: NDArray[np.float64], height: NDArray[np.float64], prominence: float
-) -> tuple[ResonancePeak, ...]:
-    """Peaks of a curve; none of one with too few points."""
-    return resonance_peaks(2.0 * np.pi * hertz, height, prominence) if hertz.size >= 3 else ()
-
-
 def _document(spec: RunUpSpec, run: RunUp, spent: float) -> dict[str, Any]:
     force = run.bearing_force_n(spec.mount)
     spectrum = amplitude_spectrum(run.time_s, force[0])
-    known = spectrum.frequency_hz > 1.0
-    peaks = _peaks(spectrum.frequency_hz[known], spectrum.amplitude[known], _PROMINENT)
-    highest = sorted(peaks, key=lambda p: -p.amplitude)[:12]
     fastest = max([abs(r) for r in run.speed_ratios.values()] or [1.0]) * spec.to_rpm / 60.0
+    peaks = spectrum_peaks(spectrum, _LOWEST_HZ, fastest)
+    highest = sorted(peaks, key=lambda p: -p.amplitude)[:12]
     steps = run.profile.duration_s / run.step_s
     return {
         "ramp_s": spec.ramp_s,
@@ -144,15 +137,16 @@ def _largest(energy: EnergyBalance) -> float:
     return float(max(np.abs(part).max() for part in parts))
 
 
-def _response_document(response: Any) -> dict[str, Any]:
-    known = np.isfinite(response.ratio) & (response.frequency_hz > 0)
+def _response_document(response: NormalisedResponse) -> dict[str, Any]:
+    known = np.isfinite(response.ratio)
     hertz, ratio = response.frequency_hz[known], response.ratio[known]
-    peaks = _peaks(hertz, ratio, 1.5)
+    peaks = resonance_peaks(2.0 * np.pi * hertz, ratio, _PROMINENT) if hertz.size >= 3 else ()
     return {
+        "excited_hz": list(response.excited_hz),
         "peaks": [
             {"frequency_hz": p.position_rad_s / (2.0 * np.pi), "force_per_force": p.amplitude}
             for p in peaks
-        ]
+        ],
     }
 
 
@@ -175,15 +169,19 @@ def _compare(spec: RunUpSpec, system: AssembledSystem) -> ComplexityComparison:
 
 
 def _complexity_document(compared: ComplexityComparison) -> dict[str, Any]:
+    _, highest = compared.responses[0].excited_hz
     return {
         "bands_hz": compared.bands_hz.tolist(),
+        "excited_to_hz": highest,
         "models": [
             {
                 "name": name,
                 "coordinates": compared.sizes[k],
                 "peak_force_n": compared.peak_force_n[k],
                 "peak_force_error": compared.peak_error[k],
-                "response_error_by_band": compared.band_error[k].tolist(),
+                "response_error_by_band": [
+                    None if np.isnan(error) else float(error) for error in compared.band_error[k]
+                ],
                 "wall_time_s": compared.wall_time_s[k],
             }
             for k, name in enumerate(compared.names)

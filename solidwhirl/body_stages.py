@@ -148,7 +148,9 @@ def reduced_bodies(
 
         with job.clock.stage("error_estimate"):
             done, todo = job.keeper.stage(f"judgement of round {number}", key, compute)
-        job.progress(f"estimated error {done.estimate:.1e} after round {number}")
+        later = [name for name in bodies if plan.bodies[name].level == "solid"]
+        left_out = f", the mesh of {', '.join(later)} not yet in it" if later else ""
+        job.progress(f"estimated error {done.estimate:.1e} after round {number}{left_out}")
         return done, todo
 
     first = {name: first_discretisation(scene, plan, name) for name in bodies}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -63,6 +63,7 @@ def accuracy_document(
         if estimates is None
         else list(estimates.campbell.bodies_without_estimate),
         "meshes_without_estimate": given,
+        "bodies_of_several_materials": several_materials(scene),
         "rounds": [
             {
                 "unknowns": dict(r.unknowns),
@@ -74,6 +75,75 @@ def accuracy_document(
             for r in rounds
         ],
     }
+
+
+def several_materials(scene: Scene) -> dict[str, list[str]]:
+    """Return the bodies that are of several materials, with the names of these.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
+    found: dict[str, list[str]] = {}
+    for name, body in scene.bodies.items():
+        own = [part.material for part in body.sections]
+        own += [group.material for group in body.stage_groups]
+        found[name] = [material or body.material or "" for material in own]
+    for name, mesh in scene.mesh_bodies.items():
+        found[name] = list(mesh.materials.values())
+        found[name] += [mesh.material] if mesh.material else []
+    once = {name: list(dict.fromkeys(materials)) for name, materials in found.items()}
+    return {name: materials for name, materials in once.items() if len(materials) > 1}
+
+
+def coupling_effect(document: Mapping[str, Any]) -> float | None:
+    """Return by how much the other coupling of the interfaces moves a frequency at most.
+
+    Parameters
+    ----------
+    document
+        The contents of `results.json`.
+
+    Returns
+    -------
+    float or None
+        Relative; None where it was not computed.
+    """
+    rows = document["campbell"].get("error_parts", {}).get("interface_coupling", ())
+    return max((v for row in rows for v in row if v is not None), default=None)
+
+
+def coupling_text(effect: float) -> str:
+    """Return what the part of the coupling means and what to do, as one paragraph.
+
+    Parameters
+    ----------
+    effect
+        From `coupling_effect`.
+    """
+    return (
+        f"Choice of the coupling: with rigid interfaces where the scene has distributing ones, and "
+        f"the reverse, frequencies move by up to {100.0 * effect:.2g} %. That is a choice of the "
+        "model and not in the sum. Take `coupling` rigid where a stiff ring or bearing holds the "
+        "cross-section round and plane, distributing where what sits there is softer than the "
+        "shaft."
+    )
+
+
+def materials_text(names: Sequence[str]) -> str:
+    """Return what the estimate does not cover at junctions of materials.
+
+    Parameters
+    ----------
+    names
+        Of the materials of a body.
+    """
+    return (
+        f"is of several materials ({', '.join(names)}): the estimate has not been checked on such "
+        "bodies, and where they join stresses can be more singular than it takes them to be; "
+        "compare with a finer accuracy"
+    )
 
 
 def _given_meshes(scene: Scene, estimates: Estimates) -> list[str]:

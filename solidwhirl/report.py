@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from solidwhirl.check_report import checks_text
+from solidwhirl.estimate_documents import coupling_effect, coupling_text, materials_text
 from solidwhirl.fineness import Fineness
 from solidwhirl.forecast import Forecast
 from solidwhirl.pipeline import Results
@@ -224,6 +225,17 @@ def _accuracy(document: dict[str, Any]) -> str:
         for k, r in enumerate(found["rounds"])
     ]
     lines.append(_table(("round", "unknowns", "modes", "estimate", "refined"), steps))
+    solids = [name for name, b in document["bodies"].items() if b["level"] == "solid"]
+    if solids and steps:
+        lines.append(
+            f"The mesh of {', '.join(solids)} is compared with a finer one after the last round: "
+            "it is in the largest estimate and not in those of the rounds."
+        )
+    effect = coupling_effect(document)
+    if effect is not None:
+        lines.append(f"- {coupling_text(effect)}")
+    for name, names in found.get("bodies_of_several_materials", {}).items():
+        lines.append(f"- {name} {materials_text(names)}")
     for name in found["bodies_without_estimate"]:
         lines.append(f"- {name}: carries no error estimate; nothing of it is in these numbers")
     for name in found.get("meshes_without_estimate", ()):

@@ -26,6 +26,7 @@ from solidwhirl.meshing import write_gmsh, write_vtu
 from solidwhirl.meshing.user_mesh_records import MeshedBody
 from solidwhirl.outcome import is_picture
 from solidwhirl.page.build import write_report
+from solidwhirl.page.operating import operating_rad_s
 from solidwhirl.page.records import Run
 from solidwhirl.pipeline import Results
 from solidwhirl.plain_data import plain_data
@@ -282,10 +283,16 @@ def _draw_all(results: Results, folder: Path, keeper: Keeper) -> None:
     title = results.scene.title or results.scene.name
     critical = tuple(c.critical for c in results.critical_speeds)
     ratios = results.scene.speed_ratios()
+    operating = operating_rad_s(results)
     keeper.picture(
-        keeper.key("campbell.png", results.campbell, critical, title, ratios),
+        keeper.key("campbell.png", results.campbell, critical, title, ratios, operating),
         lambda path: draw_campbell(
-            results.campbell, critical, path, title=title, excitation_ratios=ratios
+            results.campbell,
+            critical,
+            path,
+            title=title,
+            excitation_ratios=ratios,
+            operating_rad_s=operating,
         ),
     )(folder / "campbell.png")
     if results.estimates is not None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from solidwhirl.estimate_documents import coupling_effect, coupling_text, materials_text
 from solidwhirl.page.records import Block, Chart, Run, Section, Table, Text
 
 _MET = {True: "met", False: "**not met**", None: "not known"}
@@ -53,7 +54,15 @@ def _accuracy(document: Mapping[str, Any]) -> Iterator[Block]:
         f"- the mesh of `{name}` was given: its error is not known and not in these numbers"
         for name in found.get("meshes_without_estimate", ())
     ]
+    lines += [
+        f"- `{name}` {materials_text(names)}"
+        for name, names in found.get("bodies_of_several_materials", {}).items()
+    ]
+    effect = coupling_effect(document)
+    if effect is not None:
+        lines.append(f"- {coupling_text(effect)}")
     yield Text(text="\n".join(lines))
+    solids = [name for name, b in document["bodies"].items() if b["level"] == "solid"]
     parts = document["campbell"].get("error_parts", {})
     rows = [(part.replace("_", " "), _largest(v), _remark(part)) for part, v in parts.items()]
     if rows:
@@ -62,8 +71,8 @@ def _accuracy(document: Mapping[str, Any]) -> Iterator[Block]:
             head=("part", "largest of all branches and speeds", ""),
             rows=rows,
         )
-    if len(found["rounds"]) > 1:
-        yield _rounds(found["rounds"])
+    if found["rounds"] and (len(found["rounds"]) > 1 or solids):
+        yield _rounds(found["rounds"], solids)
 
 
 def _largest(values: Any) -> str | None:
@@ -75,7 +84,11 @@ def _remark(part: str) -> str:
     return "a choice of the model, not summed" if part == "interface_coupling" else ""
 
 
-def _rounds(rounds: Any) -> Table:
+def _rounds(rounds: Any, solids: Sequence[str]) -> Table:
+    later = (
+        f" The mesh of {', '.join(solids)} is compared with a finer one after the last round: it "
+        "is in the largest estimate above and not in those of the rounds."
+    )
     return Table(
         title="Rounds of refinement",
         head=("round", "largest estimate", "unknowns", "modes", "refined then"),
@@ -90,7 +103,7 @@ def _rounds(rounds: Any) -> Table:
             for k, r in enumerate(rounds)
         ],
         caption="Meshes are refined where the estimate says that the error arises, and modes are "
-        "added, until the estimate is below what was asked.",
+        "added, until the estimate is below what was asked." + (later if solids else ""),
     )
 
 

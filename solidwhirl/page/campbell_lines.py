@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from solidwhirl.page.traces import FloatArray, numbers, percent
+from solidwhirl.rotordyn.campbell import Campbell
 
 # Decrements below this are those of no damping.
 UNDAMPED = 1e-9
@@ -33,6 +36,23 @@ def branches(document: Mapping[str, Any]) -> Lines:
         numbers(found["log_decrement"]).reshape(hertz.shape),
         None if errors is None else numbers(errors).reshape(hertz.shape),
         [list(branch) for branch in found["whirl"]],
+    )
+
+
+def lines_of(campbell: Campbell) -> Lines:
+    """Return the branches of a Campbell diagram, without errors.
+
+    Parameters
+    ----------
+    campbell
+        As arrays.
+    """
+    return Lines(
+        campbell.speeds_rad_s * 30.0 / np.pi,
+        np.asarray(campbell.frequency_hz),
+        np.asarray(campbell.log_decrement),
+        None,
+        [[str(w) or None for w in branch] for branch in campbell.whirl],
     )
 
 

@@ -48,7 +48,7 @@ def complexity_chart(name: str, entry: Mapping[str, Any]) -> Chart:
         name=f"complexity-{slug(name)}",
         title=f"What simpler models miss ({name})",
         caption="Difference from the model with all modes: of the largest force, and of the "
-        "normalised response by band of frequency.",
+        "normalised response by band of frequency." + beyond(entry),
         alt="Bars of the errors of simpler models; the table has the numbers.",
         traces=traces,
         layout={
@@ -57,6 +57,24 @@ def complexity_chart(name: str, entry: Mapping[str, Any]) -> Chart:
             "barmode": "group",
         },
         height_px=360,
+    )
+
+
+def beyond(found: Mapping[str, Any]) -> str:
+    """Return a sentence on the bands that reach beyond what is excited; empty without any.
+
+    Parameters
+    ----------
+    found
+        As `entry` in `complexity_chart`.
+    """
+    top = found["excited_to_hz"]
+    cut = [f"{low:g} to {high:g} Hz" for low, high in found["bands_hz"] if high > top]
+    if not cut:
+        return ""
+    return (
+        f" Nothing is excited above {top:.5g} Hz: the {'bands' if len(cut) > 1 else 'band'} "
+        f"{', '.join(cut)} {'are' if len(cut) > 1 else 'is'} compared up to there only."
     )
 
 

@@ -19,7 +19,9 @@ from solidwhirl.page.drawing_parts import (
     gear_parts,
     joint_parts,
     patterns,
+    shade,
 )
+from solidwhirl.page.materials import sections_table
 from solidwhirl.page.records import Picture, Run, Section, Table
 from solidwhirl.page.silhouettes import Silhouette, silhouettes_of
 from solidwhirl.page.svg import (
@@ -73,13 +75,18 @@ def section(run: Run) -> Section:
     return Section(
         name="engine",
         title="The engine, to scale",
-        blocks=(picture, _places(bodies), *_joints(scene)),
+        blocks=(picture, _places(bodies), *sections_table(scene), *_joints(scene)),
     )
 
 
 def _caption(bodies: Sequence[Silhouette], scene: Scene) -> str:
     """What the symbols mean, as far as they are there."""
     said = ["Section through the axis, alike scaled in both directions; each body has a hatching."]
+    materials = materials_of(bodies)
+    if len(materials) > 1:
+        said.append("Materials are shaded, see the legend.")
+    elif materials:
+        said.append(f"All sections are of {materials[0]}.")
     if any(b.kind == "view" for b in bodies):
         said.append("Bodies from a mesh show their outline seen from the side.")
     if any(b.disks for b in bodies):
@@ -90,6 +97,17 @@ def _caption(bodies: Sequence[Silhouette], scene: Scene) -> str:
         said.append("Toothed circles: gear.")
     said.append("Circle with dark quarters: centre of gravity. Small rings on the axis: nodes.")
     return " ".join(said)
+
+
+def materials_of(bodies: Sequence[Silhouette]) -> tuple[str, ...]:
+    """Return the names of the materials of all sections, in the order in which they appear.
+
+    Parameters
+    ----------
+    bodies
+        From `silhouettes_of`.
+    """
+    return tuple(dict.fromkeys(name for b in bodies for name in b.materials))
 
 
 def drawing_svg(scene: Scene, bodies: Sequence[Silhouette]) -> str:
@@ -222,10 +240,10 @@ def _short(value: float) -> str:
 
 def _machine(scene: Scene, plan: _Plan) -> Iterator[str]:
     """Bodies, casings, axis, joints, nodes and centres, from back to front."""
-    frame = plan.frame
+    frame, materials = plan.frame, materials_of(plan.bodies)
     for k, body in enumerate(plan.bodies):
         yield f"<g><title>{body.name}</title>"
-        yield from body_parts(frame, body, k)
+        yield from body_parts(frame, body, k, materials)
         if body.kind == "none":
             yield from _bare_body(plan, body, k)
         yield "</g>"
@@ -301,17 +319,25 @@ def _seat(plan: _Plan, end: str) -> tuple[float, float]:
 
 
 def _legend(bodies: Sequence[Silhouette], width: float) -> list[list[str]]:
-    """Rows of swatches with the names of the bodies and their speed ratios."""
+    """Rows of swatches: bodies with their speed ratios, and materials where there are several."""
     rows: list[list[str]] = [[]]
     x = _MARGIN
-    for k, body in enumerate(bodies):
-        words = f"{body.name} (speed × {body.speed_ratio:g})"
+    entries = [
+        (
+            f"{body.name} (speed × {body.speed_ratio:g})",
+            f'fill="url(#drawing-hatch-{k})" stroke="{color(k)}"',
+        )
+        for k, body in enumerate(bodies)
+    ]
+    materials = materials_of(bodies)
+    if len(materials) > 1:
+        entries += [(m, f'{shade(m, materials)} stroke="var(--muted)"') for m in materials]
+    for words, look in entries:
         need = 34.0 + LETTER * len(words) + 18.0
         if x + need > width - _MARGIN and rows[-1]:
             rows.append([])
             x = _MARGIN
         y = 6.0 + _LEGEND_LINE * (len(rows) - 1)
-        look = f'fill="url(#drawing-hatch-{k})" stroke="{color(k)}"'
         swatch = f'<rect x="{number(x)}" y="{number(y)}" width="26" height="13" {look}/>'
         rows[-1] += [swatch, text(x + 33.0, y + 11.0, words, anchor="start")]
         x += need

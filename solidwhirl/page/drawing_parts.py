@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from html import escape
 from typing import NamedTuple
 
 import numpy as np
@@ -85,14 +86,50 @@ def patterns(count: int) -> Iterator[str]:
     yield "</defs>"
 
 
-def body_parts(frame: Frame, body: Silhouette, index: int) -> Iterator[str]:
-    """Return the areas of a body and its rigid disks."""
+def shade(material: str, materials: Sequence[str]) -> str:
+    """Return the look of a material under the hatching: the more to the right, the darker.
+
+    Parameters
+    ----------
+    material
+        Its name.
+    materials
+        Those of the engine; of one alone nothing is shaded.
+    """
+    darkest = 0.3 / max(len(materials) - 1, 1)
+    opacity = darkest * materials.index(material) if material in materials else 0.0
+    return f'fill="var(--ink)" fill-opacity="{opacity:.2g}"'
+
+
+def body_parts(
+    frame: Frame, body: Silhouette, index: int, materials: Sequence[str] = ()
+) -> Iterator[str]:
+    """Return the areas of a body, shaded by material and named on hover, and its rigid disks.
+
+    Parameters
+    ----------
+    frame
+        Of the picture.
+    body
+        The body.
+    index
+        Its number, which chooses colour and hatching.
+    materials
+        Of the engine.
+    """
     look = (
         f'fill="url(#drawing-hatch-{index})" stroke="{color(index)}" stroke-width="1.1" '
         'stroke-linejoin="round"'
     )
-    for area in body.areas_m:
-        yield polygon(frame.points(area), look)
+    for k, area in enumerate(body.areas_m):
+        points = frame.points(area)
+        if not body.labels:
+            yield polygon(points, look)
+            continue
+        yield f"<g><title>{escape(body.labels[k])}</title>"
+        if body.materials[k] in materials[1:]:
+            yield polygon(points, shade(body.materials[k], materials))
+        yield polygon(points, look) + "</g>"
     for disk in body.disks:
         x, reach = frame.x(disk.at_m), disk.gyration_m * frame.scale
         own = f'stroke="{color(index)}" stroke-width="1.6"'

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from solidwhirl.page.marks import whirl_text
+from solidwhirl.page.operating import margin_words
 from solidwhirl.page.records import Chart, Table, Text
 from solidwhirl.page.traces import WHIRL, Trace, axis, band, marks, slug, style_of, whirl_name
 
@@ -51,7 +52,7 @@ def _margin_table(rows: Sequence[Mapping[str, Any]], title: str) -> Table:
             "critical speed [rpm]",
             "whirl",
             "amplification factor [1]",
-            "margin [%]",
+            "margin",
             "API 617 asks [%]",
             "by API 617",
             "by 15 %",
@@ -63,7 +64,7 @@ def _margin_table(rows: Sequence[Mapping[str, Any]], title: str) -> Table:
                 f"{m['critical_speed_rpm']:.1f}",
                 whirl_text(m["whirl"]),
                 m["amplification_factor"],
-                f"{100.0 * m['margin']:.1f}",
+                margin_words(m["margin"]),
                 _required(m),
                 *(m[key] for key in _VERDICTS),
             ]
@@ -72,6 +73,27 @@ def _margin_table(rows: Sequence[Mapping[str, Any]], title: str) -> Table:
         caption="In the manner of API 617; no statement of compliance. Speeds are those of the "
         "shaft itself.",
     )
+
+
+def margins_in_short(entry: Mapping[str, Any]) -> str:
+    """Return how many critical speeds keep their margins, and which is the nearest.
+
+    Parameters
+    ----------
+    entry
+        Of a separation margin analysis in `results.json`.
+    """
+    rows = entry["margins"]
+    if not rows:
+        return "no critical speed near the operating speeds"
+    missed = sum(m["verdict_15_percent"] != _KEPT for m in rows)
+    by_formula = sum(m["verdict_api_617"] not in (None, _KEPT) for m in rows)
+    nearest = min(rows, key=lambda m: (abs(m["margin"]), m["critical_speed_rpm"]))
+    where = f"{margin_words(nearest['margin'])} the operating range of {nearest['shaft']}"
+    said = f"all {len(rows)} kept"
+    if missed or by_formula:
+        said = f"**{missed} of {len(rows)} not kept** by 15 %, {by_formula} by API 617"
+    return f"{said} (nearest: {nearest['critical_speed_rpm']:.0f} rpm, {where})"
 
 
 def _required(m: Mapping[str, Any]) -> str | None:
@@ -146,7 +168,7 @@ def margin_chart(name: str, entry: Mapping[str, Any]) -> Chart:
 
 
 def _margin_text(m: Mapping[str, Any]) -> str:
-    words = [f"margin {100.0 * m['margin']:.1f} % ({m['position']} the operating speed)"]
+    words = [f"{margin_words(m['margin'])} the operating speed"]
     if m["amplification_factor"] is not None:
         words.append(f"amplification factor {m['amplification_factor']:.3g}")
     words.append(f"15 %: {m['verdict_15_percent']}")

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from solidwhirl.page.materials import materials_table
 from solidwhirl.page.records import Block, Run, Section, Table
 
 # Frequencies listed of each body.
@@ -22,7 +23,13 @@ def section(run: Run) -> Section | None:
         The run.
     """
     bodies = run.document["bodies"]
-    blocks = [_properties(bodies), *_tensors(bodies), _sizes(bodies), *_disks(run)]
+    blocks = [
+        _properties(bodies),
+        *materials_table(run.results.scene, bodies),
+        *_tensors(bodies),
+        _sizes(bodies),
+        *_disks(run),
+    ]
     return Section(name="masses", title="Mass properties", blocks=blocks)
 
 

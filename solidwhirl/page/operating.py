@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from solidwhirl.page.traces import Trace, analyses_of_kind, band
+
+if TYPE_CHECKING:
+    from solidwhirl.pipeline import Results
+
+_RAD_S = math.pi / 30.0
 
 
 class Operating(NamedTuple):
@@ -53,6 +59,88 @@ def operating_speeds(
         if not inside:
             found.append(Operating(shaft, rpm, rpm, abs(ratios[shaft])))
     return tuple(o for o in found if o.ratio > 0.0)
+
+
+def operating_of(results: Results) -> tuple[Operating, ...]:
+    """Return the operating speeds that the analyses of a run name.
+
+    Parameters
+    ----------
+    results
+        Of the run.
+    """
+    analyses = {name: {**o.document, "kind": o.kind} for name, o in results.analyses.items()}
+    return operating_speeds({"analyses": analyses}, results.scene.speed_ratios())
+
+
+def operating_rad_s(results: Results) -> dict[str, tuple[float, float]]:
+    """Return the operating speeds as speeds of the reference shaft, for static diagrams.
+
+    Parameters
+    ----------
+    results
+        Of a run.
+
+    Returns
+    -------
+    dict
+        Lowest and highest speed, rad/s, by what a legend says.
+    """
+    return {
+        o.text: (o.from_rpm / o.ratio * _RAD_S, o.to_rpm / o.ratio * _RAD_S)
+        for o in operating_of(results)
+    }
+
+
+def margin_words(margin: float) -> str:
+    """Return the distance of a critical speed from operating speeds in words.
+
+    Parameters
+    ----------
+    margin
+        (N_c − N_op) / N_op, 0 inside.
+
+    Returns
+    -------
+    str
+        Such as "66.3 % below", or "inside".
+    """
+    if margin == 0.0:
+        return "inside"
+    size = 100.0 * abs(margin)
+    said = f"{size:.1f}" if round(size, 1) > 0.0 else "less than 0.1"
+    return f"{said} % {'above' if margin > 0.0 else 'below'}"
+
+
+def margin_text(
+    speed_rpm: float, shafts: Sequence[str], operating: Sequence[Operating]
+) -> str | None:
+    """Return how far a critical speed is from the operating speeds of the shafts that excite it.
+
+    Parameters
+    ----------
+    speed_rpm
+        Of the reference shaft.
+    shafts
+        That excite it.
+    operating
+        From `operating_speeds`.
+
+    Returns
+    -------
+    str or None
+        Of the nearest shaft; None if none of them has an operating speed.
+    """
+    found = []
+    for own in operating:
+        if own.shaft in shafts:
+            speed = speed_rpm * own.ratio
+            end = min(max(speed, own.from_rpm), own.to_rpm)
+            found.append(((speed - end) / end, own.shaft))
+    if not found:
+        return None
+    margin, shaft = min(found, key=lambda pair: abs(pair[0]))
+    return f"**inside** {shaft}" if margin == 0.0 else f"{margin_words(margin)} {shaft}"
 
 
 def operating_bands(speeds: tuple[Operating, ...], bottom: float, top: float) -> list[Trace]:

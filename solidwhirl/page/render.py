@@ -121,7 +121,10 @@ def table_html(table: Table) -> Markup:
         + "</tr>"
         for row in rows
     )
-    return Markup(f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody>")
+    # a head without words would be an empty line
+    named = any(str(title) for title in table.head)
+    top = f"<thead><tr>{head}</tr></thead>" if named else ""
+    return Markup(f"{top}<tbody>{body}</tbody>")
 
 
 def _kind(cells: Sequence[str]) -> str:

@@ -14,6 +14,7 @@ from solidwhirl.outcome import Outcome
 from solidwhirl.page.complexity import complexity_chart, complexity_table
 from solidwhirl.page.maps import heat
 from solidwhirl.page.records import Chart, Run, Section, Table, Text, Toggle
+from solidwhirl.page.run_up_peaks import response_peaks
 from solidwhirl.page.traces import (
     SPEED_AXIS,
     FloatArray,
@@ -104,8 +105,8 @@ def run_up_blocks(
             blocks.append(spectrum_chart(name, entry, record))
             pieces = spectrogram_chart(name, entry, record, ratios)
             blocks += [] if pieces is None else [pieces]
-    if entry.get("normalised_response", {}).get("peaks"):
-        blocks.append(_response_peaks(name, entry))
+    if "normalised_response" in entry:
+        blocks.append(response_peaks(name, entry["normalised_response"]))
     if "complexity" in entry:
         blocks += [
             complexity_chart(name, entry["complexity"]),
@@ -387,15 +388,4 @@ def spectrogram_chart(
         },
         height_px=440,
         controls=[Toggle(label="lines of the shafts", traces=list(range(1, len(traces))))],
-    )
-
-
-def _response_peaks(name: str, entry: Mapping[str, Any]) -> Table:
-    return Table(
-        head=["frequency [Hz]", "force per excitation force [N/N]"],
-        rows=[
-            [f"{p['frequency_hz']:.5g}", p["force_per_force"]]
-            for p in entry["normalised_response"]["peaks"]
-        ],
-        folded=f"Peaks of the normalised response ({name})",
     )

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from solidwhirl.bodies import build_bodies
 from solidwhirl.body_outlines import beam_areas, disks_of, profile_areas
 from solidwhirl.geometry import Body, Interface
+from solidwhirl.page.materials import Part, beam_parts, profile_parts
 from solidwhirl.pipeline import Results
 from solidwhirl.rotordyn import Superelement
 from solidwhirl.scene import Scene
@@ -57,6 +58,8 @@ class Silhouette:
         (z, height) of the master nodes by interface.
     seats_m
         Radius at which what is fixed to an interface is drawn.
+    labels, materials
+        Of each area, what it is and the name of its material; empty where neither is known.
     disks
         Rigid disks.
     center_m
@@ -73,6 +76,8 @@ class Silhouette:
     disks: tuple[Disk, ...]
     center_m: tuple[float, float]
     speed_ratio: float
+    labels: tuple[str, ...] = ()
+    materials: tuple[str, ...] = ()
 
 
 def silhouettes_of(results: Results) -> tuple[Silhouette, ...]:
@@ -95,17 +100,26 @@ def _silhouette(scene: Scene, name: str, element: Superelement, profile: Body | 
     nodes = {n.name: (float(n.position_m[2]), float(n.position_m[0])) for n in element.interfaces}
     kind = "none"
     areas: tuple[FloatArray, ...] = ()
+    parts: tuple[Part, ...] = ()
     if profile is not None:
-        kind, areas = "cut", tuple(_mirrored(profile_areas(profile)))
+        kind, areas, parts = "cut", profile_areas(profile), profile_parts(profile)
         seats = {i.name: _seat(profile, i) for i in profile.interfaces}
     elif name in scene.beams:
-        kind, areas = "cut", tuple(_mirrored(beam_areas(scene.beams[name])))
+        kind, areas = "cut", beam_areas(scene.beams[name])
+        parts = beam_parts(scene, name)
         seats = {n: _beam_radius(scene.beams[name], z) for n, (z, _) in nodes.items()}
     else:
         outline = _view(element)
         if outline is not None:
             kind, areas = "view", (outline,)
         seats = {n: _view_radius(outline, z) for n, (z, _) in nodes.items()}
+    labels: list[str] = []
+    if kind == "cut":
+        pieces = [list(_mirrored([area])) for area in areas]
+        labels = [f"{name}: {p.name}, {p.material}" for p in parts]
+        labels = [text for text, own in zip(labels, pieces, strict=True) for _ in own]
+        parts = tuple(p for p, own in zip(parts, pieces, strict=True) for _ in own)
+        areas = tuple(area for own in pieces for area in own)
     center = np.asarray(element.center_of_gravity_m, dtype=float)
     return Silhouette(
         name=name,
@@ -116,6 +130,8 @@ def _silhouette(scene: Scene, name: str, element: Superelement, profile: Body | 
         disks=tuple(_disks(scene, name, {n: z for n, (z, _) in nodes.items()})),
         center_m=(float(center[2]), float(center[0])),
         speed_ratio=scene.speed_ratio(name),
+        labels=tuple(labels),
+        materials=tuple(p.material for p in parts),
     )
 
 

@@ -7,6 +7,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from solidwhirl.page.campbell_lines import Lines, branches
+from solidwhirl.page.least_damped import (
+    LeastDamped,
+    least_of_branches,
+    least_traces,
+    undamped_branches,
+)
 from solidwhirl.page.records import Chart, Choice, Option, Run, Section, Text
 from solidwhirl.page.traces import (
     SPEED_AXIS,
@@ -21,8 +28,6 @@ from solidwhirl.page.traces import (
     slug,
 )
 
-# Decrements above this, close to critical damping, would flatten the rest.
-_LARGEST = 2.0
 # Decrements and growth rates below this are those of undamped motion.
 _NOTHING = 1e-9
 
@@ -31,7 +36,7 @@ def section(run: Run) -> Section | None:
     """Return stability charts and bearing laws; None where the scene has none."""
     blocks: list[Any] = []
     for name, entry in analyses_of_kind(run.document, "stability").items():
-        blocks += stability_blocks(name, entry)
+        blocks += stability_blocks(name, entry, branches(run.document))
     for name, entry in analyses_of_kind(run.document, "bearing_laws").items():
         blocks += law_blocks(name, entry)
     if not blocks:
@@ -44,7 +49,7 @@ def section(run: Run) -> Section | None:
     )
 
 
-def stability_blocks(name: str, entry: Mapping[str, Any]) -> list[Any]:
+def stability_blocks(name: str, entry: Mapping[str, Any], lines: Lines | None = None) -> list[Any]:
     """Return the smallest decrement over the speed with the threshold.
 
     Parameters
@@ -53,38 +58,13 @@ def stability_blocks(name: str, entry: Mapping[str, Any]) -> list[Any]:
         Of the analysis.
     entry
         Its part of `results.json`.
+    lines
+        Branches of the Campbell diagram, whose smallest decrement is then shown at first.
     """
-    rpm = numbers(entry["speed_rpm"])
-    smallest = numbers(entry["smallest_log_decrement"])
+    every = _least_of_all(entry)
+    shown = None if lines is None else least_of_branches(lines)
     growth = numbers(entry["largest_growth_rate_per_s"])
-    texts = [
-        f"{f:.5g} Hz, {n} growing, largest rate {g:.4g} 1/s"
-        for f, n, g in zip(
-            numbers(entry["frequency_hz"]), entry["growing_motions"], growth, strict=True
-        )
-    ]
-    hover = "%{x:,.0f} rpm<br><b>%{y:.4g}</b><br>%{text}<extra></extra>"
-    traces: list[Trace] = [
-        line(
-            rpm,
-            smallest,
-            "smallest logarithmic decrement",
-            series_style(0),
-            mode="lines+markers",
-            text=texts,
-            hovertemplate=hover,
-        ),
-        line(
-            rpm,
-            growth,
-            "largest growth rate",
-            series_style(1),
-            mode="lines+markers",
-            text=texts,
-            hovertemplate=hover,
-        ),
-    ]
-    found = entry["threshold"]
+    found, rpm = entry["threshold"], every.rpm
     if found is None:
         text = f"No motion grows up to {rpm.max():g} rpm."
     else:
@@ -92,38 +72,88 @@ def stability_blocks(name: str, entry: Mapping[str, Any]) -> list[Any]:
             f"**A motion grows ({found['kind']}) from {found['speed_rpm']:.1f} rpm**, "
             f"at {found['frequency_hz'] or 0.0:.4g} Hz."
         )
-    if found is None and max(np.nanmax(np.abs(smallest)), np.nanmax(growth)) < _NOTHING:
+    least = np.nanmax(np.abs(every.decrement), initial=0.0)
+    nothing = found is None and max(least, np.nanmax(growth, initial=0.0)) < _NOTHING
+    if nothing:
         text += " At every speed there is motion that nothing damps, such as torsion: the smallest "
-        return [Text(text=text + "decrement is 0, and there is no curve to draw.")]
-    chart = Chart(
+        text += "decrement of all modes is 0"
+        if shown is None:
+            return [Text(text=f"{text}, and there is no curve to draw.")]
+        text += "."
+    said = [] if shown is None else [f"- Least damped in the Campbell diagram: {shown.said}"]
+    if not nothing and np.isfinite(every.decrement).any():
+        said.append(f"- Least damped of all modes: {every.said}")
+    text += "".join(f"\n{line}" for line in said)
+    blocks: list[Any] = [Text(text=text, kind="plain" if found is None else "warning")]
+    missing = 0 if lines is None or shown is None else undamped_branches(lines)
+    return [*blocks, _stability_chart(name, entry, shown, every, missing)]
+
+
+def _least_of_all(entry: Mapping[str, Any]) -> LeastDamped:
+    growth = numbers(entry["largest_growth_rate_per_s"])
+    hertz = numbers(entry["frequency_hz"])
+    texts = [
+        f"{f:.5g} Hz, {n} growing, largest rate {g:.4g} 1/s"
+        for f, n, g in zip(hertz, entry["growing_motions"], growth, strict=True)
+    ]
+    decrement = numbers(entry["smallest_log_decrement"])
+    return LeastDamped(numbers(entry["speed_rpm"]), decrement, hertz, texts)
+
+
+def _stability_chart(
+    name: str,
+    entry: Mapping[str, Any],
+    shown: LeastDamped | None,
+    every: LeastDamped,
+    missing: int,
+) -> Chart:
+    traces: list[Trace] = [] if shown is None else least_traces(shown)
+    options = []
+    if shown is not None:
+        options.append(Option(label="smallest decrement in the Campbell diagram", traces=[0, 1]))
+    at = len(traces)
+    traces += least_traces(every)
+    options.append(Option(label="smallest decrement of all modes", traces=[at, at + 1]))
+    traces.append(
+        line(
+            every.rpm,
+            numbers(entry["largest_growth_rate_per_s"]),
+            "largest growth rate",
+            series_style(1),
+            mode="lines+markers",
+            text=every.texts,
+            hovertemplate="%{x:,.0f} rpm<br><b>%{y:.4g}</b><br>%{text}<extra></extra>",
+        )
+    )
+    growth = {"yaxis.title.text": "growth rate [1/s]", "yaxis2.visible": False}
+    options.append(Option(label="largest growth rate", traces=[at + 2], layout=growth))
+    caption = (
+        "Smallest logarithmic decrement and the frequency of the mode that has it, or the largest "
+        "growth rate of all motions; the engine is stable where the decrement of all modes is "
+        "above and the growth rate below zero. The least damped of all modes may lie far above "
+        "what the engine excites."
+    )
+    if missing:
+        are = "branch that nothing damps is" if missing == 1 else "branches that nothing damps are"
+        caption += f" Of the Campbell diagram {missing} {are} left out."
+    return Chart(
         name=f"stability-{slug(name)}",
         title=f"Least damped motion over the speed ({name})",
-        caption="Smallest logarithmic decrement of all modes, or the largest growth rate of all "
-        "motions; the engine is stable where the first is above and the second below zero.",
-        alt=text.replace("**", ""),
+        caption=caption,
+        alt="Smallest logarithmic decrement over the speed and the frequency of its mode.",
         traces=traces,
         layout={
-            "xaxis": axis(SPEED_AXIS, range=[float(rpm.min()), float(rpm.max())]),
+            "xaxis": axis(SPEED_AXIS, range=[float(every.rpm.min()), float(every.rpm.max())]),
             "yaxis": axis("logarithmic decrement [1]", zeroline=True, zerolinecolor="@muted"),
-            "shapes": _threshold(found),
-            "showlegend": False,
+            "yaxis2": axis(
+                "frequency [Hz]", overlaying="y", side="right", showgrid=False, rangemode="tozero"
+            ),
+            "shapes": _threshold(entry["threshold"]),
+            "margin": {"r": 64},
         },
-        height_px=360,
-        controls=[
-            Choice(
-                label="shown",
-                options=[
-                    Option(label="smallest decrement", traces=[0]),
-                    Option(
-                        label="largest growth rate",
-                        traces=[1],
-                        layout={"yaxis.title.text": "growth rate [1/s]"},
-                    ),
-                ],
-            )
-        ],
+        height_px=380,
+        controls=[Choice(label="shown", options=options)],
     )
-    return [Text(text=text, kind="plain" if found is None else "warning"), chart]
 
 
 def _threshold(found: Mapping[str, Any] | None) -> list[dict[str, Any]]:

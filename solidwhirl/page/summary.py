@@ -6,13 +6,18 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from solidwhirl.check_report import failure_lines
+from solidwhirl.estimate_documents import coupling_effect
+from solidwhirl.page.margins import margins_in_short
 from solidwhirl.page.marks import whirl_text
-from solidwhirl.page.operating import Operating, operating_speeds
+from solidwhirl.page.operating import Operating, margin_text, operating_speeds
 from solidwhirl.page.records import Block, Run, Section, Table, Text
+from solidwhirl.page.traces import analyses_of_kind
 from solidwhirl.scene import Scene
 
 # Critical speeds that a reader in a hurry is shown.
 _MOST = 12
+# The choice of the coupling is named beside the estimate where it is worth so many times as much.
+_MUCH, _ROUNDING = 2.0, 1e-6
 _MET = {True: "met", False: "**not met**", None: "not known"}
 
 
@@ -59,7 +64,9 @@ def _key_numbers(run: Run) -> Table:
         ("Bodies", f"{len(document['bodies'])}, together {mass:.5g} kg"),
         ("Speeds", f"{speeds[0]:g} to {speeds[-1]:g} rpm of the reference shaft"),
         ("Critical speeds in this range", str(len(document["critical_speeds"]))),
+        *_margin_rows(document),
         ("Largest estimated error", f"{said}, asked {100 * found['asked']:.2g} %"),
+        *_coupling_rows(document, largest),
         ("Checks", _checks_text(document["invariants"])),
         ("Other analyses", _listed(document["analyses"]) or "none"),
         (
@@ -72,6 +79,26 @@ def _key_numbers(run: Run) -> Table:
         rows=rows,
         caption="What the error estimate covers, and what it does not, is under Accuracy and cost.",
     )
+
+
+def _margin_rows(document: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Separation margins, where operating speeds were given."""
+    found = analyses_of_kind(document, "separation_margins")
+    for name, entry in found.items():
+        yield (
+            "Separation margins" + (f" ({name})" if len(found) > 1 else ""),
+            margins_in_short(entry),
+        )
+
+
+def _coupling_rows(document: Mapping[str, Any], largest: float | None) -> Iterator[tuple[str, str]]:
+    """Choice of the coupling, where it is worth more than the estimated error."""
+    effect = coupling_effect(document)
+    if effect is not None and effect > _MUCH * max(largest or 0.0, _ROUNDING):
+        yield (
+            "Not in it: rigid or distributing interfaces",
+            f"up to {100.0 * effect:.2g} %, a choice of the model, see Accuracy and cost",
+        )
 
 
 def _checks_text(checks: Sequence[Mapping[str, Any]]) -> str:
@@ -120,20 +147,27 @@ def _critical_speeds(found: Sequence[Mapping[str, Any]], operating: Sequence[Ope
     if not found:
         return Text(text="**Critical speeds:** none in the speed range.")
     entries, said = nearest(found, operating, _MOST)
+    head = ["speed [rpm]", "frequency [Hz]", "± [%]", "whirl", "log. decrement", "excited by"]
+    rows = [
+        [
+            f"{c['speed_rpm']:.1f}",
+            f"{c['frequency_hz']:.3f}",
+            _percent(c.get("frequency_error_estimate")),
+            whirl_text(c["whirl"]),
+            c["log_decrement"],
+            ", ".join(c["excited_by"]),
+        ]
+        for c in entries
+    ]
+    if operating:
+        head.append("margin")
+        for row, c in zip(rows, entries, strict=True):
+            row.append(margin_text(c["speed_rpm"], c["excited_by"], operating))
+        said += "Margins are from the operating speeds of the shaft that excites. "
     return Table(
         title="Critical speeds",
-        head=("speed [rpm]", "frequency [Hz]", "± [%]", "whirl", "log. decrement", "excited by"),
-        rows=[
-            (
-                f"{c['speed_rpm']:.1f}",
-                f"{c['frequency_hz']:.3f}",
-                _percent(c.get("frequency_error_estimate")),
-                whirl_text(c["whirl"]),
-                c["log_decrement"],
-                ", ".join(c["excited_by"]),
-            )
-            for c in entries
-        ],
+        head=head,
+        rows=rows,
         caption=f"{said}Speeds of the reference shaft. ± is the estimated error of the "
         "discretisation, not that of the input. ● forward, □ backward, ◆ mixed whirl.",
     )

@@ -10,6 +10,9 @@ from typing import Any
 import numpy as np
 
 from solidwhirl.outcome import Write, is_picture
+from solidwhirl.page.campbell_lines import lines_of
+from solidwhirl.page.least_damped import least_of_branches
+from solidwhirl.page.operating import operating_rad_s
 from solidwhirl.pictures.engine import draw_engine
 from solidwhirl.pictures.engine_shape import ChosenMode, chosen_modes, engine_shape
 from solidwhirl.pictures.meshes import draw_meridian_mesh
@@ -128,7 +131,15 @@ def _campbell(results: Results, title: str) -> Iterator[Picture]:
             name=name,
             kind="plot",
             caption=caption,
-            draw=partial(_draw_campbell, draw, results.campbell, critical, title, ratios),
+            draw=partial(
+                _draw_campbell,
+                draw,
+                results.campbell,
+                critical,
+                title,
+                ratios,
+                operating_rad_s(results),
+            ),
         )
     if results.estimates is None:
         return
@@ -154,9 +165,17 @@ def _draw_campbell(
     critical: Any,
     title: str,
     ratios: dict[str, float],
+    operating: dict[str, tuple[float, float]],
     path: Path,
 ) -> None:
-    draw(diagram, critical, path, title=title, excitation_ratios=ratios)
+    draw(
+        diagram,
+        critical,
+        path,
+        title=title,
+        excitation_ratios=ratios,
+        operating_rad_s=operating,
+    )
 
 
 def _modes(
@@ -226,8 +245,9 @@ def _analyses(results: Results, title: str) -> Iterator[Picture]:
             yield Picture(
                 name=name,
                 kind="plot",
-                caption="Smallest logarithmic decrement over the speed.",
-                draw=partial(_draw_stable, outcome.document, title),
+                caption="Smallest logarithmic decrement over the speed, of all modes and of those "
+                "in the Campbell diagram, with the frequency of the least damped.",
+                draw=partial(_draw_stable, outcome.document, results, title),
             )
         record = outcome.files.get(f"{name}.npz")
         if outcome.kind == "run_up" and record and f"{name}_spectrogram.png" in outcome.files:
@@ -252,8 +272,8 @@ def _draw_stress(record: Write, title: str, path: Path) -> None:
     draw_stress_still(record, path, title)
 
 
-def _draw_stable(document: Any, title: str, path: Path) -> None:
-    draw_stability(document, path, title)
+def _draw_stable(document: Any, results: Results, title: str, path: Path) -> None:
+    draw_stability(document, path, title, least_of_branches(lines_of(results.campbell)))
 
 
 def _draw_waterfall(record: Write, top_hz: float, title: str, path: Path) -> None:

@@ -6,12 +6,13 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from textwrap import fill
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solidwhirl.outcome import Write
+from solidwhirl.page.least_damped import LeastDamped
 from solidwhirl.rotordyn import Invariant
 from solidwhirl.rotordyn.force_spectrum import spectrogram
 from solidwhirl.rotordyn.picture_frame import (
@@ -31,6 +32,9 @@ from solidwhirl.rotordyn.picture_frame import (
     write_figure,
 )
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 FloatArray = NDArray[np.float64]
 # Length of the pieces of a waterfall, s; spectra in it, and height of the tallest over the height
 # that all take.
@@ -39,7 +43,9 @@ _PIECE_S, _SPECTRA, _TALLEST = 0.25, 48, 0.16
 _LEAST = 1e-6
 
 
-def draw_stability(document: Mapping[str, Any], path: Path, title: str) -> None:
+def draw_stability(
+    document: Mapping[str, Any], path: Path, title: str, shown: LeastDamped | None = None
+) -> None:
     """Draw the smallest logarithmic decrement over the speed, shaded where motion grows.
 
     Parameters
@@ -50,6 +56,9 @@ def draw_stability(document: Mapping[str, Any], path: Path, title: str) -> None:
         The file; its suffix chooses the kind (.png, .svg, .pdf).
     title
         Above the picture.
+    shown
+        Least damped mode of the Campbell diagram, drawn beside that of all modes; None draws
+        none. The frequency of the mode with the least decrement stands at each curve.
     """
     from matplotlib.ticker import FuncFormatter
 
@@ -57,9 +66,15 @@ def draw_stability(document: Mapping[str, Any], path: Path, title: str) -> None:
     decrement = np.array(document["smallest_log_decrement"], dtype=float)
     with picture(path, title, 76.0, 40, ONE_COLUMN_MM) as (figure, axes):
         axes.plot(rpm, decrement, color=COLORS[0], linewidth=1.5, marker="o", markersize=3.0,
-                  markevery=max(1, rpm.size // 12), label="least damped motion")  # fmt: skip
-        low = min(float(np.nanmin(decrement)), 0.0)
-        high = max(float(np.nanmax(decrement)), 1e-6)
+                  markevery=max(1, rpm.size // 12), label="least damped of all modes")  # fmt: skip
+        low, high = float(np.nanmin(decrement)), float(np.nanmax(decrement))
+        _name_least(axes, rpm, decrement, np.array(document["frequency_hz"], dtype=float))
+        if shown is not None:
+            axes.plot(shown.rpm, shown.decrement, color=COLORS[2], linewidth=1.5,
+                      linestyle=(0, (3, 1, 1, 1)), label="of the Campbell diagram")  # fmt: skip
+            _name_least(axes, shown.rpm, shown.decrement, shown.hertz)
+            low, high = min(low, *shown.decrement.tolist()), max(high, *shown.decrement.tolist())
+        low, high = min(low, 0.0), max(high, 1e-6)
         bottom = low - 0.08 * (high - low)
         axes.axhspan(bottom, 0.0, color="#F6D5C5", zorder=0.5, label="grows by itself")
         axes.axhline(0.0, color="black", linewidth=0.8)
@@ -76,6 +91,22 @@ def draw_stability(document: Mapping[str, Any], path: Path, title: str) -> None:
         axes.set_ylabel("smallest log. decrement [1]")
         draw_grid(axes)
         add_legend(figure, (axes,), place="outside lower center", columns=2)
+
+
+def _name_least(axes: Axes, rpm: FloatArray, decrement: FloatArray, hertz: FloatArray) -> None:
+    """Write the frequency of the least damped mode where its decrement is least."""
+    if not np.isfinite(decrement).any():
+        return
+    at = int(np.nanargmin(decrement))
+    last = at > rpm.size // 2
+    axes.annotate(
+        f"{number_text(float(hertz[at]), 4)} Hz",
+        (float(rpm[at]), float(decrement[at])),
+        xytext=(-4 if last else 4, 4),
+        textcoords="offset points",
+        ha="right" if last else "left",
+        fontsize=SMALL_PT,
+    )
 
 
 @styled

@@ -13,6 +13,7 @@ from solidwhirl.geometry import (
     MassProperties,
     RigidDisk,
     combine,
+    mass_by_material_kg,
     mass_properties,
     section_mass_properties,
     subdivide,
@@ -193,6 +194,23 @@ def test_fillets_by_green_on_chords(section, body, loops_of, chords_of):
     assert errors[-1] < 1e-6
     rates = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
     assert rates == pytest.approx([2.0, 2.0], abs=0.05)
+
+
+def test_masses_by_material_make_up_the_body(section, body):
+    """Two materials, fillets included: their sum is the mass without rigid disks."""
+    shape = body(
+        section("shaft", 0.0, 0.4, 0.01, (0.02, 0.03)),
+        section("disk", 0.1, 0.2, (0.0225, 0.025), (0.1, 0.15)),
+        fillet=0.008,
+    )
+    shaft, disk = shape.sections
+    light = replace(disk.material, name="light", density_kg_per_m3=0.5 * RHO)
+    mixed = replace(shape, sections=(shaft, replace(disk, material=light)))
+    found = mass_by_material_kg(mixed)
+    assert list(found) == [shaft.material.name, "light"]
+    assert math.fsum(found.values()) == pytest.approx(mass_properties(mixed).mass_kg, rel=ROUND_OFF)
+    (whole,) = mass_by_material_kg(shape).values()
+    assert whole == pytest.approx(mass_properties(shape).mass_kg, rel=ROUND_OFF)
 
 
 def revolved_moments(polygon: np.ndarray) -> np.ndarray:

@@ -11,7 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solidwhirl.page import campbell, criticals, frames, maps, orbits, responses, run_ups, stability
-from solidwhirl.page.campbell_lines import Lines, branches
+from solidwhirl.page.campbell_lines import Lines, branches, lines_of
+from solidwhirl.page.complexity import beyond
+from solidwhirl.page.least_damped import least_of_branches
+from solidwhirl.page.run_up_peaks import response_peaks
 from solidwhirl.page.state_space import responses as responses_of_model
 from solidwhirl.page.state_space import stored_model
 from solidwhirl.page.traces import percent, whirl_name, whirl_runs
@@ -281,6 +284,42 @@ def test_growing_motion_is_a_warning():
     assert chart.layout["shapes"][0]["x0"] == 500.0
 
 
+def test_least_damped_mode_is_named_by_its_frequency():
+    """A mode of 6 kHz is the least damped of all, that of 50 Hz the least of the diagram."""
+    entry = {
+        "speed_rpm": [0.0, 1000.0],
+        "smallest_log_decrement": [0.01, 0.005],
+        "frequency_hz": [6195.0, 6195.0],
+        "largest_growth_rate_per_s": [-1.0, -1.0],
+        "growing_motions": [0, 0],
+        "threshold": None,
+    }
+    rpm = np.array([1000.0, 0.0])  # in any order
+    hertz = np.array([[50.0, 40.0], [80.0, 80.0], [90.0, 90.0]])
+    decrement = np.array([[0.1, 0.3], [0.4, 0.2], [1e-16, 0.0]])  # nothing damps the last
+    lines = Lines(rpm, hertz, decrement, None, [["forward"] * 2, ["backward"] * 2, ["planar"] * 2])
+    text, chart = stability.stability_blocks("s", entry, lines)
+    assert "Campbell diagram: 50 Hz (decrement 0.1 at 1000 rpm)" in text.text
+    assert "all modes: 6195 Hz (decrement 0.005 at 1000 rpm)" in text.text
+    (choice,) = chart.controls
+    first = [chart.traces[k] for k in choice.options[0].traces]
+    np.testing.assert_array_equal(first[0]["x"], [0.0, 1000.0])
+    np.testing.assert_array_equal(first[0]["y"], [0.2, 0.1])
+    np.testing.assert_array_equal(first[1]["y"], [80.0, 50.0])
+    assert first[1]["yaxis"] == "y2" and "backward" in first[0]["text"][0]
+    assert "1 branch that" in chart.caption
+    own = lines_of(everything().results.campbell)
+    stored = branches(everything().document)
+    np.testing.assert_allclose(own.decrement, stored.decrement, rtol=1e-12)
+    assert own.whirl == stored.whirl
+    # what nothing damps has no say in the diagram
+    still = stability.stability_blocks(
+        "s", {**entry, "smallest_log_decrement": [0.0, 0.0], "largest_growth_rate_per_s": [0, 0]}
+    )
+    assert len(still) == 1 and "no curve" in still[0].text
+    assert least_of_branches(lines._replace(decrement=np.zeros((3, 2)))) is None
+
+
 def test_model_responses_agree_with_those_by_solving():
     outcome = everything().results.analyses["state_space"]
     model = stored_model("state_space", outcome)
@@ -290,3 +329,16 @@ def test_model_responses_agree_with_those_by_solving():
     exact = frequency_response(model, speed, hertz)
     # eigenvectors of a lightly damped engine are well conditioned
     np.testing.assert_allclose(found, exact, rtol=1e-6, atol=1e-9 * np.abs(exact).max())
+
+
+def test_run_up_ends_at_the_fastest_excitation():
+    """6000 rpm are 100 Hz: no peak is beyond, and the band from 60 to 140 Hz is said to be cut."""
+    entry = everything().document["analyses"]["run_up"]
+    response = entry["normalised_response"]
+    assert all(p["frequency_hz"] < 100.5 for p in response["peaks"])
+    table = response_peaks("run_up", response)
+    assert len(table.rows) == len(response["peaks"]) > 1 and "to 100 Hz" in table.caption
+    assert "no peak" in response_peaks("r", {"peaks": [], "excited_hz": [1.0, 100.0]}).text
+    said = beyond(entry["complexity"])
+    assert "above 100 Hz: the band 60 to 140 Hz is compared" in said
+    assert not beyond({"bands_hz": [[20, 60]], "excited_to_hz": 100.0})

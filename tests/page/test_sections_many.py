@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+from everything import everything
 
+from solidwhirl.page import summary
 from solidwhirl.page.checks import _by_reason
-from solidwhirl.page.margins import margin_blocks
-from solidwhirl.page.operating import Operating
+from solidwhirl.page.margins import margin_blocks, margins_in_short
+from solidwhirl.page.operating import Operating, margin_text, margin_words
 from solidwhirl.page.records import Chart, Table, Text
 from solidwhirl.page.responses import force_chart, moving
 from solidwhirl.page.stability import law_chart, stability_blocks
@@ -82,6 +84,44 @@ def test_many_margins_are_folded_but_those_that_are_not_kept():
     assert isinstance(text, Text) and "all 30" in text.text
     _, table = margin_blocks("m", margins(12, {4}))
     assert isinstance(table, Table) and len(table.rows) == 12 and not table.folded
+
+
+def test_margins_in_short():
+    entry = margins(30, {4, 7})
+    said = margins_in_short(entry)
+    assert said.startswith(
+        "**0 of 30 not kept** by 15 %, 2 by API 617 (nearest: 0 rpm, 50.0 % below"
+    )
+    assert margins_in_short(margins(30, set())).startswith("all 30 kept (nearest")
+    entry["margins"][12] |= {"margin": 0.0, "verdict_15_percent": "inside margin"}
+    said = margins_in_short(entry)
+    assert said.startswith("**1 of 30 not kept** by 15 %, 2 by API 617")
+    assert "nearest: 1200 rpm, inside the operating range of a" in said
+    assert "no critical speed" in margins_in_short({"margins": []})
+
+
+def test_margins_are_those_of_the_exciting_shaft():
+    """Shaft b turns at half the speed of the reference shaft and runs at 400 to 500 rpm."""
+    operating = (Operating("a", 2000.0, 2000.0, 1.0), Operating("b", 400.0, 500.0, 0.5))
+    assert margin_text(1500.0, ["a"], operating) == "25.0 % below a"
+    assert margin_text(900.0, ["b"], operating) == "**inside** b"
+    assert margin_text(1500.0, ["b"], operating) == "50.0 % above b"
+    assert margin_text(1500.0, ["a", "b"], operating) == "25.0 % below a"
+    assert margin_text(1500.0, ["c"], operating) is None
+    assert margin_words(1e-5) == "less than 0.1 % above"
+
+
+def test_summary_has_the_margins(laval):
+    run = everything()
+    tables = {b.head[0]: b for b in summary.section(run).blocks if isinstance(b, Table)}
+    rows = dict(tables["at a glance"].rows)
+    assert "not kept" in rows["Separation margins"]
+    table = tables["speed [rpm]"]
+    assert table.head[-1] == "margin"
+    assert any("below lp" in row[-1] for row in table.rows)
+    # without operating speeds there is no such column
+    plain = {b.head[0]: b for b in summary.section(laval).blocks if isinstance(b, Table)}
+    assert "margin" not in plain["speed [rpm]"].head
 
 
 def test_bearings_with_the_same_law_share_a_curve():

@@ -208,6 +208,13 @@ def test_comparison_measures_what_flexibility_is_worth():
     assert found.band_error[3, 1] > 0.1 > found.band_error[2, 0]
     assert (found.wall_time_s > 0).all() and (found.peak_force_n > 0).all()
 
+    # 500 rad/s are 79.6 Hz: a band beyond it has nothing to compare, one across it has a part
+    beyond = {**options, "bands_hz": [(10.0, 35.0), (35.0, 300.0), (100.0, 300.0)]}
+    some = {"full": full, "rigid": rigid_bodies_system(full, ["shaft"])}
+    cut = compare_complexity(some, profile, UNBALANCE, **beyond)
+    assert cut.band_error[1, 0] == found.band_error[3, 0]
+    assert np.isfinite(cut.band_error[:, 1]).all() and np.isnan(cut.band_error[:, 2]).all()
+
     # a shaft 1e3 times as stiff is a rigid one
     stiff = engine(shaft(2e14))
     variants = {"stiff": stiff, "rigid": rigid_bodies_system(stiff, ["shaft"])}

@@ -10,10 +10,12 @@ from solidwhirl.rotordyn.force_spectrum import (
     amplitude_spectrum,
     order_amplitude,
     spectrogram,
+    spectrum_peaks,
 )
 from solidwhirl.rotordyn.run_up import run_up
 from solidwhirl.rotordyn.run_up_response import (
     excitation_force_n,
+    excited_band_hz,
     excited_bodies,
     normalised_response,
     order_response,
@@ -130,6 +132,36 @@ def test_normalised_response_of_a_slow_sweep_is_the_transmissibility(swept, axis
     assert found.ratio[inside].max() == pytest.approx(1 / (2 * RATIO), rel=0.03)
 
 
+def test_normalised_response_ends_where_the_excitation_does(swept):
+    # 1.5 times 200 rad/s; 60 s resolve 2/60 Hz
+    fastest = 300.0 / (2 * np.pi)
+    assert excited_band_hz(swept) == pytest.approx((2.0 / 60.0, fastest), rel=1e-3)
+    found = normalised_response(swept, "rotor.hub", band_hz=0.4)
+    known = np.isfinite(found.ratio)
+    assert found.excited_hz == excited_band_hz(swept)
+    assert not known[found.frequency_hz > fastest + 0.2].any()
+    assert known[(found.frequency_hz > 1.0) & (found.frequency_hz < fastest - 0.4)].all()
+    assert found.frequency_hz[-1] > 200.0  # the axis itself goes as far as the record
+
+
+def test_peaks_of_a_spectrum_are_more_than_side_lobes():
+    """Lines of known height: kept down to 1e-4 of the highest, beyond only above the lobes."""
+    lines = {100.25: 1.0, 300.0: 5e-4, 340.0: 2e-5, 105.0: 3.5e-3}
+    signal = sum(a * np.cos(2 * np.pi * f * TIME + f) for f, a in lines.items())
+    spectrum = amplitude_spectrum(TIME, signal)
+    hertz = [
+        p.position_rad_s / (2 * np.pi) for p in spectrum_peaks(spectrum, 1.0, driven_to_hz=100.25)
+    ]
+    # 340 Hz is too low; at 105 Hz, 9.5 lines off, lobes reach 1/(π 9.5 (9.5² − 1)) = 4e-4
+    assert hertz == pytest.approx([100.25, 300.0], abs=0.1)
+    driven = [
+        p.position_rad_s / (2 * np.pi) for p in spectrum_peaks(spectrum, 1.0, driven_to_hz=150.0)
+    ]
+    assert driven == pytest.approx([100.25, 105.0, 300.0], abs=0.1)
+    with pytest.raises(AnalysisError, match="window 'boxcar'; allowed"):
+        spectrum_peaks(amplitude_spectrum(TIME, signal, "boxcar"), 1.0, 100.0)
+
+
 def test_order_response_of_a_slow_sweep_is_the_transmissibility(swept):
     found = order_response(swept, "rotor.hub", "rotor", 0.4)
     inside = (found.frequency_hz > 8.0) & (found.frequency_hz < 44.0) & np.isfinite(found.ratio)
@@ -183,6 +215,14 @@ def test_responses_refuse_what_is_not_there(swept):
         normalised_response(swept, "rotor.hub", "z")
     with pytest.raises(AnalysisError, match="'casing' has no unbalance"):
         order_response(swept, "rotor.hub", "casing", 0.5)
+
+
+def test_no_band_without_unbalance(hub, ground):
+    held = ground("rotor", "hub", 1e5, tilt_stiffness_n_m_per_rad=1e6 * np.eye(2))
+    system = assemble({"rotor": Rotor(element=hub(), speed_ratio=1.0)}, (held,))
+    run = run_up(system, ramp_and_hold(100.0, 0.1), [], step_s=1e-3, bearings=["rotor.hub"])
+    with pytest.raises(AnalysisError, match="nothing is excited"):
+        excited_band_hz(run)
 
 
 def test_responses_need_unbalance_and_enough_records(hub, ground):

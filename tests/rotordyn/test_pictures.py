@@ -67,6 +67,21 @@ def test_picture_shows_directions_lines_and_speeds(results, tmp_path, drawn):
     np.testing.assert_allclose(marks.get_ydata(), np.array(marks.get_xdata()) / 60.0)
 
 
+def test_operating_speeds_are_hatched(results, tmp_path, drawn):
+    ranges = {"inner": (500.0, 800.0), "the same": (500.0, 800.0), "outer": (1200.0, 1200.0)}
+    for draw in (draw_campbell, draw_annotated_campbell, draw_damped_campbell):
+        draw(*results, tmp_path / "c.png", "Twin rotor", {"inner": 1.0}, ranges)
+        axes = drawn[-1].axes[0]
+        (span,) = [patch for patch in axes.patches if patch.get_label() == "operating speed"]
+        edges = np.array([500.0, 800.0]) * 30 / np.pi
+        along = span.get_patch_transform().transform(span.get_path().vertices)[:, 0]
+        assert (along.min(), along.max()) == pytest.approx(tuple(edges))
+        (line,) = [line for line in axes.lines if line.get_label() == "operating speed"]
+        assert line.get_xdata()[0] == pytest.approx(1200.0 * 30 / np.pi)
+        texts = [text.get_text() for text in drawn[-1].legends[0].get_texts()]
+        assert texts.count("operating speed") == 1
+
+
 def test_unknown_kind_of_picture_is_refused(results, tmp_path):
     with pytest.raises(AnalysisError, match=r"suffix '.bmp'; allowed are"):
         draw_campbell(*results, tmp_path / "c.bmp", "t", {})
