@@ -77,11 +77,19 @@ def _end_where_nothing_can_be_raised(unraisable: Any) -> None:
     sys.__unraisablehook__(unraisable)
 
 
-def end_interrupted(error: KeyboardInterrupt) -> NoReturn:
-    """Say in one line that the command was interrupted, and leave with 130 or 143."""
+def end_interrupted(error: KeyboardInterrupt, remark: str = "") -> NoReturn:
+    """Say in one line that the command was interrupted, and leave with 130 or 143.
+
+    Parameters
+    ----------
+    error
+        How it was.
+    remark
+        What stands behind that.
+    """
     if isinstance(error, Terminated):
-        stop("ended by the system (SIGTERM)", 128 + signal.SIGTERM)
-    stop("interrupted", 128 + signal.SIGINT)
+        stop(f"ended by the system (SIGTERM){remark}", 128 + signal.SIGTERM)
+    stop(f"interrupted{remark}", 128 + signal.SIGINT)
 
 
 def stop(message: str, code: int = 2) -> NoReturn:
