@@ -66,7 +66,8 @@ def free_lateral_motions(assembled: AssembledSystem) -> tuple[FreeMotion, ...]:
         return ()
     lowest = np.argsort(np.abs(scaled.eigenvalues))[: scaled.zero_count]
     vectors = scaled.scale[:, None] * scaled.vectors[:, lowest]
-    null: FloatArray = vectors @ np.linalg.inv(la.cholesky(vectors.T @ matrices.mass @ vectors))
+    root = la.cholesky(vectors.T @ matrices.mass @ vectors)
+    null = la.solve_triangular(root, vectors.T, trans="T").T  # of unit modal mass
     moving = {}
     for name in assembled.system.rotors:
         part = _lateral_part(assembled, name, null)

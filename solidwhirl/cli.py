@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from typing import Annotated
 
 import typer
 
@@ -26,6 +27,28 @@ app = typer.Typer(
         "solidwhirl run --help",
     ),
 )
+
+
+def _print_versions(asked: bool) -> None:
+    if asked:
+        files.version()
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version",
+            callback=_print_versions,
+            is_eager=True,
+            help="Print the versions of the program and of what it runs on.",
+        ),
+    ] = False,
+) -> None:
+    pass
+
 
 app.command(epilog=init.EXAMPLES)(init.init)
 app.command(epilog=run.EXAMPLES)(run.run)

@@ -20,6 +20,8 @@ _NO_MEMORY, _LIBRARY = 55, 76
 # Address space below which nothing is begun, and a product large enough to want the buffer.
 _LEAST_MEMORY, _BLOCK = 256 << 20, 256
 _NEXT_TO_NONE = 64 << 20
+# Further lines of a message, below what stands behind "error: ".
+_BELOW = " " * len("error: ")
 # What libraries say when they get no memory.
 _SAYINGS = (
     "bad_alloc",
@@ -75,11 +77,19 @@ def _end_where_nothing_can_be_raised(unraisable: Any) -> None:
     sys.__unraisablehook__(unraisable)
 
 
-def end_interrupted(error: KeyboardInterrupt) -> NoReturn:
-    """Say in one line that the command was interrupted, and leave with 130 or 143."""
+def end_interrupted(error: KeyboardInterrupt, remark: str = "") -> NoReturn:
+    """Say in one line that the command was interrupted, and leave with 130 or 143.
+
+    Parameters
+    ----------
+    error
+        How it was.
+    remark
+        What stands behind that.
+    """
     if isinstance(error, Terminated):
-        stop("ended by the system (SIGTERM)", 128 + signal.SIGTERM)
-    stop("interrupted", 128 + signal.SIGINT)
+        stop(f"ended by the system (SIGTERM){remark}", 128 + signal.SIGTERM)
+    stop(f"interrupted{remark}", 128 + signal.SIGINT)
 
 
 def stop(message: str, code: int = 2) -> NoReturn:
@@ -88,12 +98,12 @@ def stop(message: str, code: int = 2) -> NoReturn:
     Parameters
     ----------
     message
-        What stands after "error: ".
+        What stands after "error: "; its further lines stand below its first.
     code
         Exit code.
     """
     with contextlib.suppress(OSError):  # whoever read it may be gone
-        typer.echo(f"error: {message}", err=True)
+        typer.echo("error: " + message.replace("\n", "\n" + _BELOW), err=True)
     _abort_others(code)
     raise typer.Exit(code)
 

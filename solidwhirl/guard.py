@@ -25,6 +25,7 @@ from solidwhirl.geometry import GeometryError
 # What scipy says of a system whose solution would be rounding alone.
 _ILL_CONDITIONED = "Ill-conditioned matrix"
 _DOCTOR = "`solidwhirl doctor` says what is missing and how to install it"
+_GOES_ON = "; the same command goes on from what is done"
 # Libraries that an installation may lack; any other import that fails is a defect.
 _INSTALLED = frozenset(
     {
@@ -35,7 +36,11 @@ _INSTALLED = frozenset(
 
 
 def guarded(
-    scene: Path, work: Callable[[], None], *, told: Callable[[str], None] = lambda message: None
+    scene: Path,
+    work: Callable[[], None],
+    *,
+    told: Callable[[str], None] = lambda message: None,
+    goes_on: Callable[[], bool] = lambda: False,
 ) -> None:
     """Run a command; what the user caused ends in one message and exit code 2.
 
@@ -47,6 +52,8 @@ def guarded(
         The command.
     told
         Called with such a message before the program ends with it.
+    goes_on
+        Whether the same command would go on from what is done, asked where it is interrupted.
     """
     logging.getLogger().setLevel(logging.WARNING)  # the form compiler talks at INFO level
     warnings.filterwarnings("error", message=_ILL_CONDITIONED)
@@ -55,7 +62,7 @@ def guarded(
             take_first_memory()
             work()
     except KeyboardInterrupt as error:
-        end_interrupted(error)
+        end_interrupted(error, _GOES_ON if goes_on() else "")
     except Exception as error:
         message = _message(scene, error)
         if message is None:

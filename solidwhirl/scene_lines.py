@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 import stat
+import tomllib
 from pathlib import Path
 
 from solidwhirl.errors import SceneError
+from solidwhirl.scene_entries import entry_path
 from solidwhirl.scene_file import shown_key
 from solidwhirl.toml_places import Part, Places, Position
 
@@ -17,6 +19,13 @@ _AFTER = (":", " (", ".kind:")
 _SYNTAX = re.compile(r" ?\(at line (\d+), column (\d+)\)$")
 _AT_END = re.compile(r" ?\(at end of document\)$")
 _LINE = re.compile(r"line (\d+): ")
+_BODY = re.compile(r"(bodies|mesh_bodies|beams)\.([\w-]+): ")
+# What tomllib says behind the whole part of a number with a decimal comma, and the text there.
+_BEHIND_NUMBER = (
+    ("Expected newline or end of document", re.compile(r"\d$"), re.compile(r",\d")),
+    ("Expected '=' after a key", re.compile(r"\d,\d[\w+-]*\s*$"), re.compile("")),
+)
+_COMMA = "; a decimal point is wanted, not a comma"
 _BYTE = re.compile(r"is not UTF-8 text \(byte (\d+)\)$")
 
 
@@ -40,7 +49,8 @@ def with_lines(error: SceneError) -> SceneError:
     places = Places(text.decode("utf-8", "replace"))
     found = [_located(places, text, problem) for problem in error.problems]
     shown = [f"{place.line}:{place.column}" if place else "" for place in found]
-    return SceneError(error.path, error.problems, shown)
+    said = [_without_place(text, problem) for problem in error.problems]
+    return SceneError(error.path, said, shown)
 
 
 def line_of(path: Path, message: str) -> str:
@@ -114,7 +124,38 @@ def _located(places: Places, content: bytes, problem: str) -> Position | None:
         return Position(line=int(line[1]), column=1)
     if byte := _BYTE.match(problem):
         return places.at(len(content[: int(byte[1])].decode("utf-8", "replace")))
-    return position_of(places, problem)
+    return _entry(places, content, problem) or position_of(places, problem)
+
+
+def _entry(places: Places, content: bytes, problem: str) -> Position | None:
+    """Where the entry of a body stands that a problem of its geometry names."""
+    body = _BODY.match(problem)
+    if body is None:
+        return None
+    try:
+        table = tomllib.loads(content.decode("utf-8", "replace")).get(body[1])
+    except (ValueError, RecursionError):  # changed since it was read
+        return None
+    own = table.get(body[2]) if isinstance(table, dict) else None
+    path = entry_path(own, problem[body.end() :])
+    return places.position([body[1], body[2], *path]) if path else None
+
+
+def _without_place(content: bytes, problem: str) -> str:
+    """The problem without the place of a syntax error, which stands before it; with a hint."""
+    syntax = _SYNTAX.search(problem)
+    if syntax is None:
+        return _AT_END.sub(" at the end", problem)
+    said = problem[: syntax.start()]
+    lines = content.decode("utf-8", "replace").split("\n")
+    if int(syntax[1]) > len(lines):
+        return said
+    line, at = lines[int(syntax[1]) - 1], int(syntax[2]) - 1
+    is_comma = any(
+        words in said and before.search(line[:at]) and behind.match(line[at:])
+        for words, before, behind in _BEHIND_NUMBER
+    )
+    return said + (_COMMA if is_comma else "")
 
 
 def _text(path: Path) -> bytes | None:

@@ -98,7 +98,24 @@ def run(
             return
         _run_on_first_rank(chosen, places, _Voice(quiet=quiet, as_json=as_json))
 
-    guarded(scene, work, told=_refusal(scene) if as_json else _nothing)
+    guarded(
+        scene,
+        work,
+        told=_refusal(scene) if as_json else _nothing,
+        goes_on=lambda: _keeps_stages(places),
+    )
+
+
+def _keeps_stages(places: _Places) -> bool:
+    """Whether stages are kept that the same command would take up."""
+    from solidwhirl.run_folder import STAGES
+
+    if places.fresh:
+        return False
+    try:
+        return any((places.store or places.out / STAGES).iterdir())
+    except OSError:
+        return False
 
 
 def _command(scene: Path, out: Path, level: str | None, accuracy: float | None) -> str:

@@ -137,7 +137,7 @@ def test_all_numbers_are_finite(document):
 
 def test_plan(document):
     plan = document["plan"]
-    assert set(plan) == {"effects", "bodies", "analyses"}
+    assert set(plan) == {"effects", "bodies", "analyses", "speeds_beyond"}
     for effect in plan["effects"]:
         assert set(effect) == {"name", "on", "why", "cost"}
         assert isinstance(effect["on"], bool)

@@ -213,7 +213,7 @@ def test_a_wrong_key_is_found_again(tmp_path, scene):
 @pytest.mark.parametrize(
     ("old", "new", "spot", "said"),
     [
-        ("end_m = 0.4, outer", "end_m = -0.4, outer", "sections = [", "bodies.inner: "),
+        ("end_m = 0.4, outer", "end_m = -0.4, outer", '{ name = "shaft"', "bodies.inner: "),
         ("start_m = 0.0, end_m", "end_m", '{ name = "shaft"', "start_m: missing"),
         ("stiffness_n_per_m = 1e10", 'stiffness_n_per_m = "hard"', "stiffness_n_per_m", "valid"),
         ('second = "outer.C"', 'second = "outer.Z"', 'second = "outer.Z"', "no interface"),
@@ -229,10 +229,104 @@ def test_place_of_a_refusal(invoke, ferraris, changed, refusal, old, new, spot, 
     assert found, message
     assert said in found[3]
     begin = text.split("\n")[int(found[1]) - 1][int(found[2]) - 1 :]
-    if found[3].startswith("bodies.inner: "):  # of the geometry of a body: its header
-        assert begin == "[bodies.inner]"
-    else:
-        assert begin.startswith(spot), begin
+    assert begin.startswith(spot), begin
+
+
+LAVAL = (FOLDER / "laval.toml").read_text(encoding="utf-8")
+SHAFT = '{ name = "shaft", start_m = 0.0, end_m = 1.0, outer_radius_m = 0.01 }'
+MIDDLE = '{ name = "middle", kind = "section", at_m = 0.5 }'
+OVER = '{ name = "over", start_m = 0.5, end_m = 0.8, outer_radius_m = 0.02 }'
+AWAY = '{ name = "away", start_m = 1.5, end_m = 1.8, outer_radius_m = 0.02 }'
+GEOMETRY = {
+    "interface outside": (MIDDLE, MIDDLE.replace("0.5", "1.5"), '{ name = "middle"', "outside"),
+    "two of a name": (
+        MIDDLE,
+        MIDDLE.replace("middle", "left"),
+        '{ name = "left", kind = "section", at_m = 0.5',
+        "two interfaces",
+    ),
+    "same surface": (MIDDLE, MIDDLE.replace("0.5", "0.0"), '{ name = "middle"', "same surface"),
+    "overlap": (SHAFT, f"{SHAFT},\n  {OVER}", '{ name = "over"', "overlap"),
+    "pieces": (SHAFT, f"{SHAFT},\n  {AWAY}", '{ name = "away"', "2 pieces"),
+    "radii": (
+        SHAFT,
+        SHAFT.replace("0.01", "0.01, inner_radius_m = 0.02"),
+        '{ name = "shaft"',
+        "crossing",
+    ),
+    "material of the body": (
+        '"light_steel"\n',
+        '"cheese"\n',
+        'material = "cheese"',
+        "unknown material",
+    ),
+    "material of a section": (
+        SHAFT,
+        SHAFT.replace(" }", ', material = "cheese" }'),
+        'material = "cheese"',
+        "unknown material",
+    ),
+    "no material": ('material = "light_steel"\n', "", '{ name = "shaft"', "no material"),
+    "disk": ('interface = "middle"', 'interface = "muddle"', '{ name = "disk"', "'muddle'"),
+    "fillet radius": (
+        'material = "light_steel"\n',
+        'material = "steel"\nfillet_radius_m = 1e-12\n',
+        "[bodies.rotor]",
+        "fillet",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", GEOMETRY)
+def test_place_of_a_refused_geometry(invoke, changed, refusal, case):
+    """The entry of the body that does not fit, not the header of the body."""
+    old, new, spot, said = GEOMETRY[case]
+    text = changed(LAVAL, old, new)
+    if case == "fillet radius":  # needs a corner
+        text = changed(
+            text, SHAFT, f"{SHAFT},\n  {OVER.replace('outer', 'inner_radius_m = 0.01, outer')}"
+        )
+    message = refusal(invoke(text)[0], "bad.toml").splitlines()[0]
+    found = re.search(r"bad\.toml:(\d+):(\d+): bodies\.rotor: (.*)", message)
+    assert found and said in found[3], message
+    begin = text.split("\n")[int(found[1]) - 1][int(found[2]) - 1 :]
+    assert begin.startswith(spot), begin
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "is_comma"),
+    [
+        ("to_rpm = 6000", "to_rpm = 0,14", True),
+        ("to_rpm = 6000", "to_rpm = -0,14e3  # x", True),
+        ("end_m = 1.0,", "end_m = 1,0,", True),
+        ("mass_kg = 5.0,", "mass_kg = 5,14e-1 ,", True),
+        ("to_rpm = 6000", "to_rpm = 6000, 5", False),
+        ("to_rpm = 6000", "to_rpm = [0,14 3]", False),
+        ("to_rpm = 6000", "to_rpm = [0,14;", False),
+        ("to_rpm = 6000", "to_rpm = 6000 count", False),
+        ("end_m = 1.0,", "end_m 1.0,", False),
+        ("end_m = 1.0,", "end_m = 1.0,, ", False),
+    ],
+)
+def test_syntax_is_said_with_one_place(tmp_path, changed, old, new, is_comma):
+    """And a decimal comma with a hint, where the text there is one."""
+    path = tmp_path / "s.toml"
+    path.write_text(changed(LAVAL, old, new), encoding="utf-8")
+    with pytest.raises(SceneError) as caught:
+        read_scene(path)
+    place = re.search(r"\(at line (\d+), column (\d+)\)", str(caught.value))
+    message = str(with_lines(caught.value))
+    assert message.startswith(f"{path}:{place[1]}:{place[2]}: is not valid TOML: ")
+    assert "(at" not in message
+    assert message.endswith("a decimal point is wanted, not a comma") == is_comma
+
+
+def test_further_problems_stand_below_the_first(invoke, changed, refusal):
+    text = changed(LAVAL, "count = 13", "count = 13.5\ncolour = 3")
+    first, *others = refusal(invoke(text)[0], "bad.toml").splitlines()
+    assert first.startswith("error: ")
+    assert len(others) == 1
+    assert re.match(r" {7}\S*bad\.toml:\d+:1: speeds\.colour: ", others[0])
 
 
 def test_text_that_is_not_utf8(tmp_path):
