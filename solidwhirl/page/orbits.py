@@ -59,7 +59,8 @@ def orbit_chart(
                 traces += _orbit(place, motion, row, factor, unit, k)
                 if float(numbers(motion["major_m"])[row]) < _NAMED * largest:
                     traces[-1]["mode"] = "markers"
-            reach = 1.12 * factor * largest
+            # room for the names
+            reach = 1.25 * factor * largest
             options.append(
                 Option(
                     label=f"{rpm[row]:.0f} rpm, unbalance of {', '.join(exciter['bodies'])}",

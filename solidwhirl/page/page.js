@@ -88,7 +88,7 @@ window.solidwhirl = (() => {
     const base = {
       font: { family: getComputedStyle(document.body).fontFamily, size: narrow() ? 12 : 13, color: theme.ink },
       paper_bgcolor: theme.paper, plot_bgcolor: theme.paper, template: {},
-      margin: { l: narrow() ? 48 : 64, r: 14, t: 12, b: 48 },
+      margin: { l: narrow() ? 48 : 64, r: 28, t: 12, b: 48 }, // r: half of the last label of x
       hovermode: "closest", hoverdistance: 24, separators: ".\u202f",
       hoverlabel: { bgcolor: theme.panel, bordercolor: theme.muted, font: { color: theme.ink } },
       legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom", bgcolor: "rgba(0,0,0,0)",

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from importlib import import_module
 
-from solidwhirl.page.records import Run, Section
+from solidwhirl.page.records import Block, Chart, Run, Section, Table
 
 # Modules of this package, each with section(run).
 ORDER: tuple[str, ...] = (
@@ -39,4 +41,35 @@ def sections_of(run: Run) -> tuple[Section, ...]:
         The run.
     """
     found = (import_module(f"solidwhirl.page.{name}").section(run) for name in ORDER)
-    return tuple(s for s in found if s is not None)
+    kinds = {name: outcome.kind for name, outcome in run.results.analyses.items()}
+    return tuple(without_needless_names(s, kinds) for s in found if s is not None)
+
+
+def without_needless_names(section: Section, kinds: Mapping[str, str]) -> Section:
+    """Leave the name of an analysis out of titles where it says no more than its kind does.
+
+    Parameters
+    ----------
+    section
+        Titles of its blocks end in " (name)" or " (name, count)".
+    kinds
+        Kind of every analysis by name. A name that is its kind's is left out if no other analysis
+        is of this kind.
+    """
+    every = list(kinds.values())
+    needless = [name for name, kind in kinds.items() if name == kind and every.count(kind) == 1]
+
+    def told(title: str) -> str:
+        for name in needless:
+            title = title.replace(f" ({name})", "").replace(f" ({name}, ", " (")
+        return title
+
+    blocks: list[Block] = []
+    for block in section.blocks:
+        if isinstance(block, Table):
+            blocks.append(replace(block, title=told(block.title), folded=told(block.folded)))
+        elif isinstance(block, Chart):
+            blocks.append(replace(block, title=told(block.title)))
+        else:
+            blocks.append(block)
+    return replace(section, blocks=blocks)

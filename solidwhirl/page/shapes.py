@@ -40,10 +40,9 @@ def section(run: Run) -> Section | None:
     ]
     if fast and len(system.system.rotors) + len(system.system.bearings) > 1:
         shares = [participation(system, s.modes) for s in fast]
-        blocks += [
-            share_chart(fast, shares, "kinetic"),
-            share_chart(fast, shares, "strain"),
-        ]
+        # of one body alone every bar would be 100 %
+        kinds = ("kinetic", "strain") if len(system.system.rotors) > 1 else ("strain",)
+        blocks += [share_chart(fast, shares, kind) for kind in kinds]
     return Section(
         name="mode-shapes",
         title="Mode shapes",

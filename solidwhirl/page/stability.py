@@ -110,10 +110,10 @@ def _stability_chart(
     traces: list[Trace] = [] if shown is None else least_traces(shown)
     options = []
     if shown is not None:
-        options.append(Option(label="smallest decrement in the Campbell diagram", traces=[0, 1]))
+        options.append(Option(label="decrement, Campbell diagram", traces=[0, 1]))
     at = len(traces)
     traces += least_traces(every)
-    options.append(Option(label="smallest decrement of all modes", traces=[at, at + 1]))
+    options.append(Option(label="decrement, all modes", traces=[at, at + 1]))
     traces.append(
         line(
             every.rpm,
@@ -144,9 +144,19 @@ def _stability_chart(
         traces=traces,
         layout={
             "xaxis": axis(SPEED_AXIS, range=[float(every.rpm.min()), float(every.rpm.max())]),
-            "yaxis": axis("logarithmic decrement [1]", zeroline=True, zerolinecolor="@muted"),
+            "yaxis": axis(
+                "logarithmic decrement [1]",
+                zeroline=True,
+                zerolinecolor="@muted",
+                rangemode="tozero",
+            ),
             "yaxis2": axis(
-                "frequency [Hz]", overlaying="y", side="right", showgrid=False, rangemode="tozero"
+                "frequency [Hz]",
+                overlaying="y",
+                side="right",
+                showgrid=False,
+                rangemode="tozero",
+                tickmode="auto",
             ),
             "shapes": _threshold(entry["threshold"]),
             "margin": {"r": 64},

@@ -80,6 +80,8 @@ def line(x: Any, y: Any, name: str, style: WhirlStyle, **more: Any) -> Trace:
     more
         Further keys of the trace.
     """
+    # a mark at the edge of the frame is drawn whole
+    whole = {"cliponaxis": False} if "markers" in more.get("mode", "") else {}
     return {
         "type": "scatter",
         "mode": "lines",
@@ -87,6 +89,7 @@ def line(x: Any, y: Any, name: str, style: WhirlStyle, **more: Any) -> Trace:
         "y": numbers(y),
         "name": name,
         "line": {"color": style.color, "dash": style.dash, "width": 2},
+        **whole,
         **more,
     }
 
@@ -96,6 +99,7 @@ def marks(x: Any, y: Any, name: str, style: WhirlStyle, size: int = 9, **more: A
     return {
         "type": "scatter",
         "mode": "markers",
+        "cliponaxis": False,
         "x": numbers(x),
         "y": numbers(y),
         "name": name,

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import base64
 import re
+from io import BytesIO
 
 import numpy as np
 import pytest
 from browser import complaints, look_like, open_page, wait_for
+from matplotlib.image import imread
 
 from solidwhirl.page.build import page_html, write_report
 from solidwhirl.page.records import (
@@ -219,6 +221,29 @@ def test_a_phone_scrolls_down_and_not_sideways(driver, page):
         assert inner[0] > inner[1] > 0
     assert driver.execute_script("return document.getElementById('contents').open") is False
     assert complaints(driver) == []
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_an_edge_behind_which_there_is_more_is_shaded(driver, page, dark):
+    """Compared pixel by pixel at the right edge: shaded until it is scrolled to the end."""
+    look_like(driver, *PHONE, dark=dark)
+    open_page(driver, page)
+
+    def edges(left):
+        driver.execute_script(
+            "const b = document.querySelector('.table'); b.scrollLeft = arguments[0];"
+            "b.scrollIntoView({behavior: 'instant', block: 'center'})",
+            left,
+        )
+        file = BytesIO(driver.find_element("css selector", ".table").screenshot_as_png)
+        found = imread(file)[:, :, :3].mean(axis=2)
+        # most of a column is paper, whatever is written in it
+        return np.median(found[:, 2]), np.median(found[:, -3]), np.median(found)
+
+    first, last, paper = edges(0)
+    assert abs(last - paper) > 0.1 and abs(first - paper) < 0.02
+    first, last, paper = edges(10_000)
+    assert abs(first - paper) > 0.1 and abs(last - paper) < 0.02
 
 
 def test_printing_is_light_and_complete_and_leaves_no_trace(driver, page):

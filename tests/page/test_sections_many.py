@@ -5,14 +5,16 @@ from __future__ import annotations
 import numpy as np
 from everything import everything
 
-from solidwhirl.page import summary
+from solidwhirl.page import shapes, summary
 from solidwhirl.page.checks import _by_reason
 from solidwhirl.page.margins import margin_blocks, margins_in_short
 from solidwhirl.page.operating import Operating, margin_text, margin_words
-from solidwhirl.page.records import Chart, Table, Text
+from solidwhirl.page.records import Chart, Section, Table, Text
 from solidwhirl.page.responses import force_chart, moving
+from solidwhirl.page.sections import without_needless_names
 from solidwhirl.page.stability import law_chart, stability_blocks
 from solidwhirl.page.summary import nearest
+from solidwhirl.page.traces import line, marks, series_style
 
 
 def speeds(*rpm):
@@ -161,3 +163,29 @@ def test_what_was_not_decided_is_said_once_for_each_reason():
         {"name": "c", "where": "speed", "reason": "damping"},
     ]
     assert list(_by_reason(checks)) == ["- damping: a (rest); c (speed)", "- no factor: b (rest)"]
+
+
+def test_names_that_say_no_more_than_the_kind_are_left_out():
+    chart = Chart(name="c", title="Orbits (stability)", caption="", alt="", traces=[], layout={})
+    table = Table(head=["a"], rows=[], title="T (second)", folded="Peaks (stability, 12)")
+    section = Section(name="s", title="S", blocks=[chart, table, Text(text="(stability)")])
+    kept = without_needless_names(section, {"stability": "stability", "second": "stability"})
+    assert [b.title for b in kept.blocks[:2]] == ["Orbits (stability)", "T (second)"]
+    kinds = {"stability": "stability", "second": "run_up"}
+    told = without_needless_names(section, kinds)
+    assert [b.title for b in told.blocks[:2]] == ["Orbits", "T (second)"]
+    assert told.blocks[1].folded == "Peaks (12)" and told.blocks[2].text == "(stability)"
+
+
+def test_one_body_has_no_chart_of_kinetic_energy(laval):
+    charts = {b.name for b in shapes.section(laval).blocks if isinstance(b, Chart)}
+    assert "shares-strain" in charts and "shares-kinetic" not in charts
+    charts = {b.name for b in shapes.section(everything()).blocks if isinstance(b, Chart)}
+    assert {"shares-strain", "shares-kinetic"} <= charts
+
+
+def test_marks_at_the_edge_are_whole():
+    style = series_style(0)
+    assert marks([0.0], [1.0], "m", style)["cliponaxis"] is False
+    assert line([0.0], [1.0], "l", style, mode="lines+markers")["cliponaxis"] is False
+    assert "cliponaxis" not in line([0.0], [1.0], "l", style)
