@@ -107,9 +107,12 @@ def _at_speed(system: AssembledSystem, rpm: float, modes: Modes) -> ShownModes:
 
 def _critical(results: Results) -> ShownModes | None:
     """The modes at the critical speeds; equal ones of several exciters once."""
-    entries: dict[tuple[float, float], Any] = {}
+    entries: dict[tuple[float, float, str], Any] = {}
     for c in results.critical_speeds:
-        key = (round(float(c.critical.speed_rad_s), 6), round(float(c.critical.frequency_hz), 6))
+        found = c.critical
+        # a pair of backward and forward whirl may be at one speed
+        place = round(float(found.speed_rad_s), 6), round(float(found.frequency_hz), 6)
+        key = (*place, str(found.whirl))
         entries.setdefault(key, c)
     chosen = list(entries.values())[:_CRITICAL]
     if not chosen:

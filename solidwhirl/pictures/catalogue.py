@@ -184,9 +184,10 @@ def _modes(
     for chosen in chosen_modes(results, count):
         speed = chosen.speed_rad_s * _RPM
         caption = (
-            f"Mode of {chosen.frequency_hz:.4g} Hz at {speed:.0f} rpm: deformed bodies, and "
-            "orbits of the axis: solid with a ball where they are forward, dashed with a cube "
-            "where they are backward."
+            f"Mode of {chosen.frequency_hz:.4g} Hz at {speed:.0f} rpm"
+            f"{f', {chosen.whirl}' if chosen.whirl else ''}: deformed bodies, and orbits of the "
+            "axis: solid with a ball where they are forward, dashed with a cube where they are "
+            "backward."
         )
         yield Picture(
             name=chosen.name,

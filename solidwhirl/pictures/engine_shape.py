@@ -33,6 +33,8 @@ _ORBITS = 5
 # Pieces along an outline that is turned about the axis.
 _STEPS = 60
 _AROUND = 64
+# Modes whose frequencies differ by less than this, relative, are a pair.
+_PAIR = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -77,6 +79,7 @@ class ChosenMode:
     name: str
     speed_rad_s: float
     frequency_hz: float
+    whirl: str = ""
 
 
 def chosen_modes(results: Results, count: int) -> tuple[ChosenMode, ...]:
@@ -96,6 +99,7 @@ def chosen_modes(results: Results, count: int) -> tuple[ChosenMode, ...]:
                 name=f"mode_critical_{k + 1}",
                 speed_rad_s=float(c.speed_rad_s),
                 frequency_hz=float(c.frequency_hz),
+                whirl=str(c.whirl or ""),
             )
             for k, c in enumerate(critical[:count])
         )
@@ -108,6 +112,14 @@ def chosen_modes(results: Results, count: int) -> tuple[ChosenMode, ...]:
     )
 
 
+def _nearest(frequency_hz: FloatArray, whirl: NDArray[np.str_], chosen: ChosenMode) -> int:
+    """The mode that is chosen; of a pair with one frequency the one with its whirl."""
+    away = np.abs(frequency_hz - chosen.frequency_hz)
+    near = np.flatnonzero(away <= away.min() + _PAIR * chosen.frequency_hz)
+    same = [int(k) for k in near if whirl[k] == chosen.whirl]
+    return same[0] if same else int(away.argmin())
+
+
 def engine_shape(results: Results, chosen: ChosenMode) -> EngineShape:
     """Return a mode of a run in space.
 
@@ -116,13 +128,13 @@ def engine_shape(results: Results, chosen: ChosenMode) -> EngineShape:
     results
         The run.
     chosen
-        The mode nearest to its frequency is taken.
+        The mode nearest to its frequency is taken, of equal ones that with its whirl.
     """
     system = results.system
     below = int((results.campbell.frequency_hz <= 1.05 * chosen.frequency_hz).any(axis=1).sum())
     modes = modes_at_speed(system, chosen.speed_rad_s, below + 6)
-    at = int(np.abs(modes.frequency_hz - chosen.frequency_hz).argmin())
     shapes = mode_shapes(system, modes)
+    at = _nearest(modes.frequency_hz, shapes.whirl, chosen)
     outlines = {o.body: o for o in outlines_of(results)}
     length = _length(results, outlines)
     raw = [_body(results, name, modes, at) for name in results.elements]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from everything import everything
 from hypothesis import given
 from hypothesis import strategies as st
 
-from solidwhirl.page import shapes
+from solidwhirl.page import shape_states, shapes
 from solidwhirl.page.build import page_html
 from solidwhirl.page.records import Section
 from solidwhirl.page.render import plain
@@ -289,3 +290,24 @@ def test_viewer_in_a_browser(driver, tmp_path, viewed):
     )
     wait_for(driver, f"return !{plot}._fullData.some(t => t.type === 'mesh3d')")
     assert complaints(driver) == []
+
+
+def test_backward_and_forward_modes_at_one_critical_speed_are_both_shown():
+    """And a mode that two shafts excite there only once."""
+
+    def critical(whirl, speed=100.0):
+        return SimpleNamespace(
+            critical=SimpleNamespace(
+                speed_rad_s=speed,
+                frequency_hz=speed / (2 * np.pi),
+                whirl=whirl,
+                log_decrement=0.0,
+                shape=np.ones(4),
+            )
+        )
+
+    results = SimpleNamespace(
+        critical_speeds=[critical("backward"), critical("forward"), critical("forward")]
+    )
+    shown = shape_states._critical(results)
+    assert shown.whirl == ("backward", "forward")

@@ -143,3 +143,14 @@ def test_film_moves_and_repeats(shapes, small, tmp_path):
 def test_other_films_are_refused(tmp_path):
     with pytest.raises(OutputError, match=r"a film is gif or mp4, found '.avi'"):
         write_film([], tmp_path / "m.avi")
+
+
+def test_of_a_pair_each_mode_is_shown_with_its_own_whirl(laval):
+    """The first two critical speeds of a Laval rotor are one, backward and forward."""
+    backward, forward = chosen_modes(laval, 2)
+    assert backward.speed_rad_s == pytest.approx(forward.speed_rad_s, rel=1e-6)
+    assert (backward.whirl, forward.whirl) == ("backward", "forward")
+    for chosen in (backward, forward):
+        shape = engine_shape(laval, chosen)
+        assert shape.whirl == chosen.whirl
+        assert {orbit.whirl for orbit in shape.orbits} == {chosen.whirl}
