@@ -171,45 +171,15 @@ def refusal_document(scene: Path, message: str) -> dict[str, Any]:
     return {"schema": _SCHEMA, "scene_file": str(scene), "exit_code": 2, "error": message}
 
 
-def margin_of(
-    speed_rpm: float, shafts: tuple[str, ...], operating: tuple[Any, ...]
-) -> tuple[float, str] | None:
-    """Distance of a critical speed from the operating speeds of the shafts that excite it.
-
-    Parameters
-    ----------
-    speed_rpm
-        Of the reference shaft.
-    shafts
-        That excite it.
-    operating
-        From `solidwhirl.page.operating.operating_speeds`.
-
-    Returns
-    -------
-    tuple or None
-        (N_c - N_op) / N_op for the nearer end of the range, 0 inside, and the shaft; the smallest
-        of all shafts. None if none of them has an operating speed.
-    """
-    found = []
-    for own in operating:
-        if own.shaft not in shafts:
-            continue
-        speed = speed_rpm * own.ratio
-        nearest = min(max(speed, own.from_rpm), own.to_rpm)
-        found.append(((speed - nearest) / nearest, own.shaft))
-    return min(found, key=lambda pair: abs(pair[0])) if found else None
-
-
 def _critical_speeds(
     document: Mapping[str, Any], ratios: Mapping[str, float]
 ) -> list[dict[str, Any]]:
-    from solidwhirl.page.operating import operating_speeds
+    from solidwhirl.page.operating import margin_of, operating_speeds
 
     operating = operating_speeds(document, ratios)
     rows = []
     for entry in document["critical_speeds"]:
-        margin = margin_of(entry["speed_rpm"], tuple(entry["excited_by"]), operating)
+        margin = margin_of(entry["speed_rpm"], entry["excited_by"], operating)
         rows.append(
             {
                 key: entry.get(key)

@@ -112,10 +112,10 @@ def margin_words(margin: float) -> str:
     return f"{said} % {'above' if margin > 0.0 else 'below'}"
 
 
-def margin_text(
+def margin_of(
     speed_rpm: float, shafts: Sequence[str], operating: Sequence[Operating]
-) -> str | None:
-    """Return how far a critical speed is from the operating speeds of the shafts that excite it.
+) -> tuple[float, str] | None:
+    """Return the distance of a critical speed from the operating speeds of the exciting shafts.
 
     Parameters
     ----------
@@ -128,8 +128,9 @@ def margin_text(
 
     Returns
     -------
-    str or None
-        Of the nearest shaft; None if none of them has an operating speed.
+    tuple or None
+        (N_c - N_op) / N_op for the nearer end of the range, 0 inside, and the shaft; the smallest
+        of all shafts. None if none of them has an operating speed.
     """
     found = []
     for own in operating:
@@ -137,9 +138,17 @@ def margin_text(
             speed = speed_rpm * own.ratio
             end = min(max(speed, own.from_rpm), own.to_rpm)
             found.append(((speed - end) / end, own.shaft))
-    if not found:
+    return min(found, key=lambda pair: abs(pair[0])) if found else None
+
+
+def margin_text(
+    speed_rpm: float, shafts: Sequence[str], operating: Sequence[Operating]
+) -> str | None:
+    """Return the distance of `margin_of` in words; arguments as there."""
+    found = margin_of(speed_rpm, shafts, operating)
+    if found is None:
         return None
-    margin, shaft = min(found, key=lambda pair: abs(pair[0]))
+    margin, shaft = found
     return f"**inside** {shaft}" if margin == 0.0 else f"{margin_words(margin)} {shaft}"
 
 

@@ -16,9 +16,10 @@ from typer.testing import CliRunner
 
 from solidwhirl import terminal_summary
 from solidwhirl.cli import app
+from solidwhirl.page.operating import margin_of
 from solidwhirl.terminal import RunProgress, duration_text, telling
 from solidwhirl.terminal_schedule import Schedule, Step, run_steps
-from solidwhirl.terminal_summary import margin_of, percent_text, print_summary, summary_document
+from solidwhirl.terminal_summary import percent_text, print_summary, summary_document
 
 PROGRAM = str(Path(sys.executable).parent / "solidwhirl")
 
