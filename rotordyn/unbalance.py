@@ -249,8 +249,7 @@ def resolving_speeds(
         def respond(
             points: FloatArray, ratio: float = ratio, pattern: ComplexArray = pattern
         ) -> ComplexArray:
-            load = np.broadcast_to(pattern, (1, pattern.shape[-1]))[:, :, None]
-            solved = harmonic_response(assembled, points, ratio * points, load)
+            solved = harmonic_response(assembled, points, ratio * points, pattern[None, :, None])
             motion = node_amplitudes(assembled, nodes, TRANSLATIONS, solved.displacement[:, :, 0])
             return np.nan_to_num(motion).reshape(points.size, -1)
 

@@ -178,17 +178,18 @@ def amplitude_chart(
         alt=f"Displacement at {', '.join(entry['exciters'][0]['places'])} over the speed up to "
         f"{rpm.max():g} rpm; the table of peaks has the numbers.",
         traces=traces,
-        layout={
-            "xaxis": axis(SPEED_AXIS, range=[float(rpm.min()), float(rpm.max())]),
-            "yaxis": log_axis(f"largest displacement [{unit}]", _floor(low, high), 1.6 * high),
-        },
+        layout=_axes(rpm, f"largest displacement [{unit}]", low, high),
         height_px=460,
         controls=_controls(entry, counts, start, high),
     )
 
 
-def _floor(low: float, high: float) -> float:
-    return max(low, high * 1e-7)
+def _axes(rpm: FloatArray, title: str, low: float, high: float) -> dict[str, Any]:
+    """Axes over the speed of what reaches from low to high, seven decades of it at most."""
+    return {
+        "xaxis": axis(SPEED_AXIS, range=[float(rpm.min()), float(rpm.max())]),
+        "yaxis": log_axis(title, max(low, high * 1e-7), 1.6 * high),
+    }
 
 
 def _controls(
@@ -341,10 +342,7 @@ def force_chart(
         f"of the ellipse that the force draws. {_LEFT_OUT}",
         alt=f"Forces through the bearings up to {high:.4g} {unit}.",
         traces=traces,
-        layout={
-            "xaxis": axis(SPEED_AXIS, range=[float(rpm.min()), float(rpm.max())]),
-            "yaxis": log_axis(f"largest lateral force [{unit}]", _floor(low, high), 1.6 * high),
-        },
+        layout=_axes(rpm, f"largest lateral force [{unit}]", low, high),
         height_px=420,
         controls=_controls(entry, counts, start, high),
     )
