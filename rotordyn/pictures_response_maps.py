@@ -20,7 +20,7 @@ from solidwhirl.rotordyn.picture_frame import (
     styled,
 )
 from solidwhirl.rotordyn.pictures_response import Picture, new_picture
-from solidwhirl.rotordyn.response_maps import GroundMotionMap, PlaceMap
+from solidwhirl.rotordyn.response_maps import GroundMotionMap, PlaceMap, StepPeaks
 from solidwhirl.rotordyn.response_maps_stiffness import StiffnessChoice, StiffnessMap
 
 if TYPE_CHECKING:
@@ -76,7 +76,9 @@ def draw_place_map(place_map: PlaceMap, node: End, path: str | Path, title: str)
 
 
 @styled
-def draw_ground_motion(ground_map: GroundMotionMap, path: str | Path, title: str) -> None:
+def draw_ground_motion(
+    ground_map: GroundMotionMap, path: str | Path, title: str, peaks: StepPeaks | None = None
+) -> None:
     """Draw the response to ground motion over frequency and speed (waterfall diagram).
 
     Parameters
@@ -88,6 +90,9 @@ def draw_ground_motion(ground_map: GroundMotionMap, path: str | Path, title: str
         The file; its suffix chooses the kind (.png, .svg, .pdf). Replaced when complete.
     title
         Above the picture.
+    peaks
+        Of `ground_motion_peaks`: the highest response in each step is shown. None shows that at
+        the frequencies of the map, which may miss sharp resonances.
 
     Raises
     ------
@@ -99,7 +104,8 @@ def draw_ground_motion(ground_map: GroundMotionMap, path: str | Path, title: str
     picture = new_picture(path)
     axes = picture.figure.add_subplot()
     hertz, rpm = ground_map.frequencies_rad_s * _HZ, ground_map.speeds_rad_s * _RPM
-    ratio = ground_map.major_m() / abs(ground_map.amplitude_m)
+    height = ground_map.major_m() if peaks is None else peaks.height_m
+    ratio = height / abs(ground_map.amplitude_m)
     label = f"major semi-axis at {ground_map.node.label} / motion of the ground"
     _heat(picture, axes, hertz, rpm, ratio, label)
     limits = axes.get_xlim(), axes.get_ylim()
@@ -120,6 +126,7 @@ def draw_stiffness_map(
     path: str | Path,
     title: str,
     choice: StiffnessChoice | None = None,
+    peaks: StepPeaks | None = None,
 ) -> None:
     """Draw the response over frequency and support stiffness (design of experiments).
 
@@ -133,6 +140,8 @@ def draw_stiffness_map(
         Above the picture.
     choice
         Its band and stiffness are marked; None marks nothing.
+    peaks
+        Of `stiffness_map_peaks`, as in `draw_ground_motion`.
 
     Raises
     ------
@@ -142,7 +151,7 @@ def draw_stiffness_map(
     picture = new_picture(path)
     axes = picture.figure.add_subplot()
     hertz, stiffness = stiffness_map.frequencies_rad_s * _HZ, stiffness_map.stiffness_n_per_m
-    height = _MICRO * stiffness_map.major_m()
+    height = _MICRO * (stiffness_map.major_m() if peaks is None else peaks.height_m)
     label = f"major semi-axis at {stiffness_map.node.label} [µm]"
     axes.set_yscale("log")
     _heat(picture, axes, hertz, stiffness, height, label)

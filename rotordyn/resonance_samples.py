@@ -60,7 +60,8 @@ def resolving_samples(
     given = np.asarray(samples, dtype=float)
     if given.size < 2:
         return given
-    known = _dense(given[given > 0.0])
+    known = _dense(given)
+    known = known[known > 0.0]
     values = respond(known)
     found = Resonances(np.empty(0), np.empty(0))
     for _ in range(_ROUNDS):

@@ -116,6 +116,25 @@ class GroundMotionMap:
         return elliptic_orbits(self.translation_m[..., 0], self.translation_m[..., 1]).major_m
 
 
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class StepPeaks:
+    """Hold the highest response in the step around every frequency of a map.
+
+    Attributes
+    ----------
+    height_m
+        Largest major semi-axis between the middles to the frequencies beside, shape (rows, f).
+    frequency_rad_s
+        Where it is, shape (rows, f).
+    """
+
+    height_m: FloatArray
+    frequency_rad_s: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "height_m", "frequency_rad_s")
+
+
 def place_map(
     assembled: AssembledSystem,
     places: Sequence[End],

@@ -19,6 +19,7 @@ from solidwhirl.rotordyn.harmonic_response_nodes import (
 )
 from solidwhirl.rotordyn.orbits import elliptic_orbits
 from solidwhirl.rotordyn.parts import End
+from solidwhirl.rotordyn.response_maps import StepPeaks
 from solidwhirl.rotordyn.support_stiffness import with_bearing_stiffness
 from solidwhirl.rotordyn.system import AssembledSystem
 from solidwhirl.rotordyn.unbalance import (
@@ -186,7 +187,10 @@ def stiffness_map_at_speed(
 
 
 def choose_stiffness(
-    stiffness_map: StiffnessMap, operating_frequency_rad_s: float, margin: float = 0.2
+    stiffness_map: StiffnessMap,
+    operating_frequency_rad_s: float,
+    margin: float = 0.2,
+    peaks: StepPeaks | None = None,
 ) -> StiffnessChoice:
     """Choose the stiffness with the smallest response in a band around the operating point.
 
@@ -199,6 +203,9 @@ def choose_stiffness(
     margin
         Half width of the band as a fraction of that; 0.15 to 0.2 are the usual separation margins
         (Yoon, Lin and Allaire 2013, Control of Surge in Centrifugal Compressors).
+    peaks
+        Of `stiffness_map_peaks`, for resonances that are sharper than the steps of the map; None
+        takes the responses at its frequencies alone.
 
     Returns
     -------
@@ -227,6 +234,9 @@ def choose_stiffness(
             f"{frequencies.max():.6g} rad/s; found {int(inside.sum())}"
         )
     largest = stiffness_map.major_m()[:, inside].max(axis=1)
+    if peaks is not None:
+        there = (peaks.frequency_rad_s >= band[0]) & (peaks.frequency_rad_s <= band[1])
+        largest = np.maximum(largest, np.where(there, peaks.height_m, 0.0).max(axis=1))
     best = int(largest.argmin())
     return StiffnessChoice(
         stiffness_n_per_m=float(stiffness_map.stiffness_n_per_m[best]),
@@ -253,15 +263,11 @@ def _map(
             f"stiffness_n_per_m needs a rising list of numbers; found shape {values.shape}"
         )
     check_lateral(assembled, node, "node of the response")
-    load = {unbalance.body: turning_load(assembled, unbalance)}
     result = np.empty((values.size, frequencies.size, 2), dtype=complex)
     for at, value in enumerate(values):
-        changed = with_bearing_stiffness(assembled, bearings, float(value))
-        pattern = independent_loads(changed, load)
-        loads = (frequencies**2)[:, None, None] * pattern[:, None]
-        solved = harmonic_response(changed, speeds, frequencies, loads)
-        motion = solved.displacement[:, :, 0]
-        result[at] = node_amplitudes(changed, (node,), TRANSLATIONS, motion)[:, 0]
+        result[at] = stiffness_row(
+            assembled, bearings, float(value), unbalance, frequencies, speeds, node
+        )
     return StiffnessMap(
         unbalance=unbalance,
         bearings=tuple(bearings),
@@ -271,3 +277,36 @@ def _map(
         node=node,
         translation_m=result,
     )
+
+
+def stiffness_row(
+    assembled: AssembledSystem,
+    bearings: Sequence[str],
+    stiffness_n_per_m: float,
+    unbalance: Unbalance,
+    frequencies_rad_s: FloatArray,
+    speeds_rad_s: FloatArray,
+    node: End,
+) -> ComplexArray:
+    """Compute the response to a turning force with one stiffness of the supports.
+
+    Parameters
+    ----------
+    assembled, bearings, unbalance, node
+        See `synchronous_stiffness_map`.
+    stiffness_n_per_m
+        Of these bearings.
+    frequencies_rad_s, speeds_rad_s
+        Points (ω, Ω), shape (f,) each.
+
+    Returns
+    -------
+    ndarray
+        Complex amplitudes of ux, uy, shape (f, 2), m.
+    """
+    changed = with_bearing_stiffness(assembled, bearings, stiffness_n_per_m)
+    load = {unbalance.body: turning_load(assembled, unbalance)}
+    loads = (frequencies_rad_s**2)[:, None, None] * independent_loads(changed, load)[:, None]
+    solved = harmonic_response(changed, speeds_rad_s, frequencies_rad_s, loads)
+    motion = node_amplitudes(changed, (node,), TRANSLATIONS, solved.displacement[:, :, 0])
+    return np.asarray(motion[:, 0])

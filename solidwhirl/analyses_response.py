@@ -24,7 +24,8 @@ from solidwhirl.rotordyn.pictures_response_maps import (
     draw_stiffness_map,
 )
 from solidwhirl.rotordyn.resonance_samples import resolving_samples
-from solidwhirl.rotordyn.response_maps import ground_motion_map, place_map
+from solidwhirl.rotordyn.response_maps import StepPeaks, ground_motion_map, place_map
+from solidwhirl.rotordyn.response_maps_peaks import ground_motion_peaks, stiffness_map_peaks
 from solidwhirl.rotordyn.response_maps_stiffness import (
     choose_stiffness,
     stiffness_map_at_speed,
@@ -263,8 +264,8 @@ def run_waterfall(spec: WaterfallSpec, system: AssembledSystem, title: str) -> O
     found = ground_motion_map(
         system, spec.amplitude_m, spec.direction, speeds, frequencies(spec), end_of(spec.observe)
     )
-    major = found.major_m()
-    peaks = _map_peaks(major, speeds / RPM, found.frequencies_rad_s / (2.0 * np.pi))
+    major, steps = found.major_m(), ground_motion_peaks(system, found)
+    peaks = _map_peaks(steps, speeds / RPM)
     return Outcome(
         kind=spec.kind,
         document={
@@ -274,9 +275,10 @@ def run_waterfall(spec: WaterfallSpec, system: AssembledSystem, title: str) -> O
             "speed_rpm": (speeds / RPM).tolist(),
             "frequency_hz": (found.frequencies_rad_s / (2.0 * np.pi)).tolist(),
             "amplitude_m": major.tolist(),
+            "highest_m": steps.height_m.tolist(),
             "peaks": peaks,
         },
-        files={f"{spec.label}.png": lambda path: draw_ground_motion(found, path, title)}
+        files={f"{spec.label}.png": lambda path: draw_ground_motion(found, path, title, steps)}
         if major.any()
         else {},
         headline="highest: "
@@ -284,10 +286,9 @@ def run_waterfall(spec: WaterfallSpec, system: AssembledSystem, title: str) -> O
     )
 
 
-def _map_peaks(
-    major: NDArray[np.float64], rpm: NDArray[np.float64], hertz: NDArray[np.float64]
-) -> list[dict[str, float]]:
-    """Points of a map that are higher than their eight neighbours, the highest first."""
+def _map_peaks(steps: StepPeaks, rpm: NDArray[np.float64]) -> list[dict[str, float]]:
+    """Steps of a map that are higher than their eight neighbours, the highest first."""
+    major, hertz = steps.height_m, steps.frequency_rad_s / (2.0 * np.pi)
     padded = np.pad(major, 1, constant_values=-np.inf)
     highest = np.ones(major.shape, dtype=bool)
     for down in (-1, 0, 1):
@@ -297,7 +298,7 @@ def _map_peaks(
                 highest &= major > part
     order = sorted(np.argwhere(highest).tolist(), key=lambda at: -float(major[tuple(at)]))
     return [
-        {"speed_rpm": rpm[i], "frequency_hz": hertz[j], "amplitude_m": major[i, j]}
+        {"speed_rpm": rpm[i], "frequency_hz": hertz[i, j], "amplitude_m": major[i, j]}
         for i, j in order[:10]
     ]
 
@@ -314,8 +315,8 @@ def run_stiffness_study(spec: StiffnessStudySpec, system: AssembledSystem, title
         found = synchronous_stiffness_map(*common)
     else:
         found = stiffness_map_at_speed(*common, spec.speed_rpm * RPM)
-    operating = spec.operating_speed_rpm * RPM
-    choice = choose_stiffness(found, operating, spec.margin)
+    steps = stiffness_map_peaks(system, found)
+    choice = choose_stiffness(found, spec.operating_speed_rpm * RPM, spec.margin, steps)
     return Outcome(
         kind=spec.kind,
         document={
@@ -327,13 +328,16 @@ def run_stiffness_study(spec: StiffnessStudySpec, system: AssembledSystem, title
             "stiffness_n_per_m": stiffness.tolist(),
             "frequency_hz": (found.frequencies_rad_s / (2.0 * np.pi)).tolist(),
             "amplitude_m": found.major_m().tolist(),
+            "highest_m": steps.height_m.tolist(),
             "operating_speed_rpm": spec.operating_speed_rpm,
             "margin": spec.margin,
             "chosen_stiffness_n_per_m": choice.stiffness_n_per_m,
             "chosen_amplitude_m": choice.amplitude_m,
             "choice_is_at_the_end_of_the_range": choice.is_at_end,
         },
-        files={f"{spec.label}.png": lambda path: draw_stiffness_map(found, path, title, choice)}
+        files={
+            f"{spec.label}.png": lambda path: draw_stiffness_map(found, path, title, choice, steps)
+        }
         if found.translation_m.any()
         else {},
         headline=f"smallest response around {spec.operating_speed_rpm:.0f} rpm at "

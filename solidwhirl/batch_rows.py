@@ -200,7 +200,7 @@ def _waterfall(analysis: Mapping[str, Any]) -> Scalars:
     where = analysis["observed"]
     yield (
         f"{where}.largest_amplitude_m",
-        _largest(a for row in analysis["amplitude_m"] for a in row),
+        _largest(a for row in analysis["highest_m"] for a in row),
     )
 
 

@@ -157,16 +157,21 @@ def _place_map(document: Document) -> xr.Dataset:
     )
 
 
+def _heights(over: tuple[str, str], document: Document) -> dict[str, Labelled]:
+    """Of a map: at its frequencies, and the highest in the step around each."""
+    return {key: (over, document[key]) for key in ("amplitude_m", "highest_m")}
+
+
 def _waterfall(document: Document) -> xr.Dataset:
     return labelled(
-        {"amplitude_m": (("speed_rpm", "frequency_hz"), document["amplitude_m"])},
+        _heights(("speed_rpm", "frequency_hz"), document),
         _line("speed_rpm", document) | _line("frequency_hz", document),
     )
 
 
 def _stiffness_study(document: Document) -> xr.Dataset:
     return labelled(
-        {"amplitude_m": (("stiffness_n_per_m", "frequency_hz"), document["amplitude_m"])},
+        _heights(("stiffness_n_per_m", "frequency_hz"), document),
         _line("stiffness_n_per_m", document) | _line("frequency_hz", document),
     )
 

@@ -224,7 +224,7 @@ def _place_peaks(name: str, entry: Mapping[str, Any]) -> list[Table]:
 def waterfall_blocks(name: str, entry: Mapping[str, Any]) -> list[Any]:
     """Return map and lines in space of the response to ground motion; see `place_blocks`."""
     rpm, hertz = numbers(entry["speed_rpm"]), numbers(entry["frequency_hz"])
-    amplitude = numbers(entry["amplitude_m"]).reshape(rpm.size, hertz.size)
+    amplitude = numbers(entry["highest_m"]).reshape(rpm.size, hertz.size)
     unit, factor = metric(float(np.nanmax(amplitude, initial=0.0)), "m")
     values = factor * amplitude
     hover = f"%{{x:.4g}} Hz, %{{y:,.0f}} rpm<br><b>%{{customdata:.4g}} {unit}</b>"
@@ -322,7 +322,7 @@ def _ridges(hertz: FloatArray, rpm: FloatArray, values: FloatArray, unit: str) -
 def stiffness_chart(name: str, entry: Mapping[str, Any]) -> Chart:
     """Return the map of a stiffness study with the chosen stiffness; see `place_blocks`."""
     stiffness, hertz = numbers(entry["stiffness_n_per_m"]), numbers(entry["frequency_hz"])
-    amplitude = numbers(entry["amplitude_m"]).reshape(stiffness.size, hertz.size)
+    amplitude = numbers(entry["highest_m"]).reshape(stiffness.size, hertz.size)
     unit, factor = metric(float(np.nanmax(amplitude, initial=0.0)), "m")
     traces = [
         heat(

@@ -257,7 +257,7 @@ def test_waterfall_lines_reach_every_peak():
     space = maps.waterfall_blocks("waterfall", entry)[1]
     highest = np.nanmax(space.traces[0]["z"])
     unit = {"nm": 1e9, "µm": 1e6, "mm": 1e3}[space.layout["scene"]["zaxis"]["title"]["text"][-3:-1]]
-    assert highest == pytest.approx(unit * np.max(entry["amplitude_m"]))
+    assert highest == pytest.approx(unit * np.max(entry["highest_m"]))
 
 
 def test_stiffness_chart_marks_the_choice():

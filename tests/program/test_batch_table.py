@@ -553,7 +553,7 @@ def test_responses_of_all_kinds():
             "amplitude_m": [[1.0, 2.0], [3.0, None]],
             "peaks": {"r.a": [peak], "r.b": []},
         },
-        "fall": {"kind": "waterfall", "observed": "r.a", "amplitude_m": [[1.0, None], [4.0, 2.0]]},
+        "fall": {"kind": "waterfall", "observed": "r.a", "highest_m": [[1.0, None], [4.0, 2.0]]},
         "choice": {
             "kind": "stiffness_study",
             "chosen_stiffness_n_per_m": 1e7,

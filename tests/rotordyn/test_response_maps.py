@@ -20,6 +20,7 @@ from solidwhirl.rotordyn import (
 from solidwhirl.rotordyn.coordinates import interface_row, joint_motion
 from solidwhirl.rotordyn.harmonic_response import harmonic_response
 from solidwhirl.rotordyn.response_maps import ground_motion_map, place_map
+from solidwhirl.rotordyn.response_maps_peaks import ground_motion_peaks, stiffness_map_peaks
 from solidwhirl.rotordyn.response_maps_stiffness import (
     choose_stiffness,
     stiffness_map_at_speed,
@@ -321,3 +322,44 @@ def test_wrong_choices_are_refused(laval):
         stiffness_map_at_speed(
             laval(), ["rotor.hub"], [1e6], HUB_UNBALANCE, omega, HUB, speed_rad_s=-1.0
         )
+
+
+@pytest.mark.parametrize("count", [2, 7, 40, 300])
+@pytest.mark.parametrize("damping", [20.0, 0.2])
+def test_peaks_of_ground_motion_do_not_hang_on_the_frequencies(laval, count, damping):
+    # Damping ratios of 1.6e-3 and 1.6e-5: a resonance of 2 and 0.02 rad/s in steps of 5 to 1500.
+    omega = np.linspace(0.0, 1500.0, count)
+    system = laval(damping=damping)
+    found = ground_motion_map(system, 2e-6, "y", [0.0, 300.0], omega, HUB)
+    peaks = ground_motion_peaks(system, found)
+    assert peaks.height_m.shape == peaks.frequency_rad_s.shape == (2, count)
+    natural = np.sqrt(STIFFNESS / MASS)
+    near = natural * (1.0 + np.linspace(-3e-5, 3e-5, 6001))
+    through = STIFFNESS + 1j * near * damping
+    highest = np.abs(2e-6 * through / (through - MASS * near**2)).max()
+    for height, place in zip(peaks.height_m, peaks.frequency_rad_s, strict=True):
+        at = int(height.argmax())
+        assert height[at] == pytest.approx(highest, rel=1e-4)
+        assert place[at] == pytest.approx(natural, rel=1e-5)
+        assert at == np.abs(omega - natural).argmin()
+    assert (peaks.height_m >= found.major_m()).all()
+
+
+def test_a_sharp_resonance_between_two_frequencies_is_not_chosen(laval):
+    # The supports of 3.6e6 N/m resonate at 600 rad/s, 1 rad/s away from the nearest frequency.
+    stiffness, omega = np.array([3.6e6, 6e6]), np.linspace(0.5, 900.5, 451)
+    system = laval(damping=2.0)
+    map_ = synchronous_stiffness_map(system, ["rotor.hub"], stiffness, HUB_UNBALANCE, omega, HUB)
+    peaks = stiffness_map_peaks(system, map_)
+    for row, value in zip(peaks.height_m, stiffness, strict=True):
+        natural = np.sqrt(value / MASS)
+        assert row.max() == pytest.approx(MOMENT * natural / 2.0, rel=1e-4)  # u ω² / (c ω)
+    with_peaks = choose_stiffness(map_, 600.0, 0.2, peaks)
+    np.testing.assert_allclose(with_peaks.candidates_m[0], MOMENT * 600.0 / 2.0, rtol=1e-4)
+    assert choose_stiffness(map_, 600.0, 0.2).candidates_m[0] < 0.5 * with_peaks.candidates_m[0]
+    # at one speed alone the resonance is the same
+    fixed = stiffness_map_at_speed(
+        system, ["rotor.hub"], stiffness, HUB_UNBALANCE, omega, HUB, 300.0
+    )
+    same = stiffness_map_peaks(system, fixed)
+    np.testing.assert_allclose(same.height_m.max(axis=1), peaks.height_m.max(axis=1), rtol=1e-6)

@@ -1,0 +1,98 @@
+"""Highest response in the steps between the frequencies of a map, however sharp resonances are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.orbits import elliptic_orbits
+from solidwhirl.rotordyn.resonance_samples import resolving_samples
+from solidwhirl.rotordyn.response_maps import GroundMotionMap, StepPeaks, ground_motion_map
+from solidwhirl.rotordyn.response_maps_stiffness import StiffnessMap, stiffness_row
+from solidwhirl.rotordyn.system import AssembledSystem
+from solidwhirl.rotordyn.unbalance_peaks import resonance_peaks
+
+
+def ground_motion_peaks(assembled: AssembledSystem, ground_map: GroundMotionMap) -> StepPeaks:
+    """Find the highest response to ground motion in the steps of a map.
+
+    Parameters
+    ----------
+    assembled
+        The system of the map.
+    ground_map
+        At rising frequencies.
+
+    Returns
+    -------
+    StepPeaks
+        For every speed of the map. Between speeds nothing is sought: along a resonance that moves
+        with the speed heights change slowly.
+    """
+
+    def row(at: int, frequencies: FloatArray) -> ComplexArray:
+        speed = [ground_map.speeds_rad_s[at]]
+        amplitude, direction = ground_map.amplitude_m, ground_map.direction
+        found = ground_motion_map(
+            assembled, amplitude, direction, speed, frequencies, ground_map.node
+        )
+        return found.translation_m[0]
+
+    return _step_peaks(ground_map.frequencies_rad_s, ground_map.speeds_rad_s.size, row)
+
+
+def stiffness_map_peaks(assembled: AssembledSystem, stiffness_map: StiffnessMap) -> StepPeaks:
+    """Find the highest response to a turning force in the steps of a map.
+
+    Parameters
+    ----------
+    assembled
+        The system of the map.
+    stiffness_map
+        At rising frequencies.
+
+    Returns
+    -------
+    StepPeaks
+        For every stiffness of the map.
+    """
+    known, speeds = stiffness_map.frequencies_rad_s, stiffness_map.speeds_rad_s
+
+    def row(at: int, frequencies: FloatArray) -> ComplexArray:
+        # one speed, or one that is proportional to the frequency
+        between = np.interp(frequencies, known, speeds)
+        value = float(stiffness_map.stiffness_n_per_m[at])
+        return stiffness_row(
+            assembled,
+            stiffness_map.bearings,
+            value,
+            stiffness_map.unbalance,
+            frequencies,
+            between,
+            stiffness_map.node,
+        )
+
+    return _step_peaks(known, stiffness_map.stiffness_n_per_m.size, row)
+
+
+def _step_peaks(
+    known: FloatArray, rows: int, respond: Callable[[int, FloatArray], ComplexArray]
+) -> StepPeaks:
+    """Peaks of rows whose response (f, 2) at frequencies is given as a function."""
+    heights, places = np.empty((rows, known.size)), np.empty((rows, known.size))
+    middles = 0.5 * (known[1:] + known[:-1])
+    for at in range(rows):
+        fine = resolving_samples(known, lambda x, at=at: respond(at, x))
+        motion = respond(at, fine)
+        height = elliptic_orbits(motion[:, 0], motion[:, 1]).major_m
+        if fine.size > 2:
+            tops = resonance_peaks(fine, height)
+            fine = np.append(fine, [top.position_rad_s for top in tops])
+            height = np.append(height, [top.amplitude for top in tops])
+        step = np.searchsorted(middles, fine)
+        # the highest of each step comes last, and stays
+        order = np.argsort(height, kind="stable")
+        heights[at, step[order]], places[at, step[order]] = height[order], fine[order]
+    return StepPeaks(height_m=heights, frequency_rad_s=places)
