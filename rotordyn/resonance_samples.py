@@ -74,6 +74,31 @@ def resolving_samples(
     return np.union1d(given, _around(found, given[0], given[-1]))
 
 
+def samples_around_modes(samples: npt.ArrayLike, eigenvalues: npt.ArrayLike) -> FloatArray:
+    """Return samples with further ones around the modes between them.
+
+    Parameters
+    ----------
+    samples
+        Frequencies, 0 or more, rising, shape (s,), rad/s.
+    eigenvalues
+        λ of a system whose matrices are those at all of the frequencies, shape (m,).
+
+    Returns
+    -------
+    ndarray
+        The samples and further ones between them, rising.
+    """
+    given, poles = np.asarray(samples, dtype=float), np.asarray(eigenvalues)
+    if given.size < 2:
+        return given
+    places = np.abs(poles.imag)
+    widths = np.maximum(np.abs(poles.real), _UNDAMPED * places)
+    inside = (places > 0.0) & (places >= given[0]) & (places <= given[-1])
+    found = _merged(places[inside], widths[inside])
+    return np.union1d(given, _around(_sharp(found, given), given[0], given[-1]))
+
+
 def resonances(samples: npt.ArrayLike, values: npt.ArrayLike) -> Resonances:
     """Find the resonances of a sampled response.
 
