@@ -103,7 +103,7 @@ def run_unbalance_response(
     nodes = [end_of(place) for place in spec.observe]
     exciters = [_exciter_document(e, nodes) for e in response.exciters]
     files = _response_files(spec, system, response, title)
-    peaks = [p["frequency_hz"] for e in exciters for p in e["peaks"][spec.observe[0]]]
+    peaks = [p for e in exciters for p in e["peaks"][spec.observe[0]]]
     return Outcome(
         kind=spec.kind,
         document={
@@ -112,7 +112,7 @@ def run_unbalance_response(
             "exciters": exciters,
         },
         files=files,
-        headline=f"peaks at {spec.observe[0]}: " + _list_hz(peaks),
+        headline=f"peaks at {spec.observe[0]}: " + listed_peaks(peaks),
     )
 
 
@@ -343,6 +343,12 @@ def run_stiffness_study(spec: StiffnessStudySpec, system: AssembledSystem, title
         headline=f"smallest response around {spec.operating_speed_rpm:.0f} rpm at "
         f"{choice.stiffness_n_per_m:.3g} N/m",
     )
+
+
+def listed_peaks(peaks: list[dict[str, Any]]) -> str:
+    """Speeds and frequencies of peaks in one line."""
+    said = (f"{p['speed_rpm']:.0f} rpm ({p['frequency_hz']:.2f} Hz)" for p in peaks)
+    return ", ".join(said) or "none"
 
 
 def _list_hz(values: list[float]) -> str:

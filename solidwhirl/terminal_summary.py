@@ -17,7 +17,6 @@ from solidwhirl.check_report import failed, failure_lines
 from solidwhirl.terminal import duration_text
 
 if TYPE_CHECKING:
-    from solidwhirl.outcome import Outcome
     from solidwhirl.pipeline import Results
 
 _SCHEMA = "solidwhirl-run-1"
@@ -61,7 +60,7 @@ def print_summary(results: Results, out: Path, seconds: float | None = None) -> 
     console.print(_fitting_table(document["critical_speeds"], console))
     for name, outcome in results.analyses.items():
         if outcome.headline:
-            console.print(Text(f"{name}: {headline_text(outcome)}"))
+            console.print(Text(f"{name}: {outcome.headline}"))
     for line in doubt_lines(results):
         console.print(Text(line, style="yellow"))
     console.print(Text(_checks_line(document["checks"])))
@@ -194,26 +193,6 @@ def _critical_speeds(
             }
         )
     return rows
-
-
-def headline_text(outcome: Outcome) -> str:
-    """Return the headline of an analysis; peaks of unbalance responses with their speeds.
-
-    Parameters
-    ----------
-    outcome
-        Of the analysis.
-    """
-    if outcome.kind != "unbalance_response":
-        return outcome.headline
-    exciters = outcome.document["exciters"]
-    place = next(iter(exciters[0]["peaks"]))
-    peaks = [
-        f"{peak['speed_rpm']:.0f} rpm ({peak['frequency_hz']:.2f} Hz)"
-        for exciter in exciters
-        for peak in exciter["peaks"][place]
-    ]
-    return f"peaks at {place}: {', '.join(peaks) or 'none'}"
 
 
 def _fitting_table(rows: list[dict[str, Any]], console: Console) -> Table | Text:

@@ -64,7 +64,8 @@ FILES = {
 SHAPES = tomllib.loads("""
 unbalance_response = { unbalances = [2], exciters = [2] }
 place_map = { frequency_hz = [2], amplitude_m = [2], peaks = [2] }
-waterfall = { speed_rpm = [4], frequency_hz = [9], amplitude_m = [4, 9], highest_m = [4, 9], peaks = [] }
+waterfall = { speed_rpm = [4], frequency_hz = [9], amplitude_m = [4, 9], highest_m = [4, 9], \
+    peaks = [] }
 critical_speed_map = { stiffness_n_per_m = [3], free_rpm = [], rigid_rpm = [], whirl = [] }
 stiffness_study = { stiffness_n_per_m = [3], frequency_hz = [30], amplitude_m = [3, 30], \
     highest_m = [3, 30] }

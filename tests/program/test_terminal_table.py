@@ -73,9 +73,8 @@ def test_small_margins_are_told_with_a_digit():
 
 
 def test_peaks_of_a_response_are_told_by_speed():
-    from solidwhirl.outcome import Outcome
+    from solidwhirl.analyses_response import listed_peaks
 
     peaks = [{"speed_rpm": 9894.2, "frequency_hz": 164.9}]
-    document = {"exciters": [{"peaks": {"a.b": peaks}}, {"peaks": {"a.b": []}}]}
-    found = Outcome(kind="unbalance_response", document=document, files={}, headline="x")
-    assert terminal_summary.headline_text(found) == "peaks at a.b: 9894 rpm (164.90 Hz)"
+    assert listed_peaks(peaks) == "9894 rpm (164.90 Hz)"
+    assert listed_peaks([]) == "none"
