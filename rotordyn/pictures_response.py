@@ -271,11 +271,13 @@ def _phase(motion: ComplexArray) -> FloatArray:
 
 
 def _peak_labels(exciter: ExciterResponse, height: FloatArray) -> list[tuple[float, float]]:
-    """Return rpm and height of the peaks of a curve; none of a curve with too few speeds."""
+    """Return rpm and height as drawn of a curve's peaks; none of a curve with too few speeds."""
     if exciter.speeds_rad_s.size < 3:
         return []
     peaks = resonance_peaks(exciter.speeds_rad_s, height, _LABELLED)
-    return [(peak.position_rad_s * _RPM, peak.amplitude) for peak in peaks]
+    places = np.array([peak.position_rad_s for peak in peaks])
+    drawn = np.interp(places, exciter.speeds_rad_s, height)
+    return list(zip((_RPM * places).tolist(), drawn.tolist(), strict=True))
 
 
 def _label_peaks(axes: Axes, labels: list[tuple[float, float]], rpm: FloatArray) -> None:
@@ -309,7 +311,7 @@ def _scale_heights(axes: Axes) -> None:
     if heights.size:
         top = float(heights.max())
         bottom = max(float(heights.min()), 1e-6 * top)
-        axes.set_ylim(0.7 * bottom, top * (top / bottom) ** 0.17 * 1.2)
+        axes.set_ylim(0.7 * bottom, top * (top / bottom) ** 0.19 * 1.2)
 
 
 def _finish(picture: Picture, panels: Sequence[Axes], rpm: FloatArray, title: str) -> None:
