@@ -50,6 +50,8 @@ from solidwhirl.scene_analyses import (
 
 _T = TypeVar("_T")
 RPM = np.pi / 30.0
+# Part of the largest motion at a speed below which a motion is the solution's rounding.
+ROUNDING = 1e-9
 
 
 def end_of(place: str) -> End:
@@ -174,6 +176,7 @@ def _exciter_document(exciter: ExciterResponse, nodes: list[End]) -> dict[str, A
     moving = exciter.frequencies_rad_s > 0.0
     documents, peaks = {}, {}
     orbits = exciter.orbits()
+    rates, largest = exciter.frequencies_rad_s[moving], np.nanmax(orbits.major_m[moving], axis=1)
     for node in nodes:
         at = exciter.nodes.index(node)
         amplitude = exciter.translation_m[:, at]
@@ -186,8 +189,10 @@ def _exciter_document(exciter: ExciterResponse, nodes: list[End]) -> dict[str, A
             "minor_m": orbits.minor_m[:, at].tolist(),
             "orbit": orbits.direction[:, at].tolist(),
         }
-        found = resonance_peaks(exciter.frequencies_rad_s[moving], orbits.major_m[moving, at])
-        peaks[node.label] = peak_documents(found, ratio)
+        found = resonance_peaks(rates, orbits.major_m[moving, at])
+        beside = np.interp([p.position_rad_s for p in found], rates, largest)
+        shown = (p for p, most in zip(found, beside, strict=True) if p.amplitude > ROUNDING * most)
+        peaks[node.label] = peak_documents(tuple(shown), ratio)
     return {
         "bodies": list(exciter.bodies),
         "frequency_ratio": ratio,

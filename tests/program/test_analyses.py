@@ -100,6 +100,23 @@ def test_unbalance_peak_is_at_the_critical_speed():
     assert peak["amplification"] == pytest.approx(0.5 / ratio, rel=0.03)
 
 
+def test_peaks_of_rounding_are_none():
+    """A couple of unbalances tilts the rotor: its middle stands still but for rounding."""
+    couple = [
+        {"at": "rotor.a", "moment_kg_m": MOMENT},
+        {"at": "rotor.b", "moment_kg_m": MOMENT, "phase_deg": 180.0},
+    ]
+    spec = {**SWEEP, "unbalances": couple, "observe": ["rotor.m", "rotor.a"], "to_rpm": 2e4}
+    found = outcome(rotor(), "unbalance_response", **spec)["exciters"][0]
+    assert found["peaks"]["rotor.m"] == []
+    assert 0.0 < np.max(found["places"]["rotor.m"]["major_m"]) < 1e-15
+    (tilt,) = found["peaks"]["rotor.a"]
+    natural = np.sqrt(2 * ARM**2 * STIFFNESS / (DIAMETRAL - POLAR))
+    ratio = ARM**2 * DAMPING / ((DIAMETRAL - POLAR) * natural)
+    highest = natural / np.sqrt(1 - 2 * ratio**2)
+    assert tilt["frequency_hz"] == pytest.approx(highest / (2 * np.pi), rel=1e-4)
+
+
 def test_force_through_a_bearing():
     """The rotating force |k + i c w| u; a force that turns is no larger than its components."""
     found = outcome(rotor(), "unbalance_response", **SWEEP)["exciters"][0]
