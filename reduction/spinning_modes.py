@@ -136,6 +136,7 @@ def modes_at_speed(
     space = GrowingSpace(body.free, body.mass, comm)
     new = space.extend(np.array(start, order="F"), apply(body.mass, start))
     image, images, solutions, done = np.zeros((0, 0)), [], 0, 0
+    largest: list[float] = []
     for _ in range(_SWEEPS):
         images.append(body.times(space.columns(-new)))
         image = bordered_image(image, inner(space.columns(f), images[-1], comm))
@@ -151,12 +152,16 @@ def modes_at_speed(
         step = body.answer(residual)
         solutions += len(use)
         weight = apply(body.mass, step)
-        open_ = comm.allreduce(np.einsum("ij,ij->j", step, weight)) > _CORRECTION**2
+        squared = comm.allreduce(np.einsum("ij,ij->j", step, weight))
+        open_ = squared > _CORRECTION**2
+        largest.append(float(squared.max(initial=0.0)))
         if not open_.any():
             last = np.flatnonzero(wanted(values, vectors))
             for _ in range(_CORRECTIONS):
                 vectors[:, last] -= _correction(body, values[last], vectors[:, last])
             return values, vectors, solutions + _CORRECTIONS * len(last)
+        if len(largest) > 2 and largest[-1] >= largest[-3]:
+            return None  # two sweeps that brought nothing: a factor is sooner there
         done += int(np.argmax(open_))
         new = space.extend(np.asfortranarray(step[:, open_]), weight[:, open_])
         if not new:

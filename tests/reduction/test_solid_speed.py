@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 import scipy.linalg
@@ -145,6 +147,17 @@ def test_modes_at_speed_are_those_of_a_factor_at_speed(operators):
         beside = inside - shapes[:, :2] @ (shapes[:, :2].T @ m @ inside)
         # measured 1e-12; 4e-10 without the last corrections, which a merged basis divides by 3e-4
         assert np.sqrt(np.diag(beside.T @ m @ beside)).max() < 3e-11
+    # a solver that does not help is given up before the last sweep
+    random, asked = np.random.default_rng(0), []
+
+    class Useless:
+        def solve(self, loads, _):
+            asked.append(1)
+            return 1e-3 * random.standard_normal(loads.shape)
+
+    lost = dataclasses.replace(pencil, factor=Useless())
+    assert modes_at_speed(lost, start, lambda values, _: np.arange(len(values)) < 2) is None
+    assert len(asked) < 6
     # the softest direction to 1 %, and never promised stiffer than that
     softest = scipy.linalg.eigh(c, k, eigvals_only=True, subset_by_index=[0, 0])[0]
     left = remaining_stiffness(factor, body.stiffness, centrifugal, free, TOP)
