@@ -16,7 +16,13 @@ from solidwhirl.page import shape_states, shapes
 from solidwhirl.page.build import page_html
 from solidwhirl.page.records import Section
 from solidwhirl.page.render import plain
-from solidwhirl.page.shape_data import packed, piece_terms, unit_factor, viewer_data
+from solidwhirl.page.shape_data import (
+    _NOTHING,
+    packed,
+    piece_terms,
+    unit_factor,
+    viewer_data,
+)
 from solidwhirl.page.shape_pieces import outline_chains, pieces_of, thinned
 from solidwhirl.page.shape_states import shown_modes
 from solidwhirl.rotordyn.coordinates import body_rows
@@ -216,8 +222,8 @@ def test_sixteen_bits_are_enough(values):
     exact = np.array(values)
     found = _unpacked(packed(exact))
     largest = max(np.abs(exact.real).max(), np.abs(exact.imag).max())
-    # half a step in each part, and seven digits of the page's numbers
-    assert np.abs(found - exact).max(initial=0.0) <= 1.5 * largest / 32767 + 1e-300
+    # half a step in each part, and seven digits of the page's numbers; less is nothing
+    assert np.abs(found - exact).max(initial=0.0) <= 1.5 * largest / 32767 + _NOTHING
 
 
 def test_a_mode_without_motion_stays_still(viewed):
