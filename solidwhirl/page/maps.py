@@ -236,7 +236,8 @@ def waterfall_blocks(name: str, entry: Mapping[str, Any]) -> list[Any]:
         name=f"ground-{slug(name)}",
         title=f"Response to ground motion ({name})",
         caption=f"Absolute displacement of {entry['observed']} for {ground}, over the frequency of "
-        "the ground and the speed. Rings mark the highest peaks.",
+        "the ground and the speed, the highest in each step of frequency. Rings mark the highest "
+        "peaks.",
         alt=f"Map of the response of {entry['observed']} over frequency and speed.",
         traces=traces,
         layout={
@@ -358,7 +359,7 @@ def stiffness_chart(name: str, entry: Mapping[str, Any]) -> Chart:
     ]
     where = f"{entry['observed']} for {entry['moment_kg_m']:g} kg m at {entry['excited']}"
     text = (
-        f"Displacement of {where} over frequency and the stiffness of "
+        f"Displacement of {where} over frequency, the highest in each step, and the stiffness of "
         f"{', '.join(entry['bearings'])}. White: the stiffness with the smallest response within "
         f"±{100 * entry['margin']:g} % of {entry['operating_speed_rpm']:g} rpm (dashed), and that "
         f"band (dotted). It is {chosen:.4g} N/m."
