@@ -56,6 +56,7 @@ class Run:
         if known.exists():
             self.document: dict[str, Any] = json.loads(known.read_text(encoding="utf-8"))
             same = self.document["scene"]["sha256"] == scene_hash(scene)
+            same = same and known.stat().st_mtime > _last_change()
             if same and self.document["packages"] == package_versions():
                 print(f"{name}: as computed before", file=sys.stderr)
                 return
@@ -78,6 +79,12 @@ class Run:
         target = PICTURES / f"{self.name}_{file}"
         shutil.copyfile(self.folder / file, target)
         return f"![{text}](paper/{target.name})"
+
+
+def _last_change() -> float:
+    """When a file of the program was last written."""
+    folders = ("geometry", "meshing", "reduction", "rotordyn", "solidwhirl")
+    return max(f.stat().st_mtime for name in folders for f in (ROOT / name).rglob("*.py"))
 
 
 def main() -> None:
