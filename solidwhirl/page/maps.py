@@ -267,7 +267,7 @@ def waterfall_blocks(name: str, entry: Mapping[str, Any]) -> list[Any]:
                 "yaxis": {"title": {"text": "speed [rpm]"}},
                 "zaxis": {"title": {"text": f"displacement [{unit}]"}},
                 "aspectratio": {"x": 1.6, "y": 1.2, "z": 0.7},
-                "camera": {"eye": {"x": -1.0, "y": -1.45, "z": 0.7}},
+                "camera": {"eye": {"x": -1.3, "y": -1.9, "z": 0.9}, "center": {"z": -0.15}},
             },
             "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
             "showlegend": False,
