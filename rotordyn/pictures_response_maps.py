@@ -20,7 +20,7 @@ from solidwhirl.rotordyn.picture_frame import (
     styled,
 )
 from solidwhirl.rotordyn.pictures_response import Picture, new_picture
-from solidwhirl.rotordyn.response_maps import GroundMotionMap, PlaceMap, StepPeaks
+from solidwhirl.rotordyn.response_maps import GroundMotionMap, PlaceMap, StepPeaks, shown_range
 from solidwhirl.rotordyn.response_maps_stiffness import StiffnessChoice, StiffnessMap
 
 if TYPE_CHECKING:
@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 _RPM = 30.0 / np.pi
 _HZ = 0.5 / np.pi
 _MICRO = 1e6
-# Values below this fraction of the largest have the lowest colour; the bar shows an arrow there.
-_DARKEST = 1e-5
 
 
 @styled
@@ -194,22 +192,19 @@ def _heat(
     """Draw heights (y, x) with a logarithmic, perceptually uniform scale of colours."""
     from matplotlib.colors import LogNorm
 
-    positive = height[np.isfinite(height) & (height > 0)]
-    if not positive.size:
-        raise AnalysisError("all responses of the map are zero; there is nothing to draw")
-    top = float(positive.max())
-    bottom = max(float(positive.min()), _DARKEST * top)
+    bottom, top = shown_range(height)
     along = np.exp(_edges(np.log(y))) if axes.get_yscale() == "log" else _edges(y)
     mesh = axes.pcolormesh(
         _edges(x),
         along,
         np.where(height > 0, height, np.nan),
-        norm=LogNorm(vmin=min(bottom, 0.999 * top), vmax=top),
+        norm=LogNorm(vmin=bottom, vmax=top),
         cmap="viridis",
         rasterized=True,
     )
-    extend = "min" if float(positive.min()) < bottom else "neither"
-    bar = picture.figure.colorbar(mesh, ax=axes, extend=extend)
+    beyond = (bool(np.nanmin(height[height > 0]) < bottom), bool(np.nanmax(height) > top))
+    extend = {(True, True): "both", (True, False): "min", (False, True): "max"}
+    bar = picture.figure.colorbar(mesh, ax=axes, extend=extend.get(beyond, "neither"))
     bar.set_label(label)
 
 

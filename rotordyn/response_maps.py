@@ -28,6 +28,9 @@ from solidwhirl.rotordyn.unbalance import (
     turning_load,
 )
 
+# Colours of a map reach from a part of its largest height to this many times the median: one
+# resonance without damping would leave a single colour to all else.
+_DARKEST, _BRIGHTEST = 1e-5, 1e3
 # Bytes of the amplitudes of all coordinates that are held at a time.
 _BLOCK_BYTES = 1 << 25
 
@@ -133,6 +136,32 @@ class StepPeaks:
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "height_m", "frequency_rad_s")
+
+
+def shown_range(heights: npt.ArrayLike) -> tuple[float, float]:
+    """Return the lowest and highest height that colours of a map tell apart.
+
+    Parameters
+    ----------
+    heights
+        Of any shape; nan and 0 are none.
+
+    Returns
+    -------
+    low, high
+        low < high. All that is lower or higher has the colour of the end.
+
+    Raises
+    ------
+    AnalysisError
+        If all heights are 0.
+    """
+    values = np.asarray(heights, dtype=float)
+    positive = values[np.isfinite(values) & (values > 0)]
+    if not positive.size:
+        raise AnalysisError("all responses of the map are zero; there is nothing to draw")
+    high = float(min(positive.max(), _BRIGHTEST * np.median(positive)))
+    return min(max(float(positive.min()), _DARKEST * high), 0.999 * high), high
 
 
 def place_map(

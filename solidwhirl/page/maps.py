@@ -25,6 +25,7 @@ from solidwhirl.page.traces import (
     series_style,
     slug,
 )
+from solidwhirl.rotordyn.response_maps import shown_range
 
 # Amplitudes below this part of the largest are drawn as dark as this.
 _DARKEST = 1e-4
@@ -56,9 +57,9 @@ def section(run: Run) -> Section | None:
 
 
 def heat(
-    x: FloatArray, y: Any, values: FloatArray, label: str, hover: str, floor: float = _DARKEST
+    x: FloatArray, y: Any, values: FloatArray, label: str, hover: str, brightest: float = np.inf
 ) -> Trace:
-    """Return a map of values over five decades at most, by the logarithm of the value.
+    """Return a map of values over four decades at most, by the logarithm of the value.
 
     Parameters
     ----------
@@ -70,12 +71,12 @@ def heat(
         Of the scale of colours, with its unit.
     hover
         Template of what is shown at a point; ``%{customdata}`` is the value.
-    floor
-        Part of the largest value below which colours are the same.
+    brightest
+        Value from which on colours are the same.
     """
     x, y, values = _coarser(x, y, values)
-    largest = float(np.nanmax(values, initial=0.0))
-    low = floor * largest if largest > 0.0 else 1.0
+    largest = min(float(np.nanmax(values, initial=0.0)), brightest)
+    low = _DARKEST * largest if largest > 0.0 else 1.0
     top = np.log10(largest) if largest > 0.0 else 1.0
     ticks = np.arange(np.ceil(np.log10(low)), np.floor(top) + 1.0)
     return {
@@ -96,6 +97,11 @@ def heat(
             "ticktext": [f"{10.0**t:g}" for t in ticks],
         },
     }
+
+
+def _brightest(values: FloatArray) -> float:
+    """Where colours of a map of responses end."""
+    return shown_range(values)[1] if np.any(values > 0.0) else np.inf
 
 
 def _coarser(x: FloatArray, y: Any, values: FloatArray) -> tuple[FloatArray, Any, FloatArray]:
@@ -152,6 +158,7 @@ def place_blocks(name: str, entry: Mapping[str, Any]) -> list[Any]:
             factor * amplitude,
             f"displacement [{unit}]",
             f"<b>unbalance at %{{y}}</b><br>%{{x:,.1f}} rpm<br>%{{customdata:.4g}} {unit}",
+            _brightest(amplitude * factor),
         )
     )
     where = entry["observed"]
@@ -228,7 +235,7 @@ def waterfall_blocks(name: str, entry: Mapping[str, Any]) -> list[Any]:
     unit, factor = metric(float(np.nanmax(amplitude, initial=0.0)), "m")
     values = factor * amplitude
     hover = f"%{{x:.4g}} Hz, %{{y:,.0f}} rpm<br><b>%{{customdata:.4g}} {unit}</b>"
-    traces = [heat(hertz, rpm, values, f"displacement [{unit}]", hover)]
+    traces = [heat(hertz, rpm, values, f"displacement [{unit}]", hover, _brightest(values))]
     if entry["peaks"]:
         traces.append(_map_peaks(entry["peaks"], factor, unit))
     ground = f"{entry['ground_amplitude_m']:g} m of the ground along {entry['direction']}"
@@ -260,7 +267,7 @@ def waterfall_blocks(name: str, entry: Mapping[str, Any]) -> list[Any]:
                 "yaxis": {"title": {"text": "speed [rpm]"}},
                 "zaxis": {"title": {"text": f"displacement [{unit}]"}},
                 "aspectratio": {"x": 1.6, "y": 1.2, "z": 0.7},
-                "camera": {"eye": {"x": -1.0, "y": -1.45, "z": 0.7}},
+                "camera": {"eye": {"x": -1.3, "y": -1.9, "z": 0.9}, "center": {"z": -0.15}},
             },
             "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
             "showlegend": False,
@@ -332,6 +339,7 @@ def stiffness_chart(name: str, entry: Mapping[str, Any]) -> Chart:
             factor * amplitude,
             f"displacement [{unit}]",
             f"%{{x:.4g}} Hz, %{{y:.4g}} N/m<br><b>%{{customdata:.4g}} {unit}</b>",
+            _brightest(amplitude * factor),
         )
     ]
     white = series_style(0)._replace(color="#ffffff", dash="dash")

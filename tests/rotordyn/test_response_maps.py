@@ -19,7 +19,7 @@ from solidwhirl.rotordyn import (
 )
 from solidwhirl.rotordyn.coordinates import interface_row, joint_motion
 from solidwhirl.rotordyn.harmonic_response import harmonic_response
-from solidwhirl.rotordyn.response_maps import ground_motion_map, place_map
+from solidwhirl.rotordyn.response_maps import ground_motion_map, place_map, shown_range
 from solidwhirl.rotordyn.response_maps_peaks import ground_motion_peaks, stiffness_map_peaks
 from solidwhirl.rotordyn.response_maps_stiffness import (
     choose_stiffness,
@@ -363,3 +363,15 @@ def test_a_sharp_resonance_between_two_frequencies_is_not_chosen(laval):
     )
     same = stiffness_map_peaks(system, fixed)
     np.testing.assert_allclose(same.height_m.max(axis=1), peaks.height_m.max(axis=1), rtol=1e-6)
+
+
+def test_colours_of_a_map_leave_room_for_what_is_not_resonant():
+    quiet = np.geomspace(0.1, 10.0, 101)  # its median is 1
+    assert shown_range(quiet) == pytest.approx((0.1, 10.0))
+    with_peak = np.append(quiet, [1e9, 0.0, np.nan])
+    low, high = shown_range(with_peak)
+    assert low == pytest.approx(0.1) and high == pytest.approx(1e3, rel=0.1)
+    assert shown_range([1e-9, *quiet, *quiet])[0] == pytest.approx(1e-5 * 10.0)
+    assert shown_range([2.0, 2.0]) == pytest.approx((1.998, 2.0))
+    with pytest.raises(AnalysisError, match="all responses of the map are zero"):
+        shown_range([0.0, np.nan])
