@@ -28,7 +28,7 @@ FloatArray = NDArray[np.float64]
 # of it spoil the space.
 _CORRECTION = 1e-9
 _SWEEPS = 10
-_CORRECTIONS = 2
+_LAST_CORRECTIONS = 2
 # Relative error of the lowest θ; the margin has to be much larger than it.
 _SOFTEST = 1e-2
 #: Part of the stiffness at rest, in the softest direction, below which inertia is counted.
@@ -146,10 +146,8 @@ def modes_at_speed(
             return None
         vectors = space.columns(f) @ shapes
         use = np.flatnonzero(wanted(values, vectors))[done:]
-        residual = np.hstack(images) @ shapes[:, use]
-        residual -= apply(body.mass, vectors[:, use]) * values[use]
-        residual -= weight_free @ inner(body.free, residual, comm)
-        step = body.answer(residual)
+        product = np.hstack(images) @ shapes[:, use]
+        step = _correction(body, weight_free, product, values[use], vectors[:, use])
         solutions += len(use)
         weight = apply(body.mass, step)
         squared = comm.allreduce(np.einsum("ij,ij->j", step, weight))
@@ -157,9 +155,11 @@ def modes_at_speed(
         largest.append(float(squared.max(initial=0.0)))
         if not open_.any():
             last = np.flatnonzero(wanted(values, vectors))
-            for _ in range(_CORRECTIONS):
-                vectors[:, last] -= _correction(body, values[last], vectors[:, last])
-            return values, vectors, solutions + _CORRECTIONS * len(last)
+            for _ in range(_LAST_CORRECTIONS):
+                shown = vectors[:, last]
+                product = body.times(shown)
+                vectors[:, last] -= _correction(body, weight_free, product, values[last], shown)
+            return values, vectors, solutions + _LAST_CORRECTIONS * len(last)
         if len(largest) > 2 and largest[-1] >= largest[-3]:
             return None  # two sweeps that brought nothing: a factor is sooner there
         done += int(np.argmax(open_))
@@ -169,8 +169,14 @@ def modes_at_speed(
     return None
 
 
-def _correction(body: Spinning, values: FloatArray, vectors: FloatArray) -> FloatArray:
-    """K⁻¹ times the residuals of some modes at speed."""
-    residual = body.times(vectors) - apply(body.mass, vectors) * values
-    push = inner(body.free, residual, body.mass.comm.tompi4py())
-    return body.answer(residual - apply(body.mass, body.free) @ push)
+def _correction(
+    body: Spinning,
+    weight_free: FloatArray,
+    product: FloatArray,
+    values: FloatArray,
+    vectors: FloatArray,
+) -> FloatArray:
+    """K⁻¹ times the residuals of modes at speed, from the product of the stiffness there."""
+    residual = product - apply(body.mass, vectors) * values
+    residual -= weight_free @ inner(body.free, residual, body.mass.comm.tompi4py())
+    return body.answer(residual)

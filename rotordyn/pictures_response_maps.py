@@ -202,9 +202,9 @@ def _heat(
         cmap="viridis",
         rasterized=True,
     )
-    beyond = (bool(np.nanmin(height[height > 0]) < bottom), bool(np.nanmax(height) > top))
-    extend = {(True, True): "both", (True, False): "min", (False, True): "max"}
-    bar = picture.figure.colorbar(mesh, ax=axes, extend=extend.get(beyond, "neither"))
+    below, above = np.nanmin(height[height > 0]) < bottom, np.nanmax(height) > top
+    extend = ("neither", "min", "max", "both")[int(below) + 2 * int(above)]
+    bar = picture.figure.colorbar(mesh, ax=axes, extend=extend)
     bar.set_label(label)
 
 

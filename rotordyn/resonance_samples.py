@@ -62,16 +62,70 @@ def resolving_samples(
         return given
     known = _dense(given)
     known = known[known > 0.0]
-    values = respond(known)
+    found, _, _ = _resolved(given, known, respond(known), respond)
+    return np.union1d(given, _around(found, given[0], given[-1]))
+
+
+def resolved_response(
+    samples: npt.ArrayLike,
+    values: npt.ArrayLike,
+    respond: Callable[[FloatArray], ComplexArray],
+) -> tuple[FloatArray, ComplexArray]:
+    """Return a sampled response with all that resolves its resonances.
+
+    Parameters
+    ----------
+    samples, respond
+        As for `resolving_samples`.
+    values
+        The response at the samples, shape (s, c).
+
+    Returns
+    -------
+    samples (p,), values (p, c)
+        The given ones and further ones between them, rising.
+    """
+    given, shown = np.asarray(samples, dtype=float), np.asarray(values, dtype=complex)
+    if given.size < 2:
+        return given, shown
+    between = np.setdiff1d(_dense(given), given)
+    known, found = joined_samples(given, shown, between, respond(between))
+    moving = known > 0.0
+    _, more, further = _resolved(given, known[moving], found[moving], respond)
+    return joined_samples(given, shown, more, further)
+
+
+def joined_samples(
+    samples: FloatArray, values: ComplexArray, more: FloatArray, further: ComplexArray
+) -> tuple[FloatArray, ComplexArray]:
+    """Return two sampled pieces of a response as one, rising; the first where both have a sample.
+
+    Parameters
+    ----------
+    samples, more
+        Shapes (s,) and (p,).
+    values, further
+        The response there, shapes (s, c) and (p, c).
+    """
+    both, first = np.unique(np.concatenate((samples, more)), return_index=True)
+    return both, np.concatenate((values, further))[first]
+
+
+def _resolved(
+    given: FloatArray,
+    known: FloatArray,
+    values: ComplexArray,
+    respond: Callable[[FloatArray], ComplexArray],
+) -> tuple[Resonances, FloatArray, ComplexArray]:
+    """Sharp resonances between given samples, and the samples that they were found from."""
     found = Resonances(np.empty(0), np.empty(0))
     for _ in range(_ROUNDS):
         last, found = found, _sharp(resonances(known, values), given)
         if _is_same(last, found):
             break
         more = np.setdiff1d(_around(found, known[0], known[-1]), known)
-        known, order = np.unique(np.concatenate((known, more)), return_index=True)
-        values = np.concatenate((values, respond(more)))[order]
-    return np.union1d(given, _around(found, given[0], given[-1]))
+        known, values = joined_samples(known, values, more, respond(more))
+    return found, known, values
 
 
 def samples_around_modes(samples: npt.ArrayLike, eigenvalues: npt.ArrayLike) -> FloatArray:
@@ -93,7 +147,7 @@ def samples_around_modes(samples: npt.ArrayLike, eigenvalues: npt.ArrayLike) -> 
     if given.size < 2:
         return given
     places = np.abs(poles.imag)
-    widths = np.maximum(np.abs(poles.real), _UNDAMPED * places)
+    widths = _half_widths(poles.real, places)
     inside = (places > 0.0) & (places >= given[0]) & (places <= given[-1])
     found = _merged(places[inside], widths[inside])
     return np.union1d(given, _around(_sharp(found, given), given[0], given[-1]))
@@ -115,15 +169,18 @@ def resonances(samples: npt.ArrayLike, values: npt.ArrayLike) -> Resonances:
         Within the samples, by rising place.
     """
     x, f = np.asarray(samples, dtype=float), _mixed(np.asarray(values, dtype=complex))
-    places: list[float] = []
-    widths: list[float] = []
+    found: list[complex] = []
     for begin in range(0, max(x.size - _WINDOW // 2, 1), _WINDOW // 2):
         window = slice(begin, begin + _WINDOW)
-        for pole in _poles(x[window], f[window]):
-            if x[window][0] <= pole.real <= x[window][-1]:
-                places.append(float(pole.real))
-                widths.append(max(abs(float(pole.imag)), _UNDAMPED * abs(float(pole.real))))
-    return _merged(np.array(places), np.array(widths))
+        poles = _poles(x[window], f[window])
+        found.extend(poles[(poles.real >= x[window][0]) & (poles.real <= x[window][-1])])
+    poles = np.array(found, dtype=complex)
+    return _merged(poles.real, _half_widths(poles.imag, poles.real))
+
+
+def _half_widths(damping: FloatArray, places: FloatArray) -> FloatArray:
+    """Half-widths of poles, those without damping as wide as tells them apart from rounding."""
+    return np.asarray(np.maximum(np.abs(damping), _UNDAMPED * np.abs(places)))
 
 
 def _sharp(found: Resonances, samples: FloatArray) -> Resonances:
@@ -189,8 +246,7 @@ def _significant(
     poles = poles[np.isfinite(poles)]
     cauchy = 1.0 / (poles[:, None] - support)
     residue = (cauchy @ (weights[:, None] * heights)) / -(cauchy**2 @ weights)[:, None]
-    width = np.maximum(np.abs(poles.imag), _UNDAMPED * np.abs(poles.real))
-    peak = np.abs(residue).max(axis=1) / width
+    peak = np.abs(residue).max(axis=1) / _half_widths(poles.imag, poles.real)
     level = np.interp(poles.real, x, size)
     return np.asarray(poles[peak > _COUNTS * level])
 
@@ -222,7 +278,7 @@ def _is_same(first: Resonances, second: Resonances) -> bool:
     """Whether places and widths stand, to a twentieth of the widths."""
     if first.places.size != second.places.size:
         return False
-    limit = 0.05 * np.maximum(second.half_widths, _UNDAMPED * second.places)
+    limit = 0.05 * second.half_widths
     return bool(
         np.all(np.abs(first.places - second.places) <= limit)
         and np.all(np.abs(first.half_widths - second.half_widths) <= limit)

@@ -9,7 +9,11 @@ import numpy as np
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.eigen import modes_at_speed
 from solidwhirl.rotordyn.orbits import elliptic_orbits
-from solidwhirl.rotordyn.resonance_samples import resolving_samples, samples_around_modes
+from solidwhirl.rotordyn.resonance_samples import (
+    joined_samples,
+    resolved_response,
+    samples_around_modes,
+)
 from solidwhirl.rotordyn.response_maps import GroundMotionMap, StepPeaks, ground_motion_map
 from solidwhirl.rotordyn.response_maps_stiffness import StiffnessMap, stiffness_row
 from solidwhirl.rotordyn.system import AssembledSystem
@@ -32,16 +36,18 @@ def ground_motion_peaks(assembled: AssembledSystem, ground_map: GroundMotionMap)
         For every speed of the map. Between speeds nothing is sought: along a resonance that moves
         with the speed heights change slowly.
     """
+    known, direction = ground_map.frequencies_rad_s, ground_map.direction
 
     def row(at: int) -> tuple[FloatArray, ComplexArray]:
-        speed, known = float(ground_map.speeds_rad_s[at]), ground_map.frequencies_rad_s
+        speed = float(ground_map.speeds_rad_s[at])
         eigenvalues = modes_at_speed(assembled, speed).eigenvalues
         more = np.setdiff1d(samples_around_modes(known, eigenvalues), known)
-        amplitude, direction = ground_map.amplitude_m, ground_map.direction
-        found = ground_motion_map(assembled, amplitude, direction, [speed], more, ground_map.node)
-        return more, found.translation_m[0]
+        found = ground_motion_map(
+            assembled, ground_map.amplitude_m, direction, [speed], more, ground_map.node
+        )
+        return joined_samples(known, ground_map.translation_m[at], more, found.translation_m[0])
 
-    return _step_peaks(ground_map.frequencies_rad_s, ground_map.translation_m, row)
+    return _step_peaks(known, ground_map.speeds_rad_s.size, row)
 
 
 def stiffness_map_peaks(assembled: AssembledSystem, stiffness_map: StiffnessMap) -> StepPeaks:
@@ -62,12 +68,10 @@ def stiffness_map_peaks(assembled: AssembledSystem, stiffness_map: StiffnessMap)
     known, speeds = stiffness_map.frequencies_rad_s, stiffness_map.speeds_rad_s
 
     def row(at: int) -> tuple[FloatArray, ComplexArray]:
-        asked: list[tuple[FloatArray, ComplexArray]] = []
-
         def respond(frequencies: FloatArray) -> ComplexArray:
             # one speed, or one that is proportional to the frequency
             between = np.interp(frequencies, known, speeds)
-            found = stiffness_row(
+            return stiffness_row(
                 assembled,
                 stiffness_map.bearings,
                 float(stiffness_map.stiffness_n_per_m[at]),
@@ -76,28 +80,21 @@ def stiffness_map_peaks(assembled: AssembledSystem, stiffness_map: StiffnessMap)
                 between,
                 stiffness_map.node,
             )
-            asked.append((frequencies, found))
-            return found
 
-        resolving_samples(known, respond)
-        return np.concatenate([a for a, _ in asked]), np.concatenate([b for _, b in asked])
+        return resolved_response(known, stiffness_map.translation_m[at], respond)
 
-    return _step_peaks(known, stiffness_map.translation_m, row)
+    return _step_peaks(known, stiffness_map.stiffness_n_per_m.size, row)
 
 
 def _step_peaks(
-    known: FloatArray,
-    motion: ComplexArray,
-    between: Callable[[int], tuple[FloatArray, ComplexArray]],
+    known: FloatArray, rows: int, resolved: Callable[[int], tuple[FloatArray, ComplexArray]]
 ) -> StepPeaks:
-    """Peaks of rows of a map (rows, f, 2), and of what each has at further frequencies."""
-    heights, places = np.empty(motion.shape[:2]), np.empty(motion.shape[:2])
+    """Peaks in the steps around known frequencies, of rows (f,), (f, 2) sampled more finely."""
+    heights, places = np.empty((rows, known.size)), np.empty((rows, known.size))
     middles = 0.5 * (known[1:] + known[:-1])
-    for at, row in enumerate(motion):
-        more, further = between(at)
-        fine, first = np.unique(np.concatenate((known, more)), return_index=True)
-        both = np.concatenate((row, further))[first]
-        height = elliptic_orbits(both[:, 0], both[:, 1]).major_m
+    for at in range(rows):
+        fine, motion = resolved(at)
+        height = elliptic_orbits(motion[:, 0], motion[:, 1]).major_m
         if fine.size > 2:
             tops = resonance_peaks(fine, height)
             fine = np.append(fine, [top.position_rad_s for top in tops])

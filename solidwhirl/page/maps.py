@@ -332,14 +332,15 @@ def stiffness_chart(name: str, entry: Mapping[str, Any]) -> Chart:
     stiffness, hertz = numbers(entry["stiffness_n_per_m"]), numbers(entry["frequency_hz"])
     amplitude = numbers(entry["highest_m"]).reshape(stiffness.size, hertz.size)
     unit, factor = metric(float(np.nanmax(amplitude, initial=0.0)), "m")
+    values = factor * amplitude
     traces = [
         heat(
             hertz,
             stiffness,
-            factor * amplitude,
+            values,
             f"displacement [{unit}]",
             f"%{{x:.4g}} Hz, %{{y:.4g}} N/m<br><b>%{{customdata:.4g}} {unit}</b>",
-            _brightest(amplitude * factor),
+            _brightest(values),
         )
     ]
     white = series_style(0)._replace(color="#ffffff", dash="dash")

@@ -55,9 +55,9 @@ class Run:
         known = self.folder / "results.json"
         if known.exists():
             self.document: dict[str, Any] = json.loads(known.read_text(encoding="utf-8"))
-            same = self.document["scene"]["sha256"] == scene_hash(scene)
-            same = same and known.stat().st_mtime > _last_change()
-            if same and self.document["packages"] == package_versions():
+            same_scene = self.document["scene"]["sha256"] == scene_hash(scene)
+            same_packages = self.document["packages"] == package_versions()
+            if same_scene and same_packages and known.stat().st_mtime > _last_change():
                 print(f"{name}: as computed before", file=sys.stderr)
                 return
         start = time.perf_counter()
