@@ -89,7 +89,9 @@ def resolved_response(
     if given.size < 2:
         return given, shown
     between = np.setdiff1d(_dense(given), given)
-    known, found = joined_samples(given, shown, between, respond(between))
+    known, found = given, shown
+    if between.size:
+        known, found = joined_samples(given, shown, between, respond(between))
     moving = known > 0.0
     _, more, further = _resolved(given, known[moving], found[moving], respond)
     return joined_samples(given, shown, more, further)
@@ -124,6 +126,8 @@ def _resolved(
         if _is_same(last, found):
             break
         more = np.setdiff1d(_around(found, known[0], known[-1]), known)
+        if not more.size:
+            break
         known, values = joined_samples(known, values, more, respond(more))
     return found, known, values
 

@@ -42,6 +42,8 @@ def ground_motion_peaks(assembled: AssembledSystem, ground_map: GroundMotionMap)
         speed = float(ground_map.speeds_rad_s[at])
         eigenvalues = modes_at_speed(assembled, speed).eigenvalues
         more = np.setdiff1d(samples_around_modes(known, eigenvalues), known)
+        if not more.size:
+            return known, ground_map.translation_m[at]
         found = ground_motion_map(
             assembled, ground_map.amplitude_m, direction, [speed], more, ground_map.node
         )

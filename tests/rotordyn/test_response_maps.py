@@ -345,6 +345,21 @@ def test_peaks_of_ground_motion_do_not_hang_on_the_frequencies(laval, count, dam
     assert (peaks.height_m >= found.major_m()).all()
 
 
+@pytest.mark.parametrize("count", [2, 40, 300])
+def test_maps_without_sharp_resonances_need_no_more_frequencies(laval, count):
+    # A damping ratio of 0.8, and no mode of tilt in the range: none is narrower than a few steps.
+    omega, system = np.linspace(0.0, 300.0, count), laval(damping=1e4)
+    shaken = ground_motion_map(system, 2e-6, "x", [0.0, 300.0], omega, HUB)
+    tried = synchronous_stiffness_map(system, ["rotor.hub"], [3e6], HUB_UNBALANCE, omega, HUB)
+    for map_, peaks in (
+        (shaken, ground_motion_peaks(system, shaken)),
+        (tried, stiffness_map_peaks(system, tried)),
+    ):
+        assert (peaks.height_m >= map_.major_m()).all()
+        if count == 300:
+            np.testing.assert_allclose(peaks.height_m.max(), map_.major_m().max(), rtol=1e-3)
+
+
 def test_a_sharp_resonance_between_two_frequencies_is_not_chosen(laval):
     # The supports of 3.6e6 N/m resonate at 600 rad/s, 1 rad/s away from the nearest frequency.
     stiffness, omega = np.array([3.6e6, 6e6]), np.linspace(0.5, 900.5, 451)
