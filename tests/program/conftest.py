@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import sys
 import tomllib
 from pathlib import Path
 
@@ -12,6 +13,8 @@ from typer.testing import CliRunner
 from solidwhirl.cli import app
 
 ROOT = Path(__file__).resolve().parents[2]
+# scenes that some tests build in the same way lie beside them
+sys.path.insert(0, str(Path(__file__).parent))
 
 # A shaft with a disk on two bearings: coarse, so that a run takes a tenth of a second.
 SMALL = {

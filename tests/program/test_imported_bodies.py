@@ -5,15 +5,11 @@ from __future__ import annotations
 import importlib.util
 import json
 import shutil
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import scipy.linalg as la
-from scipy.optimize import brentq
-
-sys.path.insert(0, str(Path(__file__).parent))
 from imported_tube import (
     AREA,
     BENDING,
@@ -28,6 +24,7 @@ from imported_tube import (
     scene_of,
     tube,
 )
+from scipy.optimize import brentq
 
 from solidwhirl.errors import SceneError
 from solidwhirl.imported_bodies import imported_element

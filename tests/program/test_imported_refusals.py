@@ -5,16 +5,12 @@ from __future__ import annotations
 import json
 import pickle
 import re
-import sys
 import tomllib
-from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
-
-sys.path.insert(0, str(Path(__file__).parent))
 from imported_tube import BENDING, DENSITY, ENTRY, LENGTH, MODULUS, mounts, scene_of, tube
+from typer.testing import CliRunner
 
 from solidwhirl.bodies import build_bodies
 from solidwhirl.cli import app

@@ -7,43 +7,18 @@ import math
 import re
 
 import pytest
+from beam_scene import beam_scene, margins
 from typer.testing import CliRunner
 
 from solidwhirl.cli import app
 from solidwhirl.pipeline import make_plan
 from solidwhirl.report import plan_text
 from solidwhirl.results import plan_document
-from solidwhirl.scene_file import parse_scene
 from solidwhirl.speeds_asked import speeds_beyond, top_speed, top_speed_text
-
-BEAM = {
-    "material": "steel",
-    "stations_m": [0.0, 0.4],
-    "outer_radius_m": [0.02],
-    "interfaces": {"a": 0.0, "b": 0.4},
-}
 
 
 def scene(analyses, to_rpm=18_000.0, ratio=1.0):
-    return parse_scene(
-        {
-            "name": "scene",
-            "speeds": {"list_rpm": [0.0, to_rpm]},
-            "beams": {"rotor": BEAM | {"speed_ratio": ratio}},
-            "bearings": [
-                {"name": n, "first": f"rotor.{n}", "stiffness_n_per_m": 1e7} for n in "ab"
-            ],
-            "analyses": analyses,
-        }
-    )
-
-
-def margins(low, high, **more):
-    return {
-        "kind": "separation_margins",
-        "operating": [{"shaft": "rotor", "from_rpm": low, "to_rpm": high}],
-        **more,
-    }
+    return beam_scene(analyses, to_rpm, ratio)
 
 
 STABILITY = {"kind": "stability", "to_rpm": 30_000.0}
