@@ -24,6 +24,7 @@ from solidwhirl.page.traces import (
     percent,
     series_style,
     slug,
+    speed_axes,
 )
 from solidwhirl.rotordyn.response_maps import shown_range
 
@@ -133,9 +134,10 @@ def place_blocks(name: str, entry: Mapping[str, Any]) -> list[Any]:
     amplitude = numbers(entry["amplitude_m"]).reshape(len(places), -1)
     unit, factor = metric(float(np.nanmax(amplitude, initial=0.0)), "m")
     hertz = numbers(entry["frequency_hz"]).reshape(amplitude.shape)
+    every = factor * amplitude
     traces: list[Trace] = []
     for k, place in enumerate(places):
-        values = factor * amplitude[k]
+        values = every[k]
         traces.append(
             line(
                 rpm,
@@ -147,18 +149,17 @@ def place_blocks(name: str, entry: Mapping[str, Any]) -> list[Any]:
                 f"%{{y:.4g}} {unit}<extra></extra>",
             )
         )
-    positive = factor * amplitude[amplitude > 0.0] if amplitude.any() else np.ones(1)
-    high = float(positive.max())
-    low = max(float(positive.min()), 1e-7 * high)
+    positive = every[every > 0.0] if amplitude.any() else np.ones(1)
+    low, high = float(positive.min()), float(positive.max())
     single = len(traces)
     traces.append(
         heat(
             rpm,
             places,
-            factor * amplitude,
+            every,
             f"displacement [{unit}]",
             f"<b>unbalance at %{{y}}</b><br>%{{x:,.1f}} rpm<br>%{{customdata:.4g}} {unit}",
-            _brightest(amplitude * factor),
+            _brightest(every),
         )
     )
     where = entry["observed"]
@@ -170,10 +171,7 @@ def place_blocks(name: str, entry: Mapping[str, Any]) -> list[Any]:
         alt=f"Response to an unbalance at {', '.join(places)} over the speed; the table of peaks "
         "has the numbers.",
         traces=traces,
-        layout={
-            "xaxis": axis(SPEED_AXIS, range=[float(rpm.min()), float(rpm.max())]),
-            "yaxis": log_axis(f"largest displacement [{unit}]", low, 1.6 * high),
-        },
+        layout=speed_axes(rpm, f"largest displacement [{unit}]", low, high),
         height_px=440,
         controls=[
             Choice(

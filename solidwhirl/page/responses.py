@@ -17,13 +17,13 @@ from solidwhirl.page.traces import (
     analyses_of_kind,
     axis,
     line,
-    log_axis,
     marks,
     metric,
     numbers,
     percent,
     series_style,
     slug,
+    speed_axes,
 )
 
 # Curves shown at the start; the others can be switched on in the legend.
@@ -178,18 +178,10 @@ def amplitude_chart(
         alt=f"Displacement at {', '.join(entry['exciters'][0]['places'])} over the speed up to "
         f"{rpm.max():g} rpm; the table of peaks has the numbers.",
         traces=traces,
-        layout=_axes(rpm, f"largest displacement [{unit}]", low, high),
+        layout=speed_axes(rpm, f"largest displacement [{unit}]", low, high),
         height_px=460,
         controls=_controls(entry, counts, start, high),
     )
-
-
-def _axes(rpm: FloatArray, title: str, low: float, high: float) -> dict[str, Any]:
-    """Axes over the speed of what reaches from low to high, seven decades of it at most."""
-    return {
-        "xaxis": axis(SPEED_AXIS, range=[float(rpm.min()), float(rpm.max())]),
-        "yaxis": log_axis(title, max(low, high * 1e-7), 1.6 * high),
-    }
 
 
 def _controls(
@@ -342,7 +334,7 @@ def force_chart(
         f"of the ellipse that the force draws. {_LEFT_OUT}",
         alt=f"Forces through the bearings up to {high:.4g} {unit}.",
         traces=traces,
-        layout=_axes(rpm, f"largest lateral force [{unit}]", low, high),
+        layout=speed_axes(rpm, f"largest lateral force [{unit}]", low, high),
         height_px=420,
         controls=_controls(entry, counts, start, high),
     )

@@ -279,6 +279,14 @@ def log_axis(title: str, low: float, high: float) -> dict[str, Any]:
     }
 
 
+def speed_axes(rpm: FloatArray, title: str, low: float, high: float) -> dict[str, Any]:
+    """Return axes over the speed of what reaches from low to high, seven decades of it at most."""
+    return {
+        "xaxis": axis(SPEED_AXIS, range=[float(rpm.min()), float(rpm.max())]),
+        "yaxis": log_axis(title, max(low, high * 1e-7), 1.6 * high),
+    }
+
+
 def axis(title: str, **more: Any) -> dict[str, Any]:
     """Return an axis with a title."""
     return {"title": {"text": title}, **more}
