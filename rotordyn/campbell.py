@@ -11,7 +11,7 @@ import numpy.typing as npt
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, StringArray, freeze_arrays
 from solidwhirl.rotordyn.branch_notes import TrackingNote, branch_notes, untracked_notes
 from solidwhirl.rotordyn.branches import follow_below, follow_lowest
-from solidwhirl.rotordyn.eigen import log_decrement
+from solidwhirl.rotordyn.damping import log_decrement
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.reprs import campbell_text
 from solidwhirl.rotordyn.system import AssembledSystem

@@ -11,13 +11,14 @@ import numpy as np
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, freeze_arrays
 from solidwhirl.rotordyn.branches import follow_below, untracked_below
+from solidwhirl.rotordyn.damping import log_decrement
 from solidwhirl.rotordyn.direct_speeds import (
     DirectSpeeds,
     direct_speeds,
     negative_count,
     negative_count_at_rest,
 )
-from solidwhirl.rotordyn.eigen import log_decrement, modes_at_speed, scaled_stiffness
+from solidwhirl.rotordyn.eigen import modes_at_speed, scaled_stiffness
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.reprs import critical_speed_text
 from solidwhirl.rotordyn.spectrum import scale_by_stiffness

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, freeze_arrays
+from solidwhirl.rotordyn.damping import damping_ratio, log_decrement
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.plane_spectrum import plane_spectrum
 from solidwhirl.rotordyn.reprs import modes_text
@@ -82,28 +83,12 @@ class Modes:
     @property
     def damping_ratio(self) -> FloatArray:
         """Fractions of critical damping −Re λ / |λ|, shape (m,)."""
-        return np.asarray(-self.eigenvalues.real / np.abs(self.eigenvalues))
+        return damping_ratio(self.eigenvalues)
 
     @property
     def log_decrement(self) -> FloatArray:
         """Logarithmic decrements −2π Re λ / |Im λ|, shape (m,); negative is unstable."""
         return log_decrement(self.eigenvalues)
-
-
-def log_decrement(eigenvalues: ComplexArray) -> FloatArray:
-    """Return the logarithmic decrement of oscillatory eigenvalues.
-
-    Parameters
-    ----------
-    eigenvalues
-        λ in 1/s, any shape, Im λ ≠ 0.
-
-    Returns
-    -------
-    ndarray
-        −2π Re λ / |Im λ|, same shape.
-    """
-    return np.asarray(-2.0 * np.pi * eigenvalues.real / np.abs(eigenvalues.imag)) + 0.0
 
 
 def modes_at_speed(

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solidwhirl.rotordyn.critical_speeds import CriticalSpeed
+from solidwhirl.rotordyn.damping import amplification_factor
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.unbalance_peaks import ResonancePeak
 
@@ -97,25 +98,6 @@ class SeparationMargin:
     verdict_api_617: str
     verdict_15_percent: str
     verdict_20_percent: str
-
-
-def amplification_factor(log_decrement: float) -> float:
-    """Return the amplification factor of a mode with a logarithmic decrement.
-
-    Parameters
-    ----------
-    log_decrement
-        δ = 2πζ / √(1 − ζ²).
-
-    Returns
-    -------
-    float
-        1 / 2ζ, which is π/δ for light damping; inf for δ = 0, negative for δ < 0 (unstable).
-    """
-    if log_decrement == 0:
-        return float("inf")
-    damping_ratio = log_decrement / float(np.hypot(2.0 * np.pi, log_decrement))
-    return 0.5 / damping_ratio
 
 
 def resonances_of_modes(critical_speeds: Sequence[CriticalSpeed]) -> tuple[Resonance, ...]:

@@ -10,14 +10,13 @@ import numpy.typing as npt
 from scipy.optimize import brentq, minimize_scalar
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, freeze_arrays
+from solidwhirl.rotordyn.damping import NEUTRAL
 from solidwhirl.rotordyn.eigen import Modes, modes_at_speed
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.system import AssembledSystem
 from solidwhirl.rotordyn.tracking import POOR_OVERLAP, match_modes
 from solidwhirl.rotordyn.whirl import whirl_direction
 
-# Re λ below this fraction of |λ| is rounding: the mode is neutral, neither damped nor growing.
-NEUTRAL = 1e-8
 # Relative accuracy of a threshold, and the width at which one mode alone is followed to it.
 _ACCURACY = 1e-12
 _NARROW = 1e-7

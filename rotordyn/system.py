@@ -166,6 +166,11 @@ class AssembledSystem:
         return int(self.mass.shape[0])
 
     @property
+    def knots_rad_s(self) -> tuple[float, ...]:
+        """Speeds Ω ≥ 0 at which a speed law has a knot, rising: every search looks at them."""
+        return tuple(sorted({knot for joint in self.law_joints for knot in joint.kinks_rad_s}))
+
+    @property
     def has_constant_bearings(self) -> bool:
         """Whether no bearing depends on the speed."""
         return not self.law_joints
