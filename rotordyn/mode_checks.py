@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
 
 import numpy as np
 
@@ -15,6 +15,8 @@ from solidwhirl.rotordyn.dynamic_stiffness import (
 )
 from solidwhirl.rotordyn.eigen import Modes, modes_at_speed, scaled_stiffness
 from solidwhirl.rotordyn.invariants import Invariant, compared, undecided
+from solidwhirl.rotordyn.plain_checks import ROOTS, check_branches, root_miss, worst_of
+from solidwhirl.rotordyn.plain_system import PlainSystem
 from solidwhirl.rotordyn.system import AssembledSystem, matrices_at_speed
 
 # [measured]: largest over all scenes and the tests, levels beam, harmonic and solid.
@@ -27,18 +29,12 @@ _GAP = 1e-3
 # Bound of the rounding in K over what it does: [1/60] with supports of 1e2 N/m beside shafts of
 # 1e9 N/m, where it is the largest.
 _ROUNDINGS = 16.0
+# Roots at rest that are looked at one by one.
+_LOWEST = 24
 
 _AT_REST = "modes at rest"
 _DIAGRAM = "Campbell diagram"
 _RESIDUAL, _COUNT = "residual of every eigenpair", "no mode is missing"
-
-
-class _Worst(NamedTuple):
-    """The residual nearest to its limit, and the speed."""
-
-    error: float
-    limit: float
-    speed: float
 
 
 def check_modes_at_rest(assembled: AssembledSystem, modes: Modes) -> tuple[Invariant, ...]:
@@ -66,6 +62,7 @@ def check_modes_at_rest(assembled: AssembledSystem, modes: Modes) -> tuple[Invar
     reason = no_count(assembled, modes.negative_stiffness_count)
     limit = residual_limit(reason, stiffness.rounding)
     out = [compared(_RESIDUAL, _AT_REST, residual, limit, concerns)]
+    out.append(_roots_at_rest(assembled, modes, concerns))
     if reason:
         unknown = ("orthogonality of the modes", "elastic energy equals kinetic", _COUNT)
         return (*out, *(undecided(name, _AT_REST, concerns, reason) for name in unknown))
@@ -77,6 +74,14 @@ def check_modes_at_rest(assembled: AssembledSystem, modes: Modes) -> tuple[Invar
     missing = abs(counted.modes_below(between) - found)
     text = f"{found} modes counted below {between / (2.0 * np.pi):.6g} Hz"
     return (*out, compared(_COUNT, _AT_REST, missing, 0.0, concerns, text))
+
+
+def _roots_at_rest(assembled: AssembledSystem, modes: Modes, concerns: str) -> Invariant:
+    """Relative error of the lowest roots in the system as it is given."""
+    matrices = PlainSystem.of(assembled).at(modes.speed_rad_s)
+    values = modes.eigenvalues[:_LOWEST]
+    misses = [root_miss(matrices, complex(value), modes.speed_rad_s) for value in values]
+    return worst_of(ROOTS, _AT_REST, concerns, misses, f"the lowest {values.size}")
 
 
 def _products(assembled: AssembledSystem, modes: Modes, rounding: float) -> list[Invariant]:
@@ -107,7 +112,10 @@ def _products(assembled: AssembledSystem, modes: Modes, rounding: float) -> list
 
 
 def check_campbell(
-    assembled: AssembledSystem, diagram: Campbell, frequency_max_hz: float | None = None
+    assembled: AssembledSystem,
+    diagram: Campbell,
+    frequency_max_hz: float | None = None,
+    branch_count: int | None = None,
 ) -> tuple[Invariant, ...]:
     """Check every point of a Campbell diagram.
 
@@ -117,30 +125,36 @@ def check_campbell(
         The system.
     diagram
         Its branches.
-    frequency_max_hz
-        As given to `campbell`: below it the branches are all modes, at every speed.
+    frequency_max_hz, branch_count
+        As given to `campbell`: the branches are all modes below that frequency, or so many of the
+        lowest ones, at every speed. None: how many there must be is not known.
 
     Returns
     -------
     tuple of Invariant
-        Backward error of every eigenvalue (`SplitStiffness.backward_error`); without damping
-        the number of modes at every speed. Modes may come down between the branches that were
+        Relative error of every eigenvalue, and modes that are missing, in the system as it is
+        given (`check_branches`); without damping also the number of modes at every speed by signs.
+        Modes may come down between the branches that were
         followed, so where there are more modes than branches all modes of that speed are solved
         for, and those must be as many as are counted.
     """
     concerns = "branches of the Campbell diagram"
-    worst, faults, strays = _Worst(0.0, _RESIDUAL_LIMIT, 0.0), [], 0
+    found = check_branches(
+        PlainSystem.of(assembled),
+        diagram.speeds_rad_s,
+        diagram.eigenvalues,
+        _wanted(frequency_max_hz, branch_count),
+        assembled.knots_rad_s,
+    )
+    faults, strays = [], 0
     undecidable: str = ""
     for column, speed in enumerate(diagram.speeds_rad_s):
         values = diagram.eigenvalues[:, column]
         values = values[np.isfinite(values)]
-        if not values.size:
+        if not values.size or undecidable:
             continue
         stiffness = split_stiffness(assembled, float(speed), float(np.abs(values).min()))
-        undecidable = undecidable or no_count(assembled, _negative(assembled, stiffness))
-        error = max(stiffness.backward_error(complex(value)) for value in values)
-        here = _Worst(error, residual_limit(undecidable, stiffness.rounding), float(speed))
-        worst = max(worst, here, key=lambda one: one.error / one.limit)
+        undecidable = no_count(assembled, _negative(assembled, stiffness))
         if not undecidable:
             complete = values.size == len(diagram.eigenvalues) and (
                 column == 0 if frequency_max_hz is None else not _untracked(diagram)
@@ -149,14 +163,21 @@ def check_campbell(
             fault, stray = _count(stiffness, values.imag, limit, complete)
             faults += fault
             strays += stray
-    rpm = f"largest at {worst.speed * 30.0 / np.pi:.6g} rpm"
-    residual = compared(_RESIDUAL, _DIAGRAM, worst.error, worst.limit, concerns, rpm)
     if undecidable:
-        return residual, undecided(_COUNT, _DIAGRAM, concerns, undecidable)
+        return (*found, undecided(_COUNT, _DIAGRAM, concerns, undecidable))
     text = "; ".join(faults) or f"counted at {diagram.speeds_rad_s.size} speeds"
     if strays and not faults:
         text += f"; {strays} modes between the branches are followed by none"
-    return residual, compared(_COUNT, _DIAGRAM, len(faults), 0.0, concerns, text)
+    return (*found, compared(_COUNT, _DIAGRAM, len(faults), 0.0, concerns, text))
+
+
+def _wanted(
+    frequency_max_hz: float | None, branch_count: int | None
+) -> Callable[[FloatArray], FloatArray]:
+    """Return what picks the modes that a diagram must hold: the lowest, or all below a limit."""
+    if frequency_max_hz is not None:
+        return lambda rates: rates[rates < 2.0 * np.pi * frequency_max_hz]
+    return lambda rates: rates[: branch_count or 0]
 
 
 def _count(

@@ -17,6 +17,8 @@ from solidwhirl.rotordyn.eigen import Modes
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.invariants import Invariant, compared, undecided
 from solidwhirl.rotordyn.mode_checks import check_campbell, check_modes_at_rest
+from solidwhirl.rotordyn.plain_checks import check_joints
+from solidwhirl.rotordyn.plain_system import PlainSystem
 from solidwhirl.rotordyn.superelement_checks import SYMMETRY_LIMIT
 from solidwhirl.rotordyn.system import AssembledSystem
 
@@ -32,6 +34,7 @@ def check_system(
     critical: Mapping[float, Sequence[CriticalSpeed]],
     *,
     frequency_max_hz: float | None = None,
+    branch_count: int | None = None,
     speed_max_rad_s: float = 0.0,
 ) -> tuple[Invariant, ...]:
     """Check an assembled system and the modes and critical speeds that were found.
@@ -46,14 +49,18 @@ def check_system(
         Its Campbell diagram.
     critical
         All critical speeds of each excitation ratio up to `speed_max_rad_s`.
-    frequency_max_hz
+    frequency_max_hz, branch_count
         As given to `campbell`.
     speed_max_rad_s
         As given to `critical_speeds`.
     """
     groups: list[tuple[str, Callable[[], tuple[Invariant, ...]]]] = [
+        ("joints", lambda: check_joints(PlainSystem.of(assembled))),
         ("modes at rest", lambda: check_modes_at_rest(assembled, at_rest)),
-        ("Campbell diagram", lambda: check_campbell(assembled, diagram, frequency_max_hz)),
+        (
+            "Campbell diagram",
+            lambda: check_campbell(assembled, diagram, frequency_max_hz, branch_count),
+        ),
     ]
     for ratio, found in critical.items():
         check = partial(check_critical_speeds, assembled, found, ratio, speed_max_rad_s)

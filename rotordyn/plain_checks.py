@@ -1,0 +1,290 @@
+"""Checks of results against the unsimplified system: its parts at every speed, as they are given.
+
+A number passes if it is right to `ACCURACY`, or to what rounding of the matrices at that place
+allows, whichever is more; both are worked out for each number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.invariants import Invariant, compared, undecided
+from solidwhirl.rotordyn.plain_system import (
+    PlainMatrices,
+    PlainSystem,
+    joint_errors,
+    root_error,
+    spectrum,
+)
+
+# Relative accuracy that every number must have, where rounding allows it.
+ACCURACY = 1e-9
+# Units in the last place that solvers may lose in every term.
+ROUNDINGS = 256.0
+_CONSTRAINTS = 1e-9
+ROOTS = "every root is one of the system"
+# Two roots of one system nearer than this are taken for the same; residuals tell the rest.
+_SAME = 1e-6
+# Slower roots than this part of the fastest are rigid motion.
+_STILL = 1e-8
+# Processor work of one group of checks, in operations: a second or two.
+_WORK = 2e9
+_PER_ROOT, _PER_SPECTRUM = 40.0, 240.0
+_FEWEST = 3
+
+_RPM = 30.0 / np.pi
+_JOINTS = "assembled system"
+
+
+class Miss(NamedTuple):
+    """Relative error of a number, the most it may have, and the speed [rad/s]."""
+
+    error: float
+    limit: float
+    speed: float
+
+    @property
+    def share(self) -> float:
+        """Error over limit."""
+        return self.error / self.limit if np.isfinite(self.error) else np.inf
+
+
+def some_speeds(
+    speeds_rad_s: FloatArray, knots_rad_s: Iterable[float], work_of_one: float
+) -> FloatArray:
+    """Return the speeds to look at: all if that is quick, else the ends, knots and a spread.
+
+    Parameters
+    ----------
+    speeds_rad_s
+        All there are.
+    knots_rad_s
+        Of speed laws; those among the speeds or the nearest ones are kept.
+    work_of_one
+        Operations per speed.
+    """
+    count = max(_FEWEST, int(_WORK / max(work_of_one, 1.0)))
+    if speeds_rad_s.size <= count:
+        return speeds_rad_s
+    spread = np.linspace(0, speeds_rad_s.size - 1, count).round().astype(int)
+    near = [int(np.argmin(np.abs(speeds_rad_s - knot))) for knot in knots_rad_s]
+    chosen = near if len(near) <= count else []
+    return np.asarray(speeds_rad_s[sorted({*spread.tolist(), *chosen})])
+
+
+def check_joints(plain: PlainSystem) -> tuple[Invariant, ...]:
+    """Check that the coordinates of a system hold what joints forbid, and nothing else.
+
+    Parameters
+    ----------
+    plain
+        The system.
+    """
+    broken, lost = joint_errors(plain)
+    concerns = "all frequencies and responses"
+    return (
+        compared("exact joints are kept", _JOINTS, broken, _CONSTRAINTS, concerns),
+        compared("no motion is lost", _JOINTS, abs(lost), 0.0, concerns),
+    )
+
+
+def root_miss(matrices: PlainMatrices, value: complex, speed: float) -> Miss:
+    """Return the relative error of an eigenvalue and its limit.
+
+    Parameters
+    ----------
+    matrices
+        Of the speed.
+    value
+        λ, 1/s.
+    speed
+        Ω, rad/s.
+    """
+    found, size = root_error(matrices, value), max(abs(value), np.finfo(float).tiny)
+    return Miss(found.distance / size, ACCURACY + ROUNDINGS * found.rounding / size, speed)
+
+
+def worst_of(name: str, where: str, concerns: str, misses: Sequence[Miss], text: str) -> Invariant:
+    """Return the check of the number nearest to its limit.
+
+    Parameters
+    ----------
+    name, where, concerns
+        As in `Invariant`.
+    misses
+        One or more.
+    text
+        How many numbers were looked at.
+    """
+    worst = max(misses, key=lambda one: one.share)
+    reason = f"{text}; largest at {worst.speed * _RPM:.6g} rpm"
+    return compared(name, where, worst.error, worst.limit, concerns, reason)
+
+
+def check_branches(
+    plain: PlainSystem,
+    speeds_rad_s: FloatArray,
+    eigenvalues: ComplexArray,
+    wanted: Callable[[FloatArray], FloatArray],
+    knots_rad_s: Sequence[float],
+) -> tuple[Invariant, ...]:
+    """Check the branches of a Campbell diagram against the system as it is given.
+
+    Parameters
+    ----------
+    plain
+        The system.
+    speeds_rad_s, eigenvalues
+        Of the diagram, shapes (s,) and (b, s); nan where a branch does not exist.
+    wanted
+        Which modes a diagram must hold: from all frequencies of a speed [rad/s], rising, those
+        that it asked for.
+    knots_rad_s
+        Of the speed laws.
+
+    Returns
+    -------
+    tuple of Invariant
+        Relative error of every root, and modes of the whole spectrum that no branch holds.
+    """
+    where, concerns = "Campbell diagram", "branches of the Campbell diagram"
+    cube = float(plain.transformation.shape[1]) ** 3
+    work = cube * (_PER_ROOT * len(eigenvalues) + _PER_SPECTRUM)
+    order = np.argsort(speeds_rad_s)
+    chosen = some_speeds(speeds_rad_s[order], knots_rad_s, work)
+    misses, faults = [], []
+    for speed in chosen:
+        column = eigenvalues[:, int(np.argmin(np.abs(speeds_rad_s - speed)))]
+        column = column[np.isfinite(column)]
+        matrices = plain.at(float(speed))
+        misses += [root_miss(matrices, complex(value), float(speed)) for value in column]
+        faults += _missing(matrices, column, wanted, float(speed))
+    text = f"at {chosen.size} of {speeds_rad_s.size} speeds"
+    out = []
+    if misses:
+        out.append(worst_of(ROOTS, where, concerns, misses, text))
+    remark = "; ".join(faults[:3]) + (f" and {len(faults) - 3} more" if faults[3:] else "")
+    name = "no mode of the system is missing"
+    return (*out, compared(name, where, len(faults), 0.0, concerns, remark or text))
+
+
+def _missing(
+    matrices: PlainMatrices,
+    listed: ComplexArray,
+    wanted: Callable[[FloatArray], FloatArray],
+    speed: float,
+) -> list[str]:
+    """Say which wanted modes of the whole spectrum a list does not hold, or holds twice."""
+    values = spectrum(matrices)
+    largest = float(np.abs(values).max())
+    moving = values[values.imag > np.maximum(_STILL * largest, _SAME * np.abs(values))]
+    moving = moving[np.argsort(moving.imag)]
+    held = np.zeros(moving.size, dtype=bool)
+    twice = []
+    if moving.size and listed.size:
+        away = np.abs(np.subtract.outer(moving, listed))
+        rows, columns = linear_sum_assignment(np.log(away / np.abs(listed) + 1e-16))
+        for row, column in zip(rows, columns, strict=True):
+            held[row] = away[row, column] <= _SAME * abs(listed[column]) or _is_near(
+                matrices, complex(moving[row]), float(away[row, column])
+            )
+            if not held[row] and abs(listed[column]) > _SAME * largest:
+                twice.append(float(listed[column].imag))
+    place = f"at {speed * _RPM:.6g} rpm"
+    out = [
+        f"{place} {rate / (2.0 * np.pi):.6g} Hz"
+        for rate, value in zip(moving.imag, moving, strict=True)
+        if rate in wanted(moving.imag)
+        and not held[moving.tolist().index(value)]
+        and value.imag > 3.0 * _rounding(matrices, complex(value), largest)
+    ]
+    return out + [f"{place} {rate / (2.0 * np.pi):.6g} Hz twice or not there" for rate in twice]
+
+
+def _is_near(matrices: PlainMatrices, value: complex, distance: float) -> bool:
+    """Whether a root that rounding moves far may be another one at that distance."""
+    return distance <= 10.0 * _rounding(matrices, value, abs(value))
+
+
+def _rounding(matrices: PlainMatrices, value: complex, largest: float) -> float:
+    return ROUNDINGS * root_error(matrices, value).rounding + 1e-14 * largest
+
+
+def check_critical_roots(
+    plain: PlainSystem,
+    roots: Sequence[tuple[float, complex]],
+    excitation_ratio: float,
+    speed_max_rad_s: float,
+    knots_rad_s: Sequence[float],
+) -> tuple[Invariant, ...]:
+    """Check critical speeds against the system as it is given.
+
+    Parameters
+    ----------
+    plain
+        The system.
+    roots
+        Each critical speed Ω with its eigenvalue λ, Im λ = |α| Ω, by rising Ω.
+    excitation_ratio, speed_max_rad_s
+        |α|, and the end of the range.
+    knots_rad_s
+        Of the speed laws.
+
+    Returns
+    -------
+    tuple of Invariant
+        Relative error of every root; critical speeds that are missing. The number of roots above
+        the line of the excitation changes at critical speeds alone, as roots that begin or end do
+        so at zero frequency; it is taken between any two neighbours of the list.
+    """
+    where, concerns = f"critical speeds, excitation {excitation_ratio:g}", "critical speeds"
+    misses = [root_miss(plain.at(speed), value, speed) for speed, value in roots]
+    out = []
+    if misses:
+        text = f"{len(misses)} critical speeds"
+        out.append(worst_of(ROOTS, where, concerns, misses, text))
+    name = "no critical speed of the system is missing"
+    listed = np.array([speed for speed, _ in roots])
+    between = _between(listed, speed_max_rad_s, knots_rad_s)
+    work = _PER_SPECTRUM * float(plain.transformation.shape[1]) ** 3
+    if between.size * work > 10.0 * _WORK:
+        reason = f"it takes all roots at {between.size} speeds, too long for so many coordinates"
+        return (*out, undecided(name, where, concerns, reason))
+    above = [_above(plain, speed, excitation_ratio) for speed in between]
+    faults = []
+    for low, high, first, last in zip(between, between[1:], above, above[1:], strict=False):
+        if first is None or last is None:
+            continue
+        inside = int(np.count_nonzero((listed > low) & (listed < high)))
+        net = first - last
+        if inside < abs(net) or (inside - net) % 2:
+            place = f"{low * _RPM:.6g} and {high * _RPM:.6g} rpm"
+            faults.append(f"between {place} {inside} are listed, {net} counted")
+    text = "; ".join(faults[:3]) or f"counted at {between.size} speeds"
+    return (*out, compared(name, where, len(faults), 0.0, concerns, text))
+
+
+def _between(listed: FloatArray, top: float, knots: Sequence[float]) -> FloatArray:
+    """Speeds between the neighbours of a list, near rest, at the end and at knots."""
+    ends = np.unique(np.concatenate(([1e-3 * top, top], listed[(listed > 0) & (listed < top)])))
+    middle = 0.5 * (ends[1:] + ends[:-1])
+    # equal ones are one root twice, with nothing between them
+    apart = np.diff(ends) > _SAME * ends[1:]
+    inner = [knot for knot in knots if 1e-3 * top < knot < top]
+    low = min(1e-3 * top, 0.5 * float(listed.min())) if listed.size else 1e-3 * top
+    return np.unique(np.concatenate(([low], middle[apart], inner, [top])))
+
+
+def _above(plain: PlainSystem, speed: float, ratio: float) -> int | None:
+    """Number of roots above the line of an excitation; None if one lies on it."""
+    values = spectrum(plain.at(float(speed)))
+    line = ratio * speed
+    away = values.imag - line
+    if (np.abs(away) <= 1e-7 * line + 1e-13 * np.abs(values).max()).any():
+        return None
+    return int(np.count_nonzero(away > 0))
