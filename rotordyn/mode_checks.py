@@ -142,9 +142,7 @@ def check_campbell(
         here = _Worst(error, residual_limit(undecidable, stiffness.rounding), float(speed))
         worst = max(worst, here, key=lambda one: one.error / one.limit)
         if not undecidable:
-            complete = values.size == len(diagram.eigenvalues) and (
-                column == 0 if frequency_max_hz is None else not _untracked(diagram)
-            )
+            complete = values.size == len(diagram.eigenvalues) and (frequency_max_hz is not None)
             limit = None if frequency_max_hz is None else 2.0 * np.pi * frequency_max_hz
             fault, stray = _count(stiffness, values.imag, limit, complete)
             faults += fault
@@ -199,11 +197,6 @@ def _places(frequencies: FloatArray) -> tuple[float, list[tuple[float, float]]]:
         if last > first
     ]
     return highest, near
-
-
-def _untracked(diagram: Campbell) -> bool:
-    """Whether some mode has no branch from the first speed on."""
-    return any(note.kind == "untracked" for note in diagram.notes)
 
 
 def _negative(assembled: AssembledSystem, stiffness: SplitStiffness) -> int:
