@@ -169,11 +169,8 @@ def _state(front: Front, beyond: Front, branch: int) -> str:
         return "diverges"
     if beyond.modes.real_eigenvalues.size > front.modes.real_eigenvalues.size and value.real < 0:
         return "overdamped"
-    return "zero" if abs(value) < _SLOW * _fastest(front) else "lost"
-
-
-def _fastest(front: Front) -> float:
-    return float(np.abs(front.modes.eigenvalues).max())
+    slow = abs(value) < _SLOW * np.abs(front.modes.eigenvalues).max()
+    return "zero" if slow or beyond.modes.zero_count > front.modes.zero_count else "lost"
 
 
 def _doubt_notes(fronts: Sequence[Front]) -> Iterator[TrackingNote]:

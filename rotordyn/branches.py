@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solidwhirl.rotordyn.arrays import BoolArray, FloatArray
+from solidwhirl.rotordyn.arrays import FloatArray
 from solidwhirl.rotordyn.eigen import Modes, whole_group_count
 from solidwhirl.rotordyn.system import AssembledSystem
 from solidwhirl.rotordyn.tracking import Chain, Front, IntArray, Tracker
@@ -34,7 +34,7 @@ class Selection(NamedTuple):
     first_count
         Modes to compute at each speed in the first attempt.
     is_from_rest
-        Whether branches that are needed at rest are held wherever the range begins.
+        Whether branches that are needed between rest and the range are held as well.
     """
 
     needed: Callable[[Modes], int]
@@ -168,17 +168,17 @@ def _selected(
 ) -> list[Front]:
     """Keep the branches that are needed at one of the speeds, in their order."""
     places = {front.modes.speed_rad_s: k for k, front in enumerate(fronts)}
-    order, is_lifted = _order(fronts, places[0.0], places[toward])
-    kept = is_lifted & selection.is_from_rest
-    for speed in {*map(float, speeds_rad_s), *([0.0] if selection.is_from_rest else [])}:
+    order = _order(fronts, places[0.0], places[toward])
+    kept = np.full(order.size, selection.is_from_rest)
+    for speed in map(float, speeds_rad_s):
         front = fronts[places[speed]]
         kept |= (front.columns >= 0) & (front.columns < selection.needed(front.modes))
     chosen = order[kept[order]]
     return [front.select(chosen) for front in fronts]
 
 
-def _order(fronts: list[Front], rest: int, after: int) -> tuple[IntArray, BoolArray]:
-    """Return the order of branches, and which of them the spin lifts from zero."""
+def _order(fronts: list[Front], rest: int, after: int) -> IntArray:
+    """Return the order of branches: those that the spin lifts from zero begin beside rest."""
     alive = np.array([front.columns >= 0 for front in fronts])
     places = np.arange(len(fronts))[:, None]
     begin = np.where(alive, np.abs(places - rest), len(fronts)).argmin(axis=0)
@@ -192,4 +192,4 @@ def _order(fronts: list[Front], rest: int, after: int) -> tuple[IntArray, BoolAr
     late = np.isnan(at_rest)
     group[late], first = 0, np.abs(np.where(late, speeds, 0.0))
     later = np.nan_to_num(fronts[after].values().imag)
-    return np.lexsort((later, group, first, late)), lifted
+    return np.lexsort((later, group, first, late))

@@ -81,8 +81,9 @@ def campbell(
     speeds_rad_s
         Ω, strictly monotonic, shape (s,).
     branch_count
-        Hold every mode that is among this many lowest ones at one of the speeds or at rest, and
-        those of equal frequency that it would cut off from them; all, if there are fewer.
+        Hold every mode that is among this many lowest ones at one of the speeds or on the way
+        there from rest, and those of equal frequency that it would cut off from them; all, if there
+        are fewer.
     frequency_max_hz
         Hold every mode that comes below this frequency at one of the speeds. Exactly one of the
         two is given.
