@@ -169,10 +169,12 @@ def _selected(
     """Keep the branches that are needed at one of the speeds, in their order."""
     places = {front.modes.speed_rad_s: k for k, front in enumerate(fronts)}
     order = _order(fronts, places[0.0], places[toward])
-    kept = np.full(order.size, selection.is_from_rest)
+    alive, needed = np.zeros((2, order.size), dtype=bool)
     for speed in map(float, speeds_rad_s):
         front = fronts[places[speed]]
-        kept |= (front.columns >= 0) & (front.columns < selection.needed(front.modes))
+        alive |= front.columns >= 0
+        needed |= (front.columns >= 0) & (front.columns < selection.needed(front.modes))
+    kept = alive if selection.is_from_rest else needed
     chosen = order[kept[order]]
     return [front.select(chosen) for front in fronts]
 
