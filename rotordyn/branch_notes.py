@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from solidwhirl.rotordyn.arrays import FloatArray
+from solidwhirl.rotordyn.branches import begins
 from solidwhirl.rotordyn.eigen import Modes, scaled_stiffness
 from solidwhirl.rotordyn.system import AssembledSystem, matrices_at_speed
 from solidwhirl.rotordyn.tracking import (
@@ -60,7 +61,7 @@ class TrackingNote:
     branches
         Branch numbers from 0; empty if all are meant.
     text
-        One sentence.
+        One sentence; it counts branches from 1, as tables and pictures do.
     """
 
     kind: Literal[
@@ -146,17 +147,20 @@ def _end_notes(fronts: Sequence[Front]) -> Iterator[TrackingNote]:
         speed = fronts[0].modes.speed_rad_s
         text = "there is no oscillatory mode to draw at any speed of the diagram"
         yield TrackingNote(kind="empty", speed_rad_s=speed, branches=(), text=text)
+    speeds = [front.modes.speed_rad_s for front in fronts]
+    lifted = begins(fronts, speeds.index(0.0))[1] if 0.0 in speeds else np.zeros(0, dtype=bool)
     for before, after in pairwise(fronts):
         alive = before.columns >= 0, after.columns >= 0
         for branch in np.flatnonzero(alive[0] != alive[1]):
-            speeds = before.modes.speed_rad_s, after.modes.speed_rad_s
-            place = 0.0 if 0.0 in speeds else 0.5 * sum(speeds)
+            place = 0.5 * (before.modes.speed_rad_s + after.modes.speed_rad_s)
+            if lifted.size and lifted[branch] and alive[before.modes.speed_rad_s >= 0][branch]:
+                place = 0.0
             if alive[1][branch]:
                 state = _state(after, before, int(branch))
-                text = f"branch {branch} begins at {place:.6g} rad/s, {_FROM[state]}"
+                text = f"branch {branch + 1} begins at {place:.6g} rad/s, {_FROM[state]}"
             else:
                 state = _state(before, after, int(branch))
-                text = f"branch {branch} ends at {place:.6g} rad/s, {_TO[state]}"
+                text = f"branch {branch + 1} ends at {place:.6g} rad/s, {_TO[state]}"
             kind: Literal["begun", "ended"] = "begun" if alive[1][branch] else "ended"
             yield TrackingNote(kind=kind, speed_rad_s=place, branches=(int(branch),), text=text)
 
@@ -179,7 +183,7 @@ def _doubt_notes(fronts: Sequence[Front]) -> Iterator[TrackingNote]:
         both = (before.columns >= 0) & (after.columns >= 0)
         for branch in np.flatnonzero(both & (after.overlap < GOOD_OVERLAP)):
             likeness = float(after.overlap[branch])
-            text = f"branch {branch} is in doubt at {speed:.6g} rad/s, likeness {likeness:.2f}"
+            text = f"branch {branch + 1} is in doubt at {speed:.6g} rad/s, likeness {likeness:.2f}"
             yield TrackingNote(
                 kind="ambiguous", speed_rad_s=speed, branches=(int(branch),), text=text
             )
@@ -195,14 +199,14 @@ def _meeting_notes(assembled: AssembledSystem, fronts: Sequence[Front]) -> Itera
         for left, right in pairwise(apart):
             if gap[left] * gap[right] < 0:
                 speed = _meeting_speed(speeds[left : right + 1], gap[left : right + 1])
-                text = f"branches {first} and {second} cross near {speed:.6g} rad/s"
+                text = f"branches {first + 1} and {second + 1} cross near {speed:.6g} rad/s"
                 yield TrackingNote(
                     kind="crossing", speed_rad_s=speed, branches=(first, second), text=text
                 )
         for at in _veerings(assembled, fronts, first, second, np.abs(gap), omega[:, first]):
             speed, width = float(speeds[at]), float(abs(gap[at]) / (2.0 * np.pi))
             text = (
-                f"branches {first} and {second} veer near {speed:.6g} rad/s, "
+                f"branches {first + 1} and {second + 1} veer near {speed:.6g} rad/s, "
                 f"closest distance {width:.4g} Hz"
             )
             yield TrackingNote(

@@ -6,18 +6,20 @@ order, are those of the system and not of the range that is asked for.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from solidwhirl.rotordyn.arrays import FloatArray
+from solidwhirl.rotordyn.arrays import BoolArray, FloatArray
 from solidwhirl.rotordyn.eigen import Modes, whole_group_count
 from solidwhirl.rotordyn.system import AssembledSystem
 from solidwhirl.rotordyn.tracking import Chain, Front, IntArray, Tracker
 
 # Frequencies closer than this (relative) at rest are equal.
 _EQUAL = 1e-8
+# A frequency in proportion to the speed is so within this factor.
+_PROPORTION = 1.5
 # Speeds looked at between rest and the first one asked for, at most.
 _MOST_BEFORE = 16
 # Times that branches met late are followed again from where they begin.
@@ -179,12 +181,42 @@ def _selected(
     return [front.select(chosen) for front in fronts]
 
 
-def _order(fronts: list[Front], rest: int, after: int) -> IntArray:
-    """Return the order of branches: those that the spin lifts from zero begin beside rest."""
+def begins(fronts: Sequence[Front], rest: int) -> tuple[IntArray, BoolArray]:
+    """Return where branches begin, seen from rest, and which of them the spin lifts from rest.
+
+    Parameters
+    ----------
+    fronts
+        By speed.
+    rest
+        Which of them is at rest.
+
+    Returns
+    -------
+    begin, lifted : ndarray
+        Front of each branch, and whether it comes from rest though it is not there: its frequency
+        is in proportion to the speed, so that only rounding says from where on it turns.
+    """
     alive = np.array([front.columns >= 0 for front in fronts])
     places = np.arange(len(fronts))[:, None]
     begin = np.where(alive, np.abs(places - rest), len(fronts)).argmin(axis=0)
+    speeds = np.array([abs(front.modes.speed_rad_s) for front in fronts])
+    omega = np.array([front.values().imag for front in fronts])
     lifted = np.abs(begin - rest) == 1
+    for branch in np.flatnonzero(np.abs(begin - rest) > 1):
+        at = begin[branch]
+        side = places[:, 0] > rest if at > rest else places[:, 0] < rest
+        beyond = side & alive[:, branch] & (speeds > _PROPORTION * speeds[at])
+        if beyond.any():
+            far = np.flatnonzero(beyond)[np.argmin(speeds[beyond])]
+            ratio = omega[at, branch] / speeds[at] / (omega[far, branch] / speeds[far])
+            lifted[branch] = 1.0 / _PROPORTION < ratio < _PROPORTION
+    return begin, lifted
+
+
+def _order(fronts: list[Front], rest: int, after: int) -> IntArray:
+    """Return the order of branches: those that the spin lifts from zero begin beside rest."""
+    begin, lifted = begins(fronts, rest)
     at_rest = np.where(lifted, 0.0, fronts[rest].values().imag)
     rising = np.argsort(at_rest, kind="stable")
     steps = np.diff(at_rest[rising]) > _EQUAL * at_rest[rising][1:]

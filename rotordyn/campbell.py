@@ -16,7 +16,7 @@ from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.reprs import campbell_text
 from solidwhirl.rotordyn.system import AssembledSystem
 from solidwhirl.rotordyn.tracking import Front
-from solidwhirl.rotordyn.whirl import whirl_direction
+from solidwhirl.rotordyn.whirl import whirl_at_speed
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -158,15 +158,9 @@ def _diagram(assembled: AssembledSystem, speeds: FloatArray, fronts: list[Front]
 
 
 def _whirl(assembled: AssembledSystem, front: Front) -> StringArray:
-    """Return the whirl of each branch; at rest no orbit has a direction."""
-    alive = front.columns >= 0
+    """Return the whirl of each branch, empty where there is none."""
+    modes, alive = front.modes, front.columns >= 0
+    everyone = whirl_at_speed(assembled, modes.shapes, modes.eigenvalues, modes.speed_rad_s)
     whirl = np.full(alive.size, "", dtype="<U8")
-    if front.modes.speed_rad_s == 0 and assembled.is_conservative:
-        whirl[alive] = "planar"
-        return whirl
-    directions = whirl_direction(assembled, front.modes.shapes[:, front.columns[alive]])
-    if front.modes.speed_rad_s < 0:
-        swap = {"forward": "backward", "backward": "forward"}
-        directions = np.array([swap.get(str(d), str(d)) for d in directions])
-    whirl[alive] = directions
+    whirl[alive] = everyone[front.columns[alive]]
     return whirl
