@@ -1,6 +1,6 @@
 """Random rotor-bearing systems, run by the program and by an independent solver, compared.
 
-    python bench/against_general_solver.py [--count 2000] [--first 0] [--processes 2] [--keep FOLDER]
+    python bench/against_general_solver.py [--count 2000] [--first 0] [--processes 2] [--keep DIR]
 
 Every number that misses by more than 1e-9 (relative, beyond its own rounding) is a disagreement;
 one that no check and no accuracy of the run reports is a defect. Cases are numbered: the same

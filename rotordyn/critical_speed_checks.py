@@ -75,7 +75,7 @@ def _count(
     where: str,
     reason: str,
 ) -> Invariant:
-    name = "no critical speed is missing"
+    name = "no critical speed is missing by signs"
     if any(abs(c.speed_rad_s - limit) <= _AT_THE_END * limit for c in found):
         reason = reason or "a critical speed lies at the end of the range"
     if reason:

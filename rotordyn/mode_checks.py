@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from solidwhirl.rotordyn.arrays import FloatArray
 from solidwhirl.rotordyn.campbell import Campbell
-from solidwhirl.rotordyn.dynamic_stiffness import (
-    SplitStiffness,
-    dynamic_stiffness,
-    split_stiffness,
-)
-from solidwhirl.rotordyn.eigen import Modes, modes_at_speed, scaled_stiffness
+from solidwhirl.rotordyn.dynamic_stiffness import dynamic_stiffness, split_stiffness
+from solidwhirl.rotordyn.eigen import Modes
 from solidwhirl.rotordyn.invariants import Invariant, compared, undecided
-from solidwhirl.rotordyn.plain_checks import ROOTS, check_branches, root_miss, worst_of
+from solidwhirl.rotordyn.plain_checks import COUNT, ROOTS, check_branches, root_miss, worst_of
 from solidwhirl.rotordyn.plain_system import PlainSystem
 from solidwhirl.rotordyn.system import AssembledSystem, matrices_at_speed
 
@@ -33,8 +27,7 @@ _ROUNDINGS = 16.0
 _LOWEST = 24
 
 _AT_REST = "modes at rest"
-_DIAGRAM = "Campbell diagram"
-_RESIDUAL, _COUNT = "residual of every eigenpair", "no mode is missing"
+_RESIDUAL = "residual of every eigenpair"
 
 
 def check_modes_at_rest(assembled: AssembledSystem, modes: Modes) -> tuple[Invariant, ...]:
@@ -64,7 +57,7 @@ def check_modes_at_rest(assembled: AssembledSystem, modes: Modes) -> tuple[Invar
     out = [compared(_RESIDUAL, _AT_REST, residual, limit, concerns)]
     out.append(_roots_at_rest(assembled, modes, concerns))
     if reason:
-        unknown = ("orthogonality of the modes", "elastic energy equals kinetic", _COUNT)
+        unknown = ("orthogonality of the modes", "elastic energy equals kinetic", COUNT)
         return (*out, *(undecided(name, _AT_REST, concerns, reason) for name in unknown))
     out += _products(assembled, modes, stiffness.rounding)
     frequencies = modes.eigenvalues.imag
@@ -73,7 +66,7 @@ def check_modes_at_rest(assembled: AssembledSystem, modes: Modes) -> tuple[Invar
     counted = split_stiffness(assembled, modes.speed_rad_s, float(frequencies[0]))
     missing = abs(counted.modes_below(between) - found)
     text = f"{found} modes counted below {between / (2.0 * np.pi):.6g} Hz"
-    return (*out, compared(_COUNT, _AT_REST, missing, 0.0, concerns, text))
+    return (*out, compared(COUNT, _AT_REST, missing, 0.0, concerns, text))
 
 
 def _roots_at_rest(assembled: AssembledSystem, modes: Modes, concerns: str) -> Invariant:
@@ -117,7 +110,7 @@ def check_campbell(
     frequency_max_hz: float | None = None,
     branch_count: int | None = None,
 ) -> tuple[Invariant, ...]:
-    """Check every point of a Campbell diagram.
+    """Check a Campbell diagram against the system as it is given.
 
     Parameters
     ----------
@@ -125,86 +118,26 @@ def check_campbell(
         The system.
     diagram
         Its branches.
-    frequency_max_hz, branch_count
-        As given to `campbell`: the branches are all modes below that frequency, or so many of the
-        lowest ones, at every speed. None: how many there must be is not known.
+    frequency_max_hz
+        As given to `campbell`: below it the branches are all modes, at every speed.
+    branch_count
+        As given to `campbell`: at every speed they hold that many lowest modes. None with no
+        limit either takes the smallest number of branches at a speed.
 
     Returns
     -------
     tuple of Invariant
-        Relative error of every eigenvalue, and modes that are missing, in the system as it is
-        given (`check_branches`); without damping also the number of modes at every speed by signs.
-        Modes may come down between the branches that were
-        followed, so where there are more modes than branches all modes of that speed are solved
-        for, and those must be as many as are counted.
+        As `check_branches`.
     """
-    concerns = "branches of the Campbell diagram"
-    found = check_branches(
+    alive = np.isfinite(diagram.eigenvalues).sum(axis=0)
+    return check_branches(
         PlainSystem.of(assembled),
         diagram.speeds_rad_s,
         diagram.eigenvalues,
-        _wanted(frequency_max_hz, branch_count),
         assembled.knots_rad_s,
+        branch_count=int(alive.min()) if branch_count is None else branch_count,
+        frequency_max_hz=frequency_max_hz,
     )
-    faults, strays = [], 0
-    undecidable: str = ""
-    for column, speed in enumerate(diagram.speeds_rad_s):
-        values = diagram.eigenvalues[:, column]
-        values = values[np.isfinite(values)]
-        if not values.size or undecidable:
-            continue
-        stiffness = split_stiffness(assembled, float(speed), float(np.abs(values).min()))
-        undecidable = no_count(assembled, _negative(assembled, stiffness))
-        if not undecidable:
-            complete = values.size == len(diagram.eigenvalues) and (
-                column == 0 if frequency_max_hz is None else not _untracked(diagram)
-            )
-            limit = None if frequency_max_hz is None else 2.0 * np.pi * frequency_max_hz
-            fault, stray = _count(stiffness, values.imag, limit, complete)
-            faults += fault
-            strays += stray
-    if undecidable:
-        return (*found, undecided(_COUNT, _DIAGRAM, concerns, undecidable))
-    text = "; ".join(faults) or f"counted at {diagram.speeds_rad_s.size} speeds"
-    if strays and not faults:
-        text += f"; {strays} modes between the branches are followed by none"
-    return (*found, compared(_COUNT, _DIAGRAM, len(faults), 0.0, concerns, text))
-
-
-def _wanted(
-    frequency_max_hz: float | None, branch_count: int | None
-) -> Callable[[FloatArray], FloatArray]:
-    """Return what picks the modes that a diagram must hold: the lowest, or all below a limit."""
-    if frequency_max_hz is not None:
-        return lambda rates: rates[rates < 2.0 * np.pi * frequency_max_hz]
-    return lambda rates: rates[: branch_count or 0]
-
-
-def _count(
-    stiffness: SplitStiffness, found: FloatArray, limit: float | None, complete: bool
-) -> tuple[list[str], int]:
-    """Compare branches with the number of modes at one speed: faults, modes without a branch."""
-    followed = found if limit is None else found[found <= limit]
-    between, near = _places(followed if followed.size else found)
-    place = f"at {stiffness.speed_rad_s * 30.0 / np.pi:.6g} rpm"
-    for low, high in near:
-        entries = int(np.count_nonzero((found > low) & (found < high)))
-        there = stiffness.modes_below(high) - stiffness.modes_below(low)
-        if there < entries:
-            at = f"{0.5 * (low + high) / (2.0 * np.pi):.6g} Hz"
-            return [f"{place} {entries} branches are on {there} modes at {at}"], 0
-    entries = int(np.count_nonzero(found < between))
-    below = stiffness.modes_below(between)
-    if entries == below:
-        return [], 0
-    place += f" {below} modes lie below {between / (2.0 * np.pi):.6g} Hz"
-    if entries > below or complete:
-        return [f"{place}, {entries} are on branches"], 0
-    modes = modes_at_speed(stiffness.assembled, stiffness.speed_rad_s)
-    solved = int(np.count_nonzero(modes.eigenvalues.imag < between))
-    if solved != below:
-        return [f"{place}, {solved} are found"], 0
-    return [], below - entries
 
 
 def _places(frequencies: FloatArray) -> tuple[float, list[tuple[float, float]]]:
@@ -220,19 +153,6 @@ def _places(frequencies: FloatArray) -> tuple[float, list[tuple[float, float]]]:
         if last > first
     ]
     return highest, near
-
-
-def _untracked(diagram: Campbell) -> bool:
-    """Whether some mode has no branch from the first speed on."""
-    return any(note.kind == "untracked" for note in diagram.notes)
-
-
-def _negative(assembled: AssembledSystem, stiffness: SplitStiffness) -> int:
-    """Return the number of negative eigenvalues of K at a speed."""
-    if stiffness.is_definite:
-        return 0
-    matrices = matrices_at_speed(assembled, stiffness.speed_rad_s)
-    return scaled_stiffness(assembled, matrices).negative_count
 
 
 def residual_limit(no_signs: str, rounding: float) -> float:

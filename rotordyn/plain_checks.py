@@ -6,20 +6,19 @@ allows, whichever is more; both are worked out for each number.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.invariants import Invariant, compared, undecided
+from solidwhirl.rotordyn.mode_counts import full_spectrum, missing_modes
 from solidwhirl.rotordyn.plain_system import (
     PlainMatrices,
     PlainSystem,
     joint_errors,
     root_error,
-    spectrum,
 )
 
 # Relative accuracy that every number must have, where rounding allows it.
@@ -27,11 +26,13 @@ ACCURACY = 1e-9
 # Units in the last place that solvers may lose in every term.
 ROUNDINGS = 256.0
 _CONSTRAINTS = 1e-9
-ROOTS = "every root is one of the system"
+ROOTS, COUNT = "every root is one of the system", "no mode is missing"
+# Missing modes and speeds that are listed.
+_MOST_FAULTS = 6
 # Two roots of one system nearer than this are taken for the same; residuals tell the rest.
 _SAME = 1e-6
-# Slower roots than this part of the fastest are rigid motion.
-_STILL = 1e-8
+# A root this near to the line of an excitation is neither above nor below.
+_ON_THE_LINE = 1e-7
 # Processor work of one group of checks, in operations: a second or two.
 _WORK = 2e9
 _PER_ROOT, _PER_SPECTRUM = 40.0, 240.0
@@ -130,8 +131,10 @@ def check_branches(
     plain: PlainSystem,
     speeds_rad_s: FloatArray,
     eigenvalues: ComplexArray,
-    wanted: Callable[[FloatArray], FloatArray],
     knots_rad_s: Sequence[float],
+    *,
+    branch_count: int | None,
+    frequency_max_hz: float | None,
 ) -> tuple[Invariant, ...]:
     """Check the branches of a Campbell diagram against the system as it is given.
 
@@ -141,11 +144,10 @@ def check_branches(
         The system.
     speeds_rad_s, eigenvalues
         Of the diagram, shapes (s,) and (b, s); nan where a branch does not exist.
-    wanted
-        Which modes a diagram must hold: from all frequencies of a speed [rad/s], rising, those
-        that it asked for.
     knots_rad_s
         Of the speed laws.
+    branch_count, frequency_max_hz
+        Which modes the diagram must hold at every speed, as in `missing_modes`.
 
     Returns
     -------
@@ -163,56 +165,18 @@ def check_branches(
         column = column[np.isfinite(column)]
         matrices = plain.at(float(speed))
         misses += [root_miss(matrices, complex(value), float(speed)) for value in column]
-        faults += _missing(matrices, column, wanted, float(speed))
+        missing = missing_modes(
+            matrices, column, count=branch_count, frequency_max_hz=frequency_max_hz
+        )
+        place = f"at {speed * _RPM:.6g} rpm"
+        faults += [f"{place} {mode.imag / (2.0 * np.pi):.6g} Hz" for mode in missing]
     text = f"at {chosen.size} of {speeds_rad_s.size} speeds"
     out = []
     if misses:
         out.append(worst_of(ROOTS, where, concerns, misses, text))
-    remark = "; ".join(faults[:3]) + (f" and {len(faults) - 3} more" if faults[3:] else "")
-    name = "no mode of the system is missing"
-    return (*out, compared(name, where, len(faults), 0.0, concerns, remark or text))
-
-
-def _missing(
-    matrices: PlainMatrices,
-    listed: ComplexArray,
-    wanted: Callable[[FloatArray], FloatArray],
-    speed: float,
-) -> list[str]:
-    """Say which wanted modes of the whole spectrum a list does not hold, or holds twice."""
-    values = spectrum(matrices)
-    largest = float(np.abs(values).max())
-    moving = values[values.imag > np.maximum(_STILL * largest, _SAME * np.abs(values))]
-    moving = moving[np.argsort(moving.imag)]
-    held = np.zeros(moving.size, dtype=bool)
-    twice = []
-    if moving.size and listed.size:
-        away = np.abs(np.subtract.outer(moving, listed))
-        rows, columns = linear_sum_assignment(np.log(away / np.abs(listed) + 1e-16))
-        for row, column in zip(rows, columns, strict=True):
-            held[row] = away[row, column] <= _SAME * abs(listed[column]) or _is_near(
-                matrices, complex(moving[row]), float(away[row, column])
-            )
-            if not held[row] and abs(listed[column]) > _SAME * largest:
-                twice.append(float(listed[column].imag))
-    place = f"at {speed * _RPM:.6g} rpm"
-    out = [
-        f"{place} {rate / (2.0 * np.pi):.6g} Hz"
-        for rate, value in zip(moving.imag, moving, strict=True)
-        if rate in wanted(moving.imag)
-        and not held[moving.tolist().index(value)]
-        and value.imag > 3.0 * _rounding(matrices, complex(value), largest)
-    ]
-    return out + [f"{place} {rate / (2.0 * np.pi):.6g} Hz twice or not there" for rate in twice]
-
-
-def _is_near(matrices: PlainMatrices, value: complex, distance: float) -> bool:
-    """Whether a root that rounding moves far may be another one at that distance."""
-    return distance <= 10.0 * _rounding(matrices, value, abs(value))
-
-
-def _rounding(matrices: PlainMatrices, value: complex, largest: float) -> float:
-    return ROUNDINGS * root_error(matrices, value).rounding + 1e-14 * largest
+    if faults:
+        text = f"missing: {'; '.join(faults[:_MOST_FAULTS])}"
+    return (*out, compared(COUNT, where, len(faults), 0.0, concerns, text))
 
 
 def check_critical_roots(
@@ -248,7 +212,7 @@ def check_critical_roots(
     if misses:
         text = f"{len(misses)} critical speeds"
         out.append(worst_of(ROOTS, where, concerns, misses, text))
-    name = "no critical speed of the system is missing"
+    name = "no critical speed is missing"
     listed = np.array([speed for speed, _ in roots])
     between = _between(listed, speed_max_rad_s, knots_rad_s)
     work = _PER_SPECTRUM * float(plain.transformation.shape[1]) ** 3
@@ -265,7 +229,7 @@ def check_critical_roots(
         if inside < abs(net) or (inside - net) % 2:
             place = f"{low * _RPM:.6g} and {high * _RPM:.6g} rpm"
             faults.append(f"between {place} {inside} are listed, {net} counted")
-    text = "; ".join(faults[:3]) or f"counted at {between.size} speeds"
+    text = "; ".join(faults[:_MOST_FAULTS]) or f"counted at {between.size} speeds"
     return (*out, compared(name, where, len(faults), 0.0, concerns, text))
 
 
@@ -282,9 +246,9 @@ def _between(listed: FloatArray, top: float, knots: Sequence[float]) -> FloatArr
 
 def _above(plain: PlainSystem, speed: float, ratio: float) -> int | None:
     """Number of roots above the line of an excitation; None if one lies on it."""
-    values = spectrum(plain.at(float(speed)))
     line = ratio * speed
+    values = full_spectrum(plain.at(float(speed)), line)
     away = values.imag - line
-    if (np.abs(away) <= 1e-7 * line + 1e-13 * np.abs(values).max()).any():
+    if (np.abs(away) <= _ON_THE_LINE * line).any():
         return None
     return int(np.count_nonzero(away > 0))

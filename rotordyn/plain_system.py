@@ -277,27 +277,3 @@ def root_error(matrices: PlainMatrices, value: complex) -> RootError:
     distance = abs(y.conj() @ (dynamic @ x)) / slope
     rounding = _EPS * float(np.abs(y) @ size @ np.abs(x)) / slope
     return RootError(float(distance), float(rounding))
-
-
-def spectrum(matrices: PlainMatrices) -> ComplexArray:
-    """Return all 2n eigenvalues of a system at one speed, 1/s.
-
-    Parameters
-    ----------
-    matrices
-        Of the speed.
-
-    Notes
-    -----
-    The first-order form in coordinates of unit mass; their rounding is that of `root_error`, and
-    eps of the largest on top.
-    """
-    lower = la.cholesky(0.5 * (matrices.mass + matrices.mass.T), lower=True)
-    stiffness, velocity = (
-        la.solve_triangular(lower, la.solve_triangular(lower, part, lower=True).T, lower=True).T
-        for part in (matrices.stiffness, matrices.velocity)
-    )
-    n = len(lower)
-    rate = max(float(np.sqrt(la.norm(stiffness))), float(la.norm(velocity)), 1.0)
-    state = np.block([[np.zeros((n, n)), rate * np.eye(n)], [-stiffness / rate, -velocity]])
-    return np.asarray(la.eigvals(state))
