@@ -7,10 +7,10 @@ from typing import Any
 
 from solidwhirl.check_report import failure_lines
 from solidwhirl.estimate_documents import coupling_effect
-from solidwhirl.operating import nearest
+from solidwhirl.operating import Operating, nearest
 from solidwhirl.page.margins import margins_in_short
 from solidwhirl.page.marks import whirl_text
-from solidwhirl.page.operating import Operating, margin_text, operating_speeds
+from solidwhirl.page.operating import margin_text, operating_speeds
 from solidwhirl.page.records import Block, Run, Section, Table, Text
 from solidwhirl.page.traces import analyses_of_kind
 from solidwhirl.scene import Scene
