@@ -89,11 +89,11 @@ def _responses(stability: Stability, analyses: Mapping[str, Any]) -> Iterator[Al
         if reached is not None:
             begins[name] = reached
     if begins:
-        first = min(begins.values())
+        first, names = min(begins.values()), " and ".join(begins)
         yield Alarm(
             kind="response above threshold",
-            message=f"{first:.6g} rpm: {', '.join(begins)} {'reach' if len(begins) > 1 else 'reaches'} "
-            "into an unstable range, where no steady vibration exists",
+            message=f"{first:.6g} rpm: no steady vibration exists from here on, although {names} "
+            "goes beyond",
             speed_rpm=first,
         )
 
