@@ -288,11 +288,25 @@ def _speeds_of(pencil: Pencil, body_rate: float, limit: float) -> DirectSpeeds |
     return speed_roots(pencil, body_rate, limit)
 
 
-def _seeds(assembled: AssembledSystem, ratio: float, limit: float) -> FloatArray:
-    """Return the critical speeds without damping and skew stiffness, none if K is negative.
+def undamped_places(assembled: AssembledSystem, ratio: float, limit: float) -> FloatArray:
+    """Return the critical speeds without damping and skew stiffness, and where modes touch.
 
-    Where a mode touches the excitation without them it may cross it twice: such places are seeds.
+    Where a mode touches the excitation without them it may cross it twice.
+
+    Parameters
+    ----------
+    assembled
+        The system.
+    ratio, limit
+        |α| and the largest Ω, finite.
+
+    Returns
+    -------
+    ndarray
+        Ω, rising. None if K is negative, or the pieces of a law are not known.
     """
+    if any(joint.pieces is None for joint in assembled.law_joints):
+        return np.empty(0)
     start = matrices_at_speed(assembled, 0.0)
     for stiffness in (assembled.stiffness, start.stiffness):
         symmetric = 0.5 * (stiffness + stiffness.T)
@@ -312,7 +326,7 @@ def _damped(
     assembled: AssembledSystem, ratio: float, limit: float
 ) -> tuple[FloatArray, ComplexArray, FloatArray]:
     """Follow the branches from rest and solve Im λ(Ω) = αΩ where one meets the line."""
-    seeds = _seeds(assembled, ratio, limit)
+    seeds = undamped_places(assembled, ratio, limit)
     marks = np.unique(np.concatenate(([0.0], seeds[seeds > 0.0], [limit])))
     marks = marks[np.concatenate(([True], np.diff(marks) > 1e-6 * limit))]
     speeds = np.unique(np.concatenate((marks, 0.5 * (marks[1:] + marks[:-1]), [limit])))
