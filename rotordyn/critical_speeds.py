@@ -275,10 +275,13 @@ def _speeds_of(pencil: Pencil, body_rate: float, limit: float) -> DirectSpeeds |
 
 
 def _seeds(assembled: AssembledSystem, ratio: float, limit: float) -> FloatArray:
-    """Return the critical speeds without damping and skew stiffness, none if K is negative.
+    """Return the critical speeds without damping and skew stiffness.
 
     Where a mode touches the excitation without them it may cross it twice: such places are seeds.
+    There are none if K is negative, or the pieces of a law are not known.
     """
+    if any(joint.pieces is None for joint in assembled.law_joints):
+        return np.empty(0)
     start = matrices_at_speed(assembled, 0.0)
     for stiffness in (assembled.stiffness, start.stiffness):
         symmetric = 0.5 * (stiffness + stiffness.T)

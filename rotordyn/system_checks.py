@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
-import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.arrays import FloatArray
@@ -88,7 +87,7 @@ def check_matrices(assembled: AssembledSystem) -> tuple[Invariant, ...]:
         _symmetric("gyroscopic", assembled.gyroscopic, -1.0),
         _symmetric("centrifugal stiffness", assembled.centrifugal_stiffness, 1.0),
     ]
-    if _joints_are_symmetric(assembled):
+    if assembled.has_symmetric_joints:
         return (*out, _symmetric("stiffness", assembled.stiffness, 1.0))
     reason = "a bearing has an unsymmetric stiffness"
     return (*out, undecided("stiffness symmetric", _SYSTEM, _ALL, reason))
@@ -98,8 +97,3 @@ def _symmetric(name: str, matrix: FloatArray, sign: float) -> Invariant:
     kind = "symmetric" if sign > 0 else "skew"
     error = asymmetry(matrix, sign)
     return compared(f"{name} {kind}", _SYSTEM, error, SYMMETRY_LIMIT, _ALL)
-
-
-def _joints_are_symmetric(assembled: AssembledSystem) -> bool:
-    joints = [bearing.matrices()[0] for bearing in assembled.system.bearings]
-    return all(np.array_equal(k, k.T) for k in joints)
