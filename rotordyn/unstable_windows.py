@@ -22,8 +22,6 @@ from solidwhirl.rotordyn.eigenvalue_paths import (
 
 # Pieces the range is cut into at least; segments of speed laws are never joined.
 _PIECES = 12
-# Steps inside a segment of a law, as a fraction of it.
-_STEP = 1e-3
 # No piece is halved below this fraction of the range; nor cut beside a meeting below that one.
 _FLOOR = 1e-6
 _MEETING_FLOOR = 1e-10
@@ -113,12 +111,8 @@ class _Search:
 
     def stretch(self, low: float, high: float) -> Stretch:
         """Return the paths between two speeds of one segment."""
-        step = _STEP * (high - low)
-        ends = [
-            with_slopes(self.block, self.at(speed), side)
-            for speed, side in ((low, step), (high, -step))
-        ]
-        return stretch_between(self.block, *ends)
+        first = with_slopes(self.block, self.at(low), "above")
+        return stretch_between(self.block, first, with_slopes(self.block, self.at(high), "below"))
 
     def windows(self) -> list[Window]:
         """Return all windows."""
