@@ -29,6 +29,10 @@ _MEETING_FLOOR = 1e-10
 _ACCURACY = 1e-13
 # What grows at an end of a window is looked up this fraction of the window inside.
 _INSIDE = 1e-6
+# The growth left at a root may be this fraction of that at the ends.
+_JUMP = 1e-6
+# Speeds at which a window is looked at for its largest growth, besides those known.
+_LOOKS = 24
 # Places at which paths are read.
 _PARTS = np.linspace(0.0, 1.0, 17)
 # Share of the mismatch of straight lines that cubics may err by before a middle has been seen,
@@ -176,8 +180,12 @@ class _Search:
         chosen = paths if after else stretch.partner[paths]
         damped = (still.values.real[chosen] < -still.tolerance[chosen]).all()
         if damped and growth(calm) < 0 < growth(loud):
+            size = abs(growth(low)) + abs(growth(high))
             scale = max(abs(low), abs(high))
             root = float(brentq(growth, low, high, xtol=_ACCURACY * scale, rtol=_ACCURACY))
+            # beside a meeting of modes the nearest value may jump from one to another
+            if abs(self._leading(root).real) > _JUMP * size:
+                root = self._halved(calm, loud)
         else:
             root = self._halved(calm, loud)
         return [_Piece(low, root, before), _Piece(root, high, after)]
@@ -218,7 +226,8 @@ class _Search:
 
     def _highest(self, piece: _Piece) -> float:
         """Return the speed of the largest growth in a window."""
-        known = sorted(s for s in self._known if piece.low <= s <= piece.high)
+        known = [s for s in self._known if piece.low <= s <= piece.high]
+        known = sorted({*known, *np.linspace(piece.low, piece.high, _LOOKS).tolist()})
         rates = [self._leading(s).real for s in known]
         best = int(np.argmax(rates))
         around = [k for k in (best - 1, best, best + 1) if 0 <= k < len(known)]
