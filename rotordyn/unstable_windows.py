@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -11,6 +11,7 @@ import numpy.typing as npt
 from scipy.optimize import brentq, minimize_scalar
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.damping import ROUNDING
 from solidwhirl.rotordyn.eigenvalue_paths import (
     Block,
     Spectral,
@@ -33,6 +34,8 @@ _INSIDE = 1e-6
 _JUMP = 1e-6
 # Speeds at which a window is looked at for its largest growth, besides those known.
 _LOOKS = 24
+# Steps beyond an end, each twice the last, of which the first is this part of the window.
+_BEYOND = 8
 # Places at which paths are read.
 _PARTS = np.linspace(0.0, 1.0, 17)
 # Share of the mismatch of straight lines that cubics may err by before a middle has been seen,
@@ -178,11 +181,11 @@ class _Search:
         calm, loud = (low, high) if after else (high, low)
         still = self.at(calm)
         chosen = paths if after else stretch.partner[paths]
-        damped = (still.values.real[chosen] < -still.tolerance[chosen]).all()
+        values = still.values[chosen]
+        damped = (values.real < -ROUNDING * np.abs(values)).all()
         if damped and growth(calm) < 0 < growth(loud):
             size = abs(growth(low)) + abs(growth(high))
-            scale = max(abs(low), abs(high))
-            root = float(brentq(growth, low, high, xtol=_ACCURACY * scale, rtol=_ACCURACY))
+            root = _root(growth, low, high)
             # beside a meeting of modes the nearest value may jump from one to another
             if abs(self._leading(root).real) > _JUMP * size:
                 root = self._halved(calm, loud)
@@ -202,16 +205,49 @@ class _Search:
     def _window(self, piece: _Piece) -> Window:
         """Return the window of a piece that grows."""
         top_speed = self._highest(piece)
+        opens = piece.low > self.low or not self.at(self.low).grows
+        closes = piece.high < self.high or not self.at(self.high).grows
+        low = self._exact_end(piece.low, piece.high) if opens else piece.low
+        high = self._exact_end(piece.high, piece.low) if closes else piece.high
         return Window(
-            low=piece.low,
-            high=piece.high,
-            opens=piece.low > self.low or not self.at(self.low).grows,
-            closes=piece.high < self.high or not self.at(self.high).grows,
-            onset=self._at_end(piece.low, piece.high),
-            end=self._at_end(piece.high, piece.low),
+            low=low,
+            high=high,
+            opens=opens,
+            closes=closes,
+            onset=self._at_end(low, piece.high),
+            end=self._at_end(high, piece.low),
             top=self._leading(top_speed),
             top_speed=top_speed,
         )
+
+    def _exact_end(self, speed: float, other: float) -> float:
+        """Return where Re λ = 0 beyond an end at which growth is too slow to be judged."""
+        value = start = self._at_end(speed, other)
+        if value.real <= ROUNDING * abs(value):
+            return speed
+        step = (speed - other) / _BEYOND
+        for _ in range(_BEYOND):
+            place = min(max(speed + step, self.low), self.high)
+            values = self.at(place).values
+            value = complex(values[np.abs(values - value).argmin()])
+            if value.real < -ROUNDING * abs(value):
+                return self._zero_between((speed, start), (place, value))
+            if place in (self.low, self.high):
+                break
+            step *= 2.0
+        return speed
+
+    def _zero_between(self, grown: tuple[float, complex], damped: tuple[float, complex]) -> float:
+        """Return where Re λ = 0 between two speeds with the values of one mode there."""
+
+        def growth(speed: float) -> float:
+            part = (speed - grown[0]) / (damped[0] - grown[0])
+            near = grown[1] + part * (damped[1] - grown[1])
+            values = self.at(speed).values
+            return float(values[np.abs(values - near).argmin()].real)
+
+        root = _root(growth, grown[0], damped[0])
+        return root if abs(growth(root)) <= _JUMP * abs(damped[1].real) else grown[0]
 
     def _at_end(self, speed: float, other: float) -> complex:
         """Return the eigenvalue at an end of a window, known by what grows just inside."""
@@ -241,6 +277,11 @@ class _Search:
             )
             places.append((-float(found.fun), float(found.x)))
         return max(places)[1]
+
+
+def _root(growth: Callable[[float], float], first: float, second: float) -> float:
+    scale = max(abs(first), abs(second))
+    return float(brentq(growth, first, second, xtol=_ACCURACY * scale, rtol=_ACCURACY))
 
 
 def _error(stretch: Stretch, seen: FloatArray | None) -> FloatArray:

@@ -99,7 +99,7 @@ def _case(seed):
     n, top = len(mass), float(rng.uniform(200, 2000))
     damping = np.kron(np.diag(rng.uniform(0.5, 6, n // 2)), EYE)
     circulatory = np.zeros((n, n))
-    kind = ("film", "damping", "stiffness", "meeting", "inside", "polynomial")[seed % 6]
+    kind = ("film", "damping", "stiffness", "meeting", "inside", "polynomial", "marginal")[seed % 7]
     base_k, base_c = rng.uniform(1e3, 5e4), rng.uniform(5, 60)
     rows, k, c = np.array([0.0, top]), base_k * EYE + np.zeros((2, 2, 2)), None
     interpolation = str(rng.choice(["linear", "monotone"]))
@@ -124,12 +124,39 @@ def _case(seed):
         parts = scale * np.array([(place / half) ** 2 - 1, -2 * place / half**2, half**-2])
         c, interpolation = parts[:, None, None] * EYE, "polynomial"
         places = [place]
+    elif kind == "marginal":
+        count = int(rng.integers(2, 7))
+        rows = np.sort(np.append(rng.uniform(0, top, count - 2), [0.0, top]))
+        k = base_k * (rng.uniform(0.1, 20, (count, 1, 1)) * EYE + rng.normal(size=(count, 2, 2)))
+        c = base_c * (EYE + 0.2 * rng.normal(size=(count, 2, 2)))
+        damping = damping * 10 ** rng.uniform(-4, 0)
+        gyroscopic = gyroscopic * 10 ** rng.uniform(-3, 0)
     if c is None:
         c = base_c * EYE + np.zeros((2, 2, 2))
-    return Case(
+    case = Case(
         mass, stiffness, gyroscopic, damping, circulatory, isotropic, rows, k, c, interpolation,
         top, tuple(places),
     )  # fmt: skip
+    return _barely_unstable(case, rng) if kind == "marginal" else case
+
+
+def _barely_unstable(case, rng):
+    """The case with as much damping as leaves one narrow window of a smooth maximum of growth."""
+    speeds = np.linspace(0, case.top, 801)
+    width = 10 ** rng.uniform(-3, -1.5)
+    low, high = -5.0, 1e3
+    for _ in range(40):
+        more = 0.5 * (low + high)
+        damped = case._replace(damping=case.damping + 2 * more * case.mass)
+        growth = damped.growth(speeds)
+        at = speeds[growth.argmax()]
+        near = at + case.top * np.linspace(-0.05, 0.05, 101)
+        near = near[(near > 0) & (near < case.top)]
+        part = np.count_nonzero(damped.growth(near) > 0) / 1000
+        if 0.5 * width < part < 2 * width and (growth > 0).mean() < 4 * width:
+            break
+        low, high = (more, high) if part > width else (low, more)
+    return damped._replace(places=(float(at),))
 
 
 def _dips(rng, kind, stiffness, base_k, base_c, top):
