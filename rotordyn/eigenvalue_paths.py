@@ -237,7 +237,8 @@ def solve(block: Block, speed_rad_s: float) -> Spectral:
     companion = np.zeros((2 * n, 2 * n), dtype=np.result_type(rate, skew))
     companion[:n] = -la.solve(regular, np.hstack((rate, half)))
     companion[n:, :n] = half.conj().T
-    inverse, vectors = la.eig(companion)
+    norm = la.norm(companion)
+    inverse, vectors = la.eig(companion, overwrite_a=True, check_finite=False)
     if not inverse.all():
         raise AnalysisError("an eigenvalue is beyond the range of numbers")
     dual = _dual(vectors)
@@ -245,14 +246,12 @@ def solve(block: Block, speed_rad_s: float) -> Spectral:
     left = la.solve_triangular(lower, la.solve(regular.T, dual[:, :n].T), lower=True, trans="T")
     left = left.T * scale
     values = shift + 1.0 / inverse
-    norm = la.norm(companion) * la.norm(dual, axis=1) * la.norm(vectors, axis=0)
+    norm = norm * la.norm(dual, axis=1) * la.norm(vectors, axis=0)
     tolerance = _ROUNDINGS * np.finfo(float).eps * norm * np.abs(values - shift) ** 2
     if block.is_free:
         values = np.where(np.abs(values) <= _FREE * block.shift, 0.0, values)
-    product = np.einsum("ij,jk,ki->i", left, found.velocity, right, optimize=True)
-    product = product + 2.0 * values * np.einsum(
-        "ij,jk,ki->i", left, block.mass, right, optimize=True
-    )
+    product = _diagonal(left, found.velocity @ right)
+    product = product + 2.0 * values * _diagonal(left, block.mass @ right)
     alive = (values != 0) & (np.abs(product) > 0)
     left = np.where(alive[:, None], left / np.where(alive, product, 1.0)[:, None], 0.0)
     return Spectral(
@@ -297,7 +296,7 @@ def _congruent(lower: Matrix, matrix: Matrix) -> Matrix:
 def _dual(vectors: ComplexArray) -> ComplexArray:
     """Return the left vectors, of unit product with the right ones."""
     try:
-        return np.asarray(la.inv(vectors))
+        return np.asarray(la.inv(vectors, check_finite=False))
     except la.LinAlgError:
         # exactly defective: the vectors that belong together are as good as any
         return np.asarray(la.pinv(vectors, rtol=np.finfo(float).eps))
@@ -339,6 +338,11 @@ def with_slopes(block: Block, spectral: Spectral, side: Side) -> Spectral:
     return replace(spectral, slopes=slopes, right=right, left=left)
 
 
+def _diagonal(left: ComplexArray, right: ComplexArray) -> ComplexArray:
+    """Return the diagonal of a product."""
+    return np.asarray((left * right.T).sum(axis=1))
+
+
 def _forms(
     left: ComplexArray,
     change: Coefficients,
@@ -349,7 +353,7 @@ def _forms(
 ) -> ComplexArray:
     """Return y_i (K + λ_j V) x_j, or those with i = j alone."""
     moved = change.stiffness @ right + (change.velocity @ right) * rates
-    return np.asarray(np.einsum("ij,ji->i", left, moved) if diagonal else left @ moved)
+    return _diagonal(left, moved) if diagonal else np.asarray(left @ moved)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)

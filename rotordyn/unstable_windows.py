@@ -20,6 +20,7 @@ from solidwhirl.rotordyn.eigenvalue_paths import (
     stretch_between,
     with_slopes,
 )
+from solidwhirl.rotordyn.speed_derivative import Side
 
 # Pieces the range is cut into at least; segments of speed laws are never joined.
 _PIECES = 12
@@ -32,8 +33,8 @@ _ACCURACY = 1e-13
 _INSIDE = 1e-6
 # The growth left at a root may be this fraction of that at the ends.
 _JUMP = 1e-6
-# Speeds at which a window is looked at for its largest growth, besides those known.
-_LOOKS = 24
+# Parts of a window that are looked at for its largest growth at least.
+_LOOKS = 16
 # Steps beyond an end, each twice the last, of which the first is this part of the window.
 _BEYOND = 8
 # Places at which paths are read.
@@ -262,21 +263,35 @@ class _Search:
 
     def _highest(self, piece: _Piece) -> float:
         """Return the speed of the largest growth in a window."""
-        known = [s for s in self._known if piece.low <= s <= piece.high]
-        known = sorted({*known, *np.linspace(piece.low, piece.high, _LOOKS).tolist()})
+        inside = {s for s in self._known if piece.low <= s <= piece.high}
+        for left, right in pairwise(sorted({piece.low, *inside, piece.high})):
+            parts = int((right - left) / (piece.high - piece.low) * _LOOKS) + 1
+            inside |= set(np.linspace(left, right, parts + 1).tolist())
+        known = sorted(inside)
         rates = [self._leading(s).real for s in known]
         best = int(np.argmax(rates))
-        around = [k for k in (best - 1, best, best + 1) if 0 <= k < len(known)]
         places = [(rates[best], known[best])]
-        for left, right in pairwise(known[k] for k in around):
-            found = minimize_scalar(
-                lambda speed: -self._leading(float(speed)).real,
-                bounds=(left, right),
-                method="bounded",
-                options={"xatol": 1e-5 * (right - left), "maxiter": 20},
-            )
-            places.append((-float(found.fun), float(found.x)))
+        for other in (best - 1, best + 1):
+            if 0 <= other < len(known) and self._rises(known[best], known[other]):
+                places.append(self._summit(*sorted((known[best], known[other]))))
         return max(places)[1]
+
+    def _rises(self, speed: float, other: float) -> bool:
+        """Whether the largest growth at a speed rises towards another."""
+        found = self.at(speed)
+        side: Side = "above" if other > speed else "below"
+        slope = with_slopes(self.block, found, side).slopes[found.excess.argmax()].real
+        return bool(slope * (other - speed) > 0)
+
+    def _summit(self, low: float, high: float) -> tuple[float, float]:
+        """Return the largest growth between two speeds, and its speed."""
+        found = minimize_scalar(
+            lambda speed: -self._leading(float(speed)).real,
+            bounds=(low, high),
+            method="bounded",
+            options={"xatol": 1e-5 * (high - low), "maxiter": 20},
+        )
+        return -float(found.fun), float(found.x)
 
 
 def _root(growth: Callable[[float], float], first: float, second: float) -> float:

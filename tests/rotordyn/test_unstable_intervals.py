@@ -234,7 +234,8 @@ def _sampled(case, found, count):
         step = -1 if unstable[right] else 1
         calm = left if unstable[right] else right
         beyond = next(
-            (k for k in range(calm, calm + 9 * step, step) if damped[k % speeds.size]), None
+            (k for k in range(calm, calm + 400 * step, step) if 0 <= k < speeds.size and damped[k]),
+            None,
         )
         level = NEUTRAL if beyond is None else 0.0
         ends = sorted((speeds[left + right - calm], speeds[calm if beyond is None else beyond]))
