@@ -104,6 +104,17 @@ class PlainSystem:
                 _add(sums[2], sizes[2], rows[None], np.array([[gear.mesh_stiffness_n_per_m]]))
         return PlainMatrices(sums[0], sums[1], sums[2], (sizes[0], sizes[1], sizes[2]))
 
+    def gyroscopic(self) -> FloatArray:
+        """Return G of all bodies per unit speed of the reference shaft, shape (n, n)."""
+        n = self.transformation.shape[1]
+        total, size = np.zeros((n, n)), np.zeros((n, n))
+        start = 0
+        for rotor in self.system.rotors.values():
+            rows = self.transformation[start : start + rotor.element.size]
+            _add(total, size, rows, rotor.speed_ratio * rotor.element.gyroscopic)
+            start += rotor.element.size
+        return total
+
     def seat(self, end: End) -> FloatArray:
         """Return ux to rz of an interface per coordinate, shape (6, n); zero where it has none."""
         start = 0
