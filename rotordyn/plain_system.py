@@ -73,6 +73,16 @@ class PlainSystem:
         """Return the parts and coordinates of an assembled system."""
         return cls(system=assembled.system, transformation=np.array(assembled.transformation))
 
+    @property
+    def knots_rad_s(self) -> tuple[float, ...]:
+        """Speeds Ω > 0 of the reference shaft at the rows of all tables, rising."""
+        found = set()
+        for bearing in self.system.bearings:
+            ratio = abs(self.system.rotors[bearing.first.body].speed_ratio)
+            if ratio and isinstance(bearing.speed_law, TableLaw):
+                found |= {float(row) / ratio for row in bearing.speed_law.speeds_rad_s if row > 0}
+        return tuple(sorted(found))
+
     def at(self, speed_rad_s: float) -> PlainMatrices:
         """Return the matrices at a speed of the reference shaft.
 

@@ -47,32 +47,32 @@ def analysis_result_checks(
         document = outcome.document
         found += [Invariant(**check) for check in document.get("checks", ())]
         if outcome.kind == "stability":
-            found += _stability(plain, document, system.knots_rad_s, name)
+            found += _stability(plain, document, name)
         elif outcome.kind == "unbalance_response":
-            found += _responses(plain, document, system.knots_rad_s, critical, name)
+            found += _responses(plain, document, critical, name)
     return tuple(found)
 
 
-def _stability(
-    plain: PlainSystem, document: Mapping[str, Any], knots: Sequence[float], name: str
-) -> tuple[Invariant, ...]:
+def _stability(plain: PlainSystem, document: Mapping[str, Any], name: str) -> tuple[Invariant, ...]:
     speeds = np.array(document["speed_rpm"]) * _RPM
     rows = document["unstable_intervals"]
     intervals = [(row["from_rpm"] * _RPM, row["to_rpm"] * _RPM) for row in rows]
     some = speeds[np.linspace(0, speeds.size - 1, min(speeds.size, _MOST)).astype(int)]
-    marks = [*some.tolist(), *knots]
+    marks = [*some.tolist(), *plain.knots_rad_s]
     return check_stability(plain, intervals, (0.0, float(speeds.max())), marks, name)
 
 
 def _responses(
     plain: PlainSystem,
     document: Mapping[str, Any],
-    knots: Sequence[float],
     critical: Sequence[CriticalSpeed],
     name: str,
 ) -> Iterator[Invariant]:
     speeds = np.array(document["speed_rpm"]) * _RPM
-    doubtful = [*knots, *(c.speed_rad_s for c in critical if abs(c.log_decrement) > _DAMPED)]
+    doubtful = [
+        *plain.knots_rad_s,
+        *(c.speed_rad_s for c in critical if abs(c.log_decrement) > _DAMPED),
+    ]
     for exciter in document["exciters"]:
         loads = [
             Load(_end(u["at"]), u["moment_kg_m"], float(np.radians(u["phase_deg"])))
@@ -82,7 +82,7 @@ def _responses(
         if not any(load.moment_kg_m for load in loads):
             continue
         curves = [Curve(_end(at), _amplitude(found)) for at, found in exciter["places"].items()]
-        chosen = _chosen(speeds, exciter, knots)
+        chosen = _chosen(speeds, exciter, plain.knots_rad_s)
         for check in (
             check_unbalance_response(plain, loads, speeds, curves, chosen, name),
             check_peaks(plain, loads, speeds, curves, doubtful, name),
