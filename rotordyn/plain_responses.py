@@ -10,6 +10,7 @@ import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.damping import NEUTRAL
 from solidwhirl.rotordyn.invariants import Invariant, compared
 from solidwhirl.rotordyn.mode_counts import full_spectrum
 from solidwhirl.rotordyn.parts import End
@@ -23,8 +24,8 @@ _RPM = 30.0 / np.pi
 _HIGHER = 1.5
 # Responses below this part of the largest are not looked at for peaks.
 _SMALL = 1e-3
-# Re λ over |λ| that is growth beyond doubt; roots slower than this part of the speed are rigid.
-_GROWS, _STILL = 1e-9, 1e-6
+# Roots slower than this part of the others are rigid motion with its rounding.
+_STILL = 1e-6
 # Ends of unstable intervals are right to this (relative).
 _END = 1e-6
 # Frequencies, over the speed or one rad/s, at which transfer functions are compared.
@@ -64,14 +65,12 @@ def motion_under(
     """
     dynamic, size = matrices.dynamic(1j * rate), matrices.size(1j * rate)
     scale = 1.0 / np.sqrt(np.maximum(np.diag(size), np.finfo(float).tiny))
-    try:
-        solved = la.solve(
-            scale[:, None] * dynamic * scale,
-            scale * load,
-        )
-        seen = la.solve((scale[:, None] * dynamic * scale).T, (rows * scale).T)
-    except la.LinAlgError:
+    even = scale[:, None] * dynamic * scale
+    factors, pivots, singular = la.lapack.zgetrf(even)
+    if singular:
         return None
+    solved = la.lapack.zgetrs(factors, pivots, scale * load)[0]
+    seen = la.lapack.zgetrs(factors, pivots, (rows * scale).T.astype(complex), trans=1)[0]
     displacement = scale * solved
     bound = _EPS * np.abs(scale[:, None] * seen).T @ size @ np.abs(displacement)
     return Motion(np.asarray(rows @ displacement), np.asarray(bound))
@@ -256,14 +255,13 @@ def growth_sign(matrices: PlainMatrices, speed_rad_s: float) -> int:
     rates = np.abs(np.diag(matrices.stiffness)) / np.diag(matrices.mass)
     shift = max(float(np.sqrt(np.median(rates))), abs(speed_rad_s), 1.0)
     values = full_spectrum(matrices, shift)
-    values = values[(np.abs(values) > _STILL * shift) & (values.imag >= 0)]
-    doubtful = False
-    for value in values[values.real > _GROWS * np.abs(values)]:
-        rounding = ROUNDINGS * root_error(matrices, complex(value)).rounding
-        if value.real > rounding + _GROWS * abs(value):
+    growing = values[(values.real > 0.1 * NEUTRAL * np.abs(values)) & (values.imag >= 0)]
+    for value in growing[np.abs(growing) > _STILL * shift]:
+        found = root_error(matrices, complex(value))
+        rounding = ROUNDINGS * found.rounding + 10.0 * found.distance
+        if value.real > rounding + 10.0 * NEUTRAL * abs(value):
             return 1
-        doubtful = True
-    return 0 if doubtful else -1
+    return 0 if growing.size else -1
 
 
 def _pairs(values: Sequence[float]) -> list[tuple[float, float]]:
