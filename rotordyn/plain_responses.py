@@ -310,16 +310,18 @@ def check_transfer(
         matrices = plain.at(speed)
         for rate in (factor * max(speed, 1.0) for factor in _TRANSFER):
             shifted = 1j * rate * np.eye(len(a)) - a
-            found = c @ la.solve(shifted, b.astype(complex)) + d
-            solution = ACCURACY + ROUNDINGS * _EPS * float(np.linalg.cond(shifted))
+            states = la.solve(shifted, b.astype(complex))
+            found, terms = c @ states + d, np.abs(c) @ np.abs(states) + np.abs(d)
+            condition = float(np.linalg.cond(shifted))
             factors = (1j * rate) ** orders
-            for column, load in zip(found.T, into, strict=True):
+            for k, load in enumerate(into):
                 moved = motion_under(matrices, rate, load.astype(complex), out_of)
                 if moved is None or not moved.amplitude.any():
                     continue
                 size = np.abs(factors) * float(np.abs(moved.amplitude).max())
-                error = np.abs(factors * moved.amplitude - column) / size
-                limit = solution + ROUNDINGS * np.abs(factors) * moved.rounding / size
+                error = np.abs(factors * moved.amplitude - found[:, k]) / size
+                lost = np.abs(factors) * moved.rounding + _EPS * terms[:, k]
+                limit = ACCURACY + ROUNDINGS * (_EPS * condition + lost / size)
                 worst = int(np.argmax(error / limit))
                 misses.append(Miss(float(error[worst]), float(limit[worst]), speed))
     text = f"{len(misses)} transfer functions"
