@@ -17,6 +17,7 @@ import scipy.linalg as la
 from scipy.optimize import linear_sum_assignment
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.damping import damping_ratio
 from solidwhirl.rotordyn.eigen import Modes, modes_at_speed
 from solidwhirl.rotordyn.system import AssembledSystem, matrices_at_speed
 
@@ -32,6 +33,8 @@ POOR_OVERLAP = 0.4
 _ALIGNED = 0.95
 # A cluster whose states are closer to dependent than this (squared) is left as it is.
 _DEPENDENT = 1e-10
+# Above this damping ratio a motion creeps: which of many it is at the next speed is no matter.
+_CREEPING = 0.995
 # Smallest step, as a fraction of the step asked for: births and ends are placed to it.
 _SMALLEST_STEP = 2.0**-20
 # Eigen-solutions spent on one step at most.
@@ -251,10 +254,13 @@ def _place_to_look(here: Front, match: Match, wanted: IntArray) -> float:
 
     Halves the step where a branch changes much, begins or ends; where two branches exchange their
     order, goes to where they meet, so that a veering between the speeds is not taken for a
-    crossing.
+    crossing. Motions that creep more than they oscillate are not looked into.
     """
     begin, end = match.first.speed_rad_s, match.second.speed_rad_s
+    creeping = [damping_ratio(m.eigenvalues) > _CREEPING for m in (match.first, match.second)]
     tracked = here.columns[here.columns >= 0]
+    tracked = tracked[~creeping[0][tracked]]
+    wanted = wanted[~creeping[1][wanted]]
     back = np.zeros(match.second.eigenvalues.size)
     back[match.partner[match.partner >= 0]] = match.likeness[match.partner >= 0]
     if (match.likeness[tracked] < GOOD_OVERLAP).any() or (back[wanted] < GOOD_OVERLAP).any():
