@@ -147,7 +147,7 @@ def critical_speeds(
     several critical speeds. An isotropic system is solved for forward and backward whirl apart.
 
     With damping, the branches are followed from rest and Im λ(Ω) = αΩ is solved on each; steps
-    begin and end at the critical speeds without damping.
+    begin and end at the critical speeds without damping and the knots of speed laws.
     """
     ratio, limit = _checked(assembled, excitation_ratio, speed_max_rad_s)
     if _is_undamped_problem(assembled):
@@ -316,7 +316,9 @@ def _damped(
     seeds = undamped_places(assembled, ratio, limit)
     # A motion that is rigid at rest may be a mode at any speed (nutation), so begin just above.
     start = _JUST_ABOVE_REST * limit if scaled.zero_count else 0.0
-    marks = np.unique(np.concatenate(([start], seeds[seeds > start], [limit])))
+    inner = np.concatenate((seeds, assembled.knots_rad_s))
+    inner = inner[(inner > start) & (inner < limit)]
+    marks = np.unique(np.concatenate(([start], inner, [limit])))
     marks = marks[np.concatenate(([True], np.diff(marks) > 1e-6 * limit))]
     speeds = np.unique(np.concatenate((marks, 0.5 * (marks[1:] + marks[:-1]), [limit])))
     highest = ratio * limit / (2.0 * np.pi)
