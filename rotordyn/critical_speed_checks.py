@@ -5,19 +5,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import scipy.linalg as la
 
 from solidwhirl.rotordyn.critical_speeds import CriticalSpeed
 from solidwhirl.rotordyn.direct_speeds import negative_count, negative_count_at_rest
-from solidwhirl.rotordyn.dynamic_stiffness import dynamic_stiffness
+from solidwhirl.rotordyn.dynamic_stiffness import DynamicStiffness, dynamic_stiffness
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.invariants import Invariant, compared, undecided
 from solidwhirl.rotordyn.mode_checks import no_count, residual_limit
 from solidwhirl.rotordyn.spectrum import scale_by_stiffness
+from solidwhirl.rotordyn.speed_derivative import speed_derivative
 from solidwhirl.rotordyn.system import AssembledSystem
 from solidwhirl.rotordyn.whirl_pencils import whirl_pencils
 
 # A critical speed this near to the end of the range (relative) may be counted on either side.
 _AT_THE_END = 1e-9
+
+# Roundings of a speed that a root search, and what comes after it, may leave.
+_ROUNDINGS = 16.0
 
 _CONCERNS = "critical speeds"
 
@@ -78,7 +83,25 @@ def _residual(
     value = complex(-critical.log_decrement * frequency / (2.0 * np.pi), frequency)
     stiffness = dynamic_stiffness(assembled, critical.speed_rad_s, frequency)
     error = float(stiffness.residuals(np.array([value]), critical.shape[:, None])[0])
-    return error, residual_limit(reason, stiffness.rounding)
+    limit = residual_limit(reason, stiffness.rounding)
+    return error, limit + _ROUNDINGS * _speed_rounding(assembled, critical, value, stiffness)
+
+
+def _speed_rounding(
+    assembled: AssembledSystem, critical: CriticalSpeed, value: complex, scaled: DynamicStiffness
+) -> float:
+    """Return the residual that the rounding of the speed itself makes: eps Ω dD/dΩ φ.
+
+    Where a law is steep, the next floating-point number is far away in stiffness.
+    """
+    speed, shape = critical.speed_rad_s, critical.shape
+    moved = [
+        speed_derivative(assembled, speed, side).at_rate(value) @ shape
+        for side in ("below", "above")
+    ]
+    largest = max(float(la.norm(scaled.from_force(one))) for one in moved)
+    size = float(la.norm(scaled.to_scaled @ shape)) * scaled.scale(value)
+    return float(np.finfo(float).eps) * speed * largest / size
 
 
 def _count(
