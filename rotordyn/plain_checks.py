@@ -25,6 +25,8 @@ from solidwhirl.rotordyn.plain_system import (
 ACCURACY = 1e-9
 # Units in the last place that solvers may lose in every term.
 ROUNDINGS = 256.0
+# and in a speed.
+_SPEED_ROUNDINGS = 16.0
 _CONSTRAINTS = 1e-9
 ROOTS, COUNT = "every root is one of the system", "no mode is missing"
 COUNT_SPEEDS = "no critical speed is missing"
@@ -202,7 +204,7 @@ def check_critical_roots(
         so at zero frequency; it is taken between any two neighbours of the list.
     """
     where, concerns = f"critical speeds, excitation {excitation_ratio:g}", "critical speeds"
-    misses = [root_miss(plain.at(speed), value, speed) for speed, value in roots]
+    misses = [_at_speed(plain, value, speed) for speed, value in roots]
     out = []
     if misses:
         text = f"{len(misses)} critical speeds"
@@ -225,6 +227,15 @@ def check_critical_roots(
             faults.append(f"between {place} {inside} are listed, {net} counted")
     text = "; ".join(faults[:_MOST_FAULTS]) or f"counted at {between.size} speeds"
     return (*out, compared(COUNT_SPEEDS, where, len(faults), 0.0, concerns, text))
+
+
+def _at_speed(plain: PlainSystem, value: complex, speed: float) -> Miss:
+    """Error of a root at a speed that is itself rounded: where a law is steep, that is seen."""
+    found = root_miss(plain.at(speed), value, speed)
+    step = _SPEED_ROUNDINGS * float(np.finfo(float).eps) * speed
+    beside = [root_miss(plain.at(speed + side), value, speed).error for side in (-step, step)]
+    moved = max(abs(error - found.error) for error in beside)
+    return found._replace(limit=found.limit + moved)
 
 
 def _between(listed: FloatArray, top: float, knots: Sequence[float]) -> FloatArray:
