@@ -35,6 +35,8 @@ _INSIDE = 1e-6
 _JUMP = 1e-6
 # Parts of a window that are looked at for its largest growth at least.
 _LOOKS = 16
+# Maxima of the growth among them that are followed up.
+_PEAKS = 2
 # Steps beyond an end, each twice the last, of which the first is this part of the window.
 _BEYOND = 8
 # Places at which paths are read.
@@ -269,12 +271,15 @@ class _Search:
             inside |= set(np.linspace(left, right, parts + 1).tolist())
         known = sorted(inside)
         rates = [self._leading(s).real for s in known]
-        best = int(np.argmax(rates))
-        places = [(rates[best], known[best])]
-        for other in (best - 1, best + 1):
-            if 0 <= other < len(known) and self._rises(known[best], known[other]):
-                places.append(self._summit(*sorted((known[best], known[other]))))
-        return max(places)[1]
+        around = np.array([-np.inf, *rates, -np.inf])
+        peaks = np.flatnonzero((around[1:-1] >= around[:-2]) & (around[1:-1] >= around[2:]))
+        peaks = peaks[np.argsort(-np.array(rates)[peaks], kind="stable")][:_PEAKS]
+        places = [(rates[k], known[k]) for k in peaks]
+        for k in peaks.tolist():
+            for other in (k - 1, k + 1):
+                if 0 <= other < len(known) and self._rises(known[k], known[other]):
+                    places.append(self._summit(*sorted((known[k], known[other]))))
+        return float(max(places)[1])
 
     def _rises(self, speed: float, other: float) -> bool:
         """Whether the largest growth at a speed rises towards another."""
@@ -307,7 +312,7 @@ def _error(stretch: Stretch, seen: FloatArray | None) -> FloatArray:
     coarse = _UNSEEN * (growth + np.where(stretch.likeness < _UNLIKE, whole, 0.0))
     if seen is None:
         return coarse
-    return np.minimum(coarse, np.maximum(seen, _SEEN * coarse))
+    return np.asarray(np.minimum(coarse, np.maximum(seen, _SEEN * coarse)))
 
 
 def _crosses_once(excess: FloatArray, error: FloatArray) -> bool:
