@@ -29,8 +29,8 @@ _FLOOR = 1e-6
 _MEETING_FLOOR = 1e-10
 # Relative accuracy of an end.
 _ACCURACY = 1e-13
-# What grows at an end of a window is looked up this fraction of the window inside.
-_INSIDE = 1e-6
+# What grows at an end of a window is looked up inside, at these parts of it.
+_INSIDE = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
 # The growth left at a root may be this fraction of that at the ends.
 _JUMP = 1e-6
 # Parts of a window that are looked at for its largest growth at least.
@@ -190,7 +190,7 @@ class _Search:
             size = abs(growth(low)) + abs(growth(high))
             root = _root(growth, low, high)
             # beside a meeting of modes the nearest value may jump from one to another
-            if abs(self._leading(root).real) > _JUMP * size:
+            if max(self._leading(root).real, abs(growth(root))) > _JUMP * size:
                 root = self._halved(calm, loud)
         else:
             root = self._halved(calm, loud)
@@ -253,10 +253,14 @@ class _Search:
         return root if abs(growth(root)) <= _JUMP * abs(damped[1].real) else grown[0]
 
     def _at_end(self, speed: float, other: float) -> complex:
-        """Return the eigenvalue at an end of a window, known by what grows just inside."""
-        inside = self._leading(speed + _INSIDE * (other - speed))
-        values = self.at(speed).values
-        return complex(values[np.abs(values - inside).argmin()])
+        """Return the eigenvalue at an end of a window, followed from where it is seen to grow."""
+        places = [speed + part * (other - speed) for part in _INSIDE]
+        seen = next((k for k, v in enumerate(places) if self.at(v).grows), len(places) - 1)
+        value = self._leading(places[seen])
+        for place in (*reversed(places[:seen]), speed):
+            values = self.at(place).values
+            value = complex(values[np.abs(values - value).argmin()])
+        return value
 
     def _leading(self, speed: float) -> complex:
         """Return the eigenvalue with the largest growth that is none of rounding."""
@@ -311,7 +315,7 @@ def _error(stretch: Stretch, seen: FloatArray | None) -> FloatArray:
     growth = np.abs(miss.real).max(axis=0)
     coarse = _UNSEEN * (growth + np.where(stretch.likeness < _UNLIKE, whole, 0.0))
     if seen is None:
-        return coarse
+        return np.asarray(coarse)
     return np.asarray(np.minimum(coarse, np.maximum(seen, _SEEN * coarse)))
 
 
