@@ -84,9 +84,10 @@ def doubt_lines(results: Results) -> tuple[str, ...]:
         One line each.
     """
     from solidwhirl.plausibility_supports import support_doubts
+    from solidwhirl.rotordyn.bearing_notes import note_lines
 
     messages = [doubt.message for doubt in support_doubts(results.system)]
-    messages += [note.message for note in results.bearing_notes]
+    messages += note_lines(results.bearing_notes)
     messages = [alarm.message for alarm in results.alarms] + messages
     return tuple(f"doubt: {message}" for message in messages)
 

@@ -13,6 +13,7 @@ from solidwhirl.page.marks import whirl_text
 from solidwhirl.page.operating import margin_text, operating_speeds
 from solidwhirl.page.records import Block, Run, Section, Table, Text
 from solidwhirl.page.traces import analyses_of_kind
+from solidwhirl.rotordyn.bearing_notes import note_lines
 from solidwhirl.scene import Scene
 
 # Critical speeds that a reader in a hurry is shown.
@@ -46,7 +47,7 @@ def _warnings(run: Run) -> Iterator[Block]:
     if failed:
         yield Text(text="\n".join(f"- {line}" for line in failed), kind="warning")
     doubts = [doubt["message"] for doubt in run.document.get("doubts", ())]
-    doubts += [note.message for note in run.results.bearing_notes]
+    doubts += note_lines(run.results.bearing_notes)
     if doubts:
         yield Text(text="\n".join(f"- {line}" for line in doubts), kind="warning")
 
