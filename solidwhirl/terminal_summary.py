@@ -13,7 +13,7 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
-from solidwhirl.check_report import failed, failure_lines
+from solidwhirl.check_report import checks_line, failed, failure_lines
 from solidwhirl.terminal import duration_text
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def print_summary(results: Results, out: Path, seconds: float | None = None) -> 
             console.print(Text(f"{name}: {outcome.headline}"))
     for line in doubt_lines(results):
         console.print(Text(line, style="yellow"))
-    console.print(Text(_checks_line(document["checks"])))
+    console.print(Text(f"checks: {checks_line(results.checks)}"))
     console.print(Text(_cost_line(document)))
     for title, name in _FILES:
         if name in document["files"]:
@@ -311,9 +311,3 @@ def _cost_line(document: Mapping[str, Any]) -> str:
     computing = duration_text(document["computing_seconds"])
     spent, memory = duration_text(document["seconds"]), f"{document['peak_memory_gib']:.2f} GiB"
     return f"time {spent} (computing {computing}), {memory}"
-
-
-def _checks_line(checks: Mapping[str, Any]) -> str:
-    open_ = f", {checks['not_decided']} not decided" if checks["not_decided"] else ""
-    bad = f", {checks['failed']} FAILED" if checks["failed"] else ""
-    return f"checks: {checks['passed']} passed{open_}{bad}"

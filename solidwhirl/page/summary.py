@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from solidwhirl.check_report import failure_lines
+from solidwhirl.check_report import checks_line, failure_lines
 from solidwhirl.estimate_documents import coupling_effect
 from solidwhirl.operating import Operating, nearest
 from solidwhirl.page.margins import margins_in_short
@@ -69,7 +69,7 @@ def _key_numbers(run: Run) -> Table:
         *_margin_rows(document),
         ("Largest estimated error", f"{said}, asked {100 * found['asked']:.2g} %"),
         *_coupling_rows(document, largest),
-        ("Checks", _checks_text(document["invariants"])),
+        ("Checks", checks_line(run.results.checks)),
         ("Other analyses", _listed(document["analyses"]) or "none"),
         (
             "Computed in",
@@ -101,16 +101,6 @@ def _coupling_rows(document: Mapping[str, Any], largest: float | None) -> Iterat
             "Not in it: rigid or distributing interfaces",
             f"up to {100.0 * effect:.2g} %, a choice of the model, see Accuracy and cost",
         )
-
-
-def _checks_text(checks: Sequence[Mapping[str, Any]]) -> str:
-    passed = [c["passed"] for c in checks]
-    said = [f"{passed.count(True)} hold"]
-    if False in passed:
-        said.insert(0, f"**{passed.count(False)} failed**")
-    if None in passed:
-        said.append(f"{passed.count(None)} can not be decided")
-    return f"{len(passed)}: {', '.join(said)}"
 
 
 def _listed(analyses: Mapping[str, Any]) -> str:
