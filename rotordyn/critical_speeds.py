@@ -274,11 +274,22 @@ def _speeds_of(pencil: Pencil, body_rate: float, limit: float) -> DirectSpeeds |
     return speed_roots(pencil, body_rate, limit)
 
 
-def _seeds(assembled: AssembledSystem, ratio: float, limit: float) -> FloatArray:
-    """Return the critical speeds without damping and skew stiffness.
+def undamped_places(assembled: AssembledSystem, ratio: float, limit: float) -> FloatArray:
+    """Return the critical speeds without damping and skew stiffness, and where modes touch.
 
-    Where a mode touches the excitation without them it may cross it twice: such places are seeds.
-    There are none if K is negative, or the pieces of a law are not known.
+    Where a mode touches the excitation without them it may cross it twice.
+
+    Parameters
+    ----------
+    assembled
+        The system.
+    ratio, limit
+        |α| and the largest Ω, finite.
+
+    Returns
+    -------
+    ndarray
+        Ω, rising. None if K is negative, or the pieces of a law are not known.
     """
     if any(joint.pieces is None for joint in assembled.law_joints):
         return np.empty(0)
@@ -302,7 +313,7 @@ def _damped(
 ) -> tuple[FloatArray, ComplexArray, FloatArray]:
     """Follow the branches from rest and solve Im λ(Ω) = αΩ where one meets the line."""
     scaled = scaled_stiffness(assembled, matrices_at_speed(assembled, 0.0))
-    seeds = _seeds(assembled, ratio, limit)
+    seeds = undamped_places(assembled, ratio, limit)
     # A motion that is rigid at rest may be a mode at any speed (nutation), so begin just above.
     start = _JUST_ABOVE_REST * limit if scaled.zero_count else 0.0
     marks = np.unique(np.concatenate(([start], seeds[seeds > start], [limit])))

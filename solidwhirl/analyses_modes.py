@@ -21,6 +21,7 @@ from solidwhirl.rotordyn.pictures_modes import (
     draw_rotating_campbell,
 )
 from solidwhirl.rotordyn.pictures_participation import draw_participation
+from solidwhirl.rotordyn.resonance_samples import with_knots
 from solidwhirl.rotordyn.state_channels import ForceInput, Input, MotionOutput, Output
 from solidwhirl.rotordyn.state_space import state_space, tabulated_state_space
 from solidwhirl.rotordyn.state_space_file import export_mat, export_npz, write_state_space
@@ -149,6 +150,7 @@ def run_state_space(spec: StateSpaceSpec, system: AssembledSystem) -> Outcome:
     if system.has_constant_bearings:
         model = state_space(system, inputs, outputs, (float(speeds[0]), float(speeds[-1])))
     else:
+        speeds = with_knots(speeds, system.knots_rad_s)
         model = tabulated_state_space(system, inputs, outputs, speeds)
     return Outcome(
         kind=spec.kind,
