@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solidwhirl.rotordyn import AssembledSystem, modes_at_speed
+from solidwhirl.rotordyn.eigenvalue_errors import error_scale
 from solidwhirl.rotordyn.error_forms import form_products, form_weight
 from solidwhirl.rotordyn.left_vectors import ModePairs, mode_pairs
 from solidwhirl.rotordyn.system import matrices_at_speed
@@ -97,6 +98,7 @@ def error_contributions(
         wanted = asked.number_of(modes.frequency_hz)
         pairs = mode_pairs(matrices_at_speed(system, speed), modes)
         pairs = ModePairs(*(a[..., :wanted] for a in pairs))
+        scale = error_scale(system, pairs.rates)
         rates.append(pairs.rates)
         speeds.append(np.full(wanted, speed))
         for name, rotor in system.system.rotors.items():
@@ -107,7 +109,7 @@ def error_contributions(
             spins.setdefault(name, []).append(np.full(wanted, spin))
             for form in rotor.element.error_forms:
                 change = np.abs(form_products(form, pairs.rates, spin, left, right))
-                estimate = form_weight(form, pairs.rates) * change / np.abs(pairs.rates)
+                estimate = form_weight(form, pairs.rates) * change / scale
                 shares.setdefault((name, form.part), []).append(estimate)
     return Contributions(
         shares={key: np.concatenate(parts) for key, parts in shares.items()},
