@@ -126,7 +126,8 @@ def error_scale(assembled: AssembledSystem, rates: npt.ArrayLike) -> FloatArray:
     """
     elastic = [rotor.element.free_frequencies_hz for rotor in assembled.system.rotors.values()]
     lowest = min((float(hz.min()) for hz in elastic if hz.size), default=0.0)
-    return np.maximum(np.abs(np.asarray(rates)), 2.0 * np.pi * _NEAR_ZERO * lowest)
+    floor = 2.0 * np.pi * _NEAR_ZERO * lowest
+    return np.asarray(np.maximum(np.abs(np.asarray(rates)), floor))
 
 
 def eigenvalue_shifts(assembled: AssembledSystem, modes: Modes) -> EigenvalueShifts:
