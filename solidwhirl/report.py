@@ -7,7 +7,12 @@ from collections.abc import Iterable
 from typing import Any
 
 from solidwhirl.check_report import checks_text
-from solidwhirl.estimate_documents import coupling_effect, coupling_text, materials_text
+from solidwhirl.estimate_documents import (
+    coupling_effect,
+    coupling_text,
+    followed_by,
+    materials_text,
+)
 from solidwhirl.fineness import Fineness
 from solidwhirl.forecast import Forecast
 from solidwhirl.pipeline import Results
@@ -220,7 +225,7 @@ def _accuracy(document: dict[str, Any]) -> str:
             ", ".join(f"{n} {u}" for n, u in r["unknowns"].items()),
             ", ".join(f"{n} {m}" for n, m in r["modes"].items()),
             f"{r['largest_error_estimate']:.1e}",
-            ", ".join(r["refined"]) or "-",
+            followed_by(found["rounds"], k) or "-",
         )
         for k, r in enumerate(found["rounds"])
     ]
