@@ -11,7 +11,7 @@ import numpy as np
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, freeze_arrays
 from solidwhirl.rotordyn.branches import all_below, follow
-from solidwhirl.rotordyn.damping import log_decrement
+from solidwhirl.rotordyn.damping import DampingRule, amplification_factor, log_decrement
 from solidwhirl.rotordyn.direct_speeds import (
     DirectSpeeds,
     direct_speeds,
@@ -28,8 +28,6 @@ from solidwhirl.rotordyn.tracking import Front, match_modes
 from solidwhirl.rotordyn.whirl import whirl_direction
 from solidwhirl.rotordyn.whirl_pencils import Pencil, separated_whirl, whirl_pencils
 
-# Where branches begin if there are rigid motions at rest, as a fraction of the limit.
-_JUST_ABOVE_REST = 1e-3
 # Steps of the search for a damped critical speed, and its relative accuracy.
 _ROOT_STEPS = 80
 _ROOT_ACCURACY = 1e-12
@@ -74,6 +72,20 @@ class CriticalSpeed:
 
     def __repr__(self) -> str:
         return critical_speed_text(self)
+
+    @property
+    def eigenvalue(self) -> complex:
+        """λ of the mode there, 1/s."""
+        return 2.0 * np.pi * self.frequency_hz * complex(-self.log_decrement / (2.0 * np.pi), 1.0)
+
+    @property
+    def amplification_factor(self) -> float:
+        """1 / 2ζ of the mode; inf without damping, negative if it grows."""
+        return amplification_factor(self.log_decrement)
+
+    def counts(self, rule: DampingRule) -> bool:
+        """Tell whether this is a resonance; if not it is critically damped."""
+        return bool(rule.counts(np.array([self.eigenvalue]))[0])
 
 
 @dataclass(frozen=True, kw_only=True)

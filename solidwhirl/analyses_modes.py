@@ -33,6 +33,7 @@ from solidwhirl.scene_analyses import (
     StateSpaceSpec,
     speed_text,
 )
+from solidwhirl.stability_documents import decrements
 
 # Modes that have room in one picture.
 _MOST_MODES = 12
@@ -81,7 +82,7 @@ def run_mode_shapes(
                 "speed_rpm": rpm,
                 "branch": [int(k) or None for k in numbers],
                 "frequency_hz": modes.frequency_hz.tolist(),
-                "log_decrement": modes.log_decrement.tolist(),
+                "log_decrement": decrements(modes.log_decrement),
                 "whirl": shapes.whirl.tolist(),
                 "bodies": {b.body: _shape_document(b) for b in shapes.bodies},
                 "kinetic_energy": dict(

@@ -49,7 +49,7 @@ def report_text(results: Results, document: dict[str, Any]) -> str:
         _analyses(results),
         "## Doubts" if results.bearing_notes or document.get("doubts") else "",
         "\n".join(f"- {doubt['message']}" for doubt in document.get("doubts", ())),
-        "\n".join(f"- {note.message}" for note in results.bearing_notes),
+        "\n".join(f"- {line}" for line in document["bearing_notes"]),
         "## Checks",
         checks_text(results.checks),
         "## Cost",

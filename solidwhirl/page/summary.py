@@ -7,11 +7,13 @@ from typing import Any
 
 from solidwhirl.check_report import failure_lines
 from solidwhirl.estimate_documents import coupling_effect
+from solidwhirl.operating import Operating, nearest
 from solidwhirl.page.margins import margins_in_short
 from solidwhirl.page.marks import whirl_text
-from solidwhirl.page.operating import Operating, margin_text, operating_speeds
+from solidwhirl.page.operating import margin_text, operating_speeds
 from solidwhirl.page.records import Block, Run, Section, Table, Text
 from solidwhirl.page.traces import analyses_of_kind
+from solidwhirl.rotordyn.bearing_notes import note_lines
 from solidwhirl.scene import Scene
 
 # Critical speeds that a reader in a hurry is shown.
@@ -45,7 +47,7 @@ def _warnings(run: Run) -> Iterator[Block]:
     if failed:
         yield Text(text="\n".join(f"- {line}" for line in failed), kind="warning")
     doubts = [doubt["message"] for doubt in run.document.get("doubts", ())]
-    doubts += [note.message for note in run.results.bearing_notes]
+    doubts += note_lines(run.results.bearing_notes)
     if doubts:
         yield Text(text="\n".join(f"- {line}" for line in doubts), kind="warning")
 
@@ -113,34 +115,6 @@ def _checks_text(checks: Sequence[Mapping[str, Any]]) -> str:
 
 def _listed(analyses: Mapping[str, Any]) -> str:
     return ", ".join(name.replace("_", " ") for name in analyses)
-
-
-def nearest(
-    found: Sequence[Mapping[str, Any]], operating: Sequence[Operating], most: int
-) -> tuple[list[Mapping[str, Any]], str]:
-    """Return the critical speeds nearest to operating speeds, or the lowest, and which they are.
-
-    Parameters
-    ----------
-    found
-        `critical_speeds` of `results.json`.
-    operating
-        From `operating_speeds`; speeds are compared as those of the reference shaft.
-    most
-        How many to return at most, in the order of their speed.
-    """
-    if len(found) <= most:
-        return list(found), ""
-
-    def distance(c: Mapping[str, Any]) -> float:
-        rpm = float(c["speed_rpm"])
-        edges = ((o.from_rpm / o.ratio, o.to_rpm / o.ratio) for o in operating)
-        return min(max(a - rpm, rpm - b, 0.0) for a, b in edges)
-
-    chosen = sorted(found, key=distance if operating else lambda c: c["speed_rpm"])[:most]
-    which = "nearest to the operating speeds" if operating else "lowest"
-    said = f"These are the {most} of {len(found)} that are {which}; all are under Critical speeds. "
-    return sorted(chosen, key=lambda c: c["speed_rpm"]), said
 
 
 def _critical_speeds(found: Sequence[Mapping[str, Any]], operating: Sequence[Operating]) -> Block:
