@@ -1,9 +1,9 @@
-"""Section: the engine to scale, with its bodies, bearings, gears, nodes and a ruler."""
+"""Section: the drawing to scale, with bodies, bearings, gears, nodes and a ruler."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -33,12 +33,15 @@ from solidwhirl.page.svg import (
     ruler_steps,
     text,
 )
+from solidwhirl.page.traces import FloatArray
 from solidwhirl.scene import Scene
 from solidwhirl.scene_joints import BearingSpec
 
 _WIDTH, _MARGIN, _TALLEST = 1040.0, 40.0, 560.0
 _RULER, _LEGEND_LINE = 46.0, 22.0
 _MOST_TICKS = 12
+# Height on the first screen of a page.
+_FIRST_SCREEN = 300
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +59,7 @@ class _Plan:
 
 
 def section(run: Run) -> Section:
-    """Drawing of the engine.
+    """Drawing of all bodies and what joins them.
 
     Parameters
     ----------
@@ -74,9 +77,21 @@ def section(run: Run) -> Section:
                        scroll_px=900)  # fmt: skip
     return Section(
         name="engine",
-        title="The engine, to scale",
+        title="Drawing to scale",
         blocks=(picture, _places(bodies), *sections_table(scene), *_joints(scene)),
     )
+
+
+def small_picture(run: Run) -> Picture:
+    """Return the drawing for the first screen of a page: as high as there is room for.
+
+    Parameters
+    ----------
+    run
+        The run.
+    """
+    whole = next(b for b in section(run).blocks if isinstance(b, Picture))
+    return replace(whole, title="", caption="", scroll_px=0, height_px=_FIRST_SCREEN)
 
 
 def _caption(bodies: Sequence[Silhouette], scene: Scene) -> str:
@@ -146,7 +161,7 @@ def drawing_svg(scene: Scene, bodies: Sequence[Silhouette]) -> str:
         *_machine(scene, plan),
         *_ruler(plan, low, high, height - _RULER + 6.0),
     ]
-    return document(width, height, parts, "engine drawing")
+    return document(width, height, parts, "drawing to scale")
 
 
 def _extent(bodies: Sequence[Silhouette]) -> tuple[float, float, float]:
@@ -226,11 +241,39 @@ def stiffness_text(bearing: BearingSpec) -> str:
         said.append("rigid" if every else f"rigid {' '.join(bearing.rigid)}")
     matrix = np.array(bearing.stiffness_n_per_m, dtype=float)
     if matrix.any():
-        x, y = matrix[0, 0], matrix[1, 1]
-        said.append(f"{_short(x)} N/m" if x == y else f"{_short(x)}, {_short(y)} N/m")
+        said.append(matrix_text(matrix, "N/m"))
     if bearing.speed_law is not None:
         said.append(f"law {bearing.speed_law}")
+    damping = np.array(bearing.damping_n_s_per_m, dtype=float)
+    if not said and damping.any():
+        said.append(matrix_text(damping, "N s/m"))
     return ", ".join(said) or "no lateral stiffness"
+
+
+def matrix_text(matrix: FloatArray, unit: str) -> str:
+    """Return a 2 x 2 matrix of coefficients in a few words, with all that is not zero.
+
+    Parameters
+    ----------
+    matrix
+        [[xx, xy], [yx, yy]], not all zero.
+    unit
+        Of its entries.
+
+    Returns
+    -------
+    str
+        Such as "2e7 N/m", "2e7, 3e7 N/m" or "±1.2e6 N/m cross" for xy = -yx = 1.2e6.
+    """
+    (x, xy), (yx, y) = matrix
+    said = []
+    if x or y:
+        said.append(f"{_short(x)} {unit}" if x == y else f"{_short(x)}, {_short(y)} {unit}")
+    if xy or yx:
+        sign = "±" if xy > 0.0 else "∓"
+        cross = f"{sign}{_short(abs(xy))}" if xy == -yx else f"{_short(xy)}, {_short(yx)}"
+        said.append(f"{cross if xy != yx else _short(xy)} {unit} cross")
+    return ", ".join(said)
 
 
 def _short(value: float) -> str:
@@ -373,9 +416,8 @@ def _joints(scene: Scene) -> Iterator[Table]:
     rows: list[tuple[str, str, str, str, str]] = []
     for b in scene.bearings:
         damping = np.array(b.damping_n_s_per_m, dtype=float)
-        x, y = damping[0, 0], damping[1, 1]
-        said = f"{x:.3g} N s/m" if x == y else f"{x:.3g}, {y:.3g} N s/m"
-        rows.append((b.name, b.first, b.second, stiffness_text(b), said if damping.any() else ""))
+        said = matrix_text(damping, "N s/m") if damping.any() else ""
+        rows.append((b.name, b.first, b.second, stiffness_text(b), said))
     for g in scene.gears:
         teeth = g.mesh_stiffness_n_per_m
         held = "rigid teeth" if teeth is None else f"teeth {teeth:.3g} N/m"
