@@ -11,7 +11,7 @@ import numpy as np
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, freeze_arrays
 from solidwhirl.rotordyn.branches import follow_below, untracked_below
-from solidwhirl.rotordyn.damping import log_decrement
+from solidwhirl.rotordyn.damping import DampingRule, amplification_factor, log_decrement
 from solidwhirl.rotordyn.direct_speeds import (
     DirectSpeeds,
     direct_speeds,
@@ -74,6 +74,20 @@ class CriticalSpeed:
 
     def __repr__(self) -> str:
         return critical_speed_text(self)
+
+    @property
+    def eigenvalue(self) -> complex:
+        """λ of the mode there, 1/s."""
+        return 2.0 * np.pi * self.frequency_hz * complex(-self.log_decrement / (2.0 * np.pi), 1.0)
+
+    @property
+    def amplification_factor(self) -> float:
+        """1 / 2ζ of the mode; inf without damping, negative if it grows."""
+        return amplification_factor(self.log_decrement)
+
+    def counts(self, rule: DampingRule) -> bool:
+        """Tell whether this is a resonance; if not it is critically damped."""
+        return bool(rule.counts(np.array([self.eigenvalue]))[0])
 
 
 @dataclass(frozen=True, kw_only=True)

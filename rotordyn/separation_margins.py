@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from solidwhirl.rotordyn.critical_speeds import CriticalSpeed
-from solidwhirl.rotordyn.damping import amplification_factor
 from solidwhirl.rotordyn.errors import AnalysisError
+from solidwhirl.rotordyn.excitation import Excitation
 from solidwhirl.rotordyn.unbalance_peaks import ResonancePeak
 
 _RPM = 30.0 / np.pi
@@ -59,11 +60,16 @@ class Resonance:
         AF: height of the resonance over its width; inf without damping, negative if unstable.
     whirl
         Direction of the orbits; empty if it comes from a response.
+    excited, why
+        Whether an unbalance of the shaft can excite it, and why or why not; only what is excited
+        is judged.
     """
 
     speed_rad_s: float
     amplification_factor: float
     whirl: str = ""
+    excited: bool = True
+    why: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,26 +106,34 @@ class SeparationMargin:
     verdict_20_percent: str
 
 
-def resonances_of_modes(critical_speeds: Sequence[CriticalSpeed]) -> tuple[Resonance, ...]:
+def resonances_of_modes(
+    critical_speeds: Sequence[CriticalSpeed],
+    excitations: Sequence[Excitation] | None = None,
+) -> tuple[Resonance, ...]:
     """Turn critical speeds into resonances of the shaft that excites them.
 
     Parameters
     ----------
     critical_speeds
         Found with the speed ratio of that shaft as the excitation ratio.
+    excitations
+        Whether the shaft excites each, from `excitation.unbalance_excitation`; None: all.
 
     Returns
     -------
     tuple of Resonance
         At the shaft's own speed |α|Ω, with AF from the logarithmic decrement.
     """
+    by_default = [Excitation(excited=True, why="")] * len(critical_speeds)
     return tuple(
         Resonance(
             speed_rad_s=2.0 * np.pi * critical.frequency_hz,
-            amplification_factor=amplification_factor(critical.log_decrement),
+            amplification_factor=critical.amplification_factor,
             whirl=critical.whirl,
+            excited=own.excited,
+            why=own.why,
         )
-        for critical in critical_speeds
+        for critical, own in zip(critical_speeds, excitations or by_default, strict=True)
     )
 
 
@@ -233,6 +247,92 @@ def required_margin_api_617(amplification_factor: float, position: str) -> float
         return float("inf")
     damped = 0.17 * (1.0 - 1.0 / (amplification_factor - 1.5))
     return damped if position == "below" else 0.10 + damped
+
+
+@dataclass(frozen=True, kw_only=True)
+class MarginMethod:
+    """Say by what margins are judged.
+
+    Attributes
+    ----------
+    kind
+        "api617": the margin that the amplification factor asks for; "percent": a fixed one.
+    percent
+        That one.
+    """
+
+    kind: Literal["api617", "percent"] = "api617"
+    percent: float = 15.0
+
+    @property
+    def text(self) -> str:
+        """What a headline says."""
+        return "API 617" if self.kind == "api617" else f"{self.percent:g} %"
+
+    def required(self, margin: SeparationMargin) -> float:
+        """Return the |margin| that is asked for, as a fraction; inf if none is enough."""
+        if self.kind == "api617" or margin.resonance.amplification_factor < 0:
+            return margin.required_api_617
+        return np.inf if margin.position == "inside" else 0.01 * self.percent
+
+
+@dataclass(frozen=True, kw_only=True)
+class MarginVerdict:
+    """Hold what margins come to by one method.
+
+    Attributes
+    ----------
+    passed
+        Whether every resonance that is excited keeps its margin.
+    missed
+        Those that do not.
+    worst
+        The excited resonance with the least margin beyond the one asked for; None without any.
+    why
+        One sentence.
+    """
+
+    passed: bool
+    missed: tuple[SeparationMargin, ...]
+    worst: SeparationMargin | None
+    why: str
+
+
+def margin_verdict(margins: Sequence[SeparationMargin], method: MarginMethod) -> MarginVerdict:
+    """Judge margins by a method.
+
+    Parameters
+    ----------
+    margins
+        Of any number of shafts; what no unbalance excites is not judged.
+    method
+        By what.
+    """
+    judged = [m for m in margins if m.resonance.excited]
+    missed = tuple(m for m in judged if abs(m.margin) < method.required(m))
+    if not judged:
+        return MarginVerdict(
+            passed=True, missed=(), worst=None, why="no critical speed that an unbalance excites"
+        )
+    worst = min(judged, key=lambda m: (abs(m.margin) - method.required(m), abs(m.margin)))
+    return MarginVerdict(
+        passed=not missed, missed=missed, worst=worst, why=_why(worst, method, len(judged))
+    )
+
+
+def _why(worst: SeparationMargin, method: MarginMethod, count: int) -> str:
+    factor = worst.resonance.amplification_factor
+    required = method.required(worst)
+    whirl = f" {worst.resonance.whirl}" if worst.resonance.whirl else ""
+    where = f"{100 * abs(worst.margin):.1f} % {worst.position} the operating speeds of"
+    if worst.position == "inside":
+        where = "inside the operating speeds of"
+    asked = f"{100 * required:.1f} % asked" if np.isfinite(required) else "no margin is enough"
+    height = "unstable" if factor < 0 else f"amplification factor {factor:.3g}"
+    return (
+        f"worst of {count}:{whirl} {worst.resonance.speed_rad_s * _RPM:.0f} rpm ({height}) is "
+        f"{where} {worst.shaft}, {asked}"
+    )
 
 
 def _verdict(amplification: float, margin: float, required: float) -> str:

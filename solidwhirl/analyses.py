@@ -82,7 +82,7 @@ def run_analysis(
         case SeparationMarginsSpec():
             return run_separation_margins(spec, scene, system, title)
         case StabilitySpec():
-            return run_stability(spec, system)
+            return run_stability(spec, scene, system)
         case BearingLawsSpec():
             return run_bearing_laws(spec, system, title)
         case RunUpSpec():

@@ -7,26 +7,39 @@ from typing import Any
 import numpy as np
 
 from solidwhirl.analyses_response import RPM, sweep
+from solidwhirl.operating import operating_of_margins, operating_speeds
 from solidwhirl.outcome import Outcome, Write
-from solidwhirl.rotordyn import AssembledSystem, critical_speeds
+from solidwhirl.rotordyn import AssembledSystem, CriticalSpeed, critical_speeds
 from solidwhirl.rotordyn.bearing_notes import bearing_notes
 from solidwhirl.rotordyn.critical_speed_map import critical_speed_map
+from solidwhirl.rotordyn.excitation import unbalance_excitation
 from solidwhirl.rotordyn.pictures_maps import draw_bearing_law, draw_critical_speed_map
 from solidwhirl.rotordyn.pictures_margins import draw_separation_margins
 from solidwhirl.rotordyn.separation_margins import (
+    MarginMethod,
     OperatingRange,
     SeparationMargin,
+    margin_verdict,
     resonances_of_modes,
     separation_margins,
 )
-from solidwhirl.rotordyn.stability import stability_chart, stability_threshold
+from solidwhirl.rotordyn.stability import stability_chart
 from solidwhirl.rotordyn.whirl import moves_laterally
 from solidwhirl.scene import Scene
 from solidwhirl.scene_analyses import (
     BearingLawsSpec,
     CriticalSpeedMapSpec,
+    OperatingSpec,
     SeparationMarginsSpec,
     StabilitySpec,
+)
+from solidwhirl.stability_documents import (
+    decrements,
+    highest_frequency_hz,
+    interval_document,
+    stability_headline,
+    stability_of,
+    whirl_document,
 )
 
 
@@ -74,54 +87,89 @@ def run_critical_speed_map(
 def run_separation_margins(
     spec: SeparationMarginsSpec, scene: Scene, system: AssembledSystem, title: str
 ) -> Outcome:
-    """Margins of every shaft's critical speeds from its operating range."""
+    """Margins of every shaft's critical speeds from its operating range, and the verdict."""
     found: list[SeparationMargin] = []
-    for entry in spec.operating:
-        ratio = abs(scene.speed_ratio(entry.shaft))
-        critical = [
-            c
-            for c in critical_speeds(
-                system,
-                excitation_ratio=ratio,
-                speed_max_rad_s=spec.search_factor * entry.to_rpm * RPM / ratio,
-            )
-            # no unbalance excites axial motion and torsion
-            if moves_laterally(system, c.shape)
+    damped: list[dict[str, Any]] = []
+    ranges = operating_of_margins(scene, spec)
+    for entry in ranges:
+        critical = _critical_speeds_of(entry, spec, scene, system)
+        counts = [c.counts(scene.criteria.rule) for c in critical]
+        damped += [
+            _critically_damped(entry.shaft, c)
+            for c, own in zip(critical, counts, strict=True)
+            if not own
         ]
+        counted = [c for c, own in zip(critical, counts, strict=True) if own]
+        shafts = _alike(scene, entry.shaft)
+        excitations = [unbalance_excitation(system, c.shape, shafts) for c in counted]
         operating = OperatingRange(
             shaft=entry.shaft,
             speed_low_rad_s=entry.from_rpm * RPM,
             speed_high_rad_s=entry.to_rpm * RPM,
         )
-        found += separation_margins(operating, resonances_of_modes(critical))
-    rows = [_margin_document(m) for m in found]
-    near = [m for m in rows if m["verdict_15_percent"] != "ok"]
-    headline = f"{len(near)} of {len(rows)} critical speeds nearer than 15 %"
-    if not rows:
-        headline = f"no critical speed below {spec.search_factor:g} times the operating speeds"
+        found += separation_margins(operating, resonances_of_modes(counted, excitations))
+    method = MarginMethod(kind=spec.method, percent=spec.percent)
+    verdict = margin_verdict(found, method)
     return Outcome(
         kind=spec.kind,
         document={
             "note": "in the manner of API 617; no statement of compliance",
-            "operating": [entry.model_dump() for entry in spec.operating],
-            "margins": rows,
+            "operating": [entry.model_dump() for entry in ranges],
+            "verdict": {
+                "method": spec.method,
+                "percent": spec.percent if spec.method == "percent" else None,
+                "passed": verdict.passed,
+                "why": verdict.why,
+                "worst": _margin_document(verdict.worst, method) if verdict.worst else None,
+            },
+            "margins": [_margin_document(m, method) for m in found],
+            "critically_damped": damped,
         },
         files={f"{spec.label}.png": lambda path: draw_separation_margins(found, path, title)}
         if found
         else {},
-        headline=headline,
+        headline=f"{'pass' if verdict.passed else 'FAIL'} by {method.text}: {verdict.why}",
     )
 
 
-def _margin_document(margin: SeparationMargin) -> dict[str, Any]:
+def _critical_speeds_of(
+    entry: OperatingSpec, spec: SeparationMarginsSpec, scene: Scene, system: AssembledSystem
+) -> list[CriticalSpeed]:
+    """Critical speeds of lateral motion that a shaft may excite up to a multiple of its speed."""
+    ratio = abs(scene.speed_ratio(entry.shaft))
+    limit = spec.search_factor * entry.to_rpm * RPM / ratio
+    found = critical_speeds(system, excitation_ratio=ratio, speed_max_rad_s=limit)
+    return [c for c in found if moves_laterally(system, c.shape)]
+
+
+def _alike(scene: Scene, shaft: str) -> list[str]:
+    """Bodies that turn as a shaft does: their unbalance is one with its own."""
+    ratios = scene.speed_ratios()
+    return [name for name, ratio in ratios.items() if ratio == ratios[shaft]]
+
+
+def _critically_damped(shaft: str, critical: CriticalSpeed) -> dict[str, Any]:
+    return {
+        "shaft": shaft,
+        "critical_speed_rpm": 2.0 * np.pi * critical.frequency_hz / RPM,
+        "whirl": critical.whirl,
+        "amplification_factor": critical.amplification_factor,
+    }
+
+
+def _margin_document(margin: SeparationMargin, method: MarginMethod) -> dict[str, Any]:
+    resonance = margin.resonance
     return {
         "shaft": margin.shaft,
-        "critical_speed_rpm": margin.resonance.speed_rad_s / RPM,
-        "whirl": margin.resonance.whirl,
-        "amplification_factor": margin.resonance.amplification_factor,
+        "critical_speed_rpm": resonance.speed_rad_s / RPM,
+        "whirl": resonance.whirl,
+        "amplification_factor": resonance.amplification_factor,
+        "excited": resonance.excited,
+        "excited_why": resonance.why,
         "operating_speed_rpm": margin.operating_speed_rad_s / RPM,
         "position": margin.position,
         "margin": margin.margin,
+        "required": method.required(margin),
         "required_api_617": margin.required_api_617,
         "verdict_api_617": margin.verdict_api_617,
         "verdict_15_percent": margin.verdict_15_percent,
@@ -129,30 +177,34 @@ def _margin_document(margin: SeparationMargin) -> dict[str, Any]:
     }
 
 
-def run_stability(spec: StabilitySpec, system: AssembledSystem) -> Outcome:
-    """Smallest damping over the speed, and the speed at which a motion begins to grow."""
-    chart = stability_chart(system, sweep(spec))
-    threshold = stability_threshold(system, spec.to_rpm * RPM)
+def run_stability(spec: StabilitySpec, scene: Scene, system: AssembledSystem) -> Outcome:
+    """Damping of the first modes over the speed, and where the system is unstable."""
+    speeds = sweep(spec)
+    highest = spec.frequency_max_hz or highest_frequency_hz(scene, spec)
+    chart = stability_chart(system, speeds, highest)
+    stability = stability_of(system, spec.to_rpm, operating_speeds(scene), scene.criteria.rule)
+    first = stability.intervals[0] if stability.intervals else None
     document: dict[str, Any] = {
-        "speed_rpm": (chart.speeds_rad_s / RPM).tolist(),
-        "smallest_log_decrement": chart.log_decrement.tolist(),
+        "speed_rpm": (speeds / RPM).tolist(),
+        "frequency_max_hz": highest,
+        "smallest_log_decrement": decrements(chart.log_decrement),
         "frequency_hz": chart.frequency_hz.tolist(),
         "largest_growth_rate_per_s": chart.growth_rate_1_s.tolist(),
         "growing_motions": chart.unstable_count.tolist(),
-        "threshold": None,
+        **whirl_document(system, speeds),
+        "at_operating": list(stability.at_operating),
+        "unstable_intervals": [interval_document(i) for i in stability.intervals],
+        "threshold": None
+        if first is None
+        else {
+            "speed_rpm": first.low_rad_s / RPM,
+            "kind": first.kind,
+            "frequency_hz": first.frequency_hz,
+        },
     }
-    headline = f"stable up to {spec.to_rpm:.0f} rpm"
-    if threshold is not None:
-        document["threshold"] = {
-            "speed_rpm": threshold.speed_rad_s / RPM,
-            "kind": threshold.kind,
-            "frequency_hz": threshold.frequency_hz,
-        }
-        headline = (
-            f"unstable ({threshold.kind}) from {threshold.speed_rad_s / RPM:.1f} rpm, "
-            f"{threshold.frequency_hz:.2f} Hz"
-        )
-    return Outcome(kind=spec.kind, document=document, headline=headline)
+    return Outcome(
+        kind=spec.kind, document=document, headline=stability_headline(stability, document)
+    )
 
 
 def run_bearing_laws(spec: BearingLawsSpec, system: AssembledSystem, title: str) -> Outcome:

@@ -74,7 +74,7 @@ def run_mode_shapes(spec: ModeShapesSpec, system: AssembledSystem, title: str) -
             {
                 "speed_rpm": rpm,
                 "frequency_hz": modes.frequency_hz.tolist(),
-                "log_decrement": modes.log_decrement.tolist(),
+                "log_decrement": decrements(modes.log_decrement),
                 "whirl": shapes.whirl.tolist(),
                 "bodies": {b.body: _shape_document(b) for b in shapes.bodies},
                 "kinetic_energy": dict(

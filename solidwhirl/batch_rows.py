@@ -93,7 +93,10 @@ def row_of_document(
         critical_error_estimate=_numbers(c.get("frequency_error_estimate") for c in critical),
         campbell_speed_rpm=_numbers(diagram["speed_rpm"]),
         campbell_frequency_hz=tuple(_numbers(b) for b in diagram["frequency_hz"]),
-        campbell_log_decrement=tuple(_numbers(b) for b in diagram["log_decrement"]),
+        campbell_log_decrement=tuple(
+            _decrements(*branch)
+            for branch in zip(diagram["frequency_hz"], diagram["log_decrement"], strict=True)
+        ),
         responses=responses_of(document["analyses"]),
     )
 
@@ -156,6 +159,12 @@ def _number(value: Any) -> float:
 
 def _numbers(values: Iterable[Any]) -> tuple[float, ...]:
     return tuple(_number(v) for v in values)
+
+
+def _decrements(frequency_hz: Iterable[Any], decrements: Iterable[Any]) -> tuple[float, ...]:
+    """Decrements of a branch: 0 where it vibrates without damping, nan where it is absent."""
+    pairs = zip(frequency_hz, decrements, strict=True)
+    return tuple(0.0 if d is None and f is not None else _number(d) for f, d in pairs)
 
 
 def _largest(values: Iterable[Any]) -> float | None:

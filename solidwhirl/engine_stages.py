@@ -21,6 +21,7 @@ from solidwhirl.comparators import (
 from solidwhirl.estimates import BeamVariants, Estimates, estimate_errors
 from solidwhirl.geometry import Body
 from solidwhirl.mesh_comparisons import step_comparisons
+from solidwhirl.operating import operating_speeds
 from solidwhirl.outcome import Outcome
 from solidwhirl.peak_estimates import with_peak_estimates
 from solidwhirl.recovery_fields import recoveries_of
@@ -36,8 +37,14 @@ from solidwhirl.rotordyn import (
     modes_at_speed,
 )
 from solidwhirl.scene import Scene
+from solidwhirl.speeds_asked import range_top_rpm
+from solidwhirl.stability_documents import Stability, stability_of
 from solidwhirl.store_stages import engine_part
 from solidwhirl.system_parts import engine_of
+
+
+# Analyses that look at the operating speeds of the scene.
+_OPERATING = ("separation_margins", "stability")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -148,6 +155,14 @@ def diagram_of(engine: Engine) -> Diagram:
     return Diagram(at_rest=at_rest, campbell=diagram, critical_speeds=excited)
 
 
+def stability_of_engine(engine: Engine) -> Stability:
+    """Look for instability over the range of speeds of a scene, and at its operating speeds."""
+    scene = engine.job.scene
+    return stability_of(
+        engine.system, range_top_rpm(scene), operating_speeds(scene), scene.criteria.rule
+    )
+
+
 def estimates_of(engine: Engine, diagram: Diagram) -> Estimates | None:
     """Estimate the errors of a diagram; None where the scene has its estimates off."""
     job = engine.job
@@ -167,6 +182,8 @@ def estimates_of(engine: Engine, diagram: Diagram) -> Estimates | None:
         critical_speeds=speeds,
         free_frequencies=free,
         comparisons=comparisons,
+        critical=tuple(c.critical for c in diagram.critical_speeds),
+        rule=job.scene.criteria.rule,
     )
 
 
@@ -203,7 +220,8 @@ def analyses_of(
 
         job.progress(f"{spec.label} ({spec.kind})")
         named = [a for a in scene.analyses if a.label in getattr(spec, "refers_to", ())]
-        key = job.keeper.key("analysis", engine.digest, spec, seen, named)
+        operating = [tuple(o) for o in operating_speeds(scene) if spec.kind in _OPERATING]
+        key = job.keeper.key("analysis", engine.digest, spec, seen, named, operating)
         title = scene.title or scene.name
         with job.clock.stage(f"analysis {spec.label}"):
             try:

@@ -98,7 +98,7 @@ def several_materials(scene: Scene) -> dict[str, list[str]]:
 
 
 def coupling_effect(document: Mapping[str, Any]) -> float | None:
-    """Return by how much the other coupling of the interfaces moves a frequency at most.
+    """Return by how much the other coupling of the interfaces moves a mode that counts.
 
     Parameters
     ----------
@@ -110,8 +110,19 @@ def coupling_effect(document: Mapping[str, Any]) -> float | None:
     float or None
         Relative; None where it was not computed.
     """
-    rows = document["campbell"].get("error_parts", {}).get("interface_coupling", ())
-    return max((v for row in rows for v in row if v is not None), default=None)
+    diagram = document["campbell"]
+    rows = diagram.get("error_parts", {}).get("interface_coupling", ())
+    damped = diagram.get("critically_damped")
+    changes = [
+        value
+        for b, row in enumerate(rows)
+        for s, value in enumerate(row)
+        if value is not None and not (damped and damped[b][s])
+    ]
+    for entry in document["critical_speeds"]:
+        own = entry.get("error_parts", {}).get("interface_coupling")
+        changes += [] if own is None or entry.get("critically_damped") else [own]
+    return max(changes, default=None)
 
 
 def coupling_text(effect: float) -> str:

@@ -32,6 +32,7 @@ from solidwhirl.rotordyn import (
 )
 from solidwhirl.rotordyn.campbell_errors import CampbellErrors, campbell_errors
 from solidwhirl.rotordyn.critical_speed_errors import CriticalSpeedErrors, critical_speed_errors
+from solidwhirl.rotordyn.damping import DEFAULT_RULE, DampingRule
 from solidwhirl.rotordyn.differences import campbell_differences, critical_speed_differences
 from solidwhirl.rotordyn.eigenvalue_errors import (
     FrequencyErrors,
@@ -59,6 +60,10 @@ class Estimates:
         Body to (k,) estimates of the frequencies of the free body at rest.
     comparisons
         Other models that were computed for it.
+    critical
+        The critical speeds.
+    rule
+        Which of the modes count; the others are critically damped.
     """
 
     at_rest: FrequencyErrors
@@ -66,6 +71,8 @@ class Estimates:
     critical_speeds: CriticalSpeedErrors
     free_frequencies: Mapping[str, FloatArray]
     comparisons: tuple[Comparison, ...]
+    critical: tuple[CriticalSpeed, ...]
+    rule: DampingRule = DEFAULT_RULE
 
     def __repr__(self) -> str:
         parts = []
@@ -78,10 +85,14 @@ class Estimates:
 
     @property
     def largest(self) -> float:
-        """Largest estimate of the diagram and the critical speeds, nan if there is none."""
-        values = np.concatenate(
-            [self.campbell.total.ravel(), np.asarray(self.critical_speeds.total)]
-        )
+        """Largest estimate of modes and critical speeds that count, nan if there is none."""
+        branches = self.campbell.total[self.rule.counts(self.campbell.campbell.eigenvalues)]
+        speeds = [
+            float(total)
+            for total, critical in zip(self.critical_speeds.total, self.critical, strict=True)
+            if critical.counts(self.rule)
+        ]
+        values = np.concatenate([branches, np.array(speeds)])
         known = values[np.isfinite(values)]
         return float(known.max()) if len(known) else float("nan")
 
@@ -152,6 +163,7 @@ def estimate_errors(
         critical_speeds=replace(speeds, parts=speed_parts, total=_total(speed_parts, speeds.total)),
         free_frequencies=free,
         comparisons=comparisons,
+        critical=tuple(critical),
     )
 
 

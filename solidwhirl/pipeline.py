@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from solidwhirl.alarms import Alarm, alarms_of
 from solidwhirl.analyses_recovery import recovery_checks
 from solidwhirl.beam_bodies import BeamBodies, beam_bodies
 from solidwhirl.bodies import build_bodies
@@ -22,12 +23,14 @@ from solidwhirl.engine_stages import (
     assembled_engine,
     diagram_of,
     estimates_of,
+    stability_of_engine,
 )
 from solidwhirl.estimates import Estimates
 from solidwhirl.forecast import Forecast, forecast, refuse_too_large
 from solidwhirl.geometry import Body
 from solidwhirl.levels import chosen_level
 from solidwhirl.mesh_bodies import build_mesh_bodies
+from solidwhirl.operating import operating_speeds
 from solidwhirl.outcome import Outcome
 from solidwhirl.plan import make_plan
 from solidwhirl.plan_records import Plan
@@ -44,6 +47,7 @@ from solidwhirl.rotordyn import (
 from solidwhirl.run_checks import run_checks
 from solidwhirl.scene import Scene
 from solidwhirl.speeds_asked import top_speed
+from solidwhirl.stability_documents import Stability
 from solidwhirl.store import StageStore
 from solidwhirl.store_stages import Keeper, engine_part
 from solidwhirl.system_parts import simple_elements
@@ -85,6 +89,8 @@ class Results:
         Wall time by stage.
     peak_memory_gib
         Largest resident set of this process.
+    stability
+        Unstable intervals of the whole range of speeds, and damping at the operating speeds.
     checks
         What must hold for bodies, system and modes, and whether it does.
     stages
@@ -106,11 +112,18 @@ class Results:
     analyses: Mapping[str, Outcome]
     timings_s: Mapping[str, float]
     peak_memory_gib: float
+    stability: Stability
     checks: tuple[Invariant, ...] = ()
     stages: Mapping[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return results_text(self)
+
+    @property
+    def alarms(self) -> tuple[Alarm, ...]:
+        """Instability, and what operates or was computed where the system is unstable."""
+        documents = {name: {"kind": o.kind, **o.document} for name, o in self.analyses.items()}
+        return alarms_of(self.stability, operating_speeds(self.scene), documents)
 
     def _repr_html_(self) -> str:
         return results_html(self)
@@ -230,6 +243,8 @@ def _analyse(
     estimates = estimates_of(engine, diagram)
     with job.clock.stage("checks"):
         checks = run_checks(job.scene, job.plan, reduced, engine.elements, engine.system, diagram)
+    with job.clock.stage("stability"):
+        stability = stability_of_engine(engine)
     outcomes = analyses_of(engine, diagram.campbell, estimates)
     checks += recovery_checks(outcomes)
     return Results(
@@ -248,6 +263,7 @@ def _analyse(
         analyses=outcomes,
         timings_s=job.clock.seconds,
         peak_memory_gib=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0**2,
+        stability=stability,
         checks=checks,
         stages=job.keeper.origins,
     )

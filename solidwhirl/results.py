@@ -25,16 +25,18 @@ from solidwhirl.mesh_bodies import source_document
 from solidwhirl.meshing import write_gmsh, write_vtu
 from solidwhirl.meshing.user_mesh_records import MeshedBody
 from solidwhirl.outcome import is_picture
+from solidwhirl.operating import operating_speeds
 from solidwhirl.page.build import write_report
 from solidwhirl.page.operating import operating_rad_s
 from solidwhirl.page.records import Run
-from solidwhirl.pipeline import Results
+from solidwhirl.pipeline import ExcitedCriticalSpeed, Results
 from solidwhirl.plain_data import plain_data
 from solidwhirl.plan_records import Plan
 from solidwhirl.plausibility import implausible
 from solidwhirl.plausibility_supports import support_doubts
 from solidwhirl.report import report_text
 from solidwhirl.rotordyn import Superelement, draw_campbell, write_superelement
+from solidwhirl.rotordyn.excitation import unbalance_excitation
 from solidwhirl.rotordyn.pictures_errors import (
     draw_campbell_errors,
     draw_critical_speed_errors,
@@ -42,7 +44,9 @@ from solidwhirl.rotordyn.pictures_errors import (
 from solidwhirl.rotordyn.sidecar import superelement_document
 from solidwhirl.run_folder import RunFolder, claimed, replacing_files, reserve
 from solidwhirl.scene_file import scene_hash
+from solidwhirl.stability_documents import decrements
 from solidwhirl.store_stages import Keeper, no_keeper
+from solidwhirl.verdict import verdict_document, verdict_of
 from solidwhirl.versions import package_versions
 
 SCHEMA = "solidwhirl-results-1"
@@ -53,7 +57,7 @@ _AROUND_BYTES = 65_536
 
 def results_document(results: Results) -> dict[str, Any]:
     """Everything that `results.json` holds; units are in the keys, absent values are null."""
-    diagram = results.campbell
+    diagram, operating = results.campbell, operating_speeds(results.scene)
     document = {
         "schema": SCHEMA,
         "scene": {
@@ -71,7 +75,11 @@ def results_document(results: Results) -> dict[str, Any]:
             "speed_rpm": (diagram.speeds_rad_s * _RPM).tolist(),
             "frequency_hz": diagram.frequency_hz.tolist(),
             "whirl": [[w or None for w in branch] for branch in diagram.whirl.tolist()],
-            "log_decrement": diagram.log_decrement.tolist(),
+            "log_decrement": [decrements(branch) for branch in diagram.log_decrement],
+            "critically_damped": (
+                np.isfinite(diagram.eigenvalues)
+                & ~results.scene.criteria.rule.counts(diagram.eigenvalues)
+            ).tolist(),
             "notes": [
                 {
                     "kind": note.kind,
@@ -82,22 +90,17 @@ def results_document(results: Results) -> dict[str, Any]:
                 for note in diagram.notes
             ],
         },
-        "critical_speeds": [
-            {
-                "speed_rpm": float(c.critical.speed_rad_s * _RPM),
-                "frequency_hz": float(c.critical.frequency_hz),
-                "whirl": str(c.critical.whirl),
-                "log_decrement": float(c.critical.log_decrement),
-                "excited_by": list(c.excited_by),
-            }
-            for c in results.critical_speeds
-        ],
+        "critical_speeds": [critical_speed_document(results, c) for c in results.critical_speeds],
+        "operating": [own._asdict() for own in operating],
         "doubts": [
-            {**asdict(doubt), "message": doubt.message}
-            for doubt in (
-                *implausible(results.scene, build_bodies(results.scene)),
-                *support_doubts(results.system),
-            )
+            *(
+                {"kind": "input", **asdict(doubt), "message": doubt.message}
+                for doubt in (
+                    *implausible(results.scene, build_bodies(results.scene)),
+                    *support_doubts(results.system),
+                )
+            ),
+            *(asdict(alarm) for alarm in results.alarms),
         ],
         "invariants": checks_document(results.checks),
         "bearing_notes": [note.message for note in results.bearing_notes],
@@ -114,9 +117,28 @@ def results_document(results: Results) -> dict[str, Any]:
         document["stages"] = dict(results.stages)
     if results.estimates is not None:
         _put_estimates(document, results.estimates)
+    verdict = verdict_of(plain_data(document), results.stability, operating)
+    document["verdict"] = verdict_document(verdict)
     if results.scene.references:
         document["references"] = compared(results.scene.references, document)
     return plain_data(document)  # type: ignore[no-any-return]
+
+
+def critical_speed_document(results: Results, found: ExcitedCriticalSpeed) -> dict[str, Any]:
+    """A critical speed as plain data, whether it counts and what excites it."""
+    critical = found.critical
+    excitation = unbalance_excitation(results.system, critical.shape, found.excited_by)
+    return {
+        "speed_rpm": float(critical.speed_rad_s * _RPM),
+        "frequency_hz": float(critical.frequency_hz),
+        "whirl": str(critical.whirl),
+        "log_decrement": float(critical.log_decrement) or None,
+        "amplification_factor": critical.amplification_factor,
+        "critically_damped": not critical.counts(results.scene.criteria.rule),
+        "excited_by": list(found.excited_by),
+        "excited": excitation.excited,
+        "excited_why": excitation.why,
+    }
 
 
 def _put_estimates(document: dict[str, Any], estimates: Estimates) -> None:

@@ -11,7 +11,8 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from solidwhirl.displays import scene_html, scene_text
-from solidwhirl.scene_analyses import AnalysisSpec
+from solidwhirl.rotordyn.damping import DampingRule
+from solidwhirl.scene_analyses import AnalysisSpec, OperatingSpec
 from solidwhirl.scene_base import (
     MOST,
     AutoSwitch,
@@ -215,6 +216,17 @@ class ModelSpec(Record):
         return self
 
 
+class CriteriaSpec(Record):
+    """By which criteria results are judged."""
+
+    amplification_min: NotNegative = 2.5
+
+    @property
+    def rule(self) -> DampingRule:
+        """Which roots are resonances."""
+        return DampingRule(amplification_min=self.amplification_min)
+
+
 class Scene(Record):
     """A whole scene."""
 
@@ -232,6 +244,8 @@ class Scene(Record):
     gears: Annotated[tuple[GearSpec, ...], Field(max_length=MOST)] = ()
     speeds: SpeedSpec = SpeedSpec()
     campbell: CampbellSpec = CampbellSpec()
+    operating: Annotated[tuple[OperatingSpec, ...], Field(max_length=MOST)] = ()
+    criteria: CriteriaSpec = CriteriaSpec()
     effects: EffectsSpec = EffectsSpec()
     model: ModelSpec = ModelSpec()
     analyses: Annotated[tuple[AnalysisSpec, ...], Field(max_length=MOST)] = ()

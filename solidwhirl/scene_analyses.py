@@ -258,8 +258,16 @@ class SeparationMarginsSpec(_Analysis):
     """Distance of critical speeds from operating speeds, sought up to a multiple of these."""
 
     kind: Literal["separation_margins"]
-    operating: Annotated[tuple[OperatingSpec, ...], Field(min_length=1, max_length=MOST)]
+    operating: Annotated[tuple[OperatingSpec, ...], Field(max_length=MOST)] = ()
     search_factor: Annotated[float, Field(ge=1, le=10, strict=True)] = 1.3
+    method: Literal["api617", "percent"] = "api617"
+    percent: Annotated[float, Field(gt=0, lt=100, strict=True)] = 15.0
+
+    @model_validator(mode="after")
+    def _one_method(self) -> SeparationMarginsSpec:
+        if self.method != "percent" and "percent" in self.model_fields_set:
+            raise ValueError(f'percent is given with method {self.method!r}; use method "percent"')
+        return self
 
 
 class StabilitySpec(_Sweep):
@@ -267,6 +275,7 @@ class StabilitySpec(_Sweep):
 
     kind: Literal["stability"]
     count: Points = 61
+    frequency_max_hz: Positive | None = None
 
 
 class BearingLawsSpec(_Analysis):

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from solidwhirl.operating import operating_of_margins, operating_speeds
 from solidwhirl.scene import Scene
 from solidwhirl.scene_analyses import (
     AnalysisSpec,
@@ -52,6 +53,13 @@ def top_speed(scene: Scene) -> float:
     return max(float(scene_speeds(scene).max()), rpm * np.pi / 30.0)
 
 
+def range_top_rpm(scene: Scene) -> float:
+    """Highest speed of the reference shaft that results are given for, or a shaft operates at."""
+    given = [v for a in scene.analyses for _, speeds in _given(a) for v in speeds]
+    operating = [o.reference_rpm[1] for o in operating_speeds(scene)]
+    return max([float(scene_speeds(scene).max()) * _RPM, *given, *operating])
+
+
 def speeds_beyond(scene: Scene) -> tuple[SpeedAsked, ...]:
     """Return what asks for speeds above those of the diagram, one entry for an analysis.
 
@@ -92,6 +100,12 @@ def top_speed_text(scene: Scene, body: str) -> str:
 
 
 def _speeds_asked(scene: Scene) -> Iterator[SpeedAsked]:
+    for o in scene.operating:
+        yield SpeedAsked(
+            analysis="operating",
+            speed_rpm=o.to_rpm / _ratio(scene, o.shaft),
+            source=f"the operating speed of {o.shaft!r}, {o.to_rpm:g} rpm",
+        )
     for k, analysis in enumerate(scene.analyses):
         where = f"analyses[{k}] ({analysis.label})"
         for key, speeds in _given(analysis):
@@ -122,7 +136,7 @@ def _of_a_shaft(scene: Scene, analysis: AnalysisSpec, where: str) -> Iterator[tu
         yield rpm, f"search_to_rpm of {where}"
     if isinstance(analysis, SeparationMarginsSpec):
         factor = analysis.search_factor
-        for o in analysis.operating:
+        for o in operating_of_margins(scene, analysis):
             yield (
                 factor * o.to_rpm / _ratio(scene, o.shaft),
                 f"{factor:g} times the operating speed of {o.shaft!r}, {o.to_rpm:g} rpm, to which "

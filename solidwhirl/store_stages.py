@@ -33,7 +33,7 @@ from solidwhirl.store_codec import fingerprint
 
 Origin = Literal["computed", "kept"]
 # Parts of a scene that no number of its engine depends on; analyses stand for themselves.
-_WORDS = frozenset({"name", "title", "notes", "analyses", "references", "sweep"})
+_WORDS = frozenset({"name", "title", "notes", "operating", "analyses", "references", "sweep"})
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -87,6 +87,7 @@ def doubt_lines(results: Results) -> tuple[str, ...]:
 
     messages = [doubt.message for doubt in support_doubts(results.system)]
     messages += [note.message for note in results.bearing_notes]
+    messages = [alarm.message for alarm in results.alarms] + messages
     return tuple(f"doubt: {message}" for message in messages)
 
 
@@ -173,7 +174,8 @@ def refusal_document(scene: Path, message: str) -> dict[str, Any]:
 def _critical_speeds(
     document: Mapping[str, Any], ratios: Mapping[str, float]
 ) -> list[dict[str, Any]]:
-    from solidwhirl.page.operating import margin_of, operating_speeds
+    from solidwhirl.operating import margin_of
+    from solidwhirl.page.operating import operating_speeds
 
     operating = operating_speeds(document, ratios)
     rows = []

@@ -43,6 +43,8 @@ TOP = {
     "campbell",
     "critical_speeds",
     "bearing_notes",
+    "operating",
+    "verdict",
     "doubts",
     "invariants",
     "predicted_cost",
@@ -202,6 +204,7 @@ def test_campbell(document):
         "frequency_hz",
         "whirl",
         "log_decrement",
+        "critically_damped",
         "notes",
         *ESTIMATE,
     }
@@ -259,7 +262,11 @@ def test_critical_speeds(document):
             "frequency_hz",
             "whirl",
             "log_decrement",
+            "amplification_factor",
+            "critically_damped",
             "excited_by",
+            "excited",
+            "excited_why",
             *ESTIMATE,
         }
         # both shafts turn at the reference speed: synchronous means f = rpm / 60

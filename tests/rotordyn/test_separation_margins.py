@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from solidwhirl.rotordyn import AnalysisError, critical_speeds
+from solidwhirl.rotordyn.damping import amplification_factor
 from solidwhirl.rotordyn.separation_margins import (
     OperatingRange,
     Resonance,
-    amplification_factor,
     format_margins,
     required_margin_api_617,
     resonances_of_modes,
