@@ -32,12 +32,12 @@ _WIDER = (1, 10, 100)
 _NOTES = {
     "veering": ("square-open", "@c3", True),
     "ambiguous": ("star-open", "@bad", True),
-    "born": ("triangle-left-open", "@ink", True),
+    "begun": ("triangle-left-open", "@ink", True),
     "ended": ("triangle-right-open", "@ink", True),
     "crossing": ("x-thin-open", "@muted", False),
 }
 _DAMPED = "critically damped"
-_ACROSS = ("range", "indefinite", "untracked")
+_ACROSS = ("range", "indefinite")
 
 
 def section(run: Run) -> Section | None:
@@ -404,9 +404,9 @@ def _limits(document: Mapping[str, Any]) -> list[dict[str, Any]]:
             "y1": 1.0,
             "line": {"color": "@muted", "width": 1.5, "dash": "longdashdot"},
             "label": {
-                "text": {"range": "end of the basis", "indefinite": "stiffness indefinite"}.get(
-                    n["kind"], "mode without branch"
-                ),
+                "text": {"range": "end of the basis", "indefinite": "stiffness indefinite"}[
+                    n["kind"]
+                ],
                 "font": {"color": "@muted", "size": 10},
                 "textposition": "end",
             },

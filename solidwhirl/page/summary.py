@@ -6,11 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from solidwhirl.check_report import failure_lines
-from solidwhirl.operating import critical_speeds_that_count, nearest
+from solidwhirl.operating import Operating, critical_speeds_that_count, nearest
 from solidwhirl.page.campbell import small_chart
 from solidwhirl.page.drawing import small_picture
 from solidwhirl.page.marks import whirl_text
-from solidwhirl.page.operating import Operating, margin_text, operating_speeds
+from solidwhirl.page.operating import margin_text, operating_speeds
 from solidwhirl.page.records import Block, Row, Run, Section, Table, Text
 from solidwhirl.verdict_text import answers, checks_words
 
