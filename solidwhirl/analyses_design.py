@@ -182,7 +182,7 @@ def run_stability(spec: StabilitySpec, scene: Scene, system: AssembledSystem) ->
     speeds = sweep(spec)
     highest = spec.frequency_max_hz or highest_frequency_hz(scene, spec)
     chart = stability_chart(system, speeds, highest)
-    stability = stability_of(system, spec.to_rpm, operating_speeds(scene), scene.criteria.rule)
+    stability = stability_of(system, spec.to_rpm, operating_speeds(scene))
     first = stability.intervals[0] if stability.intervals else None
     document: dict[str, Any] = {
         "speed_rpm": (speeds / RPM).tolist(),
@@ -191,7 +191,7 @@ def run_stability(spec: StabilitySpec, scene: Scene, system: AssembledSystem) ->
         "frequency_hz": chart.frequency_hz.tolist(),
         "largest_growth_rate_per_s": chart.growth_rate_1_s.tolist(),
         "growing_motions": chart.unstable_count.tolist(),
-        **whirl_document(system, speeds),
+        **whirl_document(chart),
         "at_operating": list(stability.at_operating),
         "unstable_intervals": [interval_document(i) for i in stability.intervals],
         "threshold": None

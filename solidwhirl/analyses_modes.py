@@ -30,6 +30,7 @@ from solidwhirl.scene_analyses import (
     StateSpaceSpec,
     speed_text,
 )
+from solidwhirl.stability_documents import decrements
 
 # Modes that have room in one picture.
 _MOST_MODES = 12

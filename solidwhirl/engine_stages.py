@@ -42,7 +42,6 @@ from solidwhirl.stability_documents import Stability, stability_of
 from solidwhirl.store_stages import engine_part
 from solidwhirl.system_parts import engine_of
 
-
 # Analyses that look at the operating speeds of the scene.
 _OPERATING = ("separation_margins", "stability")
 
@@ -158,9 +157,7 @@ def diagram_of(engine: Engine) -> Diagram:
 def stability_of_engine(engine: Engine) -> Stability:
     """Look for instability over the range of speeds of a scene, and at its operating speeds."""
     scene = engine.job.scene
-    return stability_of(
-        engine.system, range_top_rpm(scene), operating_speeds(scene), scene.criteria.rule
-    )
+    return stability_of(engine.system, range_top_rpm(scene), operating_speeds(scene))
 
 
 def estimates_of(engine: Engine, diagram: Diagram) -> Estimates | None:

@@ -24,8 +24,8 @@ from solidwhirl.forecast import forecast_document
 from solidwhirl.mesh_bodies import source_document
 from solidwhirl.meshing import write_gmsh, write_vtu
 from solidwhirl.meshing.user_mesh_records import MeshedBody
-from solidwhirl.outcome import is_picture
 from solidwhirl.operating import operating_speeds
+from solidwhirl.outcome import is_picture
 from solidwhirl.page.build import write_report
 from solidwhirl.page.operating import operating_rad_s
 from solidwhirl.page.records import Run

@@ -12,14 +12,21 @@ import numpy as np
 from solidwhirl.operating import Operating
 from solidwhirl.rotordyn import AssembledSystem
 from solidwhirl.rotordyn.arrays import FloatArray
-from solidwhirl.rotordyn.damping import DampingRule
+from solidwhirl.rotordyn.stability import (
+    StabilityChart,
+    UnstableInterval,
+    WhirlDecrements,
+    unstable_intervals,
+    whirl_decrements,
+)
 from solidwhirl.scene import Scene
 from solidwhirl.scene_analyses import StabilitySpec
-from solidwhirl.rotordyn.stability import UnstableInterval, unstable_intervals, whirl_decrements
 
 _RPM = 30.0 / math.pi
 # Frequencies of a stability analysis, per turn of the fastest body.
 _ORDERS = 3.0
+# So slow that a system is as at rest.
+_REST_RAD_S = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -53,7 +60,7 @@ class Stability:
 
 
 def stability_of(
-    system: AssembledSystem, high_rpm: float, operating: Sequence[Operating], rule: DampingRule
+    system: AssembledSystem, high_rpm: float, operating: Sequence[Operating]
 ) -> Stability:
     """Look for instability from rest to the highest speed, and at operating speeds.
 
@@ -65,10 +72,8 @@ def stability_of(
         Highest speed of the reference shaft.
     operating
         From `operating_speeds`.
-    rule
-        Which roots count.
     """
-    intervals = unstable_intervals(system, 0.0, high_rpm / _RPM)
+    intervals = unstable_intervals(system, 0.0, max(high_rpm / _RPM, _REST_RAD_S))
     return Stability(
         low_rpm=0.0,
         high_rpm=high_rpm,
@@ -131,7 +136,7 @@ def at_operating(
     if not ends:
         return ()
     speeds = np.array([rpm / o.ratio / _RPM for o, rpm in ends])
-    found = whirl_document(system, speeds)
+    found = whirl_document(whirl_decrements(system, speeds))
     return tuple(
         {
             "shaft": o.shaft,
@@ -147,9 +152,8 @@ def at_operating(
     )
 
 
-def whirl_document(system: AssembledSystem, speeds_rad_s: FloatArray) -> dict[str, Any]:
+def whirl_document(found: WhirlDecrements | StabilityChart) -> dict[str, Any]:
     """Return decrement and frequency of the first forward and backward mode over the speed."""
-    found = whirl_decrements(system, speeds_rad_s)
     return {
         key: {
             "log_decrement": decrements(own.log_decrement),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -180,4 +181,4 @@ def _limit_um(operating: Sequence[Operating]) -> float | None:
     if not operating:
         return None
     fastest = max(o.to_rpm for o in operating)
-    return _LIMIT_UM * min(1.0, (_LIMIT_RPM / fastest) ** 0.5)
+    return _LIMIT_UM * min(1.0, math.sqrt(_LIMIT_RPM / fastest))

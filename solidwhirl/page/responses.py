@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from solidwhirl.page.operating import Operating, operating_bands, operating_speeds
+from solidwhirl.operating import Operating
+from solidwhirl.page.operating import operating_bands, operating_speeds
 from solidwhirl.page.orbits import orbit_chart
 from solidwhirl.page.records import Chart, Choice, Option, Run, Section, Table, Toggle
 from solidwhirl.page.traces import (

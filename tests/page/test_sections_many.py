@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 from everything import everything
 
+from solidwhirl.operating import Operating, nearest
 from solidwhirl.page import shapes, summary
 from solidwhirl.page.checks import _by_reason
 from solidwhirl.page.margins import margin_blocks, margins_in_short
-from solidwhirl.page.operating import Operating, margin_text, margin_words
+from solidwhirl.page.operating import margin_text, margin_words
 from solidwhirl.page.records import Chart, Section, Table, Text
 from solidwhirl.page.responses import force_chart, moving
 from solidwhirl.page.sections import without_needless_names
 from solidwhirl.page.stability import law_chart, stability_blocks
-from solidwhirl.page.summary import nearest
 from solidwhirl.page.traces import line, marks, series_style
 
 

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 
 from solidwhirl import terminal_summary
 from solidwhirl.cli import app
-from solidwhirl.page.operating import margin_of
+from solidwhirl.operating import margin_of
 from solidwhirl.terminal import RunProgress, duration_text, telling
 from solidwhirl.terminal_schedule import Schedule, Step, run_steps
 from solidwhirl.terminal_summary import percent_text, print_summary, summary_document
@@ -263,7 +263,7 @@ def test_margins_are_those_of_the_analysis(small_run):
 
 
 def test_margin_is_taken_of_the_nearest_shaft():
-    from solidwhirl.page.operating import Operating
+    from solidwhirl.operating import Operating
 
     slow, fast = Operating("a", 900.0, 1100.0, 1.0), Operating("b", 3000.0, 3000.0, 2.0)
     # 1320 is 20 % above the 1100 of a; of b it is 2640, 12 % below
