@@ -76,7 +76,7 @@ def _stability(verdict: Mapping[str, Any]) -> Answer:
     low, high = verdict["speed_range_rpm"]
     found = verdict["unstable_intervals"]
     if not found:
-        return Answer("Stability", f"stable, {low:.6g} to {high:.6g} rpm", True)
+        return Answer("Stability", f"stable, {low:.0f} to {rpm_text(high)}", True)
     listed = [_interval(i) for i in found[:_MOST]]
     more = f", and {len(found) - _MOST} more intervals" if len(found) > _MOST else ""
     return Answer("Stability", f"unstable {'; '.join(listed)}{more}", False)
@@ -84,7 +84,7 @@ def _stability(verdict: Mapping[str, Any]) -> Answer:
 
 def _interval(found: Mapping[str, Any]) -> str:
     low, high = found["from_rpm"], found["to_rpm"]
-    speeds = f"{low:.6g} to {high:.6g} rpm" if found["closes"] else f"from {low:.6g} rpm"
+    speeds = f"{low:.0f} to {rpm_text(high)}" if found["closes"] else f"from {rpm_text(low)}"
     if found["kind"] == "divergence":
         return f"{speeds} (divergence)"
     whirl = f"{found['whirl']} whirl, " if found["whirl"] else ""
@@ -97,7 +97,7 @@ def _damping(found: Sequence[Mapping[str, Any]]) -> Iterator[Answer]:
     listed, worst = [], []
     for entry in found:
         mode = entry["first_forward"]
-        where = f"{entry['shaft_speed_rpm']:.6g} rpm" + (f" of {entry['shaft']}" * several)
+        where = rpm_text(entry["shaft_speed_rpm"]) + (f" of {entry['shaft']}" * several)
         if mode["frequency_hz"] is None:
             continue
         decrement = mode["log_decrement"]
@@ -113,7 +113,7 @@ def _damping(found: Sequence[Mapping[str, Any]]) -> Iterator[Answer]:
 
 
 def critical_speed_words(entry: Mapping[str, Any]) -> str:
-    """Return a critical speed in words: rpm, whirl, amplification, margin.
+    """Return a critical speed in words: rpm, whirl, amplification factor (AF), margin.
 
     Parameters
     ----------
@@ -122,10 +122,10 @@ def critical_speed_words(entry: Mapping[str, Any]) -> str:
     """
     factor = entry["amplification_factor"]
     said = [str(entry["whirl"] or "no whirl")]
-    said += [f"amplification {factor:.3g}"] if factor is not None else ["undamped"]
+    said += [f"AF {factor:.3g}"] if factor is not None else ["undamped"]
     if entry["margin"] is not None:
         said.append(margin_words(entry["margin"], entry["margin_of"]))
-    return f"{entry['speed_rpm']:.0f} rpm ({', '.join(said)})"
+    return f"{rpm_text(entry['speed_rpm'])} ({', '.join(said)})"
 
 
 def margin_words(margin: float, shaft: str) -> str:
@@ -151,14 +151,14 @@ def _critical_speeds(verdict: Mapping[str, Any]) -> Answer:
     found = [c for c in every if c.get("excited") is not False]
     low, high = verdict["speed_range_rpm"]
     if not found:
-        return Answer("Critical speeds", f"none that unbalance excites up to {high:.6g} rpm")
+        return Answer("Critical speeds", f"none that unbalance excites up to {rpm_text(high)}")
     near = sorted(found, key=lambda c: abs(c["margin"]) if c["margin"] is not None else 1e9)
     shown = sorted(near[:_MOST], key=lambda c: c["speed_rpm"])
     text = "; ".join(critical_speed_words(c) for c in shown)
     if len(found) > _MOST:
         which = "nearest" if near[0]["margin"] is not None else "lowest"
         text = f"{len(found)} that unbalance excites; {which}: {text}"
-    return Answer("Critical speeds", text)
+    return Answer("Critical speeds (AF: amplification factor)", text)
 
 
 def _margins(found: Mapping[str, Any]) -> Iterator[Answer]:
@@ -181,7 +181,7 @@ def _vibration(found: Sequence[Mapping[str, Any]]) -> Iterator[Answer]:
     own, limit = worst[key], worst["api617_limit_um"]
     text = (
         f"{own['peak_to_peak_um']:.3g} µm peak to peak at {worst['place']}, "
-        f"{own['speed_rpm']:.6g} rpm"
+        f"{rpm_text(own['speed_rpm'])}"
     )
     if len(found) > 1:
         text += f", the largest of {len(found)} places"
@@ -206,6 +206,17 @@ def _coupling(verdict: Mapping[str, Any]) -> Iterator[Answer]:
     if effect is not None and effect > _MUCH * max(largest, _ROUNDING):
         text = f"up to {percent_text(effect)} by rigid instead of distributing ones, or the reverse"
         yield Answer("Choice of interfaces", text)
+
+
+def rpm_text(speed_rpm: float) -> str:
+    """Return a speed in whole rpm, below 100 rpm with four digits.
+
+    Parameters
+    ----------
+    speed_rpm
+        The speed.
+    """
+    return f"{speed_rpm:.0f} rpm" if speed_rpm >= 100.0 else f"{speed_rpm:.4g} rpm"
 
 
 def percent_text(relative: float | None) -> str:

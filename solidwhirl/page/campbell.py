@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from solidwhirl.operating import critical_speeds_that_count
 from solidwhirl.page.campbell_damping import damping_chart
 from solidwhirl.page.campbell_lines import UNDAMPED, Lines, branches, point_texts
-from solidwhirl.page.operating import operating_bands, operating_speeds
+from solidwhirl.page.operating import operating_bands, operating_speeds, unstable_shapes
 from solidwhirl.page.records import Chart, Choice, Option, Run, Section, Table, Text, Toggle
 from solidwhirl.page.traces import (
     SPEED_AXIS,
@@ -37,6 +37,8 @@ _NOTES = {
     "crossing": ("x-thin-open", "@muted", False),
 }
 _DAMPED = "critically damped"
+# The small diagram reaches this many times as far as excitation by unbalance.
+_ROOM = 2.5
 _ACROSS = ("range", "indefinite")
 
 
@@ -119,7 +121,7 @@ def frequency_chart(document: Mapping[str, Any], ratios: Mapping[str, float]) ->
             "xaxis": axis(SPEED_AXIS, range=[first, max(last, first + 1.0)]),
             "yaxis": axis("natural frequency [Hz]", range=[0.0, top]),
             "annotations": annotations,
-            "shapes": _limits(document),
+            "shapes": [*_limits(document), *unstable_shapes(_unstable(document))],
             "hovermode": "closest",
         },
         height_px=560,
@@ -141,7 +143,7 @@ def small_chart(document: Mapping[str, Any], ratios: Mapping[str, float]) -> Cha
     if not np.isfinite(lines.hertz).any():
         return None
     whole = frequency_chart(document, ratios)
-    top = 1.08 * lines.top_hz
+    top = _top_of_small(lines, ratios)
     traces = [
         *operating_bands(operating_speeds(document, ratios), 0.0, top),
         *excitation_lines(ratios, float(lines.rpm.max()), top)[0],
@@ -149,16 +151,30 @@ def small_chart(document: Mapping[str, Any], ratios: Mapping[str, float]) -> Cha
         *damped_lines(lines),
         *critical_marks(document),
     ]
+    layout = dict(whole.layout) | {
+        "yaxis": axis("natural frequency [Hz]", range=[0.0, top]),
+        "annotations": excitation_lines(ratios, float(lines.rpm.max()), top)[1],
+        "margin": {"l": 56, "r": 16, "t": 8, "b": 44},
+    }
+    above = bool((np.nan_to_num(lines.hertz) > top).any())
     return replace(
         whole,
         name="campbell-small",
         title="Campbell diagram",
-        caption="",
+        caption="Higher modes are in the diagram further down." if above else "",
         traces=traces,
-        layout=dict(whole.layout) | {"margin": {"l": 56, "r": 16, "t": 8, "b": 44}},
+        layout=layout,
         height_px=360,
         controls=(),
     )
+
+
+def _top_of_small(lines: Lines, ratios: Mapping[str, float]) -> float:
+    """Highest frequency of the small diagram: what unbalance may reach, and room above it."""
+    excited = max(map(abs, ratios.values()), default=0.0) * float(lines.rpm.max()) / 60.0
+    counting = np.where(lines.damped, np.nan, lines.hertz)
+    lowest = float(np.nanmin(counting if np.isfinite(counting).any() else lines.hertz))
+    return min(1.08 * lines.top_hz, _ROOM * max(excited, lowest))
 
 
 def resonant_lines(lines: Lines) -> list[Trace]:
@@ -390,6 +406,10 @@ def _near(rpm: FloatArray, hertz: FloatArray, note: Mapping[str, Any]) -> float:
     """Frequency of a branch at a note, its last one where it has ended."""
     alive = np.isfinite(hertz)
     return float(np.interp(note["speed_rpm"], rpm[alive], hertz[alive])) if alive.any() else np.nan
+
+
+def _unstable(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    return list(document["verdict"]["unstable_intervals"])
 
 
 def _limits(document: Mapping[str, Any]) -> list[dict[str, Any]]:

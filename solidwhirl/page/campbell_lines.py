@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solidwhirl.page.traces import FloatArray, numbers, percent
-from solidwhirl.rotordyn.campbell import Campbell
 
 # Decrements below this are those of no damping.
 UNDAMPED = 1e-9
@@ -51,24 +50,6 @@ def branches(document: Mapping[str, Any]) -> Lines:
         np.array(
             found.get("critically_damped", np.zeros(hertz.shape, dtype=bool)), dtype=bool
         ).reshape(hertz.shape),
-    )
-
-
-def lines_of(campbell: Campbell) -> Lines:
-    """Return the branches of a Campbell diagram, without errors.
-
-    Parameters
-    ----------
-    campbell
-        As arrays.
-    """
-    return Lines(
-        campbell.speeds_rad_s * 30.0 / np.pi,
-        np.asarray(campbell.frequency_hz),
-        np.asarray(campbell.log_decrement),
-        None,
-        [[str(w) or None for w in branch] for branch in campbell.whirl],
-        np.zeros(np.shape(campbell.frequency_hz), dtype=bool),
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -40,8 +40,8 @@ from solidwhirl.scene_joints import BearingSpec
 _WIDTH, _MARGIN, _TALLEST = 1040.0, 40.0, 560.0
 _RULER, _LEGEND_LINE = 46.0, 22.0
 _MOST_TICKS = 12
-# Height on the first screen of a page.
-_FIRST_SCREEN = 300
+# On the first screen of a page: height of the bodies and the picture, least width.
+_LOW, _FIRST_SCREEN, _LEAST = 170.0, 300, 560
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,8 +90,15 @@ def small_picture(run: Run) -> Picture:
     run
         The run.
     """
-    whole = next(b for b in section(run).blocks if isinstance(b, Picture))
-    return replace(whole, title="", caption="", scroll_px=0, height_px=_FIRST_SCREEN)
+    scene, bodies = run.results.scene, silhouettes_of(run.results)
+    names = [(z, words.partition(":")[0]) for z, words in _joint_labels(scene, bodies)]
+    return Picture(
+        data=_drawing(scene, bodies, ((), names), _LOW),
+        caption="",
+        alt="Longitudinal section of all bodies, to scale.",
+        scroll_px=_LEAST,
+        height_px=_FIRST_SCREEN,
+    )
 
 
 def _caption(bodies: Sequence[Silhouette], scene: Scene) -> str:
@@ -135,11 +142,20 @@ def drawing_svg(scene: Scene, bodies: Sequence[Silhouette]) -> str:
     bodies
         From `silhouettes_of`.
     """
-    above = [*_node_labels(bodies)]
-    below = [*_joint_labels(scene, bodies)]
+    return _drawing(scene, bodies, (_node_labels(bodies), _joint_labels(scene, bodies)), _TALLEST)
+
+
+def _drawing(
+    scene: Scene,
+    bodies: Sequence[Silhouette],
+    labels_at: tuple[Sequence[tuple[float, str]], Sequence[tuple[float, str]]],
+    tallest: float,
+) -> str:
+    """The drawing with labels above and below it, and bodies that are so high at most."""
+    above, below = labels_at
     low, high, radius = _extent(bodies)
     width = max(_WIDTH, 2 * _MARGIN + 16.0 * max(len(above), len(below)))
-    scale = min((width - 2 * _MARGIN) / (high - low), _TALLEST / max(2 * radius, 1e-9))
+    scale = min((width - 2 * _MARGIN) / (high - low), tallest / max(2 * radius, 1e-9))
     left = 0.5 * (width - (high - low) * scale)
     grounds = _most_grounds(scene)
     casing = radius * scale + BEYOND

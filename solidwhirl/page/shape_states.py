@@ -90,7 +90,7 @@ def _lowest(modes: Modes) -> Modes:
 
 def _at_speed(system: AssembledSystem, rpm: float, modes: Modes) -> ShownModes:
     whirl = whirl_direction(system, modes.shapes)
-    if rpm == 0.0 and system.is_conservative:
+    if rpm == 0.0:  # nothing turns that a motion could lead or lag
         whirl = np.full(whirl.shape, "planar")
     hertz = modes.eigenvalues.imag / (2.0 * np.pi)
     return ShownModes(
