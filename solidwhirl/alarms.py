@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from solidwhirl.operating import Operating
-from solidwhirl.stability_documents import Stability, covering, interval_text
+from solidwhirl.stability_documents import RPM, Stability, covering, interval_text
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -17,8 +17,8 @@ class Alarm:
     Attributes
     ----------
     kind
-        "unstable", "unstable operation", "response above threshold" or "run-up above threshold",
-        "run-up diverged".
+        "unstable", "unstable operation", "response above threshold" (run-ups too) or "run-up
+        diverged".
     message
         One line, rpm first.
     speed_rpm
@@ -48,70 +48,76 @@ def alarms_of(
         *_unstable(stability),
         *_operation(stability, operating),
         *_responses(stability, analyses),
-        *_run_ups(stability, analyses),
+        *_run_ups(analyses),
     )
 
 
 def _unstable(stability: Stability) -> Iterator[Alarm]:
     for interval in stability.intervals:
-        text = interval_text(interval)
         yield Alarm(
             kind="unstable",
-            message=f"unstable {text}",
-            speed_rpm=_rpm(interval.low_rad_s),
+            message=interval_text(interval),
+            speed_rpm=interval.low_rad_s * RPM,
         )
 
 
 def _operation(stability: Stability, operating: Sequence[Operating]) -> Iterator[Alarm]:
+    """One line for each shaft that operates where the system is unstable."""
     for own in operating:
         low, high = own.reference_rpm
         found = covering(stability.intervals, low, high)
         if found:
-            begins = max(_rpm(found[0].low_rad_s), low)
+            begins = max(found[0].low_rad_s * RPM, low)
             yield Alarm(
                 kind="unstable operation",
-                message=f"{begins * own.ratio:.6g} rpm: {own.text}, reach into an unstable range",
+                message=f"{begins * own.ratio:.6g} rpm: {own.shaft} operates at {_range(own)} and "
+                "is unstable from here on" + ("" if len(found) == 1 else ", in parts"),
                 speed_rpm=begins,
             )
+
+
+def _range(own: Operating) -> str:
+    low, high = own.from_rpm, own.to_rpm
+    return f"{high:g} rpm" if low == high else f"{low:g} to {high:g} rpm"
 
 
 def _responses(stability: Stability, analyses: Mapping[str, Any]) -> Iterator[Alarm]:
     """Linear responses exist where the system is unstable, but no rotor runs there."""
+    begins: dict[str, float] = {}
     for name, entry in analyses.items():
-        if entry["kind"] != "unbalance_response":
-            continue
-        speeds = [v for v in entry["speed_rpm"] if covering(stability.intervals, v, v)]
-        if speeds:
-            yield Alarm(
-                kind="response above threshold",
-                message=f"{min(speeds):.6g} rpm: the response {name} reaches into an unstable "
-                "range, where no steady vibration exists",
-                speed_rpm=min(speeds),
-            )
+        reached = _reached(entry, stability)
+        if reached is not None:
+            begins[name] = reached
+    if begins:
+        first, names = min(begins.values()), " and ".join(begins)
+        yield Alarm(
+            kind="response above threshold",
+            message=f"{first:.6g} rpm: no steady vibration exists from here on, although {names} "
+            "goes beyond",
+            speed_rpm=first,
+        )
 
 
-def _run_ups(stability: Stability, analyses: Mapping[str, Any]) -> Iterator[Alarm]:
+def _reached(entry: Mapping[str, Any], stability: Stability) -> float | None:
+    """Lowest unstable speed of the reference shaft that a response or a run-up reaches."""
+    if entry["kind"] == "unbalance_response":
+        speeds = entry["speed_rpm"]
+        low, high = min(speeds), max(speeds)
+    elif entry["kind"] == "run_up" and not entry.get("diverged"):
+        low, high = 0.0, entry["to_rpm"]
+    else:
+        return None
+    found = covering(stability.intervals, low, high)
+    return max(low, found[0].low_rad_s * RPM) if found else None
+
+
+def _run_ups(analyses: Mapping[str, Any]) -> Iterator[Alarm]:
     for name, entry in analyses.items():
-        if entry["kind"] != "run_up":
-            continue
-        stopped = entry.get("diverged")
-        found = covering(stability.intervals, 0.0, entry["to_rpm"])
+        stopped = entry.get("diverged") if entry["kind"] == "run_up" else None
         if stopped:
             yield Alarm(
                 kind="run-up diverged",
-                message=f"{stopped['speed_rpm']:.6g} rpm: the run-up {name} diverged and was "
-                f"stopped after {stopped['time_s']:.4g} s at an amplitude of "
-                f"{stopped['amplitude_m']:.3g} m",
+                message=f"{stopped['speed_rpm']:.6g} rpm: {name} diverged and was stopped after "
+                f"{stopped['time_s']:.4g} s at an amplitude of {stopped['amplitude_m']:.3g} m",
                 speed_rpm=stopped["speed_rpm"],
             )
-        elif found:
-            begins = _rpm(found[0].low_rad_s)
-            yield Alarm(
-                kind="run-up above threshold",
-                message=f"{begins:.6g} rpm: the run-up {name} passes an unstable range",
-                speed_rpm=begins,
-            )
-
-
-def _rpm(speed_rad_s: float) -> float:
-    return speed_rad_s * 30.0 / 3.141592653589793

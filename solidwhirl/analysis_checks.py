@@ -17,10 +17,12 @@ from solidwhirl.scene_analyses import (
     CriticalSpeedMapSpec,
     ModeShapesSpec,
     RunUpSpec,
+    SeparationMarginsSpec,
     StiffnessStudySpec,
     UnbalanceResponseSpec,
     speed_text,
 )
+from solidwhirl.weight_checks import weight_problems
 
 # Keys of analyses by what they name.
 _PLACES = ("at", "observe", "excite", "places", "inputs", "outputs", "drives")
@@ -66,7 +68,7 @@ def analysis_problems(scene: Scene) -> list[str]:
         if not found:
             found = [*_turning_problems(scene, analysis), *_further_problems(scene, analysis)]
         problems += [f"analyses[{k}]{'' if text[0] == ':' else '.'}{text}" for text in found]
-    return problems + list(_file_problems(scene))
+    return [*problems, *_operating_problems(scene), *_file_problems(scene)]
 
 
 def unknown(kind: str, name: str, allowed: Sequence[str], none: str) -> str:
@@ -74,6 +76,16 @@ def unknown(kind: str, name: str, allowed: Sequence[str], none: str) -> str:
     near = difflib.get_close_matches(name, allowed, n=1, cutoff=0.6)
     hint = f"did you mean {near[0]!r}? " if near else ""
     return f"no {kind} {name!r}; {hint}allowed are {', '.join(allowed) or none}"
+
+
+def _operating_problems(scene: Scene) -> Iterator[str]:
+    """Operating speeds of shafts that are not there or stand still."""
+    ratios = scene.speed_ratios()
+    for k, own in enumerate(scene.operating):
+        if own.shaft not in ratios:
+            yield f"operating[{k}].shaft: {unknown('body', own.shaft, list(ratios), 'none')}"
+        elif ratios[own.shaft] == 0.0:
+            yield f"operating[{k}].shaft: {own.shaft!r} does not turn; it has no operating speed"
 
 
 def _name_problems(scene: Scene, spec: AnalysisSpec, places: list[str]) -> Iterator[str]:
@@ -102,6 +114,8 @@ def _further_problems(scene: Scene, spec: AnalysisSpec) -> Iterator[str]:
         yield from _support_problems(scene, spec)
     if isinstance(spec, RunUpSpec):
         yield from _run_up_problems(scene, spec)
+    if isinstance(spec, SeparationMarginsSpec) and not (spec.operating or scene.operating):
+        yield "operating: missing; give it here or as [[operating]] of the scene"
 
 
 def _support_problems(
@@ -147,6 +161,8 @@ def _run_up_problems(scene: Scene, spec: RunUpSpec) -> Iterator[str]:
             f"gravity_m_per_s2: {gravity[2]:g} along z, but no body can move along the axis; "
             "nothing acts on uz or the effect axial is off"
         )
+    elif gravity is not None:
+        yield from (f"gravity_m_per_s2: {text}" for text in weight_problems(scene, gravity))
     if spec.compare_flexible and (spec.drives or gravity is not None):
         yield (
             "compare_flexible: models are compared without weight and drives; give "

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from solidwhirl.batch_journal import BatchTableError
 from solidwhirl.errors import clean
+from solidwhirl.operating import critical_speeds_that_count
 from solidwhirl.sweep_records import BatchCase, BatchRow
 
 if TYPE_CHECKING:
@@ -77,13 +78,16 @@ def row_of_document(
         Wall time and processes.
     """
     failures = [c for c in document["invariants"] if c["passed"] is False]
-    critical = sorted(document["critical_speeds"], key=lambda c: _number(c["speed_rpm"]))
+    critical = sorted(critical_speeds_that_count(document), key=lambda c: _number(c["speed_rpm"]))
     diagram = document["campbell"]
     status: Literal["done", "checks_failed"] = "checks_failed" if failures else "done"
     return BatchRow(
         **_identity(case),
         status=status,
-        message="; ".join(f"check failed: {c['where']}: {c['name']}" for c in failures),
+        message="; ".join(
+            [f"check failed: {c['where']}: {c['name']}" for c in failures]
+            + [alarm["message"] for alarm in document["verdict"]["alarms"]]
+        ),
         seconds=seconds,
         peak_memory_gib=_number(document["peak_memory_gib"]),
         ranks=ranks,
@@ -97,7 +101,7 @@ def row_of_document(
             _decrements(*branch)
             for branch in zip(diagram["frequency_hz"], diagram["log_decrement"], strict=True)
         ),
-        responses=responses_of(document["analyses"]),
+        responses={**responses_of(document["analyses"]), **verdict_scalars(document["verdict"])},
     )
 
 
@@ -146,6 +150,27 @@ def responses_of(analyses: Mapping[str, Any]) -> dict[str, float]:
             if number == number:
                 found[f"{name}.{key}".replace("/", "_")] = number
     return found
+
+
+def verdict_scalars(verdict: Mapping[str, Any]) -> dict[str, float]:
+    """Return what a design review asks for as `verdict.<quantity>`; what is absent is left out.
+
+    Parameters
+    ----------
+    verdict
+        The part `verdict` of `results.json`.
+    """
+    first = [end["first_forward"] for end in verdict["at_operating"]]
+    forward = _decrements([f["frequency_hz"] for f in first], [f["log_decrement"] for f in first])
+    swings = [v["at_operating"] or {} for v in verdict["vibration"]]
+    found = {
+        "stable": verdict["stable"],
+        "unstable_from_rpm": verdict["unstable_from_rpm"],
+        "first_forward_log_decrement": min((d for d in forward if d == d), default=None),
+        "margins_passed": verdict["margins"]["passed"],
+        "largest_vibration_um": _largest(s.get("peak_to_peak_um") for s in swings),
+    }
+    return {f"verdict.{key}": float(value) for key, value in found.items() if value is not None}
 
 
 def _identity(case: BatchCase) -> dict[str, Any]:
@@ -219,12 +244,13 @@ def _stiffness_study(analysis: Mapping[str, Any]) -> Scalars:
 
 
 def _separation_margins(analysis: Mapping[str, Any]) -> Scalars:
-    """Distance of the nearest critical speed, and what of it is left beyond what is required.
+    """Distance of the nearest excited critical speed, and what of it is left beyond what is asked.
 
     Nothing is left where no margin would be enough: that number is infinite, and left out.
     """
+    yield "passed", float(analysis["verdict"]["passed"])
     for shaft in dict.fromkeys(entry["shaft"] for entry in analysis["operating"]):
-        own = [m for m in analysis["margins"] if m["shaft"] == shaft]
+        own = [m for m in analysis["margins"] if m["shaft"] == shaft and m["excited"]]
         yield f"{shaft}.smallest_margin", _smallest(abs(m["margin"]) for m in own)
         missed = [m for m in own if m["verdict_api_617"] != "ok"]
         yield f"{shaft}.missed_margins_api_617", len(missed)
@@ -234,7 +260,8 @@ def _separation_margins(analysis: Mapping[str, Any]) -> Scalars:
 
 
 def _stability(analysis: Mapping[str, Any]) -> Scalars:
-    yield "smallest_log_decrement", _smallest(analysis["smallest_log_decrement"])
+    undamped = _decrements(analysis["frequency_hz"], analysis["smallest_log_decrement"])
+    yield "smallest_log_decrement", _smallest(d for d in undamped if d == d)
     yield "largest_growth_rate_per_s", _largest(analysis["largest_growth_rate_per_s"])
     yield "threshold_speed_rpm", (analysis["threshold"] or {}).get("speed_rpm")
 

@@ -61,7 +61,10 @@ class UnbalanceSpec(Record):
 
 
 # Files and folders of a run that are no analysis.
-_TAKEN = ("campbell", "campbell_errors", "critical_speeds", "report", "results", "bodies", "meshes")
+_TAKEN = (
+    *("campbell", "campbell_errors", "critical_speeds", "report", "results", "bodies", "meshes"),
+    "verdict",
+)
 # Speeds at which shapes are drawn.
 _MOST_SPEEDS = 200
 

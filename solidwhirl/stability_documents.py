@@ -22,7 +22,7 @@ from solidwhirl.rotordyn.stability import (
 from solidwhirl.scene import Scene
 from solidwhirl.scene_analyses import StabilitySpec
 
-_RPM = 30.0 / math.pi
+RPM = 30.0 / math.pi
 # Frequencies of a stability analysis, per turn of the fastest body.
 _ORDERS = 3.0
 # So slow that a system is as at rest.
@@ -56,7 +56,7 @@ class Stability:
     @property
     def unstable_from_rpm(self) -> float | None:
         """Lowest speed at which something grows; None if nothing does."""
-        return min((i.low_rad_s * _RPM for i in self.intervals), default=None)
+        return min((i.low_rad_s * RPM for i in self.intervals), default=None)
 
 
 def stability_of(
@@ -73,7 +73,7 @@ def stability_of(
     operating
         From `operating_speeds`.
     """
-    intervals = unstable_intervals(system, 0.0, max(high_rpm / _RPM, _REST_RAD_S))
+    intervals = unstable_intervals(system, 0.0, max(high_rpm / RPM, _REST_RAD_S))
     return Stability(
         low_rpm=0.0,
         high_rpm=high_rpm,
@@ -85,26 +85,28 @@ def stability_of(
 def interval_document(interval: UnstableInterval) -> dict[str, Any]:
     """Return an unstable interval as plain data; speeds of the reference shaft."""
     return {
-        "from_rpm": interval.low_rad_s * _RPM,
-        "to_rpm": interval.high_rad_s * _RPM,
+        "from_rpm": interval.low_rad_s * RPM,
+        "to_rpm": interval.high_rad_s * RPM,
         "opens": interval.opens,
         "closes": interval.closes,
         "kind": interval.kind,
         "largest_growth_rate_per_s": interval.growth_1_s,
-        "largest_growth_at_rpm": interval.speed_rad_s * _RPM,
+        "largest_growth_at_rpm": interval.speed_rad_s * RPM,
         "frequency_hz": interval.frequency_hz,
         "whirl": interval.whirl or None,
     }
 
 
 def interval_text(interval: UnstableInterval) -> str:
-    """Return an unstable interval in words, rpm first."""
-    low, high = interval.low_rad_s * _RPM, interval.high_rad_s * _RPM
-    speeds = f"from {low:.6g} rpm on" if not interval.closes else f"{low:.6g} to {high:.6g} rpm"
+    """Return an unstable interval as one line, rpm first."""
+    low, high = interval.low_rad_s * RPM, interval.high_rad_s * RPM
+    text = f"{low:.6g} to {high:.6g} rpm: unstable"
+    if not interval.closes:
+        text = f"{low:.6g} rpm: unstable from here on"
     if interval.kind == "divergence":
-        return f"{speeds} (divergence)"
+        return f"{text} (divergence)"
     whirl = f"{interval.whirl} whirl, " if interval.whirl else ""
-    return f"{speeds} (flutter, {whirl}{interval.frequency_hz:.4g} Hz)"
+    return f"{text} (flutter, {whirl}{interval.frequency_hz:.4g} Hz)"
 
 
 def covering(
@@ -112,7 +114,7 @@ def covering(
 ) -> tuple[UnstableInterval, ...]:
     """Return the unstable intervals that a range of speeds of the reference shaft touches."""
     return tuple(
-        i for i in intervals if i.low_rad_s * _RPM <= high_rpm and low_rpm <= i.high_rad_s * _RPM
+        i for i in intervals if i.low_rad_s * RPM <= high_rpm and low_rpm <= i.high_rad_s * RPM
     )
 
 
@@ -135,7 +137,7 @@ def at_operating(
     ends = [(o, rpm) for o in operating for rpm in dict.fromkeys((o.from_rpm, o.to_rpm))]
     if not ends:
         return ()
-    speeds = np.array([rpm / o.ratio / _RPM for o, rpm in ends])
+    speeds = np.array([rpm / o.ratio / RPM for o, rpm in ends])
     found = whirl_document(whirl_decrements(system, speeds))
     return tuple(
         {
@@ -188,7 +190,7 @@ def stability_headline(stability: Stability, document: Mapping[str, Any]) -> str
         `smallest_log_decrement` and `speed_rpm` of the analysis.
     """
     if stability.intervals:
-        return "unstable " + "; ".join(interval_text(i) for i in stability.intervals)
+        return "; ".join(interval_text(i) for i in stability.intervals)
     head = f"stable up to {stability.high_rpm:.6g} rpm"
     for entry in stability.at_operating:
         own = entry["first_forward"]

@@ -464,12 +464,14 @@ def test_row_of_a_rigid_body_on_springs_in_closed_form(rigid_case, number):
     assert np.abs(row.campbell_log_decrement).max() < 1e-9
     assert (row.status, row.message, row.seconds, row.ranks) == ("done", "", 2.5, 3)
     assert (row.case, row.scene, row.digest) == (f"ring-000{number + 1}", "ring", case.digest)
-    # nearest of the two critical speeds to the range; search ends at 1.3 times 3000 rpm
-    rpm = np.array([level, backward]) * 30 / np.pi
-    rpm = rpm[rpm < 3900]
-    off = np.where(rpm < 2500, 1 - rpm / 2500, np.where(rpm > 3000, rpm / 3000 - 1, 0.0))
-    assert row.responses["margins.ring.smallest_margin"] == pytest.approx(off.min(), rel=1e-7)
-    assert abs(row.responses["stability.smallest_log_decrement"]) < 1e-9
+    # only the forward one is excited by unbalance; search ends at 1.3 times 3000 rpm
+    rpm = level * 30 / np.pi
+    off = 1 - rpm / 2500 if rpm < 2500 else np.nan  # one case is below, the other beyond the search
+    smallest = row.responses.get("margins.ring.smallest_margin", np.nan)
+    assert smallest == pytest.approx(off, rel=1e-7, nan_ok=True)
+    assert row.responses["stability.smallest_log_decrement"] == 0.0
+    assert row.responses["verdict.stable"] == 1.0
+    assert row.responses["verdict.first_forward_log_decrement"] == 0.0
     assert "stability.threshold_speed_rpm" not in row.responses
 
 
@@ -498,13 +500,34 @@ DOCUMENT = {
         {"name": "open", "where": "rotor", "passed": None},
     ],
     "analyses": {},
+    "verdict": {
+        "stable": False,
+        "unstable_from_rpm": 700.0,
+        "at_operating": [
+            {"first_forward": {"log_decrement": 0.2, "frequency_hz": 9.0}},
+            {"first_forward": {"log_decrement": -0.1, "frequency_hz": 9.0}},
+        ],
+        "margins": {"passed": None},
+        "vibration": [
+            {"at_operating": {"peak_to_peak_um": 30.0}},
+            {"at_operating": None},
+        ],
+        "alarms": [{"message": "700 rpm: unstable"}],
+    },
     "peak_memory_gib": None,
 }
 
 
 def test_row_of_a_document_with_nulls_and_a_failed_check(rigid_case):
     row = row_of_document(rigid_case[0], DOCUMENT, 1.0, 1)
-    assert (row.status, row.message) == ("checks_failed", "check failed: rotor: mass symmetric")
+    said = "check failed: rotor: mass symmetric; 700 rpm: unstable"
+    assert (row.status, row.message) == ("checks_failed", said)
+    assert row.responses == {
+        "verdict.stable": 0.0,
+        "verdict.unstable_from_rpm": 700.0,
+        "verdict.first_forward_log_decrement": -0.1,
+        "verdict.largest_vibration_um": 30.0,
+    }
     assert row.critical_speed_rpm == (600.0, 900.0)
     assert row.critical_whirl == ("", "forward")
     np.testing.assert_array_equal(row.critical_error_estimate, [1e-3, NAN])
@@ -537,9 +560,15 @@ def test_responses_of_all_kinds():
             "bearing_force_n": {"front": [1.0, 5.0, None]},
         }
 
-    margin = {"shaft": "r", "margin": -0.3, "required_api_617": 0.1, "verdict_api_617": "ok"}
+    margin = {
+        **{"shaft": "r", "margin": -0.3, "required_api_617": 0.1, "verdict_api_617": "ok"},
+        "excited": True,
+    }
+    # no unbalance excites this one, which is the nearest
+    backward = {**margin, "margin": 0.01, "verdict_api_617": "inside margin", "excited": False}
     inside = {
         "shaft": "s",
+        "excited": True,
         "margin": 0.0,
         "required_api_617": None,
         "verdict_api_617": "inside margin",
@@ -562,11 +591,16 @@ def test_responses_of_all_kinds():
         "margins": {
             "kind": "separation_margins",
             "operating": [{"shaft": "r"}, {"shaft": "s"}, {"shaft": "t"}],
-            "margins": [margin, {**margin, "margin": 0.15, "required_api_617": 0.2}, inside],
+            "verdict": {"passed": False},
+            "margins": [
+                *(margin, backward, inside),
+                {**margin, "margin": 0.15, "required_api_617": 0.2},
+            ],
         },
         "stable": {
             "kind": "stability",
             "smallest_log_decrement": [0.1, -0.2],
+            "frequency_hz": [10.0, 10.0],
             "largest_growth_rate_per_s": [-1.0, 2.0],
             "threshold": {"speed_rpm": 5000.0},
         },
@@ -611,6 +645,7 @@ def test_responses_of_all_kinds():
         "fall.r.a.largest_amplitude_m": 4.0,
         "choice.chosen_stiffness_n_per_m": 1e7,
         "choice.chosen_amplitude_m": 1e-5,
+        "margins.passed": 0.0,
         "margins.r.smallest_margin": 0.15,
         "margins.r.missed_margins_api_617": 0.0,
         "margins.r.smallest_excess_api_617": pytest.approx(-0.05),
