@@ -149,9 +149,9 @@ def _critical_speeds(verdict: Mapping[str, Any]) -> Answer:
     """Name those that an unbalance excites, the nearest to operating speeds first."""
     every = verdict["critical_speeds"]
     found = [c for c in every if c.get("excited") is not False]
-    low, high = verdict["speed_range_rpm"]
     if not found:
-        return Answer("Critical speeds", f"none that unbalance excites up to {rpm_text(high)}")
+        end = rpm_text(verdict["speed_range_rpm"][1])
+        return Answer("Critical speeds", f"none that unbalance excites up to {end}")
     near = sorted(found, key=lambda c: abs(c["margin"]) if c["margin"] is not None else 1e9)
     shown = sorted(near[:_MOST], key=lambda c: c["speed_rpm"])
     text = "; ".join(critical_speed_words(c) for c in shown)

@@ -108,5 +108,3 @@ def _critical_speeds(found: Sequence[Mapping[str, Any]], operating: Sequence[Ope
 
 def _percent(relative: float | None) -> str | None:
     return None if relative is None else f"{100.0 * relative:.1g}"
-
-

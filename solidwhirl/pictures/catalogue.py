@@ -246,7 +246,7 @@ def _analyses(results: Results, title: str) -> Iterator[Picture]:
                 kind="plot",
                 caption="Smallest logarithmic decrement over the speed, of all modes and of those "
                 "in the Campbell diagram, with the frequency of the least damped.",
-                draw=partial(_draw_stable, outcome.document, results, title),
+                draw=partial(_draw_stable, outcome.document, title),
             )
         record = outcome.files.get(f"{name}.npz")
         if outcome.kind == "run_up" and record and f"{name}_spectrogram.png" in outcome.files:
