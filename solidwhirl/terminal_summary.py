@@ -67,7 +67,7 @@ def print_summary(results: Results, out: Path, seconds: float | None = None) -> 
     document = summary_document(results, out, seconds)
     console.print(Text(results.scene.title or results.scene.name, style="bold"))
     for about, text, good in answers(document):
-        said = Text(f"{about.lower()}: ")
+        said = Text(f"{about[0].lower()}{about[1:]}: ")
         console.print(said.append(text, style={True: "green", False: "red", None: ""}[good]))
     operating = operating_speeds(results.scene)
     console.print(_fitting_table(document["critical_speeds"], console, operating))

@@ -40,8 +40,8 @@ def section(run: Run) -> Section | None:
         name="stability",
         title="Stability and bearing laws",
         blocks=blocks,
-        note="Where the system is unstable, how its first modes are damped, and how bearings change "
-        "with the speed.",
+        note="Where the system is unstable, how its first modes are damped, and how bearings "
+        "change with the speed.",
     )
 
 
