@@ -136,7 +136,7 @@ def _recorded(path: Path) -> list[Invariant]:
     checks = [_invariant(entry) for entry in _entries(document["invariants"])]
     bad = failed(checks)
     open_ = sum(c.passed is None for c in checks)
-    text = f"{len(checks)} recorded, {len(bad)} failed, {open_} not decided"
+    text = f"{len(checks)} recorded, {len(bad)} failed, {open_} not applicable"
     return [compared(name, path.name, len(bad), 0.0, all_, text), *bad]
 
 

@@ -67,13 +67,13 @@ def checks_text(checks: Sequence[Invariant]) -> str:
     """
     lines = [f"- **{line}**" for line in failure_lines(checks)]
     open_ = [c for c in checks if c.passed is None]
-    head = f"{len(checks)} checks, {len(lines)} failed, {len(open_)} not decided."
+    head = f"{len(checks)} checks, {len(lines)} failed, {len(open_)} not applicable."
     if not lines:
         head += " What can go wrong unseen otherwise is in docs/checks.md."
     rows = ["| check | number | nearest to its limit | value | limit |", "|---|---|---|---|---|"]
     names = dict.fromkeys(c.name for c in checks if c.passed is not None)
     rows += [_row(name, [c for c in checks if c.name == name]) for name in names]
-    undecided = [f"- not decided: {c.where}: {c.name}: {c.reason}" for c in open_]
+    undecided = [f"- not applicable: {c.where}: {c.name}: {c.reason}" for c in open_]
     blocks = [head, "\n".join(lines), "\n".join(rows), "\n".join(undecided)]
     return "\n\n".join(block for block in blocks if block)
 

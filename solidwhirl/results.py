@@ -242,7 +242,7 @@ def write_into(
     results, pictures
         As in `write_results`.
     page
-        Whether to write the page as well; without pictures there is none.
+        Whether to write the page as well; it needs no pictures.
     folder
         From `solidwhirl.run_folder.claimed`.
     keeper
@@ -264,7 +264,7 @@ def write_into(
         _write_all(results, document, scratch)
         if pictures:
             _draw_all(results, scratch, keeper or no_keeper())
-        if pictures and page:
+        if page:
             run = Run(results=results, document=document, scene_path=scene_path, command=command)
             write_report(run, scratch / "report.html")
     return folder.path
