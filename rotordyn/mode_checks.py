@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from solidwhirl.rotordyn.arrays import FloatArray
 from solidwhirl.rotordyn.campbell import Campbell
-from solidwhirl.rotordyn.dynamic_stiffness import (
-    SplitStiffness,
-    dynamic_stiffness,
-    split_stiffness,
-)
-from solidwhirl.rotordyn.eigen import Modes, scaled_stiffness
+from solidwhirl.rotordyn.dynamic_stiffness import dynamic_stiffness, split_stiffness
+from solidwhirl.rotordyn.eigen import Modes
 from solidwhirl.rotordyn.invariants import Invariant, compared, undecided
-from solidwhirl.rotordyn.mode_counts import missing_modes
+from solidwhirl.rotordyn.plain_checks import COUNT, ROOTS, check_branches, root_miss, worst_of
+from solidwhirl.rotordyn.plain_system import PlainSystem
 from solidwhirl.rotordyn.system import AssembledSystem, matrices_at_speed
 
 # [measured]: largest over all scenes and the tests, levels beam, harmonic and solid.
@@ -23,25 +18,16 @@ _RESIDUAL_LIMIT = 1e-13  # [2.6e-15] without damping, by Hermitian problems
 _GENERAL_RESIDUAL_LIMIT = 1e-10  # [2.7e-12] with damping, by a companion matrix
 _ORTHOGONALITY_LIMIT = 1e-9  # [2.3e-11]
 _ENERGY_LIMIT = 2e-10  # [4.1e-12]
-# Missing modes that are listed.
-_MOST_FAULTS = 6
 # Frequencies farther apart than this (relative) leave room to count between them.
 _GAP = 1e-3
 # Bound of the rounding in K over what it does: [1/60] with supports of 1e2 N/m beside shafts of
 # 1e9 N/m, where it is the largest.
 _ROUNDINGS = 16.0
+# Roots at rest that are looked at one by one.
+_LOWEST = 24
 
 _AT_REST = "modes at rest"
-_DIAGRAM = "Campbell diagram"
-_RESIDUAL, _COUNT = "residual of every eigenpair", "no mode is missing"
-
-
-class _Worst(NamedTuple):
-    """The residual nearest to its limit, and the speed."""
-
-    error: float
-    limit: float
-    speed: float
+_RESIDUAL = "residual of every eigenpair"
 
 
 def check_modes_at_rest(assembled: AssembledSystem, modes: Modes) -> tuple[Invariant, ...]:
@@ -69,8 +55,9 @@ def check_modes_at_rest(assembled: AssembledSystem, modes: Modes) -> tuple[Invar
     reason = no_count(assembled, modes.negative_stiffness_count)
     limit = residual_limit(reason, stiffness.rounding)
     out = [compared(_RESIDUAL, _AT_REST, residual, limit, concerns)]
+    out.append(_roots_at_rest(assembled, modes, concerns))
     if reason:
-        unknown = ("orthogonality of the modes", "elastic energy equals kinetic", _COUNT)
+        unknown = ("orthogonality of the modes", "elastic energy equals kinetic", COUNT)
         return (*out, *(undecided(name, _AT_REST, concerns, reason) for name in unknown))
     out += _products(assembled, modes, stiffness.rounding)
     frequencies = modes.eigenvalues.imag
@@ -79,7 +66,15 @@ def check_modes_at_rest(assembled: AssembledSystem, modes: Modes) -> tuple[Invar
     counted = split_stiffness(assembled, modes.speed_rad_s, float(frequencies[0]))
     missing = abs(counted.modes_below(between) - found)
     text = f"{found} modes counted below {between / (2.0 * np.pi):.6g} Hz"
-    return (*out, compared(_COUNT, _AT_REST, missing, 0.0, concerns, text))
+    return (*out, compared(COUNT, _AT_REST, missing, 0.0, concerns, text))
+
+
+def _roots_at_rest(assembled: AssembledSystem, modes: Modes, concerns: str) -> Invariant:
+    """Relative error of the lowest roots in the system as it is given."""
+    matrices = PlainSystem.of(assembled).at(modes.speed_rad_s)
+    values = modes.eigenvalues[:_LOWEST]
+    misses = [root_miss(matrices, complex(value), modes.speed_rad_s) for value in values]
+    return worst_of(ROOTS, _AT_REST, concerns, misses, f"the lowest {values.size}")
 
 
 def _products(assembled: AssembledSystem, modes: Modes, rounding: float) -> list[Invariant]:
@@ -115,7 +110,7 @@ def check_campbell(
     frequency_max_hz: float | None = None,
     branch_count: int | None = None,
 ) -> tuple[Invariant, ...]:
-    """Check every point of a Campbell diagram.
+    """Check a Campbell diagram against the system as it is given.
 
     Parameters
     ----------
@@ -132,34 +127,17 @@ def check_campbell(
     Returns
     -------
     tuple of Invariant
-        Backward error of every eigenvalue (`SplitStiffness.backward_error`), and the number of
-        modes that are missing at any of the speeds (`missing_modes`), with damping as well.
+        As `check_branches`.
     """
-    concerns = "branches of the Campbell diagram"
     alive = np.isfinite(diagram.eigenvalues).sum(axis=0)
-    count = int(alive.min()) if branch_count is None else branch_count
-    worst, faults = _Worst(0.0, _RESIDUAL_LIMIT, 0.0), []
-    for column, speed in enumerate(diagram.speeds_rad_s):
-        values = diagram.eigenvalues[:, column]
-        values = values[np.isfinite(values)]
-        place = f"at {speed * 30.0 / np.pi:.6g} rpm"
-        missing = missing_modes(
-            assembled, float(speed), values, count=count, frequency_max_hz=frequency_max_hz
-        )
-        faults += [f"{place} {mode.imag / (2.0 * np.pi):.6g} Hz" for mode in missing]
-        if not values.size:
-            continue
-        stiffness = split_stiffness(assembled, float(speed), float(np.abs(values).min()))
-        unsigned = no_count(assembled, _negative(assembled, stiffness))
-        error = max(stiffness.backward_error(complex(value)) for value in values)
-        here = _Worst(error, residual_limit(unsigned, stiffness.rounding), float(speed))
-        worst = max(worst, here, key=lambda one: one.error / one.limit)
-    rpm = f"largest at {worst.speed * 30.0 / np.pi:.6g} rpm"
-    residual = compared(_RESIDUAL, _DIAGRAM, worst.error, worst.limit, concerns, rpm)
-    text = f"full spectrum at {diagram.speeds_rad_s.size} speeds"
-    if faults:
-        text = f"missing: {'; '.join(faults[:_MOST_FAULTS])}"
-    return residual, compared(_COUNT, _DIAGRAM, len(faults), 0.0, concerns, text)
+    return check_branches(
+        PlainSystem.of(assembled),
+        diagram.speeds_rad_s,
+        diagram.eigenvalues,
+        assembled.knots_rad_s,
+        branch_count=int(alive.min()) if branch_count is None else branch_count,
+        frequency_max_hz=frequency_max_hz,
+    )
 
 
 def _places(frequencies: FloatArray) -> tuple[float, list[tuple[float, float]]]:
@@ -175,14 +153,6 @@ def _places(frequencies: FloatArray) -> tuple[float, list[tuple[float, float]]]:
         if last > first
     ]
     return highest, near
-
-
-def _negative(assembled: AssembledSystem, stiffness: SplitStiffness) -> int:
-    """Return the number of negative eigenvalues of K at a speed."""
-    if stiffness.is_definite:
-        return 0
-    matrices = matrices_at_speed(assembled, stiffness.speed_rad_s)
-    return scaled_stiffness(assembled, matrices).negative_count
 
 
 def residual_limit(no_signs: str, rounding: float) -> float:

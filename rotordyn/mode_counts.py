@@ -11,7 +11,7 @@ import scipy.linalg as la
 from scipy.optimize import linear_sum_assignment
 
 from solidwhirl.rotordyn.arrays import ComplexArray
-from solidwhirl.rotordyn.system import AssembledSystem, SpeedMatrices, matrices_at_speed
+from solidwhirl.rotordyn.plain_system import PlainMatrices
 
 # A mode is found if an entry of the diagram is this near (relative).
 _FOUND = 1e-5
@@ -24,8 +24,7 @@ _HIT = 1e6
 
 
 def missing_modes(
-    assembled: AssembledSystem,
-    speed_rad_s: float,
+    matrices: PlainMatrices,
     found: ComplexArray,
     *,
     count: int | None = None,
@@ -35,10 +34,8 @@ def missing_modes(
 
     Parameters
     ----------
-    assembled
-        The system.
-    speed_rad_s
-        Ω, rad/s.
+    matrices
+        Of the system at one speed.
     found
         λ of the list in 1/s, shape (m,).
     count
@@ -53,9 +50,8 @@ def missing_modes(
         missed, as rounding moves them from one kind to the other.
     """
     listed = np.sort_complex(np.asarray(found)[np.isfinite(found)])
-    matrices = matrices_at_speed(assembled, speed_rad_s)
     shift = _shift(matrices, listed, frequency_max_hz)
-    values = _spectrum(matrices, shift)
+    values = full_spectrum(matrices, shift)
     values = values[(values.imag > 0) & (np.abs(values) > _ZERO * shift)]
     values = values[np.argsort(values.imag)]
     sure = values.imag > _HARDLY_TURNING * np.abs(values)
@@ -79,7 +75,7 @@ def _without_partner(wanted: ComplexArray, listed: ComplexArray) -> ComplexArray
     return np.asarray(wanted[~served])
 
 
-def _shift(matrices: SpeedMatrices, listed: ComplexArray, frequency_max_hz: float | None) -> float:
+def _shift(matrices: PlainMatrices, listed: ComplexArray, frequency_max_hz: float | None) -> float:
     """Return a real shift of the size of the modes that are looked for, 1/s."""
     if listed.size:
         return float(np.median(np.abs(listed)))
@@ -89,10 +85,21 @@ def _shift(matrices: SpeedMatrices, listed: ComplexArray, frequency_max_hz: floa
     return float(np.sqrt(rates)) if rates > 0 else 1.0
 
 
-def _spectrum(matrices: SpeedMatrices, shift: float) -> ComplexArray:
-    """Return all 2n eigenvalues λ = s (1 + 1/ν), Q(s) ν² + s Q'(s) ν + s²M = 0."""
-    mass, stiffness = matrices.mass, matrices.stiffness
-    velocity = matrices.damping + matrices.gyroscopic
+def full_spectrum(matrices: PlainMatrices, shift: float) -> ComplexArray:
+    """Return all 2n eigenvalues of a system at one speed, but those at zero, 1/s.
+
+    Parameters
+    ----------
+    matrices
+        Of the speed.
+    shift
+        s > 0 of the size of the roots that matter, 1/s; they are the most accurate ones.
+
+    Notes
+    -----
+    λ = s (1 + 1/ν), Q(s) ν² + s Q'(s) ν + s²M = 0.
+    """
+    mass, velocity, stiffness = matrices.mass, matrices.velocity, matrices.stiffness
     n = len(mass)
     for factor in (1.0, 1.37, 0.61):
         s = factor * shift

@@ -16,6 +16,8 @@ from solidwhirl.rotordyn.eigen import Modes
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.invariants import Invariant, compared, undecided
 from solidwhirl.rotordyn.mode_checks import check_campbell, check_modes_at_rest
+from solidwhirl.rotordyn.plain_checks import check_joints
+from solidwhirl.rotordyn.plain_system import PlainSystem
 from solidwhirl.rotordyn.superelement_checks import SYMMETRY_LIMIT
 from solidwhirl.rotordyn.system import AssembledSystem
 
@@ -52,6 +54,7 @@ def check_system(
         As given to `critical_speeds`.
     """
     groups: list[tuple[str, Callable[[], tuple[Invariant, ...]]]] = [
+        ("joints", lambda: check_joints(PlainSystem.of(assembled))),
         ("modes at rest", lambda: check_modes_at_rest(assembled, at_rest)),
         (
             "Campbell diagram",
