@@ -43,12 +43,12 @@ _MARKS = {
     "crossing": Style("#7F7F7F", "none", "x"),
     "veering": Style("#CC79A7", "none", "s"),
     "ambiguous": Style("#000000", "none", "*"),
+    "begun": Style("#000000", "none", "<"),
     "ended": Style("#000000", "none", ">"),
 }
 _LIMITS = {
     "range": Style("#000000", (0, (4, 3)), "end of the basis"),
     "indefinite": Style("#CC79A7", (0, (1, 2)), "stiffness indefinite"),
-    "untracked": Style("#7F7F7F", (0, (6, 2, 1, 2)), "mode without branch"),
 }
 
 

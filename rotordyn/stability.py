@@ -11,16 +11,18 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.arrays import BoolArray, ComplexArray, FloatArray, freeze_arrays
 from solidwhirl.rotordyn.damping import NEUTRAL, PEAKLESS, DampingRule
-from solidwhirl.rotordyn.eigen import Modes, modes_at_speed, scaled_stiffness
+from solidwhirl.rotordyn.eigen import Modes, modes_at_speed
 from solidwhirl.rotordyn.eigenvalue_paths import blocks_of
 from solidwhirl.rotordyn.errors import AnalysisError
-from solidwhirl.rotordyn.system import AssembledSystem, matrices_at_speed
+from solidwhirl.rotordyn.law_pieces import LawPieces
+from solidwhirl.rotordyn.spectrum import scale_by_stiffness
+from solidwhirl.rotordyn.system import AssembledSystem
 from solidwhirl.rotordyn.unstable_windows import Window, unstable_windows
 from solidwhirl.rotordyn.whirl import interface_orbits, whirl_direction
 
 # |Im λ| below this fraction of |λ| is real.
 _REAL_FRACTION = 1e-6
-# A damping matrix with a unit diagonal may have eigenvalues this far below zero by rounding.
+# A matrix with a unit diagonal may have eigenvalues this far below zero by rounding.
 _SEMIDEFINITE = 1e-12
 # The sense of whirl at rest is that at this fraction of the highest speed.
 _BARELY_TURNING = 1e-6
@@ -420,35 +422,50 @@ def _oscillates(value: complex) -> bool:
 def _never_grows(assembled: AssembledSystem, low: float, high: float) -> bool:
     """Whether the energy of every motion is positive and never rises, known without a search.
 
-    The stiffness is linear in Ω², so that it is nowhere more negative than at its ends.
+    Without the laws the stiffness is linear in Ω², so that it is nowhere more negative than at the
+    ends; a law that is nowhere negative adds to it.
     """
-    if not assembled.has_constant_bearings or assembled.circulatory_stiffness.any():
+    if assembled.circulatory_stiffness.any() or not assembled.has_symmetric_joints:
         return False
     if not np.array_equal(assembled.stiffness, assembled.stiffness.T):
         return False
+    least, most = 0.0 if low < 0 < high else min(abs(low), abs(high)), max(abs(low), abs(high))
     if not _is_semidefinite(assembled.damping):
         return False
-    speeds = {low, high} | ({0.0} if low < 0 < high else set())
+    if not all(_resists(joint.pieces, least, most) for joint in assembled.law_joints):
+        return False
+    ends = (assembled.stiffness + v**2 * assembled.centrifugal_stiffness for v in (least, most))
     return all(
-        scaled_stiffness(assembled, matrices_at_speed(assembled, s)).negative_count == 0
-        for s in speeds
+        scale_by_stiffness(k, assembled.mass, assembled.body_rate).negative_count == 0 for k in ends
     )
 
 
-def _is_semidefinite(damping: FloatArray) -> bool:
-    """Whether a damping matrix is symmetric and takes energy from no motion, to rounding."""
-    if not damping.any():
-        return True
-    if not np.array_equal(damping, damping.T):
+def _resists(pieces: LawPieces | None, least: float, most: float) -> bool:
+    """Whether stiffness and damping of a law are symmetric and nowhere negative in a range.
+
+    Between the speeds at which an entry turns or the determinant vanishes the signs stay.
+    """
+    if pieces is None or not pieces.is_symmetric:
         return False
-    diagonal = np.diag(damping)
+    turns = np.concatenate(([least], pieces.turning_speeds(least, most), [most]))
+    looked = np.concatenate((turns, 0.5 * (turns[1:] + turns[:-1])))
+    return all(_is_semidefinite(m) for v in looked for m in pieces.at(float(v)))
+
+
+def _is_semidefinite(matrix: FloatArray) -> bool:
+    """Whether a matrix is symmetric and no motion has a negative energy in it, to rounding."""
+    if not matrix.any():
+        return True
+    if not np.array_equal(matrix, matrix.T):
+        return False
+    diagonal = np.diag(matrix)
     if (diagonal < 0).any():
         return False
     active = diagonal > 0
-    if damping[~active].any():
+    if matrix[~active].any():
         return False
     scale = 1.0 / np.sqrt(diagonal[active])
-    values = la.eigvalsh(scale[:, None] * damping[np.ix_(active, active)] * scale)
+    values = la.eigvalsh(scale[:, None] * matrix[np.ix_(active, active)] * scale)
     return bool(values[0] >= -_SEMIDEFINITE)
 
 

@@ -37,6 +37,7 @@ from solidwhirl.plausibility_supports import support_doubts
 from solidwhirl.report import report_text
 from solidwhirl.rotordyn import Superelement, draw_campbell, write_superelement
 from solidwhirl.rotordyn.bearing_notes import note_lines
+from solidwhirl.rotordyn.branch_numbers import branch_numbers
 from solidwhirl.rotordyn.excitation import unbalance_excitation
 from solidwhirl.rotordyn.pictures_errors import (
     draw_campbell_errors,
@@ -59,6 +60,7 @@ _AROUND_BYTES = 65_536
 def results_document(results: Results) -> dict[str, Any]:
     """Everything that `results.json` holds; units are in the keys, absent values are null."""
     diagram, operating = results.campbell, operating_speeds(results.scene)
+    numbers = branch_numbers(results.system, diagram, results.at_rest)
     document = {
         "schema": SCHEMA,
         "scene": {
@@ -70,7 +72,10 @@ def results_document(results: Results) -> dict[str, Any]:
         "plan": plan_document(results.plan),
         "bodies": _bodies(results),
         "accuracy": accuracy_document(results.scene, results.estimates, results.rounds),
-        "modes_at_rest": {"frequency_hz": results.at_rest.frequency_hz.tolist()},
+        "modes_at_rest": {
+            "frequency_hz": results.at_rest.frequency_hz.tolist(),
+            "branch": [int(k) or None for k in numbers],
+        },
         "campbell": {
             "frame": "inertial",
             "speed_rpm": (diagram.speeds_rad_s * _RPM).tolist(),
@@ -237,7 +242,7 @@ def write_into(
     results, pictures
         As in `write_results`.
     page
-        Whether to write the page as well; without pictures there is none.
+        Whether to write the page as well; it needs no pictures.
     folder
         From `solidwhirl.run_folder.claimed`.
     keeper
@@ -259,7 +264,7 @@ def write_into(
         _write_all(results, document, scratch)
         if pictures:
             _draw_all(results, scratch, keeper or no_keeper())
-        if pictures and page:
+        if page:
             run = Run(results=results, document=document, scene_path=scene_path, command=command)
             write_report(run, scratch / "report.html")
     return folder.path

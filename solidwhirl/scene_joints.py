@@ -118,6 +118,7 @@ class BearingSpec(Record):
     torsion_damping_n_m_s_per_rad: NotNegative = 0.0
     rigid: Annotated[tuple[Motion, ...], Field(max_length=MOST)] = ()
     speed_law: Name | None = None
+    cross_coupling: Literal["with_spin", "as_given"] = "with_spin"
 
 
 class GearSpec(Record):

@@ -14,8 +14,10 @@ from solidwhirl.page.shape_pieces import BeamDisk
 from solidwhirl.page.shape_states import ShownModes, shown_modes
 from solidwhirl.page.traces import Trace, axis, hertz_text, line, marks, series_style
 from solidwhirl.rotordyn import AssembledSystem
+from solidwhirl.rotordyn.damping import log_decrement
 from solidwhirl.rotordyn.mode_shapes import BodyShape, ModeShapes, mode_shapes
 from solidwhirl.rotordyn.participation import Participation, participation
+from solidwhirl.rotordyn.picture_frame import mode_name
 from solidwhirl.scene import Scene
 
 # Points of a deflection that is drawn.
@@ -160,17 +162,16 @@ def mode_table(shown: Sequence[ShownModes]) -> Table:
     rows = []
     for modes in shown:
         found = modes.modes.eigenvalues
+        decrements = log_decrement(found)
         for k, value in enumerate(found):
             hertz = float(value.imag / (2.0 * np.pi))
-            decrement = float(-2.0 * np.pi * value.real / value.imag)
             rows.append(
                 [
                     f"{modes.rpm[k]:.0f}",
-                    k + 1,
+                    mode_name(modes.numbers, k),
                     f"{hertz:.5g}",
                     whirl_text(modes.whirl[k]),
-                    # rounding of an undamped mode
-                    decrement if abs(decrement) > 1e-9 else 0.0,
+                    float(decrements[k]) or None,  # rounding is no damping
                 ]
             )
     return Table(
@@ -236,7 +237,7 @@ def share_bars(modes: ShownModes, found: Participation, kind: str) -> list[Trace
     ranked = sorted(parts, key=lambda part: -float(np.abs(part[1]).max(initial=0.0)))
     chosen = {n for n, v in ranked[:_MOST_PARTS] if np.abs(v).max(initial=0.0) > _SMALL}
     names = [
-        f"{k + 1}<br>{hertz_text(value.imag / (2.0 * np.pi))}"
+        f"{mode_name(modes.numbers, k)}<br>{hertz_text(value.imag / (2.0 * np.pi))}"
         for k, value in enumerate(modes.modes.eigenvalues)
     ]
     return [
