@@ -179,7 +179,7 @@ def _sense_notes(
             kind=kind,
             speed_low_rad_s=float(speeds[0]),
             speed_high_rad_s=float(speeds[-1]),
-            message=f"bearing {bearing.name!r}: {text}",
+            finding=text,
         )
 
 
