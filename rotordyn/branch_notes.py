@@ -11,6 +11,7 @@ import numpy as np
 
 from solidwhirl.rotordyn.arrays import FloatArray
 from solidwhirl.rotordyn.branches import begins
+from solidwhirl.rotordyn.damping import PEAKLESS, damping_ratio
 from solidwhirl.rotordyn.eigen import Modes, scaled_stiffness
 from solidwhirl.rotordyn.system import AssembledSystem, matrices_at_speed
 from solidwhirl.rotordyn.tracking import (
@@ -153,7 +154,8 @@ def _end_notes(fronts: Sequence[Front]) -> Iterator[TrackingNote]:
         alive = before.columns >= 0, after.columns >= 0
         for branch in np.flatnonzero(alive[0] != alive[1]):
             place = 0.5 * (before.modes.speed_rad_s + after.modes.speed_rad_s)
-            if lifted.size and lifted[branch] and alive[before.modes.speed_rad_s >= 0][branch]:
+            outer = abs(after.modes.speed_rad_s) > abs(before.modes.speed_rad_s)
+            if lifted.size and lifted[branch] and alive[outer][branch]:
                 place = 0.0
             if alive[1][branch]:
                 state = _state(after, before, int(branch))
@@ -171,7 +173,8 @@ def _state(front: Front, beyond: Front, branch: int) -> str:
     grows, still = (int((f.modes.real_eigenvalues > 0).sum()) for f in (beyond, front))
     if grows > still:
         return "diverges"
-    if beyond.modes.real_eigenvalues.size > front.modes.real_eigenvalues.size and value.real < 0:
+    reals = [f.modes.real_eigenvalues.size for f in (beyond, front)]
+    if value.real < 0 and (reals[0] > reals[1] or float(damping_ratio(value)) > PEAKLESS):
         return "overdamped"
     slow = abs(value) < _SLOW * np.abs(front.modes.eigenvalues).max()
     return "zero" if slow or beyond.modes.zero_count > front.modes.zero_count else "lost"
@@ -191,7 +194,9 @@ def _doubt_notes(fronts: Sequence[Front]) -> Iterator[TrackingNote]:
 
 def _meeting_notes(assembled: AssembledSystem, fronts: Sequence[Front]) -> Iterator[TrackingNote]:
     """Find sign changes and minima of the distance between two branches."""
-    omega = np.array([front.values().imag for front in fronts])
+    values = np.array([front.values() for front in fronts])
+    # where a motion does not resonate there is no crossing to see
+    omega = np.where(damping_ratio(values) < PEAKLESS, values.imag, np.nan)
     speeds = np.array([front.modes.speed_rad_s for front in fronts])
     for first, second in combinations(range(omega.shape[1]), 2):
         gap = omega[:, second] - omega[:, first]

@@ -98,17 +98,15 @@ def follow(
         those that the spin lifts from zero first, equal ones by that at the next speed; then those
         that begin at a speed, by that speed.
     """
-    count = min(assembled.size, selection.first_count)
-    while True:
+    for count in (min(assembled.size, selection.first_count), assembled.size):
         tracker = Tracker(assembled, count, selection.needed)
         ways = _way(assembled, speeds_rad_s, 1.0), _way(assembled, speeds_rad_s, -1.0)
         toward = (*ways[0], *ways[1], 0.0)[0]
         fronts = _both_ways(tracker, ways, toward)
         # a branch may have left through the top of what was computed
-        whole = all((front.columns >= 0).all() for front in fronts)
-        if whole or count == assembled.size:
-            return _selected(fronts, speeds_rad_s, selection, toward)
-        count = min(assembled.size, 2 * count)
+        if all((front.columns >= 0).all() for front in fronts):
+            break
+    return _selected(fronts, speeds_rad_s, selection, toward)
 
 
 def _both_ways(

@@ -153,7 +153,7 @@ def _diagram(assembled: AssembledSystem, speeds: FloatArray, fronts: list[Front]
         log_decrement=log_decrement(eigenvalues),
         whirl=whirl[:, along],
         overlap=overlap[:, along],
-        notes=branch_notes(assembled, fronts),
+        notes=branch_notes(assembled, fronts[along]),
     )
 
 

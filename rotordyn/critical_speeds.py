@@ -159,7 +159,7 @@ def critical_speeds(
     several critical speeds. An isotropic system is solved for forward and backward whirl apart.
 
     With damping, the branches are followed from rest and Im λ(Ω) = αΩ is solved on each; steps
-    begin and end at the critical speeds without damping.
+    begin and end at the critical speeds without damping and the knots of speed laws.
     """
     ratio, limit = _checked(assembled, excitation_ratio, speed_max_rad_s)
     if _is_undamped_problem(assembled):
@@ -325,7 +325,8 @@ def _damped(
 ) -> tuple[FloatArray, ComplexArray, FloatArray]:
     """Follow the branches from rest and solve Im λ(Ω) = αΩ where one meets the line."""
     seeds = undamped_places(assembled, ratio, limit)
-    marks = np.unique(np.concatenate(([0.0], seeds[seeds > 0.0], [limit])))
+    inner = np.concatenate((seeds, assembled.knots_rad_s))
+    marks = np.unique(np.concatenate(([0.0], inner[(inner > 0) & (inner < limit)], [limit])))
     marks = marks[np.concatenate(([True], np.diff(marks) > 1e-6 * limit))]
     speeds = np.unique(np.concatenate((marks, 0.5 * (marks[1:] + marks[:-1]), [limit])))
     fronts = follow(assembled, speeds, all_below(assembled, ratio * limit / (2.0 * np.pi)))

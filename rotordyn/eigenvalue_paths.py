@@ -241,6 +241,7 @@ def solve(block: Block, speed_rad_s: float) -> Spectral:
     inverse, vectors = la.eig(companion, overwrite_a=True, check_finite=False)
     if not inverse.all():
         raise AnalysisError("an eigenvalue is beyond the range of numbers")
+    vectors = vectors.astype(complex)
     dual = _dual(vectors)
     right = scale[:, None] * la.solve_triangular(lower, vectors[:n], lower=True, trans="C")
     left = la.solve_triangular(lower, la.solve(regular.T, dual[:, :n].T), lower=True, trans="T")

@@ -208,7 +208,7 @@ def _let_write_plainly(formatter: Any) -> None:
 
 
 def plain_power(formula: str) -> str:
-    """Return a number that matplotlib writes as a formula in plain letters.
+    r"""Return a number that matplotlib writes as a formula in plain letters.
 
     Parameters
     ----------

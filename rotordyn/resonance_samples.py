@@ -82,11 +82,11 @@ def resolving_samples(
 
     Notes
     -----
-    Between knots the response is a rational function of the frequency. It is approximated as one
-    from the samples (the AAA algorithm: Nakatsukasa, Sète and Trefethen, SIAM J. Sci. Comput. 40
-    (2018) A1494-A1522; its form for several functions with common poles: Lietaert et al., IMA J.
-    Numer. Anal. 42 (2022) 1087-1115); poles near the axis are the resonances, also those that lie
-    between two samples. Samples around them make the approximation better, until the poles stand.
+    Between knots the response is a rational function of the frequency. The samples approximate it
+    as one (the AAA algorithm: Nakatsukasa, Sète and Trefethen, SIAM J. Sci. Comput. 40 (2018)
+    A1494-A1522; its form for several functions with common poles: Lietaert et al., IMA J. Numer.
+    Anal. 42 (2022) 1087-1115); poles near the axis are the resonances, also those that lie between
+    two samples. Samples around them make the approximation better, until the poles stand.
     """
     given = np.asarray(samples, dtype=float)
     if given.size < 2:
@@ -172,19 +172,20 @@ def _resolved(
     pieces: Pieces,
 ) -> tuple[FloatArray, FloatArray, ComplexArray]:
     """Samples around sharp resonances between given ones, and all that they were found from."""
-    around = [_beside_peaks(known, values, pieces.knots)]
-    samples, found = [known[:0]], [values[:0]]
+    beside = _beside_peaks(known, values, pieces.knots)
+    around, samples, found = [beside], [known], [values]
     for inside in _segments(known, pieces.knots):
         sharp, more, further = _settled(given, known[inside], values[inside], respond)
         around.append(_around(sharp, more[0], more[-1]))
         samples.append(more)
         found.append(further)
-    known, values = joined_samples(known, values, np.concatenate(samples), np.concatenate(found))
-    wanted = np.unique(np.concatenate(around))
-    lacking = np.setdiff1d(wanted, known)
-    if lacking.size:
-        known, values = joined_samples(known, values, lacking, respond(lacking))
-    return wanted, known, values
+    if beside.size:
+        samples.append(beside)
+        found.append(respond(beside))
+    known, values = joined_samples(
+        samples[0], found[0], np.concatenate(samples[1:]), np.concatenate(found[1:])
+    )
+    return np.unique(np.concatenate(around)), known, values
 
 
 def _settled(

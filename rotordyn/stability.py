@@ -15,6 +15,7 @@ from solidwhirl.rotordyn.eigen import Modes, modes_at_speed
 from solidwhirl.rotordyn.eigenvalue_paths import blocks_of
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.law_pieces import LawPieces
+from solidwhirl.rotordyn.left_vectors import together
 from solidwhirl.rotordyn.spectrum import scale_by_stiffness
 from solidwhirl.rotordyn.system import AssembledSystem
 from solidwhirl.rotordyn.unstable_windows import Window, unstable_windows
@@ -28,6 +29,8 @@ _SEMIDEFINITE = 1e-12
 _BARELY_TURNING = 1e-6
 # Net whirl below this is rounding.
 _PLANAR = 1e-9
+# Eigenvalues closer than this (relative) are equal.
+_EQUAL = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -521,22 +524,32 @@ def _first_modes(
 ) -> tuple[float, float, float, float]:
     """Return decrement and frequency of the first forward and the first backward mode."""
     resonates = modes.damping_ratio < PEAKLESS if rule is None else rule.counts(modes.eigenvalues)
-    net = _net_whirl(assembled, modes.shapes)
+    most, least = _net_whirl(assembled, modes)
     found: list[float] = []
-    for chosen in (resonates & (net > _PLANAR), resonates & (net < -_PLANAR)):
+    for chosen in (resonates & (most > _PLANAR), resonates & (least < -_PLANAR)):
         # modes come by rising frequency
         at = np.flatnonzero(chosen)[:1]
         found += [*modes.log_decrement[at], *modes.frequency_hz[at]] if at.size else [np.nan] * 2
     return tuple(found)  # type: ignore[return-value]
 
 
-def _net_whirl(assembled: AssembledSystem, shapes: ComplexArray) -> FloatArray:
-    """Return how far modes go forward (1) or backward (−1) on the whole, shape (m,)."""
-    orbits = interface_orbits(assembled, shapes)
-    forward = (np.abs(orbits.x + 1j * orbits.y) ** 2).sum(axis=0)
-    backward = (np.abs(orbits.x - 1j * orbits.y) ** 2).sum(axis=0)
-    total = forward + backward
-    return np.asarray((forward - backward) / np.where(total > 0, total, 1.0))
+def _net_whirl(assembled: AssembledSystem, modes: Modes) -> tuple[FloatArray, FloatArray]:
+    """Return how far each mode goes forward (1) or backward (−1) on the whole, each (m,).
+
+    Equal modes go either way, as any combination of them is a mode: most and least of it.
+    """
+    orbits = interface_orbits(assembled, modes.shapes)
+    along, against = orbits.x + 1j * orbits.y, orbits.x - 1j * orbits.y
+    values = modes.eigenvalues
+    most, least = np.zeros(values.size), np.zeros(values.size)
+    for group in together(np.abs(values[:, None] - values) <= _EQUAL * np.abs(values)):
+        forward, backward = (a[:, group].conj().T @ a[:, group] for a in (along, against))
+        size = float(np.trace(forward + backward).real)
+        if size > 0:
+            whole = forward + backward + _PLANAR * size * np.eye(group.size)
+            net = la.eigvalsh(forward - backward, whole)
+            most[group], least[group] = net[-1], net[0]
+    return most, least
 
 
 def _whirl_record(

@@ -13,7 +13,7 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
-from solidwhirl.check_report import failed, failure_lines
+from solidwhirl.check_report import checks_line, failed, failure_lines
 from solidwhirl.operating import (
     Operating,
     critical_speeds_that_count,
@@ -22,7 +22,7 @@ from solidwhirl.operating import (
     operating_speeds,
 )
 from solidwhirl.terminal import duration_text
-from solidwhirl.verdict_text import answers, checks_words, margin_words, percent_text
+from solidwhirl.verdict_text import answers, margin_words, percent_text
 
 if TYPE_CHECKING:
     from solidwhirl.pipeline import Results
@@ -76,7 +76,7 @@ def print_summary(results: Results, out: Path, seconds: float | None = None) -> 
             console.print(Text(f"{name}: {outcome.headline}"))
     for line in doubt_lines(results):
         console.print(Text(line, style="yellow"))
-    console.print(Text(f"checks: {checks_words([check.passed for check in results.checks])}"))
+    console.print(Text(f"checks: {checks_line(results.checks)}"))
     console.print(Text(_cost_line(document)))
     for title, name in _FILES:
         if name in document["files"]:

@@ -43,10 +43,13 @@ _ACROSS = ("range", "indefinite")
 
 
 def section(run: Run) -> Section | None:
-    """Return the Campbell diagram with its damping and notes; None without branches."""
+    """Return the Campbell diagram with its damping and notes; notes alone without branches."""
     lines = branches(run.document)
     if not lines.hertz.size or not np.isfinite(lines.hertz).any():
-        return None
+        notes = _notes_table(run.document)
+        title = "Campbell diagram"
+        text = Text(text="The engine has no oscillatory mode in this range.")
+        return Section(name="campbell", title=title, blocks=[text, *notes]) if notes else None
     blocks: list[Any] = [frequency_chart(run.document, run.results.scene.speed_ratios())]
     if np.nanmax(np.abs(lines.decrement), initial=0.0) > UNDAMPED:
         blocks.append(damping_chart(run.document))
@@ -271,8 +274,8 @@ def error_band(lines: Lines, wider: float, name: str) -> Trace:
     return {
         "type": "scatter",
         "mode": "lines",
-        "x": np.concatenate(xs[:-1]),
-        "y": np.concatenate(ys[:-1]),
+        "x": np.concatenate(xs[:-1]) if xs else np.empty(0),
+        "y": np.concatenate(ys[:-1]) if ys else np.empty(0),
         "fill": "toself",
         "fillcolor": "@band",
         "line": {"width": 0},

@@ -11,9 +11,17 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
-from solidwhirl.rotordyn import Bearing, End, Rotor, assemble
+from solidwhirl.rotordyn import (
+    AnalysisError,
+    Bearing,
+    End,
+    InternalDamping,
+    Rotor,
+    assemble,
+)
 from solidwhirl.rotordyn.bearing_laws import PolynomialLaw, TableLaw
-from solidwhirl.rotordyn.stability import unstable_intervals
+from solidwhirl.rotordyn.damping import DampingRule
+from solidwhirl.rotordyn.stability import stability_chart, unstable_intervals, whirl_decrements
 
 CROSS = np.array([[0.0, 1.0], [-1.0, 0.0]])
 EYE = np.eye(2)
@@ -279,3 +287,170 @@ def test_random_rotors(general):
 def test_more_random_rotors(general, first):
     for seed in range(first, first + 44):
         _compare(seed, general, 4000)
+
+
+RPM = np.pi / 30
+
+
+@pytest.mark.parametrize(
+    ("top_rpm", "middle_rpm", "half_rpm"),
+    [(9000, 4321.0, 7.0), (20_000, 16_170.0, 170.0), (9000, 9000.0, 7.0), (9000, 0.0, 7.0)],
+)
+def test_window_at_one_row(hub, top_rpm, middle_rpm, half_rpm):
+    """Damping falls linearly from c to −c and back: it is negative over half the width."""
+    rows = np.array([middle_rpm - 2 * half_rpm, middle_rpm, middle_rpm + 2 * half_rpm, 3e4])
+    rows, signs = rows[rows >= 0], np.array([1.0, -1.0, 1.0, 1.0])[rows >= 0]
+    law = TableLaw(
+        name="law", speeds_rad_s=rows * RPM, interpolation="linear",
+        stiffness_n_per_m=np.repeat(1e6 * EYE[None], rows.size, 0),
+        damping_n_s_per_m=200.0 * signs[:, None, None] * EYE,
+    )  # fmt: skip
+    spring = np.diag([0.0, 0.0, 2e4, 2e4])
+    body = Rotor(element=hub(stiffness=spring), speed_ratio=1.0)
+    end = End(body="disk", interface="hub")
+    tilts = {"tilt_damping_n_m_s_per_rad": 5.0 * EYE}
+    system = assemble({"disk": body}, (Bearing(name="b", first=end, speed_law=law, **tilts),))
+    (found,) = unstable_intervals(system, 0.0, top_rpm * RPM)
+    ends = np.clip([middle_rpm - half_rpm, middle_rpm + half_rpm], 0, top_rpm)
+    np.testing.assert_allclose(np.array([found.low_rad_s, found.high_rad_s]) / RPM, ends, rtol=1e-9)
+    assert (found.opens, found.closes) == (middle_rpm > 0, middle_rpm < top_rpm)
+    # λ² + 2 σ λ + ω² with σ = −c / 2m at the row
+    assert found.growth_1_s == pytest.approx(10.0, rel=1e-9)
+    assert found.speed_rad_s == pytest.approx(middle_rpm * RPM, abs=1e-9)
+    assert found.kind == "flutter"
+    damped = np.sqrt(1e5 - 100.0 * (middle_rpm in (0, top_rpm)) * (middle_rpm == 0))
+    assert found.frequency_hz == pytest.approx(damped / (2 * np.pi), rel=1e-9)
+    assert len(unstable_intervals(system, 0.0, max(middle_rpm - 1.01 * half_rpm, 1.0) * RPM)) == (
+        middle_rpm == 0
+    )
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.3])
+def test_sleeping_top(hub, damping):
+    """A top stands up from Ω = 2 √(k I) / Ip on; damping in the inertial frame tips it always.
+
+    I θ'' + (d − iΩ Ip) θ' − k θ = 0 for the tilt θ = rx + i ry.
+    """
+    tilt, polar, diametral = 50.0, 0.1, 0.05
+    body = hub(polar_kg_m2=polar, diametral_kg_m2=diametral, stiffness=np.diag([1e6, 1e6, 0, 0]))
+    end = End(body="disk", interface="hub")
+    spring = {
+        "tilt_stiffness_n_m_per_rad": -tilt * EYE,
+        "tilt_damping_n_m_s_per_rad": damping * EYE,
+        "damping_n_s_per_m": damping * EYE,
+    }
+    system = assemble(
+        {"disk": Rotor(element=body, speed_ratio=1.0)}, (Bearing(name="b", first=end, **spring),)
+    )
+    limit = 2 * np.sqrt(tilt * diametral) / polar
+    (found,) = unstable_intervals(system, 0.0, 3 * limit)
+    assert (found.low_rad_s, found.opens, found.kind) == (0.0, False, "divergence")
+    assert found.closes == (damping == 0)
+    assert found.speed_rad_s == pytest.approx(0.0, abs=1e-6)
+    roots = np.roots([diametral, damping, -tilt])
+    assert found.growth_1_s == pytest.approx(roots.max(), rel=1e-9)
+    if damping == 0:
+        assert found.high_rad_s == pytest.approx(limit, rel=1e-9)
+        meeting = limit * polar / (2 * diametral) / (2 * np.pi)
+        assert found.frequency_end_hz == pytest.approx(meeting, rel=1e-6)
+
+
+def test_two_undamped_modes_meet_and_part(general):
+    """K = [[a(Ω), e], [−e, b]]: undamped flutter where |a − b| < 2 e, and nowhere else."""
+    stiffness, cross, top = 1e5, 40.0, 1000.0
+    rows = np.array([0.0, top])
+    ramp = np.array([0.4, 1.9]) * stiffness
+    k = ramp[:, None, None] * np.diag([1.0, 0.0]) + cross * CROSS
+    law = TableLaw(
+        name="law", speeds_rad_s=rows, stiffness_n_per_m=k, damping_n_s_per_m=np.zeros((2, 2, 2)),
+        interpolation="linear",
+    )  # fmt: skip
+    body = general(np.eye(5), np.diag([0.0, stiffness, 9e5, 8e5, 7e5]), np.zeros((5, 5)))
+    end = End(body="general", interface="hub")
+    system = assemble(
+        {"general": Rotor(element=body, speed_ratio=1.0)},
+        (Bearing(name="b", first=end, speed_law=law),),
+    )
+    (found,) = unstable_intervals(system, 0.0, top)
+    slope = (ramp[1] - ramp[0]) / top
+    ends = (stiffness + np.array([-2.0, 2.0]) * cross - ramp[0]) / slope
+    assert ends[1] - ends[0] < 1.1e-3 * top
+    np.testing.assert_allclose([found.low_rad_s, found.high_rad_s], ends, rtol=1e-9)
+    # λ² = −b ± i e in the middle
+    assert found.growth_1_s == pytest.approx(np.sqrt(-stiffness + 1j * cross).real, rel=1e-6)
+
+
+def test_free_motions_are_no_instability(three_disk_element, one_rotor):
+    """A free long rotor with damping inside does not stay upright: only its largest axis would."""
+    free = one_rotor(three_disk_element(), [])
+    assert unstable_intervals(free, 0.0, 2500.0) == ()
+    inside = InternalDamping(stiffness_coefficient_s=1e-6)
+    rotor = Rotor(element=three_disk_element(), speed_ratio=1.0, internal_damping=inside)
+    (found,) = unstable_intervals(assemble({"r": rotor}, ()), 0.0, 2500.0)
+    assert (found.whirl, found.closes) == ("forward", False)
+    # the precession (Ip/It) Ω is slower than the material turns
+    assert 0 < 2 * np.pi * found.frequency_hz < 0.5 * found.low_rad_s
+    # growth as the rotor deforms is too slow to be seen at first, but positive
+    assert abs(found.eigenvalue.real) < 2e-8 * abs(found.eigenvalue)
+
+
+def test_undamped_isotropic_pair_is_neutral(hub, ground, one_rotor):
+    """Real parts of rounding are neither growth nor a window, whatever solver finds them."""
+    body = hub(mass_kg=10, polar_kg_m2=0.08, stiffness=np.diag([9e5, 9e5, 2e4, 2e4]))
+    # a support of negative stiffness leaves no proof from the signs of the bearings
+    k = np.repeat(-3e5 * EYE[None], 2, 0)
+    law = TableLaw(
+        name="law", speeds_rad_s=np.array([0.0, 2000.0]), stiffness_n_per_m=k,
+        damping_n_s_per_m=0 * k,
+    )  # fmt: skip
+    end = End(body="rotor", interface="hub")
+    system = one_rotor(body, [Bearing(name="b", first=end, speed_law=law)])
+    assert unstable_intervals(system, 0.0, 2000.0) == ()
+    chart = stability_chart(system, np.linspace(0.0, 2000.0, 5))
+    assert not chart.unstable_count.any()
+    assert (chart.log_decrement == 0).all()
+    assert (chart.first_forward.log_decrement == 0).all()
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.0, np.nan), (5.0, 5.0), (-np.inf, 0.0)])
+def test_ranges_without_meaning_are_refused(three_disk, low, high):
+    with pytest.raises(AnalysisError, match=r"speeds are|must be above"):
+        unstable_intervals(three_disk(), low, high)
+
+
+def test_first_forward_and_backward_mode_of_a_disk(hub):
+    """m z'' + d z' + k z and I θ'' + (d − iΩ Ip) θ' + kt θ: closed form, axis held harder."""
+    mass, k, d, tilt, polar, diametral, loss = 10.0, 4e6, 300.0, 2e4, 0.1, 0.05, 3.0
+    body = hub(mass_kg=mass, polar_kg_m2=polar, diametral_kg_m2=diametral,
+               stiffness=np.diag([k, k, tilt, tilt]))  # fmt: skip
+    end = End(body="disk", interface="hub")
+    damper = {"damping_n_s_per_m": d * EYE, "tilt_damping_n_m_s_per_rad": loss * EYE}
+    system = assemble(
+        {"disk": Rotor(element=body, speed_ratio=1.0)}, (Bearing(name="b", first=end, **damper),)
+    )
+    speeds = np.array([0.0, 100.0, 600.0])
+    found = whirl_decrements(system, speeds)
+    for at, speed in enumerate(speeds):
+        roots = np.concatenate(
+            (np.roots([mass, d, k]), np.roots([diametral, loss - 1j * speed * polar, tilt]))
+        )
+        for sign, first in ((1, found.first_forward), (-1, found.first_backward)):
+            whirl = roots[sign * roots.imag > 0]
+            root = whirl[np.abs(whirl.imag).argmin()]
+            assert first.frequency_hz[at] == pytest.approx(abs(root.imag) / 2 / np.pi, rel=1e-4)
+            decrement = -2 * np.pi * root.real / abs(root.imag)
+            assert first.log_decrement[at] == pytest.approx(decrement, rel=1e-4)
+
+
+def test_heavily_damped_modes_are_not_the_first(hub):
+    """Damping ratios of 0.8 across the axis: the first mode of either whirl is a tilt."""
+    body = hub(mass_kg=10.0, polar_kg_m2=0.0, stiffness=np.diag([1e5, 1e5, 2e4, 2e4]))
+    end = End(body="disk", interface="hub")
+    damper = Bearing(name="b", first=end, damping_n_s_per_m=1600.0 * EYE)
+    system = assemble({"disk": Rotor(element=body, speed_ratio=1.0)}, (damper,))
+    found = whirl_decrements(system, [0.0, 500.0])
+    tilts = np.sqrt(2e4 / 0.05) / (2 * np.pi)
+    hard = whirl_decrements(system, [500.0], DampingRule(amplification_min=0.0))
+    for first in (found.first_forward, found.first_backward):
+        np.testing.assert_allclose(first.frequency_hz, tilts, rtol=1e-6)
+    assert (hard.first_forward.frequency_hz < 0.2 * tilts).all()
