@@ -20,9 +20,6 @@ from solidwhirl.rotordyn.whirl_pencils import whirl_pencils
 # A critical speed this near to the end of the range (relative) may be counted on either side.
 _AT_THE_END = 1e-9
 
-# Roundings of a speed that a root search, and what comes after it, may leave.
-_ROUNDINGS = 16.0
-
 _CONCERNS = "critical speeds"
 
 

@@ -28,8 +28,6 @@ from solidwhirl.rotordyn.tracking import Front, match_modes
 from solidwhirl.rotordyn.whirl import whirl_direction
 from solidwhirl.rotordyn.whirl_pencils import Pencil, separated_whirl, whirl_pencils
 
-# Where branches begin if there are rigid motions at rest, as a fraction of the limit.
-_JUST_ABOVE_REST = 1e-3
 # Steps of the search for a damped critical speed, and its relative accuracy.
 _ROOT_STEPS = 80
 _ROOT_ACCURACY = 1e-12

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from solidwhirl.rotordyn.arrays import FloatArray
-from solidwhirl.rotordyn.bearing_notes import bearing_notes
+from solidwhirl.rotordyn.bearing_notes import bearing_notes, note_lines
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.parts import End
 from solidwhirl.rotordyn.run_up_basis import modal_basis
@@ -211,7 +211,7 @@ def _record(
 def _notes(assembled: AssembledSystem, profile: SpeedProfile) -> tuple[str, ...]:
     """Say where bodies and bearings run beyond what they were made for."""
     doubtful = bearing_notes(assembled, profile.speeds_rad_s)
-    notes = tuple(note.message for note in doubtful)
+    notes = note_lines(doubtful)
     fastest = float(np.abs(profile.speeds_rad_s).max())
     limit = assembled.speed_limit_rad_s
     if fastest <= limit:

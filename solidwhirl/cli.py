@@ -11,6 +11,7 @@ import typer
 from solidwhirl.commands import batches, doctor, files, init, pictures, plan, run, searches
 from solidwhirl.commands.options import examples
 from solidwhirl.endings import end_of_defect, keep_petsc_from_signals
+from solidwhirl.streams import lasting_streams
 
 # A terminal that can only take plain text gets help without boxes.
 _PLAIN = os.environ.get("TERM", "").lower() in ("dumb", "unknown")
@@ -68,9 +69,15 @@ app.command(epilog=files.VERSION_EXAMPLES)(files.version)
 
 def main() -> None:
     """Entry point of the command `solidwhirl`."""
+    streams = lasting_streams()
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    os.environ["MPLBACKEND"] = "agg"  # pictures are files, whatever the user's own ones are
     keep_petsc_from_signals()
     try:
         app(obj=time.perf_counter())  # what commands load counts as their time
+    except SystemExit as end:
+        if not isinstance(end.code, int | None):
+            raise
+        raise SystemExit(streams.exit_code(end.code or 0)) from None
     except Exception as error:
         end_of_defect(error)

@@ -109,6 +109,7 @@ def predict_body_cost(
     modes: int,
     estimates: tuple[str, ...] = (),
     machine: MachineSpeed = REFERENCE_MACHINE,
+    mesh: PredictedMesh | None = None,
 ) -> Cost:
     """Predict what meshing and reducing one body costs.
 
@@ -124,6 +125,8 @@ def predict_body_cost(
         Errors to be estimated, of `ESTIMATES`; "mesh" on the harmonic level only.
     machine
         Speed of the machine that will run it.
+    mesh
+        Of the body; None: as the plan has it.
 
     Raises
     ------
@@ -143,7 +146,7 @@ def predict_body_cost(
     dimension = 3 if plan.level == "solid" else 2
     if isinstance(body, MeshedBody):
         mesh = body.expected
-    else:
+    elif mesh is None:
         mesh = predict_mesh(body, fineness_of(plan).size, dimension)
     problems = [_problem(plan, order, modes) for order in _orders(plan)]
     factor = 1.0 / machine.relative_to(REFERENCE_MACHINE)

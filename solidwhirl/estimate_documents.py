@@ -79,10 +79,29 @@ def accuracy_document(
                 "largest_error_estimate": r.estimate,
                 "error_parts": dict(r.parts),
                 "refined": list(r.refined),
+                "stopped": r.stopped,
+                "kept": r.kept,
             }
             for r in rounds
         ],
     }
+
+
+def followed_by(rounds: Sequence[Mapping[str, Any]], index: int) -> str:
+    """Return what came after a round: what was refined, or why it was the last.
+
+    Parameters
+    ----------
+    rounds
+        "rounds" of the accuracy document.
+    index
+        Of the round.
+    """
+    found = rounds[index]
+    if not found["stopped"]:
+        return ", ".join(found["refined"])
+    kept = next(k for k, r in enumerate(rounds) if r["kept"])
+    return f"stopped: {found['stopped']}" + (f"; round {kept + 1} kept" if kept != index else "")
 
 
 def several_materials(scene: Scene) -> dict[str, list[str]]:

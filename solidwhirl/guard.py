@@ -113,6 +113,7 @@ def user_errors() -> tuple[type[Exception], ...]:
         ("solidwhirl.study", ("StudyError",)),
         ("solidwhirl.batch_journal", ("BatchTableError",)),
         ("solidwhirl.reduction", ("ReductionError",)),
+        ("solidwhirl.reduction.form_cache", ("KernelCacheError",)),
         ("solidwhirl.rotordyn", ("AssemblyError", "AnalysisError", "SuperelementError")),
     ):
         loaded: Any = sys.modules.get(module)

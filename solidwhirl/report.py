@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from solidwhirl.check_report import checks_text
-from solidwhirl.estimate_documents import coupling_effect, coupling_text, materials_text
+from solidwhirl.estimate_documents import (
+    coupling_effect,
+    coupling_text,
+    followed_by,
+    materials_text,
+)
 from solidwhirl.fineness import Fineness
 from solidwhirl.forecast import Forecast
+from solidwhirl.operating import critical_speeds_that_count
 from solidwhirl.pipeline import Results
 from solidwhirl.plan_records import Plan
 from solidwhirl.plausibility_records import Doubt
+from solidwhirl.verdict_text import answers
 
 
 def report_text(results: Results, document: dict[str, Any]) -> str:
@@ -27,6 +34,11 @@ def report_text(results: Results, document: dict[str, Any]) -> str:
     """
     parts = [
         f"# {results.scene.title or results.scene.name}",
+        _table(("", ""), ((a.about, a.marked) for a in answers(document))),
+        "\n".join(f"- **warning:** {message}" for message in _warnings(document)),
+        "## Critical speeds",
+        _critical(critical_speeds_that_count(document)),
+        "## Notes" if results.scene.notes else "",
         "\n".join(f"- {note}" for note in results.scene.notes),
         "## What was computed, what was left out, and why",
         plan_text(results.plan),
@@ -36,15 +48,10 @@ def report_text(results: Results, document: dict[str, Any]) -> str:
         _ledger(document["bodies"]),
         "## Accuracy",
         _accuracy(document),
-        "## Critical speeds",
-        _critical(document["critical_speeds"]),
         "## Frequencies",
         _branches(document["campbell"]),
         "## Other analyses" if results.analyses else "",
         _analyses(results),
-        "## Doubts" if results.bearing_notes or document.get("doubts") else "",
-        "\n".join(f"- {doubt['message']}" for doubt in document.get("doubts", ())),
-        "\n".join(f"- {note.message}" for note in results.bearing_notes),
         "## Checks",
         checks_text(results.checks),
         "## Cost",
@@ -53,8 +60,12 @@ def report_text(results: Results, document: dict[str, Any]) -> str:
     return "\n\n".join(p for p in parts if p) + "\n"
 
 
+def _warnings(document: dict[str, Any]) -> list[str]:
+    return [doubt["message"] for doubt in document["doubts"]] + document["bearing_notes"]
+
+
 def doubts_text(doubts: Iterable[Doubt]) -> str:
-    """Doubts about a scene as Markdown; empty if there are none.
+    """Warnings about a scene as Markdown; empty if there are none.
 
     Parameters
     ----------
@@ -62,11 +73,11 @@ def doubts_text(doubts: Iterable[Doubt]) -> str:
         See `solidwhirl.plausibility`.
     """
     lines = [f"- {doubt.message}" for doubt in doubts]
-    return "\n".join(["Doubts:", "", *lines]) if lines else ""
+    return "\n".join(["Warnings:", "", *lines]) if lines else ""
 
 
 def plan_text(plan: Plan, doubts: Iterable[Doubt] = ()) -> str:
-    """The plan as Markdown tables, after doubts about the scene."""
+    """The plan as Markdown tables, after warnings about the scene."""
     effects = _table(
         ("effect", "", "why", "cost when on"),
         ((e.name, "on" if e.on else "off", e.why, e.cost) for e in plan.effects),
@@ -178,17 +189,18 @@ def _ledger(bodies: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _critical(entries: list[dict[str, Any]]) -> str:
+def _critical(entries: Sequence[Mapping[str, Any]]) -> str:
     if not entries:
         return "None in the speed range."
     return _table(
-        ("speed [rpm]", "frequency [Hz]", "±", "whirl", "log decrement", "excited by"),
+        ("speed [rpm]", "frequency [Hz]", "±", "whirl", "AF", "log decrement", "excited by"),
         (
             (
                 f"{c['speed_rpm']:.1f}",
                 f"{c['frequency_hz']:.3f}",
                 _percent(c.get("frequency_error_estimate")),
                 c["whirl"],
+                "-" if c["amplification_factor"] is None else f"{c['amplification_factor']:.3g}",
                 "-" if c["log_decrement"] is None else f"{c['log_decrement']:.4g}",
                 ", ".join(c["excited_by"]),
             )
@@ -220,7 +232,7 @@ def _accuracy(document: dict[str, Any]) -> str:
             ", ".join(f"{n} {u}" for n, u in r["unknowns"].items()),
             ", ".join(f"{n} {m}" for n, m in r["modes"].items()),
             f"{r['largest_error_estimate']:.1e}",
-            ", ".join(r["refined"]) or "-",
+            followed_by(found["rounds"], k) or "-",
         )
         for k, r in enumerate(found["rounds"])
     ]

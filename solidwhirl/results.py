@@ -36,6 +36,7 @@ from solidwhirl.plausibility import implausible
 from solidwhirl.plausibility_supports import support_doubts
 from solidwhirl.report import report_text
 from solidwhirl.rotordyn import Superelement, draw_campbell, write_superelement
+from solidwhirl.rotordyn.bearing_notes import note_lines
 from solidwhirl.rotordyn.branch_numbers import branch_numbers
 from solidwhirl.rotordyn.excitation import unbalance_excitation
 from solidwhirl.rotordyn.pictures_errors import (
@@ -110,7 +111,7 @@ def results_document(results: Results) -> dict[str, Any]:
             *(asdict(alarm) for alarm in results.alarms),
         ],
         "invariants": checks_document(results.checks),
-        "bearing_notes": [note.message for note in results.bearing_notes],
+        "bearing_notes": list(note_lines(results.bearing_notes)),
         "analyses": {
             name: {"kind": outcome.kind, **outcome.document}
             for name, outcome in results.analyses.items()
@@ -243,7 +244,7 @@ def write_into(
     results, pictures
         As in `write_results`.
     page
-        Whether to write the page as well; without pictures there is none.
+        Whether to write the page as well; it needs no pictures.
     folder
         From `solidwhirl.run_folder.claimed`.
     keeper
@@ -265,7 +266,7 @@ def write_into(
         _write_all(results, document, scratch)
         if pictures:
             _draw_all(results, scratch, keeper or no_keeper())
-        if pictures and page:
+        if page:
             run = Run(results=results, document=document, scene_path=scene_path, command=command)
             write_report(run, scratch / "report.html")
     return folder.path

@@ -203,6 +203,7 @@ class ModelSpec(Record):
     size_m: Positive | None = None
     corner_size_m: Positive | None = None
     growth: Positive | None = None
+    memory_gib: Positive | None = None
 
     @model_validator(mode="after")
     def _fitting(self) -> ModelSpec:

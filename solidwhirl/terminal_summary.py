@@ -13,18 +13,28 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
-from solidwhirl.check_report import failed, failure_lines
+from solidwhirl.check_report import checks_line, failed, failure_lines
+from solidwhirl.operating import (
+    Operating,
+    critical_speeds_that_count,
+    margin_of,
+    nearest,
+    operating_speeds,
+)
 from solidwhirl.terminal import duration_text
+from solidwhirl.verdict_text import answers, margin_words, percent_text
 
 if TYPE_CHECKING:
     from solidwhirl.pipeline import Results
 
 _SCHEMA = "solidwhirl-run-1"
 _MOST_ROWS = 12
-# Margins below this are always in the table.
-_NEAR = 0.3
-# Smaller relative errors are all the same to a reader.
-_SMALLEST_ERROR = 1e-5
+# Kinds of analyses whose headline the verdict has.
+_ANSWERED = ("separation_margins", "stability")
+_KEYS = (
+    *("speed_rpm", "frequency_hz", "frequency_error_estimate", "whirl", "log_decrement"),
+    *("amplification_factor", "critically_damped", "excited_by"),
+)
 _WIDTH_WITHOUT_TERMINAL = 110
 # Characters that no table is as wide as.
 _UNLIMITED = 10_000
@@ -56,14 +66,17 @@ def print_summary(results: Results, out: Path, seconds: float | None = None) -> 
     console = Console(width=width, highlight=False)
     document = summary_document(results, out, seconds)
     console.print(Text(results.scene.title or results.scene.name, style="bold"))
-    console.print(Text(_accuracy_line(document["accuracy"])))
-    console.print(_fitting_table(document["critical_speeds"], console))
+    for about, text, good in answers(document):
+        said = Text(f"{about[0].lower()}{about[1:]}: ")
+        console.print(said.append(text, style={True: "green", False: "red", None: ""}[good]))
+    operating = operating_speeds(results.scene)
+    console.print(_fitting_table(document["critical_speeds"], console, operating))
     for name, outcome in results.analyses.items():
-        if outcome.headline:
+        if outcome.headline and outcome.kind not in _ANSWERED:
             console.print(Text(f"{name}: {outcome.headline}"))
     for line in doubt_lines(results):
         console.print(Text(line, style="yellow"))
-    console.print(Text(_checks_line(document["checks"])))
+    console.print(Text(f"checks: {checks_line(results.checks)}"))
     console.print(Text(_cost_line(document)))
     for title, name in _FILES:
         if name in document["files"]:
@@ -84,11 +97,12 @@ def doubt_lines(results: Results) -> tuple[str, ...]:
         One line each.
     """
     from solidwhirl.plausibility_supports import support_doubts
+    from solidwhirl.rotordyn.bearing_notes import note_lines
 
     messages = [doubt.message for doubt in support_doubts(results.system)]
-    messages += [note.message for note in results.bearing_notes]
+    messages += note_lines(results.bearing_notes)
     messages = [alarm.message for alarm in results.alarms] + messages
-    return tuple(f"doubt: {message}" for message in messages)
+    return tuple(f"warning: {message}" for message in messages)
 
 
 def warning_lines(results: Results) -> tuple[str, ...]:
@@ -104,7 +118,7 @@ def warning_lines(results: Results) -> tuple[str, ...]:
     tuple of str
         One line each.
     """
-    from solidwhirl.estimate_documents import accuracy_document
+    from solidwhirl.estimate_documents import accuracy_document, followed_by
 
     found = accuracy_document(results.scene, results.estimates, results.rounds, results.checks)
     missed = found["met"] is False and found["largest_error_estimate"] is not None
@@ -112,6 +126,9 @@ def warning_lines(results: Results) -> tuple[str, ...]:
         f"warning: accuracy not met: estimated error "
         f"{percent_text(found['largest_error_estimate'])}, asked {percent_text(found['asked'])}"
     )
+    if found["rounds"] and found["rounds"][-1]["stopped"]:
+        last = len(found["rounds"])
+        line += f"; refinement {followed_by(found['rounds'], last - 1)} after round {last}"
     return (*failure_lines(results.checks), *((line,) if missed else ()))
 
 
@@ -143,7 +160,8 @@ def summary_document(results: Results, out: Path, seconds: float | None = None) 
         "accuracy": {
             key: document["accuracy"][key] for key in ("asked", "largest_error_estimate", "met")
         },
-        "critical_speeds": _critical_speeds(document, results.scene.speed_ratios()),
+        "verdict": document["verdict"],
+        "critical_speeds": _critical_speeds(document, operating_speeds(results.scene)),
         "analyses": {name: outcome.headline for name, outcome in results.analyses.items()},
         "checks": {
             "passed": sum(check.passed is True for check in results.checks),
@@ -172,51 +190,46 @@ def refusal_document(scene: Path, message: str) -> dict[str, Any]:
 
 
 def _critical_speeds(
-    document: Mapping[str, Any], ratios: Mapping[str, float]
+    document: Mapping[str, Any], operating: Sequence[Operating]
 ) -> list[dict[str, Any]]:
-    from solidwhirl.operating import margin_of
-    from solidwhirl.page.operating import operating_speeds
-
-    operating = operating_speeds(document, ratios)
     rows = []
     for entry in document["critical_speeds"]:
-        margin = margin_of(entry["speed_rpm"], entry["excited_by"], operating)
-        rows.append(
-            {
-                key: entry.get(key)
-                for key in (
-                    *("speed_rpm", "frequency_hz", "frequency_error_estimate"),
-                    *("whirl", "log_decrement", "excited_by"),
-                )
-            }
-            | {
-                "margin": None if margin is None else margin[0],
-                "margin_of": None if margin is None else margin[1],
-            }
+        margin, shaft = margin_of(entry["speed_rpm"], entry["excited_by"], operating) or (
+            None,
+            None,
         )
+        rows.append({key: entry.get(key) for key in _KEYS} | {"margin": margin, "margin_of": shaft})
     return rows
 
 
-def _fitting_table(rows: list[dict[str, Any]], console: Console) -> Table | Text:
-    """The critical speeds with as much as the console has room for."""
+def _fitting_table(
+    every: list[dict[str, Any]], console: Console, operating: Sequence[Operating]
+) -> Table | Text:
+    """The critical speeds that are resonances, with as much as the console has room for."""
+    rows = critical_speeds_that_count({"critical_speeds": every})
     if not rows:
-        return Text("no critical speed in the speed range")
-    shown = _shown(rows)
+        damped = f"; {len(every)} critically damped" if every else ""
+        return Text(f"no critical speed in the speed range{damped}")
+    shown = [dict(row) for row in nearest(rows, operating, _MOST_ROWS)[0]]
     columns = {name: make(shown) for name, make in _COLUMNS.items()}
     if all(row["margin"] is None for row in rows):
         del columns["margin"]
+    if all(row["amplification_factor"] is None for row in rows):
+        del columns["AF"]
     same = len({tuple(row["excited_by"]) for row in shown}) == 1
     first = ("excited by",) if same else ()
     unlimited = console.options.update(width=_UNLIMITED)
-    for name in ("", "shorter margin", *first, "log\ndecr.", "error\n[%]", "excited by"):
+    for name in ("", "shorter margin", *first, "log\ndecr.", "error\n[%]", "excited by", "AF"):
         if name == "shorter margin" and "margin" in columns:
-            columns["margin"] = [margin_text(row, short=True) for row in shown]
+            columns["margin"] = [_short_margin(row) for row in shown]
         columns.pop(name, None)
         table = _table(columns)
         if Measurement.get(console, unlimited, table).maximum <= console.width:
             break
-    if len(rows) > len(shown):
-        table.caption = f"and {len(rows) - len(shown)} more, see the report"
+    more, damped = len(rows) - len(shown), len(every) - len(rows)
+    said = [f"{more} more"] * (more > 0) + [f"{damped} critically damped"] * (damped > 0)
+    if said:
+        table.caption = f"and {', '.join(said)}, see the report"
     return table
 
 
@@ -240,33 +253,22 @@ def _decrement_text(row: Mapping[str, Any]) -> str:
     return "-" if decrement is None else f"{decrement:.3g}"
 
 
-def _shown(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Rows that there is room for: those near operating speeds, then the lowest."""
-    near = [r for r in rows if r["margin"] is not None and abs(r["margin"]) < _NEAR]
-    chosen = [*near, *(row for row in rows if row not in near)][:_MOST_ROWS]
-    return [row for row in rows if row in chosen]
+def _factor_text(row: Mapping[str, Any]) -> str:
+    factor = row["amplification_factor"]
+    return "-" if factor is None else f"{factor:.3g}"
 
 
-def margin_text(row: Mapping[str, Any], *, short: bool = False) -> str:
-    """Return a margin in words, such as "4 % above lp", or in short "+4 % lp".
+def _long_margin(row: Mapping[str, Any]) -> str:
+    return "-" if row["margin"] is None else margin_words(row["margin"], row["margin_of"])
 
-    Parameters
-    ----------
-    row
-        Of a critical speed: "margin", a fraction, and "margin_of", the shaft.
-    short
-        With a sign instead of a word.
-    """
-    margin, shaft = row["margin"], row["margin_of"]
-    if margin is None:
-        return "-"
-    if margin == 0.0:
-        return f"inside {shaft}" if short else f"inside the speeds of {shaft}"
-    percent = 100.0 * abs(margin)
-    size = "< 0.1" if percent < 0.05 else f"{percent:.{1 if percent < 0.95 else 0}f}"
-    if not short:
-        return f"{size} % {'above' if margin > 0.0 else 'below'} {shaft}"
-    return f"{'+' if margin > 0.0 else '-'}{size.replace('< ', '<')} % {shaft}"
+
+def _short_margin(row: Mapping[str, Any]) -> str:
+    """A margin with a sign instead of a word, such as "+4 % lp"."""
+    if not row["margin"]:
+        return _long_margin(row).replace("the speeds of ", "")
+    size, _, shaft = _long_margin(row).rpartition(" % ")
+    sign = "+" if row["margin"] > 0.0 else "-"
+    return f"{sign}{size.replace('< ', '<')} % {shaft.split(' ', 1)[1]}"
 
 
 # Columns of the table of critical speeds by their heads, as they follow one another.
@@ -278,31 +280,10 @@ _COLUMNS: Mapping[str, Callable[[list[dict[str, Any]]], Sequence[str | Text]]] =
     ],
     "whirl": lambda rows: [_whirl_text(row) for row in rows],
     "log\ndecr.": lambda rows: [_decrement_text(row) for row in rows],
+    "AF": lambda rows: [_factor_text(row) for row in rows],
     "excited by": lambda rows: [", ".join(row["excited_by"]) for row in rows],
-    "margin": lambda rows: [margin_text(row) for row in rows],
+    "margin": lambda rows: [_long_margin(row) for row in rows],
 }
-
-
-def _accuracy_line(accuracy: Mapping[str, Any]) -> str:
-    largest = accuracy["largest_error_estimate"]
-    if largest is None:
-        return "error estimates are off"
-    met = {True: "met", False: "NOT met", None: "not known"}[accuracy["met"]]
-    asked = percent_text(accuracy["asked"])
-    return f"estimated error {percent_text(largest)}, asked {asked}: {met}"
-
-
-def percent_text(relative: float | None) -> str:
-    """Return a relative error in percent, to two digits; below 0.001 % it is not told how small.
-
-    Parameters
-    ----------
-    relative
-        The error; None if it is not known.
-    """
-    if relative is None:
-        return "-"
-    return f"{100.0 * relative:.2g} %" if relative >= _SMALLEST_ERROR else "< 0.001 %"
 
 
 def _cost_line(document: Mapping[str, Any]) -> str:
@@ -310,9 +291,3 @@ def _cost_line(document: Mapping[str, Any]) -> str:
     computing = duration_text(document["computing_seconds"])
     spent, memory = duration_text(document["seconds"]), f"{document['peak_memory_gib']:.2f} GiB"
     return f"time {spent} (computing {computing}), {memory}"
-
-
-def _checks_line(checks: Mapping[str, Any]) -> str:
-    open_ = f", {checks['not_decided']} not decided" if checks["not_decided"] else ""
-    bad = f", {checks['failed']} FAILED" if checks["failed"] else ""
-    return f"checks: {checks['passed']} passed{open_}{bad}"

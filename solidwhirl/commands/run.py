@@ -65,7 +65,7 @@ def run(
     accuracy: Accuracy = None,
     store: Store = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="Compute all stages again.")] = False,
-    pictures: Annotated[bool, typer.Option(help="Draw pictures; without, numbers only.")] = True,
+    pictures: Annotated[bool, typer.Option(help="Draw PNG pictures; the page needs none.")] = True,
     quiet: Quiet = False,
     as_json: AsJson = False,
 ) -> None:
@@ -74,7 +74,7 @@ def run(
     Writes report.html, report.md, results.json, pictures, bodies/ and meshes/ into the folder. A
     run that was broken off goes on from its last complete stage.
     Under mpirun the bodies of level solid are reduced on all ranks.
-    The exit code is 3 if a check of the results failed, 2 if the scene was refused. Doubts and an
+    The exit code is 3 if a check of the results failed, 2 if the scene was refused. Warnings and an
     accuracy that is not met are lines on the error stream, with exit code 0.
     """
     places = _Places(
@@ -159,7 +159,7 @@ def _run_on_first_rank(scene: Scene, places: _Places, voice: _Voice) -> None:
     started = _started_s()
     if scene.sweep is not None and not voice.quiet:
         typer.echo(nominal_text(str(places.scene), scene.sweep), err=True)
-    early = tuple(f"doubt: {d.message}" for d in implausible(scene, build_bodies(scene)))
+    early = tuple(f"warning: {d.message}" for d in implausible(scene, build_bodies(scene)))
     if not voice.quiet:  # a refusal is one message: a quiet run has them at its end
         _say(early)
     results = _written(scene, places, voice)

@@ -71,7 +71,7 @@ def page_html(sections: Sequence[Section], *, title: str, name: str) -> str:
     """
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-    blocks = [block for section in sections for block in section.blocks]
+    blocks = [block for section in sections for block in section.every_block]
     drawn = [block for block in blocks if isinstance(block, Chart | ModeViewer)]
     _refuse_repeated([s.name for s in sections] + [b.name for b in drawn])
     environment = Environment(

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from solidwhirl.operating import critical_speeds_that_count
 from solidwhirl.page.campbell_damping import damping_chart
 from solidwhirl.page.campbell_lines import UNDAMPED, Lines, branches, point_texts
-from solidwhirl.page.operating import operating_bands, operating_speeds
+from solidwhirl.page.operating import operating_bands, operating_speeds, unstable_shapes
 from solidwhirl.page.records import Chart, Choice, Option, Run, Section, Table, Text, Toggle
 from solidwhirl.page.traces import (
     SPEED_AXIS,
@@ -17,6 +20,7 @@ from solidwhirl.page.traces import (
     Trace,
     axis,
     branch_lines,
+    line,
     marks,
     percent,
     style_of,
@@ -32,6 +36,9 @@ _NOTES = {
     "ended": ("triangle-right-open", "@ink", True),
     "crossing": ("x-thin-open", "@muted", False),
 }
+_DAMPED = "critically damped"
+# The small diagram reaches this many times as far as excitation by unbalance.
+_ROOM = 2.5
 _ACROSS = ("range", "indefinite")
 
 
@@ -47,7 +54,7 @@ def section(run: Run) -> Section | None:
     if np.nanmax(np.abs(lines.decrement), initial=0.0) > UNDAMPED:
         blocks.append(damping_chart(run.document))
     else:
-        blocks.append(Text(text="Nothing in this engine damps: all decrements are zero."))
+        blocks.append(Text(text="There is no damping: all decrements are zero."))
     blocks += _notes_table(run.document)
     return Section(
         name="campbell",
@@ -68,7 +75,7 @@ def frequency_chart(document: Mapping[str, Any], ratios: Mapping[str, float]) ->
         Speed ratio of every body.
     """
     lines = branches(document)
-    top = 1.08 * float(np.nanmax(lines.hertz))
+    top = 1.08 * lines.top_hz
     first, last = float(lines.rpm.min()), float(lines.rpm.max())
     traces: list[Trace] = []
     controls: list[Toggle | Choice] = []
@@ -96,13 +103,11 @@ def frequency_chart(document: Mapping[str, Any], ratios: Mapping[str, float]) ->
         at = range(len(traces), len(traces) + len(excited))
         controls.append(Toggle(label="excitation lines", traces=list(at)))
         traces += excited
-    traces += branch_lines(
-        lines.rpm,
-        lines.hertz,
-        lines.whirl,
-        point_texts(lines),
-        "%{x:,.0f} rpm<br><b>%{y:.6g} Hz</b><br>%{text}",
-    )
+    traces += resonant_lines(lines)
+    faint = damped_lines(lines)
+    if faint:
+        controls.append(Toggle(label=_DAMPED, traces=[len(traces)]))
+        traces += faint
     traces += critical_marks(document)
     for kind, trace, shown in note_marks(document, lines):
         controls.append(Toggle(label=kind, traces=[len(traces)], shown=shown))
@@ -112,19 +117,118 @@ def frequency_chart(document: Mapping[str, Any], ratios: Mapping[str, float]) ->
         title="Natural frequencies over the speed",
         caption=_caption(lines),
         alt=f"Campbell diagram of {len(lines.hertz)} branches from {first:g} to {last:g} rpm, "
-        f"frequencies up to {np.nanmax(lines.hertz):.4g} Hz. The numbers are in the tables of "
+        f"frequencies up to {lines.top_hz:.4g} Hz. The numbers are in the tables of "
         "modes and critical speeds.",
         traces=traces,
         layout={
             "xaxis": axis(SPEED_AXIS, range=[first, max(last, first + 1.0)]),
             "yaxis": axis("natural frequency [Hz]", range=[0.0, top]),
             "annotations": annotations,
-            "shapes": _limits(document),
+            "shapes": [*_limits(document), *unstable_shapes(_unstable(document))],
             "hovermode": "closest",
         },
         height_px=560,
         controls=controls,
     )
+
+
+def small_chart(document: Mapping[str, Any], ratios: Mapping[str, float]) -> Chart | None:
+    """Return the diagram without bands, notes and controls; None without branches.
+
+    Parameters
+    ----------
+    document
+        The contents of `results.json`.
+    ratios
+        Speed ratio of every body.
+    """
+    lines = branches(document)
+    if not np.isfinite(lines.hertz).any():
+        return None
+    whole = frequency_chart(document, ratios)
+    top = _top_of_small(lines, ratios)
+    traces = [
+        *operating_bands(operating_speeds(document, ratios), 0.0, top),
+        *excitation_lines(ratios, float(lines.rpm.max()), top)[0],
+        *resonant_lines(lines),
+        *damped_lines(lines),
+        *critical_marks(document),
+    ]
+    layout = dict(whole.layout) | {
+        "yaxis": axis("natural frequency [Hz]", range=[0.0, top]),
+        "annotations": excitation_lines(ratios, float(lines.rpm.max()), top)[1],
+        "margin": {"l": 56, "r": 16, "t": 8, "b": 44},
+    }
+    above = bool((np.nan_to_num(lines.hertz) > top).any())
+    return replace(
+        whole,
+        name="campbell-small",
+        title="Campbell diagram",
+        caption="Higher modes are in the diagram further down." if above else "",
+        traces=traces,
+        layout=layout,
+        height_px=360,
+        controls=(),
+    )
+
+
+def _top_of_small(lines: Lines, ratios: Mapping[str, float]) -> float:
+    """Highest frequency of the small diagram: what unbalance may reach, and room above it."""
+    excited = max(map(abs, ratios.values()), default=0.0) * float(lines.rpm.max()) / 60.0
+    counting = np.where(lines.damped, np.nan, lines.hertz)
+    lowest = float(np.nanmin(counting if np.isfinite(counting).any() else lines.hertz))
+    return min(1.08 * lines.top_hz, _ROOM * max(excited, lowest))
+
+
+def resonant_lines(lines: Lines) -> list[Trace]:
+    """Return the branches where they are resonances, one trace for each direction of whirl.
+
+    Parameters
+    ----------
+    lines
+        The branches.
+    """
+    whirl = [
+        [None if d else w for w, d in zip(words, damped, strict=True)]
+        for words, damped in zip(lines.whirl, lines.damped.tolist(), strict=True)
+    ]
+    return branch_lines(
+        lines.rpm,
+        np.where(lines.damped, np.nan, lines.hertz),
+        whirl,
+        point_texts(lines),
+        "%{x:,.0f} rpm<br><b>%{y:.6g} Hz</b><br>%{text}",
+    )
+
+
+def damped_lines(lines: Lines) -> list[Trace]:
+    """Return the branches where they are critically damped as one faint trace, if any are.
+
+    Parameters
+    ----------
+    lines
+        The branches; a line reaches to the neighbouring resonance.
+    """
+    if not (lines.damped & np.isfinite(lines.hertz)).any():
+        return []
+    near = lines.damped.copy()
+    near[:, 1:] |= lines.damped[:, :-1]
+    near[:, :-1] |= lines.damped[:, 1:]
+    gap = np.full((len(lines.hertz), 1), np.nan)
+    texts = np.array([[*row, ""] for row in point_texts(lines)], dtype=object)
+    rpm = np.tile([*lines.rpm, np.nan], len(lines.hertz))
+    hertz = np.hstack([np.where(near, lines.hertz, np.nan), gap]).ravel()
+    faint = line(
+        rpm,
+        hertz,
+        _DAMPED,
+        style_of("planar")._replace(color="@muted/0.55", dash="dot"),
+        text=texts.ravel().tolist(),
+        hovertemplate="%{x:,.0f} rpm<br><b>%{y:.6g} Hz</b><br>%{text}<extra></extra>",
+        connectgaps=False,
+    )
+    faint["line"]["width"] = 1
+    return [faint]
 
 
 def _caption(lines: Lines) -> str:
@@ -133,8 +237,13 @@ def _caption(lines: Lines) -> str:
         "dashed lines with open squares. Thin lines are the frequency at which the unbalance of a "
         "shaft turns; where one meets a branch is a critical speed (ring)."
     )
+    if lines.damped.any():
+        text += (
+            " Faint dotted lines are critically damped: no resonance, and no critical speed where "
+            "an excitation meets them."
+        )
     if lines.error is not None and np.isfinite(lines.error).any():
-        largest = float(np.nanmax(lines.error))
+        largest = float(np.nanmax(np.where(lines.damped, np.nan, lines.error)))
         text += f" The band around a branch is its estimated error, {100 * largest:.2g} % at most."
     return text
 
@@ -154,26 +263,31 @@ def error_band(lines: Lines, wider: float, name: str) -> Trace:
     assert lines.error is not None
     xs: list[FloatArray] = []
     ys: list[FloatArray] = []
-    for hertz, error in zip(lines.hertz, lines.error, strict=True):
-        known = np.isfinite(hertz) & np.isfinite(error)
-        if not known.any():
-            continue
-        x, y, e = lines.rpm[known], hertz[known], wider * error[known]
-        xs += [x, x[::-1], x[:1], np.array([np.nan])]
-        low = np.maximum(y * (1.0 - e), 0.0)
-        high = y * (1.0 + e)
-        ys += [high, low[::-1], high[:1], np.array([np.nan])]
+    estimates = np.where(lines.damped, np.nan, lines.error)
+    for hertz, error in zip(lines.hertz, estimates, strict=True):
+        for known in _stretches(np.isfinite(hertz) & np.isfinite(error)):
+            x, y, e = lines.rpm[known], hertz[known], wider * error[known]
+            xs += [x, x[::-1], x[:1], np.array([np.nan])]
+            low = np.maximum(y * (1.0 - e), 0.0)
+            high = y * (1.0 + e)
+            ys += [high, low[::-1], high[:1], np.array([np.nan])]
     return {
         "type": "scatter",
         "mode": "lines",
-        "x": np.concatenate(xs[:-1]),
-        "y": np.concatenate(ys[:-1]),
+        "x": np.concatenate(xs[:-1]) if xs else np.empty(0),
+        "y": np.concatenate(ys[:-1]) if ys else np.empty(0),
         "fill": "toself",
         "fillcolor": "@band",
         "line": {"width": 0},
         "hoverinfo": "skip",
         "name": name,
     }
+
+
+def _stretches(known: NDArray[np.bool_]) -> list[slice]:
+    """Runs of points that are known: a band ends where its branch does."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], known.astype(int), [0]])))
+    return [slice(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
 def excitation_lines(
@@ -227,8 +341,8 @@ def excitation_lines(
 
 
 def critical_marks(document: Mapping[str, Any]) -> list[Trace]:
-    """Return the critical speeds as rings, with what is known of them on hover."""
-    found = document["critical_speeds"]
+    """Return the critical speeds that are resonances as rings, with what is known on hover."""
+    found = critical_speeds_that_count(document)
     if not found:
         return []
     texts = []
@@ -236,6 +350,8 @@ def critical_marks(document: Mapping[str, Any]) -> list[Trace]:
         words = [f"{c['whirl']}, excited by {', '.join(c['excited_by'])}"]
         if c["log_decrement"]:
             words.append(f"log. decrement {c['log_decrement']:.4g}")
+        if c.get("amplification_factor"):
+            words.append(f"amplification {c['amplification_factor']:.3g}")
         if "frequency_error_estimate" in c:
             words.append(f"error {percent(c['frequency_error_estimate'])}")
         texts.append("<br>".join(words))
@@ -293,6 +409,10 @@ def _near(rpm: FloatArray, hertz: FloatArray, note: Mapping[str, Any]) -> float:
     """Frequency of a branch at a note, its last one where it has ended."""
     alive = np.isfinite(hertz)
     return float(np.interp(note["speed_rpm"], rpm[alive], hertz[alive])) if alive.any() else np.nan
+
+
+def _unstable(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    return list(document["verdict"]["unstable_intervals"])
 
 
 def _limits(document: Mapping[str, Any]) -> list[dict[str, Any]]:

@@ -16,7 +16,7 @@ _LARGEST_DECREMENT = 2.0
 
 
 def damping_chart(document: Mapping[str, Any]) -> Chart:
-    """Return the logarithmic decrements over the speed; below zero a motion grows."""
+    """Return the logarithmic decrements over the speed; below zero it is unstable."""
     lines = branches(document)
     largest = float(np.nanmax(lines.decrement))
     smallest = float(np.nanmin(lines.decrement))
@@ -41,9 +41,9 @@ def damping_chart(document: Mapping[str, Any]) -> Chart:
         "opacity": 0.12,
         "line": {"width": 0},
         "layer": "below",
-        "label": {"text": "motion grows", "font": {"color": "@bad"}},
+        "label": {"text": "unstable", "font": {"color": "@bad"}},
     }
-    caption = "Damping of the branches; in the shaded range below zero a motion grows by itself."
+    caption = "Damping of the branches; the shaded range below zero is unstable."
     if largest > top:
         caption += (
             f" Decrements above {_LARGEST_DECREMENT:g} leave the frame (up to {largest:.3g}): "

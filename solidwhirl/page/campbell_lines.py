@@ -6,22 +6,33 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solidwhirl.page.traces import FloatArray, numbers, percent
-from solidwhirl.rotordyn.campbell import Campbell
 
 # Decrements below this are those of no damping.
 UNDAMPED = 1e-9
 
 
 class Lines(NamedTuple):
-    """Branches of a document as arrays: speeds (s,), the others (b, s)."""
+    """Branches of a document as arrays: speeds (s,), the others (b, s).
+
+    Where a branch does not exist its frequency is nan. `damped` tells where it is critically
+    damped, that is no resonance.
+    """
 
     rpm: FloatArray
     hertz: FloatArray
     decrement: FloatArray
     error: FloatArray | None
     whirl: list[list[str | None]]
+    damped: NDArray[np.bool_]
+
+    @property
+    def top_hz(self) -> float:
+        """Highest frequency of what is a resonance; of all branches where nothing is."""
+        counting = np.where(self.damped, np.nan, self.hertz)
+        return float(np.nanmax(counting if np.isfinite(counting).any() else self.hertz))
 
 
 def branches(document: Mapping[str, Any]) -> Lines:
@@ -36,23 +47,9 @@ def branches(document: Mapping[str, Any]) -> Lines:
         numbers(found["log_decrement"]).reshape(hertz.shape),
         None if errors is None else numbers(errors).reshape(hertz.shape),
         [list(branch) for branch in found["whirl"]],
-    )
-
-
-def lines_of(campbell: Campbell) -> Lines:
-    """Return the branches of a Campbell diagram, without errors.
-
-    Parameters
-    ----------
-    campbell
-        As arrays.
-    """
-    return Lines(
-        campbell.speeds_rad_s * 30.0 / np.pi,
-        np.asarray(campbell.frequency_hz),
-        np.asarray(campbell.log_decrement),
-        None,
-        [[str(w) or None for w in branch] for branch in campbell.whirl],
+        np.array(
+            found.get("critically_damped", np.zeros(hertz.shape, dtype=bool)), dtype=bool
+        ).reshape(hertz.shape),
     )
 
 
@@ -70,12 +67,14 @@ def point_texts(lines: Lines, *, with_frequency: bool = False) -> list[list[str]
     for b, (hertz, decrement) in enumerate(zip(lines.hertz, lines.decrement, strict=True)):
         row = []
         for s, (f, d) in enumerate(zip(hertz, decrement, strict=True)):
-            words = [f"branch {b + 1}, {lines.whirl[b][s] or 'ended'}"]
+            words = [f"branch {b + 1}, {lines.whirl[b][s] or 'none'}"]
             if with_frequency:
                 words.append(f"{f:.6g} Hz")
             elif abs(d) > UNDAMPED:
                 words.append(f"log. decrement {d:.4g}")
-            if lines.error is not None and not with_frequency:
+            if lines.damped[b, s]:
+                words.append("critically damped: no resonance")
+            elif lines.error is not None and not with_frequency:
                 words.append(f"error {percent(float(lines.error[b, s]))}")
             row.append("<br>".join(words))
         out.append(row)

@@ -1,4 +1,4 @@
-"""Section: the engine to scale, with its bodies, bearings, gears, nodes and a ruler."""
+"""Section: the drawing to scale, with bodies, bearings, gears, nodes and a ruler."""
 
 from __future__ import annotations
 
@@ -33,12 +33,15 @@ from solidwhirl.page.svg import (
     ruler_steps,
     text,
 )
+from solidwhirl.page.traces import FloatArray
 from solidwhirl.scene import Scene
 from solidwhirl.scene_joints import BearingSpec
 
 _WIDTH, _MARGIN, _TALLEST = 1040.0, 40.0, 560.0
 _RULER, _LEGEND_LINE = 46.0, 22.0
 _MOST_TICKS = 12
+# On the first screen of a page: height of the bodies and the picture, least width.
+_LOW, _FIRST_SCREEN, _LEAST = 170.0, 300, 560
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +59,7 @@ class _Plan:
 
 
 def section(run: Run) -> Section:
-    """Drawing of the engine.
+    """Drawing of all bodies and what joins them.
 
     Parameters
     ----------
@@ -74,8 +77,27 @@ def section(run: Run) -> Section:
                        scroll_px=900)  # fmt: skip
     return Section(
         name="engine",
-        title="The engine, to scale",
+        title="Drawing to scale",
         blocks=(picture, _places(bodies), *sections_table(scene), *_joints(scene)),
+    )
+
+
+def small_picture(run: Run) -> Picture:
+    """Return the drawing for the first screen of a page: as high as there is room for.
+
+    Parameters
+    ----------
+    run
+        The run.
+    """
+    scene, bodies = run.results.scene, silhouettes_of(run.results)
+    names = [(z, words.partition(":")[0]) for z, words in _joint_labels(scene, bodies)]
+    return Picture(
+        data=_drawing(scene, bodies, ((), names), _LOW),
+        caption="",
+        alt="Longitudinal section of all bodies, to scale.",
+        scroll_px=_LEAST,
+        height_px=_FIRST_SCREEN,
     )
 
 
@@ -120,11 +142,20 @@ def drawing_svg(scene: Scene, bodies: Sequence[Silhouette]) -> str:
     bodies
         From `silhouettes_of`.
     """
-    above = [*_node_labels(bodies)]
-    below = [*_joint_labels(scene, bodies)]
+    return _drawing(scene, bodies, (_node_labels(bodies), _joint_labels(scene, bodies)), _TALLEST)
+
+
+def _drawing(
+    scene: Scene,
+    bodies: Sequence[Silhouette],
+    labels_at: tuple[Sequence[tuple[float, str]], Sequence[tuple[float, str]]],
+    tallest: float,
+) -> str:
+    """The drawing with labels above and below it, and bodies that are so high at most."""
+    above, below = labels_at
     low, high, radius = _extent(bodies)
     width = max(_WIDTH, 2 * _MARGIN + 16.0 * max(len(above), len(below)))
-    scale = min((width - 2 * _MARGIN) / (high - low), _TALLEST / max(2 * radius, 1e-9))
+    scale = min((width - 2 * _MARGIN) / (high - low), tallest / max(2 * radius, 1e-9))
     left = 0.5 * (width - (high - low) * scale)
     grounds = _most_grounds(scene)
     casing = radius * scale + BEYOND
@@ -146,7 +177,7 @@ def drawing_svg(scene: Scene, bodies: Sequence[Silhouette]) -> str:
         *_machine(scene, plan),
         *_ruler(plan, low, high, height - _RULER + 6.0),
     ]
-    return document(width, height, parts, "engine drawing")
+    return document(width, height, parts, "drawing to scale")
 
 
 def _extent(bodies: Sequence[Silhouette]) -> tuple[float, float, float]:
@@ -226,11 +257,39 @@ def stiffness_text(bearing: BearingSpec) -> str:
         said.append("rigid" if every else f"rigid {' '.join(bearing.rigid)}")
     matrix = np.array(bearing.stiffness_n_per_m, dtype=float)
     if matrix.any():
-        x, y = matrix[0, 0], matrix[1, 1]
-        said.append(f"{_short(x)} N/m" if x == y else f"{_short(x)}, {_short(y)} N/m")
+        said.append(matrix_text(matrix, "N/m"))
     if bearing.speed_law is not None:
         said.append(f"law {bearing.speed_law}")
+    damping = np.array(bearing.damping_n_s_per_m, dtype=float)
+    if not said and damping.any():
+        said.append(matrix_text(damping, "N s/m"))
     return ", ".join(said) or "no lateral stiffness"
+
+
+def matrix_text(matrix: FloatArray, unit: str) -> str:
+    """Return a 2 x 2 matrix of coefficients in a few words, with all that is not zero.
+
+    Parameters
+    ----------
+    matrix
+        [[xx, xy], [yx, yy]], not all zero.
+    unit
+        Of its entries.
+
+    Returns
+    -------
+    str
+        Such as "2e7 N/m", "2e7, 3e7 N/m" or "±1.2e6 N/m cross" for xy = -yx = 1.2e6.
+    """
+    (x, xy), (yx, y) = matrix
+    said = []
+    if x or y:
+        said.append(f"{_short(x)} {unit}" if x == y else f"{_short(x)}, {_short(y)} {unit}")
+    if xy or yx:
+        sign = "±" if xy > 0.0 else "∓"
+        cross = f"{sign}{_short(abs(xy))}" if xy == -yx else f"{_short(xy)}, {_short(yx)}"
+        said.append(f"{cross if xy != yx else _short(xy)} {unit} cross")
+    return ", ".join(said)
 
 
 def _short(value: float) -> str:
@@ -373,9 +432,8 @@ def _joints(scene: Scene) -> Iterator[Table]:
     rows: list[tuple[str, str, str, str, str]] = []
     for b in scene.bearings:
         damping = np.array(b.damping_n_s_per_m, dtype=float)
-        x, y = damping[0, 0], damping[1, 1]
-        said = f"{x:.3g} N s/m" if x == y else f"{x:.3g}, {y:.3g} N s/m"
-        rows.append((b.name, b.first, b.second, stiffness_text(b), said if damping.any() else ""))
+        said = matrix_text(damping, "N s/m") if damping.any() else ""
+        rows.append((b.name, b.first, b.second, stiffness_text(b), said))
     for g in scene.gears:
         teeth = g.mesh_stiffness_n_per_m
         held = "rigid teeth" if teeth is None else f"teeth {teeth:.3g} N/m"

@@ -107,3 +107,29 @@ def operating_bands(speeds: tuple[Operating, ...], bottom: float, top: float) ->
         )
         for k, o in enumerate(speeds)
     ]
+
+
+def unstable_shapes(intervals: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return unstable intervals as shaded speeds, for the `shapes` of a layout.
+
+    Parameters
+    ----------
+    intervals
+        `unstable_intervals` of `results.json`; speeds of the reference shaft.
+    """
+    return [
+        {
+            "type": "rect",
+            "x0": i["from_rpm"],
+            "x1": i["to_rpm"],
+            "yref": "paper",
+            "y0": 0.0,
+            "y1": 1.0,
+            "fillcolor": "@bad",
+            "opacity": 0.12,
+            "line": {"width": 0},
+            "layer": "below",
+            "label": {"text": "unstable", "font": {"color": "@bad"}, "textposition": "top left"},
+        }
+        for i in intervals
+    ]

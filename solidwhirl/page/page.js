@@ -79,7 +79,7 @@ window.solidwhirl = (() => {
     const axis = {
       automargin: true, gridcolor: theme.faint, linecolor: theme.muted, tickcolor: theme.muted,
       zerolinecolor: theme.faint, zeroline: false, showline: true, ticks: "outside", ticklen: 4,
-      title: { standoff: 8 }, minexponent: 4, tickfont: { size: narrow() ? 11 : 12 }, exponentformat: "power",
+      title: { standoff: 8 }, minexponent: 6, tickfont: { size: narrow() ? 11 : 12 }, exponentformat: "power",
     };
     const sceneAxis = {
       gridcolor: theme.faint, linecolor: theme.muted, zerolinecolor: theme.faint,

@@ -120,6 +120,8 @@ class Picture:
         Above the picture.
     scroll_px
         Least width; on a narrower screen the picture scrolls sideways. 0: shrinks.
+    height_px
+        Largest height; a higher picture shrinks. 0: any.
     """
 
     data: str | bytes
@@ -127,6 +129,7 @@ class Picture:
     alt: str
     title: str = ""
     scroll_px: int = 0
+    height_px: int = 0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -249,7 +252,17 @@ class ModeViewer:
     height_px: int = 560
 
 
-Block = Text | Table | Chart | ModeViewer | Picture | Listing
+Single = Text | Table | Chart | ModeViewer | Picture | Listing
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """Blocks side by side where the screen is wide enough, else one under the other."""
+
+    blocks: Sequence[Single]
+
+
+Block = Single | Row
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -272,3 +285,9 @@ class Section:
     title: str
     blocks: Sequence[Block]
     note: str = ""
+
+    @property
+    def every_block(self) -> tuple[Single, ...]:
+        """All blocks, those of rows one by one."""
+        rows = ((b.blocks if isinstance(b, Row) else (b,)) for b in self.blocks)
+        return tuple(block for row in rows for block in row)

@@ -24,6 +24,7 @@ ORDER: tuple[str, ...] = (
     "state_space",
     "others",
     "comparison",
+    "inputs",
     "masses",
     "meshes",
     "accuracy",
@@ -64,12 +65,9 @@ def without_needless_names(section: Section, kinds: Mapping[str, str]) -> Sectio
             title = title.replace(f" ({name})", "").replace(f" ({name}, ", " (")
         return title
 
-    blocks: list[Block] = []
-    for block in section.blocks:
+    def renamed(block: Block) -> Block:
         if isinstance(block, Table):
-            blocks.append(replace(block, title=told(block.title), folded=told(block.folded)))
-        elif isinstance(block, Chart):
-            blocks.append(replace(block, title=told(block.title)))
-        else:
-            blocks.append(block)
-    return replace(section, blocks=blocks)
+            return replace(block, title=told(block.title), folded=told(block.folded))
+        return replace(block, title=told(block.title)) if isinstance(block, Chart) else block
+
+    return replace(section, blocks=[renamed(block) for block in section.blocks])

@@ -14,6 +14,7 @@ from solidwhirl.page.shape_pieces import BeamDisk
 from solidwhirl.page.shape_states import ShownModes, shown_modes
 from solidwhirl.page.traces import Trace, axis, hertz_text, line, marks, series_style
 from solidwhirl.rotordyn import AssembledSystem
+from solidwhirl.rotordyn.damping import log_decrement
 from solidwhirl.rotordyn.mode_shapes import BodyShape, ModeShapes, mode_shapes
 from solidwhirl.rotordyn.participation import Participation, participation
 from solidwhirl.rotordyn.picture_frame import mode_name
@@ -161,17 +162,16 @@ def mode_table(shown: Sequence[ShownModes]) -> Table:
     rows = []
     for modes in shown:
         found = modes.modes.eigenvalues
+        decrements = log_decrement(found)
         for k, value in enumerate(found):
             hertz = float(value.imag / (2.0 * np.pi))
-            decrement = float(-2.0 * np.pi * value.real / value.imag)
             rows.append(
                 [
                     f"{modes.rpm[k]:.0f}",
                     mode_name(modes.numbers, k),
                     f"{hertz:.5g}",
                     whirl_text(modes.whirl[k]),
-                    # rounding of an undamped mode
-                    decrement if abs(decrement) > 1e-9 else 0.0,
+                    float(decrements[k]) or None,  # rounding is no damping
                 ]
             )
     return Table(

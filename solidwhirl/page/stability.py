@@ -1,42 +1,37 @@
-"""Stability of a page: smallest damping over the speed, thresholds, bearing laws."""
+"""Stability of a page: unstable speeds, damping of the first modes, bearing laws."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from solidwhirl.page.campbell_lines import Lines, branches
-from solidwhirl.page.least_damped import (
-    LeastDamped,
-    least_of_branches,
-    least_traces,
-    undamped_branches,
-)
-from solidwhirl.page.records import Chart, Choice, Option, Run, Section, Text
+from solidwhirl.page.marks import whirl_text
+from solidwhirl.page.operating import unstable_shapes
+from solidwhirl.page.records import Chart, Choice, Option, Run, Section, Table, Text
 from solidwhirl.page.traces import (
     SPEED_AXIS,
     FloatArray,
     Trace,
+    WhirlStyle,
     analyses_of_kind,
     axis,
+    hertz_text,
     line,
     metric,
     numbers,
     series_style,
     slug,
+    style_of,
 )
-
-# Decrements and growth rates below this are those of undamped motion.
-_NOTHING = 1e-9
 
 
 def section(run: Run) -> Section | None:
     """Return stability charts and bearing laws; None where the scene has none."""
     blocks: list[Any] = []
     for name, entry in analyses_of_kind(run.document, "stability").items():
-        blocks += stability_blocks(name, entry, branches(run.document))
+        blocks += stability_blocks(name, entry)
     for name, entry in analyses_of_kind(run.document, "bearing_laws").items():
         blocks += law_blocks(name, entry)
     if not blocks:
@@ -45,12 +40,13 @@ def section(run: Run) -> Section | None:
         name="stability",
         title="Stability and bearing laws",
         blocks=blocks,
-        note="Whether a motion grows by itself, and how bearings change with the speed.",
+        note="Where the system is unstable, how its first modes are damped, and how bearings "
+        "change with the speed.",
     )
 
 
-def stability_blocks(name: str, entry: Mapping[str, Any], lines: Lines | None = None) -> list[Any]:
-    """Return the smallest decrement over the speed with the threshold.
+def stability_blocks(name: str, entry: Mapping[str, Any]) -> list[Any]:
+    """Return where the system is unstable, and the damping of its first modes over the speed.
 
     Parameters
     ----------
@@ -58,129 +54,130 @@ def stability_blocks(name: str, entry: Mapping[str, Any], lines: Lines | None = 
         Of the analysis.
     entry
         Its part of `results.json`.
-    lines
-        Branches of the Campbell diagram, whose smallest decrement is then shown at first.
     """
-    every = _least_of_all(entry)
-    shown = None if lines is None else least_of_branches(lines)
-    growth = numbers(entry["largest_growth_rate_per_s"])
-    found, rpm = entry["threshold"], every.rpm
-    if found is None:
-        text = f"No motion grows up to {rpm.max():g} rpm."
+    rpm, found = numbers(entry["speed_rpm"]), entry["unstable_intervals"]
+    blocks: list[Any] = []
+    if found:
+        blocks.append(_intervals_table(name, found))
     else:
-        text = (
-            f"**A motion grows ({found['kind']}) from {found['speed_rpm']:.1f} rpm**, "
-            f"at {found['frequency_hz'] or 0.0:.4g} Hz."
-        )
-    least = np.nanmax(np.abs(every.decrement), initial=0.0)
-    nothing = found is None and max(least, np.nanmax(growth, initial=0.0)) < _NOTHING
-    if nothing:
-        text += " At every speed there is motion that nothing damps, such as torsion: the smallest "
-        text += "decrement of all modes is 0"
-        if shown is None:
-            return [Text(text=f"{text}, and there is no curve to draw.")]
-        text += "."
-    said = [] if shown is None else [f"- Least damped in the Campbell diagram: {shown.said}"]
-    if not nothing and np.isfinite(every.decrement).any():
-        said.append(f"- Least damped of all modes: {every.said}")
-    text += "".join(f"\n{line}" for line in said)
-    blocks: list[Any] = [Text(text=text, kind="plain" if found is None else "warning")]
-    missing = 0 if lines is None or shown is None else undamped_branches(lines)
-    return [*blocks, _stability_chart(name, entry, shown, every, missing)]
+        blocks.append(Text(text=f"Stable from {rpm.min():g} to {rpm.max():g} rpm."))
+    if entry["at_operating"]:
+        blocks.append(_operating_table(name, entry["at_operating"]))
+    return [*blocks, _stability_chart(name, entry)]
 
 
-def _least_of_all(entry: Mapping[str, Any]) -> LeastDamped:
-    growth = numbers(entry["largest_growth_rate_per_s"])
-    hertz = numbers(entry["frequency_hz"])
-    texts = [
-        f"{f:.5g} Hz, {n} growing, largest rate {g:.4g} 1/s"
-        for f, n, g in zip(hertz, entry["growing_motions"], growth, strict=True)
+def _intervals_table(name: str, found: Sequence[Mapping[str, Any]]) -> Table:
+    return Table(
+        title=f"Unstable speeds ({name})",
+        head=[
+            "from [rpm]", "to [rpm]", "kind", "whirl", "frequency at onset [Hz]",
+            "largest growth rate [1/s]", "at [rpm]",
+        ],
+        rows=[
+            [
+                f"{i['from_rpm']:.1f}",
+                f"{i['to_rpm']:.1f}" if i["closes"] else "beyond the range",
+                i["kind"],
+                whirl_text(i["whirl"]),
+                i["frequency_hz"] if i["kind"] == "flutter" else None,
+                i["largest_growth_rate_per_s"],
+                f"{i['largest_growth_at_rpm']:.0f}",
+            ]
+            for i in found
+        ],
+    )  # fmt: skip
+
+
+def _operating_table(name: str, found: Sequence[Mapping[str, Any]]) -> Table:
+    whirls = ("first_forward", "first_backward")
+    return Table(
+        title=f"Damping at operating speeds ({name})",
+        head=[
+            "shaft", "its speed [rpm]", "stable",
+            "log. decrement, first forward [1]", "[Hz]",
+            "log. decrement, first backward [1]", "[Hz]",
+        ],
+        rows=[
+            [
+                o["shaft"],
+                f"{o['shaft_speed_rpm']:.6g}",
+                o["stable"],
+                *(o[whirl][key] for whirl in whirls for key in ("log_decrement", "frequency_hz")),
+            ]
+            for o in found
+        ],
+    )  # fmt: skip
+
+
+def _stability_chart(name: str, entry: Mapping[str, Any]) -> Chart:
+    rpm = numbers(entry["speed_rpm"])
+    traces: list[Trace] = [
+        _decrement_line(rpm, entry[f"first_{whirl}"], f"first {whirl} mode", style_of(whirl))
+        for whirl in ("forward", "backward")
     ]
-    decrement = numbers(entry["smallest_log_decrement"])
-    return LeastDamped(numbers(entry["speed_rpm"]), decrement, hertz, texts)
-
-
-def _stability_chart(
-    name: str,
-    entry: Mapping[str, Any],
-    shown: LeastDamped | None,
-    every: LeastDamped,
-    missing: int,
-) -> Chart:
-    traces: list[Trace] = [] if shown is None else least_traces(shown)
-    options = []
-    if shown is not None:
-        options.append(Option(label="decrement, Campbell diagram", traces=[0, 1]))
-    at = len(traces)
-    traces += least_traces(every)
-    options.append(Option(label="decrement, all modes", traces=[at, at + 1]))
+    smallest = {
+        "log_decrement": entry["smallest_log_decrement"], "frequency_hz": entry["frequency_hz"]
+    }  # fmt: skip
+    below = f"below {entry['frequency_max_hz']:.4g} Hz"
+    traces.append(_decrement_line(rpm, smallest, f"least damped mode {below}", series_style(2)))
+    growth = numbers(entry["largest_growth_rate_per_s"])
     traces.append(
         line(
-            every.rpm,
-            numbers(entry["largest_growth_rate_per_s"]),
-            "largest growth rate",
+            rpm,
+            growth,
+            "largest growth rate of all modes",
             series_style(1),
-            mode="lines+markers",
-            text=every.texts,
-            hovertemplate="%{x:,.0f} rpm<br><b>%{y:.4g}</b><br>%{text}<extra></extra>",
+            hovertemplate="%{x:,.0f} rpm<br><b>%{y:.4g} 1/s</b><extra></extra>",
         )
     )
-    growth = {"yaxis.title.text": "growth rate [1/s]", "yaxis2.visible": False}
-    options.append(Option(label="largest growth rate", traces=[at + 2], layout=growth))
-    caption = (
-        "Smallest logarithmic decrement and the frequency of the mode that has it, or the largest "
-        "growth rate of all motions; the engine is stable where the decrement of all modes is "
-        "above and the growth rate below zero. The least damped of all modes may lie far above "
-        "what the engine excites."
-    )
-    if missing:
-        are = "branch that nothing damps is" if missing == 1 else "branches that nothing damps are"
-        caption += f" Of the Campbell diagram {missing} {are} left out."
+    options = [
+        Option(label="decrement, first modes", traces=[0, 1]),
+        Option(label=f"decrement, least damped {below}", traces=[2]),
+        Option(
+            label="growth rate", traces=[3], layout={"yaxis.title.text": "growth rate [1/s]"}
+        ),
+    ]  # fmt: skip
     return Chart(
         name=f"stability-{slug(name)}",
-        title=f"Least damped motion over the speed ({name})",
-        caption=caption,
-        alt="Smallest logarithmic decrement over the speed and the frequency of its mode.",
+        title=f"Damping over the speed ({name})",
+        caption="First modes: the lowest lateral modes that vibrate in each direction of whirl. "
+        "Below zero, or where the growth rate is above zero, and in the shaded speeds the system "
+        "is unstable.",
+        alt="Logarithmic decrement of the first forward and backward mode over the speed.",
         traces=traces,
         layout={
-            "xaxis": axis(SPEED_AXIS, range=[float(every.rpm.min()), float(every.rpm.max())]),
+            "xaxis": axis(SPEED_AXIS, range=[float(rpm.min()), float(rpm.max())]),
             "yaxis": axis(
                 "logarithmic decrement [1]",
                 zeroline=True,
                 zerolinecolor="@muted",
                 rangemode="tozero",
             ),
-            "yaxis2": axis(
-                "frequency [Hz]",
-                overlaying="y",
-                side="right",
-                showgrid=False,
-                rangemode="tozero",
-                tickmode="auto",
-            ),
-            "shapes": _threshold(entry["threshold"]),
-            "margin": {"r": 64},
+            "shapes": unstable_shapes(entry["unstable_intervals"]),
         },
         height_px=380,
         controls=[Choice(label="shown", options=options)],
     )
 
 
-def _threshold(found: Mapping[str, Any] | None) -> list[dict[str, Any]]:
-    if found is None:
-        return []
-    return [
-        {
-            "type": "line",
-            "x0": found["speed_rpm"],
-            "x1": found["speed_rpm"],
-            "yref": "paper",
-            "y0": 0.0,
-            "y1": 1.0,
-            "line": {"color": "@bad", "width": 2, "dash": "dash"},
-            "label": {"text": "threshold", "font": {"color": "@bad"}, "textposition": "end"},
-        }
-    ]
+def _decrement_line(
+    rpm: FloatArray, found: Mapping[str, Any], name: str, style: WhirlStyle
+) -> Trace:
+    hertz = numbers(found["frequency_hz"])
+    decrement = numbers(found["log_decrement"])
+    # where a mode exists without damping its decrement is rounding, which the document leaves out
+    shown = np.where(np.isfinite(hertz) & ~np.isfinite(decrement), 0.0, decrement)
+    return line(
+        rpm,
+        shown,
+        name,
+        style,
+        mode="lines+markers",
+        text=[hertz_text(f) if np.isfinite(f) else "" for f in hertz.tolist()],
+        hovertemplate="%{x:,.0f} rpm<br><b>%{y:.4g}</b><br>%{text}<extra></extra>",
+        marker={"symbol": style.symbol, "size": 5, "color": style.color},
+        connectgaps=False,
+    )
 
 
 def law_blocks(name: str, entry: Mapping[str, Any]) -> list[Any]:

@@ -10,8 +10,6 @@ from typing import Any
 import numpy as np
 
 from solidwhirl.outcome import Write, is_picture
-from solidwhirl.page.campbell_lines import lines_of
-from solidwhirl.page.least_damped import least_of_branches
 from solidwhirl.page.operating import operating_rad_s
 from solidwhirl.pictures.engine import draw_engine
 from solidwhirl.pictures.engine_shape import ChosenMode, chosen_modes, engine_shape
@@ -248,7 +246,7 @@ def _analyses(results: Results, title: str) -> Iterator[Picture]:
                 kind="plot",
                 caption="Smallest logarithmic decrement over the speed, of all modes and of those "
                 "in the Campbell diagram, with the frequency of the least damped.",
-                draw=partial(_draw_stable, outcome.document, results, title),
+                draw=partial(_draw_stable, outcome.document, title),
             )
         record = outcome.files.get(f"{name}.npz")
         if outcome.kind == "run_up" and record and f"{name}_spectrogram.png" in outcome.files:
@@ -273,8 +271,8 @@ def _draw_stress(record: Write, title: str, path: Path) -> None:
     draw_stress_still(record, path, title)
 
 
-def _draw_stable(document: Any, results: Results, title: str, path: Path) -> None:
-    draw_stability(document, path, title, least_of_branches(lines_of(results.campbell)))
+def _draw_stable(document: Any, title: str, path: Path) -> None:
+    draw_stability(document, path, title)
 
 
 def _draw_waterfall(record: Write, top_hz: float, title: str, path: Path) -> None:

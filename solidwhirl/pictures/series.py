@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solidwhirl.outcome import Write
-from solidwhirl.page.least_damped import LeastDamped
 from solidwhirl.rotordyn import Invariant
 from solidwhirl.rotordyn.force_spectrum import spectrogram
 from solidwhirl.rotordyn.picture_frame import (
@@ -43,10 +42,8 @@ _PIECE_S, _SPECTRA, _TALLEST = 0.25, 48, 0.16
 _LEAST = 1e-6
 
 
-def draw_stability(
-    document: Mapping[str, Any], path: Path, title: str, shown: LeastDamped | None = None
-) -> None:
-    """Draw the smallest logarithmic decrement over the speed, shaded where motion grows.
+def draw_stability(document: Mapping[str, Any], path: Path, title: str) -> None:
+    """Draw the decrements of the first modes over the speed, unstable speeds shaded.
 
     Parameters
     ----------
@@ -55,40 +52,32 @@ def draw_stability(
     path
         The file; its suffix chooses the kind (.png, .svg, .pdf).
     title
-        Above the picture.
-    shown
-        Least damped mode of the Campbell diagram, drawn beside that of all modes; None draws
-        none. The frequency of the mode with the least decrement stands at each curve.
+        Above the picture. The frequency of a mode stands where its decrement is least.
     """
     from matplotlib.ticker import FuncFormatter
 
     rpm = np.array(document["speed_rpm"], dtype=float)
-    decrement = np.array(document["smallest_log_decrement"], dtype=float)
     with picture(path, title, 76.0, 40, ONE_COLUMN_MM) as (figure, axes):
-        axes.plot(rpm, decrement, color=COLORS[0], linewidth=1.5, marker="o", markersize=3.0,
-                  markevery=max(1, rpm.size // 12), label="least damped of all modes")  # fmt: skip
-        low, high = (float(f(decrement, initial=0.0)) for f in (np.nanmin, np.nanmax))
-        _name_least(axes, rpm, decrement, np.array(document["frequency_hz"], dtype=float))
-        if shown is not None:
-            axes.plot(shown.rpm, shown.decrement, color=COLORS[2], linewidth=1.5,
-                      linestyle=(0, (3, 1, 1, 1)), label="of the Campbell diagram")  # fmt: skip
-            _name_least(axes, shown.rpm, shown.decrement, shown.hertz)
-            low, high = min(low, *shown.decrement.tolist()), max(high, *shown.decrement.tolist())
-        low, high = min(low, 0.0), max(high, 1e-6)
-        bottom = low - 0.08 * (high - low)
-        axes.axhspan(bottom, 0.0, color="#F6D5C5", zorder=0.5, label="grows by itself")
+        for number, whirl in enumerate(("forward", "backward")):
+            found = document[f"first_{whirl}"]
+            hertz = np.array(found["frequency_hz"], dtype=float)
+            decrement = np.array(found["log_decrement"], dtype=float)
+            # of an undamped mode the decrement is rounding, which the document leaves out
+            decrement[np.isfinite(hertz) & ~np.isfinite(decrement)] = 0.0
+            axes.plot(rpm, decrement, color=COLORS[number], linewidth=1.5,
+                      linestyle=("solid", (0, (3, 1)))[number],
+                      label=f"first {whirl} mode")  # fmt: skip
+            _name_least(axes, rpm, decrement, hertz)
+        for k, found in enumerate(document["unstable_intervals"]):
+            axes.axvspan(found["from_rpm"], found["to_rpm"], color="#F6D5C5", zorder=0.5,
+                         label="unstable" if k == 0 else None)  # fmt: skip
         axes.axhline(0.0, color="black", linewidth=0.8)
-        onset = document["threshold"]
-        if onset is not None:
-            axes.axvline(onset["speed_rpm"], color=COLORS[1], linestyle=(0, (5, 2)), linewidth=1.2,
-                         label=f"onset, {onset['speed_rpm']:.0f} rpm")  # fmt: skip
         axes.set_xlim(float(rpm.min()), max(float(rpm.max()), float(rpm.min()) + 1.0))
-        axes.set_ylim(bottom, high + 0.08 * (high - low))
         axes.locator_params(axis="x", nbins=6)
         name_speeds(axes.xaxis)
         axes.set_xlabel("speed of the reference shaft [rpm]")
         axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: number_text(value)))
-        axes.set_ylabel("smallest log. decrement [1]")
+        axes.set_ylabel("log. decrement [1]")
         draw_grid(axes)
         add_legend(figure, (axes,), place="outside lower center", columns=2)
 

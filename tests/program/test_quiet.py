@@ -52,8 +52,8 @@ def test_doubts_are_said_in_quiet(run, laval):
     done = run(one + ABSURD, "-q")
     assert (done.exit_code, done.stdout) == (0, ""), done.stderr
     first, last = done.stderr.splitlines()
-    assert first.startswith("doubt: analyses[0].unbalances[0].moment_kg_m: 36.3 kg m")
-    assert last.startswith("doubt: bearings: 'rotor' is held by one bearing only ('left')")
+    assert first.startswith("warning: analyses[0].unbalances[0].moment_kg_m: 36.3 kg m")
+    assert last.startswith("warning: bearings: 'rotor' is held by one bearing only ('left')")
 
 
 @pytest.mark.parametrize("options", [("-q",), ("--json",), ()])

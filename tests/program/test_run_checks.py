@@ -152,14 +152,14 @@ def test_nan_fails():
 
 def test_report_and_document():
     text = checks_text(CHECKS)
-    assert text.startswith("6 checks, 1 failed, 1 not decided.")
+    assert text.startswith("6 checks: 1 FAILED, 4 passed, 1 not applicable (damped system).")
     assert (
         "**check failed: three: a: nan, allowed 1.0e-10 (because); can't be trusted: freq" in text
     )
     # the failed one is shown of its name, not the largest that passed
     assert "| a | 3 | three | nan | 1.0e-10 |" in text
     assert "| b | 1 | one | 0 | 0 |" in text
-    assert "- not decided: system: d: there is damping" in text
+    assert "- not applicable: system: d: there is damping" in text
     good = checks_text(CHECKS[:2])
     assert "| a | 2 | two | 5.0e-11 | 1.0e-10 |" in good
     assert "failed:" not in good
