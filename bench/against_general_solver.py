@@ -469,7 +469,8 @@ def _responses(system, scene, results):
     knots = system.knots_rad_s
     further = np.union1d(critical, knots)
     further = np.union1d(
-        further[(further > 0) & (further <= speeds[-1])], np.linspace(0, speeds[-1], 301)[1:]
+        further[(further > 1e-4 * speeds[-1]) & (further <= speeds[-1])],
+        np.linspace(0, speeds[-1], 301)[1:],
     )
     beside = general.response(system, spec["unbalances"], further)
     for exciter in document["exciters"]:

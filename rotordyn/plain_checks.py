@@ -34,6 +34,8 @@ COUNT_SPEEDS = "no critical speed is missing"
 _MOST_FAULTS = 6
 # Two roots of one system nearer than this are taken for the same; residuals tell the rest.
 _SAME = 1e-6
+# Below this part of a range of speeds what is free to drift is told from nothing.
+_NEAR_REST = 1e-4
 # A root this near to the line of an excitation is neither above nor below.
 _ON_THE_LINE = 1e-7
 # Processor work of one group of checks, in operations: a second or two.
@@ -245,7 +247,8 @@ def _between(listed: FloatArray, top: float, knots: Sequence[float]) -> FloatArr
     # equal ones are one root twice, with nothing between them
     apart = np.diff(ends) > _SAME * ends[1:]
     inner = [knot for knot in knots if 1e-3 * top < knot < top]
-    low = min(1e-3 * top, 0.5 * float(listed.min())) if listed.size else 1e-3 * top
+    lowest = 0.5 * float(listed.min(initial=np.inf))
+    low = min(1e-3 * top, max(_NEAR_REST * top, lowest))
     return np.unique(np.concatenate(([low], middle[apart], inner, [top])))
 
 

@@ -17,6 +17,7 @@ from solidwhirl.rotordyn.parts import End
 from solidwhirl.rotordyn.plain_checks import ACCURACY, ROUNDINGS, Miss, worst_of
 from solidwhirl.rotordyn.plain_system import PlainMatrices, PlainSystem, root_error
 from solidwhirl.rotordyn.superelement_checks import MOTIONS
+from solidwhirl.rotordyn.unbalance import NEAR_REST
 
 _EPS = float(np.finfo(float).eps)
 _RPM = 30.0 / np.pi
@@ -174,7 +175,7 @@ def check_peaks(
     highest = np.nanmax(listed, axis=0)
     misses = []
     for speed in doubtful_rad_s:
-        if not speeds_rad_s[0] < speed < speeds_rad_s[-1]:
+        if not max(speeds_rad_s[0], NEAR_REST * speeds_rad_s[-1]) < speed < speeds_rad_s[-1]:
             continue
         force = unbalance_load(plain, loads, speed)
         moved = motion_under(plain.at(speed), ratio * speed, force, rows)

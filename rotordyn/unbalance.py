@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, freeze_arrays
-from solidwhirl.rotordyn.critical_speeds import undamped_places
+from solidwhirl.rotordyn.critical_speeds import critical_speeds, undamped_places
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.harmonic_response import harmonic_response, independent_loads
 from solidwhirl.rotordyn.harmonic_response_nodes import (
@@ -24,11 +24,18 @@ from solidwhirl.rotordyn.orbits import EllipticOrbits, elliptic_orbits
 from solidwhirl.rotordyn.parts import End
 from solidwhirl.rotordyn.reactions import bearing_forces
 from solidwhirl.rotordyn.reprs import exciter_text, unbalance_text
-from solidwhirl.rotordyn.resonance_samples import SMOOTH, Pieces, resolving_samples
+from solidwhirl.rotordyn.resonance_samples import (
+    SMOOTH,
+    Pieces,
+    resolving_samples,
+    samples_around_modes,
+)
 from solidwhirl.rotordyn.system import AssembledSystem
 
 # Bodies whose |speed ratios| differ by less than this fraction excite at one frequency.
 _SAME_RATIO = 1e-12
+# Resonances below this part of a range of speeds are those of a body free to drift.
+NEAR_REST = 1e-4
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -254,9 +261,25 @@ def resolving_speeds(
             motion = node_amplitudes(assembled, nodes, TRANSLATIONS, solved.displacement[:, :, 0])
             return np.nan_to_num(motion).reshape(points.size, -1)
 
-        pieces = response_pieces(assembled, ratio, float(speeds.max(initial=0.0)))
+        top = float(speeds.max(initial=0.0))
+        pieces = response_pieces(assembled, ratio, top)
         resolved = np.union1d(resolved, resolving_samples(speeds, respond, pieces))
+        roots = _critical_roots(assembled, ratio, top)
+        resolved = np.union1d(resolved, samples_around_modes(speeds, roots))
     return resolved
+
+
+def _critical_roots(assembled: AssembledSystem, ratio: float, top: float) -> ComplexArray:
+    """λ over the ratio at damped critical speeds: what samples alone may not show as resonance."""
+    if top == 0 or assembled.is_conservative:
+        return np.empty(0, dtype=complex)
+    try:
+        found = critical_speeds(assembled, ratio, top)
+    except AnalysisError:  # hints only: a free body that whirls at every speed has none
+        found = ()
+    roots = [c.speed_rad_s * complex(-c.log_decrement / (2.0 * np.pi), 1.0) for c in found]
+    roots = [root for root in roots if root.real and root.imag > NEAR_REST * top]
+    return np.array(roots, dtype=complex)
 
 
 def response_pieces(assembled: AssembledSystem, ratio: float, speed_max_rad_s: float) -> Pieces:
