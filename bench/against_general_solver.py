@@ -276,15 +276,15 @@ def _gear(rng, ratio):
 # --- comparison -----------------------------------------------------------------------------------
 
 
-def compare(number: int) -> Outcome:
-    """Run one case by both and compare."""
+def compare(number: int, samples: int = 2000) -> Outcome:
+    """Run one case by both and compare; stability by so many samples."""
     scene, classes = system(number)
     begin = time.perf_counter()
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             results = _run(scene)
-            found, reported = disagreements(scene, results), reports(results)
+            found, reported = disagreements(scene, results, samples), reports(results)
     except Exception as error:
         text = f"{type(error).__name__}: {error}"
         return Outcome(number=number, classes=classes, refused=text)
@@ -310,13 +310,13 @@ def reports(results) -> tuple[str, ...]:
     return tuple(f"{c.where}: {c.name}" for c in results.checks if c.passed is False)
 
 
-def disagreements(scene, results) -> list[Disagreement]:
+def disagreements(scene, results, samples=2000) -> list[Disagreement]:
     """Campbell diagram, critical speeds, stability and responses of a run that are not right."""
     system = general.general(scene)
     return [
         *_campbell(system, results.campbell),
-        *_critical(system, scene, results),
-        *_stability(system, scene, results.analyses["stability"].document),
+        *_critical(system, scene, results, samples // 5),
+        *_stability(system, scene, results.analyses["stability"].document, samples),
         *_responses(system, scene, results),
     ]
 
@@ -357,10 +357,10 @@ def _hertz(kind, speed, expected, found):
     )
 
 
-def _critical(system, scene, results):
+def _critical(system, scene, results, samples):
     top = scene["speeds"]["to_rpm"] * RPM
     for ratio in sorted({abs(r) for r in system.ratios.values() if r}):
-        expected = general.critical_speeds(system, ratio, top)
+        expected = general.critical_speeds(system, ratio, top, samples)
         listed = [
             c.critical.speed_rad_s
             for c in results.critical_speeds
@@ -402,9 +402,9 @@ def _slope(system, ratio, speed, rounding):
     return rounding / max(slope, 1e-9)
 
 
-def _stability(system, scene, document):
+def _stability(system, scene, document, samples):
     top = scene["analyses"][0]["to_rpm"] * RPM
-    expected = general.unstable_intervals(system, top)
+    expected = general.unstable_intervals(system, top, samples)
     listed = _listed_intervals(document, top)
     tolerance = lambda s: 1e-6 * s + 1e-9 * top  # noqa: E731
     for low, high in expected:

@@ -1,0 +1,37 @@
+"""Random rotor-bearing systems against an independent solver: numpy and scipy alone."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+BENCH = Path(__file__).parents[2] / "bench"
+
+
+@pytest.fixture(scope="module")
+def compare():
+    sys.path.insert(0, str(BENCH))
+    from against_general_solver import compare
+
+    yield compare
+    sys.path.remove(str(BENCH))
+
+
+def told(outcome):
+    return [str(d) for d in outcome.disagreements] + [outcome.refused, *outcome.reported]
+
+
+@pytest.mark.parametrize("first", range(0, 40, 10))
+def test_no_number_is_wrong_in_silence(compare, first):
+    """Campbell diagram, critical speeds, stability and responses of ten systems at a time."""
+    found = [compare(number, samples=200) for number in range(first, first + 10)]
+    assert not {o.number: told(o) for o in found if o.is_defect}
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("first", range(1000, 1500, 25))
+def test_many_systems(compare, first):
+    found = [compare(number) for number in range(first, first + 25)]
+    assert not {o.number: told(o) for o in found if o.is_defect}
