@@ -7,11 +7,13 @@ allows, whichever is more; both are worked out for each number.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.damping import DEFAULT_RULE
 from solidwhirl.rotordyn.invariants import Invariant, compared, undecided
 from solidwhirl.rotordyn.mode_counts import full_spectrum, missing_modes
 from solidwhirl.rotordyn.plain_system import (
@@ -36,6 +38,8 @@ _MOST_FAULTS = 6
 _SAME = 1e-6
 # Below this part of a range of speeds what is free to drift is told from nothing.
 _NEAR_REST = 1e-4
+# Width of an interval (relative) that holds one crossing of a line.
+_NARROW = 1e-9
 # A root this near to the line of an excitation is neither above nor below.
 _ON_THE_LINE = 1e-7
 # Processor work of one group of checks, in operations: a second or two.
@@ -219,16 +223,49 @@ def check_critical_roots(
         return (*out, undecided(COUNT_SPEEDS, where, concerns, reason))
     above = [_above(plain, speed, excitation_ratio) for speed in between]
     faults = []
-    for low, high, first, last in zip(between, between[1:], above, above[1:], strict=False):
+    for (low, first), (high, last) in pairwise(zip(between, above, strict=True)):
         if first is None or last is None:
             continue
-        inside = int(np.count_nonzero((listed > low) & (listed < high)))
+        inside = listed[(listed > low) & (listed < high)]
         net = first - last
-        if inside < abs(net) or (inside - net) % 2:
-            place = f"{low * _RPM:.6g} and {high * _RPM:.6g} rpm"
-            faults.append(f"between {place} {inside} are listed, {net} counted")
-    text = "; ".join(faults[:_MOST_FAULTS]) or f"counted at {between.size} speeds"
+        if inside.size >= abs(net) and (inside.size - net) % 2 == 0:
+            continue
+        # roots so damped that they do not resonate are no critical speeds
+        ends = ((float(low), first), (float(high), last))
+        met = [m for m in _meetings(plain, *ends, excitation_ratio) if _counts(m.root)]
+        lost = [m.speed for m in met if not (np.abs(inside - m.speed) <= _SAME * m.speed).any()]
+        faults += [f"{speed * _RPM:.9g} rpm" for speed in lost]
+    text = f"counted at {between.size} speeds"
+    if faults:
+        text = f"missing: {'; '.join(faults[:_MOST_FAULTS])}"
     return (*out, compared(COUNT_SPEEDS, where, len(faults), 0.0, concerns, text))
+
+
+class _Meeting(NamedTuple):
+    """A speed at which a root meets the line of an excitation."""
+
+    speed: float
+    root: complex
+
+
+def _meetings(
+    plain: PlainSystem, low: tuple[float, int], high: tuple[float, int], ratio: float
+) -> list[_Meeting]:
+    """Return what changes the number of roots above a line between two speeds."""
+    (start, first), (end, last) = low, high
+    middle = 0.5 * (start + end)
+    if end - start <= _NARROW * end:
+        values = full_spectrum(plain.at(middle), ratio * middle)
+        order = np.argsort(np.abs(values.imag - ratio * middle))[: abs(first - last)]
+        return [_Meeting(middle, complex(values[at])) for at in order]
+    values = full_spectrum(plain.at(middle), ratio * middle)
+    there = int(np.count_nonzero(values.imag > ratio * middle))
+    halves = ((low, (middle, there)), ((middle, there), high))
+    return [m for a, b in halves if a[1] != b[1] for m in _meetings(plain, a, b, ratio)]
+
+
+def _counts(root: complex) -> bool:
+    return bool(DEFAULT_RULE.counts(np.array([root]))[0])
 
 
 def _at_speed(plain: PlainSystem, value: complex, speed: float) -> Miss:
