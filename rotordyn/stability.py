@@ -1,4 +1,4 @@
-"""Stability: the least damping over the speed, and the speed from which a mode grows by itself."""
+"""Stability: where a motion grows by itself, and the damping that matters over the speed."""
 
 from __future__ import annotations
 
@@ -7,22 +7,115 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import brentq, minimize_scalar
+import scipy.linalg as la
 
-from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, freeze_arrays
-from solidwhirl.rotordyn.damping import NEUTRAL
+from solidwhirl.rotordyn.arrays import BoolArray, ComplexArray, FloatArray, freeze_arrays
+from solidwhirl.rotordyn.damping import NEUTRAL, PEAKLESS, DampingRule
 from solidwhirl.rotordyn.eigen import Modes, modes_at_speed
+from solidwhirl.rotordyn.eigenvalue_paths import blocks_of
 from solidwhirl.rotordyn.errors import AnalysisError
+from solidwhirl.rotordyn.law_pieces import LawPieces
+from solidwhirl.rotordyn.left_vectors import together
+from solidwhirl.rotordyn.spectrum import scale_by_stiffness
 from solidwhirl.rotordyn.system import AssembledSystem
-from solidwhirl.rotordyn.tracking import POOR_OVERLAP, match_modes
-from solidwhirl.rotordyn.whirl import whirl_direction
+from solidwhirl.rotordyn.unstable_windows import Window, unstable_windows
+from solidwhirl.rotordyn.whirl import interface_orbits, whirl_direction
 
-# Relative accuracy of a threshold, and the width at which one mode alone is followed to it.
-_ACCURACY = 1e-12
-_NARROW = 1e-7
-_HALVINGS = 60
-# A maximum of Re λ is looked into if it stands out by more than one part in this of |Re λ|.
-_PROMINENT = 10.0
+# |Im λ| below this fraction of |λ| is real.
+_REAL_FRACTION = 1e-6
+# A matrix with a unit diagonal may have eigenvalues this far below zero by rounding.
+_SEMIDEFINITE = 1e-12
+# The sense of whirl at rest is that at this fraction of the highest speed.
+_BARELY_TURNING = 1e-6
+# Net whirl below this is rounding.
+_PLANAR = 1e-9
+# Eigenvalues closer than this (relative) are equal.
+_EQUAL = 1e-6
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class UnstableInterval:
+    """Hold a range of speeds in which some motion grows at every speed.
+
+    Attributes
+    ----------
+    low_rad_s, high_rad_s
+        Its ends Ω, rad/s.
+    opens, closes
+        Whether growth begins at the lower end and ceases at the upper one; False where the range
+        that was searched begins or ends with growth.
+    kind
+        At the lower end: "flutter" (an oscillation grows) or "divergence" (a motion grows without
+        oscillating).
+    growth_1_s
+        Largest Re λ in the interval, 1/s.
+    speed_rad_s
+        Ω of that.
+    eigenvalue
+        λ at the lower end, 1/s; Re λ = 0 to rounding if the interval opens.
+    frequency_hz, frequency_end_hz
+        |Im λ| / 2π at the lower and at the upper end, Hz; 0 for a divergence.
+    whirl
+        At the lower end, "forward", "backward", "mixed" or "planar"; empty for a divergence.
+    shape
+        Mode there in the independent coordinates, shape (n,), largest entry 1; empty for a
+        divergence.
+    """
+
+    low_rad_s: float
+    high_rad_s: float
+    opens: bool
+    closes: bool
+    kind: Literal["flutter", "divergence"]
+    growth_1_s: float
+    speed_rad_s: float
+    eigenvalue: complex
+    frequency_hz: float
+    frequency_end_hz: float
+    whirl: str
+    shape: ComplexArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "shape")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class FirstMode:
+    """Hold damping and frequency of the first mode of one whirl over the speed.
+
+    Attributes
+    ----------
+    log_decrement
+        Shape (s,); exactly 0 where it is rounding, nan where there is no such mode.
+    frequency_hz
+        Shape (s,), Hz.
+    """
+
+    log_decrement: FloatArray
+    frequency_hz: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "log_decrement", "frequency_hz")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class WhirlDecrements:
+    """Hold the first forward and the first backward mode over the speed.
+
+    Attributes
+    ----------
+    speeds_rad_s
+        Ω, shape (s,).
+    first_forward, first_backward
+        The lateral mode of lowest frequency with that whirl and a damping ratio below 0.71.
+    """
+
+    speeds_rad_s: FloatArray
+    first_forward: FirstMode
+    first_backward: FirstMode
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "speeds_rad_s")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -65,13 +158,16 @@ class StabilityChart:
     speeds_rad_s
         Ω, shape (s,).
     log_decrement
-        Smallest of the oscillatory modes looked at, shape (s,); nan where there is none.
+        Smallest of the oscillatory modes looked at, shape (s,); exactly 0 where it is rounding, nan
+        where there is none.
     frequency_hz
         Of that mode, shape (s,), Hz.
     growth_rate_1_s
         Largest Re λ of all motions, oscillating or not, shape (s,); zeros of rigid motion aside.
     unstable_count
         Number of eigenvalues that grow, an oscillation counting once, shape (s,).
+    first_forward, first_backward
+        The first mode of either whirl, see `whirl_decrements`.
     """
 
     speeds_rad_s: FloatArray
@@ -79,6 +175,8 @@ class StabilityChart:
     frequency_hz: FloatArray
     growth_rate_1_s: FloatArray
     unstable_count: npt.NDArray[np.int_]
+    first_forward: FirstMode
+    first_backward: FirstMode
 
     def __post_init__(self) -> None:
         freeze_arrays(
@@ -105,8 +203,9 @@ def stability_chart(
     speeds_rad_s
         Ω, shape (s,), in any order.
     frequency_max_hz
-        Leave oscillatory modes above this out of `log_decrement`; high modes that move no damped
-        place are neutral and hide the others. All count for `unstable_count`.
+        Leave oscillatory modes above this out of `log_decrement`, and those above the highest mode
+        that every reduced body has kept: they are no modes of the machine. All count for
+        `unstable_count`.
 
     Returns
     -------
@@ -118,34 +217,78 @@ def stability_chart(
     AnalysisError
         If a speed is not finite or there is none.
     """
-    speeds = np.array(speeds_rad_s, dtype=float)
-    if speeds.ndim != 1 or not speeds.size or not np.isfinite(speeds).all():
-        raise AnalysisError(f"speeds_rad_s needs one or more finite speeds; found {speeds.shape}")
-    rows = []
-    for speed in speeds:
+    speeds = _checked_speeds(speeds_rad_s)
+    limit_hz = min(frequency_max_hz, represented_hz(assembled))
+    rows, firsts = [], []
+    for speed, turning in zip(speeds, _barely_turning(speeds), strict=True):
         modes = modes_at_speed(assembled, float(speed))
-        decrement, frequency = np.nan, np.nan
-        low = np.flatnonzero(modes.frequency_hz <= frequency_max_hz)
-        if low.size:
-            at = int(low[modes.log_decrement[low].argmin()])
-            decrement, frequency = modes.log_decrement[at], modes.frequency_hz[at]
-        rates = _rates(modes)
-        largest = float(rates.rates.max()) if rates.rates.size else np.nan
-        rows.append((decrement, frequency, largest, rates.growing.sum()))
+        whirling = modes if turning == speed else modes_at_speed(assembled, turning)
+        firsts.append(_first_modes(assembled, whirling, None))
+        rows.append(_least_damped(modes, limit_hz))
     columns = np.array(rows, dtype=float).T
+    whirl = _whirl_record(speeds, firsts)
     return StabilityChart(
         speeds_rad_s=speeds,
         log_decrement=columns[0],
         frequency_hz=columns[1],
         growth_rate_1_s=columns[2],
         unstable_count=columns[3].astype(int),
+        first_forward=whirl.first_forward,
+        first_backward=whirl.first_backward,
     )
+
+
+def _least_damped(modes: Modes, limit_hz: float) -> tuple[float, float, float, int]:
+    """Return decrement and frequency of the least damped mode, largest growth, growing motions."""
+    decrement, frequency = np.nan, np.nan
+    low = np.flatnonzero(modes.frequency_hz <= limit_hz)
+    if low.size:
+        at = int(low[modes.log_decrement[low].argmin()])
+        decrement, frequency = modes.log_decrement[at], modes.frequency_hz[at]
+    rates = _rates(modes)
+    largest = float(rates.rates.max()) if rates.rates.size else np.nan
+    return decrement, frequency, largest, int(rates.growing.sum())
+
+
+def represented_hz(assembled: AssembledSystem) -> float:
+    """Return the frequency up to which the modes of all bodies are kept, Hz.
+
+    Parameters
+    ----------
+    assembled
+        The system.
+
+    Returns
+    -------
+    float
+        Lowest over the bodies of the highest mode that each has kept; inf if none is reduced to
+        modes. What oscillates above is left over by the truncation.
+    """
+    kept = [
+        max(modal)
+        for rotor in assembled.system.rotors.values()
+        if (modal := [c.frequency_hz for c in rotor.element.coordinates if c.kind == "modal"])
+    ]
+    return min(kept, default=np.inf)
+
+
+class _Rates(NamedTuple):
+    """All eigenvalues that are not zero, oscillating first, with their growth."""
+
+    values: ComplexArray
+    rates: FloatArray
+    growing: BoolArray
+
+
+def _rates(modes: Modes) -> _Rates:
+    values = np.concatenate((modes.eigenvalues, modes.real_eigenvalues.astype(complex)))
+    return _Rates(values, values.real, values.real > NEUTRAL * np.abs(values))
 
 
 def stability_threshold(
     assembled: AssembledSystem, speed_max_rad_s: float, speed_count: int = 41
 ) -> StabilityThreshold | None:
-    """Find the lowest speed at which a motion of the system stops decaying.
+    """Find the lowest speed from rest at which a motion of the system stops decaying.
 
     Parameters
     ----------
@@ -154,194 +297,267 @@ def stability_threshold(
     speed_max_rad_s
         Search from rest up to this Ω, rad/s.
     speed_count
-        Speeds looked at first, evenly spaced. An unstable range between two of them is found if
-        three neighbours show a maximum of Re λ of an oscillation that stands out by a tenth.
+        Without effect: the search takes the speeds that it needs. 3 or more.
 
     Returns
     -------
     StabilityThreshold or None
-        None if nothing grows. Growth below 1e-8 of the eigenvalue counts as neutral.
+        The lower end of the first unstable interval; None if nothing grows.
 
     Raises
     ------
     AnalysisError
         If the speed is not positive and finite, or fewer than 3 speeds are asked for.
-
-    Notes
-    -----
-    The growth of any mode brackets the threshold, whatever the order of the modes; then Re λ = 0
-    is solved on the mode that grows. An undamped system whose modes meet and split has no Re λ
-    that changes its sign; there the place where growth begins is bisected.
     """
     if not (np.isfinite(speed_max_rad_s) and speed_max_rad_s > 0):
         raise AnalysisError(f"speed_max_rad_s is {speed_max_rad_s}; it must be positive, finite")
     if speed_count < 3:
         raise AnalysisError(f"speed_count is {speed_count}; 3 or more are needed")
-    if _never_grows(assembled, speed_max_rad_s):
+    found = unstable_intervals(assembled, 0.0, speed_max_rad_s)
+    if not found:
         return None
-    search = _Search(assembled)
-    speeds = np.linspace(0.0, speed_max_rad_s, speed_count)
-    for index, speed in enumerate(speeds):
-        # A range between the last speeds comes first, even if something grows at this one.
-        peak = search.peak(speeds[: index + 1])
-        if peak is not None:
-            return search.threshold(float(speeds[index - 2]), peak)
-        if search.grows(float(speed)):
-            if index == 0:
-                return search.record(0.0)
-            return search.threshold(float(speeds[index - 1]), float(speed))
-    return None
+    return StabilityThreshold(
+        speed_rad_s=found[0].low_rad_s,
+        kind=found[0].kind,
+        eigenvalue=found[0].eigenvalue,
+        frequency_hz=found[0].frequency_hz,
+        whirl=found[0].whirl,
+        shape=found[0].shape,
+    )
 
 
-class _Rates(NamedTuple):
-    """All eigenvalues that are not zero, oscillating first, with their growth."""
+def unstable_intervals(
+    assembled: AssembledSystem, speed_low_rad_s: float, speed_high_rad_s: float
+) -> tuple[UnstableInterval, ...]:
+    """Find all ranges of speed in which some motion grows.
 
-    values: ComplexArray
-    rates: FloatArray
-    growing: npt.NDArray[np.bool_]
+    Parameters
+    ----------
+    assembled
+        The system.
+    speed_low_rad_s, speed_high_rad_s
+        Range of Ω that is searched, rad/s.
 
+    Returns
+    -------
+    tuple of UnstableInterval
+        Rising, apart from each other. Growth below 1e-8 of the eigenvalue counts as neutral, and
+        so do motions of free bodies.
 
-def _rates(modes: Modes) -> _Rates:
-    values = np.concatenate((modes.eigenvalues, modes.real_eigenvalues.astype(complex)))
-    return _Rates(values, values.real, values.real > NEUTRAL * np.abs(values))
+    Raises
+    ------
+    AnalysisError
+        If the speeds are not finite, or the second is not above the first.
 
-
-def _never_grows(assembled: AssembledSystem, speed_max_rad_s: float) -> bool:
-    """Whether there is no damping and the stiffness, linear in Ω², is not negative at the ends."""
-    if not (assembled.is_conservative and assembled.has_constant_bearings):
-        return False
-    ends = (modes_at_speed(assembled, speed, 1) for speed in (0.0, speed_max_rad_s))
-    return all(modes.negative_stiffness_count == 0 for modes in ends)
-
-
-class _Search:
-    """Look for growth in a system, computing the modes at each speed once."""
-
-    def __init__(self, assembled: AssembledSystem) -> None:
-        self.assembled = assembled
-        self._known: dict[float, Modes] = {}
-
-    def modes(self, speed: float) -> Modes:
-        """Return all modes at a speed."""
-        if speed not in self._known:
-            self._known[speed] = modes_at_speed(self.assembled, speed)
-        return self._known[speed]
-
-    def grows(self, speed: float) -> bool:
-        """Whether any motion grows at a speed."""
-        return bool(_rates(self.modes(speed)).growing.any())
-
-    def nearest(self, speed: float, value: complex) -> complex:
-        """Return the eigenvalue at a speed that is nearest to a value."""
-        values = _rates(self.modes(speed)).values
-        return complex(values[np.abs(values - value).argmin()])
-
-    def peak(self, speeds: FloatArray) -> float | None:
-        """Return a speed between the last three at which a damped mode grows, None if none."""
-        if speeds.size < 3:
-            return None
-        left, middle, right = (float(v) for v in speeds[-3:])
-        for before, here, after in self._triples(left, middle, right):
-            rise, fall = (here - before).real, (here - after).real
-            steep = here.real + _PROMINENT * max(rise, fall) > NEUTRAL * abs(here)
-            if min(rise, fall) <= 0 or not steep:
-                continue
-            best = self._highest((left, middle, right), (before, here, after))
-            if self.grows(best):
-                return best
-        return None
-
-    def _triples(
-        self, left: float, middle: float, right: float
-    ) -> list[tuple[complex, complex, complex]]:
-        """Return the eigenvalue of each mode at three speeds, where it is recognised."""
-        here = self.modes(middle)
-        back = match_modes(self.assembled, here, self.modes(left))
-        forth = match_modes(self.assembled, here, self.modes(right))
-        known = np.minimum(back.likeness, forth.likeness) > POOR_OVERLAP
-        return [
-            (
-                complex(back.second.eigenvalues[back.partner[k]]),
-                complex(here.eigenvalues[k]),
-                complex(forth.second.eigenvalues[forth.partner[k]]),
-            )
-            for k in np.flatnonzero(known & (back.partner >= 0) & (forth.partner >= 0))
-        ]
-
-    def _highest(
-        self, speeds: tuple[float, float, float], values: tuple[complex, complex, complex]
-    ) -> float:
-        """Return the speed of the largest growth rate of one mode between three speeds."""
-        path = np.polyfit(np.array(speeds) - speeds[1], np.array(values), 2)
-
-        def decay(speed: float) -> float:
-            return -self.nearest(speed, complex(np.polyval(path, speed - speeds[1]))).real
-
-        found = minimize_scalar(decay, bounds=(speeds[0], speeds[2]), method="bounded")
-        return float(found.x)
-
-    def threshold(self, stable: float, unstable: float) -> StabilityThreshold:
-        """Return the threshold between a speed without growth and one with it."""
-        low, high = self._halved(stable, unstable, _NARROW)
-        crossing = self._sign_change(low, high)
-        if crossing is None:
-            return self.record(self._halved(low, high, _ACCURACY)[1])
-        ends = crossing, high
-        values = [self._growing(high)]
-        values.insert(0, self.nearest(crossing, values[0]))
-
-        def growth(speed: float) -> float:
-            part = (speed - ends[0]) / (ends[1] - ends[0])
-            return self.nearest(speed, values[0] + part * (values[1] - values[0])).real
-
-        root = float(brentq(growth, *ends, xtol=_ACCURACY * high, rtol=_ACCURACY))
-        return self.record(root, values[1])
-
-    def _halved(self, low: float, high: float, width: float) -> tuple[float, float]:
-        """Return a narrower pair of a speed without growth and one with it."""
-        for _ in range(_HALVINGS):
-            if high - low <= width * high:
-                break
-            middle = 0.5 * (low + high)
-            low, high = (low, middle) if self.grows(middle) else (middle, high)
-        return low, high
-
-    def _growing(self, speed: float) -> complex:
-        """Return the eigenvalue with the largest growth for its size."""
-        found = _rates(self.modes(speed))
-        return complex(found.values[(found.rates / np.abs(found.values)).argmax()])
-
-    def _sign_change(self, low: float, high: float) -> float | None:
-        """Return the nearest speed below at which the growing mode is damped, None if neutral."""
-        value, speed, step = self._growing(high), high, max(high - low, _ACCURACY * high)
-        while speed > 0:
-            speed = max(0.0, speed - step)
-            value = self.nearest(speed, value)
-            if value.real < -NEUTRAL * abs(value):
-                return speed
-            step *= 2.0
-        return None
-
-    def record(self, speed: float, near: complex | None = None) -> StabilityThreshold:
-        """Return the record of the threshold at a speed."""
-        modes = self.modes(speed)
-        value = self._growing(speed) if near is None else self.nearest(speed, near)
-        if value.imag == 0:
-            return StabilityThreshold(
-                speed_rad_s=speed,
-                kind="divergence",
-                eigenvalue=value,
-                frequency_hz=0.0,
-                whirl="",
-                shape=np.empty(0, dtype=complex),
-            )
-        at = int(np.abs(modes.eigenvalues - value).argmin())
-        shape = modes.shapes[:, at]
-        return StabilityThreshold(
-            speed_rad_s=speed,
-            kind="flutter",
-            eigenvalue=value,
-            frequency_hz=value.imag / (2.0 * np.pi),
-            whirl=str(whirl_direction(self.assembled, shape[:, None])[0]),
-            shape=shape / shape[np.abs(shape).argmax()],
+    Notes
+    -----
+    A system without cross-coupling whose damping takes energy from every motion and whose
+    stiffness is not negative has no such range, which is known without a search. Else all
+    eigenvalues are followed between the knots of the speed laws, see `unstable_windows`.
+    """
+    if not (np.isfinite([speed_low_rad_s, speed_high_rad_s]).all()):
+        raise AnalysisError(f"speeds are {speed_low_rad_s} and {speed_high_rad_s}; both are finite")
+    if speed_high_rad_s <= speed_low_rad_s:
+        raise AnalysisError(
+            f"speed_high_rad_s is {speed_high_rad_s}; it must be above {speed_low_rad_s}"
         )
+    low, high = float(speed_low_rad_s), float(speed_high_rad_s)
+    if _never_grows(assembled, low, high):
+        return ()
+    windows: list[Window] = []
+    for block in blocks_of(assembled, low, high):
+        windows += unstable_windows(block, assembled.knots_rad_s, low, high)
+    return tuple(_interval(assembled, window) for window in _united(windows))
+
+
+def _united(windows: list[Window]) -> list[Window]:
+    """Join windows of several blocks that overlap."""
+    united: list[Window] = []
+    for window in sorted(windows):
+        if not united or window.low > united[-1].high:
+            united.append(window)
+            continue
+        last = united[-1]
+        later = window if window.high > last.high else last
+        higher = window if window.top.real > last.top.real else last
+        united[-1] = last._replace(
+            high=later.high,
+            closes=later.closes,
+            end=later.end,
+            top=higher.top,
+            top_speed=higher.top_speed,
+        )
+    return united
+
+
+def _interval(assembled: AssembledSystem, window: Window) -> UnstableInterval:
+    """Return the record of a window, with the mode at its lower end."""
+    kind: Literal["flutter", "divergence"] = "divergence"
+    onset, whirl, shape = window.onset, "", np.empty(0, dtype=complex)
+    if _oscillates(onset):
+        kind, onset = "flutter", complex(onset.real, abs(onset.imag))
+        modes = modes_at_speed(assembled, window.low)
+        shape = modes.shapes[:, int(np.abs(modes.eigenvalues - onset).argmin())]
+        whirl = str(whirl_direction(assembled, shape[:, None])[0])
+        shape = shape / shape[np.abs(shape).argmax()]
+    else:
+        onset = complex(onset.real)
+    return UnstableInterval(
+        low_rad_s=window.low,
+        high_rad_s=window.high,
+        opens=window.opens,
+        closes=window.closes,
+        kind=kind,
+        growth_1_s=window.top.real,
+        speed_rad_s=window.top_speed,
+        eigenvalue=onset,
+        frequency_hz=onset.imag / (2.0 * np.pi),
+        frequency_end_hz=abs(window.end.imag) / (2.0 * np.pi) if _oscillates(window.end) else 0.0,
+        whirl=whirl,
+        shape=shape,
+    )
+
+
+def _oscillates(value: complex) -> bool:
+    return abs(value.imag) > _REAL_FRACTION * abs(value)
+
+
+def _never_grows(assembled: AssembledSystem, low: float, high: float) -> bool:
+    """Whether the energy of every motion is positive and never rises, known without a search.
+
+    Without the laws the stiffness is linear in Ω², so that it is nowhere more negative than at the
+    ends; a law that is nowhere negative adds to it.
+    """
+    if assembled.circulatory_stiffness.any() or not assembled.has_symmetric_joints:
+        return False
+    if not np.array_equal(assembled.stiffness, assembled.stiffness.T):
+        return False
+    least, most = 0.0 if low < 0 < high else min(abs(low), abs(high)), max(abs(low), abs(high))
+    if not _is_semidefinite(assembled.damping):
+        return False
+    if not all(_resists(joint.pieces, least, most) for joint in assembled.law_joints):
+        return False
+    ends = (assembled.stiffness + v**2 * assembled.centrifugal_stiffness for v in (least, most))
+    return all(
+        scale_by_stiffness(k, assembled.mass, assembled.body_rate).negative_count == 0 for k in ends
+    )
+
+
+def _resists(pieces: LawPieces | None, least: float, most: float) -> bool:
+    """Whether stiffness and damping of a law are symmetric and nowhere negative in a range.
+
+    Between the speeds at which an entry turns or the determinant vanishes the signs stay.
+    """
+    if pieces is None or not pieces.is_symmetric:
+        return False
+    turns = np.concatenate(([least], pieces.turning_speeds(least, most), [most]))
+    looked = np.concatenate((turns, 0.5 * (turns[1:] + turns[:-1])))
+    return all(_is_semidefinite(m) for v in looked for m in pieces.at(float(v)))
+
+
+def _is_semidefinite(matrix: FloatArray) -> bool:
+    """Whether a matrix is symmetric and no motion has a negative energy in it, to rounding."""
+    if not matrix.any():
+        return True
+    if not np.array_equal(matrix, matrix.T):
+        return False
+    diagonal = np.diag(matrix)
+    if (diagonal < 0).any():
+        return False
+    active = diagonal > 0
+    if matrix[~active].any():
+        return False
+    scale = 1.0 / np.sqrt(diagonal[active])
+    values = la.eigvalsh(scale[:, None] * matrix[np.ix_(active, active)] * scale)
+    return bool(values[0] >= -_SEMIDEFINITE)
+
+
+def whirl_decrements(
+    assembled: AssembledSystem, speeds_rad_s: npt.ArrayLike, rule: DampingRule | None = None
+) -> WhirlDecrements:
+    """Compute damping and frequency of the first forward and the first backward mode.
+
+    Parameters
+    ----------
+    assembled
+        The system.
+    speeds_rad_s
+        Ω, shape (s,), in any order.
+    rule
+        Which modes are looked at; None takes those with a damping ratio below 0.71, which have a
+        resonance.
+
+    Returns
+    -------
+    WhirlDecrements
+        A mode goes forward if its orbits at the interfaces do on the whole, by the areas of their
+        forward and backward circles; at rest as it does at a very low speed.
+
+    Raises
+    ------
+    AnalysisError
+        If a speed is not finite or there is none.
+    """
+    speeds = _checked_speeds(speeds_rad_s)
+    rows = [
+        _first_modes(assembled, modes_at_speed(assembled, speed), rule)
+        for speed in _barely_turning(speeds)
+    ]
+    return _whirl_record(speeds, rows)
+
+
+def _checked_speeds(speeds_rad_s: npt.ArrayLike) -> FloatArray:
+    speeds = np.array(speeds_rad_s, dtype=float)
+    if speeds.ndim != 1 or not speeds.size or not np.isfinite(speeds).all():
+        raise AnalysisError(f"speeds_rad_s needs one or more finite speeds; found {speeds.shape}")
+    return speeds
+
+
+def _barely_turning(speeds: FloatArray) -> list[float]:
+    """Return the speeds, with a very low one in place of rest, where nothing whirls."""
+    slow = _BARELY_TURNING * (float(np.abs(speeds).max()) or 1.0)
+    return [float(speed) or slow for speed in speeds]
+
+
+def _first_modes(
+    assembled: AssembledSystem, modes: Modes, rule: DampingRule | None
+) -> tuple[float, float, float, float]:
+    """Return decrement and frequency of the first forward and the first backward mode."""
+    resonates = modes.damping_ratio < PEAKLESS if rule is None else rule.counts(modes.eigenvalues)
+    most, least = _net_whirl(assembled, modes)
+    found: list[float] = []
+    for chosen in (resonates & (most > _PLANAR), resonates & (least < -_PLANAR)):
+        # modes come by rising frequency
+        at = np.flatnonzero(chosen)[:1]
+        found += [*modes.log_decrement[at], *modes.frequency_hz[at]] if at.size else [np.nan] * 2
+    return tuple(found)  # type: ignore[return-value]
+
+
+def _net_whirl(assembled: AssembledSystem, modes: Modes) -> tuple[FloatArray, FloatArray]:
+    """Return how far each mode goes forward (1) or backward (−1) on the whole, each (m,).
+
+    Equal modes go either way, as any combination of them is a mode: most and least of it.
+    """
+    orbits = interface_orbits(assembled, modes.shapes)
+    along, against = orbits.x + 1j * orbits.y, orbits.x - 1j * orbits.y
+    values = modes.eigenvalues
+    most, least = np.zeros(values.size), np.zeros(values.size)
+    for group in together(np.abs(values[:, None] - values) <= _EQUAL * np.abs(values)):
+        forward, backward = (a[:, group].conj().T @ a[:, group] for a in (along, against))
+        size = float(np.trace(forward + backward).real)
+        if size > 0:
+            whole = forward + backward + _PLANAR * size * np.eye(group.size)
+            net = la.eigvalsh(forward - backward, whole)
+            most[group], least[group] = net[-1], net[0]
+    return most, least
+
+
+def _whirl_record(
+    speeds: FloatArray, rows: list[tuple[float, float, float, float]]
+) -> WhirlDecrements:
+    columns = np.array(rows, dtype=float).T
+    return WhirlDecrements(
+        speeds_rad_s=speeds,
+        first_forward=FirstMode(log_decrement=columns[0], frequency_hz=columns[1]),
+        first_backward=FirstMode(log_decrement=columns[2], frequency_hz=columns[3]),
+    )
