@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, freeze_arrays
-from solidwhirl.rotordyn.branches import follow_below, untracked_below
+from solidwhirl.rotordyn.branches import all_below, follow
 from solidwhirl.rotordyn.damping import log_decrement
 from solidwhirl.rotordyn.direct_speeds import (
     DirectSpeeds,
@@ -18,7 +18,7 @@ from solidwhirl.rotordyn.direct_speeds import (
     negative_count,
     negative_count_at_rest,
 )
-from solidwhirl.rotordyn.eigen import modes_at_speed, scaled_stiffness
+from solidwhirl.rotordyn.eigen import modes_at_speed
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.reprs import critical_speed_text
 from solidwhirl.rotordyn.spectrum import scale_by_stiffness
@@ -312,27 +312,14 @@ def _damped(
     assembled: AssembledSystem, ratio: float, limit: float
 ) -> tuple[FloatArray, ComplexArray, FloatArray]:
     """Follow the branches from rest and solve Im λ(Ω) = αΩ where one meets the line."""
-    scaled = scaled_stiffness(assembled, matrices_at_speed(assembled, 0.0))
     seeds = undamped_places(assembled, ratio, limit)
-    # A motion that is rigid at rest may be a mode at any speed (nutation), so begin just above.
-    start = _JUST_ABOVE_REST * limit if scaled.zero_count else 0.0
     inner = np.concatenate((seeds, assembled.knots_rad_s))
-    inner = inner[(inner > start) & (inner < limit)]
-    marks = np.unique(np.concatenate(([start], inner, [limit])))
+    inner = inner[(inner > 0.0) & (inner < limit)]
+    marks = np.unique(np.concatenate(([0.0], inner, [limit])))
     marks = marks[np.concatenate(([True], np.diff(marks) > 1e-6 * limit))]
     speeds = np.unique(np.concatenate((marks, 0.5 * (marks[1:] + marks[:-1]), [limit])))
-    highest = ratio * limit / (2.0 * np.pi)
-    fronts = follow_below(assembled, speeds, highest)
+    fronts = follow(assembled, speeds, all_below(assembled, ratio * limit / (2.0 * np.pi)))
     found = _meetings(assembled, fronts, ratio)
-    if untracked_below(fronts, highest):
-        # Modes that are overdamped at rest have a branch from the other end.
-        down = follow_below(assembled, speeds[::-1], highest)[::-1]
-        known = [item.speed for item in found]
-        found += [
-            item
-            for item in _meetings(assembled, down, ratio)
-            if not np.isclose(item.speed, known, rtol=_SAME_ROOT, atol=0.0).any()
-        ]
     found.sort(key=lambda item: item.speed)
     values = np.array([item.value for item in found], dtype=complex)
     shapes = np.array([item.shape for item in found], dtype=complex).reshape(-1, assembled.size)

@@ -305,3 +305,18 @@ def name_speeds(axis: Axis) -> None:
 
     axis.set_minor_formatter(FuncFormatter(between))
     axis.set_tick_params(which="minor", pad=MINOR_PAD_PT, labelsize=SMALL_PT)
+
+
+def mode_name(numbers: Sequence[int] | None, mode: int) -> str:
+    """Return what a mode is called.
+
+    Parameters
+    ----------
+    numbers
+        Of all modes, 0 for no number; None counts them.
+    mode
+        Its place, from 0.
+    """
+    if numbers is None:
+        return str(mode + 1)
+    return str(numbers[mode]) if numbers[mode] else "–"

@@ -31,6 +31,7 @@ def check_system(
     critical: Mapping[float, Sequence[CriticalSpeed]],
     *,
     frequency_max_hz: float | None = None,
+    branch_count: int | None = None,
     speed_max_rad_s: float = 0.0,
 ) -> tuple[Invariant, ...]:
     """Check an assembled system and the modes and critical speeds that were found.
@@ -45,14 +46,17 @@ def check_system(
         Its Campbell diagram.
     critical
         All critical speeds of each excitation ratio up to `speed_max_rad_s`.
-    frequency_max_hz
+    frequency_max_hz, branch_count
         As given to `campbell`.
     speed_max_rad_s
         As given to `critical_speeds`.
     """
     groups: list[tuple[str, Callable[[], tuple[Invariant, ...]]]] = [
         ("modes at rest", lambda: check_modes_at_rest(assembled, at_rest)),
-        ("Campbell diagram", lambda: check_campbell(assembled, diagram, frequency_max_hz)),
+        (
+            "Campbell diagram",
+            lambda: check_campbell(assembled, diagram, frequency_max_hz, branch_count),
+        ),
     ]
     for ratio, found in critical.items():
         check = partial(check_critical_speeds, assembled, found, ratio, speed_max_rad_s)

@@ -35,6 +35,7 @@ from solidwhirl.plausibility import implausible
 from solidwhirl.plausibility_supports import support_doubts
 from solidwhirl.report import report_text
 from solidwhirl.rotordyn import Superelement, draw_campbell, write_superelement
+from solidwhirl.rotordyn.branch_numbers import branch_numbers
 from solidwhirl.rotordyn.pictures_errors import (
     draw_campbell_errors,
     draw_critical_speed_errors,
@@ -54,6 +55,7 @@ _AROUND_BYTES = 65_536
 def results_document(results: Results) -> dict[str, Any]:
     """Everything that `results.json` holds; units are in the keys, absent values are null."""
     diagram = results.campbell
+    numbers = branch_numbers(results.system, diagram, results.at_rest)
     document = {
         "schema": SCHEMA,
         "scene": {
@@ -65,7 +67,10 @@ def results_document(results: Results) -> dict[str, Any]:
         "plan": plan_document(results.plan),
         "bodies": _bodies(results),
         "accuracy": accuracy_document(results.scene, results.estimates, results.rounds),
-        "modes_at_rest": {"frequency_hz": results.at_rest.frequency_hz.tolist()},
+        "modes_at_rest": {
+            "frequency_hz": results.at_rest.frequency_hz.tolist(),
+            "branch": [int(k) or None for k in numbers],
+        },
         "campbell": {
             "frame": "inertial",
             "speed_rpm": (diagram.speeds_rad_s * _RPM).tolist(),

@@ -28,17 +28,21 @@ _WIDER = (1, 10, 100)
 _NOTES = {
     "veering": ("square-open", "@c3", True),
     "ambiguous": ("star-open", "@bad", True),
+    "begun": ("triangle-left-open", "@ink", True),
     "ended": ("triangle-right-open", "@ink", True),
     "crossing": ("x-thin-open", "@muted", False),
 }
-_ACROSS = ("range", "indefinite", "untracked")
+_ACROSS = ("range", "indefinite")
 
 
 def section(run: Run) -> Section | None:
-    """Return the Campbell diagram with its damping and notes; None without branches."""
+    """Return the Campbell diagram with its damping and notes; notes alone without branches."""
     lines = branches(run.document)
     if not lines.hertz.size or not np.isfinite(lines.hertz).any():
-        return None
+        notes = _notes_table(run.document)
+        title = "Campbell diagram"
+        text = Text(text="The engine has no oscillatory mode in this range.")
+        return Section(name="campbell", title=title, blocks=[text, *notes]) if notes else None
     blocks: list[Any] = [frequency_chart(run.document, run.results.scene.speed_ratios())]
     if np.nanmax(np.abs(lines.decrement), initial=0.0) > UNDAMPED:
         blocks.append(damping_chart(run.document))
@@ -303,9 +307,9 @@ def _limits(document: Mapping[str, Any]) -> list[dict[str, Any]]:
             "y1": 1.0,
             "line": {"color": "@muted", "width": 1.5, "dash": "longdashdot"},
             "label": {
-                "text": {"range": "end of the basis", "indefinite": "stiffness indefinite"}.get(
-                    n["kind"], "mode without branch"
-                ),
+                "text": {"range": "end of the basis", "indefinite": "stiffness indefinite"}[
+                    n["kind"]
+                ],
                 "font": {"color": "@muted", "size": 10},
                 "textposition": "end",
             },
