@@ -115,7 +115,7 @@ def root_miss(matrices: PlainMatrices, value: complex, speed: float) -> Miss:
     speed
         Ω, rad/s.
     """
-    found, size = root_error(matrices, value), max(abs(value), np.finfo(float).tiny)
+    found, size = root_error(matrices, value), max(abs(value), float(np.finfo(float).tiny))
     return Miss(found.distance / size, ACCURACY + ROUNDINGS * found.rounding / size, speed)
 
 
@@ -286,7 +286,7 @@ def _between(listed: FloatArray, top: float, knots: Sequence[float]) -> FloatArr
     inner = [knot for knot in knots if 1e-3 * top < knot < top]
     lowest = 0.5 * float(listed.min(initial=np.inf))
     low = min(1e-3 * top, max(_NEAR_REST * top, lowest))
-    return np.unique(np.concatenate(([low], middle[apart], inner, [top])))
+    return np.asarray(np.unique(np.concatenate(([low], middle[apart], inner, [top]))))
 
 
 def _above(plain: PlainSystem, speed: float, ratio: float) -> int | None:
