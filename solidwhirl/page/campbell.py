@@ -36,10 +36,13 @@ _ACROSS = ("range", "indefinite")
 
 
 def section(run: Run) -> Section | None:
-    """Return the Campbell diagram with its damping and notes; None without branches."""
+    """Return the Campbell diagram with its damping and notes; notes alone without branches."""
     lines = branches(run.document)
     if not lines.hertz.size or not np.isfinite(lines.hertz).any():
-        return None
+        notes = _notes_table(run.document)
+        title = "Campbell diagram"
+        text = Text(text="The engine has no oscillatory mode in this range.")
+        return Section(name="campbell", title=title, blocks=[text, *notes]) if notes else None
     blocks: list[Any] = [frequency_chart(run.document, run.results.scene.speed_ratios())]
     if np.nanmax(np.abs(lines.decrement), initial=0.0) > UNDAMPED:
         blocks.append(damping_chart(run.document))

@@ -67,7 +67,7 @@ def draw_stability(
     with picture(path, title, 76.0, 40, ONE_COLUMN_MM) as (figure, axes):
         axes.plot(rpm, decrement, color=COLORS[0], linewidth=1.5, marker="o", markersize=3.0,
                   markevery=max(1, rpm.size // 12), label="least damped of all modes")  # fmt: skip
-        low, high = float(np.nanmin(decrement)), float(np.nanmax(decrement))
+        low, high = (float(f(decrement, initial=0.0)) for f in (np.nanmin, np.nanmax))
         _name_least(axes, rpm, decrement, np.array(document["frequency_hz"], dtype=float))
         if shown is not None:
             axes.plot(shown.rpm, shown.decrement, color=COLORS[2], linewidth=1.5,
