@@ -35,6 +35,8 @@ _ALIGNED = 0.95
 _DEPENDENT = 1e-10
 # Above this damping ratio a motion creeps: which of many it is at the next speed is no matter.
 _CREEPING = 0.995
+# Smallest step for such motions alone, as a fraction of the step asked for.
+_CREEPING_STEP = 2.0**-8
 # Smallest step, as a fraction of the step asked for: births and ends are placed to it.
 _SMALLEST_STEP = 2.0**-20
 # Eigen-solutions spent on one step at most.
@@ -177,7 +179,8 @@ class Tracker:
         seeds: dict[float, list[int]],
     ) -> None:
         """Append the fronts up to a speed, halving where needed."""
-        smallest = _SMALLEST_STEP * abs(stop_rad_s - fronts[-1].modes.speed_rad_s)
+        step = abs(stop_rad_s - fronts[-1].modes.speed_rad_s)
+        fraction = _CREEPING_STEP
         targets, solved = [stop_rad_s], 0
         while targets:
             here, goal = fronts[-1], targets[-1]
@@ -186,9 +189,11 @@ class Tracker:
                 int
             )
             solved += 1
-            middle = _place_to_look(here, match, wanted)
+            middle, is_lively = _place_to_look(here, match, wanted)
+            # near its beginning a lively motion creeps, too
+            fraction = _SMALLEST_STEP if is_lively else fraction
             begin = here.modes.speed_rad_s
-            room = min(abs(goal - begin), abs(middle - begin), abs(goal - middle)) > smallest
+            room = min(abs(goal - begin), abs(middle - begin), abs(goal - middle)) > fraction * step
             if np.isfinite(middle) and room and solved < _BUDGET:
                 targets.append(middle)
                 continue
@@ -249,26 +254,29 @@ def _step(here: Front, match: Match, wanted: IntArray) -> Front:
     )
 
 
-def _place_to_look(here: Front, match: Match, wanted: IntArray) -> float:
-    """Return a speed between two that should be looked at, nan if none.
+def _place_to_look(here: Front, match: Match, wanted: IntArray) -> tuple[float, bool]:
+    """Return a speed between two that should be looked at, nan if none, and if closely.
 
     Halves the step where a branch changes much, begins or ends; where two branches exchange their
     order, goes to where they meet, so that a veering between the speeds is not taken for a
-    crossing. Motions that creep more than they oscillate are not looked into.
+    crossing. Of motions that creep more than they oscillate only beginnings and ends matter.
     """
     begin, end = match.first.speed_rad_s, match.second.speed_rad_s
     creeping = [damping_ratio(m.eigenvalues) > _CREEPING for m in (match.first, match.second)]
     tracked = here.columns[here.columns >= 0]
-    tracked = tracked[~creeping[0][tracked]]
-    wanted = wanted[~creeping[1][wanted]]
     back = np.zeros(match.second.eigenvalues.size)
     back[match.partner[match.partner >= 0]] = match.likeness[match.partner >= 0]
-    if (match.likeness[tracked] < GOOD_OVERLAP).any() or (back[wanted] < GOOD_OVERLAP).any():
-        return 0.5 * (begin + end)
+    likeness = np.concatenate((match.likeness[tracked], back[wanted]))
+    creeps = np.concatenate((creeping[0][tracked], creeping[1][wanted]))
+    if (likeness[~creeps] < GOOD_OVERLAP).any() or (likeness[creeps] <= POOR_OVERLAP).any():
+        return 0.5 * (begin + end), bool((likeness[~creeps] < GOOD_OVERLAP).any())
+    tracked = tracked[~creeping[0][tracked]]
     paired = np.flatnonzero((match.partner >= 0) & (match.likeness > POOR_OVERLAP))
+    mine = tracked[np.isin(tracked, paired)]
+    if not mine.size:
+        return float("nan"), False
     after = match.second.eigenvalues.imag[match.partner]
     before = match.first.eigenvalues.imag
-    mine = tracked[np.isin(tracked, paired)]
     gap_before = before[paired] - before[mine, None]
     gap_after = after[paired] - after[mine, None]
     crossed = gap_before * gap_after < 0
@@ -276,11 +284,11 @@ def _place_to_look(here: Front, match: Match, wanted: IntArray) -> float:
     crossed &= np.abs(gap_after) > SAME_FREQUENCY * after[mine, None]
     crossed &= _may_mix(match, mine, paired)
     if not crossed.any():
-        return float("nan")
+        return float("nan"), False
     row, column = np.argwhere(crossed)[0]
     sizes = abs(gap_before[row, column]), abs(gap_after[row, column])
     part = sizes[0] / (sizes[0] + sizes[1])
-    return begin + float(np.clip(part, 0.02, 0.98)) * (end - begin)
+    return begin + float(np.clip(part, 0.02, 0.98)) * (end - begin), True
 
 
 def _may_mix(match: Match, mine: IntArray, others: IntArray) -> npt.NDArray[np.bool_]:

@@ -179,7 +179,14 @@ def test_a_free_rigid_rotor_precesses():
         diagram.frequency_hz[:, 1:], [1.5 * SPEEDS[1:] / (2 * np.pi)], rtol=1e-9
     )
     assert critical_speeds(system, speed_max_rad_s=1000.0) == ()
-    checks = check_system(system, modes_at_speed(system, 0.0), diagram, {1.0: ()}, branch_count=4)
+    checks = check_system(
+        system,
+        modes_at_speed(system, 0.0),
+        diagram,
+        {1.0: ()},
+        branch_count=4,
+        speed_max_rad_s=1000.0,
+    )
     assert not [check for check in checks if check.passed is False]
 
 
