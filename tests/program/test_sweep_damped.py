@@ -1,4 +1,4 @@
-"""A sweep over bearings with much damping: every mode is one track, whatever else comes and goes."""
+"""A sweep over bearings with much damping: every mode is one track, whatever comes and goes."""
 
 from __future__ import annotations
 
