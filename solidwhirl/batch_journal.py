@@ -27,7 +27,9 @@ _LISTS = (
     "critical_error_estimate",
     "campbell_speed_rpm",
 )
-_TABLES = ("campbell_frequency_hz", "campbell_log_decrement")
+_TABLES = ("critical_motion", "campbell_frequency_hz", "campbell_log_decrement")
+# What rows of earlier releases do not have.
+_LATER = {"critical_motion": ()}
 
 
 class BatchTableError(ValueError):
@@ -177,6 +179,7 @@ def row_from_document(document: Any) -> BatchRow:
     """
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
         raise BatchTableError(f"is no row of a batch ({SCHEMA})")
+    document = {**_LATER, **document}
     missing = [key for key in get_type_hints(BatchRow) if key not in document]
     if missing:
         raise BatchTableError(f"{missing[0]}: missing")

@@ -46,6 +46,7 @@ from solidwhirl.rotordyn.pictures_errors import (
 from solidwhirl.rotordyn.sidecar import superelement_document
 from solidwhirl.run_folder import RunFolder, claimed, replacing_files, reserve
 from solidwhirl.scene_file import scene_hash
+from solidwhirl.shape_prints import shape_print
 from solidwhirl.stability_documents import decrements
 from solidwhirl.store_stages import Keeper, no_keeper
 from solidwhirl.verdict import verdict_document, verdict_of
@@ -144,6 +145,7 @@ def critical_speed_document(results: Results, found: ExcitedCriticalSpeed) -> di
         "excited_by": list(found.excited_by),
         "excited": excitation.excited,
         "excited_why": excitation.why,
+        "interface_motion": shape_print(results.system, critical.shape),
     }
 
 
