@@ -31,6 +31,10 @@ Matrix = npt.NDArray[Any]
 
 # Eigenvalues of K over M below this fraction of the largest do not set the shift.
 _VISIBLE = 1e-13
+# The shift as a fraction of the slowest rate: a larger one takes digits from slow decay;
+_SLOW = 0.3
+# and at least this of the fastest rate, which else loses its own.
+_SLOWEST = 1e-6
 # An eigenvalue below this fraction of the shift is a motion of a free body.
 _FREE = 1e-5
 # Roundings of the eigensolver, in units of eps times the norm times the condition of a value.
@@ -63,7 +67,7 @@ class Block:
     slopes
         dV/dΩ and dK/dΩ at a speed, on one side of it.
     shift
-        A real rate between the slowest and the fastest motion, 1/s.
+        A real rate of the order of the slowest motion, 1/s.
     is_free
         Whether some motion meets no stiffness at any speed: its zeros are no instability.
     """
@@ -202,7 +206,7 @@ def _prepared(block: Block, body_rate: float, low: float, high: float) -> Block:
         return replace(block, shift=max(abs(low), abs(high), 1.0), is_free=True)
     if min(zeros) > 0:
         return replace(block, shift=float(seen.min()), is_free=True)
-    return replace(block, shift=float(np.sqrt(seen.min() * seen.max())))
+    return replace(block, shift=float(max(_SLOW * seen.min(), _SLOWEST * seen.max())))
 
 
 def solve(block: Block, speed_rad_s: float) -> Spectral:
@@ -222,9 +226,9 @@ def solve(block: Block, speed_rad_s: float) -> Spectral:
 
     Notes
     -----
-    λ = s + 1/μ with a real shift s between the slowest and the fastest motion, so that both keep
-    their digits; P, the Hermitian part of D(s), is positive definite and its Cholesky factor
-    scales the problem, see `spectrum.solve_general`.
+    λ = s + 1/μ with a real shift s near the slowest motion, so that slow motions keep their
+    digits, also where K is singular; P, the Hermitian part of D(s), is positive definite and its
+    Cholesky factor scales the problem, see `spectrum.solve_general`.
     """
     found = block.at(speed_rad_s)
     shift, lower, full, scale = _factored(block, found)
