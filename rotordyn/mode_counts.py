@@ -94,7 +94,8 @@ def _conservative_spectrum(matrices: PlainMatrices) -> ComplexArray | None:
 
     The state matrix of 1/λ is skew: its square is symmetric, with every −1/ω² twice.
     """
-    stiffness, velocity, diagonal = (
+    stiffness, velocity = matrices.stiffness, matrices.velocity
+    diagonal = np.diag(stiffness)
         matrices.stiffness,
         matrices.velocity,
         np.diag(matrices.stiffness),

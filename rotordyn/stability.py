@@ -158,7 +158,7 @@ class StabilityChart:
     speeds_rad_s
         Ω, shape (s,).
     log_decrement
-        Smallest of the oscillatory modes looked at, shape (s,); exactly 0 where it is rounding, nan
+        Smallest of the lateral modes looked at, shape (s,); exactly 0 where it is rounding, nan
         where there is none.
     frequency_hz
         Of that mode, shape (s,), Hz.
@@ -224,7 +224,7 @@ def stability_chart(
         modes = modes_at_speed(assembled, float(speed))
         whirling = modes if turning == speed else modes_at_speed(assembled, turning)
         firsts.append(_first_modes(assembled, whirling, None))
-        rows.append(_least_damped(modes, limit_hz))
+        rows.append(_least_damped(assembled, modes, limit_hz))
     columns = np.array(rows, dtype=float).T
     whirl = _whirl_record(speeds, firsts)
     return StabilityChart(
@@ -238,10 +238,15 @@ def stability_chart(
     )
 
 
-def _least_damped(modes: Modes, limit_hz: float) -> tuple[float, float, float, int]:
+def _least_damped(
+    assembled: AssembledSystem, modes: Modes, limit_hz: float
+) -> tuple[float, float, float, int]:
     """Return decrement and frequency of the least damped mode, largest growth, growing motions."""
     decrement, frequency = np.nan, np.nan
-    low = np.flatnonzero(modes.frequency_hz <= limit_hz)
+    orbits = interface_orbits(assembled, modes.shapes)
+    # torsion and axial motion, which bearings seldom damp, would hide all others
+    lateral = orbits.x.any(axis=0) | orbits.y.any(axis=0)
+    low = np.flatnonzero((modes.frequency_hz <= limit_hz) & lateral)
     if low.size:
         at = int(low[modes.log_decrement[low].argmin()])
         decrement, frequency = modes.log_decrement[at], modes.frequency_hz[at]

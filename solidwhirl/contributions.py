@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solidwhirl.rotordyn import AssembledSystem, modes_at_speed
+from solidwhirl.rotordyn.damping import DEFAULT_RULE, DampingRule
 from solidwhirl.rotordyn.eigenvalue_errors import error_scale
 from solidwhirl.rotordyn.error_forms import form_products, form_weight
 from solidwhirl.rotordyn.left_vectors import ModePairs, mode_pairs
@@ -28,11 +29,14 @@ class AskedModes:
         One of them is None.
     excitation_ratio
         Modes below this times the speed have had their critical speed, and are asked for too.
+    rule
+        Which of these count: critically damped ones need no accuracy.
     """
 
     count: int | None
     frequency_max_hz: float | None
     excitation_ratio: float = 0.0
+    rule: DampingRule = DEFAULT_RULE
 
     def number_of(self, frequency_hz: FloatArray, speed_rad_s: float = 0.0) -> int:
         """How many of the leading modes with these rising frequencies are asked for."""
@@ -105,16 +109,17 @@ def error_contributions(
         born = max(modes.frequency_hz.size - at_rest, 0)
         wanted = min(asked.number_of(modes.frequency_hz, speed) + born, modes.frequency_hz.size)
         pairs = mode_pairs(matrices_at_speed(system, speed), modes)
-        pairs = ModePairs(*(a[..., :wanted] for a in pairs))
+        chosen = np.flatnonzero(asked.rule.counts(pairs.rates[:wanted]))
+        pairs = ModePairs(*(a[..., chosen] for a in pairs))
         scale = error_scale(system, pairs.rates)
         rates.append(pairs.rates)
-        speeds.append(np.full(wanted, speed))
+        speeds.append(np.full(chosen.size, speed))
         for name, rotor in system.system.rotors.items():
             rows = system.transformation[system.body_slices[name]]
             left, right = rows @ pairs.left, rows @ pairs.right
             spin = rotor.speed_ratio * speed
             motions.setdefault(name, []).append(right)
-            spins.setdefault(name, []).append(np.full(wanted, spin))
+            spins.setdefault(name, []).append(np.full(chosen.size, spin))
             for form in rotor.element.error_forms:
                 change = np.abs(form_products(form, pairs.rates, spin, left, right))
                 estimate = form_weight(form, pairs.rates) * change / scale

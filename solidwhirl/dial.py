@@ -205,6 +205,7 @@ def asked_modes(scene: Scene) -> AskedModes:
         count=count + count % 2 if highest is None else None,  # pairs are shown whole
         frequency_max_hz=highest,
         excitation_ratio=max((abs(r) for r in scene.speed_ratios().values()), default=0.0),
+        rule=scene.criteria.rule,
     )
 
 

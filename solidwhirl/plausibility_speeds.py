@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator
 
+from solidwhirl.operating import Operating, operating_speeds
 from solidwhirl.plausibility_records import Doubt
 from solidwhirl.scene import Scene
-from solidwhirl.scene_analyses import OperatingSpec, SeparationMarginsSpec
 from solidwhirl.speeds_asked import scene_speeds, top_speed
 
 _RPM = 30.0 / math.pi
@@ -48,8 +48,7 @@ def operating_doubts(scene: Scene) -> Iterator[Doubt]:
         The scene; one whose speeds are all zero is not questioned.
     """
     top_rpm = float(scene_speeds(scene).max()) * _RPM
-    analyses = [a for a in scene.analyses if isinstance(a, SeparationMarginsSpec)]
-    ranges = [(_reference_rpm(scene, o), o) for a in analyses for o in a.operating]
+    ranges = [(o.reference_rpm[0], o) for o in operating_speeds(scene)]
     if top_rpm == 0.0 or not ranges:
         return
     lowest, nearest = min(ranges, key=lambda pair: pair[0])
@@ -69,13 +68,7 @@ def operating_doubts(scene: Scene) -> Iterator[Doubt]:
     )
 
 
-def _reference_rpm(scene: Scene, operating: OperatingSpec) -> float:
-    """Lowest operating speed as a speed of the reference shaft; inf of a shaft that stands."""
-    ratio = abs(scene.speed_ratio(operating.shaft))
-    return operating.from_rpm / ratio if ratio else math.inf
-
-
-def _range(operating: OperatingSpec) -> str:
+def _range(operating: Operating) -> str:
     if operating.from_rpm == operating.to_rpm:
         return f"{operating.to_rpm:g} rpm"
     return f"{operating.from_rpm:g} to {operating.to_rpm:g} rpm"

@@ -115,7 +115,7 @@ def test_instability_is_told_without_an_analysis_of_it(unstable):
     messages = [alarm["message"] for alarm in found["alarms"]]
     assert all("\n" not in m and m.split()[1] == "rpm:" for m in messages)
     assert [d["message"] for d in document["doubts"]][-3:] == messages
-    assert {f"doubt: {m}" for m in messages} <= set(doubt_lines(results))
+    assert {f"warning: {m}" for m in messages} <= set(doubt_lines(results))
     assert verdict_scalars(found)["verdict.stable"] == 0.0
 
 
