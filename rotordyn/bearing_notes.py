@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 
 from solidwhirl.rotordyn.arrays import FloatArray
-from solidwhirl.rotordyn.bearing_laws import BearingCoefficients
+from solidwhirl.rotordyn.bearing_laws import BearingCoefficients, SpeedLaw, TableLaw
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.parts import Bearing
 from solidwhirl.rotordyn.system import AssembledSystem
@@ -38,15 +38,21 @@ class BearingNote:
         stiffness" (a motion exists to which the bearing gives energy, or that it does not resist).
     speed_low_rad_s, speed_high_rad_s
         Where, as |Ω| of the reference shaft, rad/s.
-    message
-        One sentence with the bearing, the speeds and the figures.
+    finding
+        What was found, with its figures but without bearing and speeds; the same for bearings of
+        one law.
     """
 
     bearing: str
     kind: str
     speed_low_rad_s: float
     speed_high_rad_s: float
-    message: str
+    finding: str
+
+    @property
+    def message(self) -> str:
+        """One line with the speeds, the finding and the bearing."""
+        return note_lines((self,))[0]
 
     @property
     def speed_low_rpm(self) -> float:
@@ -57,6 +63,31 @@ class BearingNote:
     def speed_high_rpm(self) -> float:
         """Upper end of the interval, rpm of the reference shaft."""
         return self.speed_high_rad_s * _RPM
+
+
+def note_lines(notes: Sequence[BearingNote]) -> tuple[str, ...]:
+    """Return one line for each finding, the speeds of the reference shaft first.
+
+    Parameters
+    ----------
+    notes
+        From `bearing_notes`; bearings with the same finding at the same speeds share a line.
+    """
+    speeds: dict[tuple[str, str], list[str]] = {}
+    for note in notes:
+        speeds.setdefault((note.finding, note.bearing), []).append(_range_text(note))
+    bearings: dict[tuple[str, str], list[str]] = {}
+    for (finding, bearing), ranges in speeds.items():
+        bearings.setdefault((finding, " and ".join(ranges)), []).append(bearing)
+    return tuple(
+        f"{ranges} rpm: {finding} (bearing{'s' if len(names) > 1 else ''} {', '.join(names)})"
+        for (finding, ranges), names in bearings.items()
+    )
+
+
+def _range_text(note: BearingNote) -> str:
+    low, high = note.speed_low_rpm, note.speed_high_rpm
+    return f"{high:.6g}" if low == high else f"{low:.6g} to {high:.6g}"
 
 
 class _Interval(NamedTuple):
@@ -181,13 +212,20 @@ def _range_notes(
             kind="outside range",
             speed_low_rad_s=first,
             speed_high_rad_s=last,
-            message=(
-                f"bearing {bearing.name!r}: law {law.name!r} was made for {_both(low)} to "
-                f"{_both(high)} of {bearing.first.body!r}, which turns at {_both(ratio * first)} "
-                f"to {_both(ratio * last)} while the reference shaft is at {_both(first)} to "
-                f"{_both(last)}"
+            finding=(
+                f"{_kind_of(law)} {law.name!r} covers {low * _RPM:.6g} to {high * _RPM:.6g} rpm"
+                f"{'' if ratio == 1 else f' of {bearing.first.body!r}'}; "
+                f"{_beyond(law)} outside"
             ),
         )
+
+
+def _kind_of(law: SpeedLaw) -> str:
+    return "table" if isinstance(law, TableLaw) else "law"
+
+
+def _beyond(law: SpeedLaw) -> str:
+    return "end values are held" if isinstance(law, TableLaw) else "its polynomials go on"
 
 
 def _sign_notes(
@@ -205,11 +243,8 @@ def _sign_notes(
                 kind=kind,
                 speed_low_rad_s=interval.low,
                 speed_high_rad_s=interval.high,
-                message=(
-                    f"bearing {bearing.name!r} has {kind}{law} from {_both(interval.low)} to "
-                    f"{_both(interval.high)} of the reference shaft, down to "
-                    f"{interval.lowest:.4g} {unit} at {_both(interval.lowest_at)}"
-                ),
+                finding=f"{kind}{law}, down to {interval.lowest:.4g} {unit} at "
+                f"{interval.lowest_at * _RPM:.6g} rpm",
             )
 
 
@@ -261,7 +296,3 @@ def _end(measure: Callable[[float], float], negative: float, other: float) -> fl
         else:
             other = middle
     return negative
-
-
-def _both(speed_rad_s: float) -> str:
-    return f"{speed_rad_s:.6g} rad/s ({speed_rad_s * _RPM:.6g} rpm)"

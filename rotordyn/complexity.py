@@ -259,7 +259,7 @@ def compare_complexity(
     if not (np.isfinite(bands).all() and (bands[:, 0] >= 0).all() and (np.diff(bands) > 0).all()):
         raise AnalysisError(f"bands_hz is {bands.tolist()}; each needs 0 <= low < high")
     peaks, responses, seconds = [], [], []
-    for system in variants.values():
+    for name, system in variants.items():
         begun = time.perf_counter()
         run = run_up(
             system,
@@ -270,6 +270,11 @@ def compare_complexity(
             bearings=[bearing],
         )
         seconds.append(time.perf_counter() - begun)
+        if run.stopped is not None:
+            raise AnalysisError(
+                f"{run.stopped.speed_rad_s * 30.0 / np.pi:.6g} rpm: the model {name!r} diverges; "
+                "models are compared over one whole run-up"
+            )
         force = run.bearing_force_n(bearing)
         peaks.append(float(np.hypot(force[0], force[1]).max()))
         responses.append(normalised_response(run, bearing, axis, band_hz))

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
 from solidwhirl.rotordyn.arrays import FloatArray
-from solidwhirl.rotordyn.bearing_notes import bearing_notes
+from solidwhirl.rotordyn.bearing_notes import bearing_notes, note_lines
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.parts import End
 from solidwhirl.rotordyn.run_up_basis import modal_basis
 from solidwhirl.rotordyn.run_up_blocks import RunPlan, blocks, step_count
+from solidwhirl.rotordyn.run_up_divergence import Watch, shortened
 from solidwhirl.rotordyn.run_up_loads import (
     gravity_load,
     static_equilibrium,
@@ -84,7 +86,9 @@ def run_up(
     Returns
     -------
     RunUp
-        Motion, forces and energy. At a breakpoint forces are those just before it.
+        Motion, forces and energy. At a breakpoint forces are those just before it. A run that
+        diverges stops: where a mode grows and an interface has moved by more than the length of
+        the longest body. Its profile, times and records end there.
 
     Raises
     ------
@@ -124,15 +128,22 @@ def run_up(
     )
     start = _start(assembled, profile, weight) if initial is None else _checked(assembled, initial)
     recorder = Recorder(plan, int(record_every), outputs, bearings)
-    recorded_steps = np.arange(0, step_count(plan) + 1, int(record_every))
     state = plan.basis.state(start.displacement, start.velocity)
-    longest = 1
+    longest, watch, stopped = 1, Watch(plan), None
     for block in blocks(plan, state):
+        found = watch.divergence(block)
+        if found is not None:
+            block, stopped = found
         recorder.add(block)
         state = block.states[-1]
         if block.acceleration_rad_s2 != 0:
             longest = max(longest, block.states.shape[0] - 1)
-    return _record(plan, recorder, recorded_steps, unbalances, outputs, bearings, state, longest)
+        if stopped is not None:
+            plan = plan._replace(profile=shortened(profile, stopped.time_s))
+            break
+    recorded_steps = np.arange(0, step_count(plan) + 1, int(record_every))
+    run = _record(plan, recorder, recorded_steps, unbalances, outputs, bearings, state, longest)
+    return replace(run, stopped=stopped)
 
 
 def _start(assembled: AssembledSystem, profile: SpeedProfile, weight: FloatArray) -> MotionState:
@@ -199,7 +210,7 @@ def _record(
 def _notes(assembled: AssembledSystem, profile: SpeedProfile) -> tuple[str, ...]:
     """Say where bodies and bearings run beyond what they were made for."""
     doubtful = bearing_notes(assembled, profile.speeds_rad_s)
-    notes = tuple(note.message for note in doubtful)
+    notes = note_lines(doubtful)
     fastest = float(np.abs(profile.speeds_rad_s).max())
     limit = assembled.speed_limit_rad_s
     if fastest <= limit:

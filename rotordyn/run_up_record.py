@@ -70,6 +70,26 @@ class EnergyBalance:
         return np.asarray(change - self.load_work_j - self.drive_work_j + self.dissipated_j)
 
 
+@dataclass(frozen=True, kw_only=True)
+class Divergence:
+    """Hold where a run-up was stopped.
+
+    Attributes
+    ----------
+    time_s, speed_rad_s
+        When, and Ω of the reference shaft then.
+    amplitude_m
+        Largest displacement of an interface along an axis, m.
+    limit_m
+        Size of the machine that it exceeds: the length of its longest body, m.
+    """
+
+    time_s: float
+    speed_rad_s: float
+    amplitude_m: float
+    limit_m: float
+
+
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class RunUp:
     """Hold the record of a run-up at s times.
@@ -105,6 +125,8 @@ class RunUp:
         State at the last step, from which another run may start.
     notes
         Doubts about validity, one sentence each.
+    stopped
+        Where the run diverged and was stopped; None if it went on to the end.
     """
 
     profile: SpeedProfile
@@ -126,6 +148,7 @@ class RunUp:
     energy: EnergyBalance
     final: MotionState
     notes: tuple[str, ...]
+    stopped: Divergence | None = None
 
     def __post_init__(self) -> None:
         # read-only in place: the arrays are long and belong to nobody else

@@ -104,7 +104,7 @@ def interface_orbits(assembled: AssembledSystem, shapes: ComplexArray) -> Orbits
         node translates; zero for modes without lateral motion.
     """
     motion = _interface_motion(assembled, shapes)
-    length = _rotor_length(assembled)
+    length = rotor_length(assembled)
     translation, tilt = motion[:, [0, 1]], length * motion[:, [4, 3]] * np.array([[1], [-1]])
     largest = np.abs(translation).max(axis=(0, 1), initial=0.0)
     tilted = np.abs(tilt).max(axis=(0, 1), initial=0.0)
@@ -120,13 +120,13 @@ def interface_orbits(assembled: AssembledSystem, shapes: ComplexArray) -> Orbits
 
 def _interface_motion(assembled: AssembledSystem, shapes: ComplexArray) -> ComplexArray:
     """Return ux, uy, uz, rx, ry, rz of all interface nodes, shape (nodes, 6, m)."""
-    rows = _interface_rows(assembled)
+    rows = interface_rows_of_all(assembled)
     return np.asarray((rows @ shapes).reshape(len(rows) // 6, 6, shapes.shape[1]))
 
 
 # Wanted at every speed of a diagram, and the same for all of them.
 @lru_cache(maxsize=4)
-def _interface_rows(assembled: AssembledSystem) -> FloatArray:
+def interface_rows_of_all(assembled: AssembledSystem) -> FloatArray:
     """Return the motions of all interface nodes per independent coordinate, (6 nodes, n)."""
     order = ("ux", "uy", "uz", "rx", "ry", "rz")
     nodes = []
@@ -141,8 +141,8 @@ def _interface_rows(assembled: AssembledSystem) -> FloatArray:
     return np.array(nodes).reshape(-1, assembled.size)
 
 
-def _rotor_length(assembled: AssembledSystem) -> float:
-    """Return a length that compares tilts with translations, m."""
+def rotor_length(assembled: AssembledSystem) -> float:
+    """Return the length of the longest body between its interfaces, or of its gyration, m."""
     lengths = []
     for rotor in assembled.system.rotors.values():
         positions = [node.position_m[2] for node in rotor.element.interfaces]

@@ -10,7 +10,7 @@ from solidwhirl.analyses_response import RPM, sweep
 from solidwhirl.operating import operating_of_margins, operating_speeds
 from solidwhirl.outcome import Outcome, Write
 from solidwhirl.rotordyn import AssembledSystem, CriticalSpeed, critical_speeds
-from solidwhirl.rotordyn.bearing_notes import bearing_notes
+from solidwhirl.rotordyn.bearing_notes import bearing_notes, note_lines
 from solidwhirl.rotordyn.critical_speed_map import critical_speed_map
 from solidwhirl.rotordyn.excitation import unbalance_excitation
 from solidwhirl.rotordyn.pictures_maps import draw_bearing_law, draw_critical_speed_map
@@ -228,7 +228,7 @@ def run_bearing_laws(spec: BearingLawsSpec, system: AssembledSystem, title: str)
             draw_bearing_law(bearing, own, path, f"{title}: bearing {bearing.name}", {})
 
         files[f"{spec.label}_{joint.bearing}.png"] = draw
-    notes = [note.message for note in bearing_notes(system, speeds[[0, -1]])]
+    notes = list(note_lines(bearing_notes(system, speeds[[0, -1]])))
     return Outcome(
         kind=spec.kind,
         document={"bearings": documents, "notes": notes},

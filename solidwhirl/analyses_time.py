@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +28,7 @@ from solidwhirl.rotordyn.run_up import run_up
 from solidwhirl.rotordyn.run_up_record import EnergyBalance, RunUp
 from solidwhirl.rotordyn.run_up_response import NormalisedResponse, normalised_response
 from solidwhirl.rotordyn.speed_profile import ramp_and_hold
-from solidwhirl.rotordyn.unbalance_peaks import resonance_peaks
+from solidwhirl.rotordyn.unbalance_peaks import ResonancePeak, resonance_peaks
 from solidwhirl.scene_analyses import RunUpSpec
 
 # Length of the pieces of a spectrogram, s.
@@ -63,6 +64,14 @@ def run_run_up(spec: RunUpSpec, system: AssembledSystem, title: str) -> Outcome:
         f"{spec.label}.npz": lambda path: _write_record(run, path),
     }
     document = _document(spec, run, spent)
+    if run.stopped is not None:  # spectra of growing motion tell nothing
+        return Outcome(
+            kind=spec.kind,
+            document=document,
+            files=files,
+            headline=f"DIVERGED at {run.stopped.speed_rad_s / RPM:.6g} rpm after "
+            f"{run.stopped.time_s:.4g} s, {run.stopped.amplitude_m:.3g} m; stopped there",
+        )
     force = run.bearing_force_n(spec.mount)
     if np.abs(force[0]).max() > 0.0 and _long_enough(spec):
         pieces = spectrogram(run.time_s, force[0], _PIECE_S)
@@ -99,9 +108,11 @@ def _long_enough(spec: RunUpSpec) -> bool:
 
 def _document(spec: RunUpSpec, run: RunUp, spent: float) -> dict[str, Any]:
     force = run.bearing_force_n(spec.mount)
-    spectrum = amplitude_spectrum(run.time_s, force[0])
     fastest = max([abs(r) for r in run.speed_ratios.values()] or [1.0]) * spec.to_rpm / 60.0
-    peaks = spectrum_peaks(spectrum, _LOWEST_HZ, fastest)
+    peaks: Sequence[ResonancePeak] = ()
+    if run.stopped is None:
+        spectrum = amplitude_spectrum(run.time_s, force[0])
+        peaks = spectrum_peaks(spectrum, _LOWEST_HZ, fastest)
     highest = sorted(peaks, key=lambda p: -p.amplitude)[:12]
     steps = run.profile.duration_s / run.step_s
     return {
@@ -126,6 +137,14 @@ def _document(spec: RunUpSpec, run: RunUp, spent: float) -> dict[str, Any]:
             "dissipated_j": float(run.energy.dissipated_j[-1]),
             "largest_j": _largest(run.energy),
             "largest_error_j": float(np.abs(run.energy.error_j).max()),
+        },
+        "diverged": None
+        if run.stopped is None
+        else {
+            "speed_rpm": run.stopped.speed_rad_s / RPM,
+            "time_s": run.stopped.time_s,
+            "amplitude_m": run.stopped.amplitude_m,
+            "limit_m": run.stopped.limit_m,
         },
         "notes": list(run.notes),
     }

@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from solidwhirl.check_report import checks_document, failed, failure_lines
+from solidwhirl.check_report import checks_document, checks_line, failed, failure_lines
 from solidwhirl.rotordyn.errors import SuperelementError
 from solidwhirl.rotordyn.invariants import Invariant, compared, undecided
 from solidwhirl.rotordyn.stored_checks import check_superelement_file
@@ -135,8 +135,7 @@ def _recorded(path: Path) -> list[Invariant]:
         return [undecided(name, path.name, all_, "the run recorded none")]
     checks = [_invariant(entry) for entry in _entries(document["invariants"])]
     bad = failed(checks)
-    open_ = sum(c.passed is None for c in checks)
-    text = f"{len(checks)} recorded, {len(bad)} failed, {open_} not applicable"
+    text = f"{len(checks)} recorded: {checks_line(checks)}"
     return [compared(name, path.name, len(bad), 0.0, all_, text), *bad]
 
 

@@ -20,6 +20,24 @@ def failed(checks: Iterable[Invariant]) -> tuple[Invariant, ...]:
     return tuple(check for check in checks if check.passed is False)
 
 
+def checks_line(checks: Iterable[Invariant]) -> str:
+    """Return how many checks failed, passed and do not apply, in words.
+
+    Parameters
+    ----------
+    checks
+        Of a run or a file.
+    """
+    listed = list(checks)
+    bad, open_ = len(failed(listed)), [c for c in listed if c.passed is None]
+    said = [f"{bad} FAILED"] if bad else []
+    said.append(f"{len(listed) - bad - len(open_)} passed")
+    if open_:
+        damped = all("damp" in check.reason for check in open_)
+        said.append(f"{len(open_)} not applicable{' (damped system)' if damped else ''}")
+    return ", ".join(said)
+
+
 def failure_lines(checks: Iterable[Invariant]) -> tuple[str, ...]:
     """Say of every failed check, in a line, which numbers can't be trusted.
 
@@ -67,7 +85,7 @@ def checks_text(checks: Sequence[Invariant]) -> str:
     """
     lines = [f"- **{line}**" for line in failure_lines(checks)]
     open_ = [c for c in checks if c.passed is None]
-    head = f"{len(checks)} checks, {len(lines)} failed, {len(open_)} not applicable."
+    head = f"{len(checks)} checks: {checks_line(checks)}."
     if not lines:
         head += " What can go wrong unseen otherwise is in docs/checks.md."
     rows = ["| check | number | nearest to its limit | value | limit |", "|---|---|---|---|---|"]

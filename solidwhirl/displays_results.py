@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from solidwhirl.check_report import failed
+from solidwhirl.check_report import checks_line, failed
 from solidwhirl.displays import counted, heading, indented, percent, table, titled
-from solidwhirl.verdict_text import checks_words
 
 if TYPE_CHECKING:
     from solidwhirl.pipeline import Results
@@ -46,9 +45,9 @@ def _summary(results: Results) -> list[str]:
     if results.estimates is not None:
         asked = percent(results.scene.model.accuracy)
         lines.append(f"largest error estimate: {percent(results.estimates.largest)}, asked {asked}")
-    words = checks_words([check.passed for check in results.checks])
-    bad = ", ".join(counted([check.name for check in failed(results.checks)]))
-    lines.append(f"checks: {words}" + (f" ({bad})" if bad else ""))
+    bad = [check.name for check in failed(results.checks)]
+    names = f": {', '.join(counted(bad))}" if bad else ""
+    lines.append(f"checks: {checks_line(results.checks)}{names}")
     rpm = results.campbell.speeds_rad_s * _RPM
     branches = len(results.campbell.frequency_hz)
     lines.append(f"Campbell diagram: {branches} branches, {rpm[0]:.6g} to {rpm[-1]:.6g} rpm")

@@ -294,7 +294,7 @@ def _run(
         replace(u, phase_rad=u.phase_rad + system.system.rotors[u.body].speed_ratio * angle)
         for u in (unbalance_of(s) for s in found.unbalances)
     ]
-    return run_up(
+    run = run_up(
         system,
         piece,
         unbalances,
@@ -305,6 +305,12 @@ def _run(
         drives=[end_of(place) for place in found.drives],
         initial=state,
     )
+    if run.stopped is not None:
+        raise AnalysisError(
+            f"{run.stopped.speed_rad_s / RPM:.6g} rpm: {found.label!r} diverges "
+            f"{start + run.stopped.time_s:.4g} s after its begin; ask for earlier instants"
+        )
+    return run
 
 
 def _largest_at(

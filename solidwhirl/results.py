@@ -36,6 +36,7 @@ from solidwhirl.plausibility import implausible
 from solidwhirl.plausibility_supports import support_doubts
 from solidwhirl.report import report_text
 from solidwhirl.rotordyn import Superelement, draw_campbell, write_superelement
+from solidwhirl.rotordyn.bearing_notes import note_lines
 from solidwhirl.rotordyn.excitation import unbalance_excitation
 from solidwhirl.rotordyn.pictures_errors import (
     draw_campbell_errors,
@@ -104,7 +105,7 @@ def results_document(results: Results) -> dict[str, Any]:
             *(asdict(alarm) for alarm in results.alarms),
         ],
         "invariants": checks_document(results.checks),
-        "bearing_notes": [note.message for note in results.bearing_notes],
+        "bearing_notes": list(note_lines(results.bearing_notes)),
         "analyses": {
             name: {"kind": outcome.kind, **outcome.document}
             for name, outcome in results.analyses.items()

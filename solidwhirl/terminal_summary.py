@@ -13,7 +13,7 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
-from solidwhirl.check_report import failed, failure_lines
+from solidwhirl.check_report import checks_line, failed, failure_lines
 from solidwhirl.operating import (
     Operating,
     critical_speeds_that_count,
@@ -22,7 +22,7 @@ from solidwhirl.operating import (
     operating_speeds,
 )
 from solidwhirl.terminal import duration_text
-from solidwhirl.verdict_text import answers, checks_words, margin_words, percent_text
+from solidwhirl.verdict_text import answers, margin_words, percent_text
 
 if TYPE_CHECKING:
     from solidwhirl.pipeline import Results
@@ -76,7 +76,7 @@ def print_summary(results: Results, out: Path, seconds: float | None = None) -> 
             console.print(Text(f"{name}: {outcome.headline}"))
     for line in doubt_lines(results):
         console.print(Text(line, style="yellow"))
-    console.print(Text(f"checks: {checks_words([check.passed for check in results.checks])}"))
+    console.print(Text(f"checks: {checks_line(results.checks)}"))
     console.print(Text(_cost_line(document)))
     for title, name in _FILES:
         if name in document["files"]:
@@ -97,9 +97,10 @@ def doubt_lines(results: Results) -> tuple[str, ...]:
         One line each.
     """
     from solidwhirl.plausibility_supports import support_doubts
+    from solidwhirl.rotordyn.bearing_notes import note_lines
 
     messages = [doubt.message for doubt in support_doubts(results.system)]
-    messages += [note.message for note in results.bearing_notes]
+    messages += note_lines(results.bearing_notes)
     messages = [alarm.message for alarm in results.alarms] + messages
     return tuple(f"warning: {message}" for message in messages)
 
@@ -204,8 +205,8 @@ def _fitting_table(
     """The critical speeds that are resonances, with as much as the console has room for."""
     rows = critical_speeds_that_count({"critical_speeds": every})
     if not rows:
-        damped = f"; {len(every)} critically damped" if every else ""
-        return Text(f"no critical speed in the speed range{damped}")
+        too_much = f"; {len(every)} critically damped" if every else ""
+        return Text(f"no critical speed in the speed range{too_much}")
     shown = [dict(row) for row in nearest(rows, operating, _MOST_ROWS)[0]]
     columns = {name: make(shown) for name, make in _COLUMNS.items()}
     if all(row["margin"] is None for row in rows):
@@ -222,8 +223,8 @@ def _fitting_table(
         table = _table(columns)
         if Measurement.get(console, unlimited, table).maximum <= console.width:
             break
-    more, damped = len(rows) - len(shown), len(every) - len(rows)
-    said = [f"{more} more"] * (more > 0) + [f"{damped} critically damped"] * (damped > 0)
+    counts = ((len(rows) - len(shown), "more"), (len(every) - len(rows), "critically damped"))
+    said = [f"{count} {what}" for count, what in counts if count]
     if said:
         table.caption = f"and {', '.join(said)}, see the report"
     return table

@@ -57,21 +57,6 @@ def answers(document: Mapping[str, Any]) -> tuple[Answer, ...]:
     )
 
 
-def checks_words(passed: Sequence[bool | None]) -> str:
-    """Return how many checks passed, failed and do not apply, such as "31 passed".
-
-    Parameters
-    ----------
-    passed
-        Of every check; None: it needs a system without damping, say, and this one has some.
-    """
-    said = [f"{passed.count(False)} FAILED"] if False in passed else []
-    said.append(f"{passed.count(True)} passed")
-    if None in passed:
-        said.append(f"{passed.count(None)} not applicable")
-    return ", ".join(said)
-
-
 def _stability(verdict: Mapping[str, Any]) -> Answer:
     low, high = verdict["speed_range_rpm"]
     found = verdict["unstable_intervals"]

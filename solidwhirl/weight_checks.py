@@ -107,11 +107,13 @@ def _heights(scene: Scene) -> Mapping[str, float]:
         for place in body.interfaces:
             ends = [z for z in (place.at_m, place.start_m, place.end_m) if z is not None]
             found[f"{name}.{place.name}"] = sum(ends) / len(ends)
-    for name, simple in (*scene.beams.items(), *scene.rigid_bodies.items()):
-        found |= {f"{name}.{own}": z for own, z in simple.interfaces.items()}
+    simple = {name: body.interfaces for name, body in scene.beams.items()}
+    simple |= {name: body.interfaces for name, body in scene.rigid_bodies.items()}
+    for name, places in simple.items():
+        found |= {f"{name}.{own}": z for own, z in places.items()}
     others = (f"{name}.{i}" for name, own in scene.interface_names().items() for i in own)
-    for k, place in enumerate(p for p in others if p not in found):
-        found[place] = float(np.sqrt(2.0 + k))
+    for k, other in enumerate(p for p in others if p not in found):
+        found[other] = float(np.sqrt(2.0 + k))
     return found
 
 

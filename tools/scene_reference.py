@@ -62,7 +62,8 @@ TABLES: Mapping[str, tuple[str, tuple[str, ...]]] = {
     "EffectsSpec": ("[effects]", ()),
     "ModelSpec": ("[model]", ("Model",)),
     "UnbalanceSpec": ("unbalances of an analysis", ()),
-    "OperatingSpec": ("operating of separation_margins", ()),
+    "OperatingSpec": ("[[operating]]", ("Operating speeds and criteria",)),
+    "CriteriaSpec": ("[criteria]", ("Operating speeds and criteria",)),
     "RecoveryStateSpec": ("states of recovery", ("Recovery",)),
     "ReferenceSpec": ("[[references]]", ("References",)),
     "SweepSpec": ("[sweep]", ("Sweep",)),
@@ -73,6 +74,7 @@ MEANINGS: Mapping[str, Mapping[str, str]] = {
     "Scene": {
         "speeds": "[speeds](scene.md#speeds) of the diagram",
         "campbell": "[branches](scene.md#campbell-diagram) of the diagram",
+        "criteria": "[which modes count](scene.md#operating-speeds-and-criteria)",
         "effects": "[effects](scene.md#effects) that are computed or left out",
         "model": "[level, accuracy](scene.md#model) and mesh",
     },
@@ -111,11 +113,6 @@ MEANINGS: Mapping[str, Mapping[str, str]] = {
         "grade": "instead of the moment: balance quality grade G of ISO 21940, in mm/s",
         "at_rpm": "with the grade: maximum service speed of the body itself",
         "share": "with the grade: part of the permissible unbalance in this plane",
-    },
-    "OperatingSpec": {
-        "shaft": "a body that turns",
-        "from_rpm": "lowest operating speed, of the shaft itself",
-        "to_rpm": "highest; equal to the lowest for a single speed",
     },
     "EffectsSpec": {
         "gyroscopic": "gyroscopic terms of bodies that turn",

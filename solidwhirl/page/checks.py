@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from solidwhirl.check_report import failure_lines
+from solidwhirl.check_report import checks_line, failure_lines
 from solidwhirl.page.records import Block, Chart, Run, Section, Table, Text
 
 _PER_CHECK = 24
@@ -27,8 +27,8 @@ def section(run: Run) -> Section | None:
     failed = failure_lines(run.results.checks)
     undecided = [c for c in checks if c["passed"] is None]
     head = (
-        f"**{len(checks)} checks, {len(failed)} failed, {len(undecided)} not applicable.** Each "
-        "is a statement that holds for any rotor: symmetry of matrices, rigid motions without "
+        f"**{len(checks)} checks: {checks_line(run.results.checks)}.** Each is a "
+        "statement that holds for any rotor: symmetry of matrices, rigid motions without "
         "strain, energy and momentum, orthogonality of modes. What each means is in "
         "`docs/checks.md`."
     )

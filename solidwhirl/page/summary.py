@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from solidwhirl.check_report import failure_lines
+from solidwhirl.check_report import checks_line, failure_lines
 from solidwhirl.operating import Operating, critical_speeds_that_count, nearest
 from solidwhirl.page.campbell import small_chart
 from solidwhirl.page.drawing import small_picture
 from solidwhirl.page.marks import whirl_text
 from solidwhirl.page.operating import margin_text, operating_speeds
 from solidwhirl.page.records import Block, Row, Run, Section, Table, Text
-from solidwhirl.verdict_text import answers, checks_words
+from solidwhirl.verdict_text import answers
 
 # Critical speeds that a reader in a hurry is shown.
 _MOST = 12
@@ -30,7 +30,7 @@ def section(run: Run) -> Section:
     chart = small_chart(run.document, run.results.scene.speed_ratios())
     blocks = [
         *_failures(run),
-        Row(blocks=(verdict_table(run.document), *((chart,) if chart else ()))),
+        Row(blocks=(verdict_table(run), *((chart,) if chart else ()))),
         small_picture(run),
         *_warnings(run),
         _critical_speeds(critical_speeds_that_count(run.document), operating),
@@ -38,17 +38,17 @@ def section(run: Run) -> Section:
     return Section(name="summary", title="Summary", blocks=blocks)
 
 
-def verdict_table(document: Mapping[str, Any]) -> Table:
+def verdict_table(run: Run) -> Table:
     """Return the answers of the verdict, the checks, and how many warnings there are.
 
     Parameters
     ----------
-    document
-        The contents of `results.json`.
+    run
+        The run.
     """
-    rows = [(a.about, a.marked) for a in answers(document)]
-    rows.append(("Checks", checks_words([c["passed"] for c in document["invariants"]])))
-    count = len(_messages(document))
+    rows = [(a.about, a.marked) for a in answers(run.document)]
+    rows.append(("Checks", checks_line(run.results.checks)))
+    count = len(_messages(run.document))
     if count:
         rows.append(("Warnings", f"{count}, below the drawing"))
     return Table(head=("", ""), rows=rows)

@@ -291,7 +291,7 @@ def test_the_folder_of_a_good_run_passes(tmp_path):
         "files are as the run wrote them",
         "checks recorded by the run",
     ]
-    assert first[1]["reason"] == "2 recorded, 0 failed, 1 not applicable"
+    assert first[1]["reason"] == "2 recorded: 1 passed, 1 not applicable"
 
 
 def test_what_a_run_recorded_as_failed_fails(tmp_path):

@@ -152,7 +152,7 @@ def test_nan_fails():
 
 def test_report_and_document():
     text = checks_text(CHECKS)
-    assert text.startswith("6 checks, 1 failed, 1 not applicable.")
+    assert text.startswith("6 checks: 1 FAILED, 4 passed, 1 not applicable (damped system).")
     assert (
         "**check failed: three: a: nan, allowed 1.0e-10 (because); can't be trusted: freq" in text
     )

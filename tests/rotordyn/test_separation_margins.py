@@ -5,17 +5,22 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from solidwhirl.rotordyn import AnalysisError, critical_speeds
+from solidwhirl.rotordyn import AnalysisError, Rotor, assemble, critical_speeds
+from solidwhirl.rotordyn.coordinates import interface_row
 from solidwhirl.rotordyn.damping import amplification_factor
+from solidwhirl.rotordyn.excitation import unbalance_excitation
 from solidwhirl.rotordyn.separation_margins import (
+    MarginMethod,
     OperatingRange,
     Resonance,
     format_margins,
+    margin_verdict,
     required_margin_api_617,
     resonances_of_modes,
     resonances_of_peaks,
     separation_margins,
 )
+from solidwhirl.rotordyn.system import matrices_at_speed
 from solidwhirl.rotordyn.unbalance_peaks import ResonancePeak, resonance_peaks
 
 RPM = np.pi / 30.0
@@ -176,3 +181,67 @@ def test_table_has_a_line_for_each():
 def test_ranges_without_meaning_are_refused(low, high):
     with pytest.raises(AnalysisError, match="operating range of 'LP' is"):
         OperatingRange(shaft="LP", speed_low_rad_s=low, speed_high_rad_s=high)
+
+
+# -- what an unbalance excites, and the verdict ---------------------------------------------------
+
+
+@pytest.mark.parametrize("ratio", [1.0, -1.5])
+@pytest.mark.parametrize("stretch", [1.0, 1.0 + 1e-3, 1.3])
+def test_excited_is_what_an_unbalance_drives_without_bound(hub, ground, ratio, stretch):
+    """A hair from an undamped critical speed the response is large, or it is not excited."""
+    tilt = np.diag([1e5, 1e5 * stretch])
+    bearing = ground("rotor", "hub", 1e6, 1e6 * stretch, tilt_stiffness_n_m_per_rad=tilt)
+    system = assemble({"rotor": Rotor(element=hub(), speed_ratio=ratio)}, (bearing,))
+    # off the centre of gravity, so that it drives tilts too
+    found = [c for c in critical_speeds(system, ratio, 2000.0) if c.whirl]
+    assert len(found) >= 2
+    for critical in found:
+        near = critical.speed_rad_s * (1.0 + 1e-7)
+        matrices = matrices_at_speed(system, near)
+        omega = abs(ratio) * near
+        turn = 1j * np.sign(ratio)
+        force = np.zeros(system.size, dtype=complex)
+        for component, own in (("ux", 1.0), ("uy", -turn), ("rx", 0.1 * turn), ("ry", 0.1)):
+            force += own * interface_row(system, "rotor", "hub", component)
+        dynamic = (
+            matrices.stiffness
+            - omega**2 * matrices.mass
+            + 1j * omega * (matrices.damping + matrices.gyroscopic)
+        )
+        # its own part: another mode may be critical at the same speed
+        row = critical.shape.conj() @ matrices.mass
+        size = abs(row @ np.linalg.solve(dynamic, force))
+        quiet = abs(row) @ abs(np.linalg.solve(dynamic + 0.1 * matrices.stiffness, force))
+        excitation = unbalance_excitation(system, critical.shape, ["rotor"])
+        assert excitation.excited is bool(size > 1e3 * quiet), (critical.whirl, size / quiet)
+        if stretch == 1.0:
+            forward = "forward" if ratio > 0 else "backward"
+            assert excitation.excited is (critical.whirl == forward)
+
+
+def _margins(*resonances):
+    operating = OperatingRange(shaft="LP", speed_low_rad_s=800.0, speed_high_rad_s=1000.0)
+    return separation_margins(operating, resonances)
+
+
+def test_the_method_decides_and_says_why():
+    near = Resonance(speed_rad_s=1200.0, amplification_factor=3.5, whirl="forward")
+    far = Resonance(speed_rad_s=400.0, amplification_factor=np.inf)
+    silent = Resonance(speed_rad_s=900.0, amplification_factor=np.inf, excited=False)
+    found = _margins(near, far, silent)
+    # 18.5 % asked by the standard
+    by_standard = margin_verdict(found, MarginMethod())
+    assert (by_standard.passed, by_standard.missed) == (True, ())
+    assert by_standard.worst.resonance == near
+    assert "11459 rpm (amplification factor 3.5) is 20.0 % above" in by_standard.why
+    plain = margin_verdict(found, MarginMethod(kind="percent", percent=25.0))
+    assert not plain.passed
+    assert [m.resonance for m in plain.missed] == [near]
+    assert "25.0 % asked" in plain.why
+    assert margin_verdict(_margins(silent), MarginMethod()).passed
+    inside = Resonance(speed_rad_s=900.0, amplification_factor=2.6)
+    for kind in ("api617", "percent"):
+        verdict = margin_verdict(_margins(inside), MarginMethod(kind=kind))
+        assert not verdict.passed
+        assert "no margin is enough" in verdict.why
