@@ -1,13 +1,14 @@
-"""Identification: numbers of a scene that nobody gives, from quantities that somebody measured."""
+"""Parameter identification from measurements."""
 
 from __future__ import annotations
 
 import json
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -33,6 +34,8 @@ class Identified:
     ----------
     scene, record, report
         The scene with the identified values, the record as JSON, and as Markdown.
+    found
+        One line per parameter: its value, what the targets leave open, and its bounds.
     met
         Whether every target is reached within its tolerance.
     missed
@@ -42,6 +45,7 @@ class Identified:
     scene: Path
     record: Path
     report: Path
+    found: tuple[str, ...]
     met: bool
     missed: tuple[str, ...]
 
@@ -82,9 +86,25 @@ def identify_command(
     record, report = (out.with_suffix(f".identification.{kind}") for kind in ("json", "md"))
     _write(out, identified_scene(found))
     _write(report, text(found))
-    _write(record, json.dumps(document(found), indent=1, allow_nan=False) + "\n")
+    written = document(found)
+    _write(record, json.dumps(written, indent=1, allow_nan=False) + "\n")
     state.unlink(missing_ok=True)
-    return Identified(scene=out, record=record, report=report, met=found.met, missed=_missed(found))
+    return Identified(
+        scene=out,
+        record=record,
+        report=report,
+        found=tuple(_found_line(p) for p in written["parameters"]),
+        met=found.met,
+        missed=_missed(found),
+    )
+
+
+def _found_line(parameter: Mapping[str, Any]) -> str:
+    bound = f", at its {parameter['at_bound']} bound" if parameter["at_bound"] else ""
+    return (
+        f"{parameter['name']} = {parameter['value']:.6g} ± {parameter['plus_minus']:.2g} "
+        f"({parameter['lower']:g} to {parameter['upper']:g}{bound})"
+    )
 
 
 def _refuse_target(problem: Problem, out: Path) -> None:

@@ -61,7 +61,7 @@ def report_text(results: Results, document: dict[str, Any]) -> str:
 
 
 def _warnings(document: dict[str, Any]) -> list[str]:
-    return [doubt["message"] for doubt in document["doubts"]] + document["bearing_notes"]
+    return [*(doubt["message"] for doubt in document["doubts"]), *document["bearing_notes"]]
 
 
 def doubts_text(doubts: Iterable[Doubt]) -> str:

@@ -113,7 +113,7 @@ def _draw_single(
                  for f in (min, max))  # fmt: skip
     span = (high - low) or 1.0
     axes.set_xlim(low - 0.42 * span, high + 0.42 * span)  # for the values at the ends
-    unit = "%" if relative else (unit_of(item.name) or "1")
+    unit = "%" if relative else (unit_of(item.quantity) or "1")
     axes.set_xlabel(f"change from {number_text(reference, 5)}\nat the baseline [{unit}]")
     names = []
     for effect in effects:

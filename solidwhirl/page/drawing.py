@@ -41,7 +41,7 @@ _WIDTH, _MARGIN, _TALLEST = 1040.0, 40.0, 560.0
 _RULER, _LEGEND_LINE = 46.0, 22.0
 _MOST_TICKS = 12
 # On the first screen of a page: width and height of the bodies, height and least width.
-_SMALL, _FIRST_SCREEN, _LEAST = (760.0, 170.0), 300, 560
+_SMALL, _FIRST_SCREEN, _LEAST = (760.0, 170.0), 290, 560
 
 
 @dataclass(frozen=True, kw_only=True)

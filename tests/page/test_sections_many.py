@@ -12,13 +12,16 @@ from solidwhirl.operating import Operating, nearest
 from solidwhirl.page import shapes, summary
 from solidwhirl.page.build import page_of
 from solidwhirl.page.checks import _by_reason
+from solidwhirl.page.drawing import matrix_text, stiffness_text
 from solidwhirl.page.margins import margin_blocks
 from solidwhirl.page.operating import margin_text, margin_words
 from solidwhirl.page.records import Chart, Picture, Row, Section, Table, Text
 from solidwhirl.page.responses import force_chart, moving
 from solidwhirl.page.sections import sections_of, without_needless_names
+from solidwhirl.page.shape_states import shown_modes
 from solidwhirl.page.stability import law_chart
 from solidwhirl.page.traces import line, marks, series_style
+from solidwhirl.scene_joints import BearingSpec
 
 
 def speeds(*rpm):
@@ -194,3 +197,25 @@ def test_marks_at_the_edge_are_whole():
     assert marks([0.0], [1.0], "m", style)["cliponaxis"] is False
     assert line([0.0], [1.0], "l", style, mode="lines+markers")["cliponaxis"] is False
     assert "cliponaxis" not in line([0.0], [1.0], "l", style)
+
+
+def test_coefficients_of_a_bearing_are_told_with_its_cross_terms():
+    said = {
+        "2e7 N/m": [[2e7, 0.0], [0.0, 2e7]],
+        "2e7, 3e7 N/m": [[2e7, 0.0], [0.0, 3e7]],
+        "±1.2e6 N/m cross": [[0.0, 1.2e6], [-1.2e6, 0.0]],
+        "∓1.2e6 N/m cross": [[0.0, -1.2e6], [1.2e6, 0.0]],
+        "2e7 N/m, 3e6 N/m cross": [[2e7, 3e6], [3e6, 2e7]],
+        "2e7 N/m, 3e6, 1e6 N/m cross": [[2e7, 3e6], [1e6, 2e7]],
+    }
+    assert {text: matrix_text(np.array(m), "N/m") for text, m in said.items()} == {
+        text: text for text in said
+    }
+    # a seal that only damps
+    seal = BearingSpec(name="s", first="a.b", damping_n_s_per_m=600.0)
+    assert stiffness_text(seal) == "600 N s/m"
+
+
+def test_modes_at_rest_have_no_direction():
+    (rest,) = [s for s in shown_modes(everything().results) if s.label == "at rest"]
+    assert set(rest.whirl) == {"planar"}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from solidwhirl.verdict_text import answers, checks_words
+from solidwhirl.verdict_text import answers
 
 INTERVAL = {
     "from_rpm": 708.4, "to_rpm": 900.0, "opens": True, "closes": True, "kind": "flutter",
@@ -102,8 +102,3 @@ def test_margins_vibration_and_choice_of_interfaces():
     assert said("Choice of interfaces", coupling_effect=0.024).text.startswith("up to 2.4 %")
     # not where it is worth no more than the error
     assert not [a for a in answers(verdict(coupling_effect=5e-4)) if a.about.startswith("Choice")]
-
-
-def test_checks():
-    assert checks_words([True, True]) == "2 passed"
-    assert checks_words([True, None, False, None]) == "1 FAILED, 1 passed, 2 not applicable"
