@@ -208,12 +208,12 @@ def _let_write_plainly(formatter: Any) -> None:
 
 
 def plain_power(formula: str) -> str:
-    """Return a number that matplotlib writes as a formula in plain letters.
+    r"""Return a number that matplotlib writes as a formula in plain letters.
 
     Parameters
     ----------
     formula
-        Such as `$\\mathdefault{2\\times10^{-3}}$`, which is 2×10⁻³.
+        Such as `$\mathdefault{2\times10^{-3}}$`, which is 2×10⁻³.
     """
 
     def plain(found: re.Match[str]) -> str:

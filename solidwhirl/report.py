@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from solidwhirl.check_report import checks_text
+from solidwhirl.errors import markdown_text
 from solidwhirl.estimate_documents import coupling_effect, coupling_text, materials_text
 from solidwhirl.fineness import Fineness
 from solidwhirl.forecast import Forecast
@@ -26,8 +27,8 @@ def report_text(results: Results, document: dict[str, Any]) -> str:
         The same as written to `results.json`.
     """
     parts = [
-        f"# {results.scene.title or results.scene.name}",
-        "\n".join(f"- {note}" for note in results.scene.notes),
+        f"# {markdown_text(results.scene.title or results.scene.name)}",
+        "\n".join(f"- {markdown_text(note)}" for note in results.scene.notes),
         "## What was computed, what was left out, and why",
         plan_text(results.plan),
         "## Bodies",
@@ -43,8 +44,8 @@ def report_text(results: Results, document: dict[str, Any]) -> str:
         "## Other analyses" if results.analyses else "",
         _analyses(results),
         "## Doubts" if results.bearing_notes or document.get("doubts") else "",
-        "\n".join(f"- {doubt['message']}" for doubt in document.get("doubts", ())),
-        "\n".join(f"- {note.message}" for note in results.bearing_notes),
+        "\n".join(f"- {markdown_text(doubt['message'])}" for doubt in document.get("doubts", ())),
+        "\n".join(f"- {markdown_text(note.message)}" for note in results.bearing_notes),
         "## Checks",
         checks_text(results.checks),
         "## Cost",
@@ -61,7 +62,7 @@ def doubts_text(doubts: Iterable[Doubt]) -> str:
     doubts
         See `solidwhirl.plausibility`.
     """
-    lines = [f"- {doubt.message}" for doubt in doubts]
+    lines = [f"- {markdown_text(doubt.message)}" for doubt in doubts]
     return "\n".join(["Doubts:", "", *lines]) if lines else ""
 
 
@@ -297,5 +298,5 @@ def _cost(document: dict[str, Any]) -> str:
 def _table(head: Iterable[Any], rows: Iterable[Iterable[Any]]) -> str:
     titles = [str(h) for h in head]
     lines = ["| " + " | ".join(titles) + " |", "|" + "---|" * len(titles)]
-    lines += ["| " + " | ".join(str(v) for v in row) + " |" for row in rows]
+    lines += ["| " + " | ".join(markdown_text(str(v)) for v in row) + " |" for row in rows]
     return "\n".join(lines)

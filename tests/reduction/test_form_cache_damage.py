@@ -102,5 +102,5 @@ def test_cache_that_is_no_folder_is_named(tmp_path, monkeypatch):
 
     module = SimpleNamespace(compile_forms=compile_forms)
     guard_compiler(module)
-    with pytest.raises(KernelCacheError, match="fenics is not a folder.*remove it"):
+    with pytest.raises(KernelCacheError, match=r"fenics is not a folder.*remove it"):
         module.compile_forms([], cache_dir=tmp_path / "fenics")
