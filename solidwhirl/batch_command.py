@@ -167,12 +167,12 @@ def _refuse_others(cases: Sequence[BatchCase], out: Path) -> None:
 
 
 def _is_of_a_batch(out: Path) -> bool:
-    """Whether a journal is there that has a row, or nothing as yet; damaged lines count not."""
+    """Whether a journal is there that has a row, or nothing as yet but perhaps half of one."""
     try:
-        rows, damaged = salvaged_journal(out)
+        rows, _ = salvaged_journal(out)
     except BatchTableError:
         return False
-    return bool(rows) or not damaged
+    return bool(rows) or (out / JOURNAL).read_bytes()[:1] in (b"", b"{")
 
 
 def _refuse_store(store: Path) -> None:

@@ -53,7 +53,7 @@ def refused(*words):
     assert done.exit_code == 2, done.output
     assert "Traceback" not in done.output
     assert done.exception is None or isinstance(done.exception, SystemExit)
-    return " ".join(done.output.split())
+    return " ".join(done.output.replace("│", " ").split())
 
 
 @pytest.mark.parametrize("name", ["", LONG, f"a/{LONG}/b", DEEP])
