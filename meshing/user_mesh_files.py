@@ -63,7 +63,7 @@ def read_mesh_file(path: str | Path) -> FileMesh:
         raise
     except Exception as error:  # parsers fail on damaged files in many ways
         raise MeshingError(
-            f"{path.name}: can not be read: found {_finding(error)}; allowed is "
+            f"{path.name}: can not be read as {path.suffix}: found {_finding(error)}; allowed is "
             f"{_ALLOWED[path.suffix.lower()]}"
         ) from error
     return _checked(mesh, path.name)

@@ -25,7 +25,7 @@ _SIGNAL_S = 120
 _PATIENCE_S = 10
 _RESTARTS = 50
 # Words of a comment by which a script is known.
-_CANCELLED = "cancelled (srun's ranks as well). The ranks get SIGTERM and leave rows and stages whole."
+_WHOLE = "The ranks get SIGTERM and leave rows and stages whole."
 _NAME = re.compile(r"[^A-Za-z0-9_.-]+")
 
 
@@ -142,7 +142,7 @@ launch=(srun --kill-on-bad-exit=1)
 # launch=(mpirun -n "$SLURM_NTASKS")
 
 # Slurm sends this shell SIGUSR1 {_SIGNAL_S} s before the time limit, and SIGTERM when the job is
-# {_CANCELLED}
+# cancelled (srun's ranks as well). {_WHOLE}
 job='' limit=0
 end() {{ [ -z "$job" ] || kill -TERM "$job" 2>/dev/null; }}
 trap 'limit=1; end' USR1
@@ -167,7 +167,7 @@ exit "$status"
 
 def _is_script(path: Path) -> bool:
     try:
-        return path.is_file() and all(word in path.read_text(encoding="utf-8") for word in ("#SBATCH", _CANCELLED))
+        return path.is_file() and _WHOLE in path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
         return False
 

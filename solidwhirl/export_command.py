@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -242,7 +241,7 @@ def export_body(
         raise OutputError(f"{out}: can not be written: it is a folder")
     if out.exists() and body.exists() and out.samefile(body):
         raise OutputError(f"{out}: is the file to export; choose another name")
-    out = out if out.name not in ("", "..") else Path(os.path.abspath(out))
+    out = out if out.name not in ("", "..") else out.resolve()
     if out.is_file():
         refuse_existing([out], force=force)
     element = read_superelement(body)

@@ -15,7 +15,9 @@ _UNITS_M = {"mm": 1e-3, "m": 1.0}
 _SUFFIXES = (".step", ".stp")
 
 
-def geometry_command(scene: Path, step: Path, *, length_unit: str = "mm", force: bool = True) -> tuple[Path, ...]:
+def geometry_command(
+    scene: Path, step: Path, *, length_unit: str = "mm", force: bool = True
+) -> tuple[Path, ...]:
     """Write the bodies of a scene as closed solids of revolution.
 
     Parameters
