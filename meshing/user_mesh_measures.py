@@ -24,7 +24,7 @@ def measured(interface: MeshInterface, mesh: Mesh, outside: IntArray) -> MeshInt
     outside
         (f, 6) facets of the whole surface.
     """
-    area, centre = _areas(mesh.points, mesh.interfaces[interface.name])
+    area, centre = facet_areas(mesh.points, mesh.interfaces[interface.name])
     mean = area @ centre / area.sum()
     size = float(np.abs(mesh.points).max())
     mean[np.abs(mean) < 1e-9 * size] = 0.0
@@ -34,7 +34,7 @@ def measured(interface: MeshInterface, mesh: Mesh, outside: IntArray) -> MeshInt
     left = outside[~in_box(mesh.points, outside, interface)]
     if not len(left):
         return told
-    area, centre = _areas(mesh.points, left)
+    area, centre = facet_areas(mesh.points, left)
     inside = points_in_box(centre, interface, size).reshape(len(left), -1)
     return replace(
         told,
@@ -43,8 +43,14 @@ def measured(interface: MeshInterface, mesh: Mesh, outside: IntArray) -> MeshInt
     )
 
 
-def _areas(points: FloatArray, facets: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Areas and middles of the pieces of facets, 16 of each facet."""
+def facet_areas(points: FloatArray, facets: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Areas (16 f,) and middles (16 f, 3) of the pieces of curved facets, 16 of each.
+
+    Parameters
+    ----------
+    points, facets
+        (n, 3) [m], and (f, 6) nodes.
+    """
     corner = flat_pieces(points, facets)
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     return 0.5 * np.linalg.norm(normal, axis=1), corner.mean(axis=1)
