@@ -13,6 +13,7 @@ from solidwhirl.meshing.user_mesh_records import FileMesh, MeshInterface, MeshRe
 from solidwhirl.meshing.user_mesh_split import Tetrahedra
 from solidwhirl.meshing.user_mesh_surface import Faces
 
+BoolArray = np.ndarray[tuple[int], np.dtype[np.bool_]]
 # Corners of the surface elements of a file.
 _SURFACE = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
 _MOST_NAMED = 20
@@ -130,7 +131,7 @@ def interface_facets(
     return np.asarray(faces.nodes[rows])
 
 
-def in_box(points: FloatArray, facets: IntArray, interface: MeshInterface) -> np.ndarray:
+def in_box(points: FloatArray, facets: IntArray, interface: MeshInterface) -> BoolArray:
     """Whether facets lie inside the box of an interface with all their corners, (f,).
 
     Parameters
@@ -146,7 +147,7 @@ def in_box(points: FloatArray, facets: IntArray, interface: MeshInterface) -> np
     return np.asarray(inside[facets[:, :3]].all(axis=1))
 
 
-def points_in_box(points: FloatArray, interface: MeshInterface, size_m: float) -> np.ndarray:
+def points_in_box(points: FloatArray, interface: MeshInterface, size_m: float) -> BoolArray:
     """Whether points (n, 3) lie in the box of an interface, with its margin.
 
     Parameters

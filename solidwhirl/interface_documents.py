@@ -9,7 +9,7 @@ import numpy as np
 
 from solidwhirl.geometry import Body, Interface
 from solidwhirl.mesh_bodies import build_mesh_bodies
-from solidwhirl.meshing import Mesh
+from solidwhirl.meshing import FloatArray, Mesh
 from solidwhirl.meshing.user_mesh_measures import facet_areas
 from solidwhirl.meshing.user_mesh_records import MeshedBody, MeshInterface
 from solidwhirl.plausibility_records import Doubt
@@ -73,7 +73,7 @@ def cut_doubts(scene: Scene) -> Iterator[Doubt]:
             )
 
 
-def _area_and_centre(mesh: Mesh, name: str) -> tuple[float, np.ndarray]:
+def _area_and_centre(mesh: Mesh, name: str) -> tuple[float, FloatArray]:
     """Area [m²] and centre of area [m] of the facets, which are curves of a meridian in 2D."""
     facets = mesh.interfaces[name]
     if mesh.points.shape[1] == 3:

@@ -122,9 +122,9 @@ def _included(path: Path, number: int, name: str, folder: Path) -> Path:
             f"{path}, line {number + 1}: INCLUDE names {name[:80]!r}, which lies outside the "
             "folder of the file; files beside it and below are allowed"
         )
-    if not found.is_file():
+    if found.exists() and not found.is_file():
         raise SuperelementError(
-            f"{path}, line {number + 1}: INCLUDE names {name[:80]!r}; there is no such file"
+            f"{path}, line {number + 1}: INCLUDE names {name[:80]!r}, which is no regular file"
         )
     return found
 
