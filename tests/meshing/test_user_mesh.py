@@ -226,7 +226,7 @@ def meridian(mesh):
 def test_roundness_of_polygons_is_that_of_their_edges():
     for sides in (16, 24):
         points, wedges = prism(sides, 2, 0.1, 0.3)
-            asked = request("prism.vtu", shape="round")
+        asked = request("prism.vtu", shape="round")
         mesh = mesh_of(file_mesh(points, wedge=wedges), asked, "prism")
         found = body_of_mesh("prism", asked, mesh).roundness
         # a corner that is turned half a side lies r (1 - cos(π/n)) off the side
@@ -270,7 +270,9 @@ def test_files_written_by_hand(tmp_path, name, text, low, foot, roof):
 def test_facets_that_a_box_cuts_are_measured(top, cut, area):
     """On a side of a brick whose elements are 1 by 1/2; half a piece of a facet is the error."""
     points, hexahedra = brick((1.0, 1.0, 2.0), (1, 2, 2))
-    box = MeshInterface(name="side", coupling="rigid", box_m=((-0.01, -0.1, -0.1), (0.01, 1.1, top)))
+    box = MeshInterface(
+        name="side", coupling="rigid", box_m=((-0.01, -0.1, -0.1), (0.01, 1.1, top))
+    )
     asked = request("a.vtu", interfaces=(box,))
     mesh = mesh_of(file_mesh(points, hexahedron=hexahedra), asked, "block")
     (found,) = body_of_mesh("block", asked, mesh).interfaces
