@@ -96,10 +96,6 @@ def _conservative_spectrum(matrices: PlainMatrices) -> ComplexArray | None:
     """
     stiffness, velocity = matrices.stiffness, matrices.velocity
     diagonal = np.diag(stiffness)
-        matrices.stiffness,
-        matrices.velocity,
-        np.diag(matrices.stiffness),
-    )
     eps = 4.0 * np.finfo(float).eps
     damped = np.abs(velocity + velocity.T) > eps * matrices.sizes[1]
     skew = np.abs(stiffness - stiffness.T) > eps * matrices.sizes[2]
