@@ -90,9 +90,9 @@ def followed_by(rounds: Sequence[Mapping[str, Any]], index: int) -> str:
         Of the round.
     """
     found = rounds[index]
-    if not found["stopped"]:
+    if not found.get("stopped"):
         return ", ".join(found["refined"])
-    kept = next(k for k, r in enumerate(rounds) if r["kept"])
+    kept = next(k for k, r in enumerate(rounds) if r.get("kept"))
     return f"stopped: {found['stopped']}" + (f"; round {kept + 1} kept" if kept != index else "")
 
 
