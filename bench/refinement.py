@@ -14,6 +14,7 @@ import argparse
 import json
 import os
 import resource
+import signal
 import subprocess
 import sys
 import time
@@ -169,23 +170,21 @@ def _one(data: Data) -> Data:
 
 def _in_process(data: Data, timeout_s: float, memory_gib: float) -> Data:
     """Run a scene in a process of its own, within limits."""
-    size = int(memory_gib * 2**30)
+    limits = {resource.RLIMIT_AS: int(memory_gib * 2**30), resource.RLIMIT_CPU: int(timeout_s)}
     command = [sys.executable, __file__, "--scene", "-"]
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
     start = time.perf_counter()
-    try:
-        done = subprocess.run(
-            command,
-            input=json.dumps(data),
-            capture_output=True,
-            text=True,
-            timeout=timeout_s,
-            env=environment,
-            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (size, size)),
-        )
-    except subprocess.TimeoutExpired:
-        return {"ended": f"killed after {timeout_s:g} s"}
+    done = subprocess.run(
+        command,
+        input=json.dumps(data),
+        capture_output=True,
+        text=True,
+        env=environment,
+        preexec_fn=lambda: [resource.setrlimit(k, (v, v)) for k, v in limits.items()],
+    )
     wall = time.perf_counter() - start
+    if done.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
+        return {"ended": f"killed after {timeout_s:g} s of CPU"}
     if done.returncode:
         last = (done.stderr.strip().splitlines() or ["no message"])[-1]
         return {"ended": "error", "message": last[:300], "wall_s": wall}
@@ -247,7 +246,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("refinement.jsonl"))
-    parser.add_argument("--timeout-s", type=float, default=300.0)
+    parser.add_argument("--cpu-s", type=float, default=300.0)
     parser.add_argument("--memory-gib", type=float, default=6.0)
     parser.add_argument("--table", type=Path)
     parser.add_argument("--scene", help=argparse.SUPPRESS)
@@ -258,7 +257,7 @@ def main() -> None:
         print(_table(given.table))
     else:
         numbers = range(given.first, given.first + given.count)
-        _run(numbers, given.seed, given.out, (given.timeout_s, given.memory_gib))
+        _run(numbers, given.seed, given.out, (given.cpu_s, given.memory_gib))
 
 
 if __name__ == "__main__":

@@ -153,7 +153,7 @@ def _with_turns(speeds: FloatArray, pieces: LawPieces | None) -> FloatArray:
         return speeds
     turns = pieces.turning_speeds(float(speeds[0]), float(speeds[-1]))
     turns = np.concatenate((speeds[:1], turns, speeds[-1:]))
-    return np.unique(np.concatenate((speeds, turns, 0.5 * (turns[1:] + turns[:-1]))))
+    return np.asarray(np.unique(np.concatenate((speeds, turns, 0.5 * (turns[1:] + turns[:-1])))))
 
 
 def _sense_notes(

@@ -174,7 +174,7 @@ def _state(front: Front, beyond: Front, branch: int) -> str:
     if grows > still:
         return "diverges"
     reals = [f.modes.real_eigenvalues.size for f in (beyond, front)]
-    if value.real < 0 and (reals[0] > reals[1] or float(damping_ratio(value)) > PEAKLESS):
+    if value.real < 0 and (reals[0] > reals[1] or damping_ratio(np.array([value]))[0] > PEAKLESS):
         return "overdamped"
     slow = abs(value) < _SLOW * np.abs(front.modes.eigenvalues).max()
     return "zero" if slow or beyond.modes.zero_count > front.modes.zero_count else "lost"

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from solidwhirl.rotordyn.arrays import FloatArray
+from solidwhirl.rotordyn.arrays import ComplexArray
 from solidwhirl.rotordyn.body_frames import branch_columns
 from solidwhirl.rotordyn.campbell import Campbell
 from solidwhirl.rotordyn.eigen import Modes
@@ -72,10 +72,11 @@ def _anchors(diagram: Campbell, speed_rad_s: float) -> Iterator[int]:
             yield int(at[np.lexsort((distance[at], equal[at]))[0]])
 
 
-def _equal_pairs(values: FloatArray) -> int:
+def _equal_pairs(values: ComplexArray) -> int:
     known = values[np.isfinite(values)]
     near = np.abs(known[:, None] - known) <= _SAME * np.abs(known)
-    return int(near.sum()) - known.size
+    pairs: int = np.count_nonzero(near) - known.size
+    return pairs
 
 
 def _at_speed(

@@ -224,4 +224,4 @@ def _order(fronts: list[Front], rest: int, after: int) -> IntArray:
     late = np.isnan(at_rest)
     group[late], first = 0, np.abs(np.where(late, speeds, 0.0))
     later = np.nan_to_num(fronts[after].values().imag)
-    return np.lexsort((later, group, first, late))
+    return np.asarray(np.lexsort((later, group, first, late)))

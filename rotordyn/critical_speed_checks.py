@@ -20,6 +20,7 @@ from solidwhirl.rotordyn.whirl_pencils import whirl_pencils
 # A critical speed this near to the end of the range (relative) may be counted on either side.
 _AT_THE_END = 1e-9
 
+
 _CONCERNS = "critical speeds"
 
 

@@ -31,6 +31,10 @@ Matrix = npt.NDArray[Any]
 
 # Eigenvalues of K over M below this fraction of the largest do not set the shift.
 _VISIBLE = 1e-13
+# The shift as a fraction of the slowest rate: a larger one takes digits from slow decay;
+_SLOW = 0.3
+# and at least this of the fastest rate, which else loses its own.
+_SLOWEST = 1e-6
 # An eigenvalue below this fraction of the shift is a motion of a free body.
 _FREE = 1e-5
 # Roundings of the eigensolver, in units of eps times the norm times the condition of a value.
@@ -63,7 +67,7 @@ class Block:
     slopes
         dV/dΩ and dK/dΩ at a speed, on one side of it.
     shift
-        A real rate between the slowest and the fastest motion, 1/s.
+        A real rate of the order of the slowest motion, 1/s.
     is_free
         Whether some motion meets no stiffness at any speed: its zeros are no instability.
     """
@@ -202,7 +206,7 @@ def _prepared(block: Block, body_rate: float, low: float, high: float) -> Block:
         return replace(block, shift=max(abs(low), abs(high), 1.0), is_free=True)
     if min(zeros) > 0:
         return replace(block, shift=float(seen.min()), is_free=True)
-    return replace(block, shift=float(np.sqrt(seen.min() * seen.max())))
+    return replace(block, shift=float(max(_SLOW * seen.min(), _SLOWEST * seen.max())))
 
 
 def solve(block: Block, speed_rad_s: float) -> Spectral:
@@ -222,21 +226,15 @@ def solve(block: Block, speed_rad_s: float) -> Spectral:
 
     Notes
     -----
-    λ = s + 1/μ with a real shift s between the slowest and the fastest motion, so that both keep
-    their digits; P, the Hermitian part of D(s), is positive definite and its Cholesky factor
-    scales the problem, see `spectrum.solve_general`.
+    λ = s + 1/μ with a real shift s near the slowest motion, so that slow motions keep their
+    digits, also where K is singular; P, the Hermitian part of D(s), is positive definite and its
+    Cholesky factor scales the problem, see `spectrum.solve_general`.
     """
     found = block.at(speed_rad_s)
     shift, lower, full, scale = _factored(block, found)
-    mass = scale[:, None] * block.mass * scale
-    rate = scale[:, None] * found.velocity * scale + 2.0 * shift * mass
-    half = la.solve_triangular(lower, la.cholesky(mass, lower=True), lower=True)
-    rate, skew = _congruent(lower, rate), _congruent(lower, 0.5 * (full - full.conj().T))
     n = scale.size
-    regular = np.eye(n) + skew
-    companion = np.zeros((2 * n, 2 * n), dtype=np.result_type(rate, skew))
-    companion[:n] = -la.solve(regular, np.hstack((rate, half)))
-    companion[n:, :n] = half.conj().T
+    regular = np.eye(n) + _congruent(lower, 0.5 * (full - full.conj().T))
+    companion = _companion(block, found.velocity, shift, lower, regular, scale)
     norm = la.norm(companion)
     inverse, vectors = la.eig(companion, overwrite_a=True, check_finite=False)
     if not inverse.all():
@@ -264,6 +262,25 @@ def solve(block: Block, speed_rad_s: float) -> Spectral:
         tolerance=np.where(alive, np.maximum(NEUTRAL * np.abs(values), tolerance), np.inf),
         coefficients=found,
     )
+
+
+def _companion(
+    block: Block,
+    velocity: Matrix,
+    shift: float,
+    lower: Matrix,
+    regular: Matrix,
+    scale: FloatArray,
+) -> Matrix:
+    """Return the matrix whose eigenvalues are 1 / (λ − s)."""
+    n = scale.size
+    mass = scale[:, None] * block.mass * scale
+    rate = _congruent(lower, scale[:, None] * velocity * scale + 2.0 * shift * mass)
+    half = la.solve_triangular(lower, la.cholesky(mass, lower=True), lower=True)
+    companion = np.zeros((2 * n, 2 * n), dtype=np.result_type(rate, regular))
+    companion[:n] = -la.solve(regular, np.hstack((rate, half)))
+    companion[n:, :n] = half.conj().T
+    return companion
 
 
 def _factored(block: Block, found: Coefficients) -> tuple[float, Matrix, Matrix, FloatArray]:
@@ -322,7 +339,7 @@ def with_slopes(block: Block, spectral: Spectral, side: Side) -> Spectral:
     """
     change = block.slopes(spectral.speed_rad_s, side)
     values, right, left = spectral.values, spectral.right, spectral.left
-    slopes = -_forms(left, change, right, values, diagonal=True)
+    slopes = -_diagonal(left, _moved(change, right, values))
     near = np.abs(values[:, None] - values) <= _SAME * np.abs(values)
     np.fill_diagonal(near, False)
     if near.any():
@@ -330,7 +347,7 @@ def with_slopes(block: Block, spectral: Spectral, side: Side) -> Spectral:
         for group in together(near):
             if group.size == 1 or not values[group].all():
                 continue
-            inner = -_forms(left[group], change, right[:, group], values[group], diagonal=False)
+            inner = -left[group] @ _moved(change, right[:, group], values[group])
             rates, turn = la.eig(inner)
             if np.linalg.cond(turn) > _DEFECTIVE:
                 continue
@@ -344,17 +361,9 @@ def _diagonal(left: ComplexArray, right: ComplexArray) -> ComplexArray:
     return np.asarray((left * right.T).sum(axis=1))
 
 
-def _forms(
-    left: ComplexArray,
-    change: Coefficients,
-    right: ComplexArray,
-    rates: ComplexArray,
-    *,
-    diagonal: bool,
-) -> ComplexArray:
-    """Return y_i (K + λ_j V) x_j, or those with i = j alone."""
-    moved = change.stiffness @ right + (change.velocity @ right) * rates
-    return _diagonal(left, moved) if diagonal else np.asarray(left @ moved)
+def _moved(change: Coefficients, right: ComplexArray, rates: ComplexArray) -> ComplexArray:
+    """Return (K + λ_j V) x_j, shape (n, m)."""
+    return np.asarray(change.stiffness @ right + (change.velocity @ right) * rates)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -426,7 +435,7 @@ class Stretch:
         )
         found = []
         for place in (start, end):
-            w = _forms(place.left, change, place.right, place.values, diagonal=False)
+            w = place.left @ _moved(change, place.right, place.values)
             found.append(w * w.T)
         return found[0], found[1][np.ix_(self.partner, self.partner)]
 

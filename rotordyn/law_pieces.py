@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import polynomial
 
 from solidwhirl.rotordyn.arrays import FloatArray, freeze_arrays
 
@@ -181,7 +180,7 @@ class LawPieces:
                 xx, yy, xy = piece.symmetric(which)
                 found += piece.roots(determinant(xx, yy, xy))
                 for entry in (xx, yy, xy):
-                    found += piece.roots(polynomial.polyder(entry))
+                    found += piece.roots(derivative(entry))
         speeds = np.unique(np.array(found, dtype=float))
         return np.asarray(speeds[(speeds > low_rad_s) & (speeds < high_rad_s)])
 
@@ -209,7 +208,8 @@ class LawPiece(NamedTuple):
             return self._far_roots(coefficients)
         shifted = np.zeros(1)
         for value in np.asarray(coefficients)[::-1]:
-            shifted = polynomial.polyadd(polynomial.polymul(shifted, (offset, width)), (value,))
+            shifted = np.convolve(shifted, (offset, width))
+            shifted[0] += value
         return [self.low + width * x for x in _real_parts(shifted) if 0.0 < x < 1.0]
 
     def _far_roots(self, coefficients: FloatArray) -> list[float]:
@@ -225,9 +225,19 @@ def determinant(xx: FloatArray, yy: FloatArray, xy: FloatArray) -> FloatArray:
     xx, yy, xy
         Entries of a symmetric matrix.
     """
-    return np.asarray(
-        polynomial.polysub(polynomial.polymul(xx, yy), polynomial.polymul(xy, xy)), dtype=float
-    )
+    return np.asarray(np.convolve(xx, yy) - np.convolve(xy, xy))
+
+
+def derivative(coefficients: FloatArray) -> FloatArray:
+    """Return the derivative of a polynomial, lowest order first, with a zero of highest order.
+
+    Parameters
+    ----------
+    coefficients
+        Shape (degree + 1,).
+    """
+    orders = np.arange(1, coefficients.size)
+    return np.append(orders * coefficients[1:], 0.0)
 
 
 def _real_parts(coefficients: FloatArray) -> FloatArray:
@@ -237,4 +247,4 @@ def _real_parts(coefficients: FloatArray) -> FloatArray:
         return np.empty(0)
     scaled = coefficients / size
     orders = np.flatnonzero(np.abs(scaled) > _ROUNDING)
-    return np.asarray(polynomial.polyroots(scaled[: orders[-1] + 1]).real)
+    return np.asarray(np.roots(scaled[orders[-1] :: -1]).real, dtype=float)

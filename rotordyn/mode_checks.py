@@ -9,6 +9,7 @@ from solidwhirl.rotordyn.campbell import Campbell
 from solidwhirl.rotordyn.dynamic_stiffness import dynamic_stiffness, split_stiffness
 from solidwhirl.rotordyn.eigen import Modes
 from solidwhirl.rotordyn.invariants import Invariant, compared, undecided
+from solidwhirl.rotordyn.mode_counts import missing_modes
 from solidwhirl.rotordyn.plain_checks import COUNT, ROOTS, check_branches, root_miss, worst_of
 from solidwhirl.rotordyn.plain_system import PlainSystem
 from solidwhirl.rotordyn.system import AssembledSystem, matrices_at_speed
@@ -57,8 +58,13 @@ def check_modes_at_rest(assembled: AssembledSystem, modes: Modes) -> tuple[Invar
     out = [compared(_RESIDUAL, _AT_REST, residual, limit, concerns)]
     out.append(_roots_at_rest(assembled, modes, concerns))
     if reason:
-        unknown = ("orthogonality of the modes", "elastic energy equals kinetic", COUNT)
-        return (*out, *(undecided(name, _AT_REST, concerns, reason) for name in unknown))
+        unknown = ("orthogonality of the modes", "elastic energy equals kinetic")
+        out += [undecided(name, _AT_REST, concerns, reason) for name in unknown]
+        half = (modes.eigenvalues.size + 1) // 2
+        matrices = PlainSystem.of(assembled).at(modes.speed_rad_s)
+        lost = missing_modes(matrices, modes.eigenvalues, count=half)
+        text = f"full spectrum, the lowest {half} modes"
+        return (*out, compared(COUNT, _AT_REST, lost.size, 0.0, concerns, text))
     out += _products(assembled, modes, stiffness.rounding)
     frequencies = modes.eigenvalues.imag
     between = _places(frequencies)[0]

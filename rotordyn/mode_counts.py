@@ -19,6 +19,8 @@ _FOUND = 1e-5
 _HARDLY_TURNING = 1e-5
 # Eigenvalues below this fraction of the shift may be zeros.
 _ZERO = 1e-5
+# A pivot of the scaled stiffness below this may be a rigid motion.
+_NEARLY_SINGULAR = 1e-6
 # A shift nearer to an eigenvalue than this (1/ν) drowns the others; take another one.
 _HIT = 1e6
 
@@ -51,7 +53,9 @@ def missing_modes(
     """
     listed = np.sort_complex(np.asarray(found)[np.isfinite(found)])
     shift = _shift(matrices, listed, frequency_max_hz)
-    values = full_spectrum(matrices, shift)
+    values = _conservative_spectrum(matrices)
+    if values is None:
+        values = full_spectrum(matrices, shift)
     values = values[(values.imag > 0) & (np.abs(values) > _ZERO * shift)]
     values = values[np.argsort(values.imag)]
     sure = values.imag > _HARDLY_TURNING * np.abs(values)
@@ -83,6 +87,33 @@ def _shift(matrices: PlainMatrices, listed: ComplexArray, frequency_max_hz: floa
         return 2.0 * np.pi * frequency_max_hz
     rates = np.abs(matrices.stiffness).max() / np.diag(matrices.mass).min()
     return float(np.sqrt(rates)) if rates > 0 else 1.0
+
+
+def _conservative_spectrum(matrices: PlainMatrices) -> ComplexArray | None:
+    """Return λ = iω, ω > 0, without damping and with K positive definite; else None.
+
+    The state matrix of 1/λ is skew: its square is symmetric, with every −1/ω² twice.
+    """
+    stiffness, velocity = matrices.stiffness, matrices.velocity
+    diagonal = np.diag(stiffness)
+    eps = 4.0 * np.finfo(float).eps
+    damped = np.abs(velocity + velocity.T) > eps * matrices.sizes[1]
+    skew = np.abs(stiffness - stiffness.T) > eps * matrices.sizes[2]
+    if damped.any() or skew.any() or not (diagonal > 0).all():
+        return None
+    outer = 1.0 / np.sqrt(np.outer(diagonal, diagonal))
+    try:
+        lower = la.cholesky(outer * stiffness, lower=True)
+    except la.LinAlgError:
+        return None
+    if np.diag(lower).min() < _NEARLY_SINGULAR:
+        return None
+    half = la.solve_triangular(lower, la.cholesky(outer * matrices.mass, lower=True), lower=True)
+    turning = la.solve_triangular(lower, outer * velocity, lower=True)
+    turning = la.solve_triangular(lower, turning.T, lower=True).T
+    state = np.block([[-turning, -half], [half.T, np.zeros_like(half)]])
+    squares = la.eigvalsh(state.T @ state)[::-2]
+    return np.asarray(1j / np.sqrt(squares[squares > 0]))
 
 
 def full_spectrum(matrices: PlainMatrices, shift: float) -> ComplexArray:

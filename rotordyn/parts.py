@@ -127,9 +127,15 @@ class Bearing:
         Bearing
             With the `cross_coupling` "mirrored".
         """
-        turned = {name: mirrored(getattr(self, name)) for name in _COUPLED}
-        law = None if self.speed_law is None else mirrored_law(self.speed_law)
-        return replace(self, **turned, speed_law=law, cross_coupling="mirrored")
+        return replace(
+            self,
+            stiffness_n_per_m=mirrored(self.stiffness_n_per_m),
+            damping_n_s_per_m=mirrored(self.damping_n_s_per_m),
+            tilt_stiffness_n_m_per_rad=mirrored(self.tilt_stiffness_n_m_per_rad),
+            tilt_damping_n_m_s_per_rad=mirrored(self.tilt_damping_n_m_s_per_rad),
+            speed_law=None if self.speed_law is None else mirrored_law(self.speed_law),
+            cross_coupling="mirrored",
+        )
 
     def matrices(self) -> tuple[FloatArray, FloatArray]:
         """Return stiffness and damping on (ux, uy, uz, rx, ry, rz), a speed law left aside.

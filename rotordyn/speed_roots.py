@@ -15,13 +15,12 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as la
-from numpy.polynomial import polynomial
 from scipy.optimize import brentq, minimize_scalar
 
 from solidwhirl.rotordyn.arrays import BoolArray, ComplexArray, FloatArray
 from solidwhirl.rotordyn.direct_speeds import negative_count_at_rest
 from solidwhirl.rotordyn.errors import AnalysisError
-from solidwhirl.rotordyn.law_pieces import LawPieces, determinant
+from solidwhirl.rotordyn.law_pieces import LawPieces, derivative, determinant
 from solidwhirl.rotordyn.spectrum import scale_by_stiffness
 from solidwhirl.rotordyn.whirl_pencils import Pencil, PencilLaw
 
@@ -195,13 +194,13 @@ def _stationary(pieces: LawPieces, low: float, high: float) -> FloatArray:
         slopes = [_slope(entry, piece.start) for entry in piece.symmetric(0)]
         for numerator in (*slopes, determinant(*slopes)):
             found += piece.roots(numerator)
-    return np.unique(np.array(found, dtype=float))
+    return np.asarray(np.unique(np.array(found, dtype=float)), dtype=float)
 
 
 def _slope(entry: FloatArray, start: float) -> FloatArray:
     """Return Ω k' − 2 k, the derivative of k/Ω² times Ω³, of a polynomial in Ω − start."""
-    rate = polynomial.polymul((start, 1.0), polynomial.polyder(entry))
-    return np.asarray(polynomial.polysub(rate, 2.0 * entry), dtype=float)
+    rate = start * derivative(entry) + np.arange(entry.size) * entry
+    return np.asarray(rate - 2.0 * entry)
 
 
 def _falls(pieces: LawPieces, speed: float) -> bool:

@@ -29,12 +29,14 @@ _FLOOR = 1e-6
 _MEETING_FLOOR = 1e-10
 # Relative accuracy of an end.
 _ACCURACY = 1e-13
-# What grows at an end of a window is looked up this fraction of the window inside.
-_INSIDE = 1e-6
+# What grows at an end of a window is looked up inside, at these parts of it.
+_INSIDE = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
 # The growth left at a root may be this fraction of that at the ends.
 _JUMP = 1e-6
 # Parts of a window that are looked at for its largest growth at least.
 _LOOKS = 16
+# Maxima of the growth among them that are followed up.
+_PEAKS = 2
 # Steps beyond an end, each twice the last, of which the first is this part of the window.
 _BEYOND = 8
 # Places at which paths are read.
@@ -188,7 +190,7 @@ class _Search:
             size = abs(growth(low)) + abs(growth(high))
             root = _root(growth, low, high)
             # beside a meeting of modes the nearest value may jump from one to another
-            if abs(self._leading(root).real) > _JUMP * size:
+            if max(self._leading(root).real, abs(growth(root))) > _JUMP * size:
                 root = self._halved(calm, loud)
         else:
             root = self._halved(calm, loud)
@@ -251,10 +253,14 @@ class _Search:
         return root if abs(growth(root)) <= _JUMP * abs(damped[1].real) else grown[0]
 
     def _at_end(self, speed: float, other: float) -> complex:
-        """Return the eigenvalue at an end of a window, known by what grows just inside."""
-        inside = self._leading(speed + _INSIDE * (other - speed))
-        values = self.at(speed).values
-        return complex(values[np.abs(values - inside).argmin()])
+        """Return the eigenvalue at an end of a window, followed from where it is seen to grow."""
+        places = [speed + part * (other - speed) for part in _INSIDE]
+        seen = next((k for k, v in enumerate(places) if self.at(v).grows), len(places) - 1)
+        value = self._leading(places[seen])
+        for place in (*reversed(places[:seen]), speed):
+            values = self.at(place).values
+            value = complex(values[np.abs(values - value).argmin()])
+        return value
 
     def _leading(self, speed: float) -> complex:
         """Return the eigenvalue with the largest growth that is none of rounding."""
@@ -269,12 +275,15 @@ class _Search:
             inside |= set(np.linspace(left, right, parts + 1).tolist())
         known = sorted(inside)
         rates = [self._leading(s).real for s in known]
-        best = int(np.argmax(rates))
-        places = [(rates[best], known[best])]
-        for other in (best - 1, best + 1):
-            if 0 <= other < len(known) and self._rises(known[best], known[other]):
-                places.append(self._summit(*sorted((known[best], known[other]))))
-        return max(places)[1]
+        around = np.array([-np.inf, *rates, -np.inf])
+        peaks = np.flatnonzero((around[1:-1] >= around[:-2]) & (around[1:-1] >= around[2:]))
+        peaks = peaks[np.argsort(-np.array(rates)[peaks], kind="stable")][:_PEAKS]
+        places = [(rates[k], known[k]) for k in peaks]
+        for k in peaks.tolist():
+            for other in (k - 1, k + 1):
+                if 0 <= other < len(known) and self._rises(known[k], known[other]):
+                    places.append(self._summit(*sorted((known[k], known[other]))))
+        return float(max(places)[1])
 
     def _rises(self, speed: float, other: float) -> bool:
         """Whether the largest growth at a speed rises towards another."""
@@ -306,8 +315,8 @@ def _error(stretch: Stretch, seen: FloatArray | None) -> FloatArray:
     growth = np.abs(miss.real).max(axis=0)
     coarse = _UNSEEN * (growth + np.where(stretch.likeness < _UNLIKE, whole, 0.0))
     if seen is None:
-        return coarse
-    return np.minimum(coarse, np.maximum(seen, _SEEN * coarse))
+        return np.asarray(coarse)
+    return np.asarray(np.minimum(coarse, np.maximum(seen, _SEEN * coarse)))
 
 
 def _crosses_once(excess: FloatArray, error: FloatArray) -> bool:

@@ -74,13 +74,13 @@ def run_mode_shapes(
     files: dict[str, Write] = {}
     for rpm in spec.speeds_rpm:
         modes = modes_at_speed(system, rpm * RPM, spec.modes)
-        numbers = branch_numbers(system, diagram, modes)
+        numbers = branch_numbers(system, diagram, modes).tolist()
         shapes, shares = mode_shapes(system, modes, numbers), participation(system, modes)
         files |= _mode_files(spec, system, diagram, rpm, f"{title}, {speed_text(rpm)} rpm")
         documents.append(
             {
                 "speed_rpm": rpm,
-                "branch": [int(k) or None for k in numbers],
+                "branch": [k or None for k in numbers],
                 "frequency_hz": modes.frequency_hz.tolist(),
                 "log_decrement": decrements(modes.log_decrement),
                 "whirl": shapes.whirl.tolist(),
@@ -112,7 +112,7 @@ def _mode_files(
     modes = modes_at_speed(system, rpm * RPM, min(spec.modes, _MOST_MODES))
     if modes.frequency_hz.size == 0:
         return {}
-    numbers = branch_numbers(system, diagram, modes)
+    numbers = branch_numbers(system, diagram, modes).tolist()
     shapes, shares = mode_shapes(system, modes, numbers), participation(system, modes)
     if spec.modes > _MOST_MODES:
         title += f", the lowest {modes.frequency_hz.size} modes"

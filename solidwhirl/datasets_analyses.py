@@ -225,7 +225,7 @@ def _mode_shapes(document: Document) -> xr.Dataset:
     }
     variables["branch"] = (
         ("speed_rpm", "mode"),
-        [_padded([k or 0 for k in s["branch"]], most) for s in speeds],
+        [_padded([k or 0 for k in s.get("branch", ())], most) for s in speeds],
     )
     rows = [[_padded(row, most) for row in deflections(s)] for s in speeds]
     variables["deflection"] = (("speed_rpm", "place", "mode"), rows)

@@ -3,14 +3,40 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 from solidwhirl.operating import Operating, operating_speeds
 from solidwhirl.plausibility_records import Doubt
 from solidwhirl.scene import Scene
-from solidwhirl.speeds_asked import scene_speeds
+from solidwhirl.speeds_asked import scene_speeds, top_speed
 
 _RPM = 30.0 / math.pi
+# Fastest body: a dental drill turns at 5e5 rpm, a spinning sphere in a laboratory at more.
+SPEED_RPM = 3e6
+
+
+def fast_bodies(scene: Scene, judged: Collection[str]) -> Iterator[Doubt]:
+    """Yield a doubt where a body would turn faster than any rotor does.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    judged
+        Names of bodies whose speed is judged with their size.
+    """
+    others = {n: abs(r) for n, r in scene.speed_ratios().items() if n not in judged}
+    if not others:
+        return
+    name, ratio = max(others.items(), key=lambda pair: pair[1])
+    rpm = ratio * top_speed(scene) * _RPM
+    if rpm > SPEED_RPM:
+        yield Doubt(
+            key="speeds",
+            found=f"{name!r} at up to {rpm:g} rpm",
+            usual=f"up to {SPEED_RPM:g} rpm",
+            mistake="rpm expected; is the speed too high, or a speed_ratio?",
+        )
 
 
 def operating_doubts(scene: Scene) -> Iterator[Doubt]:

@@ -18,6 +18,7 @@ from solidwhirl.rotordyn import (
 )
 from solidwhirl.rotordyn.bearing_laws import TableLaw
 from solidwhirl.rotordyn.branch_numbers import branch_numbers
+from solidwhirl.rotordyn.branches import follow, lowest
 from solidwhirl.rotordyn.mode_checks import check_campbell
 from solidwhirl.rotordyn.mode_shapes import mode_shapes
 from solidwhirl.rotordyn.system import matrices_at_speed
@@ -251,6 +252,14 @@ def test_births_and_ends_are_placed(one_rotor, hub):
         damping = law.coefficients(speed, np.zeros((2, 2)), np.zeros((2, 2))).damping_n_s_per_m
         assert damping[0, 0] == pytest.approx(critical, rel=1e-5)
     assert all("overdamped" in n.text for n in notes)
+
+
+def test_branches_go_through_every_knot():
+    system, _ = _system(KINDS.index("table"))
+    fronts = follow(system, SPEEDS[[2, 6]], lowest(2))
+    seen = [front.modes.speed_rad_s for front in fronts]
+    inside = [knot for knot in system.knots_rad_s if knot < SPEEDS[6]]
+    assert len(inside) > 1 and set(inside) <= set(seen) and seen == sorted(seen)
 
 
 def test_equal_modes_at_rest_have_no_sense_of_whirl(one_rotor, hub, plane_spring, ground):

@@ -27,6 +27,7 @@ from solidwhirl.rotordyn import (
 from solidwhirl.rotordyn.bearing_laws import BearingCoefficients, PolynomialLaw, TableLaw
 from solidwhirl.rotordyn.bearing_notes import bearing_notes
 from solidwhirl.rotordyn.complex_form import complex_form
+from solidwhirl.rotordyn.critical_speed_checks import check_critical_speeds
 from solidwhirl.rotordyn.critical_speeds import count_critical_speeds
 from solidwhirl.rotordyn.plane_spectrum import planes_apart
 from solidwhirl.rotordyn.rigid_superelement import rigid_superelement
@@ -468,3 +469,18 @@ def test_joints_that_would_wind_up_are_refused(ratio, joint):
 def test_rows_that_are_one_speed_are_refused(interpolation):
     with pytest.raises(AssemblyError, match="rows at 0 and 1e-300 rad/s are at one speed"):
         _table([0.0, 1e-300, 100.0], [np.eye(2)] * 3, None, interpolation)
+
+
+def test_the_limit_of_residuals_knows_how_steep_a_law_is():
+    """The stiffness falls fortyfold within 2e-5 of the speed, right where modes meet it."""
+    rpm = np.pi / 30.0
+    stiffness = np.multiply.outer([2e6, 2e6, 5e4, 5e4], np.eye(2))
+    laws = [_table(np.array([0, 2999.97, 3000.03, 9000]) * rpm, stiffness)] * 2
+    system = _system(laws)
+    found = critical_speeds(system, 1.0, LIMIT)
+    (residual, count) = check_critical_speeds(system, found, 1.0, LIMIT)
+    assert residual.passed
+    assert count.passed
+    # a wrong speed is found out all the same
+    wrong = [dataclasses.replace(found[0], speed_rad_s=found[0].speed_rad_s * (1 + 1e-9))]
+    assert not check_critical_speeds(system, [*wrong, *found[1:]], 1.0, LIMIT)[0].passed

@@ -22,6 +22,7 @@ from solidwhirl.rotordyn import (
 from solidwhirl.rotordyn.bearing_laws import PolynomialLaw, TableLaw
 from solidwhirl.rotordyn.damping import DampingRule
 from solidwhirl.rotordyn.stability import stability_chart, unstable_intervals, whirl_decrements
+from solidwhirl.rotordyn.system import matrices_at_speed
 
 CROSS = np.array([[0.0, 1.0], [-1.0, 0.0]])
 EYE = np.eye(2)
@@ -150,10 +151,12 @@ def _case(seed):
 
 def _barely_unstable(case, rng):
     """The case with as much damping as leaves one narrow window of a smooth maximum of growth."""
-    speeds = np.linspace(0, case.top, 801)
+    speeds = np.linspace(0, case.top, 401)
     width = 10 ** rng.uniform(-3, -1.5)
-    low, high = -5.0, 1e3
-    for _ in range(40):
+    # more damping 2 d M moves all values by about −d
+    first = float(case.growth(speeds).max())
+    low, high = first - abs(first), first + abs(first)
+    for _ in range(20):
         more = 0.5 * (low + high)
         damped = case._replace(damping=case.damping + 2 * more * case.mass)
         growth = damped.growth(speeds)
@@ -392,6 +395,31 @@ def test_free_motions_are_no_instability(three_disk_element, one_rotor):
     assert 0 < 2 * np.pi * found.frequency_hz < 0.5 * found.low_rad_s
     # growth as the rotor deforms is too slow to be seen at first, but positive
     assert abs(found.eigenvalue.real) < 2e-8 * abs(found.eigenvalue)
+
+
+def test_onset_is_that_of_the_mode_that_grows(three_disk_element, ground):
+    """Slow modes of soft supports are as near to the axis at the onset of the elastic one."""
+    inside = InternalDamping(stiffness_coefficient_s=1e-6)
+    rotor = Rotor(element=three_disk_element(), speed_ratio=1.0, internal_damping=inside)
+    held = tuple(ground("r", end, 100.0, 90.0, 1.0) for end in ("left", "right"))
+    system = assemble({"r": rotor}, held)
+    (found,) = unstable_intervals(system, 0.0, 2500.0)
+    matrices = matrices_at_speed(system, found.low_rad_s)
+    n = system.size
+    companion = np.block(
+        [
+            [np.zeros((n, n)), 1e3 * np.eye(n)],
+            [
+                -np.linalg.solve(matrices.mass, matrices.stiffness) / 1e3,
+                -np.linalg.solve(matrices.mass, matrices.damping + matrices.gyroscopic),
+            ],
+        ]
+    )
+    values = np.linalg.eigvals(companion)
+    forward = values[np.abs(values - 1483j).argmin()]
+    assert abs(found.eigenvalue - forward) < 1e-7 * abs(forward)
+    assert abs(forward.real) < 1e-9 * abs(forward)
+    assert found.whirl == "forward"
 
 
 def test_undamped_isotropic_pair_is_neutral(hub, ground, one_rotor):
