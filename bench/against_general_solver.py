@@ -330,7 +330,9 @@ def _campbell(system, diagram):
         listed = diagram.eigenvalues[:, column]
         listed = listed[np.isfinite(listed)]
         listed = listed[np.abs(listed) > 3.0 * general.ZERO * largest]
-        sure = kept & (found.values.imag > 3.0 * allowed + 3.0 * general.ZERO * largest)
+        sure = found.values.imag > 3.0 * allowed + 3.0 * general.ZERO * largest
+        # nearly equal real roots: rounding makes them a pair, or not
+        sure &= kept & (found.values.imag > 1e-5 * np.abs(found.values))
         pairs = np.full(len(found.values), np.nan, dtype=complex)
         if listed.size:
             first, second = general.matched(found.values, listed)
@@ -382,7 +384,7 @@ def _critical(system, scene, results):
             values = general.spectrum(system, speed)
             misses = np.abs(values.values.imag - ratio * speed)
             at = int(np.argmin(misses))
-            if misses[at] > ACCURACY * ratio * speed + 10.0 * values.rounding[at]:
+            if misses[at] > ACCURACY * abs(values.values[at]) + 10.0 * values.rounding[at]:
                 yield Disagreement(
                     kind="critical speed invented",
                     rpm=speed / RPM,
@@ -424,20 +426,25 @@ def _stability(system, scene, document):
             right = (low, high)[at]
             if at == 1 and high >= top * (1 - 1e-12):
                 continue
-            wrong = min(abs(i[at] - right) for i in inside)
-            if wrong > tolerance(right):
+            found = min((i[at] for i in inside), key=lambda end: abs(end - right))
+            if abs(found - right) <= tolerance(right):
+                continue
+            # between the two ends it must be beyond doubt that something grows, or does not
+            middle = 0.5 * (found + right)
+            sides = [general.is_unstable(system, middle, doubt) for doubt in (0.1, 10.0)]
+            if sides[0] == sides[1]:
                 yield Disagreement(
                     kind="end of an unstable interval",
                     rpm=right / RPM,
                     expected=right / RPM,
-                    found=inside[0][at] / RPM,
+                    found=found / RPM,
                 )
     for low, high in listed:
         if not any(
             e[0] <= high + tolerance(high) and e[1] >= low - tolerance(low) for e in expected
         ):
             middle = 0.5 * (low + high)
-            if not general.is_unstable(system, middle):
+            if not general.is_unstable(system, middle, 0.1):
                 yield Disagreement(
                     kind="unstable interval invented",
                     rpm=middle / RPM,
@@ -488,15 +495,17 @@ def _responses(system, scene, results):
                 speeds,
                 found,
                 exciter,
-                place,
+                float(np.abs(beside[exciter["frequency_ratio"]][0]).max()),
                 system,
             )
 
 
-def _peaks(between, further, speeds, found, exciter, place, system):
+def _peaks(between, further, speeds, found, exciter, floor, system):
     """A response between the samples far above those beside it."""
     major = general_major(between)
     listed = np.array(found["major_m"])
+    if listed.max() <= 1e-12 * floor:
+        return
     after = np.clip(np.searchsorted(speeds, further), 1, speeds.size - 1)
     near = np.maximum(listed[after], listed[after - 1])
     wide = np.array([listed[max(0, a - 3) : a + 3].max() for a in after])

@@ -11,7 +11,7 @@ from solidwhirl.rotordyn.direct_speeds import negative_count, negative_count_at_
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.invariants import Invariant, compared, undecided
 from solidwhirl.rotordyn.mode_checks import no_count
-from solidwhirl.rotordyn.plain_checks import check_critical_roots
+from solidwhirl.rotordyn.plain_checks import COUNT_SPEEDS, check_critical_roots
 from solidwhirl.rotordyn.plain_system import PlainSystem
 from solidwhirl.rotordyn.spectrum import scale_by_stiffness
 from solidwhirl.rotordyn.system import AssembledSystem
@@ -19,7 +19,6 @@ from solidwhirl.rotordyn.whirl_pencils import whirl_pencils
 
 # A critical speed this near to the end of the range (relative) may be counted on either side.
 _AT_THE_END = 1e-9
-
 
 _CONCERNS = "critical speeds"
 
@@ -45,7 +44,7 @@ def check_critical_speeds(
     -------
     tuple of Invariant
         Relative error of every speed, and speeds that are missing, in the system as it is given
-        (`check_critical_roots`); without damping the number of critical
+        (`check_critical_roots`); of large systems without damping the number of critical
         speeds by the signs of K + Ω²(K2 + iαG − α²M) near rest and at the end. With bearings that
         depend on the speed that is the number of falls less that of rises, so that the list may
         only be longer by an even number.
@@ -57,9 +56,11 @@ def check_critical_speeds(
     )
     reason = no_count(assembled, constant.negative_count)
     roots = [(c.speed_rad_s, _root(c, ratio)) for c in found]
-    knots = assembled.knots_rad_s
-    out = check_critical_roots(PlainSystem.of(assembled), roots, ratio, speed_max_rad_s, knots)
-    return (*out, _count(assembled, found, ratio, speed_max_rad_s, where, reason))
+    out = check_critical_roots(PlainSystem.of(assembled), roots, ratio, speed_max_rad_s)
+    if out[-1].passed is not None:
+        return out
+    # many coordinates: without damping signs tell as much
+    return (*out[:-1], _count(assembled, found, ratio, speed_max_rad_s, where, reason))
 
 
 def _root(critical: CriticalSpeed, ratio: float) -> complex:
@@ -76,7 +77,7 @@ def _count(
     where: str,
     reason: str,
 ) -> Invariant:
-    name = "no critical speed is missing by signs"
+    name = COUNT_SPEEDS
     if any(abs(c.speed_rad_s - limit) <= _AT_THE_END * limit for c in found):
         reason = reason or "a critical speed lies at the end of the range"
     if reason:

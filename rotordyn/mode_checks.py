@@ -140,7 +140,6 @@ def check_campbell(
         PlainSystem.of(assembled),
         diagram.speeds_rad_s,
         diagram.eigenvalues,
-        assembled.knots_rad_s,
         branch_count=int(alive.min()) if branch_count is None else branch_count,
         frequency_max_hz=frequency_max_hz,
     )

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from solidwhirl.rotordyn.arrays import FloatArray
+from solidwhirl.rotordyn.bearing_laws import law_pieces
 from solidwhirl.rotordyn.critical_speed_map import CriticalSpeedMap
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.parts import Bearing
@@ -25,6 +26,7 @@ from solidwhirl.rotordyn.picture_frame import (
     picture,
     styled,
 )
+from solidwhirl.rotordyn.resonance_samples import with_knots
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -251,6 +253,9 @@ def draw_bearing_law(
         raise AnalysisError(f"bearing {bearing.name!r} has no speed law to draw")
     ends = np.asarray(speeds_rad_s, dtype=float)
     speeds = np.linspace(ends.min(), ends.max(), _CURVE_POINTS)
+    pieces = law_pieces(law, bearing.stiffness_n_per_m, bearing.damping_n_s_per_m)
+    if pieces is not None:
+        speeds = with_knots(speeds, pieces.knots_rad_s)
     found = [
         law.coefficients(float(s), bearing.stiffness_n_per_m, bearing.damping_n_s_per_m)
         for s in speeds

@@ -25,8 +25,11 @@ from solidwhirl.rotordyn.plain_system import (
 ACCURACY = 1e-9
 # Units in the last place that solvers may lose in every term.
 ROUNDINGS = 256.0
+# and in a speed.
+_SPEED_ROUNDINGS = 16.0
 _CONSTRAINTS = 1e-9
 ROOTS, COUNT = "every root is one of the system", "no mode is missing"
+COUNT_SPEEDS = "no critical speed is missing"
 # Missing modes and speeds that are listed.
 _MOST_FAULTS = 6
 # Two roots of one system nearer than this are taken for the same; residuals tell the rest.
@@ -131,7 +134,6 @@ def check_branches(
     plain: PlainSystem,
     speeds_rad_s: FloatArray,
     eigenvalues: ComplexArray,
-    knots_rad_s: Sequence[float],
     *,
     branch_count: int | None,
     frequency_max_hz: float | None,
@@ -144,8 +146,6 @@ def check_branches(
         The system.
     speeds_rad_s, eigenvalues
         Of the diagram, shapes (s,) and (b, s); nan where a branch does not exist.
-    knots_rad_s
-        Of the speed laws.
     branch_count, frequency_max_hz
         Which modes the diagram must hold at every speed, as in `missing_modes`.
 
@@ -158,7 +158,7 @@ def check_branches(
     cube = float(plain.transformation.shape[1]) ** 3
     work = cube * (_PER_ROOT * len(eigenvalues) + _PER_SPECTRUM)
     order = np.argsort(speeds_rad_s)
-    chosen = some_speeds(speeds_rad_s[order], knots_rad_s, work)
+    chosen = some_speeds(speeds_rad_s[order], plain.knots_rad_s, work)
     misses, faults = [], []
     for speed in chosen:
         column = eigenvalues[:, int(np.argmin(np.abs(speeds_rad_s - speed)))]
@@ -184,7 +184,6 @@ def check_critical_roots(
     roots: Sequence[tuple[float, complex]],
     excitation_ratio: float,
     speed_max_rad_s: float,
-    knots_rad_s: Sequence[float],
 ) -> tuple[Invariant, ...]:
     """Check critical speeds against the system as it is given.
 
@@ -196,8 +195,6 @@ def check_critical_roots(
         Each critical speed Ω with its eigenvalue λ, Im λ = |α| Ω, by rising Ω.
     excitation_ratio, speed_max_rad_s
         |α|, and the end of the range.
-    knots_rad_s
-        Of the speed laws.
 
     Returns
     -------
@@ -207,18 +204,17 @@ def check_critical_roots(
         so at zero frequency; it is taken between any two neighbours of the list.
     """
     where, concerns = f"critical speeds, excitation {excitation_ratio:g}", "critical speeds"
-    misses = [root_miss(plain.at(speed), value, speed) for speed, value in roots]
+    misses = [_at_speed(plain, value, speed) for speed, value in roots]
     out = []
     if misses:
         text = f"{len(misses)} critical speeds"
         out.append(worst_of(ROOTS, where, concerns, misses, text))
-    name = "no critical speed is missing"
     listed = np.array([speed for speed, _ in roots])
-    between = _between(listed, speed_max_rad_s, knots_rad_s)
+    between = _between(listed, speed_max_rad_s, plain.knots_rad_s)
     work = _PER_SPECTRUM * float(plain.transformation.shape[1]) ** 3
     if between.size * work > 10.0 * _WORK:
         reason = f"it takes all roots at {between.size} speeds, too long for so many coordinates"
-        return (*out, undecided(name, where, concerns, reason))
+        return (*out, undecided(COUNT_SPEEDS, where, concerns, reason))
     above = [_above(plain, speed, excitation_ratio) for speed in between]
     faults = []
     for low, high, first, last in zip(between, between[1:], above, above[1:], strict=False):
@@ -230,7 +226,16 @@ def check_critical_roots(
             place = f"{low * _RPM:.6g} and {high * _RPM:.6g} rpm"
             faults.append(f"between {place} {inside} are listed, {net} counted")
     text = "; ".join(faults[:_MOST_FAULTS]) or f"counted at {between.size} speeds"
-    return (*out, compared(name, where, len(faults), 0.0, concerns, text))
+    return (*out, compared(COUNT_SPEEDS, where, len(faults), 0.0, concerns, text))
+
+
+def _at_speed(plain: PlainSystem, value: complex, speed: float) -> Miss:
+    """Error of a root at a speed that is itself rounded: where a law is steep, that is seen."""
+    found = root_miss(plain.at(speed), value, speed)
+    step = _SPEED_ROUNDINGS * float(np.finfo(float).eps) * speed
+    beside = [root_miss(plain.at(speed + side), value, speed).error for side in (-step, step)]
+    moved = max(abs(error - found.error) for error in beside)
+    return found._replace(limit=found.limit + moved)
 
 
 def _between(listed: FloatArray, top: float, knots: Sequence[float]) -> FloatArray:

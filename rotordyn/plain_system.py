@@ -73,6 +73,16 @@ class PlainSystem:
         """Return the parts and coordinates of an assembled system."""
         return cls(system=assembled.system, transformation=np.array(assembled.transformation))
 
+    @property
+    def knots_rad_s(self) -> tuple[float, ...]:
+        """Speeds Ω > 0 of the reference shaft at the rows of all tables, rising."""
+        found = set()
+        for bearing in self.system.bearings:
+            ratio = abs(self.system.rotors[bearing.first.body].speed_ratio)
+            if ratio and isinstance(bearing.speed_law, TableLaw):
+                found |= {float(row) / ratio for row in bearing.speed_law.speeds_rad_s if row > 0}
+        return tuple(sorted(found))
+
     def at(self, speed_rad_s: float) -> PlainMatrices:
         """Return the matrices at a speed of the reference shaft.
 
@@ -103,6 +113,17 @@ class PlainSystem:
                 _add(sums[1], sizes[1], rows[None], np.array([[gear.mesh_damping_n_s_per_m]]))
                 _add(sums[2], sizes[2], rows[None], np.array([[gear.mesh_stiffness_n_per_m]]))
         return PlainMatrices(sums[0], sums[1], sums[2], (sizes[0], sizes[1], sizes[2]))
+
+    def gyroscopic(self) -> FloatArray:
+        """Return G of all bodies per unit speed of the reference shaft, shape (n, n)."""
+        n = self.transformation.shape[1]
+        total, size = np.zeros((n, n)), np.zeros((n, n))
+        start = 0
+        for rotor in self.system.rotors.values():
+            rows = self.transformation[start : start + rotor.element.size]
+            _add(total, size, rows, rotor.speed_ratio * rotor.element.gyroscopic)
+            start += rotor.element.size
+        return total
 
     def seat(self, end: End) -> FloatArray:
         """Return ux to rz of an interface per coordinate, shape (6, n); zero where it has none."""

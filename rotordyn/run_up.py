@@ -199,6 +199,7 @@ def _record(
         force_n=motion.force[:, :3],
         moment_n_m=motion.force[:, 3:],
         energy=recorder.energy(),
+        balance_error=recorder.worst_balance(),
         final=MotionState(
             displacement=plan.basis.displacement @ state[:n],
             velocity=plan.basis.shapes @ state[n:],

@@ -125,6 +125,9 @@ class RunUp:
         State at the last step, from which another run may start.
     notes
         Doubts about validity, one sentence each.
+    balance_error
+        Largest force that is left over at some of the records, over the largest force there, in
+        the system straight from its parts.
     stopped
         Where the run diverged and was stopped; None if it went on to the end.
     """
@@ -148,6 +151,7 @@ class RunUp:
     energy: EnergyBalance
     final: MotionState
     notes: tuple[str, ...]
+    balance_error: float = 0.0
     stopped: Divergence | None = None
 
     def __post_init__(self) -> None:

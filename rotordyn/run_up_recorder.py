@@ -11,6 +11,9 @@ from solidwhirl.rotordyn.arrays import FloatArray
 from solidwhirl.rotordyn.coordinates import interface_row
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.parts import End
+from solidwhirl.rotordyn.plain_checks import Miss
+from solidwhirl.rotordyn.plain_responses import force_balance
+from solidwhirl.rotordyn.plain_system import PlainSystem
 from solidwhirl.rotordyn.reactions import bearing_forces
 from solidwhirl.rotordyn.run_up_blocks import Block, RunPlan
 from solidwhirl.rotordyn.run_up_record import EnergyBalance
@@ -19,6 +22,8 @@ from solidwhirl.rotordyn.system import AssembledSystem
 
 # Samples that wait before their forces are computed together.
 _WAITING = 4096
+# Records whose balance of forces is looked at.
+_BALANCES = 64
 
 
 class _Samples(NamedTuple):
@@ -83,6 +88,8 @@ class Recorder:
         self._energy: list[FloatArray] = []
         self._works = np.zeros(3)
         self._stored: float | None = None
+        self._plain = PlainSystem.of(assembled)
+        self._balances: list[Miss] = []
 
     def add(self, block: Block) -> None:
         """Keep what a block has of records."""
@@ -119,6 +126,25 @@ class Recorder:
             velocity=_joined(self._rate, outputs),
             force=_joined(self._forces, bearings),
         )
+
+    def worst_balance(self) -> float:
+        """Return the largest force left over at some records, over the largest force there."""
+        self._flush()
+        return max((one.error for one in self._balances), default=0.0)
+
+    def _balanced(self, whole: _Samples) -> None:
+        """Look at the forces of some records in the system straight from its parts."""
+        basis = self._plan.basis
+        n, count = basis.size, len(whole.speeds)
+        for at in sorted({count // 3, count - 1}) if len(self._balances) < _BALANCES else ():
+            motion = (
+                basis.displacement @ whole.states[at, :n],
+                basis.shapes @ whole.states[at, n:],
+                basis.shapes @ whole.accelerations[at],
+            )
+            speed, rate = float(whole.speeds[at]), float(whole.rates[at])
+            miss = force_balance(self._plain, speed, rate, motion, whole.loads[at])
+            self._balances.append(miss)
 
     def energy(self) -> EnergyBalance:
         """Return the balance of energy at all records."""
@@ -157,6 +183,7 @@ class Recorder:
             return
         whole = _Samples(*(np.concatenate(part) for part in zip(*self._waiting, strict=True)))
         self._waiting, self._waiting_count = [], 0
+        self._balanced(whole)
         basis = self._plan.basis
         n = basis.size
         if self._rows.size:

@@ -335,9 +335,8 @@ def _iterated(
     for _ in range(_ITERATIONS):
         dynamic = stiffness + value * damping + value**2 * mass
         slope = damping @ shape + 2.0 * value * (mass @ shape)
-        try:
-            grown = la.solve(dynamic, slope)
-        except la.LinAlgError:
+        _, _, grown, singular = la.lapack.zgesv(dynamic, slope)
+        if singular:
             break
         value = value - complex(np.vdot(shape, shape) / np.vdot(shape, grown))
         shape = grown / la.norm(grown)

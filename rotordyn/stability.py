@@ -378,7 +378,7 @@ def unstable_intervals(
 def _united(windows: list[Window]) -> list[Window]:
     """Join windows of several blocks that overlap."""
     united: list[Window] = []
-    for window in sorted(windows):
+    for window in sorted(windows, key=lambda one: one[:2]):
         if not united or window.low > united[-1].high:
             united.append(window)
             continue

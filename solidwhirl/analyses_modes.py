@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ import numpy as np
 
 from solidwhirl.analyses_response import RPM, end_of
 from solidwhirl.outcome import Outcome, Write
-from solidwhirl.rotordyn import AssembledSystem, Campbell, modes_at_speed
+from solidwhirl.rotordyn import AssembledSystem, Campbell, End, Invariant, modes_at_speed
 from solidwhirl.rotordyn.body_frames import campbell_seen_by_body
 from solidwhirl.rotordyn.branch_numbers import branch_numbers
 from solidwhirl.rotordyn.frames import RotatingCampbell
@@ -23,9 +24,11 @@ from solidwhirl.rotordyn.pictures_modes import (
     draw_rotating_campbell,
 )
 from solidwhirl.rotordyn.pictures_participation import draw_participation
+from solidwhirl.rotordyn.plain_responses import Channel, check_transfer
+from solidwhirl.rotordyn.plain_system import PlainSystem
 from solidwhirl.rotordyn.resonance_samples import with_knots
 from solidwhirl.rotordyn.state_channels import ForceInput, Input, MotionOutput, Output
-from solidwhirl.rotordyn.state_space import state_space, tabulated_state_space
+from solidwhirl.rotordyn.state_space import StateSpace, state_space, tabulated_state_space
 from solidwhirl.rotordyn.state_space_file import export_mat, export_npz, write_state_space
 from solidwhirl.scene_analyses import (
     ModeShapesSpec,
@@ -170,6 +173,7 @@ def run_state_space(spec: StateSpaceSpec, system: AssembledSystem) -> Outcome:
             "outputs": list(model.output_names),
             "speed_rpm": (model.speeds_rad_s / RPM).tolist(),
             "files": [f"{spec.label}{suffix}" for suffix in (".h5", ".npz", ".mat")],
+            "checks": [asdict(_transfer_check(spec, system, model))],
         },
         files={
             f"{spec.label}.h5": lambda path: write_state_space(model, path),
@@ -179,6 +183,20 @@ def run_state_space(spec: StateSpaceSpec, system: AssembledSystem) -> Outcome:
         headline=f"{model.state_count} states, {len(model.input_names)} inputs, "
         f"{len(model.output_names)} outputs",
     )
+
+
+def _transfer_check(spec: StateSpaceSpec, system: AssembledSystem, model: StateSpace) -> Invariant:
+    """Compare the model with transfer functions of the system straight from its parts."""
+    inputs = [Channel(End(body=b, interface=i), c) for b, i, c in _all(spec.inputs, system)]
+    outputs = [
+        Channel(End(body=b, interface=i), c, order)
+        for b, i, c in _all(spec.outputs, system)
+        for order in range(3)
+    ]
+    ends = (0, len(model.speeds_rad_s) // 2, -1)
+    speeds = sorted({float(model.speeds_rad_s[at]) for at in ends})
+    plain = PlainSystem.of(system)
+    return check_transfer(plain, model.at_speed, inputs, outputs, speeds, spec.label)
 
 
 def _all(places: tuple[str, ...], system: AssembledSystem) -> list[tuple[str, str, str]]:

@@ -97,22 +97,6 @@ def run_recovery(
     )
 
 
-def recovery_checks(outcomes: Mapping[str, Outcome]) -> tuple[Invariant, ...]:
-    """Return the checks that recoveries made, for the invariants of the run.
-
-    Parameters
-    ----------
-    outcomes
-        Of all analyses of the run.
-    """
-    return tuple(
-        Invariant(**check)
-        for outcome in outcomes.values()
-        if outcome.kind == "recovery"
-        for check in outcome.document["checks"]
-    )
-
-
 def _bodies_of(
     spec: RecoverySpec, system: AssembledSystem, state: EngineState, recoveries: Recoveries
 ) -> Iterator[_Recovered]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from solidwhirl.rotordyn.complexity import (
     rigid_bodies_system,
 )
 from solidwhirl.rotordyn.force_spectrum import amplitude_spectrum, spectrogram, spectrum_peaks
+from solidwhirl.rotordyn.invariants import Invariant, compared
 from solidwhirl.rotordyn.pictures_run_up import (
     draw_normalised_responses,
     draw_run_up,
@@ -31,6 +33,8 @@ from solidwhirl.rotordyn.speed_profile import ramp_and_hold
 from solidwhirl.rotordyn.unbalance_peaks import ResonancePeak, resonance_peaks
 from solidwhirl.scene_analyses import RunUpSpec
 
+# Forces left over at an instant, over the largest there, and energy over a run.
+_BALANCE_LIMIT, _ENERGY_LIMIT = 1e-8, 1e-2
 # Length of the pieces of a spectrogram, s.
 _PIECE_S = 0.25
 # Records in one of them at least.
@@ -147,7 +151,20 @@ def _document(spec: RunUpSpec, run: RunUp, spent: float) -> dict[str, Any]:
             "limit_m": run.stopped.limit_m,
         },
         "notes": list(run.notes),
+        "checks": [asdict(check) for check in _run_up_checks(spec, run)],
     }
+
+
+def _run_up_checks(spec: RunUpSpec, run: RunUp) -> Iterator[Invariant]:
+    """Forces in balance at the records, and energy over the whole run."""
+    concerns = "the run-up"
+    name, text = "forces are in balance", "in the system straight from its parts"
+    yield compared(name, spec.label, run.balance_error, _BALANCE_LIMIT, concerns, text)
+    largest = _largest(run.energy)
+    if largest > 0.0 and run.stopped is None:
+        error = float(np.abs(run.energy.error_j).max()) / largest
+        name = "energy is stored, spent or lost"
+        yield compared(name, spec.label, error, _ENERGY_LIMIT, concerns, "by the trapezoidal rule")
 
 
 def _largest(energy: EnergyBalance) -> float:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from solidwhirl.dial import Round
 from solidwhirl.estimates import Estimates
+from solidwhirl.rotordyn import Invariant
 from solidwhirl.scene import Scene
 
 FloatArray = NDArray[np.float64]
@@ -39,7 +40,10 @@ def critical_speed_entry(estimates: Estimates, index: int) -> dict[str, Any]:
 
 
 def accuracy_document(
-    scene: Scene, estimates: Estimates | None, rounds: tuple[Round, ...]
+    scene: Scene,
+    estimates: Estimates | None,
+    rounds: tuple[Round, ...],
+    checks: Sequence[Invariant] = (),
 ) -> dict[str, Any]:
     """What was asked, what was got, and how.
 
@@ -51,13 +55,17 @@ def accuracy_document(
         None where the scene has them off.
     rounds
         Of the accuracy dial.
+    checks
+        Of the run: where one fails, an estimate of the same numbers says nothing.
     """
+    failed = sum(check.passed is False for check in checks)
     achieved = np.nan if estimates is None else estimates.largest
     given = [] if estimates is None else _given_meshes(scene, estimates)
     return {
         "asked": scene.model.accuracy,
         "largest_error_estimate": achieved,
-        "met": _met(achieved, scene.model.accuracy, known=not given),
+        "met": _met(achieved, scene.model.accuracy, known=not given and not failed),
+        "failed_checks": failed,
         "not_summed": "interface_coupling: a choice of the model, not an approximation",
         "bodies_without_estimate": []
         if estimates is None

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from solidwhirl.alarms import Alarm, alarms_of
-from solidwhirl.analyses_recovery import recovery_checks
 from solidwhirl.beam_bodies import BeamBodies, beam_bodies
 from solidwhirl.bodies import build_bodies
 from solidwhirl.body_reduction import BodyResult, Clock, Progress
@@ -35,6 +34,7 @@ from solidwhirl.outcome import Outcome
 from solidwhirl.plan import make_plan
 from solidwhirl.plan_records import Plan
 from solidwhirl.recovery_references import meshes_for
+from solidwhirl.result_checks import analysis_result_checks
 from solidwhirl.rotordyn import (
     AssembledSystem,
     BearingNote,
@@ -246,7 +246,9 @@ def _analyse(
     with job.clock.stage("stability"):
         stability = stability_of_engine(engine)
     outcomes = analyses_of(engine, diagram.campbell, estimates)
-    checks += recovery_checks(outcomes)
+    found = [excited.critical for excited in diagram.critical_speeds]
+    with job.clock.stage("checks of the analyses"):
+        checks += analysis_result_checks(engine.system, found, outcomes)
     return Results(
         scene=job.scene,
         plan=job.plan,

@@ -73,7 +73,9 @@ def results_document(results: Results) -> dict[str, Any]:
         },
         "plan": plan_document(results.plan),
         "bodies": _bodies(results),
-        "accuracy": accuracy_document(results.scene, results.estimates, results.rounds),
+        "accuracy": accuracy_document(
+            results.scene, results.estimates, results.rounds, results.checks
+        ),
         "modes_at_rest": {
             "frequency_hz": results.at_rest.frequency_hz.tolist(),
             "branch": [int(k) or None for k in numbers],

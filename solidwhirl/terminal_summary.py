@@ -120,7 +120,7 @@ def warning_lines(results: Results) -> tuple[str, ...]:
     """
     from solidwhirl.estimate_documents import accuracy_document, followed_by
 
-    found = accuracy_document(results.scene, results.estimates, results.rounds)
+    found = accuracy_document(results.scene, results.estimates, results.rounds, results.checks)
     missed = found["met"] is False and found["largest_error_estimate"] is not None
     line = (
         f"warning: accuracy not met: estimated error "

@@ -23,6 +23,8 @@ MIRROR = np.ones((6, 6))
 MIRROR[0, 1] = MIRROR[1, 0] = MIRROR[3, 4] = MIRROR[4, 3] = -1.0
 # Roots slower than this part of the fastest are zeros of rigid motion with their rounding.
 ZERO = 3e-7
+# Growth below this part of |λ| is neutral.
+NEUTRAL = 1e-8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -268,16 +270,6 @@ def _isolated(system, ratio, low, high, first, last):
     return out + (_isolated(system, ratio, middle, high, there, last) if there != last else [])
 
 
-def growth(system: General, speed):
-    """Largest Re λ of what is no rigid motion [1/s], and its rounding."""
-    found = spectrum(system, speed)
-    kept = motions(found)
-    if not kept.any():
-        return 0.0, 0.0
-    at = int(np.argmax(np.where(kept, found.values.real, -np.inf)))
-    return float(found.values[at].real), float(found.rounding[at])
-
-
 def unstable_intervals(system: General, top, count=2000):
     """Intervals [rad/s] where a motion grows, by dense sampling and bisection of the ends."""
     speeds = grid(system, top, count)
@@ -303,17 +295,18 @@ def _changed(system, low, high, first):
     return 0.5 * (low + high)
 
 
-def is_unstable(system, speed):
-    """Whether a motion grows, by more than may be rounding."""
+def is_unstable(system, speed, doubt=1.0):
+    """Whether a motion grows by more than `doubt` times rounding and 1e-8 of its frequency."""
     values = la.eigvals(state_matrix(system, speed))
     size = np.abs(values).max(initial=0.0)
     rate = values.real.max(initial=0.0)
-    if rate <= 1e-12 * size:
+    if rate <= 1e-14 * size:
         return False
-    if rate > 1e-5 * size:
+    if rate > 1e-3 * size:
         return True
-    rate, rounding = growth(system, speed)
-    return rate > 30.0 * rounding + 1e-12 * size
+    found = spectrum(system, speed)
+    allowed = 30.0 * found.rounding + NEUTRAL * np.abs(found.values) + 1e-14 * size
+    return bool((found.values.real > doubt * allowed).any())
 
 
 def response(system: General, unbalances, speeds):

@@ -1,0 +1,332 @@
+"""Wrong simplifications, put into the program one at a time: some check of the run finds each."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from solidwhirl import analyses_modes, analyses_response, engine_stages, system_parts
+from solidwhirl.pipeline import run_scene
+from solidwhirl.results import results_document
+from solidwhirl.rotordyn import run_up_basis, stability, unbalance
+from solidwhirl.rotordyn.beams import beam_superelement
+from solidwhirl.rotordyn.law_pieces import LawPieces
+from solidwhirl.rotordyn.plain_checks import COUNT, COUNT_SPEEDS, ROOTS
+from solidwhirl.rotordyn.system import assemble
+from solidwhirl.scene_file import parse_scene
+
+RESPONSE, PEAKS = "response is that of the system", "no peak of the response is missing"
+UNSTABLE, TRANSFER = (
+    "unstable intervals are those of the system",
+    "state space is that of the system",
+)
+FORCES, JOINTS = "forces are in balance", "no motion is lost"
+DOCS = Path(__file__).parents[2] / "docs" / "checks.md"
+
+K, C = 4e6, 400.0
+
+
+def matrix(xx, yy=None, xy=0.0, yx=None):
+    return [[xx, xy], [xy if yx is None else yx, xx if yy is None else yy]]
+
+
+def table(speeds, stiffness, damping=C):
+    return {
+        "kind": "table",
+        "interpolation": "linear",
+        "speed_rpm": speeds,
+        "stiffness_n_per_m": stiffness,
+        "damping_n_s_per_m": [matrix(damping)] * len(speeds),
+    }
+
+
+def scene(*, ratio=1.0, bearing=None, law=None, analyses=(), **more):
+    """A rigid rotor on two bearings, the second isotropic."""
+    own = {"stiffness_n_per_m": matrix(K), "damping_n_s_per_m": matrix(C)} | (bearing or {})
+    if law:
+        own = {"speed_law": "law"}
+    body = {
+        "mass_kg": 10.0,
+        "center_of_gravity_m": [0.0, 0.0, 0.1],
+        "inertia_kg_m2": [0.1, 0.1, 0.15],
+        "interfaces": {"a": 0.0, "b": 0.3},
+    }
+    far = {"stiffness_n_per_m": matrix(0.7 * K), "damping_n_s_per_m": matrix(C)}
+    return {
+        "name": "injected",
+        "rigid_bodies": {"r": body | {"speed_ratio": 1.0}, "s": body | {"speed_ratio": ratio}},
+        "bearings": [
+            {"name": "a", "first": "s.a", **own},
+            {"name": "b", "first": "s.b", **far},
+            {"name": "c", "first": "r.a", "second": "s.a", **far},
+            {"name": "d", "first": "r.b", **far},
+        ],
+        "speed_laws": {"law": law} if law else {},
+        "speeds": {"to_rpm": 12000.0, "count": 9},
+        "campbell": {"branches": 20},
+        "analyses": list(analyses),
+    } | more
+
+
+RESPONDS = {
+    "kind": "unbalance_response",
+    "name": "response",
+    "to_rpm": 12000.0,
+    "count": 41,
+    "unbalances": [{"at": "r.a", "moment_kg_m": 1e-5}],
+    "observe": ["r.a", "s.b"],
+}
+STABLE = {"kind": "stability", "name": "stable", "to_rpm": 12000.0}
+STATES = {
+    "kind": "state_space",
+    "name": "states",
+    "to_rpm": 12000.0,
+    "inputs": ["r.a"],
+    "outputs": ["s.b"],
+}
+RUNS_UP = {
+    "kind": "run_up",
+    "name": "up",
+    "to_rpm": 12000.0,
+    "ramp_s": 0.05,
+    "unbalances": [{"at": "r.a", "moment_kg_m": 1e-5}],
+    "mount": "b",
+    "observe": ["r.a"],
+}
+
+
+def of_other_parts(change):
+    """Make the program assemble other parts than the scene has."""
+
+    def put(monkeypatch):
+        def wrong(rotors, bearings, reference=None, gears=()):
+            right = assemble(rotors, bearings, reference, gears)
+            made = assemble(*change(dict(rotors), tuple(bearings)), reference, gears)
+            return dataclasses.replace(made, system=right.system)
+
+        monkeypatch.setattr(system_parts, "assemble", wrong)
+
+    return put
+
+
+def of_other_matrices(**change):
+    """Make the program assemble other matrices, each a function of the right ones."""
+
+    def put(monkeypatch):
+        def wrong(*parts, **named):
+            right = assemble(*parts, **named)
+            return dataclasses.replace(
+                right, **{name: made(getattr(right, name)) for name, made in change.items()}
+            )
+
+        monkeypatch.setattr(system_parts, "assemble", wrong)
+
+    return put
+
+
+def bearings_with(**change):
+    return of_other_parts(
+        lambda rotors, bearings: (
+            rotors,
+            tuple(
+                dataclasses.replace(b, **{n: f(np.array(getattr(b, n))) for n, f in change.items()})
+                for b in bearings
+            ),
+        )
+    )
+
+
+def even(matrix):
+    return np.eye(2) * np.trace(matrix) / 2.0
+
+
+def straight(matrix):
+    return np.diag(np.diag(matrix))
+
+
+def laws_at_reference_speed(joints):
+    return tuple(dataclasses.replace(joint, speed_ratio=1.0) for joint in joints)
+
+
+def half_isotropic(monkeypatch):
+    """The complex form is taken where the diagonals of a table agree."""
+    same = lambda self: np.array_equal(  # noqa: E731
+        self.polynomials[..., 0, 0], self.polynomials[..., 1, 1]
+    )
+    monkeypatch.setattr(LawPieces, "is_isotropic", property(same))
+
+
+def lost_branch(monkeypatch):
+    found = engine_stages.campbell
+
+    def fewer(*parts, **named):
+        diagram = found(*parts, **named)
+        kept = np.arange(len(diagram.eigenvalues)) != 2
+        names = ("eigenvalues", "frequency_hz", "log_decrement", "whirl", "overlap")
+        return dataclasses.replace(diagram, **{n: getattr(diagram, n)[kept] for n in names})
+
+    monkeypatch.setattr(engine_stages, "campbell", fewer)
+
+
+def lost_critical_speed(monkeypatch):
+    found = engine_stages.critical_speeds
+    monkeypatch.setattr(engine_stages, "critical_speeds", lambda *p, **n: found(*p, **n)[1:])
+
+
+def unresolved_response(monkeypatch):
+    monkeypatch.setattr(analyses_response, "resolving_speeds", lambda system, loads, given: given)
+
+
+def undamped_response(monkeypatch):
+    right = unbalance.harmonic_response
+
+    def wrong(assembled, *parts):
+        still = dataclasses.replace(assembled, damping=0.3 * assembled.damping)
+        return right(still, *parts)
+
+    monkeypatch.setattr(unbalance, "harmonic_response", wrong)
+
+
+def missed_windows(monkeypatch):
+    monkeypatch.setattr(stability, "unstable_windows", lambda *parts: [])
+
+
+def no_gyroscopic_moment(monkeypatch):
+    right = run_up_basis.matrices_at_speed
+    wrong = lambda a, s: right(a, s)._replace(gyroscopic=0.0 * a.gyroscopic)  # noqa: E731
+    monkeypatch.setattr(run_up_basis, "matrices_at_speed", wrong)
+
+
+def still_state_space(monkeypatch):
+    right = analyses_modes.state_space
+
+    def wrong(assembled, *parts):
+        still = dataclasses.replace(assembled, gyroscopic=0.0 * assembled.gyroscopic)
+        return right(still, *parts)
+
+    monkeypatch.setattr(analyses_modes, "state_space", wrong)
+
+
+def stiffened(*parts, **named):
+    """A beam that rotation makes stiffer, but for rigid motion."""
+    element = beam_superelement(*parts, **named)
+    softer = 1e-3 * element.mass
+    return dataclasses.replace(
+        element, stress_stiffening=softer + 1e-8 * element.stiffness, spin_softening=softer
+    )
+
+
+CROSS = {"stiffness_n_per_m": matrix(K, xy=0.2 * K, yx=-0.2 * K)}
+KINK = table([0.0, 5000.0, 5000.5, 5001.0, 12000.0], [matrix(k * K) for k in (1, 1, 0.05, 1, 1)])
+WINDOW = table(
+    [0.0, 5000.0, 5010.0, 5020.0, 12000.0],
+    [matrix(K), matrix(K), matrix(K, xy=0.9 * K, yx=-0.9 * K), matrix(K), matrix(K)],
+)
+SKEW = table([0.0, 6000.0, 12000.0], [matrix(K), matrix(K, xy=0.3 * K, yx=-0.3 * K), matrix(K)])
+SOFTER = table([0.0, 12000.0], [matrix(K), matrix(0.2 * K)])
+
+BEAM = {
+    "name": "beam",
+    "beams": {
+        "r": {
+            "material": "steel",
+            "stations_m": [0.0, 0.3, 0.6],
+            "outer_radius_m": [0.02],
+            "interfaces": {"a": 0.0, "b": 0.6},
+            "internal_damping": {"stiffness_coefficient_s": 1e-6},
+        }
+    },
+    "bearings": [
+        {"name": at, "first": f"r.{at}", "stiffness_n_per_m": matrix(K)} for at in ("a", "b")
+    ],
+    "speeds": {"to_rpm": 12000.0, "count": 5},
+    "model": {"estimates": "off"},
+}
+
+# What is put in, the scene, and the checks that must find it; docs/checks.md has the same rows.
+FAULTS = {
+    "cross terms of a bearing dropped": (
+        scene(bearing=CROSS), bearings_with(stiffness_n_per_m=straight), {ROOTS}
+    ),
+    "cross terms of the other sign": (
+        scene(bearing={"stiffness_n_per_m": matrix(K, 0.6 * K, 0.2 * K, -0.1 * K)}),
+        bearings_with(stiffness_n_per_m=lambda k: 2.0 * straight(k) - k),
+        {ROOTS},
+    ),
+    "an anisotropic bearing taken for an isotropic one": (
+        scene(bearing={"stiffness_n_per_m": matrix(K, 0.5 * K)}),
+        bearings_with(stiffness_n_per_m=even),
+        {ROOTS, COUNT},
+    ),
+    "cross terms of a table dropped by the complex form": (
+        scene(law=SKEW), half_isotropic, {ROOTS}
+    ),
+    "gyroscopic moments of the other sign": (
+        scene(analyses=[RESPONDS]), of_other_matrices(gyroscopic=np.negative), {RESPONSE}
+    ),
+    "a branch lost": (scene(), lost_branch, {COUNT}),
+    "a critical speed lost": (scene(), lost_critical_speed, {COUNT_SPEEDS}),
+    "peaks of the response lost between its samples": (
+        scene(law=KINK, analyses=[RESPONDS | {"count": 6}]), unresolved_response, {PEAKS}
+    ),
+    "an unstable range at the knots of a law missed": (
+        scene(law=WINDOW, analyses=[STABLE]), missed_windows, {UNSTABLE}
+    ),
+    "speed ratio of a law ignored": (
+        scene(ratio=-2.0, law=SOFTER),
+        of_other_matrices(law_joints=laws_at_reference_speed),
+        {ROOTS},
+    ),
+    "circulatory term of internal damping dropped": (
+        BEAM, of_other_matrices(circulatory_stiffness=np.zeros_like), {ROOTS}
+    ),
+    "centrifugal term dropped": (
+        BEAM, of_other_matrices(centrifugal_stiffness=np.zeros_like), {ROOTS}
+    ),
+    "damping dropped in the response": (scene(analyses=[RESPONDS]), undamped_response, {RESPONSE}),
+    "damping of bearings dropped": (
+        scene(), bearings_with(damping_n_s_per_m=np.zeros_like), {ROOTS}
+    ),
+    "gyroscopic moments dropped in a run-up": (
+        scene(analyses=[RUNS_UP]), no_gyroscopic_moment, {FORCES}
+    ),
+    "gyroscopic moments dropped in the state space": (
+        scene(analyses=[STATES]), still_state_space, {TRANSFER}
+    ),
+}  # fmt: skip
+
+
+def failed(results):
+    return {check.name for check in results.checks if check.passed is False}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_a_wrong_simplification_is_found(name, monkeypatch):
+    data, put, expected = FAULTS[name]
+    if "centrifugal" in name:
+        monkeypatch.setattr(system_parts, "beam_superelement", stiffened)
+    assert not failed(run_scene(parse_scene(data)))
+    put(monkeypatch)
+    found = failed(run_scene(parse_scene(data)))
+    assert found >= expected if expected == {ROOTS, COUNT} else found & expected, found
+
+
+def test_an_estimate_beside_a_wrong_number_is_not_believed(monkeypatch):
+    """An estimate of 1e-15 of wrong frequencies: the accuracy is not called met."""
+    data, put, _ = FAULTS["cross terms of a bearing dropped"]
+    data = data | {"model": {"estimates": "on"}}
+    right = results_document(run_scene(parse_scene(data)))["accuracy"]
+    assert right["met"] is True and right["failed_checks"] == 0
+    put(monkeypatch)
+    wrong = results_document(run_scene(parse_scene(data)))["accuracy"]
+    assert wrong["largest_error_estimate"] < 1e-9
+    assert wrong["met"] is None and wrong["failed_checks"] > 0
+
+
+def test_the_table_in_the_docs_is_this_list():
+    rows = [f"| {name} | {', '.join(sorted(found))} |" for name, (*_, found) in FAULTS.items()]
+    text = DOCS.read_text()
+    assert not [row for row in rows if row not in text]
