@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -337,9 +338,9 @@ def _diagram():
         },
         "critical_speeds": [
             {"speed_rpm": 600.0, "frequency_hz": 10.5, "whirl": "forward", "log_decrement": 0.1,
-             "amplification_factor": 31.0, "critically_damped": False, "excited_by": ["a"]},
+             "amplification_factor": 31.0, "critically_damped": False, "excited_by": ["rotor"]},
             {"speed_rpm": 2500.0, "frequency_hz": 60.0, "whirl": "backward", "log_decrement": 9.0,
-             "amplification_factor": 0.5, "critically_damped": True, "excited_by": ["a"]},
+             "amplification_factor": 0.5, "critically_damped": True, "excited_by": ["rotor"]},
         ],
         "operating": [],
         "verdict": {"unstable_intervals": [UNSTABLE]},
@@ -362,6 +363,15 @@ def test_what_is_critically_damped_has_no_ring_and_a_faint_line():
     assert "0.1 % at most" in chart.caption and "no resonance" in chart.caption
     assert chart.layout["shapes"][-1]["x0"] == 1500.0
     assert "critically damped" in [c.label for c in chart.controls]
+
+
+def test_critically_damped_speeds_are_folded_away(laval):
+    document = _diagram() | {"analyses": {}}
+    found = criticals.section(replace(laval, document=document))
+    chart, table, folded = found.blocks
+    assert [len(t["x"]) for t in chart.traces] == [1]
+    assert [row[0] for row in table.rows] == ["600.0"] and not table.folded
+    assert [row[0] for row in folded.rows] == ["2500.0"] and "no resonances (1)" in folded.folded
 
 
 def test_gaps_of_branches_are_gaps_of_lines_and_bands():
