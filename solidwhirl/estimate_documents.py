@@ -160,8 +160,8 @@ def coupling_text(effect: float) -> str:
         "Choice of the coupling: with rigid interfaces where the scene has distributing ones, and "
         f"the reverse, critical speeds (or else frequencies) move by up to {100.0 * effect:.2g} %. "
         "That is a choice of the model and not in the sum. Take `coupling` rigid where a stiff "
-        "ring or bearing holds the cross-section round and plane, distributing where what sits there is softer than the "
-        "shaft."
+        "ring or bearing holds the cross-section round and plane, distributing where what sits "
+        "there is softer than the shaft."
     )
 
 
