@@ -134,7 +134,7 @@ def coupling_effect(document: Mapping[str, Any]) -> float | None:
     speeds = [c.get("error_parts", {}).get("interface_coupling") for c in counted]
     known = [value for value in speeds if value is not None]
     if known:
-        return max(known)
+        return float(max(known))
     diagram = document["campbell"]
     damped = diagram.get("critically_damped")
     return max(
