@@ -15,7 +15,7 @@ import numpy as np
 
 from solidwhirl.geometry import Body, Subdivision, merge_fillets, subdivide
 from solidwhirl.meshing.drawing import face_bounds, face_edges, graded_places
-from solidwhirl.meshing.records import FloatArray, IntArray, MeshSize
+from solidwhirl.meshing.records import FloatArray, IntArray, LocalSize, MeshSize
 
 # Equilateral triangle and regular tetrahedron of edge 1.
 _TRIANGLE, _TETRAHEDRON = np.sqrt(3.0) / 4.0, np.sqrt(2.0) / 12.0
@@ -30,6 +30,8 @@ _STRIP = 2.0
 _PER_TETRAHEDRON, _PER_SURFACE = 1.0 / 5.6, 0.23
 # A piece is small enough when h changes by less than this fraction across it.
 _CHANGE = 0.7
+# Parts into which every edge of a triangle with local sizes is divided to add up its elements.
+_PARTS = 8
 # No piece is divided more often: a corner 2^-40 as large as the body is no corner.
 _DIVISIONS = 40
 
@@ -131,6 +133,42 @@ def predict_mesh(body: Body, size: MeshSize, dimension: int) -> PredictedMesh:
     if dimension == 2:
         return meridian
     return _solid(subdivision, places, size.growth, bounds, meridian)
+
+
+def predict_refined(local: LocalSize) -> PredictedMesh:
+    """Predict the numbers of a meridian mesh with local sizes, within a factor 1.5.
+
+    Parameters
+    ----------
+    local
+        Sizes that will be asked of the mesh.
+    """
+    weights = _centroids()
+    corners = local.points[local.triangles]
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    area = 0.5 * np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+    size = local.size_m[local.triangles] @ weights.T
+    at = np.einsum("ck,mkd->mcd", weights, corners)
+    for z, r, h in local.places:
+        away = np.hypot(at[:, :, 0] - z, at[:, :, 1] - r)
+        size = np.minimum(size, h + local.growth * away)
+    cells = round(float((area[:, None] / (_TRIANGLE * size**2)).sum() / len(weights)))
+    return PredictedMesh(
+        dimension=2,
+        cells=cells,
+        vertices=max(cells // 2, 3),
+        edges=max(3 * cells // 2, 3),
+        facets=0,
+        graded_places=len(local.places),
+    )
+
+
+def _centroids() -> FloatArray:
+    """Barycentric coordinates of the middles of the parts of a triangle, (_PARTS², 3)."""
+    up = [(i + 1 / 3, j + 1 / 3) for i in range(_PARTS) for j in range(_PARTS - i)]
+    down = [(i + 2 / 3, j + 2 / 3) for i in range(_PARTS) for j in range(_PARTS - 1 - i)]
+    first, second = np.array([*up, *down]).T / _PARTS
+    return np.column_stack([first, second, 1.0 - first - second])
 
 
 def _meridian(

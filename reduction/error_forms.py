@@ -8,6 +8,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
+from solidwhirl.reduction.free_motion import straining_part
 from solidwhirl.reduction.omitted import Omitted
 from solidwhirl.reduction.vectors import symmetric
 from solidwhirl.rotordyn.superelement import ErrorForm
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 _TERMS = 4  # K, M, G, Kσ - S
+# Of these, what a rigid motion feels nothing of: it strains nothing, and the prestress turns with
+# the body (K R = 0 and (Kσ - S) R = 0 of the full problem on any mesh).
+_OF_STRAIN = (0, 3)
 
 
 def joined_forms(
@@ -55,7 +59,9 @@ def joined_forms(
 def _of_block(omitted: Omitted, block: ReducedBlock) -> FloatArray:
     """Gram matrix (4, n, 4, n) in the coordinates of a block.
 
-    Two families have the same K, M and Kσ - S, and G = [[0, 2N], [-2N, 0]].
+    Two families have the same K, M and Kσ - S, and G = [[0, 2N], [-2N, 0]]. Of motions that strain
+    nothing the terms of K and Kσ - S are zero by construction: rounding there, of the size of K,
+    would be an error without bounds of a slow motion.
     """
     size = len(omitted.gram) // _TERMS
     families = len(block.signs) // size
@@ -68,7 +74,12 @@ def _of_block(omitted: Omitted, block: ReducedBlock) -> FloatArray:
             right = crossed if (b == 2 and families == 2) else same
             whole[a, :, b] = np.kron(left.T @ right, single[a, :, b])
     whole *= block.signs[:, None, None] * block.signs
-    return np.asarray(whole[:, block.order][..., block.order])
+    whole = whole[:, block.order][..., block.order]
+    strain = straining_part(block.matrices["mass"], block.rigid)
+    for a in _OF_STRAIN:
+        whole[a] = np.einsum("ki,kbj->ibj", strain, whole[a])
+        whole[:, :, a] = whole[:, :, a] @ strain
+    return np.asarray(whole)
 
 
 def _direct_sum(grams: list[FloatArray], order: NDArray[np.int64]) -> FloatArray:

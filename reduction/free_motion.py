@@ -89,9 +89,31 @@ def without_rigid_force(
             f"the stiffness resists a rigid motion: relative force {force:.2e}, rounding gives "
             f"less than {_ROUNDING:g}"
         )
-    momentum = mass @ motions
-    keep = np.eye(len(mass)) - motions @ np.linalg.solve(motions.T @ momentum, momentum.T)
+    keep = straining_part(mass, rigid)
     return symmetric(keep.T @ stiffness @ keep)
+
+
+def straining_part(mass: FloatArray, rigid: FloatArray) -> FloatArray:
+    """Return the projection of motions on those that are M-orthogonal to the rigid ones.
+
+    Parameters
+    ----------
+    mass
+        (n, n) reduced matrix.
+    rigid
+        (n, 6) rigid motions; columns of zeros are absent.
+
+    Returns
+    -------
+    ndarray
+        (n, n) I - R (Rᵀ M R)⁻¹ Rᵀ M.
+    """
+    motions = rigid[:, rigid.any(axis=0)]
+    if not motions.shape[1]:
+        return np.eye(len(mass))
+    momentum = mass @ motions
+    held = np.linalg.solve(motions.T @ momentum, momentum.T)
+    return np.asarray(np.eye(len(mass)) - motions @ held)
 
 
 def rigid_force(operators: BodyOperators) -> float:

@@ -190,7 +190,8 @@ def mesh_energy(
     finer = _finer_operators(operators, degree, interfaces)
     v, b = basis.vectors, basis.interface_count
     loads = residual_terms(finer, _raised(operators, finer, v))
-    loads = _balanced(loads, finer, _raised(operators, finer, basis.free))
+    free = _raised(operators, finer, basis.free)
+    loads = _balanced(loads, finer, free)
     rows = np.hstack([finer.coupling.rows, finer.coupling.anchors])
     factor = factorise(_shifted(finer, basis.shift), rows)
     for k in range(1, 4):  # in place of the loads, which are not needed any more
@@ -200,6 +201,7 @@ def mesh_energy(
     loads[0, :, :b] = factor.solve(loads[0][:, :b], None)[: loads.shape[1]]
     loads[0, :, b:] = 0.0
     factor.destroy()
+    loads = _unmoved(loads, finer, free)
     misses = loads
     weighted = _weighted_stiffness(operators, finer, interfaces)
     energy = _gram(weighted, misses, operators.comm)
@@ -235,6 +237,21 @@ def _balanced(loads: FloatArray, operators: BodyOperators, free: FloatArray) -> 
     out = loads.copy()
     for k in range(len(loads)):
         out[k] -= inertia @ np.linalg.solve(gram, inner(free, loads[k], operators.comm))
+    return out
+
+
+def _unmoved(fields: FloatArray, operators: BodyOperators, free: FloatArray) -> FloatArray:
+    """Answers to balanced loads without the motion as a whole that rounding gives them.
+
+    The stiffness without supports answers rounding of the loads with one over its tiny shift.
+    """
+    if not free.shape[1]:
+        return fields
+    inertia = apply(operators.mass, free)
+    gram = inner(free, inertia, operators.comm)
+    out = fields.copy()
+    for k in range(len(fields)):
+        out[k] -= free @ np.linalg.solve(gram, inner(inertia, fields[k], operators.comm))
     return out
 
 

@@ -32,6 +32,22 @@ def available_memory(root: Path = _ROOT) -> int | None:
     return max(0, min(told)) if told else None
 
 
+def resident_memory(root: Path = _ROOT) -> int:
+    """Return the memory that this process has taken.
+
+    Parameters
+    ----------
+    root
+        Where the folder proc of the kernel is.
+
+    Returns
+    -------
+    int
+        Bytes; 0 where the system does not tell.
+    """
+    return _kilobytes(root / "proc/self/status", "VmRSS") or 0
+
+
 def _of_machine(root: Path) -> int | None:
     """MemAvailable of Linux."""
     return _kilobytes(root / "proc/meminfo", "MemAvailable")

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from solidwhirl.rotordyn.arrays import FloatArray, freeze_arrays
 from solidwhirl.rotordyn.errors import AssemblyError
+from solidwhirl.rotordyn.law_pieces import BearingCoefficients, LawPieces
 
 # Units of the argument of a polynomial, per rad/s.
 ARGUMENT_UNITS: Mapping[str, float] = MappingProxyType(
@@ -21,11 +21,8 @@ ARGUMENT_UNITS: Mapping[str, float] = MappingProxyType(
 INTERPOLATIONS = ("linear", "monotone")
 
 
-class BearingCoefficients(NamedTuple):
-    """Stiffness in N/m and damping in N s/m on (ux, uy) at one speed, each (2, 2)."""
-
-    stiffness_n_per_m: FloatArray
-    damping_n_s_per_m: FloatArray
+# Rows of a table nearer to each other than this fraction of the highest speed are one speed.
+_ONE_SPEED = 1e-12
 
 
 class SpeedLaw(Protocol):
@@ -34,6 +31,10 @@ class SpeedLaw(Protocol):
     A law either scales the bearing's own coefficients, so that its values are proportional to them,
     or replaces them, and then they must be zero. It has a value at any speed, also beyond its
     range; `bearing_notes.bearing_notes` tells where it is used there.
+
+    A law may also have a method `pieces` with the arguments of `coefficients` but the speed, that
+    returns a `LawPieces`. Where it has none nothing is known of its structure, and every analysis
+    takes the most general way; undamped critical speeds are then not searched for.
     """
 
     @property
@@ -130,15 +131,27 @@ class PolynomialLaw:
         AssemblyError
             If the bearing has cross terms, which this law does not scale.
         """
+        return self.pieces(stiffness_n_per_m, damping_n_s_per_m).at(speed_rad_s)
+
+    def pieces(self, stiffness_n_per_m: FloatArray, damping_n_s_per_m: FloatArray) -> LawPieces:
+        """Return the scaled coefficients as one polynomial of the spin speed.
+
+        Parameters
+        ----------
+        stiffness_n_per_m, damping_n_s_per_m
+            As for `coefficients`.
+        """
         k_xx, k_yy = _diagonal(self.name, "stiffness_n_per_m", stiffness_n_per_m)
         d_xx, d_yy = _diagonal(self.name, "damping_n_s_per_m", damping_n_s_per_m)
-        x = ARGUMENT_UNITS[self.argument_unit] * speed_rad_s
-        stiffness, damping = np.zeros((2, 2)), np.zeros((2, 2))
-        stiffness[0, 0] = k_xx * _horner(self.stiffness_x, x)
-        stiffness[1, 1] = k_yy * _horner(self.stiffness_y, x)
-        damping[0, 0] = d_xx * _horner(self.damping_x, x)
-        damping[1, 1] = d_yy * _horner(self.damping_y, x)
-        return BearingCoefficients(stiffness, damping)
+        factors = (self.stiffness_x, self.stiffness_y, self.damping_x, self.damping_y)
+        count = max(len(factor) for factor in factors)
+        scale = ARGUMENT_UNITS[self.argument_unit] ** np.arange(count)
+        rows = np.zeros((1, count, 2, 2, 2))
+        for place, (own, factor) in enumerate(zip((k_xx, k_yy, d_xx, d_yy), factors, strict=True)):
+            which, axis = divmod(place, 2)
+            rows[0, : len(factor), which, axis, axis] = own * np.array(factor)
+        rows *= scale.reshape(-1, 1, 1, 1)
+        return LawPieces(starts_rad_s=(0.0,), polynomials=rows)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -163,7 +176,8 @@ class TableLaw:
     Raises
     ------
     AssemblyError
-        If shapes do not fit, numbers are not finite, or speeds do not rise.
+        If shapes do not fit, numbers are not finite, or speeds do not rise or are one speed but
+        for rounding.
     """
 
     name: str
@@ -171,37 +185,19 @@ class TableLaw:
     stiffness_n_per_m: FloatArray
     damping_n_s_per_m: FloatArray
     interpolation: str = "monotone"
-    _knots: tuple[float, ...] = field(init=False, repr=False)
-    _pieces: FloatArray = field(init=False, repr=False)
+    _pieces: LawPieces = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "speeds_rad_s", "stiffness_n_per_m", "damping_n_s_per_m")
         problems = _table_problems(self)
         if problems:
             raise AssemblyError(tuple(f"law {self.name!r}: {text}" for text in problems))
-        speeds = np.asarray(self.speeds_rad_s, dtype=float)
-        count = speeds.size
-        values = np.hstack(
-            (self.stiffness_n_per_m.reshape(count, 4), self.damping_n_s_per_m.reshape(count, 4))
-        ).astype(float)
-        if self.interpolation == "monotone":
-            pieces = PchipInterpolator(speeds, values).c
-        else:
-            pieces = np.zeros((4, count - 1, 8))
-            pieces[2] = np.diff(values, axis=0) / np.diff(speeds)[:, None]
-            pieces[3] = values[:-1]
-        # The last piece is the end value, so that it is met exactly.
-        last = np.zeros((4, 1, 8))
-        last[3, 0] = values[-1]
-        joined = np.concatenate((pieces, last), axis=1)
-        joined.setflags(write=False)
-        object.__setattr__(self, "_knots", tuple(float(speed) for speed in speeds))
-        object.__setattr__(self, "_pieces", joined)
+        object.__setattr__(self, "_pieces", _table_pieces(self))
 
     @property
     def speed_range_rad_s(self) -> tuple[float, float]:
         """Lowest and highest tabulated spin speed, rad/s."""
-        return self._knots[0], self._knots[-1]
+        return float(self.speeds_rad_s[0]), float(self.speeds_rad_s[-1])
 
     def coefficients(
         self,
@@ -228,20 +224,120 @@ class TableLaw:
         AssemblyError
             If the bearing has coefficients of its own, which a table replaces.
         """
+        return self.pieces(stiffness_n_per_m, damping_n_s_per_m).at(speed_rad_s)
+
+    def pieces(self, stiffness_n_per_m: FloatArray, damping_n_s_per_m: FloatArray) -> LawPieces:
+        """Return the interpolated coefficients as polynomials between the tabulated speeds.
+
+        Parameters
+        ----------
+        stiffness_n_per_m, damping_n_s_per_m
+            As for `coefficients`.
+        """
         _require_none(self.name, "stiffness_n_per_m", stiffness_n_per_m)
         _require_none(self.name, "damping_n_s_per_m", damping_n_s_per_m)
-        piece = max(0, bisect_right(self._knots, speed_rad_s) - 1)
-        x = max(0.0, speed_rad_s - self._knots[piece])
-        c = self._pieces[:, piece]
-        values = ((c[0] * x + c[1]) * x + c[2]) * x + c[3]
-        return BearingCoefficients(values[:4].reshape(2, 2), values[4:].reshape(2, 2))
+        return self._pieces
 
 
-def _horner(coefficients: tuple[float, ...], argument: float) -> float:
-    value = 0.0
-    for coefficient in reversed(coefficients):
-        value = value * argument + coefficient
-    return value
+@dataclass(frozen=True)
+class _MirroredLaw:
+    """A law of any kind with the signs of its cross terms changed."""
+
+    law: SpeedLaw
+
+    @property
+    def name(self) -> str:
+        return self.law.name
+
+    @property
+    def speed_range_rad_s(self) -> tuple[float, float]:
+        return self.law.speed_range_rad_s
+
+    def coefficients(
+        self,
+        speed_rad_s: float,
+        stiffness_n_per_m: FloatArray,
+        damping_n_s_per_m: FloatArray,
+    ) -> BearingCoefficients:
+        found = self.law.coefficients(speed_rad_s, stiffness_n_per_m, damping_n_s_per_m)
+        return BearingCoefficients(*(mirrored(matrix) for matrix in found))
+
+
+def mirrored(matrices: FloatArray) -> FloatArray:
+    """Return matrices on (x, y) as seen in a mirror that turns y round: cross terms change sign.
+
+    Parameters
+    ----------
+    matrices
+        Shape (..., 2, 2).
+    """
+    return np.asarray(matrices * np.array([[1.0, -1.0], [-1.0, 1.0]]) + 0.0)
+
+
+def mirrored_law(law: SpeedLaw) -> SpeedLaw:
+    """Return a law with the signs of its cross terms changed.
+
+    Parameters
+    ----------
+    law
+        A polynomial has no cross terms and comes back as it is.
+    """
+    if isinstance(law, PolynomialLaw):
+        return law
+    if not isinstance(law, TableLaw):
+        return _MirroredLaw(law)
+    return replace(
+        law,
+        stiffness_n_per_m=mirrored(law.stiffness_n_per_m),
+        damping_n_s_per_m=mirrored(law.damping_n_s_per_m),
+    )
+
+
+def is_turned_by_spin(law: SpeedLaw) -> bool:
+    """Tell whether cross terms of a law are unequal at some speed, as rotation makes them.
+
+    Parameters
+    ----------
+    law
+        One that is neither a polynomial nor a table may have such terms.
+    """
+    if isinstance(law, TableLaw):
+        return not law.pieces(np.zeros((2, 2)), np.zeros((2, 2))).is_symmetric
+    return not isinstance(law, PolynomialLaw)
+
+
+def law_pieces(
+    law: SpeedLaw, stiffness_n_per_m: FloatArray, damping_n_s_per_m: FloatArray
+) -> LawPieces | None:
+    """Return the polynomials of a law, None of a law that does not tell them.
+
+    Parameters
+    ----------
+    law
+        Of a bearing.
+    stiffness_n_per_m, damping_n_s_per_m
+        The bearing's own coefficients, shape (2, 2).
+    """
+    pieces = getattr(law, "pieces", None)
+    return None if pieces is None else pieces(stiffness_n_per_m, damping_n_s_per_m)
+
+
+def _table_pieces(law: TableLaw) -> LawPieces:
+    """Return a table as pieces: constant below and beyond its rows."""
+    speeds = np.asarray(law.speeds_rad_s, dtype=float)
+    values = np.stack((law.stiffness_n_per_m, law.damping_n_s_per_m), axis=1).astype(float)
+    rows = np.zeros((speeds.size, 4, 2, 2, 2))
+    rows[:, 0] = values
+    if law.interpolation == "monotone":
+        rows[:-1] = PchipInterpolator(speeds, values).c[::-1].swapaxes(0, 1)
+    else:
+        rows[:-1, 1] = np.diff(values, axis=0) / np.diff(speeds).reshape(-1, 1, 1, 1)
+    starts = tuple(speeds.tolist())
+    if starts[0] > 0:
+        below = np.zeros_like(rows[:1])
+        below[0, 0] = values[0]
+        starts, rows = (0.0, *starts), np.concatenate((below, rows))
+    return LawPieces(starts_rad_s=starts, polynomials=rows)
 
 
 def _diagonal(law: str, name: str, matrix: FloatArray) -> tuple[float, float]:
@@ -275,6 +371,12 @@ def _table_problems(law: TableLaw) -> list[str]:
     rising = np.isfinite(speeds).all() and speeds[0] >= 0 and (np.diff(speeds) > 0).all()
     if not rising:
         problems.append(f"speeds_rad_s is {speeds.tolist()}; allowed is 0 <= first < second < ...")
+    elif (np.diff(speeds) <= _ONE_SPEED * speeds[-1]).any():
+        at = int(np.argmin(np.diff(speeds)))
+        problems.append(
+            f"the rows at {speeds[at]:.6g} and {speeds[at + 1]:.6g} rad/s are at one speed beside "
+            f"the highest, {speeds[-1]:.6g} rad/s; they must be farther apart than 1e-12 of it"
+        )
     for name in ("stiffness_n_per_m", "damping_n_s_per_m"):
         values = getattr(law, name)
         if values.shape != (count, 2, 2):

@@ -11,10 +11,11 @@ import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 
 from solidwhirl.rotordyn.arrays import FloatArray
-from solidwhirl.rotordyn.bearing_laws import BearingCoefficients, SpeedLaw, TableLaw
+from solidwhirl.rotordyn.bearing_laws import SpeedLaw, TableLaw
 from solidwhirl.rotordyn.errors import AnalysisError
+from solidwhirl.rotordyn.law_pieces import BearingCoefficients, LawPieces
 from solidwhirl.rotordyn.parts import Bearing
-from solidwhirl.rotordyn.system import AssembledSystem
+from solidwhirl.rotordyn.system import AssembledSystem, spin_sign
 
 _RPM = 30.0 / np.pi
 # Speeds looked at besides those given; a dip between two of them is found if it has a slope there.
@@ -35,7 +36,9 @@ class BearingNote:
         Name of the bearing.
     kind
         "outside range" (of the speeds the law was made for), "negative damping" or "negative
-        stiffness" (a motion exists to which the bearing gives energy, or that it does not resist).
+        stiffness" (a motion exists to which the bearing gives energy, or that it does not resist),
+        "mirrored" or "not mirrored" (cross terms under a shaft that turns backward), "held
+        torsion" (a spring between a turning shaft and the ground acts on rz).
     speed_low_rad_s, speed_high_rad_s
         Where, as |Ω| of the reference shaft, rad/s.
     finding
@@ -124,8 +127,9 @@ def bearing_notes(
     Notes
     -----
     Negative means that the symmetric part of the 2×2 matrix on (ux, uy) has a negative
-    eigenvalue. The speeds given and 257 more are looked at, with a search for the minimum where
-    it lies between two of them; ends are located to rounding.
+    eigenvalue. Besides the speeds given and 257 more those at which a law has a knot, a
+    stationary entry or a singular matrix are looked at, and between them; ends are located to
+    rounding.
     """
     speeds = np.abs(np.asarray(speeds_rad_s, dtype=float)).ravel()
     if not speeds.size or not np.isfinite(speeds).all():
@@ -133,14 +137,50 @@ def bearing_notes(
     signed = np.asarray(speeds_rad_s, dtype=float).ravel()
     low = 0.0 if signed.min() < 0 < signed.max() else float(speeds.min())
     sampled = np.unique(np.concatenate((speeds, np.linspace(low, speeds.max(), _SAMPLES))))
-    return tuple(
-        note
-        for bearing in assembled.system.bearings
-        for note in (
-            *_range_notes(assembled, bearing, sampled),
-            *_sign_notes(assembled, bearing, sampled),
+    pieces = {joint.bearing: joint.pieces for joint in assembled.law_joints}
+    notes: list[BearingNote] = []
+    for bearing in assembled.system.bearings:
+        looked = _with_turns(sampled, pieces.get(bearing.name))
+        notes += _range_notes(assembled, bearing, sampled)
+        notes += _sign_notes(assembled, bearing, looked)
+        notes += _sense_notes(assembled, bearing, sampled)
+    return tuple(notes)
+
+
+def _with_turns(speeds: FloatArray, pieces: LawPieces | None) -> FloatArray:
+    """Return speeds with those at which the signs of a law may change, and their middles."""
+    if pieces is None or speeds.size < 2:
+        return speeds
+    turns = pieces.turning_speeds(float(speeds[0]), float(speeds[-1]))
+    turns = np.concatenate((speeds[:1], turns, speeds[-1:]))
+    return np.asarray(np.unique(np.concatenate((speeds, turns, 0.5 * (turns[1:] + turns[:-1])))))
+
+
+def _sense_notes(
+    assembled: AssembledSystem, bearing: Bearing, speeds: FloatArray
+) -> Iterator[BearingNote]:
+    """Yield what the sense in which a shaft turns means for its bearing."""
+    sign = spin_sign(assembled.system, bearing)
+    body = next((e.body for e in bearing.ends if assembled.system.rotors[e.body].speed_ratio), "")
+    said: list[tuple[str, str]] = []
+    if bearing.cross_coupling == "mirrored":
+        text = f"{body!r} turns backward, so the signs of its cross terms are changed"
+        said.append(("mirrored", f'{text} (cross_coupling = "with_spin")'))
+    elif sign < 0 and bearing.has_spin_coupling:
+        text = f"{body!r} turns backward, and its cross terms act as for a shaft that turns forward"
+        said.append(("not mirrored", f'{text} (cross_coupling = "as_given")'))
+    holds = "rz" in bearing.rigid or bearing.torsion_stiffness_n_m_per_rad != 0
+    if bearing.second is None and holds and sign != 0:
+        text = f"it holds rz of {body!r}, which turns, against the ground"
+        said.append(("held torsion", f"{text}: read as a drive of constant speed"))
+    for kind, text in said:
+        yield BearingNote(
+            bearing=bearing.name,
+            kind=kind,
+            speed_low_rad_s=float(speeds[0]),
+            speed_high_rad_s=float(speeds[-1]),
+            finding=text,
         )
-    )
 
 
 def spin_ratio(assembled: AssembledSystem, bearing: Bearing) -> float:

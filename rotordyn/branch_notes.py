@@ -10,7 +10,8 @@ from typing import Literal
 import numpy as np
 
 from solidwhirl.rotordyn.arrays import FloatArray
-from solidwhirl.rotordyn.branches import untracked_below
+from solidwhirl.rotordyn.branches import begins
+from solidwhirl.rotordyn.damping import PEAKLESS, damping_ratio
 from solidwhirl.rotordyn.eigen import Modes, scaled_stiffness
 from solidwhirl.rotordyn.system import AssembledSystem, matrices_at_speed
 from solidwhirl.rotordyn.tracking import (
@@ -25,6 +26,21 @@ from solidwhirl.rotordyn.tracking import (
 _CLOSE = 0.3
 # between places where they are this many times farther apart than at the closest point.
 _APART = 3.0
+# A mode that begins or ends at zero frequency is slower there than this fraction of the fastest.
+_SLOW = 1e-2
+# What a mode is before its branch begins and after it ends.
+_FROM = {
+    "overdamped": "from overdamped motion",
+    "diverges": "from divergence",
+    "zero": "from zero frequency",
+    "lost": "and is not found before",
+}
+_TO = {
+    "overdamped": "and becomes overdamped",
+    "diverges": "and diverges",
+    "zero": "at zero frequency",
+    "lost": "and is not found beyond",
+}
 # Halvings that locate the loss of stiffness.
 _HALVINGS = 60
 
@@ -46,10 +62,12 @@ class TrackingNote:
     branches
         Branch numbers from 0; empty if all are meant.
     text
-        One sentence.
+        One sentence; it counts branches from 1, as tables and pictures do.
     """
 
-    kind: Literal["crossing", "veering", "ambiguous", "ended", "range", "indefinite", "untracked"]
+    kind: Literal[
+        "crossing", "veering", "ambiguous", "begun", "ended", "empty", "range", "indefinite"
+    ]
     speed_rad_s: float
     branches: tuple[int, ...]
     text: str
@@ -74,34 +92,9 @@ def branch_notes(assembled: AssembledSystem, fronts: Sequence[Front]) -> tuple[T
         *_range_notes(assembled, fronts),
         *_indefinite_notes(assembled, fronts),
         *_meeting_notes(assembled, fronts),
+        *_end_notes(fronts),
         *_doubt_notes(fronts),
     )
-
-
-def untracked_notes(fronts: Sequence[Front], frequency_max_hz: float) -> tuple[TrackingNote, ...]:
-    """Return a remark if modes below a frequency belong to no branch.
-
-    Parameters
-    ----------
-    fronts
-        All speeds the branches were followed through.
-    frequency_max_hz
-        The limit, Hz.
-
-    Returns
-    -------
-    tuple of TrackingNote
-        One or none.
-    """
-    speeds = untracked_below(fronts, frequency_max_hz)
-    if not speeds:
-        return ()
-    text = (
-        f"a mode below {frequency_max_hz:g} Hz at {speeds[0]:.6g} rad/s has no branch, as it is "
-        "rigid or overdamped at the first speed"
-    )
-    note = TrackingNote(kind="untracked", speed_rad_s=speeds[0], branches=(), text=text)
-    return (note,)
 
 
 def _range_notes(assembled: AssembledSystem, fronts: Sequence[Front]) -> Iterator[TrackingNote]:
@@ -149,26 +142,61 @@ def _loss_of_stiffness(
     return indefinite, negative(indefinite)
 
 
+def _end_notes(fronts: Sequence[Front]) -> Iterator[TrackingNote]:
+    """Say where branches begin and end, and why."""
+    if not any((front.columns >= 0).any() for front in fronts):
+        speed = fronts[0].modes.speed_rad_s
+        text = "there is no oscillatory mode to draw at any speed of the diagram"
+        yield TrackingNote(kind="empty", speed_rad_s=speed, branches=(), text=text)
+    speeds = [front.modes.speed_rad_s for front in fronts]
+    lifted = begins(fronts, speeds.index(0.0))[1] if 0.0 in speeds else np.zeros(0, dtype=bool)
+    for before, after in pairwise(fronts):
+        alive = before.columns >= 0, after.columns >= 0
+        for branch in np.flatnonzero(alive[0] != alive[1]):
+            place = 0.5 * (before.modes.speed_rad_s + after.modes.speed_rad_s)
+            outer = abs(after.modes.speed_rad_s) > abs(before.modes.speed_rad_s)
+            if lifted.size and lifted[branch] and alive[outer][branch]:
+                place = 0.0
+            if alive[1][branch]:
+                state = _state(after, before, int(branch))
+                text = f"branch {branch + 1} begins at {place:.6g} rad/s, {_FROM[state]}"
+            else:
+                state = _state(before, after, int(branch))
+                text = f"branch {branch + 1} ends at {place:.6g} rad/s, {_TO[state]}"
+            kind: Literal["begun", "ended"] = "begun" if alive[1][branch] else "ended"
+            yield TrackingNote(kind=kind, speed_rad_s=place, branches=(int(branch),), text=text)
+
+
+def _state(front: Front, beyond: Front, branch: int) -> str:
+    """Return what the mode of a branch is where the branch is not."""
+    value = complex(front.values()[branch])
+    grows, still = (int((f.modes.real_eigenvalues > 0).sum()) for f in (beyond, front))
+    if grows > still:
+        return "diverges"
+    reals = [f.modes.real_eigenvalues.size for f in (beyond, front)]
+    if value.real < 0 and (reals[0] > reals[1] or damping_ratio(np.array([value]))[0] > PEAKLESS):
+        return "overdamped"
+    slow = abs(value) < _SLOW * np.abs(front.modes.eigenvalues).max()
+    return "zero" if slow or beyond.modes.zero_count > front.modes.zero_count else "lost"
+
+
 def _doubt_notes(fronts: Sequence[Front]) -> Iterator[TrackingNote]:
     for before, after in pairwise(fronts):
         speed = after.modes.speed_rad_s
-        for branch in range(after.columns.size):
-            if before.columns[branch] < 0:
-                continue
+        both = (before.columns >= 0) & (after.columns >= 0)
+        for branch in np.flatnonzero(both & (after.overlap < GOOD_OVERLAP)):
             likeness = float(after.overlap[branch])
-            if after.columns[branch] < 0:
-                text = f"branch {branch} ends before {speed:.6g} rad/s"
-                yield TrackingNote(kind="ended", speed_rad_s=speed, branches=(branch,), text=text)
-            elif likeness < GOOD_OVERLAP:
-                text = f"branch {branch} is in doubt at {speed:.6g} rad/s, likeness {likeness:.2f}"
-                yield TrackingNote(
-                    kind="ambiguous", speed_rad_s=speed, branches=(branch,), text=text
-                )
+            text = f"branch {branch + 1} is in doubt at {speed:.6g} rad/s, likeness {likeness:.2f}"
+            yield TrackingNote(
+                kind="ambiguous", speed_rad_s=speed, branches=(int(branch),), text=text
+            )
 
 
 def _meeting_notes(assembled: AssembledSystem, fronts: Sequence[Front]) -> Iterator[TrackingNote]:
     """Find sign changes and minima of the distance between two branches."""
-    omega = np.array([front.values().imag for front in fronts])
+    values = np.array([front.values() for front in fronts])
+    # where a motion does not resonate there is no crossing to see
+    omega = np.where(damping_ratio(values) < PEAKLESS, values.imag, np.nan)
     speeds = np.array([front.modes.speed_rad_s for front in fronts])
     for first, second in combinations(range(omega.shape[1]), 2):
         gap = omega[:, second] - omega[:, first]
@@ -176,14 +204,14 @@ def _meeting_notes(assembled: AssembledSystem, fronts: Sequence[Front]) -> Itera
         for left, right in pairwise(apart):
             if gap[left] * gap[right] < 0:
                 speed = _meeting_speed(speeds[left : right + 1], gap[left : right + 1])
-                text = f"branches {first} and {second} cross near {speed:.6g} rad/s"
+                text = f"branches {first + 1} and {second + 1} cross near {speed:.6g} rad/s"
                 yield TrackingNote(
                     kind="crossing", speed_rad_s=speed, branches=(first, second), text=text
                 )
         for at in _veerings(assembled, fronts, first, second, np.abs(gap), omega[:, first]):
             speed, width = float(speeds[at]), float(abs(gap[at]) / (2.0 * np.pi))
             text = (
-                f"branches {first} and {second} veer near {speed:.6g} rad/s, "
+                f"branches {first + 1} and {second + 1} veer near {speed:.6g} rad/s, "
                 f"closest distance {width:.4g} Hz"
             )
             yield TrackingNote(

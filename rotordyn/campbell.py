@@ -9,17 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, StringArray, freeze_arrays
-from solidwhirl.rotordyn.branch_notes import TrackingNote, branch_notes, untracked_notes
-from solidwhirl.rotordyn.branches import follow_below, follow_lowest
+from solidwhirl.rotordyn.branch_notes import TrackingNote, branch_notes
+from solidwhirl.rotordyn.branches import all_below, follow, lowest
 from solidwhirl.rotordyn.damping import log_decrement
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.reprs import campbell_text
 from solidwhirl.rotordyn.system import AssembledSystem
 from solidwhirl.rotordyn.tracking import Front
-from solidwhirl.rotordyn.whirl import whirl_direction
-
-# Frequencies closer than this (relative) at the first speed are equal.
-_EQUAL = 1e-8
+from solidwhirl.rotordyn.whirl import whirl_at_speed
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -31,18 +28,18 @@ class Campbell:
     speeds_rad_s
         Ω, shape (s,), rad/s.
     eigenvalues
-        λ in 1/s, shape (b, s); nan where a branch has ended.
+        λ in 1/s, shape (b, s); nan where a branch does not exist: before it begins, after its end.
     frequency_hz
         Im λ / 2π, shape (b, s), Hz.
     log_decrement
         −2π Re λ / Im λ, shape (b, s); negative is unstable.
     whirl
-        "forward", "backward", "mixed" or "planar", shape (b, s); empty where a branch has ended.
+        "forward", "backward", "mixed" or "planar", shape (b, s); empty where there is no branch.
     overlap
         Likeness of each branch to its previous point, 0 to 1: the smallest on the way, shape
-        (b, s); 1 at the first speed.
+        (b, s); 1 where it begins.
     notes
-        Crossings, veerings and doubtful places.
+        Crossings, veerings, beginnings, ends and doubtful places.
     """
 
     speeds_rad_s: FloatArray
@@ -82,19 +79,22 @@ def campbell(
     assembled
         The system.
     speeds_rad_s
-        Ω, strictly monotonic, shape (s,); begin at rest as a rule.
+        Ω, strictly monotonic, shape (s,).
     branch_count
-        Follow this many of the lowest modes of the first speed, and those of equal frequency that
-        it would cut off from them; all, if there are fewer.
+        Hold every mode that is among this many lowest ones at one of the speeds or on the way
+        there from rest, and those of equal frequency that it would cut off from them; all, if there
+        are fewer.
     frequency_max_hz
-        Follow every mode that comes below this frequency at one of the speeds; one that is rigid
-        or overdamped at the first speed has no branch and is noted. Exactly one of the two is
-        given.
+        Hold every mode that comes below this frequency at one of the speeds. Exactly one of the
+        two is given.
 
     Returns
     -------
     Campbell
-        Branches by rising frequency at the first speed, equal ones by that at the second.
+        Branches by rising frequency at rest, those that the spin lifts from zero first and equal
+        ones by that at the next speed; then those that begin at a speed, by that speed. Modes are
+        followed from rest, so that neither the branches nor their order depend on where the range
+        begins. There may be none.
 
     Raises
     ------
@@ -116,15 +116,10 @@ def campbell(
     if branch_count is not None and branch_count < 1:
         raise AnalysisError(f"branch_count is {branch_count}; it must be 1 or more")
     if frequency_max_hz is not None:
-        fronts = follow_below(assembled, speeds, frequency_max_hz)
-        missing = untracked_notes(fronts, frequency_max_hz)
+        selection = all_below(assembled, frequency_max_hz)
     else:
-        missing = ()
-        fronts = follow_lowest(assembled, speeds, branch_count or 1)
-    if fronts[0].columns.size == 0:
-        limit = "" if frequency_max_hz is None else f" that comes below {frequency_max_hz:g} Hz"
-        raise AnalysisError(f"at {speeds[0]:.6g} rad/s there is no oscillatory mode{limit}")
-    return _diagram(assembled, speeds, fronts, missing)
+        selection = lowest(branch_count or 1)
+    return _diagram(assembled, speeds, follow(assembled, speeds, selection))
 
 
 def _checked_speeds(speeds_rad_s: npt.ArrayLike) -> FloatArray:
@@ -138,48 +133,34 @@ def _checked_speeds(speeds_rad_s: npt.ArrayLike) -> FloatArray:
     return speeds
 
 
-def _diagram(
-    assembled: AssembledSystem,
-    speeds: FloatArray,
-    fronts: list[Front],
-    notes: tuple[TrackingNote, ...],
-) -> Campbell:
+def _diagram(assembled: AssembledSystem, speeds: FloatArray, fronts: list[Front]) -> Campbell:
     """Collect the fronts at the speeds asked for."""
-    at = np.searchsorted(
-        np.sign(speeds[-1] - speeds[0]) * np.array([f.modes.speed_rad_s for f in fronts]),
-        np.sign(speeds[-1] - speeds[0]) * speeds,
-    )
-    first, second = (fronts[int(i)].values().imag for i in (at[0], at[min(1, len(at) - 1)]))
-    # Frequencies equal to rounding at the first speed are ordered by the second.
-    group = np.concatenate(([0], np.cumsum(np.diff(first) > _EQUAL * first[1:])))
-    order = np.lexsort((second, group))
-    fronts = [front.select(order) for front in fronts]
-    eigenvalues = np.stack([fronts[int(i)].values() for i in at], axis=1)
-    whirl = np.stack([_whirl(assembled, fronts[int(i)]) for i in at], axis=1)
-    overlap = [fronts[0].overlap]
-    for begin, end in pairwise(at):
-        overlap.append(np.min([f.overlap for f in fronts[int(begin) + 1 : int(end) + 1]], axis=0))
+    low, high = float(speeds.min()), float(speeds.max())
+    fronts = [front for front in fronts if low <= front.modes.speed_rad_s <= high]
+    places = np.searchsorted([front.modes.speed_rad_s for front in fronts], np.sort(speeds))
+    eigenvalues = np.stack([fronts[int(i)].values() for i in places], axis=1)
+    whirl = np.stack([_whirl(assembled, fronts[int(i)]) for i in places], axis=1)
+    overlap = np.ones(eigenvalues.shape)
+    for column, (begin, end) in enumerate(pairwise(places), start=1):
+        way = [front.overlap for front in fronts[int(begin) + 1 : int(end) + 1]]
+        overlap[:, column] = np.min(way, axis=0)
+    along = slice(None, None, -1 if speeds[-1] < speeds[0] else 1)
+    eigenvalues = eigenvalues[:, along]
     return Campbell(
         speeds_rad_s=speeds,
         eigenvalues=eigenvalues,
         frequency_hz=eigenvalues.imag / (2.0 * np.pi),
         log_decrement=log_decrement(eigenvalues),
-        whirl=whirl,
-        overlap=np.stack(overlap, axis=1),
-        notes=(*notes, *branch_notes(assembled, fronts)),
+        whirl=whirl[:, along],
+        overlap=overlap[:, along],
+        notes=branch_notes(assembled, fronts[along]),
     )
 
 
 def _whirl(assembled: AssembledSystem, front: Front) -> StringArray:
-    """Return the whirl of each branch; at rest no orbit has a direction."""
-    alive = front.columns >= 0
+    """Return the whirl of each branch, empty where there is none."""
+    modes, alive = front.modes, front.columns >= 0
+    everyone = whirl_at_speed(assembled, modes.shapes, modes.eigenvalues, modes.speed_rad_s)
     whirl = np.full(alive.size, "", dtype="<U8")
-    if front.modes.speed_rad_s == 0 and assembled.is_conservative:
-        whirl[alive] = "planar"
-        return whirl
-    directions = whirl_direction(assembled, front.modes.shapes[:, front.columns[alive]])
-    if front.modes.speed_rad_s < 0:
-        swap = {"forward": "backward", "backward": "forward"}
-        directions = np.array([swap.get(str(d), str(d)) for d in directions])
-    whirl[alive] = directions
+    whirl[alive] = everyone[front.columns[alive]]
     return whirl

@@ -98,7 +98,7 @@ def campbell_errors(assembled: AssembledSystem, campbell: Campbell) -> CampbellE
     return CampbellErrors(
         campbell=campbell,
         parts=parts,
-        total=sum_of_parts(parts),
+        total=sum_of_parts(parts) if parts else np.full(shape, np.nan),
         bodies_without_estimate=bodies_without_forms(assembled),
     )
 

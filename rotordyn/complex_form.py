@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, freeze_arrays
-from solidwhirl.rotordyn.system import AssembledSystem, LawJoint
+from solidwhirl.rotordyn.system import AssembledSystem
 
 # Parts of a matrix that break the form may reach this fraction of its entries (scaled).
 _ROUNDING = 1e-11
@@ -205,6 +205,22 @@ def complex_form(assembled: AssembledSystem) -> ComplexForm | None:
     -----
     Genta 2005, Dynamics of Rotating Systems, section 3.4 (complex coordinates).
     """
+    return matrix_form(assembled) if _has_isotropic_joints(assembled) else None
+
+
+def matrix_form(assembled: AssembledSystem) -> ComplexForm | None:
+    """Return the complex form of the matrices of a system, whatever its bearings are.
+
+    Parameters
+    ----------
+    assembled
+        One from whose matrices all that bearings have of another kind has been taken out.
+
+    Returns
+    -------
+    ComplexForm or None
+        As `complex_form`.
+    """
     pairs = plane_pairs(assembled)
     if pairs is None or not pairs.first.size:
         return None
@@ -351,7 +367,7 @@ def _isotropic_laws(assembled: AssembledSystem, pairs: Pairs) -> tuple[Isotropic
         turned = _equal(along_x[1], -along_y[0]) and not along_x[0].any()
         if not (straight or turned) or joint.motion[:, pairs.rest].any():
             return None
-        if not _is_isotropic(joint):
+        if joint.pieces is None or not joint.pieces.is_isotropic:
             return None
         laws.append(IsotropicLaw(motion=along_x[0] if straight else along_x[1], place=place))
     return tuple(laws)
@@ -361,12 +377,16 @@ def _equal(first: FloatArray, second: FloatArray) -> bool:
     return bool(np.abs(first - second).max() <= _ROUNDING * np.abs(first).max())
 
 
-def _is_isotropic(joint: LawJoint) -> bool:
-    low, high = joint.law.speed_range_rad_s
-    for speed in np.linspace(low, min(high, low + 1e5), 33):
-        for matrix in joint.law.coefficients(
-            float(speed), joint.stiffness_n_per_m, joint.damping_n_s_per_m
-        ):
-            if matrix[0, 1] or matrix[1, 0] or matrix[0, 0] != matrix[1, 1]:
-                return False
-    return True
+def _has_isotropic_joints(assembled: AssembledSystem) -> bool:
+    """Whether every constant bearing is the same in all directions, and no gear pushes sideways.
+
+    By their own numbers: beside a stiff shaft a cross term may be rounding in the sum.
+    """
+    for bearing in assembled.system.bearings:
+        for matrix in bearing.matrices():
+            for plane in (slice(0, 2), slice(3, 5)):
+                block = matrix[plane, plane]
+                has_law = bearing.speed_law is not None and plane.start == 0
+                if not has_law and not np.array_equal(block, block[0, 0] * np.eye(2)):
+                    return False
+    return all(gear.line_of_action_rad is None for gear in assembled.system.gears)

@@ -8,16 +8,18 @@ import numpy as np
 
 from solidwhirl.rotordyn.critical_speeds import CriticalSpeed
 from solidwhirl.rotordyn.direct_speeds import negative_count, negative_count_at_rest
-from solidwhirl.rotordyn.dynamic_stiffness import dynamic_stiffness
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.invariants import Invariant, compared, undecided
-from solidwhirl.rotordyn.mode_checks import no_count, residual_limit
+from solidwhirl.rotordyn.mode_checks import no_count
+from solidwhirl.rotordyn.plain_checks import check_critical_roots
+from solidwhirl.rotordyn.plain_system import PlainSystem
 from solidwhirl.rotordyn.spectrum import scale_by_stiffness
 from solidwhirl.rotordyn.system import AssembledSystem
 from solidwhirl.rotordyn.whirl_pencils import whirl_pencils
 
 # A critical speed this near to the end of the range (relative) may be counted on either side.
 _AT_THE_END = 1e-9
+
 
 _CONCERNS = "critical speeds"
 
@@ -42,7 +44,8 @@ def check_critical_speeds(
     Returns
     -------
     tuple of Invariant
-        Backward error of every speed with its shape; without damping the number of critical
+        Relative error of every speed, and speeds that are missing, in the system as it is given
+        (`check_critical_roots`); without damping the number of critical
         speeds by the signs of K + Ω²(K2 + iαG − α²M) near rest and at the end. With bearings that
         depend on the speed that is the number of falls less that of rises, so that the list may
         only be longer by an even number.
@@ -53,32 +56,16 @@ def check_critical_speeds(
         0.5 * (assembled.stiffness + assembled.stiffness.T), assembled.mass, assembled.body_rate
     )
     reason = no_count(assembled, constant.negative_count)
-    out = []
-    if found:
-        pairs = [_residual(assembled, c, ratio, reason) for c in found]
-        worst = int(np.argmax([error / limit for error, limit in pairs]))
-        out.append(
-            compared(
-                "residual of every critical speed",
-                where,
-                *pairs[worst],
-                _CONCERNS,
-                f"largest at {found[worst].speed_rad_s * 30.0 / np.pi:.6g} rpm",
-            )
-        )
-    out.append(_count(assembled, found, ratio, speed_max_rad_s, where, reason))
-    return tuple(out)
+    roots = [(c.speed_rad_s, _root(c, ratio)) for c in found]
+    knots = assembled.knots_rad_s
+    out = check_critical_roots(PlainSystem.of(assembled), roots, ratio, speed_max_rad_s, knots)
+    return (*out, _count(assembled, found, ratio, speed_max_rad_s, where, reason))
 
 
-def _residual(
-    assembled: AssembledSystem, critical: CriticalSpeed, ratio: float, reason: str
-) -> tuple[float, float]:
-    """Backward error of λ = δ + iαΩ and φ, and its limit."""
+def _root(critical: CriticalSpeed, ratio: float) -> complex:
+    """λ = δ + iαΩ of a critical speed."""
     frequency = ratio * critical.speed_rad_s
-    value = complex(-critical.log_decrement * frequency / (2.0 * np.pi), frequency)
-    stiffness = dynamic_stiffness(assembled, critical.speed_rad_s, frequency)
-    error = float(stiffness.residuals(np.array([value]), critical.shape[:, None])[0])
-    return error, residual_limit(reason, stiffness.rounding)
+    return complex(-critical.log_decrement * frequency / (2.0 * np.pi), frequency)
 
 
 def _count(
@@ -89,7 +76,7 @@ def _count(
     where: str,
     reason: str,
 ) -> Invariant:
-    name = "no critical speed is missing"
+    name = "no critical speed is missing by signs"
     if any(abs(c.speed_rad_s - limit) <= _AT_THE_END * limit for c in found):
         reason = reason or "a critical speed lies at the end of the range"
     if reason:

@@ -24,9 +24,6 @@ from solidwhirl.rotordyn.system import AssembledSystem
 from solidwhirl.rotordyn.whirl import whirl_direction
 from solidwhirl.rotordyn.whirl_pencils import Pencil
 
-# Skew entries below this fraction of the diagonal are rounding.
-_ROUNDING = 1e-12
-
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class CriticalSpeedMap:
@@ -231,12 +228,6 @@ def _checked_stiffness(stiffnesses_n_per_m: npt.ArrayLike) -> FloatArray:
     return values
 
 
-def _is_symmetric(stiffness: FloatArray) -> bool:
-    """Whether a matrix is symmetric but for rounding; lever arms of rigid bodies bring some."""
-    size = np.sqrt(np.abs(np.diag(stiffness)))
-    return bool((np.abs(stiffness - stiffness.T) <= _ROUNDING * np.outer(size, size)).all())
-
-
 def _checked_request(
     assembled: AssembledSystem,
     names: Sequence[str],
@@ -250,7 +241,7 @@ def _checked_request(
     for name in names:
         if {"ux", "uy"} & set(known[name].rigid):
             raise AnalysisError(f"bearing {name!r} is rigid; its stiffness cannot be varied")
-    if not _is_symmetric(assembled.stiffness):
+    if not assembled.has_symmetric_joints:
         raise AnalysisError(
             "the stiffness is not symmetric (cross-coupled bearings); a critical speed map is that "
             "of an undamped system with a symmetric one"

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, freeze_arrays
-from solidwhirl.rotordyn.branches import follow_below, untracked_below
+from solidwhirl.rotordyn.branches import all_below, follow
 from solidwhirl.rotordyn.damping import DampingRule, amplification_factor, log_decrement
 from solidwhirl.rotordyn.direct_speeds import (
     DirectSpeeds,
@@ -18,7 +18,7 @@ from solidwhirl.rotordyn.direct_speeds import (
     negative_count,
     negative_count_at_rest,
 )
-from solidwhirl.rotordyn.eigen import modes_at_speed, scaled_stiffness
+from solidwhirl.rotordyn.eigen import modes_at_speed
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.reprs import critical_speed_text
 from solidwhirl.rotordyn.spectrum import scale_by_stiffness
@@ -28,8 +28,6 @@ from solidwhirl.rotordyn.tracking import Front, match_modes
 from solidwhirl.rotordyn.whirl import whirl_direction
 from solidwhirl.rotordyn.whirl_pencils import Pencil, separated_whirl, whirl_pencils
 
-# Where branches begin if there are rigid motions at rest, as a fraction of the limit.
-_JUST_ABOVE_REST = 1e-3
 # Steps of the search for a damped critical speed, and its relative accuracy.
 _ROOT_STEPS = 80
 _ROOT_ACCURACY = 1e-12
@@ -161,7 +159,7 @@ def critical_speeds(
     several critical speeds. An isotropic system is solved for forward and backward whirl apart.
 
     With damping, the branches are followed from rest and Im λ(Ω) = αΩ is solved on each; steps
-    begin and end at the critical speeds without damping.
+    begin and end at the critical speeds without damping and the knots of speed laws.
     """
     ratio, limit = _checked(assembled, excitation_ratio, speed_max_rad_s)
     if _is_undamped_problem(assembled):
@@ -288,11 +286,25 @@ def _speeds_of(pencil: Pencil, body_rate: float, limit: float) -> DirectSpeeds |
     return speed_roots(pencil, body_rate, limit)
 
 
-def _seeds(assembled: AssembledSystem, ratio: float, limit: float) -> FloatArray:
-    """Return the critical speeds without damping and skew stiffness, none if K is negative.
+def undamped_places(assembled: AssembledSystem, ratio: float, limit: float) -> FloatArray:
+    """Return the critical speeds without damping and skew stiffness, and where modes touch.
 
-    Where a mode touches the excitation without them it may cross it twice: such places are seeds.
+    Where a mode touches the excitation without them it may cross it twice.
+
+    Parameters
+    ----------
+    assembled
+        The system.
+    ratio, limit
+        |α| and the largest Ω, finite.
+
+    Returns
+    -------
+    ndarray
+        Ω, rising. None if K is negative, or the pieces of a law are not known.
     """
+    if any(joint.pieces is None for joint in assembled.law_joints):
+        return np.empty(0)
     start = matrices_at_speed(assembled, 0.0)
     for stiffness in (assembled.stiffness, start.stiffness):
         symmetric = 0.5 * (stiffness + stiffness.T)
@@ -312,25 +324,13 @@ def _damped(
     assembled: AssembledSystem, ratio: float, limit: float
 ) -> tuple[FloatArray, ComplexArray, FloatArray]:
     """Follow the branches from rest and solve Im λ(Ω) = αΩ where one meets the line."""
-    scaled = scaled_stiffness(assembled, matrices_at_speed(assembled, 0.0))
-    seeds = _seeds(assembled, ratio, limit)
-    # A motion that is rigid at rest may be a mode at any speed (nutation), so begin just above.
-    start = _JUST_ABOVE_REST * limit if scaled.zero_count else 0.0
-    marks = np.unique(np.concatenate(([start], seeds[seeds > start], [limit])))
+    seeds = undamped_places(assembled, ratio, limit)
+    inner = np.concatenate((seeds, assembled.knots_rad_s))
+    marks = np.unique(np.concatenate(([0.0], inner[(inner > 0) & (inner < limit)], [limit])))
     marks = marks[np.concatenate(([True], np.diff(marks) > 1e-6 * limit))]
     speeds = np.unique(np.concatenate((marks, 0.5 * (marks[1:] + marks[:-1]), [limit])))
-    highest = ratio * limit / (2.0 * np.pi)
-    fronts = follow_below(assembled, speeds, highest)
+    fronts = follow(assembled, speeds, all_below(assembled, ratio * limit / (2.0 * np.pi)))
     found = _meetings(assembled, fronts, ratio)
-    if untracked_below(fronts, highest):
-        # Modes that are overdamped at rest have a branch from the other end.
-        down = follow_below(assembled, speeds[::-1], highest)[::-1]
-        known = [item.speed for item in found]
-        found += [
-            item
-            for item in _meetings(assembled, down, ratio)
-            if not np.isclose(item.speed, known, rtol=_SAME_ROOT, atol=0.0).any()
-        ]
     found.sort(key=lambda item: item.speed)
     values = np.array([item.value for item in found], dtype=complex)
     shapes = np.array([item.shape for item in found], dtype=complex).reshape(-1, assembled.size)

@@ -99,7 +99,7 @@ def campbell_differences(first: Campbell, second: Campbell) -> CampbellDifferenc
             [_branch_cost(first, i, second, j) for j in range(second.frequency_hz.shape[0])]
             for i in range(first.frequency_hz.shape[0])
         ]
-    )
+    ).reshape(len(first.frequency_hz), len(second.frequency_hz))
     partner = _partners(cost)
     frequency = np.full(first.frequency_hz.shape, np.nan)
     found = partner >= 0

@@ -111,6 +111,16 @@ class DynamicStiffness:
         right = solve(factors, pivots, left / la.norm(left))[0]
         return float(1.0 / la.norm(right)) / self.scale(value)
 
+    def from_force(self, forces: ComplexArray) -> ComplexArray:
+        """Return P⁻¹ f of forces in the coordinates before scaling.
+
+        Parameters
+        ----------
+        forces
+            Shape (n,) or (n, m).
+        """
+        return np.asarray(la.solve(self.to_scaled.T, forces))
+
     def residuals(self, values: ComplexArray, shapes: ComplexArray) -> FloatArray:
         """Return |D(λ)φ| / (|φ| scale) of eigenpairs in the scaled coordinates.
 

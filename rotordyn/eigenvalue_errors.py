@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from scipy.optimize import linear_sum_assignment
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, freeze_arrays
@@ -31,6 +32,9 @@ from solidwhirl.rotordyn.system import AssembledSystem, SpeedMatrices, matrices_
 # apart than this fraction of the frequency: E belongs to one s and grows with its fourth power.
 _CLOSE = 3.0
 _WIDEST = 0.1
+# Frequencies below this fraction of the lowest elastic one are near zero: precession of a body that
+# nothing holds, tilts that the spin holds back.
+_NEAR_ZERO = 1e-2
 # Weight of nearness beside likeness where changed modes are given to unchanged ones.
 _NEARNESS = 1e-3
 
@@ -42,8 +46,8 @@ class FrequencyErrors:
     Attributes
     ----------
     parts
-        |δs| / |s| by name of the part, shape (m,) each. A part that no body has a form of is
-        absent; "eigen_solver" is always there.
+        |δs| / |s| by name of the part, shape (m,) each, near zero over `error_scale`. A part that
+        no body has a form of is absent; "eigen_solver" is always there.
     total
         Sum of all parts but "interface_coupling", shape (m,).
     bodies_without_estimate
@@ -93,7 +97,7 @@ def frequency_errors(assembled: AssembledSystem, modes: Modes) -> FrequencyError
     the stiffest coordinate of a body, whichever is larger.
     """
     shifts = eigenvalue_shifts(assembled, modes)
-    size = np.abs(shifts.pairs.rates)
+    size = error_scale(assembled, shifts.pairs.rates)
     parts = {name: np.abs(shift) / size for name, shift in shifts.parts.items()}
     parts["eigen_solver"] = shifts.solver / size
     return FrequencyErrors(
@@ -101,6 +105,29 @@ def frequency_errors(assembled: AssembledSystem, modes: Modes) -> FrequencyError
         total=sum_of_parts(parts),
         bodies_without_estimate=bodies_without_forms(assembled),
     )
+
+
+def error_scale(assembled: AssembledSystem, rates: npt.ArrayLike) -> FloatArray:
+    """Return what errors of eigenvalues are measured against.
+
+    Parameters
+    ----------
+    assembled
+        The system.
+    rates
+        s, 1/s, any shape.
+
+    Returns
+    -------
+    ndarray
+        |s|, or a hundredth of the lowest elastic frequency of a free body at rest if that is
+        larger, 1/s. A motion that strains nothing has no frequency of its own scale: it is as near
+        zero as the spin is slow.
+    """
+    elastic = [rotor.element.free_frequencies_hz for rotor in assembled.system.rotors.values()]
+    lowest = min((float(hz.min()) for hz in elastic if hz.size), default=0.0)
+    floor = 2.0 * np.pi * _NEAR_ZERO * lowest
+    return np.asarray(np.maximum(np.abs(np.asarray(rates)), floor))
 
 
 def eigenvalue_shifts(assembled: AssembledSystem, modes: Modes) -> EigenvalueShifts:

@@ -23,13 +23,18 @@ from solidwhirl.rotordyn.damping import NEUTRAL
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.left_vectors import together
 from solidwhirl.rotordyn.spectrum import scale_by_stiffness
-from solidwhirl.rotordyn.system import AssembledSystem, LawJoint, matrices_at_speed
+from solidwhirl.rotordyn.speed_derivative import Side, speed_derivative
+from solidwhirl.rotordyn.system import AssembledSystem, matrices_at_speed
 
 IntArray = npt.NDArray[np.int_]
 Matrix = npt.NDArray[Any]
 
 # Eigenvalues of K over M below this fraction of the largest do not set the shift.
 _VISIBLE = 1e-13
+# The shift as a fraction of the slowest rate: a larger one takes digits from slow decay;
+_SLOW = 0.3
+# and at least this of the fastest rate, which else loses its own.
+_SLOWEST = 1e-6
 # An eigenvalue below this fraction of the shift is a motion of a free body.
 _FREE = 1e-5
 # Roundings of the eigensolver, in units of eps times the norm times the condition of a value.
@@ -38,10 +43,6 @@ _ROUNDINGS = 8.0
 _SAME = 1e-6
 # The vectors of a subspace whose condition is beyond this are left as they are.
 _DEFECTIVE = 1e6
-# Laws are differentiated inside their segment, with steps of this fraction of it.
-_STEP = 1e-3
-# Forward differences of four points, exact for cubics.
-_FORWARD = np.array([-11.0 / 6.0, 3.0, -1.5, 1.0 / 3.0])
 # How much a distance of eigenvalues weighs beside the likeness of their vectors.
 _NEARNESS = 0.1
 
@@ -64,17 +65,16 @@ class Block:
     at
         V and K at a speed Ω in rad/s.
     slopes
-        dV/dΩ and dK/dΩ at a speed, by steps (rad/s, of either sign) that stay within a segment of
-        the speed laws.
+        dV/dΩ and dK/dΩ at a speed, on one side of it.
     shift
-        A real rate between the slowest and the fastest motion, 1/s.
+        A real rate of the order of the slowest motion, 1/s.
     is_free
         Whether some motion meets no stiffness at any speed: its zeros are no instability.
     """
 
     mass: FloatArray
     at: Callable[[float], Coefficients]
-    slopes: Callable[[float, float], Coefficients]
+    slopes: Callable[[float, Side], Coefficients]
     shift: float = 1.0
     is_free: bool = False
 
@@ -90,7 +90,7 @@ class Spectral:
     values
         λ, shape (m,), m = 2n; exactly 0 for motions of free bodies.
     slopes
-        dλ/dΩ towards the inside of the segment that was asked for, shape (m,).
+        dλ/dΩ on one side of the speed, shape (m,).
     right, left
         Vectors x (n, m) and y (m, n), y_i [(λ_i + λ_j) M + V] x_j = 1 for i = j, 0 else.
     tolerance
@@ -159,30 +159,17 @@ def _uncoupled(assembled: AssembledSystem, among: IntArray) -> list[IntArray]:
     return [among[label == k] for k in range(count)]
 
 
-def _law_slopes(joint: LawJoint, speed: float, step: float) -> tuple[FloatArray, FloatArray]:
-    """Return the slopes of stiffness and damping of a law, each (2, 2)."""
-    points = [joint.coefficients(speed + k * step) for k in range(4)]
-    weights = _FORWARD / step
-    return tuple(  # type: ignore[return-value]
-        sum(w * p[part] for w, p in zip(weights, points, strict=True)) for part in (0, 1)
-    )
-
-
 def _real_block(assembled: AssembledSystem, group: IntArray) -> Block:
     at_group = np.ix_(group, group)
 
     def at(speed: float) -> Coefficients:
         found = matrices_at_speed(assembled, speed)
-        return Coefficients((found.damping + found.gyroscopic)[at_group], found.stiffness[at_group])
+        velocity = found.damping + found.gyroscopic
+        return Coefficients(velocity[at_group], found.stiffness[at_group])
 
-    def slopes(speed: float, step: float) -> Coefficients:
-        stiffness = 2.0 * speed * assembled.centrifugal_stiffness + assembled.circulatory_stiffness
-        velocity = assembled.gyroscopic
-        for joint in assembled.law_joints:
-            k, c = _law_slopes(joint, speed, step)
-            stiffness = stiffness + joint.motion.T @ k @ joint.motion
-            velocity = velocity + joint.motion.T @ c @ joint.motion
-        return Coefficients(velocity[at_group], stiffness[at_group])
+    def slopes(speed: float, side: Side) -> Coefficients:
+        change = speed_derivative(assembled, speed, side)
+        return Coefficients(change.velocity[at_group], change.stiffness[at_group])
 
     return Block(mass=assembled.mass[at_group], at=at, slopes=slopes)
 
@@ -192,15 +179,13 @@ def _lateral_block(form: ComplexForm) -> Block:
         found = form.at_speed(speed)
         return Coefficients(found.velocity, found.stiffness)
 
-    def slopes(speed: float, step: float) -> Coefficients:
-        stiffness = 2.0 * speed * form.centrifugal_stiffness - 1j * form.circulatory
-        velocity = -1j * form.gyroscopic
-        for law in form.laws:
-            k, c = _law_slopes(form.assembled.law_joints[law.place], speed, step)
-            product = np.outer(law.motion, law.motion)
-            stiffness = stiffness + k[0, 0] * product
-            velocity = velocity + c[0, 0] * product
-        return Coefficients(velocity, stiffness)
+    def turned(matrix: FloatArray) -> ComplexArray:
+        along, across = (matrix[np.ix_(form.first, c)] for c in (form.first, form.second))
+        return np.asarray(along - 1j * across * form.second_sign)
+
+    def slopes(speed: float, side: Side) -> Coefficients:
+        change = speed_derivative(form.assembled, speed, side)
+        return Coefficients(turned(change.velocity), turned(change.stiffness))
 
     return Block(mass=form.mass, at=at, slopes=slopes)
 
@@ -221,7 +206,7 @@ def _prepared(block: Block, body_rate: float, low: float, high: float) -> Block:
         return replace(block, shift=max(abs(low), abs(high), 1.0), is_free=True)
     if min(zeros) > 0:
         return replace(block, shift=float(seen.min()), is_free=True)
-    return replace(block, shift=float(np.sqrt(seen.min() * seen.max())))
+    return replace(block, shift=float(max(_SLOW * seen.min(), _SLOWEST * seen.max())))
 
 
 def solve(block: Block, speed_rad_s: float) -> Spectral:
@@ -241,37 +226,31 @@ def solve(block: Block, speed_rad_s: float) -> Spectral:
 
     Notes
     -----
-    λ = s + 1/μ with a real shift s between the slowest and the fastest motion, so that both keep
-    their digits; P, the Hermitian part of D(s), is positive definite and its Cholesky factor
-    scales the problem, see `spectrum.solve_general`.
+    λ = s + 1/μ with a real shift s near the slowest motion, so that slow motions keep their
+    digits, also where K is singular; P, the Hermitian part of D(s), is positive definite and its
+    Cholesky factor scales the problem, see `spectrum.solve_general`.
     """
     found = block.at(speed_rad_s)
     shift, lower, full, scale = _factored(block, found)
-    mass = scale[:, None] * block.mass * scale
-    rate = scale[:, None] * found.velocity * scale + 2.0 * shift * mass
-    half = la.solve_triangular(lower, la.cholesky(mass, lower=True), lower=True)
-    rate, skew = _congruent(lower, rate), _congruent(lower, 0.5 * (full - full.conj().T))
     n = scale.size
-    regular = np.eye(n) + skew
-    companion = np.zeros((2 * n, 2 * n), dtype=np.result_type(rate, skew))
-    companion[:n] = -la.solve(regular, np.hstack((rate, half)))
-    companion[n:, :n] = half.conj().T
-    inverse, vectors = la.eig(companion)
+    regular = np.eye(n) + _congruent(lower, 0.5 * (full - full.conj().T))
+    companion = _companion(block, found.velocity, shift, lower, regular, scale)
+    norm = la.norm(companion)
+    inverse, vectors = la.eig(companion, overwrite_a=True, check_finite=False)
     if not inverse.all():
         raise AnalysisError("an eigenvalue is beyond the range of numbers")
+    vectors = vectors.astype(complex)
     dual = _dual(vectors)
     right = scale[:, None] * la.solve_triangular(lower, vectors[:n], lower=True, trans="C")
     left = la.solve_triangular(lower, la.solve(regular.T, dual[:, :n].T), lower=True, trans="T")
     left = left.T * scale
     values = shift + 1.0 / inverse
-    norm = la.norm(companion) * la.norm(dual, axis=1) * la.norm(vectors, axis=0)
+    norm = norm * la.norm(dual, axis=1) * la.norm(vectors, axis=0)
     tolerance = _ROUNDINGS * np.finfo(float).eps * norm * np.abs(values - shift) ** 2
     if block.is_free:
         values = np.where(np.abs(values) <= _FREE * block.shift, 0.0, values)
-    product = np.einsum("ij,jk,ki->i", left, found.velocity, right, optimize=True)
-    product = product + 2.0 * values * np.einsum(
-        "ij,jk,ki->i", left, block.mass, right, optimize=True
-    )
+    product = _diagonal(left, found.velocity @ right)
+    product = product + 2.0 * values * _diagonal(left, block.mass @ right)
     alive = (values != 0) & (np.abs(product) > 0)
     left = np.where(alive[:, None], left / np.where(alive, product, 1.0)[:, None], 0.0)
     return Spectral(
@@ -283,6 +262,25 @@ def solve(block: Block, speed_rad_s: float) -> Spectral:
         tolerance=np.where(alive, np.maximum(NEUTRAL * np.abs(values), tolerance), np.inf),
         coefficients=found,
     )
+
+
+def _companion(
+    block: Block,
+    velocity: Matrix,
+    shift: float,
+    lower: Matrix,
+    regular: Matrix,
+    scale: FloatArray,
+) -> Matrix:
+    """Return the matrix whose eigenvalues are 1 / (λ − s)."""
+    n = scale.size
+    mass = scale[:, None] * block.mass * scale
+    rate = _congruent(lower, scale[:, None] * velocity * scale + 2.0 * shift * mass)
+    half = la.solve_triangular(lower, la.cholesky(mass, lower=True), lower=True)
+    companion = np.zeros((2 * n, 2 * n), dtype=np.result_type(rate, regular))
+    companion[:n] = -la.solve(regular, np.hstack((rate, half)))
+    companion[n:, :n] = half.conj().T
+    return companion
 
 
 def _factored(block: Block, found: Coefficients) -> tuple[float, Matrix, Matrix, FloatArray]:
@@ -316,13 +314,13 @@ def _congruent(lower: Matrix, matrix: Matrix) -> Matrix:
 def _dual(vectors: ComplexArray) -> ComplexArray:
     """Return the left vectors, of unit product with the right ones."""
     try:
-        return np.asarray(la.inv(vectors))
+        return np.asarray(la.inv(vectors, check_finite=False))
     except la.LinAlgError:
         # exactly defective: the vectors that belong together are as good as any
         return np.asarray(la.pinv(vectors, rtol=np.finfo(float).eps))
 
 
-def with_slopes(block: Block, spectral: Spectral, step_rad_s: float) -> Spectral:
+def with_slopes(block: Block, spectral: Spectral, side: Side) -> Spectral:
     """Return eigenvalues with their slopes over the speed.
 
     Parameters
@@ -331,18 +329,17 @@ def with_slopes(block: Block, spectral: Spectral, step_rad_s: float) -> Spectral
         The block.
     spectral
         Its eigenvalues at a speed.
-    step_rad_s
-        Towards the inside of the segment of the speed laws, of either sign; a thousandth of the
-        segment or less.
+    side
+        At a corner of a speed law slopes jump: "above" the speed or "below" it.
 
     Returns
     -------
     Spectral
         Equal eigenvalues have their vectors turned to those that they part with.
     """
-    change = block.slopes(spectral.speed_rad_s, step_rad_s)
+    change = block.slopes(spectral.speed_rad_s, side)
     values, right, left = spectral.values, spectral.right, spectral.left
-    slopes = -_forms(left, change, right, values, diagonal=True)
+    slopes = -_diagonal(left, _moved(change, right, values))
     near = np.abs(values[:, None] - values) <= _SAME * np.abs(values)
     np.fill_diagonal(near, False)
     if near.any():
@@ -350,7 +347,7 @@ def with_slopes(block: Block, spectral: Spectral, step_rad_s: float) -> Spectral
         for group in together(near):
             if group.size == 1 or not values[group].all():
                 continue
-            inner = -_forms(left[group], change, right[:, group], values[group], diagonal=False)
+            inner = -left[group] @ _moved(change, right[:, group], values[group])
             rates, turn = la.eig(inner)
             if np.linalg.cond(turn) > _DEFECTIVE:
                 continue
@@ -359,17 +356,14 @@ def with_slopes(block: Block, spectral: Spectral, step_rad_s: float) -> Spectral
     return replace(spectral, slopes=slopes, right=right, left=left)
 
 
-def _forms(
-    left: ComplexArray,
-    change: Coefficients,
-    right: ComplexArray,
-    rates: ComplexArray,
-    *,
-    diagonal: bool,
-) -> ComplexArray:
-    """Return y_i (K + λ_j V) x_j, or those with i = j alone."""
-    moved = change.stiffness @ right + (change.velocity @ right) * rates
-    return np.asarray(np.einsum("ij,ji->i", left, moved) if diagonal else left @ moved)
+def _diagonal(left: ComplexArray, right: ComplexArray) -> ComplexArray:
+    """Return the diagonal of a product."""
+    return np.asarray((left * right.T).sum(axis=1))
+
+
+def _moved(change: Coefficients, right: ComplexArray, rates: ComplexArray) -> ComplexArray:
+    """Return (K + λ_j V) x_j, shape (n, m)."""
+    return np.asarray(change.stiffness @ right + (change.velocity @ right) * rates)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -441,7 +435,7 @@ class Stretch:
         )
         found = []
         for place in (start, end):
-            w = _forms(place.left, change, place.right, place.values, diagonal=False)
+            w = place.left @ _moved(change, place.right, place.values)
             found.append(w * w.T)
         return found[0], found[1][np.ix_(self.partner, self.partner)]
 

@@ -14,7 +14,7 @@ import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.arrays import BoolArray, ComplexArray, FloatArray
-from solidwhirl.rotordyn.complex_form import ComplexForm, complex_form
+from solidwhirl.rotordyn.complex_form import ComplexForm, matrix_form
 from solidwhirl.rotordyn.coordinates import joint_motion
 from solidwhirl.rotordyn.harmonic_response_solver import (
     CHUNK_BYTES,
@@ -99,7 +99,7 @@ def split_system(assembled: AssembledSystem, speed_rad_s: float) -> SplitSystem 
         stiffness -= part.motion.T @ part.stiffness @ part.motion
         damping -= part.motion.T @ part.damping @ part.motion
     even = dataclasses.replace(assembled, stiffness=stiffness, damping=damping, law_joints=())
-    form = complex_form(even)
+    form = matrix_form(even)
     rows = np.concatenate([part.motion for part in parts])
     if form is None or rows[:, form.rest].any():
         return None

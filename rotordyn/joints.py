@@ -140,15 +140,21 @@ def _with_gear(
 ) -> FloatArray:
     """Replace one independent coordinate by the relative motion of the teeth, or drop it.
 
-    The pivot turns a seat: that of the wheel whose torsion is its own coordinate.
+    The pivot turns a seat: that of the wheel whose torsion is its own coordinate. Where the teeth
+    never move against each other, as other joints close a loop with the same ratios, the gear says
+    nothing new.
     """
     motion = tooth_motion(system, slices, transformation, gear)
     turning = np.zeros(motion.size)
     for end, factor in zip(gear.ends, gear.tooth_motion(), strict=True):
         turning += np.abs(factor[5] * seat_motion(system, slices, transformation, end)[5])
-    pivot = int(np.argmax(np.where(turning > 0, np.abs(motion), 0.0)))
-    if turning[pivot] == 0 or motion[pivot] == 0:
+    if not turning.any():
         raise AssemblyError((f"gear {gear.name!r}: neither of its two seats can turn",))
+    if np.abs(motion).max() <= _DEPENDENT * turning.max():
+        return transformation
+    pivot = int(np.argmax(np.where(turning > _DEPENDENT * turning.max(), np.abs(motion), 0.0)))
+    if np.abs(motion[pivot]) <= _DEPENDENT * turning.max():
+        raise AssemblyError((f"gear {gear.name!r}: its seats can turn together only",))
     change = np.eye(motion.size)
     change[pivot] = -motion / motion[pivot]
     change[pivot, pivot] = 1.0 / motion[pivot]

@@ -15,6 +15,7 @@ from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, StringArray
 from solidwhirl.rotordyn.bearing_laws import PolynomialLaw
 from solidwhirl.rotordyn.direct_speeds import direct_speeds
 from solidwhirl.rotordyn.errors import AnalysisError, AssemblyError
+from solidwhirl.rotordyn.law_pieces import LawPieces
 from solidwhirl.rotordyn.map_branches import MapPoint
 from solidwhirl.rotordyn.speed_roots import speed_roots
 from solidwhirl.rotordyn.system import AssembledSystem, LawJoint, assemble
@@ -42,6 +43,13 @@ class MapRequest(NamedTuple):
     limit: float
 
 
+class _Factor(NamedTuple):
+    """Stiffness (2, 2) of a law over Ω for a base of one, and its pieces."""
+
+    stiffness: Callable[[float], FloatArray]
+    pieces: LawPieces | None
+
+
 class _Family(NamedTuple):
     """The system with the stiffness of the named bearings left open, for a range of stiffness.
 
@@ -52,7 +60,7 @@ class _Family(NamedTuple):
     assembled: AssembledSystem
     pencils: tuple[Pencil, ...]
     change: FloatArray
-    factors: Mapping[str, Callable[[float], FloatArray]]
+    factors: Mapping[str, _Factor]
 
 
 class MapSolver:
@@ -162,8 +170,10 @@ def _closed(family: _Family, place: int, names: Sequence[str], stiffness: float)
         elif joints[law.bearing].law is _OPEN:
             constant = constant + stiffness * (law.motion.T @ law.motion)
         elif stiffness > 0:
-            scaled = partial(_scaled_law, family.factors[law.bearing], stiffness)
-            laws.append(law._replace(stiffness=scaled))
+            factor = family.factors[law.bearing]
+            scaled = partial(_scaled_law, factor.stiffness, stiffness)
+            pieces = None if factor.pieces is None else factor.pieces.times(stiffness)
+            laws.append(law._replace(stiffness=scaled, pieces=pieces))
     return pencil._replace(stiffness=constant, laws=tuple(laws))
 
 
@@ -173,15 +183,17 @@ def _scaled_law(
     return stiffness * factor(speed_rad_s)
 
 
-def _factor(joint: LawJoint) -> Callable[[float], FloatArray]:
-    """Return the stiffness (2, 2) of a law over Ω for a base of one, computed once for each."""
+def _factor(joint: LawJoint) -> _Factor:
+    """Return the stiffness of a law for a base of one, computed once for each speed."""
+    one = dataclasses.replace(
+        joint, stiffness_n_per_m=np.eye(2), damping_n_s_per_m=np.zeros((2, 2))
+    )
 
     @cache
-    def factor(speed_rad_s: float) -> FloatArray:
-        speed = abs(joint.speed_ratio * speed_rad_s)
-        return joint.law.coefficients(speed, np.eye(2), np.zeros((2, 2))).stiffness_n_per_m
+    def stiffness(speed_rad_s: float) -> FloatArray:
+        return one.coefficients(speed_rad_s)[0]
 
-    return factor
+    return _Factor(stiffness, one.pieces)
 
 
 def _solved(

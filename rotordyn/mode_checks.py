@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from solidwhirl.rotordyn.arrays import FloatArray
 from solidwhirl.rotordyn.campbell import Campbell
-from solidwhirl.rotordyn.dynamic_stiffness import (
-    SplitStiffness,
-    dynamic_stiffness,
-    split_stiffness,
-)
-from solidwhirl.rotordyn.eigen import Modes, modes_at_speed, scaled_stiffness
+from solidwhirl.rotordyn.dynamic_stiffness import dynamic_stiffness, split_stiffness
+from solidwhirl.rotordyn.eigen import Modes
 from solidwhirl.rotordyn.invariants import Invariant, compared, undecided
+from solidwhirl.rotordyn.mode_counts import missing_modes
+from solidwhirl.rotordyn.plain_checks import COUNT, ROOTS, check_branches, root_miss, worst_of
+from solidwhirl.rotordyn.plain_system import PlainSystem
 from solidwhirl.rotordyn.system import AssembledSystem, matrices_at_speed
 
 # [measured]: largest over all scenes and the tests, levels beam, harmonic and solid.
@@ -27,18 +24,11 @@ _GAP = 1e-3
 # Bound of the rounding in K over what it does: [1/60] with supports of 1e2 N/m beside shafts of
 # 1e9 N/m, where it is the largest.
 _ROUNDINGS = 16.0
+# Roots at rest that are looked at one by one.
+_LOWEST = 24
 
 _AT_REST = "modes at rest"
-_DIAGRAM = "Campbell diagram"
-_RESIDUAL, _COUNT = "residual of every eigenpair", "no mode is missing"
-
-
-class _Worst(NamedTuple):
-    """The residual nearest to its limit, and the speed."""
-
-    error: float
-    limit: float
-    speed: float
+_RESIDUAL = "residual of every eigenpair"
 
 
 def check_modes_at_rest(assembled: AssembledSystem, modes: Modes) -> tuple[Invariant, ...]:
@@ -66,9 +56,15 @@ def check_modes_at_rest(assembled: AssembledSystem, modes: Modes) -> tuple[Invar
     reason = no_count(assembled, modes.negative_stiffness_count)
     limit = residual_limit(reason, stiffness.rounding)
     out = [compared(_RESIDUAL, _AT_REST, residual, limit, concerns)]
+    out.append(_roots_at_rest(assembled, modes, concerns))
     if reason:
-        unknown = ("orthogonality of the modes", "elastic energy equals kinetic", _COUNT)
-        return (*out, *(undecided(name, _AT_REST, concerns, reason) for name in unknown))
+        unknown = ("orthogonality of the modes", "elastic energy equals kinetic")
+        out += [undecided(name, _AT_REST, concerns, reason) for name in unknown]
+        half = (modes.eigenvalues.size + 1) // 2
+        matrices = PlainSystem.of(assembled).at(modes.speed_rad_s)
+        lost = missing_modes(matrices, modes.eigenvalues, count=half)
+        text = f"full spectrum, the lowest {half} modes"
+        return (*out, compared(COUNT, _AT_REST, lost.size, 0.0, concerns, text))
     out += _products(assembled, modes, stiffness.rounding)
     frequencies = modes.eigenvalues.imag
     between = _places(frequencies)[0]
@@ -76,7 +72,15 @@ def check_modes_at_rest(assembled: AssembledSystem, modes: Modes) -> tuple[Invar
     counted = split_stiffness(assembled, modes.speed_rad_s, float(frequencies[0]))
     missing = abs(counted.modes_below(between) - found)
     text = f"{found} modes counted below {between / (2.0 * np.pi):.6g} Hz"
-    return (*out, compared(_COUNT, _AT_REST, missing, 0.0, concerns, text))
+    return (*out, compared(COUNT, _AT_REST, missing, 0.0, concerns, text))
+
+
+def _roots_at_rest(assembled: AssembledSystem, modes: Modes, concerns: str) -> Invariant:
+    """Relative error of the lowest roots in the system as it is given."""
+    matrices = PlainSystem.of(assembled).at(modes.speed_rad_s)
+    values = modes.eigenvalues[:_LOWEST]
+    misses = [root_miss(matrices, complex(value), modes.speed_rad_s) for value in values]
+    return worst_of(ROOTS, _AT_REST, concerns, misses, f"the lowest {values.size}")
 
 
 def _products(assembled: AssembledSystem, modes: Modes, rounding: float) -> list[Invariant]:
@@ -107,9 +111,12 @@ def _products(assembled: AssembledSystem, modes: Modes, rounding: float) -> list
 
 
 def check_campbell(
-    assembled: AssembledSystem, diagram: Campbell, frequency_max_hz: float | None = None
+    assembled: AssembledSystem,
+    diagram: Campbell,
+    frequency_max_hz: float | None = None,
+    branch_count: int | None = None,
 ) -> tuple[Invariant, ...]:
-    """Check every point of a Campbell diagram.
+    """Check a Campbell diagram against the system as it is given.
 
     Parameters
     ----------
@@ -119,71 +126,24 @@ def check_campbell(
         Its branches.
     frequency_max_hz
         As given to `campbell`: below it the branches are all modes, at every speed.
+    branch_count
+        As given to `campbell`: at every speed they hold that many lowest modes. None with no
+        limit either takes the smallest number of branches at a speed.
 
     Returns
     -------
     tuple of Invariant
-        Backward error of every eigenvalue (`SplitStiffness.backward_error`); without damping
-        the number of modes at every speed. Modes may come down between the branches that were
-        followed, so where there are more modes than branches all modes of that speed are solved
-        for, and those must be as many as are counted.
+        As `check_branches`.
     """
-    concerns = "branches of the Campbell diagram"
-    worst, faults, strays = _Worst(0.0, _RESIDUAL_LIMIT, 0.0), [], 0
-    undecidable: str = ""
-    for column, speed in enumerate(diagram.speeds_rad_s):
-        values = diagram.eigenvalues[:, column]
-        values = values[np.isfinite(values)]
-        if not values.size:
-            continue
-        stiffness = split_stiffness(assembled, float(speed), float(np.abs(values).min()))
-        undecidable = undecidable or no_count(assembled, _negative(assembled, stiffness))
-        error = max(stiffness.backward_error(complex(value)) for value in values)
-        here = _Worst(error, residual_limit(undecidable, stiffness.rounding), float(speed))
-        worst = max(worst, here, key=lambda one: one.error / one.limit)
-        if not undecidable:
-            complete = values.size == len(diagram.eigenvalues) and (
-                column == 0 if frequency_max_hz is None else not _untracked(diagram)
-            )
-            limit = None if frequency_max_hz is None else 2.0 * np.pi * frequency_max_hz
-            fault, stray = _count(stiffness, values.imag, limit, complete)
-            faults += fault
-            strays += stray
-    rpm = f"largest at {worst.speed * 30.0 / np.pi:.6g} rpm"
-    residual = compared(_RESIDUAL, _DIAGRAM, worst.error, worst.limit, concerns, rpm)
-    if undecidable:
-        return residual, undecided(_COUNT, _DIAGRAM, concerns, undecidable)
-    text = "; ".join(faults) or f"counted at {diagram.speeds_rad_s.size} speeds"
-    if strays and not faults:
-        text += f"; {strays} modes between the branches are followed by none"
-    return residual, compared(_COUNT, _DIAGRAM, len(faults), 0.0, concerns, text)
-
-
-def _count(
-    stiffness: SplitStiffness, found: FloatArray, limit: float | None, complete: bool
-) -> tuple[list[str], int]:
-    """Compare branches with the number of modes at one speed: faults, modes without a branch."""
-    followed = found if limit is None else found[found <= limit]
-    between, near = _places(followed if followed.size else found)
-    place = f"at {stiffness.speed_rad_s * 30.0 / np.pi:.6g} rpm"
-    for low, high in near:
-        entries = int(np.count_nonzero((found > low) & (found < high)))
-        there = stiffness.modes_below(high) - stiffness.modes_below(low)
-        if there < entries:
-            at = f"{0.5 * (low + high) / (2.0 * np.pi):.6g} Hz"
-            return [f"{place} {entries} branches are on {there} modes at {at}"], 0
-    entries = int(np.count_nonzero(found < between))
-    below = stiffness.modes_below(between)
-    if entries == below:
-        return [], 0
-    place += f" {below} modes lie below {between / (2.0 * np.pi):.6g} Hz"
-    if entries > below or complete:
-        return [f"{place}, {entries} are on branches"], 0
-    modes = modes_at_speed(stiffness.assembled, stiffness.speed_rad_s)
-    solved = int(np.count_nonzero(modes.eigenvalues.imag < between))
-    if solved != below:
-        return [f"{place}, {solved} are found"], 0
-    return [], below - entries
+    alive = np.isfinite(diagram.eigenvalues).sum(axis=0)
+    return check_branches(
+        PlainSystem.of(assembled),
+        diagram.speeds_rad_s,
+        diagram.eigenvalues,
+        assembled.knots_rad_s,
+        branch_count=int(alive.min()) if branch_count is None else branch_count,
+        frequency_max_hz=frequency_max_hz,
+    )
 
 
 def _places(frequencies: FloatArray) -> tuple[float, list[tuple[float, float]]]:
@@ -199,19 +159,6 @@ def _places(frequencies: FloatArray) -> tuple[float, list[tuple[float, float]]]:
         if last > first
     ]
     return highest, near
-
-
-def _untracked(diagram: Campbell) -> bool:
-    """Whether some mode has no branch from the first speed on."""
-    return any(note.kind == "untracked" for note in diagram.notes)
-
-
-def _negative(assembled: AssembledSystem, stiffness: SplitStiffness) -> int:
-    """Return the number of negative eigenvalues of K at a speed."""
-    if stiffness.is_definite:
-        return 0
-    matrices = matrices_at_speed(assembled, stiffness.speed_rad_s)
-    return scaled_stiffness(assembled, matrices).negative_count
 
 
 def residual_limit(no_signs: str, rounding: float) -> float:

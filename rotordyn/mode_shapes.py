@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -19,7 +20,7 @@ from solidwhirl.rotordyn.coordinates import body_rows
 from solidwhirl.rotordyn.eigen import Modes
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.system import AssembledSystem
-from solidwhirl.rotordyn.whirl import interface_orbits, whirl_direction
+from solidwhirl.rotordyn.whirl import interface_orbits, whirl_at_speed
 
 # A mode whose largest deflection times the root of the mass is below this has no lateral motion
 # (modes have unit modal mass, so a rigid translation has 1).
@@ -102,12 +103,15 @@ class ModeShapes:
     bodies
         Shapes of every body. A mode without lateral motion (axial, torsion, disk modes with two
         and more nodal diameters) is zero throughout.
+    numbers
+        What the modes are called, 0 for no number; None counts them.
     """
 
     speed_rad_s: float
     eigenvalues: ComplexArray
     whirl: StringArray
     bodies: tuple[BodyShape, ...]
+    numbers: tuple[int, ...] | None = None
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "eigenvalues", "whirl")
@@ -142,7 +146,9 @@ class ModeShapes:
         raise AnalysisError(f"there is no body {name!r}; there are {known}")
 
 
-def mode_shapes(assembled: AssembledSystem, modes: Modes) -> ModeShapes:
+def mode_shapes(
+    assembled: AssembledSystem, modes: Modes, numbers: Sequence[int] | None = None
+) -> ModeShapes:
     """Return the shapes of modes along the axis.
 
     Parameters
@@ -151,6 +157,9 @@ def mode_shapes(assembled: AssembledSystem, modes: Modes) -> ModeShapes:
         The system.
     modes
         Of that system at one speed.
+    numbers
+        What the modes are called, such as `branch_numbers`, 0 for no number, shape (m,); None
+        counts them.
 
     Returns
     -------
@@ -183,11 +192,12 @@ def mode_shapes(assembled: AssembledSystem, modes: Modes) -> ModeShapes:
         )
         for name, b in zip(assembled.system.rotors, raw, strict=True)
     )
-    whirl = whirl_direction(assembled, modes.shapes)
-    if modes.speed_rad_s == 0 and assembled.is_conservative:
-        whirl = np.full(whirl.shape, "planar")
     return ModeShapes(
-        speed_rad_s=modes.speed_rad_s, eigenvalues=modes.eigenvalues, whirl=whirl, bodies=bodies
+        speed_rad_s=modes.speed_rad_s,
+        eigenvalues=modes.eigenvalues,
+        whirl=whirl_at_speed(assembled, modes.shapes, modes.eigenvalues, modes.speed_rad_s),
+        bodies=bodies,
+        numbers=None if numbers is None else tuple(int(k) for k in numbers),
     )
 
 

@@ -3,14 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 
 from solidwhirl.rotordyn.arrays import FloatArray, freeze_arrays
-from solidwhirl.rotordyn.bearing_laws import SpeedLaw
+from solidwhirl.rotordyn.bearing_laws import (
+    SpeedLaw,
+    is_turned_by_spin,
+    mirrored,
+    mirrored_law,
+)
 from solidwhirl.rotordyn.reprs import bearing_text, rotor_text, system_text
 from solidwhirl.rotordyn.superelement import Superelement
+
+CrossCoupling = Literal["with_spin", "as_given", "mirrored"]
+_COUPLED = (
+    "stiffness_n_per_m",
+    "damping_n_s_per_m",
+    "tilt_stiffness_n_m_per_rad",
+    "tilt_damping_n_m_s_per_rad",
+)
 
 
 def _zero_matrix() -> FloatArray:
@@ -58,6 +72,12 @@ class Bearing:
     speed_law
         How the coefficients on (ux, uy) change with the spin speed of the body of `first`; None
         keeps them constant.
+    cross_coupling
+        "with_spin": unequal cross terms (xy ≠ yx) come from the rotation and are given for a shaft
+        that turns forward, so that `assemble` changes the sign of all cross terms of the bearing
+        where it turns backward, and writes "mirrored" here. "as_given": they are taken as they
+        are. Equal cross terms (xy = yx in stiffness and damping, at all speeds) are those of an
+        elastic support with inclined axes, and stay.
     """
 
     name: str
@@ -73,6 +93,7 @@ class Bearing:
     torsion_damping_n_m_s_per_rad: float = 0.0
     rigid: tuple[str, ...] = ()
     speed_law: SpeedLaw | None = None
+    cross_coupling: CrossCoupling = "with_spin"
 
     def __post_init__(self) -> None:
         freeze_arrays(
@@ -90,6 +111,31 @@ class Bearing:
     def ends(self) -> tuple[End, ...]:
         """The sides that are not the ground."""
         return (self.first,) if self.second is None else (self.first, self.second)
+
+    @property
+    def has_spin_coupling(self) -> bool:
+        """Whether cross terms are unequal at some speed, as rotation makes them."""
+        own = (getattr(self, name) for name in _COUPLED)
+        constant = any(not np.array_equal(matrix, matrix.T) for matrix in own)
+        return constant or (self.speed_law is not None and is_turned_by_spin(self.speed_law))
+
+    def mirrored(self) -> Bearing:
+        """Return the bearing under a shaft that turns the other way: all cross terms change sign.
+
+        Returns
+        -------
+        Bearing
+            With the `cross_coupling` "mirrored".
+        """
+        return replace(
+            self,
+            stiffness_n_per_m=mirrored(self.stiffness_n_per_m),
+            damping_n_s_per_m=mirrored(self.damping_n_s_per_m),
+            tilt_stiffness_n_m_per_rad=mirrored(self.tilt_stiffness_n_m_per_rad),
+            tilt_damping_n_m_s_per_rad=mirrored(self.tilt_damping_n_m_s_per_rad),
+            speed_law=None if self.speed_law is None else mirrored_law(self.speed_law),
+            cross_coupling="mirrored",
+        )
 
     def matrices(self) -> tuple[FloatArray, FloatArray]:
         """Return stiffness and damping on (ux, uy, uz, rx, ry, rz), a speed law left aside.

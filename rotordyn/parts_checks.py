@@ -11,6 +11,7 @@ from solidwhirl.rotordyn.superelement_checks import MOTIONS
 
 # Gear ratio and speed ratios must agree to this.
 _SAME_RATIO = 1e-9
+_CROSS_COUPLING = ("with_spin", "as_given", "mirrored")
 _SQUARE = (
     "stiffness_n_per_m",
     "damping_n_s_per_m",
@@ -43,10 +44,11 @@ def find_problems(system: System) -> tuple[str, ...]:
     for name in sorted({name for name in names if names.count(name) > 1}):
         problems.append(f"bearing name {name!r} occurs {names.count(name)} times; use it once")
     for bearing in system.bearings:
-        found = list(_number_problems(bearing))
+        found = [*_number_problems(bearing), *_coupling_problems(bearing)]
         if not found:
             found += _end_problems(system, bearing)
             found += _rigid_problems(bearing)
+            found += _torsion_problems(system, bearing)
         problems += [f"bearing {bearing.name!r}: {text}" for text in found]
     names = [gear.name for gear in system.gears]
     for name in sorted({name for name in names if names.count(name) > 1}):
@@ -88,6 +90,11 @@ def _number_problems(bearing: Bearing) -> Iterator[str]:
             yield f"{name} is {getattr(bearing, name)}; it must be finite"
 
 
+def _coupling_problems(bearing: Bearing) -> Iterator[str]:
+    if bearing.cross_coupling not in _CROSS_COUPLING:
+        yield f"cross_coupling is {bearing.cross_coupling!r}; use {list(_CROSS_COUPLING)}"
+
+
 def _end_problems(system: System, bearing: Bearing) -> Iterator[str]:
     if bearing.second == bearing.first:
         yield f"both ends are {bearing.first.label}; they must differ"
@@ -114,6 +121,25 @@ def _seat_problems(system: System, end: End, needed: Sequence[str]) -> Iterator[
     missing = [component for component in needed if component not in has]
     if missing:
         yield f"{end.label}: needs components {missing}, the interface has {list(has)}"
+
+
+def _torsion_problems(system: System, bearing: Bearing) -> Iterator[str]:
+    """Yield a fault of a joint that would wind up, as its two bodies turn at different speeds."""
+    if bearing.second is None or not {end.body for end in bearing.ends} <= set(system.rotors):
+        return
+    if "rz" in bearing.rigid:
+        joint = 'rigid = ["rz"]'
+    elif bearing.torsion_stiffness_n_m_per_rad != 0:
+        joint = "torsion_stiffness_n_m_per_rad"
+    else:
+        return
+    first, second = (system.rotors[end.body].speed_ratio for end in bearing.ends)
+    if abs(first - second) > _SAME_RATIO * max(abs(first), abs(second)):
+        yield (
+            f"{joint} joins {bearing.ends[0].body!r}, which turns at {first:g} times the reference "
+            f"speed, with {bearing.ends[1].body!r} at {second:g}: it would wind up; allowed is "
+            "between bodies of one speed_ratio, and a gear between others"
+        )
 
 
 def _gear_number_problems(gear: Gear) -> Iterator[str]:

@@ -5,8 +5,12 @@ matplotlib is imported inside the functions that draw.
 
 from __future__ import annotations
 
+import os
+import re
+import sys
+import warnings
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from functools import wraps
 from pathlib import Path
 from textwrap import fill
@@ -41,7 +45,7 @@ _THIN_SPACE, _MINUS = "\u2009", "\u2212"
 # ends of a logarithmic axis beyond which powers of ten alone are named.
 _GROUPED, _SMALL_NUMBER, _DECADES = 1e4, 1e-3, 2e3
 # Fonts are embedded as outlines with their names in PDF, and text stays text in SVG; the salt
-# makes two drawings of one picture the same file.
+# makes two drawings of one picture the same file. A dollar in a name or title is a dollar.
 _SETTINGS = MappingProxyType(
     {
         "font.size": TEXT_PT,
@@ -53,12 +57,16 @@ _SETTINGS = MappingProxyType(
         "axes.linewidth": 0.7,
         "axes.formatter.limits": (-4, 7),
         "axes.formatter.use_mathtext": True,
+        "text.parse_math": False,
         "hatch.linewidth": 0.5,
         "pdf.fonttype": 42,
         "svg.fonttype": "none",
         "svg.hashsalt": "solidwhirl",
     }
 )
+_NOT_OF_PICTURES = ("backend", "backend_fallback", "interactive", "toolbar", "timezone")
+# What the formulas of matplotlib's own numbers consist of.
+_FORMULA = re.compile(r"\^\{(?P<power>[^}]*)\}|\\times|\\mathdefault|[${}]")
 # Neither file says when it was drawn.
 _UNDATED: dict[str, dict[str, Any]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
 
@@ -100,10 +108,16 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 
 
 def in_style() -> AbstractContextManager[None]:
-    """Give a block in which matplotlib has the settings of all pictures."""
+    """Give a block in which matplotlib has the settings of all pictures, and none of the user's."""
+    named = None if "matplotlib" in sys.modules else os.environ.pop("MPLBACKEND", None)
     import matplotlib
 
-    return matplotlib.rc_context(dict(_SETTINGS))
+    if named:  # a backend for windows, which need not exist for files
+        os.environ["MPLBACKEND"] = named
+        with suppress(ValueError):
+            matplotlib.rcParams["backend"] = named
+    given = {k: v for k, v in matplotlib.rcParamsDefault.items() if k not in _NOT_OF_PICTURES}
+    return matplotlib.rc_context({**given, **_SETTINGS})
 
 
 def styled(draw: Callable[_P, _R]) -> Callable[_P, _R]:
@@ -171,7 +185,43 @@ def write_figure(figure: Figure, path: str | Path) -> None:
     target = Path(path)
     kind = target.suffix.lower().lstrip(".")
     with replacing(target) as temporary, in_style():
-        figure.savefig(temporary, format=kind, metadata=_UNDATED.get(kind))
+        _without_formulas(figure)
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "Glyph .* missing")  # drawn as a box
+            figure.savefig(temporary, format=kind, metadata=_UNDATED.get(kind))
+
+
+def _without_formulas(figure: Figure) -> None:
+    """Let axes that matplotlib numbers itself write powers of ten in plain letters."""
+    from matplotlib.ticker import LogFormatterMathtext, ScalarFormatter
+
+    for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
+        for found in (axis.get_major_formatter(), axis.get_minor_formatter()):
+            if isinstance(found, LogFormatterMathtext | ScalarFormatter):
+                _let_write_plainly(found)
+
+
+def _let_write_plainly(formatter: Any) -> None:
+    ticks, offset = formatter.format_ticks, formatter.get_offset
+    formatter.format_ticks = lambda values: [plain_power(text) for text in ticks(values)]
+    formatter.get_offset = lambda: plain_power(offset())
+
+
+def plain_power(formula: str) -> str:
+    r"""Return a number that matplotlib writes as a formula in plain letters.
+
+    Parameters
+    ----------
+    formula
+        Such as `$\mathdefault{2\times10^{-3}}$`, which is 2×10⁻³.
+    """
+
+    def plain(found: re.Match[str]) -> str:
+        if found["power"] is not None:
+            return found["power"].replace(_MINUS, "-").translate(SUPERSCRIPTS)
+        return "×" if found[0] == "\\times" else ""
+
+    return _FORMULA.sub(plain, formula)
 
 
 @contextmanager
@@ -305,3 +355,18 @@ def name_speeds(axis: Axis) -> None:
 
     axis.set_minor_formatter(FuncFormatter(between))
     axis.set_tick_params(which="minor", pad=MINOR_PAD_PT, labelsize=SMALL_PT)
+
+
+def mode_name(numbers: Sequence[int] | None, mode: int) -> str:
+    """Return what a mode is called.
+
+    Parameters
+    ----------
+    numbers
+        Of all modes, 0 for no number; None counts them.
+    mode
+        Its place, from 0.
+    """
+    if numbers is None:
+        return str(mode + 1)
+    return str(numbers[mode]) if numbers[mode] else "–"

@@ -43,12 +43,12 @@ _MARKS = {
     "crossing": Style("#7F7F7F", "none", "x"),
     "veering": Style("#CC79A7", "none", "s"),
     "ambiguous": Style("#000000", "none", "*"),
+    "begun": Style("#000000", "none", "<"),
     "ended": Style("#000000", "none", ">"),
 }
 _LIMITS = {
     "range": Style("#000000", (0, (4, 3)), "end of the basis"),
     "indefinite": Style("#CC79A7", (0, (1, 2)), "stiffness indefinite"),
-    "untracked": Style("#7F7F7F", (0, (6, 2, 1, 2)), "mode without branch"),
 }
 
 
@@ -167,8 +167,10 @@ def _draw_diagram(
     excitation_ratios: Mapping[str, float],
 ) -> None:
     """Draw branches, excitation lines and critical speeds."""
-    top = 1.08 * float(np.nanmax(campbell.frequency_hz))
     rpm = campbell.speeds_rad_s * _RPM
+    # without a branch the excitation lines make the frame
+    highest = float(np.nanmax(campbell.frequency_hz, initial=0.0))
+    top = 1.08 * (highest or max(float(rpm.max()) / 60.0, 1.0))
     for frequency, whirl in zip(campbell.frequency_hz, campbell.whirl, strict=True):
         _draw_branch(axes, rpm, frequency, whirl)
     _draw_excitations(axes, rpm, top, excitation_ratios)
@@ -246,7 +248,9 @@ def _draw_decrements(axes: Axes, campbell: Campbell) -> None:
     rpm = campbell.speeds_rad_s * _RPM
     for decrement, whirl in zip(campbell.log_decrement, campbell.whirl, strict=True):
         _draw_branch(axes, rpm, decrement, whirl)
-    largest, smallest = (float(f(campbell.log_decrement)) for f in (np.nanmax, np.nanmin))
+    largest, smallest = (
+        float(f(campbell.log_decrement, initial=0.0)) for f in (np.nanmax, np.nanmin)
+    )
     top = 1.08 * min(max(largest, 1e-3), _LARGEST_DECREMENT)
     bottom = min(1.2 * smallest, -0.08 * top)
     axes.axhspan(bottom, 0.0, color="#F6D5C5", zorder=0.5)

@@ -87,7 +87,8 @@ def draw_campbell_errors(
         campbell.frequency_hz, campbell.whirl, errors.total, strict=True
     ):
         _draw_branch(axes, rpm, frequency, whirl, total)
-    top = 1.05 * float(np.nanmax(campbell.frequency_hz * (1.0 + np.minimum(errors.total, 0.2))))
+    widest = campbell.frequency_hz * (1.0 + np.minimum(errors.total, 0.2))
+    top = 1.05 * (float(np.nanmax(widest, initial=0.0)) or 1.0)
     names: dict[float, list[str]] = {}
     for name, ratio in (excitation_ratios or {}).items():
         names.setdefault(abs(ratio), []).append(name)
@@ -243,7 +244,7 @@ def _part_name(part: str) -> str:
 
 def _largest(values: FloatArray) -> FloatArray:
     """Return the largest of all branches at each speed, nan where all are absent."""
-    return np.asarray(np.fmax.reduce(values, axis=0))
+    return np.asarray(np.fmax.reduce(values, axis=0, initial=np.nan))
 
 
 def _visible(values: FloatArray) -> FloatArray:

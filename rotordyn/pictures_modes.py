@@ -22,6 +22,7 @@ from solidwhirl.rotordyn.picture_frame import (
     TITLE_PT,
     TWO_COLUMNS_MM,
     draw_grid,
+    mode_name,
     name_speeds,
     new_figure,
     styled,
@@ -228,7 +229,8 @@ def _mode_count(shapes: ModeShapes) -> int:
 
 
 def _mode_title(shapes: ModeShapes, mode: int) -> str:
-    return f"{mode + 1}: {shapes.frequency_hz[mode]:.4g} Hz {shapes.whirl[mode]}"
+    name = mode_name(shapes.numbers, mode)
+    return f"{name}: {shapes.frequency_hz[mode]:.4g} Hz {shapes.whirl[mode]}"
 
 
 def _draw_body(axes: Axes, body: BodyShape, mode: int, place: int) -> None:

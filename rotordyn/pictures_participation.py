@@ -18,6 +18,7 @@ from solidwhirl.rotordyn.picture_frame import (
     TITLE_PT,
     TWO_COLUMNS_MM,
     draw_grid,
+    mode_name,
     new_figure,
     styled,
     write_figure,
@@ -35,7 +36,13 @@ _MOST_BARS = 16
 
 
 @styled
-def draw_participation(result: Participation, path: str | Path, title: str) -> None:
+def draw_participation(
+    result: Participation,
+    path: str | Path,
+    title: str,
+    *,
+    numbers: Sequence[int] | None = None,
+) -> None:
     """Draw the shares of bodies and joints in the energies of the modes as bars.
 
     Parameters
@@ -47,6 +54,8 @@ def draw_participation(result: Participation, path: str | Path, title: str) -> N
         The file; its suffix chooses the kind (.png, .svg, .pdf). Replaced when complete.
     title
         Above the diagram.
+    numbers
+        What the modes are called, 0 for no number; None counts them.
 
     Raises
     ------
@@ -68,7 +77,9 @@ def draw_participation(result: Participation, path: str | Path, title: str) -> N
     lower.set_ylabel("share of the\npotential energy [1]")
     hertz = result.eigenvalues.imag / (2.0 * np.pi)
     lower.set_xticks(
-        range(count), [f"{k + 1}\n{f:.4g}" for k, f in enumerate(hertz)], fontsize=SMALL_PT
+        range(count),
+        [f"{mode_name(numbers, k)}\n{f:.4g}" for k, f in enumerate(hertz)],
+        fontsize=SMALL_PT,
     )
     lower.set_xlabel("mode, frequency [Hz]")
     for axes in (upper, lower):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +24,13 @@ _UNDAMPED, _SHOWN = 1e-7, 1e-4
 _ROUNDS = 3
 # Samples around a resonance, in half-widths: dense where it is highest and at half power.
 _OFFSETS = np.array([0.05, 0.2, 0.45, 0.7, 0.9, 1.1, 1.4, 2.0, 3.2, 6.0, 14.0, 40.0])
+# Samples between two knots at least, and beside a knot with a peak in parts of the next step.
+_BETWEEN_KNOTS = 33
+_BESIDE_KNOT = np.array([1e-4, 1e-3, 1e-2, 0.1])
+# Samples beside a place where a resonance may be, over the frequency.
+_BESIDE_PLACE = np.logspace(-6.0, -1.5, 10)
+# A knot nearer to a sample than this (relative) is that sample.
+_SAME = 1e-12
 
 
 class Resonances(NamedTuple):
@@ -32,8 +40,28 @@ class Resonances(NamedTuple):
     half_widths: FloatArray
 
 
+class Pieces(NamedTuple):
+    """Where a response is no longer the same rational function, and where it may resonate.
+
+    Attributes
+    ----------
+    knots
+        Frequencies between which it is smooth, shape (k,).
+    places
+        Where resonances may be, shape (r,), of any damping.
+    """
+
+    knots: FloatArray
+    places: FloatArray
+
+
+SMOOTH = Pieces(np.empty(0), np.empty(0))
+
+
 def resolving_samples(
-    samples: npt.ArrayLike, respond: Callable[[FloatArray], ComplexArray]
+    samples: npt.ArrayLike,
+    respond: Callable[[FloatArray], ComplexArray],
+    pieces: Pieces = SMOOTH,
 ) -> FloatArray:
     """Return samples with further ones around every resonance between them.
 
@@ -43,6 +71,9 @@ def resolving_samples(
         Speeds or frequencies, 0 or more, rising, shape (s,).
     respond
         Complex amplitudes at some of these, shape (p,) → (p, c); it is not asked at 0.
+    pieces
+        Knots of what the response depends on, and hints; knots between the samples are returned
+        among them.
 
     Returns
     -------
@@ -51,8 +82,8 @@ def resolving_samples(
 
     Notes
     -----
-    The response is a rational function of the frequency. It is approximated as one from the
-    samples (the AAA algorithm: Nakatsukasa, Sète and Trefethen, SIAM J. Sci. Comput. 40 (2018)
+    Between knots the response is a rational function of the frequency. The samples approximate it
+    as one (the AAA algorithm: Nakatsukasa, Sète and Trefethen, SIAM J. Sci. Comput. 40 (2018)
     A1494-A1522; its form for several functions with common poles: Lietaert et al., IMA J. Numer.
     Anal. 42 (2022) 1087-1115); poles near the axis are the resonances, also those that lie between
     two samples. Samples around them make the approximation better, until the poles stand.
@@ -60,22 +91,42 @@ def resolving_samples(
     given = np.asarray(samples, dtype=float)
     if given.size < 2:
         return given
-    known = _dense(given)
+    given = with_knots(given, pieces.knots)
+    known = _dense(given, pieces)
     known = known[known > 0.0]
-    found, _, _ = _resolved(given, known, respond(known), respond)
-    return np.union1d(given, _around(found, given[0], given[-1]))
+    more, _, _ = _resolved(given, known, respond(known), respond, pieces)
+    return np.union1d(given, more)
+
+
+def with_knots(samples: npt.ArrayLike, knots: npt.ArrayLike) -> FloatArray:
+    """Return samples with the knots between them, rising.
+
+    Parameters
+    ----------
+    samples
+        Rising, shape (s,).
+    knots
+        In any order; those at a sample, or beyond them all, are left out.
+    """
+    given = np.asarray(samples, dtype=float)
+    wanted = np.unique(np.asarray(knots, dtype=float))
+    wanted = wanted[(wanted > given[0]) & (wanted < given[-1])] if given.size else wanted[:0]
+    after = np.searchsorted(given, wanted)
+    gap = np.minimum(given[after] - wanted, wanted - given[after - 1])
+    return np.union1d(given, wanted[gap > _SAME * wanted])
 
 
 def resolved_response(
     samples: npt.ArrayLike,
     values: npt.ArrayLike,
     respond: Callable[[FloatArray], ComplexArray],
+    pieces: Pieces = SMOOTH,
 ) -> tuple[FloatArray, ComplexArray]:
     """Return a sampled response with all that resolves its resonances.
 
     Parameters
     ----------
-    samples, respond
+    samples, respond, pieces
         As for `resolving_samples`.
     values
         The response at the samples, shape (s, c).
@@ -88,12 +139,12 @@ def resolved_response(
     given, shown = np.asarray(samples, dtype=float), np.asarray(values, dtype=complex)
     if given.size < 2:
         return given, shown
-    between = np.setdiff1d(_dense(given), given)
+    between = np.setdiff1d(_dense(with_knots(given, pieces.knots), pieces), given)
     known, found = given, shown
     if between.size:
         known, found = joined_samples(given, shown, between, respond(between))
     moving = known > 0.0
-    _, more, further = _resolved(given, known[moving], found[moving], respond)
+    _, more, further = _resolved(given, known[moving], found[moving], respond, pieces)
     return joined_samples(given, shown, more, further)
 
 
@@ -118,8 +169,32 @@ def _resolved(
     known: FloatArray,
     values: ComplexArray,
     respond: Callable[[FloatArray], ComplexArray],
+    pieces: Pieces,
+) -> tuple[FloatArray, FloatArray, ComplexArray]:
+    """Samples around sharp resonances between given ones, and all that they were found from."""
+    beside = _beside_peaks(known, values, pieces.knots)
+    around, samples, found = [beside], [known], [values]
+    for inside in _segments(known, pieces.knots):
+        sharp, more, further = _settled(given, known[inside], values[inside], respond)
+        around.append(_around(sharp, more[0], more[-1]))
+        samples.append(more)
+        found.append(further)
+    if beside.size:
+        samples.append(beside)
+        found.append(respond(beside))
+    known, values = joined_samples(
+        samples[0], found[0], np.concatenate(samples[1:]), np.concatenate(found[1:])
+    )
+    return np.unique(np.concatenate(around)), known, values
+
+
+def _settled(
+    given: FloatArray,
+    known: FloatArray,
+    values: ComplexArray,
+    respond: Callable[[FloatArray], ComplexArray],
 ) -> tuple[Resonances, FloatArray, ComplexArray]:
-    """Sharp resonances between given samples, and the samples that they were found from."""
+    """Sharp resonances of one smooth piece, and the samples that they were found from."""
     found = Resonances(np.empty(0), np.empty(0))
     for _ in range(_ROUNDS):
         last, found = found, _sharp(resonances(known, values), given)
@@ -130,6 +205,25 @@ def _resolved(
             break
         known, values = joined_samples(known, values, more, respond(more))
     return found, known, values
+
+
+def _segments(known: FloatArray, knots: FloatArray) -> Iterator[slice]:
+    """Samples between neighbouring knots, with those at the knots."""
+    inside = np.unique(knots[(knots > known[0]) & (knots < known[-1])])
+    edges = [0, *np.searchsorted(known, inside * (1.0 - _SAME)).tolist(), known.size - 1]
+    for first, last in pairwise(edges):
+        if last > first:
+            yield slice(first, last + 1)
+
+
+def _beside_peaks(known: FloatArray, values: ComplexArray, knots: FloatArray) -> FloatArray:
+    """Samples beside the knots at which the response has a peak: it may be a corner."""
+    at = np.searchsorted(known, np.unique(knots) * (1.0 - _SAME))
+    at = at[(at > 0) & (at < known.size - 1)]
+    size = np.abs(values)
+    at = at[((size[at] >= size[at - 1]) & (size[at] >= size[at + 1])).any(axis=1)]
+    steps = [_BESIDE_KNOT * (known[at + side] - known[at])[:, None] for side in (-1, 1)]
+    return np.asarray(np.unique(known[at][:, None] + np.hstack(steps)), dtype=float)
 
 
 def samples_around_modes(samples: npt.ArrayLike, eigenvalues: npt.ArrayLike) -> FloatArray:
@@ -194,11 +288,19 @@ def _sharp(found: Resonances, samples: FloatArray) -> Resonances:
     return Resonances(found.places[use], found.half_widths[use])
 
 
-def _dense(samples: FloatArray) -> FloatArray:
-    """The samples, and points between them where they are few."""
+def _dense(samples: FloatArray, pieces: Pieces) -> FloatArray:
+    """The samples, and points between them where they are few or a resonance may be."""
     while 1 < samples.size < _LEAST:
         samples = np.union1d(samples, 0.5 * (samples[1:] + samples[:-1]))
-    return samples
+    low, high = samples[0], samples[-1]
+    beside = pieces.places[:, None] * (1.0 + np.concatenate((-_BESIDE_PLACE, _BESIDE_PLACE)))
+    inside = beside[(beside > low) & (beside < high)]
+    knots = np.unique(pieces.knots[(pieces.knots > low) & (pieces.knots < high)])
+    more = [inside]
+    for begin, end in pairwise((low, *knots, high) if knots.size else ()):
+        if np.count_nonzero((samples >= begin) & (samples <= end)) < _BETWEEN_KNOTS:
+            more.append(np.linspace(begin, end, _BETWEEN_KNOTS)[1:-1])
+    return np.union1d(samples, np.concatenate(more))
 
 
 def _mixed(values: ComplexArray) -> ComplexArray:

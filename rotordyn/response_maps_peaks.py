@@ -10,6 +10,7 @@ from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.eigen import modes_at_speed
 from solidwhirl.rotordyn.orbits import elliptic_orbits
 from solidwhirl.rotordyn.resonance_samples import (
+    SMOOTH,
     joined_samples,
     resolved_response,
     samples_around_modes,
@@ -68,6 +69,10 @@ def stiffness_map_peaks(assembled: AssembledSystem, stiffness_map: StiffnessMap)
         For every stiffness of the map.
     """
     known, speeds = stiffness_map.frequencies_rad_s, stiffness_map.speeds_rad_s
+    pieces = SMOOTH
+    if speeds.size and speeds[0] != speeds[-1]:
+        ratio = known[-1] / speeds[-1]
+        pieces = SMOOTH._replace(knots=ratio * np.array(assembled.knots_rad_s))
 
     def row(at: int) -> tuple[FloatArray, ComplexArray]:
         def respond(frequencies: FloatArray) -> ComplexArray:
@@ -83,7 +88,7 @@ def stiffness_map_peaks(assembled: AssembledSystem, stiffness_map: StiffnessMap)
                 stiffness_map.node,
             )
 
-        return resolved_response(known, stiffness_map.translation_m[at], respond)
+        return resolved_response(known, stiffness_map.translation_m[at], respond, pieces)
 
     return _step_peaks(known, stiffness_map.stiffness_n_per_m.size, row)
 

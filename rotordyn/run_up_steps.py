@@ -8,7 +8,6 @@ import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.arrays import FloatArray
-from solidwhirl.rotordyn.bearing_laws import TableLaw
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.run_up_basis import ModalBasis
 from solidwhirl.rotordyn.run_up_table import SpeedTable, tabulate
@@ -256,10 +255,6 @@ def _edges(assembled: AssembledSystem, low: float, high: float) -> list[float]:
     """Return the ends of a range and the speeds inside where a bearing's law has a knot."""
     inside = set()
     for joint in assembled.law_joints:
-        knots = [0.0]
-        if isinstance(joint.law, TableLaw):
-            knots += [float(knot) for knot in joint.law.speeds_rad_s]
-        if joint.speed_ratio != 0:
-            inside |= {sign * knot / joint.speed_ratio for knot in knots for sign in (-1.0, 1.0)}
+        inside |= {sign * knot for knot in (0.0, *joint.knots_rad_s) for sign in (-1.0, 1.0)}
     gap = 1e-9 * max(abs(low), abs(high))
     return sorted({low, high} | {k for k in inside if low + gap < k < high - gap})

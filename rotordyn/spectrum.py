@@ -26,6 +26,8 @@ _NO_TILT = 1e-8
 _DEFECTIVE_ZERO_FRACTION = 1e-5
 # |Im λ| below this fraction of |λ| is real: equal real eigenvalues split into pairs by rounding.
 _REAL_FRACTION = 1e-6
+# Roots below this part of a shift are found again by themselves, in so many steps.
+_SLOW, _ITERATIONS = 0.1, 2
 
 
 class Scaled(NamedTuple):
@@ -314,7 +316,32 @@ def solve_general(
         raise la.LinAlgError("an eigenvalue is beyond the range of numbers")
     shapes = scaled.scale[:, None] * la.solve_triangular(lower, vectors[:n], lower=True, trans="T")
     values = shift + 1.0 / inverse
+    slow = np.flatnonzero((values.imag > 0) & (np.abs(values) < _SLOW * shift))
+    for at in slow[np.abs(values[slow]) > _zero_limit(scaled, reference)]:
+        start = shapes[:, at] / scaled.scale
+        value, shape = _iterated(complex(values[at]), start, full, damping, scaled.mass)
+        values[at], shapes[:, at] = value, scaled.scale * shape
     return _sorted_spectrum(values, shapes, _zero_limit(scaled, reference), count)
+
+
+def _iterated(
+    value: complex,
+    shape: ComplexArray,
+    stiffness: FloatArray,
+    damping: FloatArray,
+    mass: FloatArray,
+) -> tuple[complex, ComplexArray]:
+    """Return a root and its vector by inverse iteration, which a shift far above it has blurred."""
+    for _ in range(_ITERATIONS):
+        dynamic = stiffness + value * damping + value**2 * mass
+        slope = damping @ shape + 2.0 * value * (mass @ shape)
+        try:
+            grown = la.solve(dynamic, slope)
+        except la.LinAlgError:
+            break
+        value = value - complex(np.vdot(shape, shape) / np.vdot(shape, grown))
+        shape = grown / la.norm(grown)
+    return value, shape
 
 
 def _congruent(lower: FloatArray, matrix: FloatArray) -> FloatArray:

@@ -4,7 +4,8 @@ D(Ω) = K(Ω) − Ω² N is singular at a critical speed, so the number of its n
 changes there (Sylvester). E = D/Ω² has the same signs and falls with Ω, in the order of symmetric
 matrices, as long as k(Ω)/Ω² of each bearing falls: then the numbers at two speeds tell exactly how
 many critical speeds lie between. Elsewhere bounds of E over an interval either prove that there is
-none, or the interval is halved.
+none, or the interval is halved. Both follow from the polynomials of the laws: k(Ω)/Ω² is stationary
+where Ω k' − 2 k is zero.
 """
 
 from __future__ import annotations
@@ -19,15 +20,15 @@ from scipy.optimize import brentq, minimize_scalar
 from solidwhirl.rotordyn.arrays import BoolArray, ComplexArray, FloatArray
 from solidwhirl.rotordyn.direct_speeds import negative_count_at_rest
 from solidwhirl.rotordyn.errors import AnalysisError
+from solidwhirl.rotordyn.law_pieces import LawPieces, derivative, determinant
 from solidwhirl.rotordyn.spectrum import scale_by_stiffness
 from solidwhirl.rotordyn.whirl_pencils import Pencil, PencilLaw
 
-# Speeds at which the laws are sampled over the whole range, and over one interval.
-_SAMPLES, _SAMPLES_INSIDE = 513, 9
-# Intervals are halved down to this width, relative to their upper end.
-_SMALLEST = 1e-3
-# First speed looked at, as a fraction of the limit; quartered while something lies below it.
-_START, _QUARTERINGS = 1e-3, 5
+# Intervals are halved down to this width, relative to their upper end or to the whole region.
+_SMALLEST, _PARTS = 1e-3, 64
+# First speed looked at, as a fraction of the limit or the first speed at which a law turns, but
+# not below the last fraction of the limit; quartered while something lies below it.
+_START, _QUARTERINGS, _LOWEST = 1e-3, 5, 1e-6
 # A fall of k(Ω)/Ω² counts as one up to this rise, relative.
 _ROUNDING = 1e-13
 # An extremum of an eigenvalue nearer to zero than this, relative to the largest, touches it.
@@ -85,15 +86,17 @@ def speed_roots(pencil: Pencil, body_rate: float, limit_rad_s: float) -> SpeedRo
     Returns
     -------
     SpeedRoots
-        Complete as far as 513 samples over the range resolve the laws: where k(Ω)/Ω² falls by
-        the counts alone, elsewhere down to intervals of 1e-3 of the speed, in which an eigenvalue
-        is taken to have one extremum at most.
+        Where k(Ω)/Ω² falls complete by the counts alone, elsewhere down to intervals of 1e-3 of
+        the speed, and 1/64 of a piece of a law, in which an eigenvalue is taken to have one
+        extremum at most.
 
     Raises
     ------
     AnalysisError
-        If the constant part has a negative eigenvalue, or the counts do not come to rest.
+        If the constant part has a negative eigenvalue, the pieces of a law are not known, or the
+        counts do not come to rest.
     """
+    laws = _known(pencil.laws)
     constant = scale_by_stiffness(pencil.stiffness, pencil.mass, body_rate)
     if constant.negative_count:
         raise AnalysisError(
@@ -103,7 +106,7 @@ def speed_roots(pencil: Pencil, body_rate: float, limit_rad_s: float) -> SpeedRo
     search = _Search(pencil, body_rate, limit_rad_s)
     start, at_rest = _start(search, negative_count_at_rest(pencil, body_rate), limit_rad_s)
     roots = []
-    for low, high, falling in _regions(pencil.laws, start, limit_rad_s):
+    for low, high, falling in _regions(laws, start, limit_rad_s):
         roots += search.monotonic(low, high) if falling else search.bounded(low, high)
     search.note_touching_kinks(start, roots)
     roots.sort()
@@ -126,7 +129,9 @@ def _start(search: _Search, at_rest: int, limit: float) -> tuple[float, int]:
     That number is the one at rest, unless a bearing that is soft at rest stiffens more quickly
     than the speed to the square; then it settles as the speed goes to zero.
     """
-    speeds = [_START * limit * 0.25**step for step in range(_QUARTERINGS + 1)]
+    turns = [limit, *(speed for law in search.pieces for speed in law.turning_speeds(0.0, limit))]
+    first = max(_START * min(turns), _LOWEST * limit)
+    speeds = [first * 0.25**step for step in range(_QUARTERINGS + 1)]
     counts = []
     for speed in speeds:
         counts.append(search.count(speed))
@@ -140,44 +145,71 @@ def _start(search: _Search, at_rest: int, limit: float) -> tuple[float, int]:
     )
 
 
+def _known(laws: tuple[PencilLaw, ...]) -> tuple[LawPieces, ...]:
+    """Return the pieces of all laws, refusing a law that does not tell them."""
+    unknown = [law.bearing for law in laws if law.pieces is None]
+    if unknown:
+        raise AnalysisError(
+            f"the speed laws of the bearings {unknown} do not tell their polynomials (`pieces` of "
+            "`SpeedLaw`), so that undamped critical speeds are not found with certainty"
+        )
+    return tuple(law.pieces for law in laws if law.pieces is not None)
+
+
 def _regions(
-    laws: tuple[PencilLaw, ...], low: float, high: float
+    laws: tuple[LawPieces, ...], low: float, high: float
 ) -> Iterator[tuple[float, float, bool]]:
     """Split a range of speed by whether k(Ω)/Ω² of all bearings falls, and at kinks of a law."""
     kinks = _kinks(laws, low, high)
-    speeds = np.union1d(np.linspace(low, high, _SAMPLES), kinks)
-    falling = np.ones(speeds.size - 1, dtype=bool)
-    for law in laws:
-        over = _sampled(law, speeds) / speeds[:, None, None] ** 2
-        size = np.abs(over[:-1]).max(axis=(1, 2))
-        falling &= _largest_eigenvalue(np.diff(over, axis=0)) <= _ROUNDING * size
-    # An extremum may lie in the last step that still falls.
-    falling[1:-1] &= falling[2:] & falling[:-2]
-    falling[[0, -1]] &= falling[[1, -2]]
-    begin = 0
-    for stop in range(1, falling.size + 1):
-        ends = stop == falling.size or falling[stop] != falling[begin]
-        if ends or (not falling[begin] and speeds[stop] in kinks):
-            yield float(speeds[begin]), float(speeds[stop]), bool(falling[begin])
-            begin = stop
+    turns = [_stationary(pieces, low, high) for pieces in laws]
+    speeds = np.unique(np.concatenate(([low, high], kinks, *turns)))
+    middles = 0.5 * (speeds[1:] + speeds[:-1])
+    falling = np.ones(middles.size, dtype=bool)
+    for pieces in laws:
+        falling &= np.array([_falls(pieces, float(speed)) for speed in middles])
+    changes = np.flatnonzero(falling[1:] != falling[:-1]) + 1
+    ends = np.flatnonzero(np.isin(speeds[1:-1], kinks) & ~(falling[1:] & falling[:-1])) + 1
+    cuts = np.unique(np.concatenate(([0], changes, ends, [falling.size])))
+    bounds = speeds[cuts].copy()
+    for at in (int(np.searchsorted(cuts, change)) for change in changes):
+        # Where an eigenvalue turns it may touch zero: that is no place to count at.
+        if not np.isin(bounds[at], kinks):
+            sign, side = (-1, at - 1) if falling[cuts[at - 1]] else (1, at + 1)
+            room = 0.5 * abs(speeds[cuts[side]] - bounds[at])
+            bounds[at] += sign * min(_SMALLEST * bounds[at], room)
+    for begin, stop, cut in zip(bounds[:-1], bounds[1:], cuts[:-1], strict=True):
+        yield float(begin), float(stop), bool(falling[cut])
 
 
-def _kinks(laws: tuple[PencilLaw, ...], low: float, high: float) -> FloatArray:
-    """Return the speeds inside a range at which a law changes its slope, rising."""
-    found = np.array([speed for law in laws for speed in law.kinks_rad_s if low < speed < high])
+def _kinks(laws: tuple[LawPieces, ...], low: float, high: float) -> FloatArray:
+    """Return the speeds inside a range at which a law changes its polynomials, rising."""
+    found = np.array([speed for law in laws for speed in law.knots_rad_s if low < speed < high])
     return np.asarray(np.unique(found), dtype=float)
 
 
-def _sampled(law: PencilLaw, speeds: FloatArray) -> FloatArray:
-    """Return the symmetric stiffness of a law at some speeds, shape (s, 2, 2)."""
-    values = np.array([law.stiffness(float(speed)) for speed in speeds])
-    return np.asarray(0.5 * (values + values.transpose(0, 2, 1)))
+def _stationary(pieces: LawPieces, low: float, high: float) -> FloatArray:
+    """Return where entries of k(Ω)/Ω² are stationary or its derivative is singular."""
+    found: list[float] = []
+    for piece in pieces.between(low, high):
+        slopes = [_slope(entry, piece.start) for entry in piece.symmetric(0)]
+        for numerator in (*slopes, determinant(*slopes)):
+            found += piece.roots(numerator)
+    return np.asarray(np.unique(np.array(found, dtype=float)), dtype=float)
 
 
-def _largest_eigenvalue(matrices: FloatArray) -> FloatArray:
-    """Return the larger eigenvalue of symmetric (s, 2, 2)."""
-    xx, yy, xy = matrices[:, 0, 0], matrices[:, 1, 1], matrices[:, 0, 1]
-    return np.asarray(0.5 * (xx + yy + np.hypot(xx - yy, 2.0 * xy)))
+def _slope(entry: FloatArray, start: float) -> FloatArray:
+    """Return Ω k' − 2 k, the derivative of k/Ω² times Ω³, of a polynomial in Ω − start."""
+    rate = start * derivative(entry) + np.arange(entry.size) * entry
+    return np.asarray(rate - 2.0 * entry)
+
+
+def _falls(pieces: LawPieces, speed: float) -> bool:
+    """Whether Ω k' − 2 k is negative semidefinite at a speed that is no knot."""
+    k, (_, slope) = pieces.at(speed)[0], pieces.slopes(speed)
+    rate = speed * slope[0] - 2.0 * k
+    even = 0.5 * (rate + rate.T)
+    size = max(float(np.abs(k).max()), float(np.abs(speed * slope[0]).max()))
+    return bool(la.eigvalsh(even)[-1] <= _ROUNDING * size)
 
 
 class _Search:
@@ -195,6 +227,11 @@ class _Search:
         self.stiffness = basis.T @ pencil.stiffness @ basis
         self.inertia = basis.T @ pencil.inertia @ basis
         self.laws = tuple(law._replace(motion=law.motion @ basis) for law in pencil.laws)
+        self.pieces = _known(pencil.laws)
+        self.turns = tuple(
+            np.union1d(_stationary(pieces, 0.0, limit), pieces.knots_rad_s)
+            for pieces in self.pieces
+        )
         self.unresolved: list[tuple[float, float]] = []
         self._known: dict[float, FloatArray] = {}
 
@@ -225,14 +262,14 @@ class _Search:
         return [self._root(place, low, high) for place in range(min(begin, end), max(begin, end))]
 
     def bounded(self, low: float, high: float) -> list[_Root]:
-        """Return the roots of any interval, halving it where bounds do not decide."""
-        roots, waiting = [], [(low, high)]
+        """Return the roots of an interval without kinks, halving it where bounds do not decide."""
+        roots, waiting, part = [], [(low, high)], (high - low) / _PARTS
         while waiting:
             begin, end = waiting.pop()
             least, most = self._count_bounds(begin, end)
             if least == most:
                 continue
-            if end - begin > _SMALLEST * end:
+            if end - begin > min(_SMALLEST * end, part):
                 middle = 0.5 * (begin + end)
                 waiting += [(begin, middle), (middle, end)]
                 continue
@@ -242,13 +279,12 @@ class _Search:
 
     def _count_bounds(self, low: float, high: float) -> tuple[int, int]:
         """Return bounds of the number of negative eigenvalues over an interval."""
-        speeds = np.linspace(low, high, _SAMPLES_INSIDE)
         upper, lower = [], []
-        for law in self.laws:
-            over = _sampled(law, speeds) / speeds[:, None, None] ** 2
-            # Between samples a curve goes beyond them by its second difference at most; kinks are
-            # ends of intervals.
-            beyond = np.abs(np.diff(over, 2, axis=0)).max(axis=0)
+        for law, turns in zip(self.laws, self.turns, strict=True):
+            inside = turns[(turns > low) & (turns < high)]
+            values = np.array([law.stiffness(float(v)) / v**2 for v in (low, *inside, high)])
+            over = 0.5 * (values + values.transpose(0, 2, 1))
+            beyond = _ROUNDING * np.abs(over).max(axis=0)
             top, bottom = over.max(axis=0) + beyond, over.min(axis=0) - beyond
             # Diagonal entries take up what the cross term may vary.
             spread = 0.5 * (top[0, 1] - bottom[0, 1]) * np.eye(2)
@@ -280,7 +316,7 @@ class _Search:
 
     def note_touching_kinks(self, low: float, roots: list[_Root]) -> None:
         """Keep in mind kinks at which an eigenvalue touches zero without a root."""
-        for kink in _kinks(self.laws, low, np.inf):
+        for kink in _kinks(self.pieces, low, np.inf):
             values = np.abs(self.eigenvalues(float(kink)))
             known = any(abs(root.speed - kink) <= _SAME_SPEED * kink for root in roots)
             if values.min() <= _TOUCH * values.max() and not known:

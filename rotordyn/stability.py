@@ -11,21 +11,26 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.arrays import BoolArray, ComplexArray, FloatArray, freeze_arrays
 from solidwhirl.rotordyn.damping import NEUTRAL, PEAKLESS, DampingRule
-from solidwhirl.rotordyn.eigen import Modes, modes_at_speed, scaled_stiffness
+from solidwhirl.rotordyn.eigen import Modes, modes_at_speed
 from solidwhirl.rotordyn.eigenvalue_paths import blocks_of
 from solidwhirl.rotordyn.errors import AnalysisError
-from solidwhirl.rotordyn.system import AssembledSystem, matrices_at_speed
+from solidwhirl.rotordyn.law_pieces import LawPieces
+from solidwhirl.rotordyn.left_vectors import together
+from solidwhirl.rotordyn.spectrum import scale_by_stiffness
+from solidwhirl.rotordyn.system import AssembledSystem
 from solidwhirl.rotordyn.unstable_windows import Window, unstable_windows
 from solidwhirl.rotordyn.whirl import interface_orbits, whirl_direction
 
 # |Im λ| below this fraction of |λ| is real.
 _REAL_FRACTION = 1e-6
-# A damping matrix with a unit diagonal may have eigenvalues this far below zero by rounding.
+# A matrix with a unit diagonal may have eigenvalues this far below zero by rounding.
 _SEMIDEFINITE = 1e-12
 # The sense of whirl at rest is that at this fraction of the highest speed.
 _BARELY_TURNING = 1e-6
 # Net whirl below this is rounding.
 _PLANAR = 1e-9
+# Eigenvalues closer than this (relative) are equal.
+_EQUAL = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
@@ -153,7 +158,7 @@ class StabilityChart:
     speeds_rad_s
         Ω, shape (s,).
     log_decrement
-        Smallest of the oscillatory modes looked at, shape (s,); exactly 0 where it is rounding, nan
+        Smallest of the lateral modes looked at, shape (s,); exactly 0 where it is rounding, nan
         where there is none.
     frequency_hz
         Of that mode, shape (s,), Hz.
@@ -219,7 +224,7 @@ def stability_chart(
         modes = modes_at_speed(assembled, float(speed))
         whirling = modes if turning == speed else modes_at_speed(assembled, turning)
         firsts.append(_first_modes(assembled, whirling, None))
-        rows.append(_least_damped(modes, limit_hz))
+        rows.append(_least_damped(assembled, modes, limit_hz))
     columns = np.array(rows, dtype=float).T
     whirl = _whirl_record(speeds, firsts)
     return StabilityChart(
@@ -233,10 +238,15 @@ def stability_chart(
     )
 
 
-def _least_damped(modes: Modes, limit_hz: float) -> tuple[float, float, float, int]:
+def _least_damped(
+    assembled: AssembledSystem, modes: Modes, limit_hz: float
+) -> tuple[float, float, float, int]:
     """Return decrement and frequency of the least damped mode, largest growth, growing motions."""
     decrement, frequency = np.nan, np.nan
-    low = np.flatnonzero(modes.frequency_hz <= limit_hz)
+    orbits = interface_orbits(assembled, modes.shapes)
+    # torsion and axial motion, which bearings seldom damp, would hide all others
+    lateral = orbits.x.any(axis=0) | orbits.y.any(axis=0)
+    low = np.flatnonzero((modes.frequency_hz <= limit_hz) & lateral)
     if low.size:
         at = int(low[modes.log_decrement[low].argmin()])
         decrement, frequency = modes.log_decrement[at], modes.frequency_hz[at]
@@ -420,35 +430,50 @@ def _oscillates(value: complex) -> bool:
 def _never_grows(assembled: AssembledSystem, low: float, high: float) -> bool:
     """Whether the energy of every motion is positive and never rises, known without a search.
 
-    The stiffness is linear in Ω², so that it is nowhere more negative than at its ends.
+    Without the laws the stiffness is linear in Ω², so that it is nowhere more negative than at the
+    ends; a law that is nowhere negative adds to it.
     """
-    if not assembled.has_constant_bearings or assembled.circulatory_stiffness.any():
+    if assembled.circulatory_stiffness.any() or not assembled.has_symmetric_joints:
         return False
     if not np.array_equal(assembled.stiffness, assembled.stiffness.T):
         return False
+    least, most = 0.0 if low < 0 < high else min(abs(low), abs(high)), max(abs(low), abs(high))
     if not _is_semidefinite(assembled.damping):
         return False
-    speeds = {low, high} | ({0.0} if low < 0 < high else set())
+    if not all(_resists(joint.pieces, least, most) for joint in assembled.law_joints):
+        return False
+    ends = (assembled.stiffness + v**2 * assembled.centrifugal_stiffness for v in (least, most))
     return all(
-        scaled_stiffness(assembled, matrices_at_speed(assembled, s)).negative_count == 0
-        for s in speeds
+        scale_by_stiffness(k, assembled.mass, assembled.body_rate).negative_count == 0 for k in ends
     )
 
 
-def _is_semidefinite(damping: FloatArray) -> bool:
-    """Whether a damping matrix is symmetric and takes energy from no motion, to rounding."""
-    if not damping.any():
-        return True
-    if not np.array_equal(damping, damping.T):
+def _resists(pieces: LawPieces | None, least: float, most: float) -> bool:
+    """Whether stiffness and damping of a law are symmetric and nowhere negative in a range.
+
+    Between the speeds at which an entry turns or the determinant vanishes the signs stay.
+    """
+    if pieces is None or not pieces.is_symmetric:
         return False
-    diagonal = np.diag(damping)
+    turns = np.concatenate(([least], pieces.turning_speeds(least, most), [most]))
+    looked = np.concatenate((turns, 0.5 * (turns[1:] + turns[:-1])))
+    return all(_is_semidefinite(m) for v in looked for m in pieces.at(float(v)))
+
+
+def _is_semidefinite(matrix: FloatArray) -> bool:
+    """Whether a matrix is symmetric and no motion has a negative energy in it, to rounding."""
+    if not matrix.any():
+        return True
+    if not np.array_equal(matrix, matrix.T):
+        return False
+    diagonal = np.diag(matrix)
     if (diagonal < 0).any():
         return False
     active = diagonal > 0
-    if damping[~active].any():
+    if matrix[~active].any():
         return False
     scale = 1.0 / np.sqrt(diagonal[active])
-    values = la.eigvalsh(scale[:, None] * damping[np.ix_(active, active)] * scale)
+    values = la.eigvalsh(scale[:, None] * matrix[np.ix_(active, active)] * scale)
     return bool(values[0] >= -_SEMIDEFINITE)
 
 
@@ -504,22 +529,32 @@ def _first_modes(
 ) -> tuple[float, float, float, float]:
     """Return decrement and frequency of the first forward and the first backward mode."""
     resonates = modes.damping_ratio < PEAKLESS if rule is None else rule.counts(modes.eigenvalues)
-    net = _net_whirl(assembled, modes.shapes)
+    most, least = _net_whirl(assembled, modes)
     found: list[float] = []
-    for chosen in (resonates & (net > _PLANAR), resonates & (net < -_PLANAR)):
+    for chosen in (resonates & (most > _PLANAR), resonates & (least < -_PLANAR)):
         # modes come by rising frequency
         at = np.flatnonzero(chosen)[:1]
         found += [*modes.log_decrement[at], *modes.frequency_hz[at]] if at.size else [np.nan] * 2
     return tuple(found)  # type: ignore[return-value]
 
 
-def _net_whirl(assembled: AssembledSystem, shapes: ComplexArray) -> FloatArray:
-    """Return how far modes go forward (1) or backward (−1) on the whole, shape (m,)."""
-    orbits = interface_orbits(assembled, shapes)
-    forward = (np.abs(orbits.x + 1j * orbits.y) ** 2).sum(axis=0)
-    backward = (np.abs(orbits.x - 1j * orbits.y) ** 2).sum(axis=0)
-    total = forward + backward
-    return np.asarray((forward - backward) / np.where(total > 0, total, 1.0))
+def _net_whirl(assembled: AssembledSystem, modes: Modes) -> tuple[FloatArray, FloatArray]:
+    """Return how far each mode goes forward (1) or backward (−1) on the whole, each (m,).
+
+    Equal modes go either way, as any combination of them is a mode: most and least of it.
+    """
+    orbits = interface_orbits(assembled, modes.shapes)
+    along, against = orbits.x + 1j * orbits.y, orbits.x - 1j * orbits.y
+    values = modes.eigenvalues
+    most, least = np.zeros(values.size), np.zeros(values.size)
+    for group in together(np.abs(values[:, None] - values) <= _EQUAL * np.abs(values)):
+        forward, backward = (a[:, group].conj().T @ a[:, group] for a in (along, against))
+        size = float(np.trace(forward + backward).real)
+        if size > 0:
+            whole = forward + backward + _PLANAR * size * np.eye(group.size)
+            net = la.eigvalsh(forward - backward, whole)
+            most[group], least[group] = net[-1], net[0]
+    return most, least
 
 
 def _whirl_record(

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.arrays import FloatArray, freeze_arrays
-from solidwhirl.rotordyn.bearing_laws import SpeedLaw, TableLaw
+from solidwhirl.rotordyn.bearing_laws import SpeedLaw, law_pieces
 from solidwhirl.rotordyn.errors import AssemblyError
 from solidwhirl.rotordyn.free_body import FreeBodyMatrices, free_body_matrices, free_body_problems
 from solidwhirl.rotordyn.internal_damping import body_damping
 from solidwhirl.rotordyn.joints import independent_coordinates, relative_motion, tooth_motion
+from solidwhirl.rotordyn.law_pieces import LawPieces
 from solidwhirl.rotordyn.parts import Bearing, End, Gear, InternalDamping, Rotor, System
 from solidwhirl.rotordyn.parts_checks import find_problems
 from solidwhirl.rotordyn.reprs import assembled_text
@@ -35,8 +37,6 @@ __all__ = [
 
 # A turn of the system is one of its independent coordinates if it misses by less than this.
 _SAME_TURN = 1e-9
-# Speeds at which a bearing's law is looked at for damping and asymmetry.
-_LAW_SAMPLES = 33
 
 
 class SpeedMatrices(NamedTuple):
@@ -64,6 +64,9 @@ class LawJoint:
         The bearing's own coefficients, which the law scales, shape (2, 2).
     motion
         Relative ux and uy of the bearing per independent coordinate, shape (2, n).
+    pieces
+        The coefficients as polynomials of |Ω|; None of a law that does not tell them, of whose
+        structure nothing is known then.
     """
 
     bearing: str
@@ -72,20 +75,23 @@ class LawJoint:
     stiffness_n_per_m: FloatArray
     damping_n_s_per_m: FloatArray
     motion: FloatArray
+    pieces: LawPieces | None = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "stiffness_n_per_m", "damping_n_s_per_m", "motion")
+        found = law_pieces(self.law, self.stiffness_n_per_m, self.damping_n_s_per_m)
+        over = None if found is None else found.over_reference(self.speed_ratio)
+        object.__setattr__(self, "pieces", over)
 
     @property
-    def kinks_rad_s(self) -> tuple[float, ...]:
-        """Speeds Ω ≥ 0 of the reference shaft at which a table has its knots, rising."""
-        ratio = abs(self.speed_ratio)
-        if ratio == 0 or not isinstance(self.law, TableLaw):
-            return ()
-        return tuple(float(speed) / ratio for speed in self.law.speeds_rad_s)
+    def knots_rad_s(self) -> tuple[float, ...]:
+        """Speeds Ω > 0 of the reference shaft at which a table has its knots, rising."""
+        return () if self.pieces is None else self.pieces.knots_rad_s
 
     def coefficients(self, speed_rad_s: float) -> tuple[FloatArray, FloatArray]:
         """Return stiffness and damping (2, 2) at a speed Ω of the reference shaft."""
+        if self.pieces is not None:
+            return self.pieces.at(abs(speed_rad_s))
         found = self.law.coefficients(
             abs(self.speed_ratio * speed_rad_s), self.stiffness_n_per_m, self.damping_n_s_per_m
         )
@@ -167,8 +173,8 @@ class AssembledSystem:
 
     @property
     def knots_rad_s(self) -> tuple[float, ...]:
-        """Speeds Ω ≥ 0 at which a speed law has a knot, rising: every search looks at them."""
-        return tuple(sorted({knot for joint in self.law_joints for knot in joint.kinks_rad_s}))
+        """Speeds Ω > 0 at which a speed law has a knot, rising: every search looks at them."""
+        return tuple(sorted({knot for joint in self.law_joints for knot in joint.knots_rad_s}))
 
     @property
     def has_constant_bearings(self) -> bool:
@@ -176,22 +182,21 @@ class AssembledSystem:
         return not self.law_joints
 
     @property
+    def has_symmetric_joints(self) -> bool:
+        """Whether the stiffness of every bearing is symmetric at all speeds, by its data."""
+        own = (bearing.matrices()[0] for bearing in self.system.bearings)
+        laws = (joint.pieces for joint in self.law_joints)
+        return all(np.array_equal(k, k.T) for k in own) and all(
+            pieces is not None and pieces.has_symmetric_stiffness for pieces in laws
+        )
+
+    @property
     def is_conservative(self) -> bool:
         """Whether there is no damping at any speed and K is symmetric."""
-        symmetric = np.array_equal(self.stiffness, self.stiffness.T)
         still = not self.damping.any() and not self.circulatory_stiffness.any()
-        return symmetric and still and all(_law_is_conservative(j) for j in self.law_joints)
-
-
-def _law_is_conservative(joint: LawJoint) -> bool:
-    low, high = joint.law.speed_range_rad_s
-    for speed in np.linspace(low, min(high, low + 1e5), _LAW_SAMPLES):
-        stiffness, damping = joint.law.coefficients(
-            float(speed), joint.stiffness_n_per_m, joint.damping_n_s_per_m
-        )
-        if damping.any() or stiffness[0, 1] != stiffness[1, 0]:
-            return False
-    return True
+        undamped = all(j.pieces is not None and j.pieces.is_undamped for j in self.law_joints)
+        even = self.has_symmetric_joints and np.array_equal(self.stiffness, self.stiffness.T)
+        return still and undamped and even
 
 
 def assemble(
@@ -216,7 +221,8 @@ def assemble(
     Returns
     -------
     AssembledSystem
-        All matrices; exact constraints are eliminated.
+        All matrices; exact constraints are eliminated. Its bearings are those that act: see
+        `Bearing.cross_coupling` for shafts that turn backward.
 
     Raises
     ------
@@ -227,6 +233,8 @@ def assemble(
         rotors=dict(rotors), bearings=tuple(bearings), reference=reference, gears=tuple(gears)
     )
     problems = find_problems(system)
+    if not problems:
+        system = dataclasses.replace(system, bearings=_with_spin(system))
     for name, rotor in system.rotors.items():
         problems += tuple(f"rotor {name!r}: {text}" for text in free_body_problems(rotor.element))
     if problems:
@@ -291,6 +299,32 @@ def matrices_at_speed(assembled: AssembledSystem, speed_rad_s: float) -> SpeedMa
         gyroscopic=speed_rad_s * assembled.gyroscopic,
         stiffness=stiffness,
     )
+
+
+def _with_spin(system: System) -> tuple[Bearing, ...]:
+    """Return the bearings as the shafts turn: films under those that turn backward are mirrored."""
+    return tuple(
+        bearing.mirrored()
+        if bearing.cross_coupling == "with_spin"
+        and bearing.has_spin_coupling
+        and spin_sign(system, bearing) < 0
+        else bearing
+        for bearing in system.bearings
+    )
+
+
+def spin_sign(system: System, bearing: Bearing) -> float:
+    """Return 1 or −1 as the first side of a bearing that turns does forward or backward, else 0.
+
+    Parameters
+    ----------
+    system
+        The system.
+    bearing
+        One of its bearings.
+    """
+    ratios = (system.rotors[end.body].speed_ratio for end in bearing.ends)
+    return float(np.sign(next((ratio for ratio in ratios if ratio != 0), 0.0)))
 
 
 def _even(matrix: FloatArray) -> FloatArray:

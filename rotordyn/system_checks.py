@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
-import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.arrays import FloatArray
@@ -17,6 +16,8 @@ from solidwhirl.rotordyn.eigen import Modes
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.invariants import Invariant, compared, undecided
 from solidwhirl.rotordyn.mode_checks import check_campbell, check_modes_at_rest
+from solidwhirl.rotordyn.plain_checks import check_joints
+from solidwhirl.rotordyn.plain_system import PlainSystem
 from solidwhirl.rotordyn.superelement_checks import SYMMETRY_LIMIT
 from solidwhirl.rotordyn.system import AssembledSystem
 
@@ -32,6 +33,7 @@ def check_system(
     critical: Mapping[float, Sequence[CriticalSpeed]],
     *,
     frequency_max_hz: float | None = None,
+    branch_count: int | None = None,
     speed_max_rad_s: float = 0.0,
 ) -> tuple[Invariant, ...]:
     """Check an assembled system and the modes and critical speeds that were found.
@@ -46,14 +48,18 @@ def check_system(
         Its Campbell diagram.
     critical
         All critical speeds of each excitation ratio up to `speed_max_rad_s`.
-    frequency_max_hz
+    frequency_max_hz, branch_count
         As given to `campbell`.
     speed_max_rad_s
         As given to `critical_speeds`.
     """
     groups: list[tuple[str, Callable[[], tuple[Invariant, ...]]]] = [
+        ("joints", lambda: check_joints(PlainSystem.of(assembled))),
         ("modes at rest", lambda: check_modes_at_rest(assembled, at_rest)),
-        ("Campbell diagram", lambda: check_campbell(assembled, diagram, frequency_max_hz)),
+        (
+            "Campbell diagram",
+            lambda: check_campbell(assembled, diagram, frequency_max_hz, branch_count),
+        ),
     ]
     for ratio, found in critical.items():
         check = partial(check_critical_speeds, assembled, found, ratio, speed_max_rad_s)
@@ -88,7 +94,7 @@ def check_matrices(assembled: AssembledSystem) -> tuple[Invariant, ...]:
         _symmetric("gyroscopic", assembled.gyroscopic, -1.0),
         _symmetric("centrifugal stiffness", assembled.centrifugal_stiffness, 1.0),
     ]
-    if _joints_are_symmetric(assembled):
+    if assembled.has_symmetric_joints:
         return (*out, _symmetric("stiffness", assembled.stiffness, 1.0))
     reason = "a bearing has an unsymmetric stiffness"
     return (*out, undecided("stiffness symmetric", _SYSTEM, _ALL, reason))
@@ -98,8 +104,3 @@ def _symmetric(name: str, matrix: FloatArray, sign: float) -> Invariant:
     kind = "symmetric" if sign > 0 else "skew"
     error = asymmetry(matrix, sign)
     return compared(f"{name} {kind}", _SYSTEM, error, SYMMETRY_LIMIT, _ALL)
-
-
-def _joints_are_symmetric(assembled: AssembledSystem) -> bool:
-    joints = [bearing.matrices()[0] for bearing in assembled.system.bearings]
-    return all(np.array_equal(k, k.T) for k in joints)

@@ -7,6 +7,7 @@ undamped system are orthogonal in it even where their frequencies are equal.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -16,7 +17,8 @@ import scipy.linalg as la
 from scipy.optimize import linear_sum_assignment
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray
-from solidwhirl.rotordyn.eigen import Modes, modes_at_speed, whole_group_count
+from solidwhirl.rotordyn.damping import damping_ratio
+from solidwhirl.rotordyn.eigen import Modes, modes_at_speed
 from solidwhirl.rotordyn.system import AssembledSystem, matrices_at_speed
 
 IntArray = npt.NDArray[np.int_]
@@ -31,8 +33,12 @@ POOR_OVERLAP = 0.4
 _ALIGNED = 0.95
 # A cluster whose states are closer to dependent than this (squared) is left as it is.
 _DEPENDENT = 1e-10
-# Smallest step, as a fraction of the step asked for.
-_SMALLEST_STEP = 2.0**-16
+# Above this damping ratio a motion creeps: which of many it is at the next speed is no matter.
+_CREEPING = 0.995
+# Smallest step for such motions alone, as a fraction of the step asked for.
+_CREEPING_STEP = 2.0**-8
+# Smallest step, as a fraction of the step asked for: births and ends are placed to it.
+_SMALLEST_STEP = 2.0**-20
 # Eigen-solutions spent on one step at most.
 _BUDGET = 150
 
@@ -79,6 +85,24 @@ class Match(NamedTuple):
     likeness: FloatArray
 
 
+class Chain(NamedTuple):
+    """Branches from one speed on: fronts with as many columns each, and what is still untracked.
+
+    Attributes
+    ----------
+    fronts
+        Branches that begin later are −1 before.
+    starts
+        Columns at the first speed from which modes come that were met later only.
+    seeds
+        Speed and column where modes begin that were met later only.
+    """
+
+    fronts: list[Front]
+    starts: frozenset[int]
+    seeds: frozenset[tuple[float, int]]
+
+
 class Tracker:
     """Compute modes on demand and follow branches through them.
 
@@ -88,12 +112,18 @@ class Tracker:
         The system.
     mode_count
         Modes to compute at each speed; more than are tracked, as branches enter from above.
+    needed
+        Number of lowest modes of a speed that must be on branches.
     """
 
-    def __init__(self, assembled: AssembledSystem, mode_count: int) -> None:
+    def __init__(
+        self, assembled: AssembledSystem, mode_count: int, needed: Callable[[Modes], int]
+    ) -> None:
         self.assembled = assembled
         self.mode_count = mode_count
+        self.needed = needed
         self._known: dict[float, Modes] = {}
+        self._matches: dict[tuple[int, float], Match] = {}
 
     def modes_at(self, speed_rad_s: float) -> Modes:
         """Return the modes at a speed, computed once."""
@@ -101,75 +131,152 @@ class Tracker:
             self._known[speed_rad_s] = modes_at_speed(self.assembled, speed_rad_s, self.mode_count)
         return self._known[speed_rad_s]
 
-    def follow(self, speeds_rad_s: FloatArray, branch_count: int) -> list[Front]:
-        """Follow the lowest branches of the first speed through all speeds.
+    def aligned(self, speed_rad_s: float, toward_rad_s: float) -> Modes:
+        """Return the modes at a speed, equal ones turned as they part towards another speed."""
+        here, there = self.modes_at(speed_rad_s), self.modes_at(toward_rad_s)
+        return match_modes(self.assembled, there, here).second
+
+    def follow(
+        self,
+        first: Modes,
+        speeds_rad_s: FloatArray,
+        starts: frozenset[int],
+        seeds: frozenset[tuple[float, int]],
+    ) -> Chain:
+        """Follow branches from one speed through others, and all needed modes met on the way.
 
         Parameters
         ----------
+        first
+            Modes where to begin.
         speeds_rad_s
-            Monotonic, shape (s,).
-        branch_count
-            Number of branches, more where one of equal frequencies would be left out.
+            Speeds to go to, monotonic away from there, shape (s,).
+        starts
+            Columns of `first` to follow.
+        seeds
+            Speeds and columns to follow from there on.
 
         Returns
         -------
-        list of Front
-            At the speeds given and at those added where modes change quickly or meet.
+        Chain
+            At the speeds given and at those added where modes change quickly, meet, begin or end.
         """
-        first = self.modes_at(float(speeds_rad_s[0]))
-        columns = np.arange(whole_group_count(first.eigenvalues, branch_count))
+        columns = np.array(sorted(starts), dtype=int)
         fronts = [Front(modes=first, columns=columns, overlap=np.ones(columns.size))]
-        for index, speed in enumerate(speeds_rad_s[1:]):
-            if index == 0:
-                second = self.modes_at(float(speed))
-                turned = match_modes(self.assembled, second, first).second
-                fronts[0] = dataclasses.replace(fronts[0], modes=turned)
-            fronts += self._advance(fronts[-1], float(speed))
-        return fronts
+        matches: list[Match] = []
+        known: dict[float, list[int]] = {}
+        for speed, column in seeds:
+            known.setdefault(speed, []).append(column)
+        for speed in speeds_rad_s:
+            self._advance(fronts, matches, float(speed), known)
+        return _traced_back(fronts, matches)
 
-    def _advance(self, start: Front, stop_rad_s: float) -> list[Front]:
-        """Return the fronts from one speed (excluded) to the next, halving where needed."""
-        smallest = _SMALLEST_STEP * abs(stop_rad_s - start.modes.speed_rad_s)
-        targets, fronts, solved = [stop_rad_s], [start], 0
+    def _advance(
+        self,
+        fronts: list[Front],
+        matches: list[Match],
+        stop_rad_s: float,
+        seeds: dict[float, list[int]],
+    ) -> None:
+        """Append the fronts up to a speed, halving where needed."""
+        step = abs(stop_rad_s - fronts[-1].modes.speed_rad_s)
+        fraction = _CREEPING_STEP
+        targets, solved = [stop_rad_s], 0
         while targets:
             here, goal = fronts[-1], targets[-1]
-            match = match_modes(self.assembled, here.modes, self.modes_at(goal))
+            match = self._match(here.modes, goal)
+            wanted = np.union1d(np.arange(self.needed(match.second)), seeds.get(goal, [])).astype(
+                int
+            )
             solved += 1
-            middle = _place_to_look(here, match)
+            middle, is_lively = _place_to_look(here, match, wanted)
+            # near its beginning a lively motion creeps, too
+            fraction = _SMALLEST_STEP if is_lively else fraction
             begin = here.modes.speed_rad_s
-            room = min(abs(goal - begin), abs(middle - begin), abs(goal - middle)) > smallest
+            room = min(abs(goal - begin), abs(middle - begin), abs(goal - middle)) > fraction * step
             if np.isfinite(middle) and room and solved < _BUDGET:
                 targets.append(middle)
                 continue
             targets.pop()
-            fronts.append(_step(here, match))
-        return fronts[1:]
+            fronts.append(_step(here, match, wanted))
+            matches.append(match)
+
+    def _match(self, first: Modes, speed_rad_s: float) -> Match:
+        """Return the match with the modes of a speed, computed once: following is repeated."""
+        key = (id(first), speed_rad_s)
+        if key not in self._matches:
+            self._matches[key] = match_modes(self.assembled, first, self.modes_at(speed_rad_s))
+        return self._matches[key]
 
 
-def _step(here: Front, match: Match) -> Front:
-    """Return the front reached by a match; a branch without a likeness is lost."""
+def _traced_back(fronts: list[Front], matches: list[Match]) -> Chain:
+    """Return fronts of equal size, with where modes that were met late come from."""
+    count = fronts[-1].columns.size
+    columns = np.full((len(fronts), count), -1)
+    overlap = np.ones((len(fronts), count))
+    for place, front in enumerate(fronts):
+        columns[place, : front.columns.size] = front.columns
+        overlap[place, : front.overlap.size] = front.overlap
+    starts, seeds = set(), set()
+    for branch in range(fronts[0].columns.size, count):
+        place = met = int(np.flatnonzero(columns[:, branch] >= 0)[0])
+        while place > 0:
+            match = matches[place - 1]
+            source = np.flatnonzero(match.partner == columns[place, branch])
+            if not source.size or match.likeness[source[0]] <= POOR_OVERLAP:
+                break
+            place -= 1
+            columns[place, branch] = source[0]
+            overlap[place + 1, branch] = match.likeness[source[0]]
+        if place == 0:
+            starts.add(int(columns[0, branch]))
+        elif place < met:
+            seeds.add((fronts[place].modes.speed_rad_s, int(columns[place, branch])))
+    full = [
+        Front(modes=front.modes, columns=own, overlap=likeness)
+        for front, own, likeness in zip(fronts, columns, overlap, strict=True)
+    ]
+    return Chain(full, frozenset(starts), frozenset(seeds))
+
+
+def _step(here: Front, match: Match, wanted: IntArray) -> Front:
+    """Return the front reached by a match: branches without a likeness end, others begin."""
     alive = here.columns >= 0
     likeness, columns = np.zeros(alive.size), np.full(alive.size, -1)
     likeness[alive] = match.likeness[here.columns[alive]]
     columns[alive] = match.partner[here.columns[alive]]
     columns[likeness <= POOR_OVERLAP] = -1
-    return Front(modes=match.second, columns=columns, overlap=likeness)
+    new = np.setdiff1d(wanted, columns)
+    return Front(
+        modes=match.second,
+        columns=np.concatenate((columns, new)),
+        overlap=np.concatenate((likeness, np.ones(new.size))),
+    )
 
 
-def _place_to_look(here: Front, match: Match) -> float:
-    """Return a speed between two that should be looked at, nan if none.
+def _place_to_look(here: Front, match: Match, wanted: IntArray) -> tuple[float, bool]:
+    """Return a speed between two that should be looked at, nan if none, and if closely.
 
-    Halves the step where a branch changes much; where two branches exchange their order, goes to
-    where they meet, so that a veering between the speeds is not taken for a crossing.
+    Halves the step where a branch changes much, begins or ends; where two branches exchange their
+    order, goes to where they meet, so that a veering between the speeds is not taken for a
+    crossing. Of motions that creep more than they oscillate only beginnings and ends matter.
     """
     begin, end = match.first.speed_rad_s, match.second.speed_rad_s
+    creeping = [damping_ratio(m.eigenvalues) > _CREEPING for m in (match.first, match.second)]
     tracked = here.columns[here.columns >= 0]
-    if (match.likeness[tracked] < GOOD_OVERLAP).any():
-        return 0.5 * (begin + end)
+    back = np.zeros(match.second.eigenvalues.size)
+    back[match.partner[match.partner >= 0]] = match.likeness[match.partner >= 0]
+    likeness = np.concatenate((match.likeness[tracked], back[wanted]))
+    creeps = np.concatenate((creeping[0][tracked], creeping[1][wanted]))
+    if (likeness[~creeps] < GOOD_OVERLAP).any() or (likeness[creeps] <= POOR_OVERLAP).any():
+        return 0.5 * (begin + end), bool((likeness[~creeps] < GOOD_OVERLAP).any())
+    tracked = tracked[~creeping[0][tracked]]
     paired = np.flatnonzero((match.partner >= 0) & (match.likeness > POOR_OVERLAP))
+    mine = tracked[np.isin(tracked, paired)]
+    if not mine.size:
+        return float("nan"), False
     after = match.second.eigenvalues.imag[match.partner]
     before = match.first.eigenvalues.imag
-    mine = tracked[np.isin(tracked, paired)]
     gap_before = before[paired] - before[mine, None]
     gap_after = after[paired] - after[mine, None]
     crossed = gap_before * gap_after < 0
@@ -177,11 +284,11 @@ def _place_to_look(here: Front, match: Match) -> float:
     crossed &= np.abs(gap_after) > SAME_FREQUENCY * after[mine, None]
     crossed &= _may_mix(match, mine, paired)
     if not crossed.any():
-        return float("nan")
+        return float("nan"), False
     row, column = np.argwhere(crossed)[0]
     sizes = abs(gap_before[row, column]), abs(gap_after[row, column])
     part = sizes[0] / (sizes[0] + sizes[1])
-    return begin + float(np.clip(part, 0.02, 0.98)) * (end - begin)
+    return begin + float(np.clip(part, 0.02, 0.98)) * (end - begin), True
 
 
 def _may_mix(match: Match, mine: IntArray, others: IntArray) -> npt.NDArray[np.bool_]:
@@ -221,13 +328,15 @@ class _StateMetric(NamedTuple):
 def _metric_between(assembled: AssembledSystem, first: Modes, second: Modes) -> _StateMetric:
     """Return the energy product half-way between two speeds.
 
-    Where the stiffness is not positive the velocities alone are compared.
+    Where the stiffness is not positive its eigenvalues are taken with their sizes.
     """
     mean = np.sqrt(0.5 * (first.speed_rad_s**2 + second.speed_rad_s**2))
     matrices = matrices_at_speed(assembled, float(mean))
     stiffness = 0.5 * (matrices.stiffness + matrices.stiffness.T)
     if first.negative_stiffness_count or second.negative_stiffness_count:
-        stiffness = np.zeros_like(stiffness)
+        values, vectors = la.eigh(stiffness, matrices.mass)
+        half = matrices.mass @ vectors
+        stiffness = (half * np.abs(values)) @ half.T
     return _StateMetric(matrices.mass, stiffness)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, freeze_arrays
+from solidwhirl.rotordyn.critical_speeds import undamped_places
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.harmonic_response import harmonic_response, independent_loads
 from solidwhirl.rotordyn.harmonic_response_nodes import (
@@ -23,7 +24,7 @@ from solidwhirl.rotordyn.orbits import EllipticOrbits, elliptic_orbits
 from solidwhirl.rotordyn.parts import End
 from solidwhirl.rotordyn.reactions import bearing_forces
 from solidwhirl.rotordyn.reprs import exciter_text, unbalance_text
-from solidwhirl.rotordyn.resonance_samples import resolving_samples
+from solidwhirl.rotordyn.resonance_samples import SMOOTH, Pieces, resolving_samples
 from solidwhirl.rotordyn.system import AssembledSystem
 
 # Bodies whose |speed ratios| differ by less than this fraction excite at one frequency.
@@ -253,8 +254,36 @@ def resolving_speeds(
             motion = node_amplitudes(assembled, nodes, TRANSLATIONS, solved.displacement[:, :, 0])
             return np.nan_to_num(motion).reshape(points.size, -1)
 
-        resolved = np.union1d(resolved, resolving_samples(speeds, respond))
+        pieces = response_pieces(assembled, ratio, float(speeds.max(initial=0.0)))
+        resolved = np.union1d(resolved, resolving_samples(speeds, respond, pieces))
     return resolved
+
+
+def response_pieces(assembled: AssembledSystem, ratio: float, speed_max_rad_s: float) -> Pieces:
+    """Return where a synchronous response is no longer smooth over Ω, and where it may resonate.
+
+    Parameters
+    ----------
+    assembled
+        The system.
+    ratio
+        Frequency over Ω, not 0.
+    speed_max_rad_s
+        Largest Ω looked at.
+
+    Returns
+    -------
+    Pieces
+        Knots of the speed laws and critical speeds without damping; neither where no bearing
+        depends on the speed, as the response is one rational function then.
+    """
+    if assembled.has_constant_bearings or speed_max_rad_s == 0:
+        return SMOOTH
+    try:
+        places = undamped_places(assembled, abs(ratio), speed_max_rad_s)
+    except AnalysisError:  # hints only: a free body that whirls at every speed has none
+        places = np.empty(0)
+    return Pieces(np.array(assembled.knots_rad_s), places)
 
 
 def _grouped(

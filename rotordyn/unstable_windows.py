@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -11,6 +11,7 @@ import numpy.typing as npt
 from scipy.optimize import brentq, minimize_scalar
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.damping import ROUNDING
 from solidwhirl.rotordyn.eigenvalue_paths import (
     Block,
     Spectral,
@@ -19,18 +20,25 @@ from solidwhirl.rotordyn.eigenvalue_paths import (
     stretch_between,
     with_slopes,
 )
+from solidwhirl.rotordyn.speed_derivative import Side
 
 # Pieces the range is cut into at least; segments of speed laws are never joined.
 _PIECES = 12
-# Steps inside a segment of a law, as a fraction of it.
-_STEP = 1e-3
 # No piece is halved below this fraction of the range; nor cut beside a meeting below that one.
 _FLOOR = 1e-6
 _MEETING_FLOOR = 1e-10
 # Relative accuracy of an end.
 _ACCURACY = 1e-13
-# What grows at an end of a window is looked up this fraction of the window inside.
-_INSIDE = 1e-6
+# What grows at an end of a window is looked up inside, at these parts of it.
+_INSIDE = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
+# The growth left at a root may be this fraction of that at the ends.
+_JUMP = 1e-6
+# Parts of a window that are looked at for its largest growth at least.
+_LOOKS = 16
+# Maxima of the growth among them that are followed up.
+_PEAKS = 2
+# Steps beyond an end, each twice the last, of which the first is this part of the window.
+_BEYOND = 8
 # Places at which paths are read.
 _PARTS = np.linspace(0.0, 1.0, 17)
 # Share of the mismatch of straight lines that cubics may err by before a middle has been seen,
@@ -113,12 +121,8 @@ class _Search:
 
     def stretch(self, low: float, high: float) -> Stretch:
         """Return the paths between two speeds of one segment."""
-        step = _STEP * (high - low)
-        ends = [
-            with_slopes(self.block, self.at(speed), side)
-            for speed, side in ((low, step), (high, -step))
-        ]
-        return stretch_between(self.block, *ends)
+        first = with_slopes(self.block, self.at(low), "above")
+        return stretch_between(self.block, first, with_slopes(self.block, self.at(high), "below"))
 
     def windows(self) -> list[Window]:
         """Return all windows."""
@@ -180,10 +184,14 @@ class _Search:
         calm, loud = (low, high) if after else (high, low)
         still = self.at(calm)
         chosen = paths if after else stretch.partner[paths]
-        damped = (still.values.real[chosen] < -still.tolerance[chosen]).all()
+        values = still.values[chosen]
+        damped = (values.real < -ROUNDING * np.abs(values)).all()
         if damped and growth(calm) < 0 < growth(loud):
-            scale = max(abs(low), abs(high))
-            root = float(brentq(growth, low, high, xtol=_ACCURACY * scale, rtol=_ACCURACY))
+            size = abs(growth(low)) + abs(growth(high))
+            root = _root(growth, low, high)
+            # beside a meeting of modes the nearest value may jump from one to another
+            if max(self._leading(root).real, abs(growth(root))) > _JUMP * size:
+                root = self._halved(calm, loud)
         else:
             root = self._halved(calm, loud)
         return [_Piece(low, root, before), _Piece(root, high, after)]
@@ -200,22 +208,59 @@ class _Search:
     def _window(self, piece: _Piece) -> Window:
         """Return the window of a piece that grows."""
         top_speed = self._highest(piece)
+        opens = piece.low > self.low or not self.at(self.low).grows
+        closes = piece.high < self.high or not self.at(self.high).grows
+        low = self._exact_end(piece.low, piece.high) if opens else piece.low
+        high = self._exact_end(piece.high, piece.low) if closes else piece.high
         return Window(
-            low=piece.low,
-            high=piece.high,
-            opens=piece.low > self.low or not self.at(self.low).grows,
-            closes=piece.high < self.high or not self.at(self.high).grows,
-            onset=self._at_end(piece.low, piece.high),
-            end=self._at_end(piece.high, piece.low),
+            low=low,
+            high=high,
+            opens=opens,
+            closes=closes,
+            onset=self._at_end(low, piece.high),
+            end=self._at_end(high, piece.low),
             top=self._leading(top_speed),
             top_speed=top_speed,
         )
 
+    def _exact_end(self, speed: float, other: float) -> float:
+        """Return where Re λ = 0 beyond an end at which growth is too slow to be judged."""
+        value = start = self._at_end(speed, other)
+        if value.real <= ROUNDING * abs(value):
+            return speed
+        step = (speed - other) / _BEYOND
+        for _ in range(_BEYOND):
+            place = min(max(speed + step, self.low), self.high)
+            values = self.at(place).values
+            value = complex(values[np.abs(values - value).argmin()])
+            if value.real < -ROUNDING * abs(value):
+                return self._zero_between((speed, start), (place, value))
+            if place in (self.low, self.high):
+                break
+            step *= 2.0
+        return speed
+
+    def _zero_between(self, grown: tuple[float, complex], damped: tuple[float, complex]) -> float:
+        """Return where Re λ = 0 between two speeds with the values of one mode there."""
+
+        def growth(speed: float) -> float:
+            part = (speed - grown[0]) / (damped[0] - grown[0])
+            near = grown[1] + part * (damped[1] - grown[1])
+            values = self.at(speed).values
+            return float(values[np.abs(values - near).argmin()].real)
+
+        root = _root(growth, grown[0], damped[0])
+        return root if abs(growth(root)) <= _JUMP * abs(damped[1].real) else grown[0]
+
     def _at_end(self, speed: float, other: float) -> complex:
-        """Return the eigenvalue at an end of a window, known by what grows just inside."""
-        inside = self._leading(speed + _INSIDE * (other - speed))
-        values = self.at(speed).values
-        return complex(values[np.abs(values - inside).argmin()])
+        """Return the eigenvalue at an end of a window, followed from where it is seen to grow."""
+        places = [speed + part * (other - speed) for part in _INSIDE]
+        seen = next((k for k, v in enumerate(places) if self.at(v).grows), len(places) - 1)
+        value = self._leading(places[seen])
+        for place in (*reversed(places[:seen]), speed):
+            values = self.at(place).values
+            value = complex(values[np.abs(values - value).argmin()])
+        return value
 
     def _leading(self, speed: float) -> complex:
         """Return the eigenvalue with the largest growth that is none of rounding."""
@@ -224,20 +269,43 @@ class _Search:
 
     def _highest(self, piece: _Piece) -> float:
         """Return the speed of the largest growth in a window."""
-        known = sorted(s for s in self._known if piece.low <= s <= piece.high)
+        inside = {s for s in self._known if piece.low <= s <= piece.high}
+        for left, right in pairwise(sorted({piece.low, *inside, piece.high})):
+            parts = int((right - left) / (piece.high - piece.low) * _LOOKS) + 1
+            inside |= set(np.linspace(left, right, parts + 1).tolist())
+        known = sorted(inside)
         rates = [self._leading(s).real for s in known]
-        best = int(np.argmax(rates))
-        around = [k for k in (best - 1, best, best + 1) if 0 <= k < len(known)]
-        places = [(rates[best], known[best])]
-        for left, right in pairwise(known[k] for k in around):
-            found = minimize_scalar(
-                lambda speed: -self._leading(float(speed)).real,
-                bounds=(left, right),
-                method="bounded",
-                options={"xatol": 1e-5 * (right - left), "maxiter": 20},
-            )
-            places.append((-float(found.fun), float(found.x)))
-        return max(places)[1]
+        around = np.array([-np.inf, *rates, -np.inf])
+        peaks = np.flatnonzero((around[1:-1] >= around[:-2]) & (around[1:-1] >= around[2:]))
+        peaks = peaks[np.argsort(-np.array(rates)[peaks], kind="stable")][:_PEAKS]
+        places = [(rates[k], known[k]) for k in peaks]
+        for k in peaks.tolist():
+            for other in (k - 1, k + 1):
+                if 0 <= other < len(known) and self._rises(known[k], known[other]):
+                    places.append(self._summit(*sorted((known[k], known[other]))))
+        return float(max(places)[1])
+
+    def _rises(self, speed: float, other: float) -> bool:
+        """Whether the largest growth at a speed rises towards another."""
+        found = self.at(speed)
+        side: Side = "above" if other > speed else "below"
+        slope = with_slopes(self.block, found, side).slopes[found.excess.argmax()].real
+        return bool(slope * (other - speed) > 0)
+
+    def _summit(self, low: float, high: float) -> tuple[float, float]:
+        """Return the largest growth between two speeds, and its speed."""
+        found = minimize_scalar(
+            lambda speed: -self._leading(float(speed)).real,
+            bounds=(low, high),
+            method="bounded",
+            options={"xatol": 1e-5 * (high - low), "maxiter": 20},
+        )
+        return -float(found.fun), float(found.x)
+
+
+def _root(growth: Callable[[float], float], first: float, second: float) -> float:
+    scale = max(abs(first), abs(second))
+    return float(brentq(growth, first, second, xtol=_ACCURACY * scale, rtol=_ACCURACY))
 
 
 def _error(stretch: Stretch, seen: FloatArray | None) -> FloatArray:
@@ -247,8 +315,8 @@ def _error(stretch: Stretch, seen: FloatArray | None) -> FloatArray:
     growth = np.abs(miss.real).max(axis=0)
     coarse = _UNSEEN * (growth + np.where(stretch.likeness < _UNLIKE, whole, 0.0))
     if seen is None:
-        return coarse
-    return np.minimum(coarse, np.maximum(seen, _SEEN * coarse))
+        return np.asarray(coarse)
+    return np.asarray(np.minimum(coarse, np.maximum(seen, _SEEN * coarse)))
 
 
 def _crosses_once(excess: FloatArray, error: FloatArray) -> bool:

@@ -16,6 +16,8 @@ _SMALL_ORBIT = 1e-2
 _LINE = 1e-3
 # Translations below this fraction of what the tilt would give over the rotor's length are none.
 _NO_TRANSLATION = 1e-9
+# Eigenvalues closer than this (relative) are one.
+_EQUAL = 1e-8
 # Lateral motion below this fraction of axial motion and torsion is none.
 _NO_LATERAL = 1e-6
 
@@ -66,6 +68,35 @@ def whirl_direction(assembled: AssembledSystem, shapes: ComplexArray) -> StringA
         ["mixed", "forward", "backward"],
         default="planar",
     )
+
+
+def whirl_at_speed(
+    assembled: AssembledSystem,
+    shapes: ComplexArray,
+    eigenvalues: ComplexArray,
+    speed_rad_s: float,
+) -> StringArray:
+    """Tell how modes whirl relative to the turning reference shaft, as `whirl_direction`.
+
+    Parameters
+    ----------
+    assembled
+        The system.
+    shapes, eigenvalues
+        Modes at the speed, shapes (n, m) and (m,).
+    speed_rad_s
+        Ω, rad/s. At rest a mode of a system without damping, and one that shares its eigenvalue
+        with another, is "planar": any orbit is made of lines there, and none has a sense.
+    """
+    directions = whirl_direction(assembled, shapes)
+    if speed_rad_s == 0:
+        near = np.abs(eigenvalues[:, None] - eigenvalues) <= _EQUAL * np.abs(eigenvalues)
+        lines = (near.sum(axis=1) > 1) | assembled.is_conservative
+        return np.where(lines, "planar", directions)
+    if speed_rad_s < 0:
+        swap = {"forward": "backward", "backward": "forward"}
+        return np.array([swap.get(str(d), str(d)) for d in directions], dtype=directions.dtype)
+    return directions
 
 
 def moves_laterally(assembled: AssembledSystem, shape: ComplexArray) -> bool:

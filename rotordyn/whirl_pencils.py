@@ -12,6 +12,7 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.complex_form import ComplexForm, complex_form
+from solidwhirl.rotordyn.law_pieces import LawPieces
 from solidwhirl.rotordyn.system import AssembledSystem, LawJoint
 from solidwhirl.rotordyn.whirl import interface_orbits
 
@@ -25,15 +26,15 @@ _Law = Callable[[float], FloatArray]
 
 
 class PencilLaw(NamedTuple):
-    """Relative motion of a bearing, shape (2, m), its 2×2 stiffness at a speed Ω, and its kinks.
+    """Relative motion of a bearing, shape (2, m), its 2×2 stiffness at a speed Ω, and its pieces.
 
-    `kinks_rad_s` are the Ω at which the slope of the stiffness changes.
+    `pieces` are polynomials of Ω; None of a law that does not tell them.
     """
 
     bearing: str
     motion: FloatArray
     stiffness: _Law
-    kinks_rad_s: tuple[float, ...]
+    pieces: LawPieces | None
 
 
 class Pencil(NamedTuple):
@@ -135,7 +136,7 @@ def _whole(
         mass=assembled.mass[block],
         inertia=inertia - 1j * ratio * gyroscopic if gyroscopic.any() else inertia,
         laws=tuple(
-            PencilLaw(joint.bearing, joint.motion[:, kept], law, joint.kinks_rad_s)
+            PencilLaw(joint.bearing, joint.motion[:, kept], law, joint.pieces)
             for joint, law in zip(assembled.law_joints, laws, strict=bool(laws))
         ),
         first=kept,
@@ -162,7 +163,7 @@ def _turning(
                 joints[law.place].bearing,
                 np.vstack((law.motion, law.motion)) / np.sqrt(2.0),
                 laws[law.place],
-                joints[law.place].kinks_rad_s,
+                joints[law.place].pieces,
             )
             for law in form.laws
         ),

@@ -78,7 +78,7 @@ def run_analysis(
         case RotatingCampbellSpec():
             return run_rotating_campbell(spec, system, diagram, title)
         case ModeShapesSpec():
-            return run_mode_shapes(spec, system, title)
+            return run_mode_shapes(spec, system, diagram, title)
         case SeparationMarginsSpec():
             return run_separation_margins(spec, scene, system, title)
         case StabilitySpec():

@@ -15,6 +15,7 @@ from solidwhirl.rotordyn.critical_speed_map import critical_speed_map
 from solidwhirl.rotordyn.excitation import unbalance_excitation
 from solidwhirl.rotordyn.pictures_maps import draw_bearing_law, draw_critical_speed_map
 from solidwhirl.rotordyn.pictures_margins import draw_separation_margins
+from solidwhirl.rotordyn.resonance_samples import with_knots
 from solidwhirl.rotordyn.separation_margins import (
     MarginMethod,
     OperatingRange,
@@ -209,7 +210,7 @@ def run_stability(spec: StabilitySpec, scene: Scene, system: AssembledSystem) ->
 
 def run_bearing_laws(spec: BearingLawsSpec, system: AssembledSystem, title: str) -> Outcome:
     """Coefficients of the bearings that depend on the speed."""
-    speeds = np.linspace(0.0, spec.to_rpm * RPM, 401)
+    speeds = with_knots(np.linspace(0.0, spec.to_rpm * RPM, 401), system.knots_rad_s)
     documents: dict[str, Any] = {}
     files: dict[str, Write] = {}
     named = {b.name: b for b in system.system.bearings}

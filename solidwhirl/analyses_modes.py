@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from solidwhirl.analyses_response import RPM, end_of
 from solidwhirl.outcome import Outcome, Write
 from solidwhirl.rotordyn import AssembledSystem, Campbell, modes_at_speed
 from solidwhirl.rotordyn.body_frames import campbell_seen_by_body
+from solidwhirl.rotordyn.branch_numbers import branch_numbers
 from solidwhirl.rotordyn.frames import RotatingCampbell
 from solidwhirl.rotordyn.mode_shapes import BodyShape, mode_shapes
 from solidwhirl.rotordyn.participation import participation
@@ -21,6 +23,7 @@ from solidwhirl.rotordyn.pictures_modes import (
     draw_rotating_campbell,
 )
 from solidwhirl.rotordyn.pictures_participation import draw_participation
+from solidwhirl.rotordyn.resonance_samples import with_knots
 from solidwhirl.rotordyn.state_channels import ForceInput, Input, MotionOutput, Output
 from solidwhirl.rotordyn.state_space import state_space, tabulated_state_space
 from solidwhirl.rotordyn.state_space_file import export_mat, export_npz, write_state_space
@@ -63,17 +66,21 @@ def _frame_document(frame: RotatingCampbell) -> dict[str, Any]:
     }
 
 
-def run_mode_shapes(spec: ModeShapesSpec, system: AssembledSystem, title: str) -> Outcome:
-    """Shapes of the lowest modes at some speeds, and who takes part in them."""
+def run_mode_shapes(
+    spec: ModeShapesSpec, system: AssembledSystem, diagram: Campbell, title: str
+) -> Outcome:
+    """Shapes of the lowest modes at some speeds, numbered as in the diagram, and their parts."""
     documents = []
     files: dict[str, Write] = {}
     for rpm in spec.speeds_rpm:
         modes = modes_at_speed(system, rpm * RPM, spec.modes)
-        shapes, shares = mode_shapes(system, modes), participation(system, modes)
-        files |= _mode_files(spec, system, rpm, f"{title}, {speed_text(rpm)} rpm")
+        numbers = branch_numbers(system, diagram, modes).tolist()
+        shapes, shares = mode_shapes(system, modes, numbers), participation(system, modes)
+        files |= _mode_files(spec, system, diagram, rpm, f"{title}, {speed_text(rpm)} rpm")
         documents.append(
             {
                 "speed_rpm": rpm,
+                "branch": [k or None for k in numbers],
                 "frequency_hz": modes.frequency_hz.tolist(),
                 "log_decrement": decrements(modes.log_decrement),
                 "whirl": shapes.whirl.tolist(),
@@ -99,19 +106,21 @@ def run_mode_shapes(spec: ModeShapesSpec, system: AssembledSystem, title: str) -
 
 
 def _mode_files(
-    spec: ModeShapesSpec, system: AssembledSystem, rpm: float, title: str
+    spec: ModeShapesSpec, system: AssembledSystem, diagram: Campbell, rpm: float, title: str
 ) -> dict[str, Write]:
     """Pictures of the modes that have room in them, the lowest ones."""
     modes = modes_at_speed(system, rpm * RPM, min(spec.modes, _MOST_MODES))
     if modes.frequency_hz.size == 0:
         return {}
-    shapes, shares = mode_shapes(system, modes), participation(system, modes)
+    numbers = branch_numbers(system, diagram, modes).tolist()
+    shapes, shares = mode_shapes(system, modes, numbers), participation(system, modes)
     if spec.modes > _MOST_MODES:
         title += f", the lowest {modes.frequency_hz.size} modes"
     at = f"{spec.label}_{speed_text(rpm)}rpm"
+    draw_shares = partial(draw_participation, numbers=numbers)
     files: dict[str, Write] = {
         f"{at}.png": _later(draw_mode_shapes, shapes, title),
-        f"{at}_participation.png": _later(draw_participation, shares, title),
+        f"{at}_participation.png": _later(draw_shares, shares, title),
     }
     for body in spec.bodies:
         files[f"{at}_{body}.png"] = _later(draw_body_modes, shapes, body, title)
@@ -150,6 +159,7 @@ def run_state_space(spec: StateSpaceSpec, system: AssembledSystem) -> Outcome:
     if system.has_constant_bearings:
         model = state_space(system, inputs, outputs, (float(speeds[0]), float(speeds[-1])))
     else:
+        speeds = with_knots(speeds, system.knots_rad_s)
         model = tabulated_state_space(system, inputs, outputs, speeds)
     return Outcome(
         kind=spec.kind,

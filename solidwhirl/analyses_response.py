@@ -23,7 +23,7 @@ from solidwhirl.rotordyn.pictures_response_maps import (
     draw_place_map,
     draw_stiffness_map,
 )
-from solidwhirl.rotordyn.resonance_samples import resolving_samples
+from solidwhirl.rotordyn.resonance_samples import resolving_samples, with_knots
 from solidwhirl.rotordyn.response_maps import StepPeaks, ground_motion_map, place_map
 from solidwhirl.rotordyn.response_maps_peaks import ground_motion_peaks, stiffness_map_peaks
 from solidwhirl.rotordyn.response_maps_stiffness import (
@@ -37,6 +37,7 @@ from solidwhirl.rotordyn.unbalance import (
     UnbalanceResponse,
     frequency_ratio,
     resolving_speeds,
+    response_pieces,
     unbalance_response,
 )
 from solidwhirl.rotordyn.unbalance_peaks import ResonancePeak, resonance_peaks
@@ -260,12 +261,15 @@ def _map_speeds(spec: PlaceMapSpec, system: AssembledSystem, ratio: float) -> ND
         shown = np.nan_to_num(np.moveaxis(motion, 1, 0))
         return np.asarray(shown.reshape(speeds.size, -1))
 
-    return resolving_samples(frequencies(spec) / ratio, respond)
+    speeds = frequencies(spec) / ratio
+    pieces = response_pieces(system, ratio, float(speeds[-1]))
+    return resolving_samples(speeds, respond, pieces)
 
 
 def run_waterfall(spec: WaterfallSpec, system: AssembledSystem, title: str) -> Outcome:
     """Response to harmonic ground motion over frequency and speed."""
-    speeds = np.linspace(spec.from_rpm, spec.to_rpm, spec.speed_count) * RPM
+    steps_rpm = np.linspace(spec.from_rpm, spec.to_rpm, spec.speed_count)
+    speeds = with_knots(steps_rpm * RPM, system.knots_rad_s)
     found = ground_motion_map(
         system, spec.amplitude_m, spec.direction, speeds, frequencies(spec), end_of(spec.observe)
     )
@@ -315,11 +319,17 @@ def run_stiffness_study(spec: StiffnessStudySpec, system: AssembledSystem, title
     )
     place = end_of(spec.excite)
     unbalance = Unbalance(body=place.body, interface=place.interface, moment_kg_m=spec.moment_kg_m)
-    common = (system, spec.bearings, stiffness, unbalance, frequencies(spec), end_of(spec.observe))
+    rates, observed = frequencies(spec), end_of(spec.observe)
     if spec.speed_rpm is None:
-        found = synchronous_stiffness_map(*common)
+        knots = frequency_ratio(system, unbalance) * np.array(system.knots_rad_s)
+        rates = with_knots(rates, knots)
+        found = synchronous_stiffness_map(
+            system, spec.bearings, stiffness, unbalance, rates, observed
+        )
     else:
-        found = stiffness_map_at_speed(*common, spec.speed_rpm * RPM)
+        found = stiffness_map_at_speed(
+            system, spec.bearings, stiffness, unbalance, rates, observed, spec.speed_rpm * RPM
+        )
     steps = stiffness_map_peaks(system, found)
     choice = choose_stiffness(found, spec.operating_speed_rpm * RPM, spec.margin, steps)
     return Outcome(

@@ -51,6 +51,7 @@ def branch_errors(diagram: Campbell, variants: Sequence[AssembledSystem]) -> Flo
         others.append((1.0 - campbell_differences(few, second).frequency) * own)
     found = _errors(own, others)
     out = np.array([np.interp(speeds, speeds[at], errors) for errors in found])
+    out = out.reshape(diagram.frequency_hz.shape)
     return np.where(np.isfinite(diagram.frequency_hz), out, np.nan)
 
 
@@ -74,6 +75,7 @@ def critical_speed_errors_of_beams(
     if len(speeds) < 2:
         return out
     for k, point in enumerate(critical):
+        # the nearest branch that is there on both sides
         rows = [np.interp(point.speed_rad_s, speeds, row) for row in diagram.frequency_hz]
         gap = np.abs(np.array(rows) - point.frequency_hz)
         if not np.isfinite(gap).any():

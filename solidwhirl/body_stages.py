@@ -20,6 +20,7 @@ from solidwhirl.body_reduction import (
     solver_text,
 )
 from solidwhirl.dial import Judgement, Round, next_discretisations, rounds_of
+from solidwhirl.forecast import shortage_of
 from solidwhirl.geometry import Body
 from solidwhirl.mesh_bodies import described
 from solidwhirl.meshing import Mesh
@@ -154,7 +155,8 @@ def reduced_bodies(
         return done, todo
 
     first = {name: first_discretisation(scene, plan, name) for name in bodies}
-    return rounds_of(first, reduce_one, judge, job.comm)
+    shortage = shortage_of(scene, plan, bodies, job.progress)
+    return rounds_of(first, reduce_one, judge, job.comm, shortage)
 
 
 def system_of(

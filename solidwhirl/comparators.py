@@ -19,6 +19,7 @@ from solidwhirl.body_reduction import (
     reduce_meshed,
 )
 from solidwhirl.dial import Judgement, next_discretisations, rounds_of
+from solidwhirl.forecast import shortage_of
 from solidwhirl.geometry import Body, GeometryError, Interface
 from solidwhirl.interface_motions import places_of_joints
 from solidwhirl.meshing import MeshingError
@@ -288,5 +289,6 @@ def _within_accuracy(
         return next_discretisations(scene, plan, reduced, system)
 
     first = {name: first_discretisation(scene, plan, name) for name in bodies}
-    reduced, _ = rounds_of(first, reduce_one, judge, MPI.COMM_SELF)
+    shortage = shortage_of(scene, plan, bodies)
+    reduced, _ = rounds_of(first, reduce_one, judge, MPI.COMM_SELF, shortage)
     return {name: r.element for name, r in reduced.items()}

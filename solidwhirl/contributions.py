@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solidwhirl.rotordyn import AssembledSystem, modes_at_speed
+from solidwhirl.rotordyn.damping import DEFAULT_RULE, DampingRule
+from solidwhirl.rotordyn.eigenvalue_errors import error_scale
 from solidwhirl.rotordyn.error_forms import form_products, form_weight
 from solidwhirl.rotordyn.left_vectors import ModePairs, mode_pairs
 from solidwhirl.rotordyn.system import matrices_at_speed
@@ -25,16 +27,24 @@ class AskedModes:
     ----------
     count, frequency_max_hz
         One of them is None.
+    excitation_ratio
+        Modes below this times the speed have had their critical speed, and are asked for too.
+    rule
+        Which of these count: critically damped ones need no accuracy.
     """
 
     count: int | None
     frequency_max_hz: float | None
+    excitation_ratio: float = 0.0
+    rule: DampingRule = DEFAULT_RULE
 
-    def number_of(self, frequency_hz: FloatArray) -> int:
+    def number_of(self, frequency_hz: FloatArray, speed_rad_s: float = 0.0) -> int:
         """How many of the leading modes with these rising frequencies are asked for."""
+        passed = int(np.sum(2.0 * np.pi * frequency_hz <= self.excitation_ratio * speed_rad_s))
         if self.frequency_max_hz is not None:
-            return int(np.sum(frequency_hz <= self.frequency_max_hz))
-        return len(frequency_hz) if self.count is None else min(self.count, len(frequency_hz))
+            return max(passed, int(np.sum(frequency_hz <= self.frequency_max_hz)))
+        count = len(frequency_hz) if self.count is None else min(self.count, len(frequency_hz))
+        return max(passed, count)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -92,22 +102,27 @@ def error_contributions(
     motions: dict[str, list[ComplexArray]] = {}
     spins: dict[str, list[FloatArray]] = {}
     rates, speeds = [], []
+    at_rest = modes_at_speed(system, 0.0).frequency_hz.size
     for speed in speeds_rad_s:
         modes = modes_at_speed(system, speed)
-        wanted = asked.number_of(modes.frequency_hz)
+        # precession that the spin gives a frequency comes below the modes that begin at rest
+        born = max(modes.frequency_hz.size - at_rest, 0)
+        wanted = min(asked.number_of(modes.frequency_hz, speed) + born, modes.frequency_hz.size)
         pairs = mode_pairs(matrices_at_speed(system, speed), modes)
-        pairs = ModePairs(*(a[..., :wanted] for a in pairs))
+        chosen = np.flatnonzero(asked.rule.counts(pairs.rates[:wanted]))
+        pairs = ModePairs(*(a[..., chosen] for a in pairs))
+        scale = error_scale(system, pairs.rates)
         rates.append(pairs.rates)
-        speeds.append(np.full(wanted, speed))
+        speeds.append(np.full(chosen.size, speed))
         for name, rotor in system.system.rotors.items():
             rows = system.transformation[system.body_slices[name]]
             left, right = rows @ pairs.left, rows @ pairs.right
             spin = rotor.speed_ratio * speed
             motions.setdefault(name, []).append(right)
-            spins.setdefault(name, []).append(np.full(wanted, spin))
+            spins.setdefault(name, []).append(np.full(chosen.size, spin))
             for form in rotor.element.error_forms:
                 change = np.abs(form_products(form, pairs.rates, spin, left, right))
-                estimate = form_weight(form, pairs.rates) * change / np.abs(pairs.rates)
+                estimate = form_weight(form, pairs.rates) * change / scale
                 shares.setdefault((name, form.part), []).append(estimate)
     return Contributions(
         shares={key: np.concatenate(parts) for key, parts in shares.items()},

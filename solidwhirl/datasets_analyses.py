@@ -223,6 +223,10 @@ def _mode_shapes(document: Document) -> xr.Dataset:
         key: (("speed_rpm", "mode"), [_padded(s[key], most) for s in speeds])
         for key in ("frequency_hz", "log_decrement", "whirl")
     }
+    variables["branch"] = (
+        ("speed_rpm", "mode"),
+        [_padded([k or 0 for k in s.get("branch", ())], most) for s in speeds],
+    )
     rows = [[_padded(row, most) for row in deflections(s)] for s in speeds]
     variables["deflection"] = (("speed_rpm", "place", "mode"), rows)
     coordinates: dict[str, Labelled] = {

@@ -100,13 +100,20 @@ def labelled(
     Dataset
     """
     return xr.Dataset(
-        {name: _variable(name, *found) for name, found in variables.items()},
+        {name: _variable(name, *_whole(*found, coordinates)) for name, found in variables.items()},
         coords={
             name: _variable(name, dims, _exact(name, dims, values))
             for name, (dims, values) in coordinates.items()
         },
         attrs={key: value for key, value in attributes.items() if value is not None},
     )
+
+
+def _whole(dims: Sequence[str] | str, values: Any, coordinates: Mapping[str, Labelled]) -> Labelled:
+    """Give values without an entry, which do not tell their dimensions, those of the axes."""
+    if isinstance(dims, str) or np.size(values) or not all(d in coordinates for d in dims):
+        return dims, values
+    return dims, np.empty([len(coordinates[d][1]) for d in dims])
 
 
 def _variable(name: str, dims: Sequence[str] | str, values: Any) -> xr.Variable:

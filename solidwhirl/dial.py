@@ -3,12 +3,13 @@
 Every round reduces the bodies that changed, assembles the engine, estimates the errors of the
 modes that the Campbell diagram will follow, at rest, at the top speed and between, and refines what
 contributes more than its share: meshes by the errors of their own elements, bases by more modes or
-another speed. Analyses run once, on the last round's system.
+another speed. A round whose estimate rises is the last, and the one before it counts; so is one
+after which memory would not do. Analyses run once, on the system of the round that counts.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -54,6 +55,12 @@ class Round:
         Largest by part.
     refined
         What was refined after it, such as "lp: mesh".
+    stopped
+        Why nothing was refined though the accuracy is not met; empty where that is no matter.
+    kept
+        Whether the results are of this round.
+    looked_at
+        Modes that were looked at, over all speeds.
     """
 
     unknowns: Mapping[str, int]
@@ -61,6 +68,9 @@ class Round:
     estimate: float
     parts: Mapping[str, float]
     refined: tuple[str, ...]
+    stopped: str = ""
+    kept: bool = False
+    looked_at: int = 0
 
 
 def next_discretisations(
@@ -99,6 +109,7 @@ def next_discretisations(
         estimate=estimate,
         parts={part: found.largest(part) for part in sorted({p for _, p in found.shares})},
         refined=tuple(refined),
+        looked_at=len(found.rates),
     )
     return record, changed
 
@@ -106,12 +117,17 @@ def next_discretisations(
 Reduce = Callable[[str, Discretisation, BodyResult | None], BodyResult | None]
 Judgement = tuple[Round, Mapping[str, Discretisation]]
 Judge = Callable[[Mapping[str, BodyResult], int], Judgement | None]
+Shortage = Callable[[Mapping[str, Discretisation], Mapping[str, BodyResult]], str]
 
 
 def rounds_of(
-    first: Mapping[str, Discretisation], reduce_one: Reduce, judge: Judge, comm: Any
+    first: Mapping[str, Discretisation],
+    reduce_one: Reduce,
+    judge: Judge,
+    comm: Any,
+    shortage: Shortage = lambda todo, reduced: "",
 ) -> tuple[dict[str, BodyResult], tuple[Round, ...]]:
-    """Reduce bodies again until a judge has nothing more to refine, or after too many rounds.
+    """Reduce bodies again until a judge has nothing more to refine, or it gets no better.
 
     Parameters
     ----------
@@ -125,22 +141,55 @@ def rounds_of(
         there is nothing to judge.
     comm
         Communicator; its rank 0 decides.
+    shortage
+        Why the next discretisations are too much for the machine; empty where they are not.
+
+    Returns
+    -------
+    bodies, rounds
+        Of the round with the smallest estimate, and the record of all.
     """
     todo = first
-    reduced: dict[str, BodyResult] = {}
+    best: dict[str, BodyResult] = {}
     rounds: list[Round] = []
     while todo:
+        reduced = dict(best)
         for name, chosen in todo.items():
-            result = reduce_one(name, chosen, reduced.get(name))
+            result = reduce_one(name, chosen, best.get(name))
             if result is not None:
                 reduced[name] = result
         found = judge(reduced, len(rounds) + 1) if comm.rank == 0 else None
         todo = {}
-        if found is not None:
-            rounds.append(found[0])
-            todo = found[1] if len(rounds) < _MOST_ROUNDS else {}
+        if found is None:
+            best = reduced
+        else:
+            stopped = _stop(rounds, *found) or shortage(found[1], reduced)
+            todo = {} if stopped else found[1]
+            refined = () if stopped else found[0].refined
+            rounds.append(replace(found[0], refined=refined, stopped=stopped))
+            best = best if _rises(rounds) else reduced
         todo = comm.bcast(todo, root=0)
-    return reduced, tuple(rounds)
+    at = len(rounds) - 1 - _rises(rounds)
+    return best, tuple(replace(r, kept=k == at) for k, r in enumerate(rounds))
+
+
+def _rises(rounds: Sequence[Round]) -> bool:
+    """Whether the estimate of the last round is above that of the one before it.
+
+    One that found more modes to look at, such as a larger basis has, has more to be wrong.
+    """
+    if len(rounds) < 2 or rounds[-1].looked_at > rounds[-2].looked_at:
+        return False
+    return not rounds[-1].estimate <= rounds[-2].estimate
+
+
+def _stop(before: Sequence[Round], last: Round, todo: Mapping[str, Discretisation]) -> str:
+    """Why a round is the last one though its judge would refine further."""
+    if _rises([*before, last]):
+        return "the estimate rises"
+    if todo and len(before) + 1 >= _MOST_ROUNDS:
+        return f"{_MOST_ROUNDS} rounds"
+    return ""
 
 
 def sample_speeds(plan: Plan) -> tuple[float, ...]:
@@ -150,10 +199,14 @@ def sample_speeds(plan: Plan) -> tuple[float, ...]:
 
 
 def asked_modes(scene: Scene) -> AskedModes:
-    """Which modes the scene's Campbell diagram asks for."""
-    if scene.campbell.frequency_max_hz is not None:
-        return AskedModes(count=None, frequency_max_hz=scene.campbell.frequency_max_hz)
-    return AskedModes(count=scene.campbell.branches, frequency_max_hz=None)
+    """Which modes the scene's Campbell diagram and its critical speeds ask for."""
+    highest, count = scene.campbell.frequency_max_hz, scene.campbell.branches
+    return AskedModes(
+        count=count + count % 2 if highest is None else None,  # pairs are shown whole
+        frequency_max_hz=highest,
+        excitation_ratio=max((abs(r) for r in scene.speed_ratios().values()), default=0.0),
+        rule=scene.criteria.rule,
+    )
 
 
 def _refined(

@@ -8,15 +8,16 @@ from __future__ import annotations
 import ctypes.util
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
 import sysconfig
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from importlib import metadata
+from importlib import metadata, util
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 State = Literal["ok", "missing", "doubtful"]
 _PYTHON = (3, 11)
@@ -276,17 +277,39 @@ def _compiler() -> Finding:
     return _thing("C compiler (element kernels)", compiler, remedy, needed=True)
 
 
+def _form_cache() -> Any:
+    """The module of that cache, without the finite elements that its package loads."""
+    path = Path(__file__).with_name("reduction") / "form_cache.py"
+    spec = util.spec_from_file_location("form_cache", path)
+    assert spec is not None and spec.loader is not None
+    module = util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
 def _kernel_cache() -> Finding:
     """Folder of compiled kernels: without it every run would compile them."""
+    what = "cache of compiled kernels"
     folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "fenics"
-    found = str(folder) if os.access(_nearest(folder), os.W_OK | os.X_OK) else None
-    remedy = f"export XDG_CACHE_HOME=<a folder of yours>  # {folder} can not be written"
-    return _thing("cache of compiled kernels", found, remedy, needed=True)
+    form_cache = _form_cache()
+    problem = form_cache.cache_problem(folder)
+    if problem:
+        nearest = _nearest(folder)
+        remedy = f"export XDG_CACHE_HOME=<a folder of yours>  # {folder} can not be written"
+        if not nearest.is_dir():
+            remedy = f"rm {shlex.quote(str(nearest))}"
+        return Finding(what=what, state="missing", found=problem, remedy=remedy)
+    damaged = form_cache.damaged_kernels(folder)
+    if damaged:
+        found = f"{folder}, {len(damaged)} damaged; runs that need them compile them again"
+        remedy = " ".join(["rm -r", *(f"{shlex.quote(str(folder))}/{name}.*" for name in damaged)])
+        return Finding(what=what, state="doubtful", found=found, remedy=remedy)
+    return Finding(what=what, state="ok", found=str(folder))
 
 
 def _nearest(folder: Path) -> Path:
     """The folder, or the nearest one above it that is there."""
-    while not folder.exists() and folder != folder.parent:
+    while not folder.exists() and not folder.is_symlink() and folder != folder.parent:
         folder = folder.parent
     return folder
 
@@ -389,9 +412,17 @@ def _thing(what: str, found: str | None, remedy: str, *, needed: bool = False) -
 
 
 def main() -> int:
-    """Examine, write what was found, and return the exit code."""
+    """Examine, write what was found, and return the exit code; 2 where it can't be written."""
     found = examine()
-    sys.stdout.write("\n".join(report_lines(found)) + "\n")
+    if sys.stdout is None:  # closed
+        return exit_code(found)
+    try:
+        sys.stdout.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
+        sys.stdout.write("\n".join(report_lines(found)) + "\n")
+        sys.stdout.flush()
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what is left unwritten, at the end
+        return exit_code(found) if isinstance(error, BrokenPipeError) else 2
     return exit_code(found)
 
 

@@ -38,7 +38,7 @@ from solidwhirl.rotordyn import (
 )
 from solidwhirl.scene import Scene
 from solidwhirl.speeds_asked import range_top_rpm
-from solidwhirl.stability_documents import Stability, stability_of
+from solidwhirl.stability_documents import Stability, at_operating, intervals_up_to
 from solidwhirl.store_stages import engine_part
 from solidwhirl.system_parts import engine_of
 
@@ -156,8 +156,19 @@ def diagram_of(engine: Engine) -> Diagram:
 
 def stability_of_engine(engine: Engine) -> Stability:
     """Look for instability over the range of speeds of a scene, and at its operating speeds."""
-    scene = engine.job.scene
-    return stability_of(engine.system, range_top_rpm(scene), operating_speeds(scene))
+    scene, keeper = engine.job.scene, engine.job.keeper
+    top, operating = range_top_rpm(scene), operating_speeds(scene)
+    intervals = keeper.stage(
+        "stability",
+        keeper.key("unstable intervals", engine.digest, top),
+        lambda: intervals_up_to(engine.system, top),
+    )
+    return Stability(
+        low_rpm=0.0,
+        high_rpm=top,
+        intervals=tuple(intervals),
+        at_operating=at_operating(engine.system, operating, intervals),
+    )
 
 
 def estimates_of(engine: Engine, diagram: Diagram) -> Estimates | None:

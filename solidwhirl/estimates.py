@@ -36,6 +36,7 @@ from solidwhirl.rotordyn.damping import DEFAULT_RULE, DampingRule
 from solidwhirl.rotordyn.differences import campbell_differences, critical_speed_differences
 from solidwhirl.rotordyn.eigenvalue_errors import (
     FrequencyErrors,
+    error_scale,
     frequency_errors,
     sum_of_parts,
 )
@@ -150,8 +151,11 @@ def estimate_errors(
         _add(speed_parts, pair, _speed_differences(critical, pair, speeds_of))
     free = {}
     if beams is not None:
-        rest_parts["beam_theory"] = at_rest_errors(at_rest, beams.systems)
-        of_branches = branch_errors(diagram, beams.systems)
+        own_hz = at_rest.frequency_hz
+        found = at_rest_errors(at_rest, beams.systems)
+        rest_parts["beam_theory"] = found * own_hz / _scale_hz(system, own_hz)
+        own_hz = diagram.frequency_hz
+        of_branches = branch_errors(diagram, beams.systems) * own_hz / _scale_hz(system, own_hz)
         branch_parts["beam_theory"] = of_branches
         speed_parts["beam_theory"] = critical_speed_errors_of_beams(critical, diagram, of_branches)
         own = {name: elements[name] for name in beams.elements[0]}
@@ -182,7 +186,7 @@ def _at_rest_differences(at_rest: Modes, pair: Comparison) -> FloatArray:
     out = np.full(len(at_rest.frequency_hz), np.nan)
     count = min(len(out), len(first.frequency_hz), len(second.frequency_hz))
     f, g = first.frequency_hz[:count], second.frequency_hz[:count]
-    out[:count] = pair.safety * np.abs(f - g) / f
+    out[:count] = pair.safety * np.abs(f - g) / _scale_hz(pair.second, f)
     if pair.part == "mesh":  # what the finer model itself is wrong by
         out[:count] += frequency_errors(pair.second, second).total[:count]
     return out
@@ -195,7 +199,8 @@ def _branch_differences(
     second = diagram_of(pair.second)
     first = diagram if pair.first is None else diagram_of(pair.first)
     found = campbell_differences(first, second)
-    out = pair.safety * np.abs(found.frequency)
+    own = first.frequency_hz
+    out = pair.safety * np.abs(found.frequency) * own / _scale_hz(pair.second, own)
     if pair.part == "mesh":
         out += _at_partners(found.partner, campbell_errors(pair.second, second).total)
     if pair.first is None:
@@ -220,6 +225,11 @@ def _speed_differences(
     if pair.first is None:
         return out
     return _at_partners(critical_speed_differences(critical, first).partner, out)
+
+
+def _scale_hz(system: AssembledSystem, frequency_hz: FloatArray) -> FloatArray:
+    """What errors of frequencies are measured against."""
+    return error_scale(system, 2.0 * np.pi * frequency_hz) / (2.0 * np.pi)
 
 
 def _at_partners(partner: NDArray[np.int_], values: FloatArray) -> FloatArray:

@@ -2,18 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from solidwhirl.beam_level import MODES
-from solidwhirl.body_reduction import first_discretisation
-from solidwhirl.cost import RunCost, predict_cost
+from solidwhirl.body_reduction import BodyResult, Discretisation, first_discretisation
+from solidwhirl.cost import (
+    ESTIMATES,
+    REFERENCE_MACHINE,
+    Cost,
+    RunCost,
+    predict_body_cost,
+    predict_cost,
+)
+from solidwhirl.cost_coefficients import BASE_GIB
 from solidwhirl.cost_memory import refuse_what_does_not_fit, with_chosen_solvers
 from solidwhirl.cost_table import cost_rows
 from solidwhirl.fineness import choose_fineness, is_adapted
 from solidwhirl.geometry import Body
-from solidwhirl.machine import MachineSpeed, available_memory_gib, machine_speed
+from solidwhirl.machine import (
+    MachineSpeed,
+    available_memory_gib,
+    machine_speed,
+    resident_memory_gib,
+)
+from solidwhirl.meshing.prediction import predict_refined
 from solidwhirl.meshing.user_mesh_records import MeshedBody
 from solidwhirl.plan_records import Plan
 from solidwhirl.scene import Scene
@@ -121,7 +137,7 @@ def refuse_too_large(
     MemoryShortageError
         With the numbers and what would fit.
     """
-    available = available_memory_gib()
+    available = min(available_memory_gib(), scene.model.memory_gib or np.inf)
     large = {
         n: b for n, b in bodies.items() if expected.first.bodies[n].peak_memory_gib > available
     }
@@ -132,6 +148,60 @@ def refuse_too_large(
         modes=_modes(scene, plan, large),
         available_gib=available,
         estimates=scene.model.estimates == "on",
+    )
+
+
+def shortage_of(
+    scene: Scene,
+    plan: Plan,
+    bodies: Mapping[str, Body | MeshedBody],
+    progress: Callable[[str], None] = lambda text: None,
+) -> Callable[[Mapping[str, Discretisation], Mapping[str, BodyResult]], str]:
+    """Return what `solidwhirl.dial.rounds_of` asks before every round.
+
+    Parameters
+    ----------
+    scene, plan, bodies
+        The scene, its plan and its geometry.
+    progress
+        Told what the round will cost.
+    """
+    machine = machine_speed()
+
+    def shortage(todo: Mapping[str, Discretisation], reduced: Mapping[str, BodyResult]) -> str:
+        costs = [_again(scene, plan, bodies[n], c, machine) for n, c in todo.items()]
+        if not costs:
+            return ""
+        needed = max(cost.peak_memory_gib for cost in costs) - BASE_GIB
+        spent = sum(cost.total_s for cost in costs)
+        progress(f"next round: about {spent:.2g} s, {needed:.2g} GiB more")
+        left = available_memory_gib()
+        if scene.model.memory_gib is not None:
+            left = min(left, scene.model.memory_gib - resident_memory_gib())
+        if needed <= left:
+            return ""
+        return f"the next round needs about {needed:.2g} GiB, {max(left, 0.0):.2g} GiB are left"
+
+    return shortage
+
+
+def _again(
+    scene: Scene,
+    plan: Plan,
+    body: Body | MeshedBody,
+    chosen: Discretisation,
+    machine: MachineSpeed = REFERENCE_MACHINE,
+) -> Cost:
+    """Cost of a body with the discretisation of a round."""
+    own = plan.bodies[body.name]
+    wanted = ESTIMATES if own.level == "harmonic" else ESTIMATES[:1]
+    return predict_body_cost(
+        body,
+        own,
+        modes=chosen.modes,
+        estimates=wanted if scene.model.estimates == "on" else (),
+        machine=machine,
+        mesh=None if chosen.local is None else predict_refined(chosen.local),
     )
 
 

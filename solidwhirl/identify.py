@@ -22,6 +22,8 @@ from solidwhirl.identify_search import measured_slopes, search
 from solidwhirl.rotordyn.atomic import replacing
 
 Progress = Callable[[str], None]
+# What a scene says in its head that a search has written.
+_WRITTEN = "Written by `solidwhirl identify"
 
 __all__ = ["Identified", "identified_scene", "identify", "identify_command", "read_problem"]
 
@@ -107,6 +109,13 @@ def _found_line(parameter: Mapping[str, Any]) -> str:
     )
 
 
+def _is_identified(path: Path) -> bool:
+    try:
+        return path.is_file() and _WRITTEN in path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return False
+
+
 def _refuse_target(problem: Problem, out: Path) -> None:
     """Find out before the long work, not after, that the file can not be written."""
     read = (problem.path, problem.path.parent / problem.spec.scene)
@@ -114,6 +123,11 @@ def _refuse_target(problem: Problem, out: Path) -> None:
         raise OutputError(f"{out}: is read by this problem; choose another file to write")
     if out.is_dir():
         raise OutputError(f"{out}: is a folder; the name of a file is needed")
+    if os.path.lexists(out) and not _is_identified(out):
+        raise OutputError(
+            f"{out}: is there already and `identify` did not write it; move it away or choose "
+            "another file"
+        )
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -193,7 +207,7 @@ def identified_scene(found: Identification) -> str:
             comments[problem.places[place].steps] = said
     header = (
         problem.spec.title or problem.spec.name,
-        f"Written by `solidwhirl identify {problem.path.name}`; see its record.",
+        f"{_WRITTEN} {problem.path.name}`; see its record.",
     )
     data = with_references(problem.scene_at(found.values), problem.spec)
     return scene_text(data, comments, header)

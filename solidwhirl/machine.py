@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solidwhirl.rotordyn.available_memory import available_memory
+from solidwhirl.rotordyn.available_memory import available_memory, resident_memory
 
 # Rows of the matrices multiplied, and entries of the vectors swept, which no cache holds: together
 # some 30 ms.
@@ -82,3 +82,8 @@ def available_memory_gib() -> float:
     if known is None:
         known = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     return known / 1024.0**3
+
+
+def resident_memory_gib() -> float:
+    """Memory that this process has taken [GiB]."""
+    return resident_memory() / 1024.0**3

@@ -13,6 +13,7 @@ import numpy as np
 
 from solidwhirl.geometry import Body
 from solidwhirl.imported_bodies import imported_element
+from solidwhirl.interface_documents import cut_doubts
 from solidwhirl.plausibility_records import Doubt
 from solidwhirl.plausibility_shapes import (
     RigidMass,
@@ -21,7 +22,7 @@ from solidwhirl.plausibility_shapes import (
     body_shapes,
     mesh_shapes,
 )
-from solidwhirl.plausibility_speeds import operating_doubts
+from solidwhirl.plausibility_speeds import SPEED_RPM, fast_bodies, operating_doubts
 from solidwhirl.rotordyn import Superelement
 from solidwhirl.scene import Scene
 from solidwhirl.scene_joints import BearingSpec, RigidBodySpec
@@ -49,8 +50,8 @@ _SAG_M = 2e-3
 _GRAVITY = 9.81
 # Lowest elastic frequency of a body alone.
 _LOWEST_HZ = (0.05, 1e6)
-# Speed at the rim, speed, and speed over the first bending frequency of a bare shaft.
-_RIM_M_PER_S, _SPEED_RPM = 1500.0, 3e6
+# Speed at the rim, and speed over the first bending frequency of a bare shaft.
+_RIM_M_PER_S = 1500.0
 _SPEED_RATIO = 500.0
 # Displacement of the centre of gravity by an unbalance over the size of the body.
 _ECCENTRICITY = 0.03
@@ -96,7 +97,9 @@ def implausible(scene: Scene, bodies: Mapping[str, Body]) -> tuple[Doubt, ...]:
     masses |= {n: e.mass_kg for n, e in imported.items() if e.rigid_body_present[:2].any()}
     found += _sag_doubts(scene, masses)
     found += _unbalance_doubts(scene, {s.name: s for s in shapes})
+    found += fast_bodies(scene, [s.name for s in shapes])
     found += operating_doubts(scene)
+    found += cut_doubts(scene)
     return tuple(found)
 
 
@@ -259,11 +262,11 @@ def _speed_doubts(scene: Scene, shape: Shape) -> Iterator[Doubt]:
     if speed == 0.0:
         return
     rpm, rim = speed * 30.0 / math.pi, speed * shape.radius_m
-    if rpm > _SPEED_RPM or rim > _RIM_M_PER_S:
+    if rpm > SPEED_RPM or rim > _RIM_M_PER_S:
         yield Doubt(
             key=shape.key,
             found=f"{rpm:g} rpm, {rim:.3g} m/s at the rim",
-            usual=f"up to {_SPEED_RPM:g} rpm and {_RIM_M_PER_S:g} m/s",
+            usual=f"up to {SPEED_RPM:g} rpm and {_RIM_M_PER_S:g} m/s",
             mistake="rpm and metres expected; is the speed too high, or are lengths in "
             "millimetres?",
         )

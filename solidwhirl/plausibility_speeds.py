@@ -3,14 +3,40 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
+from solidwhirl.operating import Operating, operating_speeds
 from solidwhirl.plausibility_records import Doubt
 from solidwhirl.scene import Scene
-from solidwhirl.scene_analyses import OperatingSpec, SeparationMarginsSpec
-from solidwhirl.speeds_asked import scene_speeds
+from solidwhirl.speeds_asked import scene_speeds, top_speed
 
 _RPM = 30.0 / math.pi
+# Fastest body: a dental drill turns at 5e5 rpm, a spinning sphere in a laboratory at more.
+SPEED_RPM = 3e6
+
+
+def fast_bodies(scene: Scene, judged: Collection[str]) -> Iterator[Doubt]:
+    """Yield a doubt where a body would turn faster than any rotor does.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    judged
+        Names of bodies whose speed is judged with their size.
+    """
+    others = {n: abs(r) for n, r in scene.speed_ratios().items() if n not in judged}
+    if not others:
+        return
+    name, ratio = max(others.items(), key=lambda pair: pair[1])
+    rpm = ratio * top_speed(scene) * _RPM
+    if rpm > SPEED_RPM:
+        yield Doubt(
+            key="speeds",
+            found=f"{name!r} at up to {rpm:g} rpm",
+            usual=f"up to {SPEED_RPM:g} rpm",
+            mistake="rpm expected; is the speed too high, or a speed_ratio?",
+        )
 
 
 def operating_doubts(scene: Scene) -> Iterator[Doubt]:
@@ -22,8 +48,7 @@ def operating_doubts(scene: Scene) -> Iterator[Doubt]:
         The scene; one whose speeds are all zero is not questioned.
     """
     top_rpm = float(scene_speeds(scene).max()) * _RPM
-    analyses = [a for a in scene.analyses if isinstance(a, SeparationMarginsSpec)]
-    ranges = [(_reference_rpm(scene, o), o) for a in analyses for o in a.operating]
+    ranges = [(o.reference_rpm[0], o) for o in operating_speeds(scene)]
     if top_rpm == 0.0 or not ranges:
         return
     lowest, nearest = min(ranges, key=lambda pair: pair[0])
@@ -43,13 +68,7 @@ def operating_doubts(scene: Scene) -> Iterator[Doubt]:
     )
 
 
-def _reference_rpm(scene: Scene, operating: OperatingSpec) -> float:
-    """Lowest operating speed as a speed of the reference shaft; inf of a shaft that stands."""
-    ratio = abs(scene.speed_ratio(operating.shaft))
-    return operating.from_rpm / ratio if ratio else math.inf
-
-
-def _range(operating: OperatingSpec) -> str:
+def _range(operating: Operating) -> str:
     if operating.from_rpm == operating.to_rpm:
         return f"{operating.to_rpm:g} rpm"
     return f"{operating.from_rpm:g} to {operating.to_rpm:g} rpm"

@@ -43,6 +43,7 @@ def reference_problems(scene: Scene) -> list[str]:
         problems += [f"{where}.{text}" for text in _end_problems(bearing, places)]
         problems += [f"{where}.rigid: {text}" for text in _rigid_problems(bearing)]
         problems += [f"{where}.{text}" for text in _law_problems(scene, bearing)]
+        problems += [f"{where}.{text}" for text in _wound_problems(scene, bearing)]
     for k, gear in enumerate(scene.gears):
         problems += [f"gears[{k}].{text}" for text in _gear_problems(scene, gear, places)]
     return problems + analysis_problems(scene) + recovery_problems(scene)
@@ -110,6 +111,25 @@ def _law_problems(scene: Scene, bearing: BearingSpec) -> Iterator[str]:
         yield (
             f"first: {body!r} does not turn, and the law takes the speed of the first end; put "
             "the end on the turning body first"
+        )
+
+
+def _wound_problems(scene: Scene, bearing: BearingSpec) -> Iterator[str]:
+    """Joints of rz between bodies that turn at different speeds."""
+    ratios = scene.speed_ratios()
+    bodies = [end.partition(".")[0] for end in (bearing.first, bearing.second)]
+    if not set(bodies) <= set(ratios):
+        return
+    first, second = (ratios[body] for body in bodies)
+    if abs(first - second) <= _SAME_RATIO * max(abs(first), abs(second)):
+        return
+    keys = ["rigid"] if "rz" in bearing.rigid else []
+    keys += ["torsion_stiffness_n_m_per_rad"] if bearing.torsion_stiffness_n_m_per_rad else []
+    for key in keys:
+        yield (
+            f"{key}: {bearing.name!r} ties rz of {bodies[0]!r}, speed_ratio {first:.12g}, to "
+            f"{bodies[1]!r}, {second:.12g}, and would wind up; allowed is between bodies of one "
+            "speed_ratio, and [[gears]] between others"
         )
 
 

@@ -7,7 +7,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from solidwhirl.check_report import checks_text
-from solidwhirl.estimate_documents import coupling_effect, coupling_text, materials_text
+from solidwhirl.errors import markdown_text
+from solidwhirl.estimate_documents import (
+    coupling_effect,
+    coupling_text,
+    followed_by,
+    materials_text,
+)
 from solidwhirl.fineness import Fineness
 from solidwhirl.forecast import Forecast
 from solidwhirl.operating import critical_speeds_that_count
@@ -28,13 +34,13 @@ def report_text(results: Results, document: dict[str, Any]) -> str:
         The same as written to `results.json`.
     """
     parts = [
-        f"# {results.scene.title or results.scene.name}",
+        f"# {markdown_text(results.scene.title or results.scene.name)}",
         _table(("", ""), ((a.about, a.marked) for a in answers(document))),
-        "\n".join(f"- **warning:** {message}" for message in _warnings(document)),
+        "\n".join(f"- **warning:** {markdown_text(message)}" for message in _warnings(document)),
         "## Critical speeds",
         _critical(critical_speeds_that_count(document)),
         "## Notes" if results.scene.notes else "",
-        "\n".join(f"- {note}" for note in results.scene.notes),
+        "\n".join(f"- {markdown_text(note)}" for note in results.scene.notes),
         "## What was computed, what was left out, and why",
         plan_text(results.plan),
         "## Bodies",
@@ -67,7 +73,7 @@ def doubts_text(doubts: Iterable[Doubt]) -> str:
     doubts
         See `solidwhirl.plausibility`.
     """
-    lines = [f"- {doubt.message}" for doubt in doubts]
+    lines = [f"- {markdown_text(doubt.message)}" for doubt in doubts]
     return "\n".join(["Warnings:", "", *lines]) if lines else ""
 
 
@@ -227,7 +233,7 @@ def _accuracy(document: dict[str, Any]) -> str:
             ", ".join(f"{n} {u}" for n, u in r["unknowns"].items()),
             ", ".join(f"{n} {m}" for n, m in r["modes"].items()),
             f"{r['largest_error_estimate']:.1e}",
-            ", ".join(r["refined"]) or "-",
+            followed_by(found["rounds"], k) or "-",
         )
         for k, r in enumerate(found["rounds"])
     ]
@@ -304,5 +310,5 @@ def _cost(document: dict[str, Any]) -> str:
 def _table(head: Iterable[Any], rows: Iterable[Iterable[Any]]) -> str:
     titles = [str(h) for h in head]
     lines = ["| " + " | ".join(titles) + " |", "|" + "---|" * len(titles)]
-    lines += ["| " + " | ".join(str(v) for v in row) + " |" for row in rows]
+    lines += ["| " + " | ".join(markdown_text(str(v)) for v in row) + " |" for row in rows]
     return "\n".join(lines)

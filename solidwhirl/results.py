@@ -21,6 +21,7 @@ from solidwhirl.estimate_documents import (
 from solidwhirl.estimates import Estimates
 from solidwhirl.fineness import Fineness
 from solidwhirl.forecast import forecast_document
+from solidwhirl.interface_documents import interfaces_document
 from solidwhirl.mesh_bodies import source_document
 from solidwhirl.meshing import write_gmsh, write_vtu
 from solidwhirl.meshing.user_mesh_records import MeshedBody
@@ -37,6 +38,7 @@ from solidwhirl.plausibility_supports import support_doubts
 from solidwhirl.report import report_text
 from solidwhirl.rotordyn import Superelement, draw_campbell, write_superelement
 from solidwhirl.rotordyn.bearing_notes import note_lines
+from solidwhirl.rotordyn.branch_numbers import branch_numbers
 from solidwhirl.rotordyn.excitation import unbalance_excitation
 from solidwhirl.rotordyn.pictures_errors import (
     draw_campbell_errors,
@@ -60,6 +62,7 @@ _AROUND_BYTES = 65_536
 def results_document(results: Results) -> dict[str, Any]:
     """Everything that `results.json` holds; units are in the keys, absent values are null."""
     diagram, operating = results.campbell, operating_speeds(results.scene)
+    numbers = branch_numbers(results.system, diagram, results.at_rest)
     document = {
         "schema": SCHEMA,
         "scene": {
@@ -71,7 +74,10 @@ def results_document(results: Results) -> dict[str, Any]:
         "plan": plan_document(results.plan),
         "bodies": _bodies(results),
         "accuracy": accuracy_document(results.scene, results.estimates, results.rounds),
-        "modes_at_rest": {"frequency_hz": results.at_rest.frequency_hz.tolist()},
+        "modes_at_rest": {
+            "frequency_hz": results.at_rest.frequency_hz.tolist(),
+            "branch": [int(k) or None for k in numbers],
+        },
         "campbell": {
             "frame": "inertial",
             "speed_rpm": (diagram.speeds_rad_s * _RPM).tolist(),
@@ -366,6 +372,7 @@ def _body(element: Superelement) -> dict[str, Any]:
         "reduced_dofs": len(element.coordinates),
         "free_frequencies_hz": element.free_frequencies_hz.tolist(),
         "fixed_interface_frequencies_hz": element.fixed_interface_frequencies_hz.tolist(),
+        "interfaces": interfaces_document(element),
         **({"import": element.provenance["import"]} if "import" in element.provenance else {}),
     }
 
@@ -379,6 +386,7 @@ def _solid(result: BodyResult) -> dict[str, Any]:
     return {
         **_body(result.element),
         **_mass_properties(result),
+        "interfaces": interfaces_document(result.element, result.body, result.mesh),
         "element_order": result.discretisation.degree,
         "modes_per_family": result.discretisation.modes,
         "mesh": {

@@ -46,6 +46,7 @@ def run_checks(
         diagram.campbell,
         _by_excitation(scene, diagram, top),
         frequency_max_hz=scene.campbell.frequency_max_hz,
+        branch_count=scene.campbell.branches,
         speed_max_rad_s=top,
     )
     return tuple(found)

@@ -19,8 +19,18 @@ from pydantic import (
 # strict: whole numbers stand for floats, but texts and true or false for no number
 # far beyond every rotor, and far from where products of a few numbers overflow
 _LARGEST = 1e30
-Positive = Annotated[float, Field(gt=0, le=_LARGEST, allow_inf_nan=False, strict=True)]
-NotNegative = Annotated[float, Field(ge=0, le=_LARGEST, allow_inf_nan=False, strict=True)]
+
+
+def _not_tiny(value: float) -> float:
+    """Refuse what underflows in products of a few numbers."""
+    if 0.0 < value < 1.0 / _LARGEST:
+        raise ValueError(f"{value:g} is too small; allowed is {1.0 / _LARGEST:g} and more")
+    return value
+
+
+_Sized = AfterValidator(_not_tiny)
+Positive = Annotated[float, Field(gt=0, le=_LARGEST, allow_inf_nan=False, strict=True), _Sized]
+NotNegative = Annotated[float, Field(ge=0, le=_LARGEST, allow_inf_nan=False, strict=True), _Sized]
 Finite = Annotated[float, Field(ge=-_LARGEST, le=_LARGEST, allow_inf_nan=False, strict=True)]
 Count = Annotated[int, Field(ge=1, strict=True)]
 Place = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}\.[A-Za-z][A-Za-z0-9_-]{0,63}$")]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
@@ -19,6 +20,8 @@ from solidwhirl.scene_base import (
     Record,
 )
 
+# Rows of a table nearer to each other than this fraction of the highest speed are one speed.
+_ONE_SPEED = 1e-12
 Coefficients = Annotated[tuple[Finite, ...], Field(min_length=1, max_length=16)]
 Preset = Literal["lee_isotropic", "lee_anisotropic"]
 
@@ -118,6 +121,7 @@ class BearingSpec(Record):
     torsion_damping_n_m_s_per_rad: NotNegative = 0.0
     rigid: Annotated[tuple[Motion, ...], Field(max_length=MOST)] = ()
     speed_law: Name | None = None
+    cross_coupling: Literal["with_spin", "as_given"] = "with_spin"
 
 
 class GearSpec(Record):
@@ -183,6 +187,12 @@ class TableLawSpec(Record):
                 raise ValueError(f"{key} has {found} entries for {count} speeds")
         if list(self.speed_rpm) != sorted(set(self.speed_rpm)):
             raise ValueError("speed_rpm must be increasing")
+        for low, high in pairwise(self.speed_rpm):
+            if high - low <= _ONE_SPEED * self.speed_rpm[-1]:
+                raise ValueError(
+                    f"speed_rpm has {low:g} and {high:g}, which are one speed beside the highest, "
+                    f"{self.speed_rpm[-1]:g}; allowed is more than {_ONE_SPEED:g} of it between two"
+                )
         return self
 
 

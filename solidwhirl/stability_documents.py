@@ -73,13 +73,18 @@ def stability_of(
     operating
         From `operating_speeds`.
     """
-    intervals = unstable_intervals(system, 0.0, max(high_rpm / RPM, _REST_RAD_S))
+    intervals = intervals_up_to(system, high_rpm)
     return Stability(
         low_rpm=0.0,
         high_rpm=high_rpm,
         intervals=intervals,
         at_operating=at_operating(system, operating, intervals),
     )
+
+
+def intervals_up_to(system: AssembledSystem, high_rpm: float) -> tuple[UnstableInterval, ...]:
+    """Return the unstable intervals from rest to a speed of the reference shaft."""
+    return unstable_intervals(system, 0.0, max(high_rpm / RPM, _REST_RAD_S))
 
 
 def interval_document(interval: UnstableInterval) -> dict[str, Any]:

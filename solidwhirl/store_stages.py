@@ -22,6 +22,7 @@ from solidwhirl.rotordyn.campbell_errors import CampbellErrors
 from solidwhirl.rotordyn.critical_speed_errors import CriticalSpeedErrors
 from solidwhirl.rotordyn.eigenvalue_errors import FrequencyErrors
 from solidwhirl.rotordyn.mass_moments import MassMoments
+from solidwhirl.rotordyn.stability import UnstableInterval
 from solidwhirl.rotordyn.superelement import Coordinate, ErrorForm, InterfaceNode
 from solidwhirl.rotordyn.surface import Surface
 from solidwhirl.run_folder import writing_problem
@@ -109,6 +110,7 @@ _RECORDS = (
     Superelement,
     Surface,
     TrackingNote,
+    UnstableInterval,
 )
 RECORDS: Mapping[str, type] = {kind.__name__: kind for kind in _RECORDS}
 

@@ -11,7 +11,7 @@ from solidwhirl.scene_sweep import SweepParameterSpec, SweepSpec
 
 Steps = tuple[str | int, ...]
 # Tables of a scene that may be left out as a whole: a sweep may name a key of them all the same.
-_OPTIONAL = ("model", "effects", "speeds", "campbell")
+_OPTIONAL = ("model", "effects", "speeds", "campbell", "criteria")
 
 
 @dataclass(frozen=True, kw_only=True)

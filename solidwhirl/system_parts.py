@@ -181,7 +181,7 @@ def _bearing(spec: BearingSpec, off: tuple[str, ...], laws: Mapping[str, SpeedLa
     values: dict[str, NDArray[np.float64] | float] = {}
     fixed = {c for name in off for c in _OF_EFFECT[name][1]}
     for key in BearingSpec.model_fields:
-        if key in ("name", "first", "second", "rigid", "speed_law"):
+        if key in ("name", "first", "second", "rigid", "speed_law", "cross_coupling"):
             continue
         if any(_OF_EFFECT[n][0] in key for n in off):
             continue
@@ -193,6 +193,7 @@ def _bearing(spec: BearingSpec, off: tuple[str, ...], laws: Mapping[str, SpeedLa
         second=None if spec.second == "ground" else _end(spec.second),
         rigid=tuple(c for c in spec.rigid if c not in fixed),
         speed_law=laws.get(spec.speed_law or ""),
+        cross_coupling=spec.cross_coupling,
         **values,  # type: ignore[arg-type]
     )
 

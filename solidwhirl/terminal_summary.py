@@ -118,7 +118,7 @@ def warning_lines(results: Results) -> tuple[str, ...]:
     tuple of str
         One line each.
     """
-    from solidwhirl.estimate_documents import accuracy_document
+    from solidwhirl.estimate_documents import accuracy_document, followed_by
 
     found = accuracy_document(results.scene, results.estimates, results.rounds)
     missed = found["met"] is False and found["largest_error_estimate"] is not None
@@ -126,6 +126,9 @@ def warning_lines(results: Results) -> tuple[str, ...]:
         f"warning: accuracy not met: estimated error "
         f"{percent_text(found['largest_error_estimate'])}, asked {percent_text(found['asked'])}"
     )
+    if found["rounds"] and found["rounds"][-1]["stopped"]:
+        last = len(found["rounds"])
+        line += f"; refinement {followed_by(found['rounds'], last - 1)} after round {last}"
     return (*failure_lines(results.checks), *((line,) if missed else ()))
 
 

@@ -7,7 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from solidwhirl.estimate_documents import coupling_effect, coupling_text, materials_text
+from solidwhirl.estimate_documents import (
+    coupling_effect,
+    coupling_text,
+    followed_by,
+    materials_text,
+)
 from solidwhirl.page.records import Block, Chart, Run, Section, Table, Text
 
 _MET = {True: "met", False: "**not met**", None: "not known"}
@@ -98,12 +103,13 @@ def _rounds(rounds: Any, solids: Sequence[str]) -> Table:
                 f"{r['largest_error_estimate']:.1e}",
                 ", ".join(f"{n} {u}" for n, u in r["unknowns"].items()),
                 ", ".join(f"{n} {m}" for n, m in r["modes"].items()),
-                ", ".join(r["refined"]) or None,
+                followed_by(rounds, k) or None,
             )
             for k, r in enumerate(rounds)
         ],
         caption="Meshes are refined where the estimate says that the error arises, and modes are "
-        "added, until the estimate is below what was asked." + (later if solids else ""),
+        "added, until the estimate is below what was asked or gets no better."
+        + (later if solids else ""),
     )
 
 

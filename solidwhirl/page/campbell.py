@@ -43,10 +43,13 @@ _ACROSS = ("range", "indefinite")
 
 
 def section(run: Run) -> Section | None:
-    """Return the Campbell diagram with its damping and notes; None without branches."""
+    """Return the Campbell diagram with its damping and notes; notes alone without branches."""
     lines = branches(run.document)
     if not lines.hertz.size or not np.isfinite(lines.hertz).any():
-        return None
+        notes = _notes_table(run.document)
+        title = "Campbell diagram"
+        text = Text(text="The engine has no oscillatory mode in this range.")
+        return Section(name="campbell", title=title, blocks=[text, *notes]) if notes else None
     blocks: list[Any] = [frequency_chart(run.document, run.results.scene.speed_ratios())]
     if np.nanmax(np.abs(lines.decrement), initial=0.0) > UNDAMPED:
         blocks.append(damping_chart(run.document))
@@ -240,7 +243,7 @@ def _caption(lines: Lines) -> str:
             "an excitation meets them."
         )
     if lines.error is not None and np.isfinite(lines.error).any():
-        largest = float(np.nanmax(np.where(lines.damped, np.nan, lines.error)))
+        largest = float(np.nanmax(lines.error))
         text += f" The band around a branch is its estimated error, {100 * largest:.2g} % at most."
     return text
 
@@ -260,8 +263,7 @@ def error_band(lines: Lines, wider: float, name: str) -> Trace:
     assert lines.error is not None
     xs: list[FloatArray] = []
     ys: list[FloatArray] = []
-    estimates = np.where(lines.damped, np.nan, lines.error)
-    for hertz, error in zip(lines.hertz, estimates, strict=True):
+    for hertz, error in zip(lines.hertz, lines.error, strict=True):
         for known in _stretches(np.isfinite(hertz) & np.isfinite(error)):
             x, y, e = lines.rpm[known], hertz[known], wider * error[known]
             xs += [x, x[::-1], x[:1], np.array([np.nan])]

@@ -51,9 +51,7 @@ def section(run: Run) -> Section | None:
     if found:
         blocks += [critical_speed_chart(document, ratios), critical_speed_table(found, ratios)]
     elif top > 0.0:
-        blocks.append(
-            Text(text=f"There is no critical speed up to {top:g} rpm that is a resonance.")
-        )
+        blocks.append(Text(text=f"There is no resonance up to {top:g} rpm."))
     if damped:
         table = critical_speed_table(damped, ratios)
         title = f"Critically damped, no resonances ({len(damped)})"

@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from solidwhirl.page.traces import hertz_text
 from solidwhirl.pipeline import Results
-from solidwhirl.rotordyn import AssembledSystem, Modes, modes_at_speed
-from solidwhirl.rotordyn.whirl import whirl_direction
+from solidwhirl.rotordyn import AssembledSystem, Campbell, Modes, modes_at_speed
+from solidwhirl.rotordyn.branch_numbers import branch_numbers
+from solidwhirl.rotordyn.picture_frame import mode_name
+from solidwhirl.rotordyn.whirl import whirl_at_speed
 
 _RPM = 30.0 / np.pi
 # Speeds, modes at each, and critical speeds that a page shows.
@@ -34,6 +36,8 @@ class ShownModes:
         Of each mode.
     texts
         What a list says of each mode.
+    numbers
+        Their branches of the Campbell diagram from 1, 0 for none; None where they are no list.
     """
 
     label: str
@@ -41,6 +45,7 @@ class ShownModes:
     rpm: NDArray[np.float64]
     whirl: tuple[str, ...]
     texts: tuple[str, ...]
+    numbers: tuple[int, ...] | None = None
 
 
 def shown_modes(results: Results) -> tuple[ShownModes, ...]:
@@ -62,7 +67,7 @@ def shown_modes(results: Results) -> tuple[ShownModes, ...]:
         )
         modes = _lowest(modes)
         if modes.eigenvalues.size:
-            found.append(_at_speed(system, rpm, modes))
+            found.append(_at_speed(system, results.campbell, rpm, modes))
     critical = _critical(results)
     return (*found, critical) if critical is not None else tuple(found)
 
@@ -88,18 +93,18 @@ def _lowest(modes: Modes) -> Modes:
     )
 
 
-def _at_speed(system: AssembledSystem, rpm: float, modes: Modes) -> ShownModes:
-    whirl = whirl_direction(system, modes.shapes)
-    if rpm == 0.0:  # nothing turns that a motion could lead or lag
-        whirl = np.full(whirl.shape, "planar")
+def _at_speed(system: AssembledSystem, diagram: Campbell, rpm: float, modes: Modes) -> ShownModes:
+    whirl = whirl_at_speed(system, modes.shapes, modes.eigenvalues, modes.speed_rad_s)
+    numbers = tuple(int(k) for k in branch_numbers(system, diagram, modes))
     hertz = modes.eigenvalues.imag / (2.0 * np.pi)
     return ShownModes(
         label="at rest" if rpm == 0.0 else f"at {rpm:.0f} rpm",
         modes=modes,
         rpm=np.full(hertz.size, rpm),
         whirl=tuple(str(w) for w in whirl),
+        numbers=numbers,
         texts=tuple(
-            f"mode {k + 1}, {hertz_text(f)}, {w}"
+            f"mode {mode_name(numbers, k)}, {hertz_text(f)}, {w}"
             for k, (f, w) in enumerate(zip(hertz, whirl, strict=True))
         ),
     )

@@ -17,6 +17,7 @@ from solidwhirl.rotordyn import AssembledSystem
 from solidwhirl.rotordyn.damping import log_decrement
 from solidwhirl.rotordyn.mode_shapes import BodyShape, ModeShapes, mode_shapes
 from solidwhirl.rotordyn.participation import Participation, participation
+from solidwhirl.rotordyn.picture_frame import mode_name
 from solidwhirl.scene import Scene
 
 # Points of a deflection that is drawn.
@@ -167,7 +168,7 @@ def mode_table(shown: Sequence[ShownModes]) -> Table:
             rows.append(
                 [
                     f"{modes.rpm[k]:.0f}",
-                    k + 1,
+                    mode_name(modes.numbers, k),
                     f"{hertz:.5g}",
                     whirl_text(modes.whirl[k]),
                     float(decrements[k]) or None,  # rounding is no damping
@@ -236,7 +237,7 @@ def share_bars(modes: ShownModes, found: Participation, kind: str) -> list[Trace
     ranked = sorted(parts, key=lambda part: -float(np.abs(part[1]).max(initial=0.0)))
     chosen = {n for n, v in ranked[:_MOST_PARTS] if np.abs(v).max(initial=0.0) > _SMALL}
     names = [
-        f"{k + 1}<br>{hertz_text(value.imag / (2.0 * np.pi))}"
+        f"{mode_name(modes.numbers, k)}<br>{hertz_text(value.imag / (2.0 * np.pi))}"
         for k, value in enumerate(modes.modes.eigenvalues)
     ]
     return [

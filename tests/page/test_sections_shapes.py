@@ -315,11 +315,13 @@ def test_backward_and_forward_modes_at_one_critical_speed_are_both_shown():
                 whirl=whirl,
                 log_decrement=0.0,
                 shape=np.ones(4),
+                counts=lambda rule: speed < rule,
             )
         )
 
-    results = SimpleNamespace(
-        critical_speeds=[critical("backward"), critical("forward"), critical("forward")]
-    )
+    # what is critically damped is no critical speed; here all from 200 rad/s on
+    scene = SimpleNamespace(criteria=SimpleNamespace(rule=200.0))
+    found = [critical("backward"), critical("forward"), critical("forward")]
+    results = SimpleNamespace(scene=scene, critical_speeds=[*found, critical("forward", 300.0)])
     shown = shape_states._critical(results)
     assert shown.whirl == ("backward", "forward")

@@ -85,7 +85,7 @@ def test_run_without_the_library_points_to_the_doctor(incomplete, root, tmp_path
 def test_script_needs_the_standard_library_alone(tmp_path):
     """Isolated and without site-packages nothing else can be imported."""
     done = subprocess.run(
-        [sys.executable, "-I", "-S", "-c", f"exec(open({str(SCRIPT)!r}).read())"],
+        [sys.executable, "-I", "-S", str(SCRIPT)],
         cwd=tmp_path,
         env={**os.environ, "PYTHONPATH": ""},
         capture_output=True,

@@ -246,7 +246,7 @@ def test_accuracy_is_met_and_said(document):
 
 
 def test_modes_at_rest(document):
-    assert set(document["modes_at_rest"]) == {"frequency_hz", *ESTIMATE}
+    assert set(document["modes_at_rest"]) == {"frequency_hz", "branch", *ESTIMATE}
     values = document["modes_at_rest"]["frequency_hz"]
     assert values == sorted(values)
     # 2 x 4 x reduced coordinates at most, fewer by the rigid joints

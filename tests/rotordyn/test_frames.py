@@ -194,7 +194,7 @@ def test_body_shares_add_up(twin):
 
 def test_planar_orbit_has_two_equal_circles(one_rotor, hub, ground):
     """x = cos ωt is half a forward and half a backward circle: f ± Ω/2π, seen at equal size."""
-    system = one_rotor(hub(), [ground("rotor", "hub", 1e6, 2e6)])
+    system = one_rotor(hub(polar_kg_m2=0.0), [ground("rotor", "hub", 1e6, 2e6)])
     diagram = campbell(system, [0.0, 50.0, 400.0], branch_count=2)
     assert (diagram.whirl == "planar").all()
     seen = campbell_seen_by_body(system, diagram, "rotor")

@@ -15,6 +15,7 @@ from solidwhirl.rotordyn import (
     matrices_at_speed,
     modes_at_speed,
 )
+from solidwhirl.rotordyn.rigid_superelement import rigid_superelement
 
 ALL = ("ux", "uy", "uz", "rx", "ry", "rz")
 RATIO = 0.315
@@ -239,3 +240,41 @@ def test_gear_needs_torsion():
     )
     with pytest.raises(AssemblyError, match=r"needs components \['rz'\]"):
         assemble(rotors, (), gears=(gear,))
+
+
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+@pytest.mark.parametrize("mesh", [{}, {"mesh_stiffness_n_per_m": 1e8, "base_radius_first_m": 0.1}])
+def test_a_consistent_loop_holds_nothing_more(order, mesh):
+    """Two shafts of one speed tied in rz, geared twice to a third: the second gear says nothing."""
+    ratios = {"one": 1.0, "idler": -1.0, "other": 1.0}
+    rotors = {
+        name: Rotor(
+            element=rigid_superelement(
+                name, 10.0, (0.0, 0.0, 0.1), (0.1, 0.1, 0.15), {"a": 0.0, "b": 0.3}
+            ),
+            speed_ratio=ratio,
+        )
+        for name, ratio in ratios.items()
+    }
+    bearings = [
+        Bearing(
+            name=f"{name} {place}",
+            first=End(body=name, interface=place),
+            stiffness_n_per_m=1e6 * np.eye(2),
+            axial_stiffness_n_per_m=1e6,
+        )
+        for name in rotors
+        for place in "ab"
+    ]
+    ends = [End(body=name, interface="a") for name in rotors]
+    tie = Bearing(name="tie", first=ends[0], second=ends[2], rigid=("rz",))
+    gears = [
+        Gear(name="in", first=ends[0], second=ends[1], ratio=-1.0, **mesh),
+        Gear(name="out", first=ends[1], second=ends[2], ratio=-1.0),
+    ]
+    closed = assemble(rotors, (*bearings, tie), gears=tuple(gears[at] for at in order))
+    open_chain = assemble(rotors, (*bearings, tie), gears=(gears[1],))
+    # the whole train turns freely: 18 coordinates, one tie, one gear
+    assert closed.size == open_chain.size == 16
+    found, wanted = (modes_at_speed(s, 100.0).eigenvalues for s in (closed, open_chain))
+    np.testing.assert_allclose(found, wanted, rtol=1e-10)

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import re
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -11,6 +16,8 @@ from solidwhirl.rotordyn.picture_frame import (
     name_speeds,
     new_figure,
     number_text,
+    picture,
+    plain_power,
     thousands,
 )
 
@@ -81,3 +88,58 @@ def test_nothing_is_written_where_nothing_has_a_label(tmp_path):
     figure = new_figure(tmp_path / "a.png")
     add_legend(figure, [figure.add_subplot()])
     assert not figure.legends
+
+
+HOSTILE = ("Price $1_$2", r"100 $\unknown$", r"$\frac{$ \$ 100 %_^{}", "$", "質量 $m_{$")
+
+
+def _texts(path):
+    return re.findall(r">([^<]+)</text>", path.read_text("utf-8"))
+
+
+@pytest.mark.parametrize("text", HOSTILE)
+def test_dollars_are_dollars_in_any_text(tmp_path, text):
+    file = tmp_path / "a.svg"
+    with picture(file, text) as (figure, axes):
+        axes.plot([0.0, 1.0], [0.0, 1.0], label=text)
+        axes.set(xlabel=text, ylabel=text)
+        axes.set_xticks([0.0, 1.0], [text, text])
+        axes.annotate(text, (0.5, 0.5))
+        figure.suptitle(text)
+        add_legend(figure, [axes], note=text + " ")
+    assert sum(found.strip() == text for found in _texts(file)) == 9
+
+
+def test_numbers_of_axes_have_plain_powers(tmp_path):
+    file = tmp_path / "a.svg"
+    with picture(file, "") as (figure, axes):
+        axes.plot([1e-9, 1e-3], [-1e8, 5e8])
+        axes.set(xscale="log")
+        figure.colorbar(axes.imshow([[1e-7, 2e-7]], extent=(1e-9, 1e-3, -1e8, 5e8), aspect="auto"))
+    found = _texts(file)
+    assert {"10⁻⁹", "10⁻³", "×10⁸", "×10⁻⁷"} <= {*found}
+    assert not [text for text in found if "$" in text or "mathdefault" in text]
+
+
+def test_formulas_of_numbers_become_letters():
+    assert plain_power(r"$\mathdefault{2\times10^{-3}}$") == "2×10⁻³"
+    assert plain_power("$\\times\\mathdefault{10^{\u22127}}\\mathdefault{+1}$") == "×10⁻⁷+1"
+    assert plain_power("0.5") == "0.5"
+
+
+def test_settings_and_backends_of_the_user_change_no_picture(tmp_path):
+    """A backend that there is not, text by LaTeX, another size of letters."""
+    (tmp_path / "matplotlibrc").write_text("text.usetex: True\nfont.size: 30\nlines.color: red\n")
+    code = (
+        "from solidwhirl.rotordyn.picture_frame import picture\n"
+        "with picture('a.svg', 'a') as (figure, axes):\n    axes.plot([1, 2], [3, 4])"
+    )
+    pictures = []
+    for folder, backend in ((tmp_path, "bogus"), (tmp_path / "plain", "agg")):
+        folder.mkdir(exist_ok=True)
+        paths = os.pathsep.join(filter(None, sys.path))
+        environment = {**os.environ, "MPLBACKEND": backend, "PYTHONPATH": paths}
+        command = [sys.executable, "-c", code]
+        subprocess.run(command, cwd=folder, env=environment, check=True, timeout=120)
+        pictures.append((folder / "a.svg").read_text("utf-8"))
+    assert pictures[0] == pictures[1]

@@ -141,11 +141,13 @@ def test_decrements_are_drawn_below(three_disk_element, ground, tmp_path, drawn)
     upper, strip = drawn[0].axes
     assert upper.get_shared_x_axes().joined(upper, strip)
     shown = np.concatenate([line.get_ydata() for line in strip.lines if len(line.get_xdata()) > 2])
-    assert np.isin(diagram.log_decrement, shown).all()
+    # overdamped modes turn with the spin, and have no branch at rest
+    known = diagram.log_decrement[np.isfinite(diagram.log_decrement)]
+    assert np.isin(known, shown).all() and known.size < diagram.log_decrement.size
     # The first forward mode is unstable at the end, so the shaded range below zero is in view.
-    assert diagram.log_decrement.min() < 0
+    assert known.min() < 0
     low, high = strip.get_ylim()
-    assert low < diagram.log_decrement.min() and high > diagram.log_decrement.max()
+    assert low < known.min() and high == 1.08 * 2.0 < known.max()
 
 
 def test_large_decrements_are_named_not_drawn(results, tmp_path, drawn):

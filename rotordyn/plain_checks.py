@@ -1,0 +1,254 @@
+"""Checks of results against the unsimplified system: its parts at every speed, as they are given.
+
+A number passes if it is right to `ACCURACY`, or to what rounding of the matrices at that place
+allows, whichever is more; both are worked out for each number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.invariants import Invariant, compared, undecided
+from solidwhirl.rotordyn.mode_counts import full_spectrum, missing_modes
+from solidwhirl.rotordyn.plain_system import (
+    PlainMatrices,
+    PlainSystem,
+    joint_errors,
+    root_error,
+)
+
+# Relative accuracy that every number must have, where rounding allows it.
+ACCURACY = 1e-9
+# Units in the last place that solvers may lose in every term.
+ROUNDINGS = 256.0
+_CONSTRAINTS = 1e-9
+ROOTS, COUNT = "every root is one of the system", "no mode is missing"
+# Missing modes and speeds that are listed.
+_MOST_FAULTS = 6
+# Two roots of one system nearer than this are taken for the same; residuals tell the rest.
+_SAME = 1e-6
+# A root this near to the line of an excitation is neither above nor below.
+_ON_THE_LINE = 1e-7
+# Processor work of one group of checks, in operations: a second or two.
+_WORK = 2e9
+_PER_ROOT, _PER_SPECTRUM = 40.0, 240.0
+_FEWEST = 3
+
+_RPM = 30.0 / np.pi
+_JOINTS = "assembled system"
+
+
+class Miss(NamedTuple):
+    """Relative error of a number, the most it may have, and the speed [rad/s]."""
+
+    error: float
+    limit: float
+    speed: float
+
+    @property
+    def share(self) -> float:
+        """Error over limit."""
+        return self.error / self.limit if np.isfinite(self.error) else np.inf
+
+
+def some_speeds(
+    speeds_rad_s: FloatArray, knots_rad_s: Iterable[float], work_of_one: float
+) -> FloatArray:
+    """Return the speeds to look at: all if that is quick, else the ends, knots and a spread.
+
+    Parameters
+    ----------
+    speeds_rad_s
+        All there are.
+    knots_rad_s
+        Of speed laws; those among the speeds or the nearest ones are kept.
+    work_of_one
+        Operations per speed.
+    """
+    count = max(_FEWEST, int(_WORK / max(work_of_one, 1.0)))
+    if speeds_rad_s.size <= count:
+        return speeds_rad_s
+    spread = np.linspace(0, speeds_rad_s.size - 1, count).round().astype(int)
+    near = [int(np.argmin(np.abs(speeds_rad_s - knot))) for knot in knots_rad_s]
+    chosen = near if len(near) <= count else []
+    return np.asarray(speeds_rad_s[sorted({*spread.tolist(), *chosen})])
+
+
+def check_joints(plain: PlainSystem) -> tuple[Invariant, ...]:
+    """Check that the coordinates of a system hold what joints forbid, and nothing else.
+
+    Parameters
+    ----------
+    plain
+        The system.
+    """
+    broken, lost = joint_errors(plain)
+    concerns = "all frequencies and responses"
+    return (
+        compared("exact joints are kept", _JOINTS, broken, _CONSTRAINTS, concerns),
+        compared("no motion is lost", _JOINTS, abs(lost), 0.0, concerns),
+    )
+
+
+def root_miss(matrices: PlainMatrices, value: complex, speed: float) -> Miss:
+    """Return the relative error of an eigenvalue and its limit.
+
+    Parameters
+    ----------
+    matrices
+        Of the speed.
+    value
+        λ, 1/s.
+    speed
+        Ω, rad/s.
+    """
+    found, size = root_error(matrices, value), max(abs(value), np.finfo(float).tiny)
+    return Miss(found.distance / size, ACCURACY + ROUNDINGS * found.rounding / size, speed)
+
+
+def worst_of(name: str, where: str, concerns: str, misses: Sequence[Miss], text: str) -> Invariant:
+    """Return the check of the number nearest to its limit.
+
+    Parameters
+    ----------
+    name, where, concerns
+        As in `Invariant`.
+    misses
+        One or more.
+    text
+        How many numbers were looked at.
+    """
+    worst = max(misses, key=lambda one: one.share)
+    reason = f"{text}; largest at {worst.speed * _RPM:.6g} rpm"
+    return compared(name, where, worst.error, worst.limit, concerns, reason)
+
+
+def check_branches(
+    plain: PlainSystem,
+    speeds_rad_s: FloatArray,
+    eigenvalues: ComplexArray,
+    knots_rad_s: Sequence[float],
+    *,
+    branch_count: int | None,
+    frequency_max_hz: float | None,
+) -> tuple[Invariant, ...]:
+    """Check the branches of a Campbell diagram against the system as it is given.
+
+    Parameters
+    ----------
+    plain
+        The system.
+    speeds_rad_s, eigenvalues
+        Of the diagram, shapes (s,) and (b, s); nan where a branch does not exist.
+    knots_rad_s
+        Of the speed laws.
+    branch_count, frequency_max_hz
+        Which modes the diagram must hold at every speed, as in `missing_modes`.
+
+    Returns
+    -------
+    tuple of Invariant
+        Relative error of every root, and modes of the whole spectrum that no branch holds.
+    """
+    where, concerns = "Campbell diagram", "branches of the Campbell diagram"
+    cube = float(plain.transformation.shape[1]) ** 3
+    work = cube * (_PER_ROOT * len(eigenvalues) + _PER_SPECTRUM)
+    order = np.argsort(speeds_rad_s)
+    chosen = some_speeds(speeds_rad_s[order], knots_rad_s, work)
+    misses, faults = [], []
+    for speed in chosen:
+        column = eigenvalues[:, int(np.argmin(np.abs(speeds_rad_s - speed)))]
+        column = column[np.isfinite(column)]
+        matrices = plain.at(float(speed))
+        misses += [root_miss(matrices, complex(value), float(speed)) for value in column]
+        missing = missing_modes(
+            matrices, column, count=branch_count, frequency_max_hz=frequency_max_hz
+        )
+        place = f"at {speed * _RPM:.6g} rpm"
+        faults += [f"{place} {mode.imag / (2.0 * np.pi):.6g} Hz" for mode in missing]
+    text = f"at {chosen.size} of {speeds_rad_s.size} speeds"
+    out = []
+    if misses:
+        out.append(worst_of(ROOTS, where, concerns, misses, text))
+    if faults:
+        text = f"missing: {'; '.join(faults[:_MOST_FAULTS])}"
+    return (*out, compared(COUNT, where, len(faults), 0.0, concerns, text))
+
+
+def check_critical_roots(
+    plain: PlainSystem,
+    roots: Sequence[tuple[float, complex]],
+    excitation_ratio: float,
+    speed_max_rad_s: float,
+    knots_rad_s: Sequence[float],
+) -> tuple[Invariant, ...]:
+    """Check critical speeds against the system as it is given.
+
+    Parameters
+    ----------
+    plain
+        The system.
+    roots
+        Each critical speed Ω with its eigenvalue λ, Im λ = |α| Ω, by rising Ω.
+    excitation_ratio, speed_max_rad_s
+        |α|, and the end of the range.
+    knots_rad_s
+        Of the speed laws.
+
+    Returns
+    -------
+    tuple of Invariant
+        Relative error of every root; critical speeds that are missing. The number of roots above
+        the line of the excitation changes at critical speeds alone, as roots that begin or end do
+        so at zero frequency; it is taken between any two neighbours of the list.
+    """
+    where, concerns = f"critical speeds, excitation {excitation_ratio:g}", "critical speeds"
+    misses = [root_miss(plain.at(speed), value, speed) for speed, value in roots]
+    out = []
+    if misses:
+        text = f"{len(misses)} critical speeds"
+        out.append(worst_of(ROOTS, where, concerns, misses, text))
+    name = "no critical speed is missing"
+    listed = np.array([speed for speed, _ in roots])
+    between = _between(listed, speed_max_rad_s, knots_rad_s)
+    work = _PER_SPECTRUM * float(plain.transformation.shape[1]) ** 3
+    if between.size * work > 10.0 * _WORK:
+        reason = f"it takes all roots at {between.size} speeds, too long for so many coordinates"
+        return (*out, undecided(name, where, concerns, reason))
+    above = [_above(plain, speed, excitation_ratio) for speed in between]
+    faults = []
+    for low, high, first, last in zip(between, between[1:], above, above[1:], strict=False):
+        if first is None or last is None:
+            continue
+        inside = int(np.count_nonzero((listed > low) & (listed < high)))
+        net = first - last
+        if inside < abs(net) or (inside - net) % 2:
+            place = f"{low * _RPM:.6g} and {high * _RPM:.6g} rpm"
+            faults.append(f"between {place} {inside} are listed, {net} counted")
+    text = "; ".join(faults[:_MOST_FAULTS]) or f"counted at {between.size} speeds"
+    return (*out, compared(name, where, len(faults), 0.0, concerns, text))
+
+
+def _between(listed: FloatArray, top: float, knots: Sequence[float]) -> FloatArray:
+    """Speeds between the neighbours of a list, near rest, at the end and at knots."""
+    ends = np.unique(np.concatenate(([1e-3 * top, top], listed[(listed > 0) & (listed < top)])))
+    middle = 0.5 * (ends[1:] + ends[:-1])
+    # equal ones are one root twice, with nothing between them
+    apart = np.diff(ends) > _SAME * ends[1:]
+    inner = [knot for knot in knots if 1e-3 * top < knot < top]
+    low = min(1e-3 * top, 0.5 * float(listed.min())) if listed.size else 1e-3 * top
+    return np.unique(np.concatenate(([low], middle[apart], inner, [top])))
+
+
+def _above(plain: PlainSystem, speed: float, ratio: float) -> int | None:
+    """Number of roots above the line of an excitation; None if one lies on it."""
+    line = ratio * speed
+    values = full_spectrum(plain.at(float(speed)), line)
+    away = values.imag - line
+    if (np.abs(away) <= _ON_THE_LINE * line).any():
+        return None
+    return int(np.count_nonzero(away > 0))
