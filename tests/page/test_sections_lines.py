@@ -38,13 +38,14 @@ def test_runs_of_whirl_cover_every_step_once(whirl):
 def test_campbell_has_every_point_of_every_branch_in_the_line_of_its_whirl():
     document = everything().document
     chart = campbell.frequency_chart(document, everything().results.scene.speed_ratios())
-    lines = {t["name"]: t for t in chart.traces if t["name"].endswith("whirl")}
+    lines = {t["name"]: t for t in chart.traces}
     found = document["campbell"]
-    for hertz, whirl in zip(found["frequency_hz"], found["whirl"], strict=True):
-        for k, (rpm, f, w) in enumerate(zip(found["speed_rpm"], hertz, whirl, strict=True)):
+    columns = (found[key] for key in ("frequency_hz", "whirl", "critically_damped"))
+    for branch in zip(*columns, strict=True):
+        for k, (rpm, f, w, damped) in enumerate(zip(found["speed_rpm"], *branch, strict=True)):
             if f is None or w not in ("forward", "backward") or k == 0:
                 continue
-            own = lines[whirl_name(w)]
+            own = lines["critically damped" if damped else whirl_name(w)]
             assert ((own["x"] == rpm) & (own["y"] == f)).any(), (rpm, f, w)
 
 
