@@ -142,7 +142,7 @@ def coupling_effect(document: Mapping[str, Any]) -> float | None:
     speeds = [c.get("error_parts", {}).get("interface_coupling") for c in counted]
     known = [value for value in speeds if value is not None]
     if known:
-        return max(known)
+        return float(max(known))
     diagram = document["campbell"]
     damped = diagram.get("critically_damped")
     return max(
@@ -168,8 +168,8 @@ def coupling_text(effect: float) -> str:
         "Choice of the coupling: with rigid interfaces where the scene has distributing ones, and "
         f"the reverse, critical speeds (or else frequencies) move by up to {100.0 * effect:.2g} %. "
         "That is a choice of the model and not in the sum. Take `coupling` rigid where a stiff "
-        "ring or bearing holds the cross-section round and plane, distributing where what sits there is softer than the "
-        "shaft."
+        "ring or bearing holds the cross-section round and plane, distributing where what sits "
+        "there is softer than the shaft."
     )
 
 

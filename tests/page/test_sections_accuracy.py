@@ -61,6 +61,7 @@ def test_materials_of_sections_and_stages_count():
 
 def test_choice_of_the_coupling_has_its_size(document, laval):
     parts = document["campbell"]["error_parts"]
+    document["critical_speeds"] = []
     parts["interface_coupling"] = [[0.01, None], [0.032, 0.02]]
     assert coupling_effect(document) == 0.032
     for said in (texts(accuracy._accuracy(document)), report_text(laval.results, document)):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -37,13 +38,14 @@ def test_runs_of_whirl_cover_every_step_once(whirl):
 def test_campbell_has_every_point_of_every_branch_in_the_line_of_its_whirl():
     document = everything().document
     chart = campbell.frequency_chart(document, everything().results.scene.speed_ratios())
-    lines = {t["name"]: t for t in chart.traces if t["name"].endswith("whirl")}
+    lines = {t["name"]: t for t in chart.traces}
     found = document["campbell"]
-    for hertz, whirl in zip(found["frequency_hz"], found["whirl"], strict=True):
-        for k, (rpm, f, w) in enumerate(zip(found["speed_rpm"], hertz, whirl, strict=True)):
+    columns = (found[key] for key in ("frequency_hz", "whirl", "critically_damped"))
+    for branch in zip(*columns, strict=True):
+        for k, (rpm, f, w, damped) in enumerate(zip(found["speed_rpm"], *branch, strict=True)):
             if f is None or w not in ("forward", "backward") or k == 0:
                 continue
-            own = lines[whirl_name(w)]
+            own = lines["critically damped" if damped else whirl_name(w)]
             assert ((own["x"] == rpm) & (own["y"] == f)).any(), (rpm, f, w)
 
 
@@ -337,9 +339,9 @@ def _diagram():
         },
         "critical_speeds": [
             {"speed_rpm": 600.0, "frequency_hz": 10.5, "whirl": "forward", "log_decrement": 0.1,
-             "amplification_factor": 31.0, "critically_damped": False, "excited_by": ["a"]},
+             "amplification_factor": 31.0, "critically_damped": False, "excited_by": ["rotor"]},
             {"speed_rpm": 2500.0, "frequency_hz": 60.0, "whirl": "backward", "log_decrement": 9.0,
-             "amplification_factor": 0.5, "critically_damped": True, "excited_by": ["a"]},
+             "amplification_factor": 0.5, "critically_damped": True, "excited_by": ["rotor"]},
         ],
         "operating": [],
         "verdict": {"unstable_intervals": [UNSTABLE]},
@@ -362,6 +364,15 @@ def test_what_is_critically_damped_has_no_ring_and_a_faint_line():
     assert "0.1 % at most" in chart.caption and "no resonance" in chart.caption
     assert chart.layout["shapes"][-1]["x0"] == 1500.0
     assert "critically damped" in [c.label for c in chart.controls]
+
+
+def test_critically_damped_speeds_are_folded_away(laval):
+    document = _diagram() | {"analyses": {}}
+    found = criticals.section(replace(laval, document=document))
+    chart, table, folded = found.blocks
+    assert [len(t["x"]) for t in chart.traces] == [1]
+    assert [row[0] for row in table.rows] == ["600.0"] and not table.folded
+    assert [row[0] for row in folded.rows] == ["2500.0"] and "no resonances (1)" in folded.folded
 
 
 def test_gaps_of_branches_are_gaps_of_lines_and_bands():

@@ -18,7 +18,6 @@ from solidwhirl.page.operating import margin_text, margin_words
 from solidwhirl.page.records import Chart, Picture, Row, Section, Table, Text
 from solidwhirl.page.responses import force_chart, moving
 from solidwhirl.page.sections import sections_of, without_needless_names
-from solidwhirl.page.shape_states import shown_modes
 from solidwhirl.page.stability import law_chart
 from solidwhirl.page.traces import line, marks, series_style
 from solidwhirl.scene_joints import BearingSpec
@@ -214,8 +213,3 @@ def test_coefficients_of_a_bearing_are_told_with_its_cross_terms():
     # a seal that only damps
     seal = BearingSpec(name="s", first="a.b", damping_n_s_per_m=600.0)
     assert stiffness_text(seal) == "600 N s/m"
-
-
-def test_modes_at_rest_have_no_direction():
-    (rest,) = [s for s in shown_modes(everything().results) if s.label == "at rest"]
-    assert set(rest.whirl) == {"planar"}
