@@ -109,7 +109,7 @@ def root_miss(matrices: PlainMatrices, value: complex, speed: float) -> Miss:
     speed
         Ω, rad/s.
     """
-    found, size = root_error(matrices, value), max(abs(value), np.finfo(float).tiny)
+    found, size = root_error(matrices, value), max(abs(value), float(np.finfo(float).tiny))
     return Miss(found.distance / size, ACCURACY + ROUNDINGS * found.rounding / size, speed)
 
 
@@ -246,7 +246,7 @@ def _between(listed: FloatArray, top: float, knots: Sequence[float]) -> FloatArr
     apart = np.diff(ends) > _SAME * ends[1:]
     inner = [knot for knot in knots if 1e-3 * top < knot < top]
     low = min(1e-3 * top, 0.5 * float(listed.min())) if listed.size else 1e-3 * top
-    return np.unique(np.concatenate(([low], middle[apart], inner, [top])))
+    return np.asarray(np.unique(np.concatenate(([low], middle[apart], inner, [top]))))
 
 
 def _above(plain: PlainSystem, speed: float, ratio: float) -> int | None:
