@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import ctypes
+import os
+import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -34,6 +37,26 @@ def gmsh_session() -> Iterator[None]:
     MeshingError
         What gmsh itself could not do, in its own words.
     """
+    with _without_chatter():
+        yield from _session()
+
+
+@contextmanager
+def _without_chatter() -> Iterator[None]:
+    """Send what the CAD kernel prints on the standard output nowhere; its errors are raised."""
+    sys.stdout.flush()
+    kept, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.close(nowhere)
+    try:
+        yield
+    finally:
+        ctypes.CDLL(None).fflush(None)
+        os.dup2(kept, 1)
+        os.close(kept)
+
+
+def _session() -> Iterator[None]:
     gmsh.initialize(readConfigFiles=False, interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)

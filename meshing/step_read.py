@@ -15,6 +15,7 @@ from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.meridian import TETRAHEDRON10, TRIANGLE6, element_blocks, node_table
 from solidwhirl.meshing.prediction import PredictedMesh
 from solidwhirl.meshing.records import IntArray
+from solidwhirl.meshing.user_mesh_axis import axis_turn
 from solidwhirl.meshing.user_mesh_records import ElementBlock, FileMesh, MeshRequest, StepSize
 
 #: Suffixes of geometry files that are read.
@@ -105,7 +106,8 @@ def mesh_step(request: MeshRequest) -> FileMesh:
     Parameters
     ----------
     request
-        File, unit and sizes. Solids that touch are joined.
+        File, unit and sizes. Solids that touch are joined. The boxes of interfaces are cut into
+        the solids, so that elements end where boxes do.
 
     Returns
     -------
@@ -120,6 +122,7 @@ def mesh_step(request: MeshRequest) -> FileMesh:
     size = request.step
     assert size is not None
     with _imported(Path(request.path)) as volumes:
+        volumes = _imprint(volumes, request)
         _ask(size)
         gmsh.model.mesh.generate(3)
         gmsh.model.mesh.optimize("Netgen")
@@ -185,17 +188,45 @@ def _imported(path: Path) -> Iterator[list[int]]:
         yield volumes
 
 
+def _imprint(volumes: list[int], request: MeshRequest) -> list[int]:
+    """Cut the solids along the boxes of interfaces; gives the solids that come of it."""
+    turn = np.eye(4)
+    turn[:3, :3] = axis_turn(request).T
+    turn[:3, 3] = np.array(request.origin) * request.unit_m / _UNIT_M
+    boxes = []
+    for interface in request.interfaces:
+        if interface.box_m is None:
+            continue
+        low, high = (np.array(corner) / _UNIT_M for corner in interface.box_m)
+        tag = gmsh.model.occ.addBox(*low, *(high - low))
+        gmsh.model.occ.affineTransform([(3, tag)], turn.ravel().tolist())
+        boxes.append((3, tag))
+    if not boxes:
+        return volumes
+    made = _fragment([(3, tag) for tag in volumes], boxes)
+    outside = [entity for entity in gmsh.model.getEntities(3) if entity not in made]
+    gmsh.model.occ.remove(outside, recursive=True)
+    gmsh.model.occ.synchronize()
+    return [tag for _, tag in gmsh.model.getEntities(3)]
+
+
 def _join(solids: list[tuple[int, int]]) -> None:
     """Give solids that touch common faces, and what comes of them their labels."""
+    _fragment(solids, [])
+
+
+def _fragment(solids: list[tuple[int, int]], tools: list[tuple[int, int]]) -> set[tuple[int, int]]:
+    """Cut solids along each other and along tools; gives the pieces of the solids, with labels."""
     faces = gmsh.model.getEntities(2)
     given = [*solids, *faces]
     labels = [_label(*entity) for entity in given]
-    _, came_from = gmsh.model.occ.fragment(solids, faces)
+    _, came_from = gmsh.model.occ.fragment(solids, [*faces, *tools])
     gmsh.model.occ.synchronize()
     for (dimension, _), label, made in zip(given, labels, came_from, strict=False):
         for entity in made:
             if label and entity[0] == dimension:
                 gmsh.model.setEntityName(*entity, label)
+    return {entity for made in came_from[: len(solids)] for entity in made}
 
 
 def _label(dimension: int, tag: int) -> str:

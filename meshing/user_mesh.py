@@ -11,9 +11,11 @@ from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.meridian import checked_quality, compact
 from solidwhirl.meshing.prediction import PredictedMesh
 from solidwhirl.meshing.records import FloatArray, IntArray, Mesh, MeshSize
+from solidwhirl.meshing.user_mesh_axis import on_axis
 from solidwhirl.meshing.user_mesh_files import read_mesh_file
 from solidwhirl.meshing.user_mesh_groups import cell_materials, interface_facets, volume_groups
 from solidwhirl.meshing.user_mesh_integrals import mass_integrals, roundness, volume_m3
+from solidwhirl.meshing.user_mesh_measures import measured
 from solidwhirl.meshing.user_mesh_records import (
     FileMesh,
     MeshedBody,
@@ -32,6 +34,8 @@ _UNEVEN_INTERFACE = 0.1
 _MOST_SHOWN = 400
 # Coordinates of a node below this part of the mesh's size are rounding.
 _ON_AXIS = 1e-9
+# How exactly curves of a geometry lie on the planes of boxes, over the size of the body.
+_CUT_EXACTLY = 1e-6
 # Spread of a surface across its length over that along it below which it is a line.
 _SMALLEST_SPREAD = 1e-9
 
@@ -95,7 +99,7 @@ def mesh_of(found: FileMesh, request: MeshRequest, name: str) -> Mesh:
         section_names=names,
         interfaces={
             i.name: interface_facets(found, tetrahedra, points, faces, i)
-            for i in request.interfaces
+            for i in _with_margins(request)
         },
         outline=surface[:: max(1, -(-len(surface) // _MOST_SHOWN))].copy(),
         size=MeshSize(size_m=longest, corner_size_m=shortest),
@@ -103,44 +107,11 @@ def mesh_of(found: FileMesh, request: MeshRequest, name: str) -> Mesh:
     )
 
 
-def on_axis(points: FloatArray, request: MeshRequest) -> FloatArray:
-    """Coordinates [m] with the axis of the request as z and its origin at z = 0.
-
-    Parameters
-    ----------
-    points
-        (n, 3) in the file's unit.
-    request
-        Unit and axis.
-
-    Raises
-    ------
-    MeshingError
-        Directions that are none.
-    """
-    return np.asarray(request.unit_m * (points - np.array(request.origin)) @ _turn(request).T)
-
-
-def _turn(request: MeshRequest) -> FloatArray:
-    """Rotation (3, 3) that takes the direction to z."""
-    direction = np.array(request.direction, dtype=float)
-    length = float(np.linalg.norm(direction))
-    if not length > 0.0:
-        raise MeshingError("axis.direction has no length")
-    z = direction / length
-    if request.x_direction is not None:
-        x = np.array(request.x_direction, dtype=float)
-        x = x - (x @ z) * z
-        if float(np.linalg.norm(x)) <= 1e-6 * float(np.linalg.norm(request.x_direction)):
-            raise MeshingError("axis.x_direction lies along axis.direction")
-        x = x / np.linalg.norm(x)
-        return np.array([x, np.cross(z, x), z])
-    if z[2] <= -1.0 + 1e-12:
-        return np.diag([1.0, -1.0, -1.0])
-    # Rodrigues' formula for the smallest turn
-    v = np.array([z[1], -z[0], 0.0])
-    cross = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
-    return np.asarray(np.eye(3) + cross + cross @ cross / (1.0 + z[2]))
+def _with_margins(request: MeshRequest) -> tuple[MeshInterface, ...]:
+    """The interfaces; where boxes were cut into a geometry, as exactly as its kernel cuts."""
+    if request.step is None:
+        return request.interfaces
+    return tuple(replace(i, margin=_CUT_EXACTLY) for i in request.interfaces)
 
 
 def _sections(groups: dict[str, IntArray], count: int) -> tuple[IntArray, tuple[str, ...]]:
@@ -215,7 +186,11 @@ def body_of_mesh(
     MeshingError
         A turning body that is none of revolution, or an interface that can't be one.
     """
-    placed = tuple(_placed(i, mesh, request) for i in request.interfaces)
+    faces = faces_of(mesh.cells)
+    outside = faces.nodes[faces.outside]
+    placed = tuple(
+        measured(_placed(i, mesh, request), mesh, outside) for i in _with_margins(request)
+    )
     round_to = None
     if request.shape == "round":
         round_to = roundness(mesh, _round_faces(mesh))

@@ -19,6 +19,17 @@ from solidwhirl.meshing.user_mesh_records import ElementBlock, FileMesh
 MESH_SUFFIXES = (".msh", ".inp", ".bdf", ".nas", ".dat", ".vtu")
 # Data of cells with more values than this are fields and no groups.
 _MOST_GROUPS = 1000
+_ELEMENTS = (
+    "lines, triangles, quadrangles, tetrahedra, hexahedra, prisms and pyramids of first or second "
+    "order"
+)
+# What a file of a suffix may hold.
+_ALLOWED = {
+    ".msh": f"a mesh of gmsh, format 2.2 or 4.1, of {_ELEMENTS}",
+    ".vtu": f"an UnstructuredGrid of VTK in XML, of {_ELEMENTS}",
+    ".inp": "a mesh of Abaqus or CalculiX",
+    **dict.fromkeys((".bdf", ".nas", ".dat"), "a mesh of Nastran in bulk data"),
+}
 _MSH_HEAD = b"$MeshFormat"
 
 
@@ -52,9 +63,21 @@ def read_mesh_file(path: str | Path) -> FileMesh:
         raise
     except Exception as error:  # parsers fail on damaged files in many ways
         raise MeshingError(
-            f"{path.name}: can not be read as {path.suffix}: {type(error).__name__}: {error}"
+            f"{path.name}: can not be read as {path.suffix}: found {_finding(error)}; allowed is "
+            f"{_ALLOWED[path.suffix.lower()]}"
         ) from error
     return _checked(mesh, path.name)
+
+
+def _finding(error: BaseException) -> str:
+    """What a parser stumbled over, in words: some name only a key, or nothing."""
+    if isinstance(error, KeyError) and error.args:
+        return f"{error.args[0]!r}, which is not known here"
+    said = " ".join(str(error).split())
+    if not said and (error.__cause__ or error.__context__):
+        return _finding(error.__cause__ or error.__context__)  # type: ignore[arg-type]
+    kind = type(error).__name__
+    return f"what makes no mesh ({said[:300] or kind})"
 
 
 def _checked(mesh: FileMesh, name: str) -> FileMesh:
@@ -99,6 +122,13 @@ def _read_msh(path: Path) -> FileMesh:
 
 def _read_vtu(path: Path) -> FileMesh:
     """VTU: integers at cells and nodes are groups, named "array:value"."""
+    text = path.read_bytes()
+    for word in (b"<!DOCTYPE", b"<!ENTITY"):
+        if word in text:
+            raise MeshingError(
+                f"found {word.decode()}, allowed is {_ALLOWED['.vtu']}, without declarations and "
+                "entities"
+            )
     mesh = meshio.vtu.read(str(path))
     groups: dict[str, dict[int, IntArray]] = {}
     for array, blocks in mesh.cell_data.items():

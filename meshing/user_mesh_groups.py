@@ -13,10 +13,9 @@ from solidwhirl.meshing.user_mesh_records import FileMesh, MeshInterface, MeshRe
 from solidwhirl.meshing.user_mesh_split import Tetrahedra
 from solidwhirl.meshing.user_mesh_surface import Faces
 
+BoolArray = np.ndarray[tuple[int], np.dtype[np.bool_]]
 # Corners of the surface elements of a file.
 _SURFACE = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
-# Corners count as inside a box if they are out by less than this part of the mesh's size.
-_ROUNDING = 1e-9
 _MOST_NAMED = 20
 
 
@@ -119,7 +118,7 @@ def interface_facets(
     """
     where = f"interface {interface.name!r}"
     if interface.box_m is not None:
-        rows = _inside(points, faces, interface.box_m)
+        rows = np.flatnonzero(faces.outside & in_box(points, faces.nodes, interface))
         if not len(rows):
             low, high = points.min(axis=0), points.max(axis=0)
             raise MeshingError(
@@ -132,11 +131,38 @@ def interface_facets(
     return np.asarray(faces.nodes[rows])
 
 
-def _inside(points: FloatArray, faces: Faces, box: tuple[tuple[float, ...], ...]) -> IntArray:
-    margin = _ROUNDING * float(np.abs(points).max())
-    low, high = (np.array(corner) for corner in box)
-    inside = ((points >= low - margin) & (points <= high + margin)).all(axis=1)
-    return np.flatnonzero(faces.outside & inside[faces.nodes[:, :3]].all(axis=1))
+def in_box(points: FloatArray, facets: IntArray, interface: MeshInterface) -> BoolArray:
+    """Whether facets lie inside the box of an interface with all their corners, (f,).
+
+    Parameters
+    ----------
+    points
+        The nodes on their axis [m].
+    facets
+        (f, 6) or (f, 3).
+    interface
+        With a box.
+    """
+    inside = points_in_box(points, interface, float(np.abs(points).max()))
+    return np.asarray(inside[facets[:, :3]].all(axis=1))
+
+
+def points_in_box(points: FloatArray, interface: MeshInterface, size_m: float) -> BoolArray:
+    """Whether points (n, 3) lie in the box of an interface, with its margin.
+
+    Parameters
+    ----------
+    points
+        On their axis [m].
+    interface
+        With a box.
+    size_m
+        Of the mesh [m].
+    """
+    assert interface.box_m is not None
+    low, high = (np.array(corner) for corner in interface.box_m)
+    margin = interface.margin * size_m
+    return np.asarray(((points >= low - margin) & (points <= high + margin)).all(axis=1))
 
 
 def _of_group(

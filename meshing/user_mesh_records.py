@@ -74,8 +74,15 @@ class MeshInterface:
     node
         Where the master node is: "axis" (in the plane of the surface's centre of area), "centroid"
         of the surface, or a place [m].
+    margin
+        What corners may be out of the box and count as inside, over the size of the mesh.
     position_m
         The place, once the mesh is known.
+    area_m2, mean_m
+        Area and centre of area, once the mesh is known.
+    cut_facets, cut_area_m2
+        Facets of the surface that the box cuts, which do not belong to the interface, and the area
+        that they have inside the box; once the mesh is known.
     """
 
     name: str
@@ -83,7 +90,12 @@ class MeshInterface:
     group: str | None = None
     box_m: Box | None = None
     node: Literal["axis", "centroid"] | tuple[float, float, float] = "axis"
+    margin: float = 1e-9
     position_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    area_m2: float = 0.0
+    mean_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    cut_facets: int = 0
+    cut_area_m2: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -201,7 +201,9 @@ def gyroscopic_moment_error(element: Superelement) -> float | None:
     -------
     float or None
         Largest entry in coordinates of unit inertia, over that of 2 M L, in the motions that a tie
-        leaves; None for bodies that do not know L or their moments.
+        leaves; None for bodies that do not know L or their moments. A solid's mesh mixes
+        circumferential orders, the more the higher a mode: there the elastic energy at the lowest
+        frequency of the free body counts with the inertia.
     """
     moments, turn = element.moments, element.spin_generator
     if moments is None or turn is None:
@@ -209,8 +211,11 @@ def gyroscopic_moment_error(element: Superelement) -> float | None:
     # tied coordinates alone do not turn: L then means nothing outside of free motions
     tie = np.eye(len(turn)) if element.constraint is None else element.constraint
     across = 2.0 * (moments.second_kg[1, 0] - moments.second_kg[0, 1])
-    root = np.sqrt(np.diag(tie.T @ element.mass @ tie))
-    scale = np.outer(root, root)
+    size = np.diag(tie.T @ element.mass @ tie)
+    if element.level == "solid" and element.free_frequencies_hz.size:
+        lowest = 2.0 * np.pi * float(element.free_frequencies_hz.min())
+        size = size + np.diag(tie.T @ element.stiffness @ tie) / lowest**2
+    scale = np.sqrt(np.outer(size, size))
     turned = tie.T @ (2.0 * element.mass @ turn) @ tie / scale
     largest = float(np.abs(turned).max())
     rest = tie.T @ (element.gyroscopic - across) @ tie / scale

@@ -94,11 +94,8 @@ def _conservative_spectrum(matrices: PlainMatrices) -> ComplexArray | None:
 
     The state matrix of 1/λ is skew: its square is symmetric, with every −1/ω² twice.
     """
-    stiffness, velocity, diagonal = (
-        matrices.stiffness,
-        matrices.velocity,
-        np.diag(matrices.stiffness),
-    )
+    stiffness, velocity = matrices.stiffness, matrices.velocity
+    diagonal = np.diag(stiffness)
     eps = 4.0 * np.finfo(float).eps
     damped = np.abs(velocity + velocity.T) > eps * matrices.sizes[1]
     skew = np.abs(stiffness - stiffness.T) > eps * matrices.sizes[2]

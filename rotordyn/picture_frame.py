@@ -213,7 +213,7 @@ def plain_power(formula: str) -> str:
     Parameters
     ----------
     formula
-        Such as `$\\mathdefault{2\\times10^{-3}}$`, which is 2×10⁻³.
+        Such as `$\mathdefault{2\times10^{-3}}$`, which is 2×10⁻³.
     """
 
     def plain(found: re.Match[str]) -> str:

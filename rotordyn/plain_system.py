@@ -210,7 +210,7 @@ def _law_values(bearing: Bearing, spin_rad_s: float) -> tuple[FloatArray, FloatA
         x = ARGUMENT_UNITS[law.argument_unit] * spin_rad_s
         factors = [(law.stiffness_x, law.stiffness_y), (law.damping_x, law.damping_y)]
         k, c = (
-            np.diag([m[a, a] * np.polyval(f[a][::-1], x) for a in (0, 1)])
+            np.diag([m[a, a] * float(np.polyval(f[a][::-1], x)) for a in (0, 1)])
             for m, f in zip(own, factors, strict=True)
         )
         return k, c

@@ -104,7 +104,7 @@ def _lead(
     """Run a case where its results arrive; the second value is what went wrong."""
     said: list[str] = []
     try:
-        with claimed(settings.out / case.name) as folder:
+        with claimed(settings.out / case.name, within=settings.out) as folder:
             try:
                 _compute(case, settings, team, folder, said)
             except Exception as error:

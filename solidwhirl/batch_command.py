@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+import typer
 from rich.console import Console
 
 from solidwhirl.batch import Work, kept_cases, layout_of, predicted_costs, run_batch
@@ -17,18 +19,18 @@ from solidwhirl.batch_journal import (
     JOURNAL,
     BatchTableError,
     open_journal,
-    read_journal,
     row_document,
+    salvaged_journal,
 )
 from solidwhirl.batch_pictures import draw_at_end, operating_words, picture_settings
-from solidwhirl.batch_progress import BatchProgress
+from solidwhirl.batch_progress import BatchProgress, failure_line
 from solidwhirl.batch_schedule import Layout, Predicted
 from solidwhirl.batch_slurm import slurm_job, write_slurm_script
 from solidwhirl.batch_table import TABLE, write_table
 from solidwhirl.errors import OutputError
 from solidwhirl.machine import available_memory_gib
 from solidwhirl.rotordyn.atomic import replacing
-from solidwhirl.run_folder import STAGES, claimed, verify_folder
+from solidwhirl.run_folder import STAGES, claimed, holder_of, verify_folder
 from solidwhirl.store_stages import open_store
 from solidwhirl.sweep import batch_cases
 from solidwhirl.sweep_records import BatchCase, BatchRow
@@ -125,13 +127,16 @@ def _work(
 ) -> tuple[Work, tuple[BatchRow, ...]]:
     """What is to be done, and the rows that stay in the journal."""
     out = settings.out
+    _refuse_others(cases, out)
     _refuse_store(settings.store)
     rows: tuple[BatchRow, ...] = ()
     if resume and (out / JOURNAL).exists():
         try:
-            rows = read_journal(out)
+            rows, damaged = salvaged_journal(out)
         except BatchTableError as error:
             raise OutputError(f"{error}; remove it to begin again") from error
+        for line in damaged:
+            typer.echo(f"warning: {line}; the case of this line is computed again", err=True)
     kept = kept_cases(cases, rows, lambda name: not verify_folder(out / name))
     digests = {case.name: case.digest for case in cases}
     failed = {
@@ -144,6 +149,30 @@ def _work(
         Work(cases=cases, todo=todo, last=last, settings=settings),
         tuple(row for row in rows if row.case in stay),
     )
+
+
+def _refuse_others(cases: Sequence[BatchCase], out: Path) -> None:
+    """Refuse a folder with files of somebody else's, or where a run is writing that of a case."""
+    for name in (JOURNAL, TABLE):
+        path = out / name
+        if os.path.lexists(path) and not _is_of_a_batch(out):
+            raise OutputError(
+                f"{path}: is there already and no batch wrote it; move it away or choose another "
+                "folder"
+            )
+    for case in cases:
+        holder = holder_of(out / case.name)
+        if holder:
+            raise OutputError(f"{out / case.name}: another run is writing here ({holder})")
+
+
+def _is_of_a_batch(out: Path) -> bool:
+    """Whether a journal is there that has a row, or nothing as yet but perhaps half of one."""
+    try:
+        rows, _ = salvaged_journal(out)
+    except BatchTableError:
+        return False
+    return bool(rows) or (out / JOURNAL).read_bytes()[:1] in (b"", b"{")
 
 
 def _refuse_store(store: Path) -> None:
@@ -174,6 +203,10 @@ def _coordinated(
 
         run_batch(work, costs, layout, world, keep)
         found = journal.rows
+    if console.quiet:  # what failed is said even so
+        for row in found:
+            if row.status != "done":
+                typer.echo(failure_line(row), err=True)
     by_status = {s: sum(row.status == s for row in found) for s in ("failed", "checks_failed")}
     console.print(
         f"{len(found)} rows, {by_status['failed']} failed, {by_status['checks_failed']} with "

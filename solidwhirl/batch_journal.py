@@ -27,7 +27,9 @@ _LISTS = (
     "critical_error_estimate",
     "campbell_speed_rpm",
 )
-_TABLES = ("campbell_frequency_hz", "campbell_log_decrement")
+_TABLES = ("critical_motion", "campbell_frequency_hz", "campbell_log_decrement")
+# What rows of earlier releases do not have.
+_LATER = {"critical_motion": ()}
 
 
 class BatchTableError(ValueError):
@@ -114,9 +116,9 @@ def open_journal(folder: str | Path) -> Iterator[Journal]:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise OutputError(f"{path}: another batch is writing it; wait for it") from None
-        rows, length = _parsed(path)
-        os.ftruncate(file, length)
-        yield Journal(path, file, rows)
+        read = _undamaged(path)
+        os.ftruncate(file, read.length)
+        yield Journal(path, file, read.rows)
     finally:
         os.close(file)
 
@@ -134,8 +136,39 @@ def read_journal(folder: str | Path) -> tuple[BatchRow, ...]:
     BatchTableError
         There is no journal, or a line before the last is damaged.
     """
-    rows = {row.case: row for row in _parsed(Path(folder) / JOURNAL)[0]}
-    return tuple(rows.values())
+    return _last_rows(_undamaged(Path(folder) / JOURNAL))
+
+
+def salvaged_journal(folder: str | Path) -> tuple[tuple[BatchRow, ...], tuple[str, ...]]:
+    """Read what is left of a journal.
+
+    Parameters
+    ----------
+    folder
+        The folder of the batch.
+
+    Returns
+    -------
+    The last whole row of every case, and a sentence for each line that is damaged.
+
+    Raises
+    ------
+    BatchTableError
+        There is no journal.
+    """
+    read = _parsed(Path(folder) / JOURNAL)
+    return _last_rows(read), read.damaged
+
+
+def _last_rows(read: _Parsed) -> tuple[BatchRow, ...]:
+    return tuple({row.case: row for row in read.rows}.values())
+
+
+def _undamaged(path: Path) -> _Parsed:
+    read = _parsed(path)
+    if read.damaged:
+        raise BatchTableError(read.damaged[0])
+    return read
 
 
 def in_order(rows: Iterable[BatchRow]) -> tuple[BatchRow, ...]:
@@ -177,6 +210,7 @@ def row_from_document(document: Any) -> BatchRow:
     """
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
         raise BatchTableError(f"is no row of a batch ({SCHEMA})")
+    document = {**_LATER, **document}
     missing = [key for key in get_type_hints(BatchRow) if key not in document]
     if missing:
         raise BatchTableError(f"{missing[0]}: missing")
@@ -230,22 +264,32 @@ def _value(value: Any) -> Value:
     return value if isinstance(value, str) else _number(value)
 
 
-def _parsed(path: Path) -> tuple[list[BatchRow], int]:
-    """Rows of a journal in the order of its lines, and the bytes that are whole lines."""
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class _Parsed:
+    """Rows of a journal in the order of its lines, its whole bytes, and what is wrong with it."""
+
+    rows: list[BatchRow]
+    length: int
+    damaged: tuple[str, ...]
+
+
+def _parsed(path: Path) -> _Parsed:
     try:
+        if path.exists() and not path.is_file():
+            raise BatchTableError(f"{path}: is no regular file")
         content = path.read_bytes()
     except OSError as error:
         raise BatchTableError(f"{path}: can not be read: {error.strerror or error}") from error
     lines = content.split(b"\n")[:-1]
-    rows, length = [], 0
+    rows, length, damaged = [], 0, []
     for number, line in enumerate(lines, 1):
         try:
             rows.append(row_from_document(json.loads(line)))
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             # blocks of the last line may not have reached the disk when the machine stopped
             if number == len(lines) and not isinstance(error, BatchTableError):
                 break
             said = str(error) if isinstance(error, BatchTableError) else "is damaged"
-            raise BatchTableError(f"{path}: line {number}: {said}") from error
+            damaged.append(f"{path}: line {number}: {clean(said, 300)}")
         length += len(line) + 1
-    return rows, length
+    return _Parsed(rows=rows, length=length, damaged=tuple(damaged))

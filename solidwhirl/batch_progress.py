@@ -12,6 +12,18 @@ from solidwhirl.terminal import duration_text
 _WORDS = {"done": "done", "failed": "FAILED", "checks_failed": "CHECKS FAILED"}
 
 
+def failure_line(row: BatchRow) -> str:
+    """How a case ended, in one line.
+
+    Parameters
+    ----------
+    row
+        Its row.
+    """
+    first = f": {row.message.splitlines()[0]}" if row.message else ""
+    return f"{row.case} {_WORDS[row.status]} in {duration_text(row.seconds)}{first}"
+
+
 class BatchProgress:
     """Lines and bar of a batch, on the rank that coordinates.
 
@@ -58,8 +70,7 @@ class BatchProgress:
         self._done += 1
         left = self._total - self._done
         to_go = f"about {duration_text(to_go_s)} to go" if left else "all cases done"
-        first = f": {row.message.splitlines()[0]}" if row.message else ""
-        line = f"{row.case} {_WORDS[row.status]} in {duration_text(row.seconds)}{first}"
+        line = failure_line(row)
         if self._bar is None:
             self.say(f"[{self._done}/{self._total}] {line}; {to_go}")
             return

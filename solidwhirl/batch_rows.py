@@ -95,6 +95,9 @@ def row_of_document(
         critical_frequency_hz=_numbers(c["frequency_hz"] for c in critical),
         critical_whirl=tuple(str(c["whirl"] or "") for c in critical),
         critical_error_estimate=_numbers(c.get("frequency_error_estimate") for c in critical),
+        critical_motion=tuple(
+            _numbers(c["interface_motion"]) for c in critical if "interface_motion" in c
+        ),
         campbell_speed_rpm=_numbers(diagram["speed_rpm"]),
         campbell_frequency_hz=tuple(_numbers(b) for b in diagram["frequency_hz"]),
         campbell_log_decrement=tuple(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 import shlex
 from collections.abc import Mapping, Sequence
@@ -10,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from solidwhirl.batch_schedule import Predicted
+from solidwhirl.errors import OutputError
 from solidwhirl.rotordyn.atomic import replacing
 
 # A job is asked for so long, if cases are many [s]; teams are as many as that takes.
@@ -22,6 +24,8 @@ _SIGNAL_S = 120
 # mpirun waits so long before it passes SIGTERM on, and again before SIGKILL [s].
 _PATIENCE_S = 10
 _RESTARTS = 50
+# Words of a comment by which a script is known.
+_WHOLE = "The ranks get SIGTERM and leave rows and stages whole."
 _NAME = re.compile(r"[^A-Za-z0-9_.-]+")
 
 
@@ -138,7 +142,7 @@ launch=(srun --kill-on-bad-exit=1)
 # launch=(mpirun -n "$SLURM_NTASKS")
 
 # Slurm sends this shell SIGUSR1 {_SIGNAL_S} s before the time limit, and SIGTERM when the job is
-# cancelled (srun's ranks as well). The ranks get SIGTERM and leave rows and stages whole.
+# cancelled (srun's ranks as well). {_WHOLE}
 job='' limit=0
 end() {{ [ -z "$job" ] || kill -TERM "$job" 2>/dev/null; }}
 trap 'limit=1; end' USR1
@@ -161,6 +165,13 @@ exit "$status"
 """
 
 
+def _is_script(path: Path) -> bool:
+    try:
+        return path.is_file() and _WHOLE in path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return False
+
+
 def write_slurm_script(job: SlurmJob, path: Path) -> Path:
     """Write the script; it can be started as it is.
 
@@ -172,6 +183,8 @@ def write_slurm_script(job: SlurmJob, path: Path) -> Path:
         The file.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
+    if os.path.lexists(path) and not _is_script(path):
+        raise OutputError(f"{path}: is there already and is no script of a batch; move it away")
     with replacing(path) as temporary:
         temporary.write_text(slurm_script(job), encoding="utf-8")
         temporary.chmod(0o755)

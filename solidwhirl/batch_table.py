@@ -46,6 +46,7 @@ _ABOUT = {
     "critical_frequency_hz": ("Hz", "their frequencies (case, number)"),
     "critical_error_estimate": ("1", "relative, of speed and frequency (case, number)"),
     "critical_whirl": ("", "forward, backward, ... (case, number)"),
+    "critical_motion": ("1", "lateral motion of interfaces, unit length (case, number, 4 each)"),
     "campbell_speed_count": ("", "speeds of the case's diagram"),
     "campbell_branch_count": ("", "branches of the case's diagram"),
     "campbell_speed_rpm": ("rpm", "speeds of the reference shaft (case, speed)"),
@@ -147,6 +148,7 @@ def _write(file: Any, rows: Sequence[BatchRow]) -> None:
     for key in _CRITICAL:
         file[key] = _padded([getattr(row, key) for row in rows])
     width = max((len(row.critical_whirl) for row in rows), default=0)
+    _write_motions(file, rows, width)
     whirls = [[*row.critical_whirl, *[""] * (width - len(row.critical_whirl))] for row in rows]
     _put_texts(file, "critical_whirl", np.array(whirls, dtype=object).reshape(len(rows), width))
     _write_diagrams(file, rows)
@@ -155,6 +157,16 @@ def _write(file: Any, rows: Sequence[BatchRow]) -> None:
         group[name] = np.array([row.responses.get(name, np.nan) for row in rows])
     for name, node in file.items():
         _tell(node, *_ABOUT[name])
+
+
+def _write_motions(file: Any, rows: Sequence[BatchRow], width: int) -> None:
+    """Of fewer interfaces or critical speeds nan fills the rest."""
+    length = max((len(m) for row in rows for m in row.critical_motion), default=0)
+    motions = np.full((len(rows), width, length), np.nan)
+    for k, row in enumerate(rows):
+        for number, motion in enumerate(row.critical_motion):
+            motions[k, number, : len(motion)] = motion
+    file["critical_motion"] = motions
 
 
 def _tell(node: Any, unit: str, holds: str) -> None:
@@ -223,6 +235,7 @@ def _read(file: Any) -> tuple[BatchRow, ...]:
     numbers = {name: node[()] for name, node in file["values"].items()}
     texts = {name: node.asstr()[()] for name, node in file["value_texts"].items()}
     responses = {name: node[()] for name, node in file["responses"].items()}
+    motions = file["critical_motion"][()] if "critical_motion" in file else None
     rows = []
     for k in range(len(columns["case"])):
         critical, speeds, branches = (int(columns[key][k]) for key in counts)
@@ -230,6 +243,10 @@ def _read(file: Any) -> tuple[BatchRow, ...]:
         document |= {key: columns[key][k] for key in (*_TEXTS, *_NUMBERS, "ranks")}
         keys = (*_CRITICAL, "critical_whirl")
         document |= {key: list(columns[key][k, :critical]) for key in keys}
+        if motions is not None:
+            document["critical_motion"] = [m[~np.isnan(m)].tolist() for m in motions[k, :critical]]
+            if not any(document["critical_motion"]):
+                document["critical_motion"] = []
         document["campbell_speed_rpm"] = list(columns["campbell_speed_rpm"][k, :speeds])
         for key in _CAMPBELL:
             document[key] = file[key][k, :branches, :speeds].tolist()

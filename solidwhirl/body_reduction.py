@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from solidwhirl.reduction import ReductionRequest
 
 Progress = Callable[[str], None]
+# Speed of sound along bars of the usual metals [m/s].
+_SOUND = 5000.0
 # Modes to begin with where the error estimate decides, and where nothing does.
 _FIRST_MODES, _MODES_UNSEEN = 4, 12
 
@@ -132,6 +134,7 @@ def first_discretisation(scene: Scene, plan: Plan, name: str) -> Discretisation:
     estimated = model.estimates == "on"
     # pairs that the diagram shows, evenly from all bodies, and two to spare
     shown = -(-scene.campbell.branches // (2 * len(solids))) + 2
+    shown = max(shown, min(_passed(scene, plan, name) + 2, _MODES_UNSEEN * 4))
     return Discretisation(
         degree=own.fineness.degree,
         size=own.fineness.size,
@@ -141,6 +144,25 @@ def first_discretisation(scene: Scene, plan: Plan, name: str) -> Discretisation:
         mesh_fixed=not is_adapted(own.level, model),
         modes_fixed=given is not None or not estimated,
     )
+
+
+def _passed(scene: Scene, plan: Plan, name: str) -> int:
+    """About how many pairs of modes of a body have their critical speed in the range.
+
+    Those of a free uniform bar, rigid ones included: ω = c ρ ((k - 1/2) π / L)² with the radius of
+    gyration ρ of its sections.
+    """
+    if name not in scene.bodies or not scene.bodies[name].sections:
+        return 0
+    parts = scene.bodies[name].sections
+    span = [(s.start_m, s.end_m) for s in parts]
+    square = [np.mean(s.outer_radius_m) ** 2 + np.mean(s.inner_radius_m) ** 2 for s in parts]
+    weight = [end - start for start, end in span]
+    gyration = 0.5 * np.sqrt(np.average(square, weights=weight))
+    length = max(end for _, end in span) - min(start for start, _ in span)
+    ratio = max(abs(r) for r in scene.speed_ratios().values())
+    top = ratio * float(plan.speeds_rad_s.max())
+    return int(length / np.pi * np.sqrt(top / (_SOUND * gyration)) + 1.5)
 
 
 def is_new_mesh(chosen: Discretisation, before: BodyResult | None) -> bool:

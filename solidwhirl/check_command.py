@@ -126,6 +126,8 @@ def _folder(path: Path) -> Checked:
 def _recorded(path: Path) -> list[Invariant]:
     """Return the checks that a run recorded: failed ones one by one, the others as one."""
     name, all_ = "checks recorded by the run", "what they are about"
+    if not path.is_file():
+        raise ValueError("no regular file" if path.exists() else "there is no such file")
     if path.stat().st_size > _LONGEST_RESULTS:
         raise ValueError(f"more than {_LONGEST_RESULTS} bytes")
     document = json.loads(path.read_text(encoding="utf-8"))

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from solidwhirl.commands import batches, doctor, files, init, pictures, plan, run, searches
-from solidwhirl.commands.options import examples
+from solidwhirl.commands.options import Command, examples
 from solidwhirl.endings import end_of_defect, keep_petsc_from_signals
 from solidwhirl.streams import lasting_streams
 
@@ -51,20 +51,20 @@ def _options(
     pass
 
 
-app.command(epilog=init.EXAMPLES)(init.init)
-app.command(epilog=run.EXAMPLES)(run.run)
-app.command(epilog=plan.EXAMPLES)(plan.plan)
-app.command(epilog=searches.STUDY_EXAMPLES)(searches.study)
-app.command(epilog=searches.IDENTIFY_EXAMPLES)(searches.identify)
-app.command(epilog=files.CHECK_EXAMPLES)(files.check)
-app.command(epilog=batches.EXAMPLES)(batches.batch)
-app.command(epilog=batches.PICTURES_EXAMPLES)(batches.batch_pictures)
-app.command(epilog=pictures.EXAMPLES)(pictures.pictures)
-app.command(epilog=files.GEOMETRY_EXAMPLES)(files.geometry)
-app.command(epilog=files.EXPORT_EXAMPLES)(files.export)
-app.command(epilog=files.FORMATS_EXAMPLES)(files.formats)
-app.command(epilog=doctor.EXAMPLES)(doctor.doctor)
-app.command(epilog=files.VERSION_EXAMPLES)(files.version)
+app.command(cls=Command, epilog=init.EXAMPLES)(init.init)
+app.command(cls=Command, epilog=run.EXAMPLES)(run.run)
+app.command(cls=Command, epilog=plan.EXAMPLES)(plan.plan)
+app.command(cls=Command, epilog=searches.STUDY_EXAMPLES)(searches.study)
+app.command(cls=Command, epilog=searches.IDENTIFY_EXAMPLES)(searches.identify)
+app.command(cls=Command, epilog=files.CHECK_EXAMPLES)(files.check)
+app.command(cls=Command, epilog=batches.EXAMPLES)(batches.batch)
+app.command(cls=Command, epilog=batches.PICTURES_EXAMPLES)(batches.batch_pictures)
+app.command(cls=Command, epilog=pictures.EXAMPLES)(pictures.pictures)
+app.command(cls=Command, epilog=files.GEOMETRY_EXAMPLES)(files.geometry)
+app.command(cls=Command, epilog=files.EXPORT_EXAMPLES)(files.export)
+app.command(cls=Command, epilog=files.FORMATS_EXAMPLES)(files.formats)
+app.command(cls=Command, epilog=doctor.EXAMPLES)(doctor.doctor)
+app.command(cls=Command, epilog=files.VERSION_EXAMPLES)(files.version)
 
 
 def main() -> None:

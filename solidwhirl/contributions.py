@@ -102,9 +102,12 @@ def error_contributions(
     motions: dict[str, list[ComplexArray]] = {}
     spins: dict[str, list[FloatArray]] = {}
     rates, speeds = [], []
+    at_rest = modes_at_speed(system, 0.0).frequency_hz.size
     for speed in speeds_rad_s:
         modes = modes_at_speed(system, speed)
-        wanted = asked.number_of(modes.frequency_hz, speed)
+        # precession that the spin gives a frequency comes below the modes that begin at rest
+        born = max(modes.frequency_hz.size - at_rest, 0)
+        wanted = min(asked.number_of(modes.frequency_hz, speed) + born, modes.frequency_hz.size)
         pairs = mode_pairs(matrices_at_speed(system, speed), modes)
         chosen = np.flatnonzero(asked.rule.counts(pairs.rates[:wanted]))
         pairs = ModePairs(*(a[..., chosen] for a in pairs))

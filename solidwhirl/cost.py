@@ -8,7 +8,7 @@ one process; another machine is faster or slower by one factor (`solidwhirl.mach
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 from solidwhirl import cost_coefficients as measured
@@ -47,8 +47,8 @@ _AXIAL = ("uz", "rz")
 _ALL, _LATERAL, _CENTRIFUGAL = 1.0, 0.5, 0.25
 # What each circumferential order leaves in memory while the next one is solved.
 _KEPT = 0.5
-# Beams: some milliseconds, whatever they are.
-_BEAM_S = 0.02
+# Beams: some milliseconds, whatever they are, and the diagrams of their variants.
+_BEAM_S, _BEAM_VARIANTS_S = 0.02, 0.4
 
 
 class CostError(ValueError):
@@ -202,7 +202,12 @@ def predict_cost(
             estimates=wanted if estimates and own.level != "beam" else (),
             machine=machine,
         )
-    return RunCost(bodies=costs, whole=_whole(plan, scene, costs, machine))
+    whole = _whole(plan, scene, costs, machine)
+    if estimates and any(plan.bodies[name].level == "beam" for name in bodies):
+        spent = _BEAM_VARIANTS_S / machine.relative_to(REFERENCE_MACHINE)
+        spent += whole.seconds.get("error_estimate", 0.0)
+        whole = replace(whole, seconds={**whole.seconds, "error_estimate": spent})
+    return RunCost(bodies=costs, whole=whole)
 
 
 def _whole(plan: Plan, scene: Scene, costs: Mapping[str, Cost], machine: MachineSpeed) -> Cost:

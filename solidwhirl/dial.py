@@ -200,9 +200,9 @@ def sample_speeds(plan: Plan) -> tuple[float, ...]:
 
 def asked_modes(scene: Scene) -> AskedModes:
     """Which modes the scene's Campbell diagram and its critical speeds ask for."""
-    highest = scene.campbell.frequency_max_hz
+    highest, count = scene.campbell.frequency_max_hz, scene.campbell.branches
     return AskedModes(
-        count=scene.campbell.branches if highest is None else None,
+        count=count + count % 2 if highest is None else None,  # pairs are shown whole
         frequency_max_hz=highest,
         excitation_ratio=max((abs(r) for r in scene.speed_ratios().values()), default=0.0),
         rule=scene.criteria.rule,

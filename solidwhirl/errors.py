@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -24,6 +25,22 @@ def clean(text: str, longest: int = _LONGEST_MESSAGE) -> str:
     return "".join(
         c if c.isprintable() or c == "\n" else c.encode("unicode_escape").decode() for c in cut
     )
+
+
+def markdown_text(text: str) -> str:
+    """Return a text that Markdown shows as it is: no markup, no HTML, one line.
+
+    Parameters
+    ----------
+    text
+        May hold what stands in a file.
+    """
+    plain = clean(" ".join(text.split("\n"))).replace("&", "&amp;")
+    plain = plain.replace("<", "&lt;").replace(">", "&gt;")
+    plain = re.sub(r"([\\`*\[\]|~$])", r"\\\1", plain)
+    # underscores within words are letters; these begin emphasis, headings, lists and rules
+    plain = re.sub(r"(?<!\w)(_+)|(_+)(?!\w)", lambda m: "".join(f"\\{c}" for c in m[0]), plain)
+    return re.sub(r"^(\s*(?:\d+(?=[.)])|(?=[-+=#])))", r"\1\\", plain)
 
 
 class SceneError(ValueError):

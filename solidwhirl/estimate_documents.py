@@ -98,9 +98,9 @@ def followed_by(rounds: Sequence[Mapping[str, Any]], index: int) -> str:
         Of the round.
     """
     found = rounds[index]
-    if not found["stopped"]:
+    if not found.get("stopped"):
         return ", ".join(found["refined"])
-    kept = next(k for k, r in enumerate(rounds) if r["kept"])
+    kept = next(k for k, r in enumerate(rounds) if r.get("kept"))
     return f"stopped: {found['stopped']}" + (f"; round {kept + 1} kept" if kept != index else "")
 
 
@@ -125,7 +125,7 @@ def several_materials(scene: Scene) -> dict[str, list[str]]:
 
 
 def coupling_effect(document: Mapping[str, Any]) -> float | None:
-    """Return by how much the other coupling of the interfaces moves a mode that counts.
+    """Return by how much the other coupling of the interfaces moves what matters at most.
 
     Parameters
     ----------
@@ -135,21 +135,25 @@ def coupling_effect(document: Mapping[str, Any]) -> float | None:
     Returns
     -------
     float or None
-        Relative; None where it was not computed.
+        Relative, of the critical speeds that count; where there is none, of the modes of the
+        diagram that do. None where it was not computed.
     """
+    counted = [c for c in document["critical_speeds"] if not c.get("critically_damped")]
+    speeds = [c.get("error_parts", {}).get("interface_coupling") for c in counted]
+    known = [value for value in speeds if value is not None]
+    if known:
+        return float(max(known))
     diagram = document["campbell"]
-    rows = diagram.get("error_parts", {}).get("interface_coupling", ())
     damped = diagram.get("critically_damped")
-    changes = [
-        value
-        for b, row in enumerate(rows)
-        for s, value in enumerate(row)
-        if value is not None and not (damped and damped[b][s])
-    ]
-    for entry in document["critical_speeds"]:
-        own = entry.get("error_parts", {}).get("interface_coupling")
-        changes += [] if own is None or entry.get("critically_damped") else [own]
-    return max(changes, default=None)
+    return max(
+        (
+            value
+            for b, row in enumerate(diagram.get("error_parts", {}).get("interface_coupling", ()))
+            for s, value in enumerate(row)
+            if value is not None and not (damped and damped[b][s])
+        ),
+        default=None,
+    )
 
 
 def coupling_text(effect: float) -> str:
@@ -161,11 +165,11 @@ def coupling_text(effect: float) -> str:
         From `coupling_effect`.
     """
     return (
-        f"Choice of the coupling: with rigid interfaces where the scene has distributing ones, and "
-        f"the reverse, frequencies move by up to {100.0 * effect:.2g} %. That is a choice of the "
-        "model and not in the sum. Take `coupling` rigid where a stiff ring or bearing holds the "
-        "cross-section round and plane, distributing where what sits there is softer than the "
-        "shaft."
+        "Choice of the coupling: with rigid interfaces where the scene has distributing ones, and "
+        f"the reverse, critical speeds (or else frequencies) move by up to {100.0 * effect:.2g} %. "
+        "That is a choice of the model and not in the sum. Take `coupling` rigid where a stiff "
+        "ring or bearing holds the cross-section round and plane, distributing where what sits "
+        "there is softer than the shaft."
     )
 
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+import tempfile
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from solidwhirl.rotordyn.exchange.exported import Exported
 from solidwhirl.rotordyn.files import read_superelement
 from solidwhirl.rotordyn.sidecar import superelement_document
 from solidwhirl.rotordyn.superelement import Superelement
+from solidwhirl.run_folder import refuse_existing
 
 Writer = Callable[..., Exported]
 
@@ -196,7 +198,9 @@ def write_sidecar(element: Superelement, path: Path) -> Exported:
     )
 
 
-def export_body(body: Path, name: str, out: Path, options: Mapping[str, Any]) -> Exported:
+def export_body(
+    body: Path, name: str, out: Path, options: Mapping[str, Any], *, force: bool = False
+) -> Exported:
     """Write a superelement file in another format.
 
     Parameters
@@ -210,11 +214,14 @@ def export_body(body: Path, name: str, out: Path, options: Mapping[str, Any]) ->
     options
         Options of the command that were given: "modes", "damping", "layout", "records",
         "speed_rpm".
+    force
+        Whether files that are there are replaced.
 
     Raises
     ------
     OutputError
-        An unknown format, an option that it does not have, or a place that can't be written.
+        An unknown format, an option that it does not have, a file that is there, or a place that
+        can't be written.
     SuperelementError
         The file can't be read, or the format can't take the body.
     """
@@ -234,11 +241,27 @@ def export_body(body: Path, name: str, out: Path, options: Mapping[str, Any]) ->
         raise OutputError(f"{out}: can not be written: it is a folder")
     if out.exists() and body.exists() and out.samefile(body):
         raise OutputError(f"{out}: is the file to export; choose another name")
+    out = out if out.name not in ("", "..") else out.resolve()
+    if out.is_file():
+        refuse_existing([out], force=force)
     element = read_superelement(body)
     _make_folder(out)
     named = {chosen.options[key]: _value(key, value) for key, value in options.items()}
     try:
-        return chosen.writer()(element, out, **named)
+        with tempfile.TemporaryDirectory(dir=out.parent, prefix=".writing-") as scratch:
+            done = chosen.writer()(element, Path(scratch) / out.name, **named)
+            places = {
+                file: out.parent / file.relative_to(scratch)
+                for file in Path(scratch).rglob("*")
+                if file.is_file()
+            }
+            refuse_existing(places.values(), force=force)
+            for file, place in places.items():
+                place.parent.mkdir(exist_ok=True)
+                file.replace(place)
+            return replace(done, files=tuple(places[file] for file in done.files))
+    except OutputError:
+        raise
     except SuperelementError as error:
         raise SuperelementError(clean(f"{body}: can not be exported as {name}: {error}")) from error
     except OSError as error:
@@ -277,12 +300,14 @@ def _value(option: str, value: Any) -> Any:
     return value * math.pi / 30.0 if option == "speed_rpm" else value
 
 
-def export_command(body: Path, name: str, out: Path, options: Mapping[str, Any]) -> None:
+def export_command(
+    body: Path, name: str, out: Path, options: Mapping[str, Any], *, force: bool
+) -> None:
     """Export a body and say what was written, and what the format can not carry.
 
     Parameters
     ----------
-    body, name, out, options
+    body, name, out, options, force
         As in `export_body`.
 
     Raises
@@ -291,7 +316,7 @@ def export_command(body: Path, name: str, out: Path, options: Mapping[str, Any])
         As in `export_body`, also for what `SuperelementError` says there.
     """
     try:
-        done = export_body(body, name, out, options)
+        done = export_body(body, name, out, options, force=force)
     except SuperelementError as error:
         raise OutputError(str(error)) from error
     for file in done.files:

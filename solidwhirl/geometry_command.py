@@ -8,13 +8,16 @@ from solidwhirl.bodies import build_bodies
 from solidwhirl.errors import OutputError
 from solidwhirl.geometry import GeometryError
 from solidwhirl.meshing.step_write import write_step
+from solidwhirl.run_folder import refuse_existing
 from solidwhirl.scene_file import read_scene
 
 _UNITS_M = {"mm": 1e-3, "m": 1.0}
 _SUFFIXES = (".step", ".stp")
 
 
-def geometry_command(scene: Path, step: Path, *, length_unit: str = "mm") -> tuple[Path, ...]:
+def geometry_command(
+    scene: Path, step: Path, *, length_unit: str = "mm", force: bool = True
+) -> tuple[Path, ...]:
     """Write the bodies of a scene as closed solids of revolution.
 
     Parameters
@@ -25,6 +28,8 @@ def geometry_command(scene: Path, step: Path, *, length_unit: str = "mm") -> tup
         A file .step or .stp for all bodies together, or a folder for one file of each.
     length_unit
         Of the coordinates in the files, "mm" or "m".
+    force
+        Whether files that are there are replaced.
 
     Returns
     -------
@@ -36,7 +41,7 @@ def geometry_command(scene: Path, step: Path, *, length_unit: str = "mm") -> tup
     SceneError, GeometryError, MeshingError
         A scene that can't be read, has no body with a profile, or solids that can't be made.
     OutputError
-        A file can't be written, or an unknown unit.
+        A file can't be written or is there already, or an unknown unit.
     """
     if length_unit not in _UNITS_M:
         raise OutputError(f"--length-unit: found {length_unit!r}, allowed are mm and m")
@@ -49,6 +54,7 @@ def geometry_command(scene: Path, step: Path, *, length_unit: str = "mm") -> tup
     files = {step: tuple(bodies.values())}
     if step.suffix.lower() not in _SUFFIXES:
         files = {step / f"{name}.step": (body,) for name, body in bodies.items()}
+    refuse_existing(files, force=force)
     try:
         for path, own in files.items():
             path.parent.mkdir(parents=True, exist_ok=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import logging
 import sys
 import warnings
@@ -19,11 +20,18 @@ from solidwhirl.endings import (
     stop,
     take_first_memory,
 )
-from solidwhirl.errors import OutputError, SceneError
+from solidwhirl.errors import OutputError, SceneError, clean
 from solidwhirl.geometry import GeometryError
 
 # What scipy says of a system whose solution would be rounding alone.
 _ILL_CONDITIONED = "Ill-conditioned matrix"
+# What the system says of a file or folder that a user named, or of the disk that it lies on.
+_OF_PATHS = frozenset(
+    {
+        *(errno.ENAMETOOLONG, errno.ENOTDIR, errno.EISDIR, errno.EACCES, errno.EPERM, errno.ELOOP),
+        *(errno.EROFS, errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.ENXIO),
+    }
+)
 _DOCTOR = "`solidwhirl doctor` says what is missing and how to install it"
 _GOES_ON = "; the same command goes on from what is done"
 # Libraries that an installation may lack; any other import that fails is a defect.
@@ -92,6 +100,8 @@ def _message(scene: Path, error: Exception) -> str | None:
         )
     if isinstance(error, ImportError) and (error.name or "").partition(".")[0] in _INSTALLED:
         return f"{error}; {_DOCTOR}"
+    if isinstance(error, OSError) and error.errno in _OF_PATHS and error.filename is not None:
+        return f"{clean(str(error.filename))}: {error.strerror}"
     if isinstance(error, OSError) and "cannot open shared object file" in str(error):
         return f"{error}; {_DOCTOR}"
     return None

@@ -1,13 +1,14 @@
-"""Identification: numbers of a scene that nobody gives, from quantities that somebody measured."""
+"""Parameter identification from measurements."""
 
 from __future__ import annotations
 
 import json
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +22,8 @@ from solidwhirl.identify_search import measured_slopes, search
 from solidwhirl.rotordyn.atomic import replacing
 
 Progress = Callable[[str], None]
+# What a scene says in its head that a search has written.
+_WRITTEN = "Written by `solidwhirl identify"
 
 __all__ = ["Identified", "identified_scene", "identify", "identify_command", "read_problem"]
 
@@ -33,6 +36,8 @@ class Identified:
     ----------
     scene, record, report
         The scene with the identified values, the record as JSON, and as Markdown.
+    found
+        One line per parameter: its value, what the targets leave open, and its bounds.
     met
         Whether every target is reached within its tolerance.
     missed
@@ -42,6 +47,7 @@ class Identified:
     scene: Path
     record: Path
     report: Path
+    found: tuple[str, ...]
     met: bool
     missed: tuple[str, ...]
 
@@ -82,9 +88,32 @@ def identify_command(
     record, report = (out.with_suffix(f".identification.{kind}") for kind in ("json", "md"))
     _write(out, identified_scene(found))
     _write(report, text(found))
-    _write(record, json.dumps(document(found), indent=1, allow_nan=False) + "\n")
+    written = document(found)
+    _write(record, json.dumps(written, indent=1, allow_nan=False) + "\n")
     state.unlink(missing_ok=True)
-    return Identified(scene=out, record=record, report=report, met=found.met, missed=_missed(found))
+    return Identified(
+        scene=out,
+        record=record,
+        report=report,
+        found=tuple(_found_line(p) for p in written["parameters"]),
+        met=found.met,
+        missed=_missed(found),
+    )
+
+
+def _found_line(parameter: Mapping[str, Any]) -> str:
+    bound = f", at its {parameter['at_bound']} bound" if parameter["at_bound"] else ""
+    return (
+        f"{parameter['name']} = {parameter['value']:.6g} ± {parameter['plus_minus']:.2g} "
+        f"({parameter['lower']:g} to {parameter['upper']:g}{bound})"
+    )
+
+
+def _is_identified(path: Path) -> bool:
+    try:
+        return path.is_file() and _WRITTEN in path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return False
 
 
 def _refuse_target(problem: Problem, out: Path) -> None:
@@ -94,6 +123,11 @@ def _refuse_target(problem: Problem, out: Path) -> None:
         raise OutputError(f"{out}: is read by this problem; choose another file to write")
     if out.is_dir():
         raise OutputError(f"{out}: is a folder; the name of a file is needed")
+    if os.path.lexists(out) and not _is_identified(out):
+        raise OutputError(
+            f"{out}: is there already and `identify` did not write it; move it away or choose "
+            "another file"
+        )
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -173,7 +207,7 @@ def identified_scene(found: Identification) -> str:
             comments[problem.places[place].steps] = said
     header = (
         problem.spec.title or problem.spec.name,
-        f"Written by `solidwhirl identify {problem.path.name}`; see its record.",
+        f"{_WRITTEN} {problem.path.name}`; see its record.",
     )
     data = with_references(problem.scene_at(found.values), problem.spec)
     return scene_text(data, comments, header)

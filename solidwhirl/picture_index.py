@@ -6,9 +6,11 @@ import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from solidwhirl.errors import markdown_text
 from solidwhirl.pictures.records import MOVING_FORMATS, STILL_FORMATS, Picture
 from solidwhirl.rotordyn.atomic import replacing
 
+INDEX = "pictures.md"
 _ENTRY = re.compile(r"- \*\*(?P<name>.+?)\*\* \((?P<files>\[.*?\]\(.*?\))\): (?P<caption>.*)")
 _FILE = re.compile(r"\[[^\]]*\]\((?P<file>[^)]*)\)")
 _FORMATS = STILL_FORMATS + MOVING_FORMATS
@@ -38,13 +40,24 @@ def write_index(
     captions |= {picture.name: picture.caption for picture in pictures}
     known = [picture.name for picture in pictures]
     names = [*(n for n in known if n in files), *(n for n in files if n not in known)]
-    lines = [f"# Pictures of {title}", ""]
+    lines = [f"# Pictures of {markdown_text(title)}", ""]
     for name in names:
         ordered = sorted(files[name], key=_rank)
         links = ", ".join(f"[{file}]({file})" for file in ordered)
         lines += [f"- **{name}** ({links}): {captions[name]}"]
     with replacing(index) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def pictures_listed(folder: Path) -> frozenset[str]:
+    """Return the names of the pictures that a folder's page lists.
+
+    Parameters
+    ----------
+    folder
+        It may not be there.
+    """
+    return frozenset(file for files in _listed(folder / INDEX)[1].values() for file in files)
 
 
 def _listed(index: Path) -> tuple[dict[str, str], dict[str, list[str]]]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from solidwhirl.errors import OutputError
-from solidwhirl.picture_index import write_index
+from solidwhirl.picture_index import INDEX, write_index
 from solidwhirl.picture_names import refuse_unknown_names
 from solidwhirl.pictures.records import MOVING_FORMATS, STILL_FORMATS, Picture
 from solidwhirl.scene import Scene
@@ -21,7 +21,6 @@ Progress = Callable[[str], None]
 FORMATS = STILL_FORMATS + MOVING_FORMATS
 #: Modes shown in space without being asked for more.
 MODES = 4
-INDEX = "pictures.md"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,6 +13,7 @@ import numpy as np
 
 from solidwhirl.geometry import Body
 from solidwhirl.imported_bodies import imported_element
+from solidwhirl.interface_documents import cut_doubts
 from solidwhirl.plausibility_records import Doubt
 from solidwhirl.plausibility_shapes import (
     RigidMass,
@@ -98,6 +99,7 @@ def implausible(scene: Scene, bodies: Mapping[str, Body]) -> tuple[Doubt, ...]:
     found += _unbalance_doubts(scene, {s.name: s for s in shapes})
     found += fast_bodies(scene, [s.name for s in shapes])
     found += operating_doubts(scene)
+    found += cut_doubts(scene)
     return tuple(found)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from solidwhirl.check_report import checks_text
+from solidwhirl.errors import markdown_text
 from solidwhirl.estimate_documents import (
     coupling_effect,
     coupling_text,
@@ -33,13 +34,13 @@ def report_text(results: Results, document: dict[str, Any]) -> str:
         The same as written to `results.json`.
     """
     parts = [
-        f"# {results.scene.title or results.scene.name}",
+        f"# {markdown_text(results.scene.title or results.scene.name)}",
         _table(("", ""), ((a.about, a.marked) for a in answers(document))),
-        "\n".join(f"- **warning:** {message}" for message in _warnings(document)),
+        "\n".join(f"- **warning:** {markdown_text(message)}" for message in _warnings(document)),
         "## Critical speeds",
         _critical(critical_speeds_that_count(document)),
         "## Notes" if results.scene.notes else "",
-        "\n".join(f"- {note}" for note in results.scene.notes),
+        "\n".join(f"- {markdown_text(note)}" for note in results.scene.notes),
         "## What was computed, what was left out, and why",
         plan_text(results.plan),
         "## Bodies",
@@ -61,7 +62,7 @@ def report_text(results: Results, document: dict[str, Any]) -> str:
 
 
 def _warnings(document: dict[str, Any]) -> list[str]:
-    return [doubt["message"] for doubt in document["doubts"]] + document["bearing_notes"]
+    return [*(doubt["message"] for doubt in document["doubts"]), *document["bearing_notes"]]
 
 
 def doubts_text(doubts: Iterable[Doubt]) -> str:
@@ -72,7 +73,7 @@ def doubts_text(doubts: Iterable[Doubt]) -> str:
     doubts
         See `solidwhirl.plausibility`.
     """
-    lines = [f"- {doubt.message}" for doubt in doubts]
+    lines = [f"- {markdown_text(doubt.message)}" for doubt in doubts]
     return "\n".join(["Warnings:", "", *lines]) if lines else ""
 
 
@@ -309,5 +310,5 @@ def _cost(document: dict[str, Any]) -> str:
 def _table(head: Iterable[Any], rows: Iterable[Iterable[Any]]) -> str:
     titles = [str(h) for h in head]
     lines = ["| " + " | ".join(titles) + " |", "|" + "---|" * len(titles)]
-    lines += ["| " + " | ".join(str(v) for v in row) + " |" for row in rows]
+    lines += ["| " + " | ".join(markdown_text(str(v)) for v in row) + " |" for row in rows]
     return "\n".join(lines)

@@ -21,6 +21,7 @@ from solidwhirl.estimate_documents import (
 from solidwhirl.estimates import Estimates
 from solidwhirl.fineness import Fineness
 from solidwhirl.forecast import forecast_document
+from solidwhirl.interface_documents import interfaces_document
 from solidwhirl.mesh_bodies import source_document
 from solidwhirl.meshing import write_gmsh, write_vtu
 from solidwhirl.meshing.user_mesh_records import MeshedBody
@@ -46,6 +47,7 @@ from solidwhirl.rotordyn.pictures_errors import (
 from solidwhirl.rotordyn.sidecar import superelement_document
 from solidwhirl.run_folder import RunFolder, claimed, replacing_files, reserve
 from solidwhirl.scene_file import scene_hash
+from solidwhirl.shape_prints import shape_print
 from solidwhirl.stability_documents import decrements
 from solidwhirl.store_stages import Keeper, no_keeper
 from solidwhirl.verdict import verdict_document, verdict_of
@@ -146,6 +148,7 @@ def critical_speed_document(results: Results, found: ExcitedCriticalSpeed) -> di
         "excited_by": list(found.excited_by),
         "excited": excitation.excited,
         "excited_why": excitation.why,
+        "interface_motion": shape_print(results.system, critical.shape),
     }
 
 
@@ -371,6 +374,7 @@ def _body(element: Superelement) -> dict[str, Any]:
         "reduced_dofs": len(element.coordinates),
         "free_frequencies_hz": element.free_frequencies_hz.tolist(),
         "fixed_interface_frequencies_hz": element.fixed_interface_frequencies_hz.tolist(),
+        "interfaces": interfaces_document(element),
         **({"import": element.provenance["import"]} if "import" in element.provenance else {}),
     }
 
@@ -384,6 +388,7 @@ def _solid(result: BodyResult) -> dict[str, Any]:
     return {
         **_body(result.element),
         **_mass_properties(result),
+        "interfaces": interfaces_document(result.element, result.body, result.mesh),
         "element_order": result.discretisation.degree,
         "modes_per_family": result.discretisation.modes,
         "mesh": {

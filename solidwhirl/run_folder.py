@@ -9,6 +9,7 @@ import hashlib
 import os
 import re
 import shutil
+import stat
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -17,13 +18,20 @@ from datetime import UTC, datetime
 from pathlib import Path, PurePosixPath
 
 from solidwhirl.errors import OutputError
+from solidwhirl.picture_index import pictures_listed
 from solidwhirl.rotordyn.atomic import replacing
 
 MANIFEST = "SHA256SUMS"
 STAGES = ".stages"
 # A file that a whole run always has; it is moved into place last.
 _LAST = "results.json"
+# How it begins, by which it is known where the manifest is lost.
+_BEGINNING = re.compile(rb'\s*\{\s*"schema":\s*"solidwhirl-results-')
+_REPORTED = (_LAST, "report.md", "report.html")
 _LOCK, _MOVING, _SCRATCH = ".lock", ".moving", ".writing-"
+_HOLDER = b"process "
+# Names of half-written files of this program.
+_TEMPORARY = re.compile(r"\..*[0-9a-f]{32}\.tmp|\.[0-9]+-probe\.tmp")
 _LINE = re.compile(r"([0-9a-f]{64}) [ *](.+)")
 _PROBE = 1 << 16
 
@@ -47,7 +55,7 @@ class RunFolder:
 
 
 @contextmanager
-def claimed(out: str | Path) -> Iterator[RunFolder]:
+def claimed(out: str | Path, within: Path | None = None) -> Iterator[RunFolder]:
     """Make a folder and have it for this process alone; clear what killed runs left in it.
 
     The system gives the folder free when the process ends, however it ends.
@@ -56,6 +64,8 @@ def claimed(out: str | Path) -> Iterator[RunFolder]:
     ----------
     out
         The folder.
+    within
+        Folder of a batch that this is a case of; None: of none, and no folder above may be claimed.
 
     Yields
     ------
@@ -65,9 +75,11 @@ def claimed(out: str | Path) -> Iterator[RunFolder]:
     Raises
     ------
     OutputError
-        Another process has the folder, or it can't be written.
+        Another process has the folder or one above it, or it can't be written.
     """
     out = Path(out)
+    if within is None:
+        _refuse_claimed_above(out)
     missing = [p for p in (out, *out.parents) if not p.exists()]
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -89,12 +101,51 @@ def claimed(out: str | Path) -> Iterator[RunFolder]:
                 folder.rmdir()
 
 
+def holder_of(folder: Path) -> str:
+    """Return what says who has a folder now; empty if nobody has.
+
+    Parameters
+    ----------
+    folder
+        It may not be there.
+    """
+    try:
+        if not _is_regular(folder / _LOCK):
+            return ""
+        file = os.open(folder / _LOCK, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW)
+    except OSError:
+        return ""
+    try:
+        fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return os.pread(file, 200, 0).decode("utf-8", "replace") or "another process"
+    except OSError:
+        return ""
+    finally:
+        os.close(file)
+    return ""
+
+
+def _refuse_claimed_above(out: Path) -> None:
+    for above in out.absolute().parents:
+        holder = holder_of(above)
+        if holder:
+            raise OutputError(
+                f"{out}: another run is writing the folder {above} around it ({holder}); wait for "
+                "it, end it, or choose another folder"
+            )
+
+
 def _locked(path: Path) -> int:
     """An open file with the lock; says who has it otherwise."""
     while True:
-        file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        if os.path.lexists(path) and not _is_regular(path):
+            raise OutputError(f"{path}: is in the way and is no file of a run; remove it")
+        file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o644)
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if not _HOLDER.startswith(os.pread(file, len(_HOLDER), 0)):
+                raise OutputError(f"{path}: is in the way and is no file of a run; remove it")
             if os.fstat(file).st_ino == path.stat().st_ino:
                 os.ftruncate(file, 0)
                 since = datetime.now(UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
@@ -124,7 +175,8 @@ def _clear_leftovers(out: Path) -> None:
             for path in folder.glob(f"{_SCRATCH}*"):
                 shutil.rmtree(path, ignore_errors=True)
             for path in folder.glob(".*.tmp"):
-                path.unlink(missing_ok=True)
+                if _TEMPORARY.fullmatch(path.name):
+                    path.unlink(missing_ok=True)
 
 
 @contextmanager
@@ -147,9 +199,10 @@ def replacing_files(folder: RunFolder) -> Iterator[Path]:
     Raises
     ------
     OutputError
-        Nothing can be written, as the disk is full.
+        Nothing can be written, as the disk is full, or a file is in the way that no run wrote.
     """
     out = folder.path
+    refuse_foreign_results(out)
     try:
         scratch = Path(tempfile.mkdtemp(prefix=_SCRATCH, dir=out))
         try:
@@ -180,7 +233,7 @@ def forget_results(folder: RunFolder) -> None:
         The folder of the run.
     """
     out = folder.path
-    before = {*_listed(out / MANIFEST), *_listed(out / _MOVING)}
+    before = _written_before(out)
     (out / MANIFEST).unlink(missing_ok=True)
     _remove(out, before)
     (out / _MOVING).unlink(missing_ok=True)
@@ -232,7 +285,8 @@ def writing_problem(folder: Path) -> str | None:
 def _move_into_place(scratch: Path, out: Path) -> None:
     files = sorted(p.relative_to(scratch).as_posix() for p in scratch.rglob("*") if p.is_file())
     sums = {name: _digest(scratch / name) for name in files}
-    before = {*_listed(out / MANIFEST), *_listed(out / _MOVING)}
+    before = _written_before(out)
+    _refuse_in_the_way(out, files, before)
     lines = "".join(f"{digest}  {name}\n" for name, digest in sums.items())
     (scratch / MANIFEST).write_text(lines, encoding="utf-8")
     # what a run that is killed from here on has to do with: the next one clears it
@@ -247,6 +301,89 @@ def _move_into_place(scratch: Path, out: Path) -> None:
     _remove(out, before - set(sums))
     (scratch / MANIFEST).replace(out / MANIFEST)
     (out / _MOVING).unlink()
+
+
+def refuse_existing(paths: Iterable[Path], *, force: bool) -> None:
+    """Refuse to replace files, unless told to.
+
+    Parameters
+    ----------
+    paths
+        What would be written.
+    force
+        Whether files may be replaced.
+
+    Raises
+    ------
+    OutputError
+        One is there, or a folder of its name.
+    """
+    for path in paths:
+        if path.is_dir():
+            raise OutputError(f"{path}: can not be written: it is a folder")
+        if os.path.lexists(path) and not force:
+            raise OutputError(f"{path}: is there already; --force replaces it")
+
+
+def refuse_foreign_results(out: Path) -> None:
+    """Refuse a folder whose results no run wrote, before anything is computed for it.
+
+    Parameters
+    ----------
+    out
+        The folder, which may not be there.
+
+    Raises
+    ------
+    OutputError
+        Results or a manifest of somebody else's, or a folder of a run that is a link elsewhere.
+    """
+    if os.path.lexists(out / MANIFEST) and not _is_of_a_run(out / MANIFEST):
+        raise _foreign(out / MANIFEST)
+    _refuse_in_the_way(out, _REPORTED, _written_before(out))
+    for name in ("bodies", "meshes", STAGES):
+        folder = out / name
+        if os.path.lexists(folder) and not folder.is_dir():
+            raise _foreign(folder)
+        if folder.is_symlink() and name != STAGES:
+            raise OutputError(f"{folder}: is a link to another place; results are not put there")
+
+
+def _refuse_in_the_way(out: Path, names: Iterable[str], before: frozenset[str]) -> None:
+    """Refuse to replace files that no run wrote, and to write through links to elsewhere."""
+    # where the manifest is lost or damaged, all that has a run's name is taken for the run's
+    known = _LAST not in _listed(out / MANIFEST) and _begins_as_results(out / _LAST)
+    for name in names:
+        path = out / name
+        if os.path.lexists(path) and not known and name not in before:
+            raise _foreign(path)
+        if not path.parent.resolve().is_relative_to(out.resolve()):
+            raise OutputError(f"{path.parent}: is a link to another place")
+
+
+def _begins_as_results(path: Path) -> bool:
+    try:
+        with open(_regular(path), "rb") as file:
+            return _BEGINNING.match(file.read(1000)) is not None
+    except OSError:
+        return False
+
+
+def _foreign(path: Path) -> OutputError:
+    return OutputError(
+        f"{path}: is there already and no run wrote it; move it away or choose another folder"
+    )
+
+
+def _is_of_a_run(manifest: Path) -> bool:
+    """Whether a manifest can be that of a run, or results of one lie beside it."""
+    return _LAST in _listed(manifest) or _begins_as_results(manifest.with_name(_LAST))
+
+
+def _written_before(out: Path) -> frozenset[str]:
+    """Files that runs wrote into a folder, and `pictures` for them."""
+    manifest = _listed(out / MANIFEST) if _is_of_a_run(out / MANIFEST) else frozenset()
+    return manifest | _listed(out / _MOVING) | pictures_listed(out)
 
 
 def _remove(out: Path, names: Iterable[str]) -> None:
@@ -276,7 +413,7 @@ def verify_folder(path: str | Path) -> list[str]:
     folder = Path(path)
     manifest = folder / MANIFEST
     try:
-        text = manifest.read_text(encoding="utf-8")
+        text = _text(manifest)
     except FileNotFoundError:
         return [f"{manifest}: is missing; the run was not finished"]
     except (OSError, UnicodeDecodeError) as error:
@@ -288,7 +425,9 @@ def verify_folder(path: str | Path) -> list[str]:
     for name, digest in sums.items():
         file = folder / name
         try:
-            if _digest(file) != digest:
+            if not file.parent.resolve().is_relative_to(folder.resolve()):
+                found.append(f"{file}: lies outside the folder, behind a link")
+            elif _digest(file) != digest:
                 found.append(f"{file}: differs from what the run wrote")
         except FileNotFoundError:
             found.append(f"{file}: is missing")
@@ -322,11 +461,27 @@ def _is_inside(name: str) -> bool:
 def _listed(manifest: Path) -> frozenset[str]:
     """Files of an earlier run; lines that name none are passed over."""
     try:
-        return frozenset(_parsed(manifest.read_text(encoding="utf-8"))[0])
+        return frozenset(_parsed(_text(manifest))[0])
     except (OSError, UnicodeDecodeError):
         return frozenset()
 
 
+def _is_regular(path: Path) -> bool:
+    return stat.S_ISREG(path.lstat().st_mode)
+
+
+def _regular(path: Path) -> int:
+    """Open a file to read; pipes, devices and links are refused without a wait or an effect."""
+    if not _is_regular(path):
+        raise OSError(errno.EINVAL, "is no regular file")
+    return os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+
+
+def _text(path: Path) -> str:
+    with open(_regular(path), encoding="utf-8") as file:
+        return file.read()
+
+
 def _digest(path: Path) -> str:
-    with path.open("rb") as file:
+    with open(_regular(path), "rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

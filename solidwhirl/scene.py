@@ -129,6 +129,10 @@ class BodySpec(Record):
     internal_damping: InternalDampingSpec | None = None
 
 
+# Speeds nearer than this part of them are one.
+_ONE_SPEED = 1e-12
+
+
 class SpeedSpec(Record):
     """Speeds of the reference shaft (speed ratio 1)."""
 
@@ -149,6 +153,13 @@ class SpeedSpec(Record):
             raise ValueError(f"to_rpm = {self.to_rpm:g} is below from_rpm = {self.from_rpm:g}")
         elif self.count == 1 and self.to_rpm != self.from_rpm:
             raise ValueError("count = 1 allows one speed only: from_rpm and to_rpm must be equal")
+        elif self.to_rpm - self.from_rpm < (self.count - 1) * _ONE_SPEED * self.to_rpm or (
+            self.count > 1 and self.to_rpm == self.from_rpm
+        ):
+            raise ValueError(
+                f"count = {self.count} speeds from from_rpm = {self.from_rpm:g} to to_rpm = "
+                f"{self.to_rpm:g} are one; allowed is count = 1 or a larger to_rpm"
+            )
         return self
 
 

@@ -167,6 +167,10 @@ def with_model(scene: Scene, *, level: str | None, accuracy: float | None) -> Sc
     return scene.model_copy(update={"model": type(scene.model).model_validate(model)})
 
 
+# Why no table of numbers is allowed.
+_ISOTROPIC = {"materials": ": materials are isotropic and the same at all speeds"}
+
+
 def _explain(error: Any) -> str:
     """One line for one of pydantic's errors."""
     location, record = _in_file(error["loc"])
@@ -183,6 +187,10 @@ def _explain(error: Any) -> str:
     message = str(error["msg"]).removeprefix("Value error, ")
     for word, said in _TOML_WORDS.items():
         message = message.replace(word, said)
+    if kind == "float_type" and isinstance(found, list | tuple | dict):
+        # such as moduli by direction, which a reader of manuals may expect
+        message = "one number is allowed here" + _ISOTROPIC.get(str(location[0]), "")
+        found = list(found)
     shown = "" if isinstance(found, dict) else f", found {shown_value(found)}"
     return f"{where}: {message}{shown}"
 

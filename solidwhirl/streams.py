@@ -79,10 +79,11 @@ def lasting_streams() -> Streams:
     """Put streams in place of `sys.stdout` and `sys.stderr` whose failures end nothing.
 
     Letters that the encoding lacks are escaped; a closed stream becomes the null device, so that
-    no file that is opened later gets its descriptor, and what libraries print.
+    no file that is opened later gets its descriptor. What compiled libraries and other programs
+    print goes to the error stream: the output holds what the command says and nothing else.
     """
-    sys.stdout, output = _lasting(sys.stdout, 1)
     sys.stderr, _ = _lasting(sys.stderr, 2)
+    sys.stdout, output = _lasting(sys.stdout, 1)
     return Streams(output=output)
 
 
@@ -97,6 +98,9 @@ def _lasting(stream: TextIO | None, number: int) -> tuple[TextIO, _Descriptor]:
             stream.flush()
         with contextlib.suppress(OSError, ValueError):
             number = stream.fileno()
+    if number == 1:
+        number = os.dup(1)
+        os.dup2(2, 1)
     raw = _Descriptor(number)
     text = io.TextIOWrapper(
         io.BufferedWriter(raw),

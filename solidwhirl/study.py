@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import os
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
@@ -90,6 +91,8 @@ def study_command(
     if importlib.util.find_spec("plotly") is None:
         raise StudyError("study.html needs plotly, which is not installed (pip install plotly)")
     out = Path(out)
+    if os.path.lexists(out / "study.json") and not _is_study(out / "study.json"):
+        raise OutputError(f"{out / 'study.json'}: is there already and no study wrote it")
     try:
         matrix = QUICK if quick else FULL
         cases = study_cases(scene, matrix)  # a scene that is refused leaves no folder
@@ -102,6 +105,13 @@ def study_command(
         return _write(study, out)
     except OSError as error:
         raise OutputError(f"{out}: can not be written: {error.strerror or error}") from error
+
+
+def _is_study(path: Path) -> bool:
+    try:
+        return path.is_file() and "solidwhirl-study-" in path.read_text(encoding="utf-8")[:1000]
+    except (OSError, UnicodeDecodeError):
+        return False
 
 
 def _write(study: Study, out: Path) -> StudyDone:

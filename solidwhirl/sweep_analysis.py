@@ -204,7 +204,10 @@ def _notes(
     for track in tracks:
         found = np.isfinite(track.speed_rpm)
         if not found.all():
-            notes.append(f"{track.name}: found in {found.sum()} of {found.size} cases")
+            notes.append(
+                f"{track.name}: a resonance in {found.sum()} of {found.size} cases; in others it "
+                "is critically damped, or not in their range"
+            )
         for marks, why in (
             (track.doubtful, "matched in doubt in"),
             (track.reordered, "has crossed another of its whirl (or veers) before"),

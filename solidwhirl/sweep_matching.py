@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from solidwhirl.shape_prints import ComplexArray, likeness
 from solidwhirl.sweep_design import BoolArray, FloatArray, IntArray
 
 # Differences of logarithms: no difference; farther is in doubt; leaves another kind no partner.
@@ -27,6 +28,9 @@ _SPREAD = 0.2
 # Frequencies below this share of the largest count as equal (motions that nothing holds).
 _FLOOR = 1e-3
 _NEVER = 1e6
+# What shapes without likeness are worth beside a difference of logarithms, and the likeness (MAC)
+# below which curves are never one mode.
+_SHAPE, _UNLIKE = 1.0, 0.3
 _OPPOSITE = {("forward", "backward"), ("backward", "forward")}
 
 Kind = tuple[int, str]
@@ -76,16 +80,39 @@ class _Pair(NamedTuple):
 class _Expected:
     """What the tracks are expected to be in a case: logarithms (tracks, s) and kinds.
 
-    `nearest` is what they are in the nearest case that has them.
+    `nearest` is what they are in the nearest case that has them, and so are the `shapes`.
     """
 
     curves: FloatArray
     nearest: FloatArray
     kinds: list[Kind]
+    shapes: ComplexArray | None = None
+
+    def distances(self, found: FloatArray, shapes: ComplexArray | None) -> FloatArray:
+        """Distance of what is expected from what is found, by frequency and by shape."""
+        distance = _distances(self.curves, found)
+        if self.shapes is None or shapes is None or not distance.size:
+            return distance
+        mac = likeness(self.shapes, shapes)
+        return np.where(mac < _UNLIKE, _NEVER, distance + _SHAPE * (1.0 - mac))
+
+
+class _Found(NamedTuple):
+    """What was found in every case: logarithms, kinds and, if known, shapes."""
+
+    logs: Sequence[FloatArray]
+    kinds: Sequence[Sequence[Kind]]
+    shapes: Sequence[ComplexArray] | None
+
+    def shapes_of(self, case: int) -> ComplexArray | None:
+        return None if self.shapes is None else self.shapes[case]
 
 
 def match_curves(
-    scaled: FloatArray, curves: Sequence[FloatArray], kinds: Sequence[Sequence[Kind]]
+    scaled: FloatArray,
+    curves: Sequence[FloatArray],
+    kinds: Sequence[Sequence[Kind]],
+    shapes: Sequence[ComplexArray] | None = None,
 ) -> MatchedCurves:
     """Match curves of neighbouring cases.
 
@@ -112,13 +139,14 @@ def match_curves(
     stand, unless pairing with the least total distance is three times closer. Pairs in doubt are
     looked at again when all cases are known, from the neighbours on all sides.
     """
-    logs = _logarithms(curves)
+    found = _Found(_logarithms(curves), kinds, shapes)
+    logs = found.logs
     tracks: list[_Track] = []
     visited: list[int] = []
     for case in visiting_order(scaled):
         near = _by_distance(scaled, case, visited)
-        expected = _expected(tracks, case, near, scaled, logs, kinds)
-        pairs = _pairs(expected, logs[case], kinds[case])
+        expected = _expected(tracks, case, near, scaled, found)
+        pairs = _pairs(expected, found, case)
         for pair in pairs:
             tracks[pair.track].index[case] = pair.curve
             tracks[pair.track].doubtful |= {case} if pair.doubtful else set()
@@ -126,7 +154,7 @@ def match_curves(
         taken = {pair.curve for pair in pairs}
         tracks += [_Track(index={case: k}) for k in range(len(logs[case])) if k not in taken]
         visited.append(case)
-    _look_again(tracks, scaled, logs, kinds)
+    _look_again(tracks, scaled, found)
     return _ordered(tracks, logs)
 
 
@@ -153,28 +181,23 @@ def _by_distance(scaled: FloatArray, case: int, others: Sequence[int]) -> list[i
     return [others[k] for k in np.argsort(away, kind="stable")]
 
 
-def _look_again(
-    tracks: Sequence[_Track],
-    scaled: FloatArray,
-    logs: Sequence[FloatArray],
-    kinds: Sequence[Sequence[Kind]],
-) -> None:
+def _look_again(tracks: Sequence[_Track], scaled: FloatArray, found: _Found) -> None:
     """Take back doubts that the neighbours on all sides resolve, such as those of first steps."""
     for case in sorted({c for track in tracks for c in track.doubtful}):
         near = _by_distance(scaled, case, [c for c in range(len(scaled)) if c != case])
         known = [t for t in tracks if t.index.keys() - {case}]
-        expected = _expected(known, case, near, scaled, logs, kinds)
-        distance = _distances(expected.curves, logs[case])
+        expected = _expected(known, case, near, scaled, found)
+        distance = expected.distances(found.logs[case], found.shapes_of(case))
         partner = {k: t.index[case] for k, t in enumerate(known) if case in t.index}
         for k, track in enumerate(known):
             if case not in track.doubtful:
                 continue
             own = expected.kinds[k]
             same = [q for q, kind in enumerate(expected.kinds) if kind == own]
-            rivals = [c for c, kind in enumerate(kinds[case]) if kind == own]
+            rivals = [c for c, kind in enumerate(found.kinds[case]) if kind == own]
             # a change of whirl stays in doubt
             if partner[k] in rivals and not _in_doubt(
-                k, partner[k], same, rivals, partner, distance, logs[case]
+                k, partner[k], same, rivals, partner, distance, found.logs[case]
             ):
                 track.doubtful.discard(case)
 
@@ -189,18 +212,20 @@ def _expected(
     case: int,
     near: Sequence[int],
     scaled: FloatArray,
-    logs: Sequence[FloatArray],
-    kinds: Sequence[Sequence[Kind]],
+    found: _Found,
 ) -> _Expected:
     most = 2 * scaled.shape[1] + 1
-    curves, nearest, expected_kinds = [], [], []
+    curves, nearest, expected_kinds, shapes = [], [], [], []
     for track in tracks:
         cases = list(islice((c for c in near if c in track.index), most))
-        values = np.array([logs[c][track.index[c]] for c in cases])
+        values = np.array([found.logs[c][track.index[c]] for c in cases])
         curves.append(_extrapolated(scaled[case], scaled[cases], values))
         nearest.append(values[0])
-        expected_kinds.append(kinds[cases[0]][track.index[cases[0]]])
-    return _Expected(np.array(curves), np.array(nearest), expected_kinds)
+        expected_kinds.append(found.kinds[cases[0]][track.index[cases[0]]])
+        if found.shapes is not None:
+            shapes.append(found.shapes[cases[0]][track.index[cases[0]]])
+    known = np.array(shapes) if found.shapes is not None else None
+    return _Expected(np.array(curves), np.array(nearest), expected_kinds, known)
 
 
 def _extrapolated(place: FloatArray, places: FloatArray, values: FloatArray) -> FloatArray:
@@ -217,11 +242,12 @@ def _extrapolated(place: FloatArray, places: FloatArray, values: FloatArray) -> 
     return np.asarray(values[0] + (place - places[0]) @ gradient)
 
 
-def _pairs(expected: _Expected, found: FloatArray, kinds: Sequence[Kind]) -> list[_Pair]:
+def _pairs(expected: _Expected, every: _Found, case: int) -> list[_Pair]:
     """Pairs of equal kind, then of what these leave."""
+    found, kinds = every.logs[case], every.kinds[case]
     if not len(expected.kinds) or not len(found):
         return []
-    distance = _distances(expected.curves, found)
+    distance = expected.distances(found, every.shapes_of(case))
     pairs: list[_Pair] = []
     for kind in dict.fromkeys(expected.kinds):
         tracks = [t for t, k in enumerate(expected.kinds) if k == kind]
@@ -268,11 +294,12 @@ def _pairs_of_kind(
             c,
             doubtful=(unclear and other.get(t) != c)
             or _in_doubt(t, c, tracks, own, chosen, distance, found),
-            reordered=any(
-                _crossed(expected.nearest[[t, q]], found[[c, p]]) for q, p in chosen.items()
-            ),
+            # by their shapes curves that cross are no surprise
+            reordered=expected.shapes is None
+            and any(_crossed(expected.nearest[[t, q]], found[[c, p]]) for q, p in chosen.items()),
         )
         for t, c in chosen.items()
+        if distance[t, c] < _NEVER
     ]
 
 

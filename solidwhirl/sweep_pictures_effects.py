@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,7 +20,7 @@ from solidwhirl.rotordyn.picture_frame import (
 )
 from solidwhirl.sweep_analysis import SweepAnalysis, SweepPictureSettings
 from solidwhirl.sweep_design import SweepDesign
-from solidwhirl.sweep_labels import wrapped
+from solidwhirl.sweep_labels import unit_of, wrapped
 from solidwhirl.sweep_picture_parts import (
     cases_text,
     parameter_label,
@@ -36,6 +37,8 @@ _LOW, _HIGH, _RANK = "#D55E00", "#0072B2", "#000000"
 _HATCH = {_LOW: "/////", _HIGH: ""}
 # Frames, and bars in one frame.
 _FRAMES, _BARS = 6, 10
+# Changes are per cent of the baseline where no value is more than so many times that.
+_MANY = 4.0
 
 
 @styled
@@ -81,10 +84,11 @@ def draw_tornado(found: SweepAnalysis, settings: SweepPictureSettings, path: Pat
 def _draw_single(
     axes: Axes, design: SweepDesign, item: Sensitivity, settings: SweepPictureSettings
 ) -> None:
-    """Change of the result in per cent, a bar for each end of a parameter."""
+    """Change of the result, a bar for each end of a parameter."""
     effects = item.one_at_a_time[:_BARS]
     reference = effects[0].at_baseline
-    percent = 100.0 / abs(reference) if reference else 1.0
+    relative = _is_relative(reference, [v for e in effects for v in (e.smallest, e.largest)])
+    percent = 100.0 / abs(reference) if relative else 1.0
     for row, effect in enumerate(effects):
         ends = ((effect.at_low, effect.low, _LOW, "at the lowest value"),
                 (effect.at_high, effect.high, _HIGH, "at the highest value"))  # fmt: skip
@@ -109,7 +113,7 @@ def _draw_single(
                  for f in (min, max))  # fmt: skip
     span = (high - low) or 1.0
     axes.set_xlim(low - 0.42 * span, high + 0.42 * span)  # for the values at the ends
-    unit = "%" if reference else item.label.rpartition("[")[2].rstrip("]")
+    unit = "%" if relative else (unit_of(item.quantity) or "1")
     axes.set_xlabel(f"change from {number_text(reference, 5)}\nat the baseline [{unit}]")
     names = []
     for effect in effects:
@@ -117,6 +121,11 @@ def _draw_single(
         bent = "" if effect.linear else ", not linear"
         names.append(_name(effect.parameter, settings) + power + (bent if power else bent[1:]))
     _finish(axes, names, item, settings, "")
+
+
+def _is_relative(reference: float, values: Sequence[float]) -> bool:
+    """Whether changes say most in per cent: not of what passes zero, or is small by chance."""
+    return all(v * reference > 0.0 and abs(v) <= _MANY * abs(reference) for v in values)
 
 
 def _draw_samples(axes: Axes, item: Sensitivity, settings: SweepPictureSettings) -> None:

@@ -64,6 +64,9 @@ class BatchRow:
         Critical speeds by rising speed of the reference shaft: speed, frequency, whirl.
     critical_error_estimate
         Relative error of each, of speed and frequency alike; nan if not known.
+    critical_motion
+        Of each the lateral motion of interfaces (`solidwhirl.shape_prints`); the same interfaces
+        in all cases of a scene. Empty in rows of earlier releases.
     campbell_speed_rpm
         Speeds of the diagram (s).
     campbell_frequency_hz, campbell_log_decrement
@@ -85,6 +88,7 @@ class BatchRow:
     critical_frequency_hz: tuple[float, ...] = ()
     critical_whirl: tuple[str, ...] = ()
     critical_error_estimate: tuple[float, ...] = ()
+    critical_motion: tuple[tuple[float, ...], ...] = ()
     campbell_speed_rpm: tuple[float, ...] = ()
     campbell_frequency_hz: tuple[tuple[float, ...], ...] = ()
     campbell_log_decrement: tuple[tuple[float, ...], ...] = ()

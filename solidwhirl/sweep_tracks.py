@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from solidwhirl.shape_prints import ComplexArray
 from solidwhirl.sweep_design import BoolArray, FloatArray, SweepDesign
 from solidwhirl.sweep_labels import label_of
 from solidwhirl.sweep_matching import Kind, match_curves
@@ -91,12 +92,16 @@ def critical_tracks(design: SweepDesign) -> tuple[CriticalTrack, ...]:
     ----------
     design
         The cases. Critical speeds are told apart by the shaft that excites them (frequency over
-        speed) and by whirl, then by `match_curves`.
+        speed), then matched by their shapes and speeds; by whirl and speed where rows have no
+        shapes. See `match_curves`.
     """
     rows = design.rows
     curves = [np.array(r.critical_speed_rpm, dtype=float).reshape(-1, 1) for r in rows]
     kinds = _kinds(rows)
-    found = match_curves(design.scaled, curves, kinds)
+    shapes = _shapes(rows)
+    # the shape tells the whirl, which may change from case to case
+    apart = kinds if shapes is None else [[(n, "") for n, _ in own] for own in kinds]
+    found = match_curves(design.scaled, curves, apart, shapes)
     tracks = []
     for number, index in enumerate(found.index):
         speed = _column(rows, "critical_speed_rpm", index)
@@ -123,11 +128,18 @@ def quantities(design: SweepDesign, tracks: Sequence[CriticalTrack]) -> tuple[Qu
         Quantity(name=t.name, label=f"{t.name} [rpm]", values=t.speed_rpm, doubtful=t.doubtful)
         for t in tracks
     ]
-    for key in dict.fromkeys(k for row in design.rows for k in row.responses):
+    keys = dict.fromkeys(k for row in design.rows for k in row.responses)
+    # what a design review asks for comes first
+    for key in sorted(keys, key=lambda k: not k.startswith("verdict.")):
         values = np.array([row.responses.get(key, np.nan) for row in design.rows], dtype=float)
         sure = np.zeros(len(values), dtype=bool)
         found.append(Quantity(name=key, label=label_of(key), values=values, doubtful=sure))
-    return tuple(q for q in found if _differs(q.values))
+    return tuple(q for q in found if _differs(q.values) and not _is_truth(q.values))
+
+
+def _is_truth(values: FloatArray) -> bool:
+    """Whether a number is a yes or no, such as whether a case is stable: it has no gradient."""
+    return set(values[np.isfinite(values)].tolist()) <= {0.0, 1.0}
 
 
 def _differs(values: FloatArray) -> bool:
@@ -141,6 +153,18 @@ def _column(rows: Sequence[BatchRow], key: str, index: Sequence[int]) -> FloatAr
         [v[k] if 0 <= k < len(v) else np.nan for v, k in zip(values, index, strict=True)],
         dtype=float,
     )
+
+
+def _shapes(rows: Sequence[BatchRow]) -> list[ComplexArray] | None:
+    """Motions of the same places at the critical speeds of all cases; None if not all have them."""
+    lengths = {len(motion) for row in rows for motion in row.critical_motion}
+    whole = all(len(row.critical_motion) == len(row.critical_speed_rpm) for row in rows)
+    if len(lengths) != 1 or lengths == {0} or not whole:
+        return None
+    (length,) = lengths
+    return [
+        np.array(row.critical_motion, dtype=float).reshape(-1, length).view(complex) for row in rows
+    ]
 
 
 def _kinds(rows: Sequence[BatchRow]) -> list[list[Kind]]:

@@ -208,8 +208,8 @@ def _fitting_table(
     """The critical speeds that are resonances, with as much as the console has room for."""
     rows = critical_speeds_that_count({"critical_speeds": every})
     if not rows:
-        damped = f"; {len(every)} critically damped" if every else ""
-        return Text(f"no critical speed in the speed range{damped}")
+        too_much = f"; {len(every)} critically damped" if every else ""
+        return Text(f"no critical speed in the speed range{too_much}")
     shown = [dict(row) for row in nearest(rows, operating, _MOST_ROWS)[0]]
     columns = {name: make(shown) for name, make in _COLUMNS.items()}
     if all(row["margin"] is None for row in rows):
@@ -226,8 +226,8 @@ def _fitting_table(
         table = _table(columns)
         if Measurement.get(console, unlimited, table).maximum <= console.width:
             break
-    more, damped = len(rows) - len(shown), len(every) - len(rows)
-    said = [f"{more} more"] * (more > 0) + [f"{damped} critically damped"] * (damped > 0)
+    counts = ((len(rows) - len(shown), "more"), (len(every) - len(rows), "critically damped"))
+    said = [f"{count} {what}" for count, what in counts if count]
     if said:
         table.caption = f"and {', '.join(said)}, see the report"
     return table

@@ -106,12 +106,27 @@ def _cards(path: Path, files: list[Path], depth: int) -> Iterator[Card]:
             return
         if head.startswith("INCLUDE"):
             name = line[7:].strip().strip("'\"")
-            yield from _cards(path.parent / name, files, depth + 1)
+            yield from _cards(_included(path, number, name, files[0].parent), files, depth + 1)
             continue
         name = head.replace(",", " ").split()[0][:8]
         open_card = (number, name, _fields(path, number, line))
     if open_card is not None:
         yield _card(path, open_card)
+
+
+def _included(path: Path, number: int, name: str, folder: Path) -> Path:
+    """The file of an INCLUDE: a file of others' must not name what lies outside its folder."""
+    found = path.parent / name
+    if "\0" in name or not found.resolve().is_relative_to(folder.resolve()):
+        raise SuperelementError(
+            f"{path}, line {number + 1}: INCLUDE names {name[:80]!r}, which lies outside the "
+            "folder of the file; files beside it and below are allowed"
+        )
+    if found.exists() and not found.is_file():
+        raise SuperelementError(
+            f"{path}, line {number + 1}: INCLUDE names {name[:80]!r}, which is no regular file"
+        )
+    return found
 
 
 def _card(path: Path, found: tuple[int, str, list[str]]) -> Card:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from solidwhirl.commands.options import SceneFile, completing, examples
+from solidwhirl.commands.options import Force, SceneFile, completing, examples
 from solidwhirl.guard import guarded
 
 CHECK_EXAMPLES = examples(
@@ -37,9 +37,13 @@ def check(
 
     The exit code is 3 if a check fails, 2 if something can not be read.
     """
-    from solidwhirl.check_command import check_command
 
-    raise typer.Exit(check_command(paths, as_json=as_json))
+    def work() -> None:
+        from solidwhirl.check_command import check_command
+
+        raise typer.Exit(check_command(paths, as_json=as_json))
+
+    guarded(paths[0], work)
 
 
 def geometry(
@@ -53,13 +57,14 @@ def geometry(
             autocompletion=completing(("mm", "m")),
         ),
     ] = "mm",
+    force: Force = False,
 ) -> None:
     """Write the bodies of a scene as closed solids in STEP files."""
 
     def work() -> None:
         from solidwhirl.geometry_command import geometry_command
 
-        for path in geometry_command(scene, step, length_unit=length_unit):
+        for path in geometry_command(scene, step, length_unit=length_unit, force=force):
             typer.echo(f"written: {path}")
 
     guarded(scene, work)
@@ -99,6 +104,7 @@ def export(
     speed_rpm: Annotated[
         float | None, typer.Option(metavar="RPM", help="Matrices at this speed as well.")
     ] = None,
+    force: Force = False,
 ) -> None:
     """Write a superelement in the files of other programs, and say what they can not carry."""
 
@@ -108,7 +114,7 @@ def export(
         given = {"modes": modes, "damping": damping, "layout": layout, "records": records}
         given |= {"speed_rpm": speed_rpm}
         options = {name: value for name, value in given.items() if value is not None}
-        export_command(body, form, out, options)
+        export_command(body, form, out, options, force=force)
 
     guarded(body, work)
 

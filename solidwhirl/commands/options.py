@@ -8,11 +8,42 @@ from typing import Annotated, Any
 
 import typer
 from pydantic import ValidationError
+from typer.core import TyperCommand
 
 from solidwhirl.errors import OutputError, SceneError
 from solidwhirl.scene import Scene
 
+# Bytes of a name of a file, and of a path that leaves room for what is made in a folder.
+_LONGEST_NAME, _LONGEST_PATH = 255, 3800
 LEVELS = ("auto", "beam", "harmonic", "solid")
+
+
+class Command(TyperCommand):
+    """A command that refuses words which can be no path, before they are taken for one.
+
+    An empty one, as a script gets from a variable that is not set, would be the current folder.
+    """
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Refuse empty and endless words, then do as all commands do."""
+        for word in args:
+            name, equals, value = word.partition("=")
+            is_option = word.startswith("--")
+            problem = _problem(value if equals and is_option else word)
+            if problem:
+                ctx.fail(f"{name if is_option else 'a word of the command'} {problem}")
+        return super().parse_args(ctx, args)
+
+
+def _problem(value: str) -> str:
+    """What is wrong with a word in place of a path; empty if nothing is."""
+    if not value:
+        return "is empty; a name is needed"
+    if len(os.fsencode(value)) > _LONGEST_PATH or any(
+        len(os.fsencode(part)) > _LONGEST_NAME for part in value.split("/")
+    ):
+        return f"{value[:40]}... is too long for a path ({len(value)} characters)"
+    return ""
 
 
 def completing(allowed: tuple[str, ...]) -> Any:
@@ -53,6 +84,7 @@ Store = Annotated[
 Quiet = Annotated[
     bool, typer.Option("--quiet", "-q", help="Say nothing but errors, doubts and warnings.")
 ]
+Force = Annotated[bool, typer.Option("--force", help="Replace files that are there.")]
 AsJson = Annotated[
     bool, typer.Option("--json", help="Print one JSON document and nothing else on stdout.")
 ]

@@ -188,11 +188,12 @@ def _written(scene: Scene, places: _Places, voice: _Voice) -> Results:
 
     from solidwhirl.pipeline import run_scene
     from solidwhirl.results import write_into
-    from solidwhirl.run_folder import claimed
+    from solidwhirl.run_folder import claimed, refuse_foreign_results
     from solidwhirl.store_stages import Keeper, open_fresh_store, open_store
 
     progress = RunProgress(quiet=voice.quiet, pictures=places.pictures)
     with progress, claimed(places.out) as folder:
+        refuse_foreign_results(folder.path)
         opened = open_fresh_store if places.fresh else open_store
         kept = opened(places.store or folder.stages)
         kept.clear_leftovers()

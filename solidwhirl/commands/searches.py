@@ -64,6 +64,8 @@ def identify(
         with telling(quiet) as progress:
             done = identify_command(problem, out, progress)
         if not quiet:
+            for line in done.found:
+                typer.echo(line)
             typer.echo(f"scene: {done.scene}")
             typer.echo(f"record: {done.report}")
         if not done.met:

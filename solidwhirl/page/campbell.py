@@ -243,7 +243,7 @@ def _caption(lines: Lines) -> str:
             "an excitation meets them."
         )
     if lines.error is not None and np.isfinite(lines.error).any():
-        largest = float(np.nanmax(np.where(lines.damped, np.nan, lines.error)))
+        largest = float(np.nanmax(lines.error))
         text += f" The band around a branch is its estimated error, {100 * largest:.2g} % at most."
     return text
 
@@ -263,8 +263,7 @@ def error_band(lines: Lines, wider: float, name: str) -> Trace:
     assert lines.error is not None
     xs: list[FloatArray] = []
     ys: list[FloatArray] = []
-    estimates = np.where(lines.damped, np.nan, lines.error)
-    for hertz, error in zip(lines.hertz, estimates, strict=True):
+    for hertz, error in zip(lines.hertz, lines.error, strict=True):
         for known in _stretches(np.isfinite(hertz) & np.isfinite(error)):
             x, y, e = lines.rpm[known], hertz[known], wider * error[known]
             xs += [x, x[::-1], x[:1], np.array([np.nan])]
@@ -274,8 +273,8 @@ def error_band(lines: Lines, wider: float, name: str) -> Trace:
     return {
         "type": "scatter",
         "mode": "lines",
-        "x": np.concatenate(xs[:-1]) if xs else np.empty(0),
-        "y": np.concatenate(ys[:-1]) if ys else np.empty(0),
+        "x": np.concatenate(xs[:-1]),
+        "y": np.concatenate(ys[:-1]),
         "fill": "toself",
         "fillcolor": "@band",
         "line": {"width": 0},

@@ -18,7 +18,7 @@ class Lines(NamedTuple):
     """Branches of a document as arrays: speeds (s,), the others (b, s).
 
     Where a branch does not exist its frequency is nan. `damped` tells where it is critically
-    damped, that is no resonance.
+    damped, that is no resonance; there it has no error.
     """
 
     rpm: FloatArray
@@ -41,15 +41,15 @@ def branches(document: Mapping[str, Any]) -> Lines:
     rpm = numbers(found["speed_rpm"])
     hertz = numbers(found["frequency_hz"]).reshape(-1, rpm.size)
     errors = found.get("frequency_error_estimate")
+    damped = np.array(found.get("critically_damped", np.zeros(hertz.shape)), dtype=bool)
+    damped = damped.reshape(hertz.shape)
     return Lines(
         rpm,
         hertz,
         numbers(found["log_decrement"]).reshape(hertz.shape),
-        None if errors is None else numbers(errors).reshape(hertz.shape),
+        None if errors is None else np.where(damped, np.nan, numbers(errors).reshape(hertz.shape)),
         [list(branch) for branch in found["whirl"]],
-        np.array(
-            found.get("critically_damped", np.zeros(hertz.shape, dtype=bool)), dtype=bool
-        ).reshape(hertz.shape),
+        damped,
     )
 
 

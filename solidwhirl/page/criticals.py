@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from solidwhirl.operating import critical_speeds_that_count
 from solidwhirl.page.margins import margin_blocks
 from solidwhirl.page.marks import whirl_text
 from solidwhirl.page.operating import operating_bands, operating_speeds
@@ -38,7 +40,8 @@ _SEEN = 0.008
 def section(run: Run) -> Section | None:
     """Return critical speeds, margins and maps; None where nothing of it was computed."""
     document, ratios = run.document, run.results.scene.speed_ratios()
-    found = document["critical_speeds"]
+    found = critical_speeds_that_count(document)
+    damped = [c for c in document["critical_speeds"] if c not in found]
     margins = analyses_of_kind(document, "separation_margins")
     maps = analyses_of_kind(document, "critical_speed_map")
     top = max(document["campbell"]["speed_rpm"], default=0.0)
@@ -48,7 +51,11 @@ def section(run: Run) -> Section | None:
     if found:
         blocks += [critical_speed_chart(document, ratios), critical_speed_table(found, ratios)]
     elif top > 0.0:
-        blocks.append(Text(text=f"There is no critical speed up to {top:g} rpm."))
+        blocks.append(Text(text=f"There is no resonance up to {top:g} rpm."))
+    if damped:
+        table = critical_speed_table(damped, ratios)
+        title = f"Critically damped, no resonances ({len(damped)})"
+        blocks.append(replace(table, folded=title, caption=""))
     for name, entry in margins.items():
         blocks += margin_blocks(name, entry)
     blocks += [map_chart(name, entry) for name, entry in maps.items()]
@@ -66,13 +73,16 @@ def critical_speed_table(found: Sequence[Mapping[str, Any]], ratios: Mapping[str
     Parameters
     ----------
     found
-        `critical_speeds` of `results.json`.
+        Entries of `critical_speeds` of `results.json`.
     ratios
         Speed ratio of every body.
     """
     estimated = any("frequency_error_estimate" in c for c in found)
     own = any(abs(ratios[c["excited_by"][0]]) != 1.0 for c in found)
-    head = ["reference shaft [rpm]", "frequency [Hz]", "whirl", "excited by", "log. decrement [1]"]
+    head = [
+        *("reference shaft [rpm]", "frequency [Hz]", "whirl", "excited by"),
+        *("log. decrement [1]", "amplification factor [1]"),
+    ]
     if own:
         head.insert(1, "exciting shaft [rpm]")
     if estimated:
@@ -85,6 +95,7 @@ def critical_speed_table(found: Sequence[Mapping[str, Any]], ratios: Mapping[str
             whirl_text(c["whirl"]),
             ", ".join(c["excited_by"]),
             c["log_decrement"],
+            c["amplification_factor"],
         ]
         if own:
             row.insert(1, f"{c['speed_rpm'] * abs(ratios[c['excited_by'][0]]):.1f}")
@@ -110,7 +121,7 @@ def critical_speed_chart(document: Mapping[str, Any], ratios: Mapping[str, float
     ratios
         Speed ratio of every body.
     """
-    found = document["critical_speeds"]
+    found = critical_speeds_that_count(document)
     exciters = list(dict.fromkeys(", ".join(c["excited_by"]) for c in found))
     top = max(document["campbell"]["speed_rpm"])
     # categories stand at 0, 1, ...
@@ -169,6 +180,8 @@ def _critical_text(c: Mapping[str, Any]) -> str:
     words = [f"{c['frequency_hz']:.6g} Hz, {c['whirl']}"]
     if c["log_decrement"]:
         words.append(f"log. decrement {c['log_decrement']:.4g}")
+    if c["amplification_factor"]:
+        words.append(f"amplification factor {c['amplification_factor']:.3g}")
     if "frequency_error_estimate" in c:
         words.append(f"error {percent(c['frequency_error_estimate'])}")
     return "<br>".join(words)

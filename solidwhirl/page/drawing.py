@@ -40,8 +40,8 @@ from solidwhirl.scene_joints import BearingSpec
 _WIDTH, _MARGIN, _TALLEST = 1040.0, 40.0, 560.0
 _RULER, _LEGEND_LINE = 46.0, 22.0
 _MOST_TICKS = 12
-# On the first screen of a page: height of the bodies and the picture, least width.
-_LOW, _FIRST_SCREEN, _LEAST = 170.0, 300, 560
+# On the first screen of a page: width and height of the bodies, height and least width.
+_SMALL, _FIRST_SCREEN, _LEAST = (760.0, 170.0), 290, 560
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,7 +93,7 @@ def small_picture(run: Run) -> Picture:
     scene, bodies = run.results.scene, silhouettes_of(run.results)
     names = [(z, words.partition(":")[0]) for z, words in _joint_labels(scene, bodies)]
     return Picture(
-        data=_drawing(scene, bodies, ((), names), _LOW),
+        data=_drawing(scene, bodies, ((), names), _SMALL),
         caption="",
         alt="Longitudinal section of all bodies, to scale.",
         scroll_px=_LEAST,
@@ -142,19 +142,22 @@ def drawing_svg(scene: Scene, bodies: Sequence[Silhouette]) -> str:
     bodies
         From `silhouettes_of`.
     """
-    return _drawing(scene, bodies, (_node_labels(bodies), _joint_labels(scene, bodies)), _TALLEST)
+    return _drawing(
+        scene, bodies, (_node_labels(bodies), _joint_labels(scene, bodies)), (_WIDTH, _TALLEST)
+    )
 
 
 def _drawing(
     scene: Scene,
     bodies: Sequence[Silhouette],
     labels_at: tuple[Sequence[tuple[float, str]], Sequence[tuple[float, str]]],
-    tallest: float,
+    size: tuple[float, float],
 ) -> str:
-    """The drawing with labels above and below it, and bodies that are so high at most."""
+    """The drawing with labels above and below it; its width and the largest height of bodies."""
+    width, tallest = size
     above, below = labels_at
     low, high, radius = _extent(bodies)
-    width = max(_WIDTH, 2 * _MARGIN + 16.0 * max(len(above), len(below)))
+    width = max(width, 2 * _MARGIN + 16.0 * max(len(above), len(below)))
     scale = min((width - 2 * _MARGIN) / (high - low), tallest / max(2 * radius, 1e-9))
     left = 0.5 * (width - (high - low) * scale)
     grounds = _most_grounds(scene)

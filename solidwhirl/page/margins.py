@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 from solidwhirl.page.marks import whirl_text
 from solidwhirl.page.operating import margin_words
@@ -15,12 +15,11 @@ from solidwhirl.page.traces import WHIRL, Trace, axis, band, marks, slug, style_
 _MARGIN = 0.15
 # Rows of a table that is shown whole.
 _MOST = 12
-_KEPT = "ok"
 _VERDICTS = ("verdict_api_617", "verdict_15_percent", "verdict_20_percent")
 
 
 def margin_blocks(name: str, entry: Mapping[str, Any]) -> list[Any]:
-    """Return table and chart of the separation margins of one analysis.
+    """Return verdict, chart and table of the separation margins of one analysis.
 
     Parameters
     ----------
@@ -29,40 +28,64 @@ def margin_blocks(name: str, entry: Mapping[str, Any]) -> list[Any]:
     entry
         Its part of `results.json`.
     """
-    rows = entry["margins"]
-    if not rows:
-        return [Text(text=f"`{name}`: there is no critical speed near the operating speeds.")]
-    if len(rows) <= _MOST:
-        return [margin_chart(name, entry), _margin_table(rows, f"Separation margins ({name})")]
-    missed = [m for m in rows if any(m[key] not in (None, _KEPT) for key in _VERDICTS)]
-    blocks: list[Any] = [margin_chart(name, entry)]
-    if missed:
-        blocks.append(_margin_table(missed, f"Separation margins that are not kept ({name})"))
-    else:
-        blocks.append(Text(text=f"`{name}`: all {len(rows)} critical speeds keep their margins."))
-    every = _margin_table(rows, "")
-    return [*blocks, replace(every, folded=f"All separation margins ({name}, {len(rows)})")]
+    rows, verdict = entry["margins"], entry["verdict"]
+    word = "Pass" if verdict["passed"] else "FAIL"
+    kind: Literal["plain", "warning"] = "plain" if verdict["passed"] else "warning"
+    blocks: list[Any] = [
+        Text(text=f"**{word} by {method_name(verdict)}** (`{name}`): {verdict['why']}.", kind=kind)
+    ]
+    if rows:
+        table = _margin_table(rows, f"Separation margins ({name})")
+        if len(rows) > _MOST:
+            table = replace(table, title="", folded=f"Separation margins ({name}, {len(rows)})")
+        blocks += [margin_chart(name, entry), table]
+    damped = entry["critically_damped"]
+    if damped:
+        blocks.append(
+            Table(
+                folded=f"Critically damped, without margins ({name}, {len(damped)})",
+                head=["shaft", "speed [rpm]", "whirl", "amplification factor [1]"],
+                rows=[
+                    [
+                        m["shaft"],
+                        f"{m['critical_speed_rpm']:.1f}",
+                        whirl_text(m["whirl"]),
+                        m["amplification_factor"],
+                    ]
+                    for m in damped
+                ],
+            )
+        )
+    return blocks
+
+
+def method_name(verdict: Mapping[str, Any]) -> str:
+    """Return the method of a verdict in words.
+
+    Parameters
+    ----------
+    verdict
+        `verdict` of a separation margin analysis in `results.json`.
+    """
+    if verdict["method"] == "api617":
+        return "API 617"
+    return f"a margin of {verdict['percent']:g} %"
 
 
 def _margin_table(rows: Sequence[Mapping[str, Any]], title: str) -> Table:
     return Table(
         title=title,
         head=[
-            "shaft",
-            "critical speed [rpm]",
-            "whirl",
-            "amplification factor [1]",
-            "margin",
-            "API 617 asks [%]",
-            "by API 617",
-            "by 15 %",
-            "by 20 %",
+            *("shaft", "critical speed [rpm]", "whirl", "excited by unbalance"),
+            *("amplification factor [1]", "margin", "asked [%]"),
+            *("API 617", "15 %", "20 %"),
         ],
         rows=[
             [
                 m["shaft"],
                 f"{m['critical_speed_rpm']:.1f}",
                 whirl_text(m["whirl"]),
+                m["excited"],
                 m["amplification_factor"],
                 margin_words(m["margin"]),
                 _required(m),
@@ -70,34 +93,13 @@ def _margin_table(rows: Sequence[Mapping[str, Any]], title: str) -> Table:
             ]
             for m in rows
         ],
-        caption="In the manner of API 617; no statement of compliance. Speeds are those of the "
-        "shaft itself.",
+        caption="Only what unbalance excites is judged. In the manner of API 617; no statement of "
+        "compliance. Speeds are those of the shaft itself.",
     )
 
 
-def margins_in_short(entry: Mapping[str, Any]) -> str:
-    """Return how many critical speeds keep their margins, and which is the nearest.
-
-    Parameters
-    ----------
-    entry
-        Of a separation margin analysis in `results.json`.
-    """
-    rows = entry["margins"]
-    if not rows:
-        return "no critical speed near the operating speeds"
-    missed = sum(m["verdict_15_percent"] != _KEPT for m in rows)
-    by_formula = sum(m["verdict_api_617"] not in (None, _KEPT) for m in rows)
-    nearest = min(rows, key=lambda m: (abs(m["margin"]), m["critical_speed_rpm"]))
-    where = f"{margin_words(nearest['margin'])} the operating range of {nearest['shaft']}"
-    said = f"all {len(rows)} kept"
-    if missed or by_formula:
-        said = f"**{missed} of {len(rows)} not kept** by 15 %, {by_formula} by API 617"
-    return f"{said} (nearest: {nearest['critical_speed_rpm']:.0f} rpm, {where})"
-
-
-def _required(m: Mapping[str, Any]) -> str | None:
-    asked = m["required_api_617"]
+def _required(m: Mapping[str, Any]) -> str:
+    asked = m["required"]
     return "no margin is enough" if asked is None else f"{100.0 * asked:.1f}"
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from solidwhirl.page.interfaces import interfaces_table
 from solidwhirl.page.materials import materials_table
 from solidwhirl.page.records import Block, Run, Section, Table
 
@@ -29,6 +30,7 @@ def section(run: Run) -> Section | None:
         *_tensors(bodies),
         _sizes(bodies),
         *_disks(run),
+        *interfaces_table(bodies),
     ]
     return Section(name="masses", title="Mass properties", blocks=blocks)
 

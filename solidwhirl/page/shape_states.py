@@ -113,8 +113,11 @@ def _at_speed(system: AssembledSystem, diagram: Campbell, rpm: float, modes: Mod
 def _critical(results: Results) -> ShownModes | None:
     """The modes at the critical speeds; equal ones of several exciters once."""
     entries: dict[tuple[float, float, str], Any] = {}
+    rule = results.scene.criteria.rule
     for c in results.critical_speeds:
         found = c.critical
+        if not found.counts(rule):
+            continue
         # a pair of backward and forward whirl may be at one speed
         place = round(float(found.speed_rad_s), 6), round(float(found.frequency_hz), 6)
         key = (*place, str(found.whirl))

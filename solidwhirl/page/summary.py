@@ -30,7 +30,7 @@ def section(run: Run) -> Section:
     chart = small_chart(run.document, run.results.scene.speed_ratios())
     blocks = [
         *_failures(run),
-        Row(blocks=(_verdict(run), *((chart,) if chart else ()))),
+        Row(blocks=(verdict_table(run), *((chart,) if chart else ()))),
         small_picture(run),
         *_warnings(run),
         _critical_speeds(critical_speeds_that_count(run.document), operating),
@@ -38,12 +38,17 @@ def section(run: Run) -> Section:
     return Section(name="summary", title="Summary", blocks=blocks)
 
 
-def _verdict(run: Run) -> Table:
-    """Answers of the verdict, the checks, and how many warnings there are."""
-    document = run.document
-    rows = [(a.about, a.marked) for a in answers(document)]
+def verdict_table(run: Run) -> Table:
+    """Return the answers of the verdict, the checks, and how many warnings there are.
+
+    Parameters
+    ----------
+    run
+        The run.
+    """
+    rows = [(a.about, a.marked) for a in answers(run.document)]
     rows.append(("Checks", checks_line(run.results.checks)))
-    count = len(_messages(document))
+    count = len(_messages(run.document))
     if count:
         rows.append(("Warnings", f"{count}, below the drawing"))
     return Table(head=("", ""), rows=rows)

@@ -135,6 +135,7 @@ NOT_RUN = {
     "make verify": SUITE,
     "make docs": "test_site.py builds the same site",
     ".venv/bin/python -m pytest tests/rotordyn/test_published_rotors.py": SUITE,
+    ".venv/bin/python -m pytest -q tests/program/test_injected_faults.py": SUITE,
     "sudo tools/in_debian.sh trixie make check": CONTAINER,
     "sudo SOLIDWHIRL_FILES=working tools/in_debian.sh trixie .venv/bin/python -m pytest "
     "tests/reduction": CONTAINER,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 import matrix_body
 import numpy as np
 import pytest
@@ -188,6 +190,23 @@ def test_includes_that_never_end_and_files_that_are_not_there(tmp_path):
         read_dmig(path)
     with pytest.raises(SuperelementError, match="the matrices go to a punch file"):
         write_dmig(body(), tmp_path / "a.bdf")
+
+
+@pytest.mark.parametrize("name", ["../secret", "{0}/secret", "link", "below/../../secret", "pipe"])
+def test_includes_from_elsewhere_are_not_read(tmp_path, name):
+    """Nor is anything of them quoted."""
+    (tmp_path / "secret").write_text("PASSWORD,1,2\n")
+    folder = tmp_path / "body"
+    (folder / "below").mkdir(parents=True)
+    (folder / "link").symlink_to(tmp_path / "secret")
+    os.mkfifo(folder / "pipe")
+    for own in (f"INCLUDE '{name.format(tmp_path)}'\n", "INCLUDE 'below/in.pch'\n"):
+        (folder / "body.pch").write_text(own)
+        inner = name if name.startswith("{") else f"../{name}"
+        (folder / "below" / "in.pch").write_text(f"INCLUDE '{inner.format(tmp_path)}'\n")
+        with pytest.raises(SuperelementError, match=r"line 1: INCLUDE names") as caught:
+            read_dmig(folder / "body.pch")
+        assert "PASSWORD" not in str(caught.value)
 
 
 def test_speed_beyond_the_basis(tmp_path):

@@ -215,7 +215,7 @@ def test_dead_process_holds_nothing(tmp_path):
     os.waitpid(pid, 0)
     assert (out / ".lock").exists()
     (out / ".writing-x").mkdir()
-    (out / ".results.json.0.tmp").write_text("half", encoding="utf-8")
+    (out / f".results.json.{'0' * 32}.tmp").write_text("half", encoding="utf-8")
     with claimed(out):
         assert [p.name for p in out.iterdir()] == [".lock"]
 
@@ -254,3 +254,130 @@ def test_room_is_asked_for(tmp_path):
     with pytest.raises(OSError, match=r"No space left|File too large"):
         reserve(tmp_path / "x", 1 << 60)
     assert not (tmp_path / "x").exists()
+
+
+# -- what is somebody else's ----------------------------------------------------------------------
+
+
+def _foreign_results(out):
+    (out / "results.json").write_text("mine", encoding="utf-8")
+
+
+def _foreign_file_of_a_later_name(out):
+    (out / "bodies").mkdir()
+    (out / "bodies" / "a.h5").write_text("mine", encoding="utf-8")
+
+
+def _foreign_manifest(out):
+    (out / "mine").write_text("mine", encoding="utf-8")
+    (out / MANIFEST).write_text(f"{'0' * 64}  mine\n", encoding="utf-8")
+
+
+def _link_elsewhere(out):
+    (out.parent / "else").mkdir()
+    (out.parent / "else" / "a.h5").write_text("mine", encoding="utf-8")
+    (out / "bodies").symlink_to(out.parent / "else")
+
+
+def _link_in_place_of_a_file(out):
+    (out.parent / "mine").write_text("mine", encoding="utf-8")
+    (out / "report.md").symlink_to(out.parent / "mine")
+
+
+def _foreign_lock(out):
+    (out / ".lock").write_text("mine", encoding="utf-8")
+
+
+def _link_for_a_lock(out):
+    (out.parent / "mine").write_text("mine", encoding="utf-8")
+    (out / ".lock").symlink_to(out.parent / "mine")
+
+
+def _foreign_folder(out):
+    (out / "results.json").mkdir()
+
+
+@pytest.mark.parametrize(
+    "prepare",
+    [
+        _foreign_results,
+        _foreign_file_of_a_later_name,
+        _foreign_manifest,
+        _link_elsewhere,
+        _link_in_place_of_a_file,
+        _foreign_lock,
+        _link_for_a_lock,
+        _foreign_folder,
+    ],
+)
+def test_what_no_run_wrote_is_not_replaced(tmp_path, prepare):
+    out = tmp_path / "out"
+    out.mkdir()
+    prepare(out)
+    before = content(tmp_path)
+    with pytest.raises(OutputError, match=r"no run wrote it|link to another|no file of a run"):
+        write(out, NEW)
+    assert content(tmp_path) == before
+
+
+def test_temporary_files_of_others_stay(tmp_path):
+    (tmp_path / ".mine.tmp").write_text("mine", encoding="utf-8")
+    with claimed(tmp_path):
+        pass
+    assert content(tmp_path) == {".mine.tmp": "mine"}
+
+
+@pytest.mark.parametrize("damage", [lambda m: m.unlink(), lambda m: m.write_text("0 x\n")])
+def test_run_whose_manifest_is_lost_is_replaced(tmp_path, damage):
+    old = OLD | {"results.json": '{\n "schema": "solidwhirl-results-1"\n}\n'}
+    write(tmp_path, old)
+    damage(tmp_path / MANIFEST)
+    write(tmp_path, NEW)
+    assert verify_folder(tmp_path) == []
+
+
+def _pipe(out):
+    (out / "report.md").unlink()
+    os.mkfifo(out / "report.md")
+
+
+def _device(out):
+    (out / "report.md").unlink()
+    (out / "report.md").symlink_to("/dev/zero")
+
+
+def _folder_elsewhere(out):
+    shutil.move(out / "bodies", out.parent / "bodies")
+    (out / "bodies").symlink_to(out.parent / "bodies")
+
+
+def _manifest_pipe(out):
+    (out / MANIFEST).unlink()
+    os.mkfifo(out / MANIFEST)
+
+
+def _manifest_device(out):
+    (out / MANIFEST).unlink()
+    (out / MANIFEST).symlink_to("/dev/zero")
+
+
+@pytest.mark.parametrize(
+    "change", [_pipe, _device, _folder_elsewhere, _manifest_pipe, _manifest_device]
+)
+def test_pipes_devices_and_links_are_not_read(tmp_path, change):
+    out = tmp_path / "out"
+    write(out, NEW)
+    change(out)
+    (found,) = verify_folder(out)
+    assert "no regular file" in found or "behind a link" in found
+
+
+def test_folder_inside_one_that_is_claimed_is_refused(tmp_path):
+    """That of a case in the folder of a batch that runs; its own cases are let in."""
+    with claimed(tmp_path / "batch") as batch:
+        with pytest.raises(OutputError, match="is writing the folder"), claimed(batch.path / "a"):
+            pass
+        with claimed(batch.path / "a", within=batch.path):
+            pass
+    with claimed(tmp_path / "batch" / "a"):
+        pass

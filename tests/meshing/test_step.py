@@ -11,7 +11,7 @@ from solidwhirl.meshing import MeshingError
 from solidwhirl.meshing.step_read import mesh_step, step_geometry
 from solidwhirl.meshing.step_write import write_step
 from solidwhirl.meshing.user_mesh import body_of_mesh, mesh_of
-from solidwhirl.meshing.user_mesh_records import MeshRequest, StepSize
+from solidwhirl.meshing.user_mesh_records import MeshInterface, MeshRequest, StepSize
 from solidwhirl.reduction.verification import meshed_part_properties
 
 STEEL, TITANIUM = MATERIALS["steel"], MATERIALS["titanium"]
@@ -52,6 +52,48 @@ def request(path, step, **changes):
         "step": step,
     }
     return MeshRequest(**(asked | changes))
+
+
+@pytest.mark.parametrize(
+    ("direction", "origin"), [((0.0, 0.0, 1.0), (0.0, 0.0, 0.0)), ((0.0, 0.0, -1.0), (0, 0, 300.0))]
+)
+def test_boxes_are_cut_into_the_geometry(tmp_path, direction, origin):
+    """Area and place of a seat on coarse elements, against those of the cylinder."""
+    path = tmp_path / "shaft.step"
+    shaft = Body(name="shaft", sections=(section("s", 0.0, 0.3, 0.0, 0.03),))
+    write_step((shaft,), path, unit_m=1e-3)
+    boxes = {
+        "end": ((-1.0, -1.0, -0.001), (1.0, 1.0, 0.021)),
+        "seat": ((-0.1, -0.1, 0.2), (0.1, 0.1, 0.2213)),
+        "across": ((-0.1, -0.1, 0.21), (0.1, 0.1, 0.25)),
+    }
+    asked = request(
+        path,
+        StepSize(size_m=0.03, smallest_m=0.006, around=24),
+        direction=direction,
+        origin=origin,
+        interfaces=tuple(
+            MeshInterface(name=name, coupling="distributing", box_m=box)
+            for name, box in boxes.items()
+        ),
+    )
+    mesh = mesh_of(mesh_step(asked), asked, "shaft")
+    found = {i.name: i for i in body_of_mesh("shaft", asked, mesh).interfaces}
+    round_m, face_m2 = 2.0 * np.pi * 0.03, np.pi * 0.03**2
+    areas = {"end": round_m * 0.021 + face_m2, "seat": round_m * 0.0213, "across": round_m * 0.04}
+    places = {"end": round_m * 0.021 * 0.0105 / areas["end"], "seat": 0.21065, "across": 0.23}
+    for name in boxes:
+        assert found[name].area_m2 == pytest.approx(areas[name], rel=2e-3)
+        assert found[name].position_m[2] == pytest.approx(places[name], rel=2e-3)
+        assert found[name].cut_facets == 0
+    assert body_of_mesh("shaft", asked, mesh).volume_m3 == pytest.approx(0.3 * face_m2, rel=5e-3)
+
+
+def test_kernel_of_the_geometry_prints_nothing(tmp_path, capfd):
+    (tmp_path / "bad.step").write_text("ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION(('')\n")
+    with pytest.raises(MeshingError, match=r"bad\.step: can not be read as STEP"):
+        step_geometry(tmp_path / "bad.step", StepSize(size_m=0.03, smallest_m=0.01, around=12))
+    assert capfd.readouterr().out == ""
 
 
 def read_by_gmsh(path, unit):

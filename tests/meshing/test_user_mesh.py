@@ -11,7 +11,7 @@ from mesh_makers import BDF, INP, brick, file_mesh, prism, request
 
 from solidwhirl.geometry import MATERIALS, Body, Interface, Section
 from solidwhirl.meshing import MeshSize, mesh_solid, write_gmsh
-from solidwhirl.meshing.user_mesh import body_of_mesh, mesh_from_file
+from solidwhirl.meshing.user_mesh import body_of_mesh, mesh_from_file, mesh_of
 from solidwhirl.meshing.user_mesh_files import read_mesh_file
 from solidwhirl.meshing.user_mesh_integrals import mass_integrals
 from solidwhirl.meshing.user_mesh_records import (
@@ -194,8 +194,6 @@ def ring(around):
 
 def replace_points(mesh, found):
     """A mesh record of cut elements, of steel."""
-    from solidwhirl.meshing.user_mesh import mesh_of
-
     return mesh_of(mesh, request("ring.vtu"), "ring")
 
 
@@ -228,8 +226,6 @@ def meridian(mesh):
 def test_roundness_of_polygons_is_that_of_their_edges():
     for sides in (16, 24):
         points, wedges = prism(sides, 2, 0.1, 0.3)
-        from solidwhirl.meshing.user_mesh import mesh_of
-
         asked = request("prism.vtu", shape="round")
         mesh = mesh_of(file_mesh(points, wedge=wedges), asked, "prism")
         found = body_of_mesh("prism", asked, mesh).roundness
@@ -268,6 +264,23 @@ def test_files_written_by_hand(tmp_path, name, text, low, foot, roof):
     assert places[1] == (0.1, 0.2, 2.0)
     assert places[2] == pytest.approx((0.0, 0.0, 1.5), abs=1e-14)
     assert [len(mesh.interfaces[n]) for n in ("foot", "roof", "side")] == [2, 2, 2]
+
+
+@pytest.mark.parametrize(("top", "cut", "area"), [(2.0, 0, 0.0), (1.5, 4, 0.5), (1.25, 4, 0.25)])
+def test_facets_that_a_box_cuts_are_measured(top, cut, area):
+    """On a side of a brick whose elements are 1 by 1/2; half a piece of a facet is the error."""
+    points, hexahedra = brick((1.0, 1.0, 2.0), (1, 2, 2))
+    box = MeshInterface(
+        name="side", coupling="rigid", box_m=((-0.01, -0.1, -0.1), (0.01, 1.1, top))
+    )
+    asked = request("a.vtu", interfaces=(box,))
+    mesh = mesh_of(file_mesh(points, hexahedron=hexahedra), asked, "block")
+    (found,) = body_of_mesh("block", asked, mesh).interfaces
+    whole = 2.0 if cut == 0 else 1.0
+    assert found.area_m2 == pytest.approx(whole, rel=1e-12)
+    assert found.mean_m == pytest.approx((0.0, 0.5, 0.5 * whole), abs=1e-12)
+    assert found.cut_facets == cut
+    assert found.cut_area_m2 == pytest.approx(area, abs=0.13)
 
 
 def test_surfaces_of_element_faces(tmp_path):

@@ -114,6 +114,16 @@ TEXTS = {
     "unknown.inp": (INP.replace("C3D8R", "C3D27"), "TYPE=C3D27 is not known"),
     "twice.inp": (INP.replace("\n21,", "\n14,"), "node 14 is defined twice"),
     "empty.vtu": ("<VTKFile", "can not be read as .vtu"),
+    "entity.vtu": (
+        '<!DOCTYPE x [<!ENTITY e SYSTEM "file:///etc/passwd">]><VTKFile>&e;</VTKFile>',
+        "found <!DOCTYPE, allowed is an UnstructuredGrid of VTK in XML",
+    ),
+    "other.vtu": ("<VTKFile type='PolyData'></VTKFile>", "found what makes no mesh .*; allowed is"),
+    "type.msh": (
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n1\n1 0 0 0\n$EndNodes\n"
+        "$Elements\n1\n1 99 2 1 1 1\n$EndElements\n",
+        "found 99, which is not known here; allowed is a mesh of gmsh.*tetrahedra",
+    ),
     "script.msh": ("SystemCall 'true';", "does not begin with"),
     "binary.inp": ("\0" * 50, "has 0 nodes"),
     "wrong.xyz": ("", "no mesh format with the suffix '.xyz'"),

@@ -304,3 +304,25 @@ def test_no_label_of_the_drawing_covers_another(driver, laval_page):
         for other, l2, t2, r2, b2 in boxes[k + 1 :]:
             apart = right <= l2 or r2 <= left or bottom <= t2 or b2 <= top
             assert apart, (name, other)
+
+
+def test_first_screen_has_verdict_diagram_and_drawing(driver, laval, tmp_path):
+    """At 1400 by 900; on a phone they follow one another and nothing is wider than the screen."""
+    path = tmp_path / "first.html"
+    write_report(laval, path)
+    look_like(driver, 1400, 900)
+    open_page(driver, path)
+    parts = ("#summary .row table", "#campbell-small", "#summary .picture svg")
+    for part in parts:
+        box = driver.execute_script(
+            f"return document.querySelector('{part}').getBoundingClientRect().toJSON()"
+        )
+        assert box["top"] > 0 and box["bottom"] <= 900 and box["height"] > 60, (part, box)
+    look_like(driver, *PHONE)
+    open_page(driver, path)
+    assert driver.execute_script("return document.documentElement.scrollWidth") == PHONE[0]
+    tops = driver.execute_script(
+        f"return {list(parts)}.map(p => document.querySelector(p).getBoundingClientRect().top)"
+    )
+    assert tops == sorted(tops)
+    assert complaints(driver) == []

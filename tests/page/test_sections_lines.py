@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -11,9 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solidwhirl.page import campbell, criticals, frames, maps, orbits, responses, run_ups, stability
-from solidwhirl.page.campbell_lines import Lines, branches, lines_of
+from solidwhirl.page.campbell_lines import Lines, branches
 from solidwhirl.page.complexity import beyond
-from solidwhirl.page.least_damped import least_of_branches
 from solidwhirl.page.run_up_peaks import response_peaks
 from solidwhirl.page.state_space import responses as responses_of_model
 from solidwhirl.page.state_space import stored_model
@@ -38,13 +38,14 @@ def test_runs_of_whirl_cover_every_step_once(whirl):
 def test_campbell_has_every_point_of_every_branch_in_the_line_of_its_whirl():
     document = everything().document
     chart = campbell.frequency_chart(document, everything().results.scene.speed_ratios())
-    lines = {t["name"]: t for t in chart.traces if t["name"].endswith("whirl")}
+    lines = {t["name"]: t for t in chart.traces}
     found = document["campbell"]
-    for hertz, whirl in zip(found["frequency_hz"], found["whirl"], strict=True):
-        for k, (rpm, f, w) in enumerate(zip(found["speed_rpm"], hertz, whirl, strict=True)):
+    columns = (found[key] for key in ("frequency_hz", "whirl", "critically_damped"))
+    for branch in zip(*columns, strict=True):
+        for k, (rpm, f, w, damped) in enumerate(zip(found["speed_rpm"], *branch, strict=True)):
             if f is None or w not in ("forward", "backward") or k == 0:
                 continue
-            own = lines[whirl_name(w)]
+            own = lines["critically damped" if damped else whirl_name(w)]
             assert ((own["x"] == rpm) & (own["y"] == f)).any(), (rpm, f, w)
 
 
@@ -75,7 +76,8 @@ def test_error_band_is_the_branch_times_one_plus_minus_its_error():
     rpm = np.array([0.0, 1.0, 2.0])
     hertz = np.array([[10.0, 12.0, np.nan], [20.0, 19.0, 18.0]])
     error = np.array([[0.01, 0.02, np.nan], [0.1, 0.1, 0.1]])
-    lines = Lines(rpm, hertz, np.zeros((2, 3)), error, [["forward"] * 3] * 2)
+    damped = np.zeros((2, 3), dtype=bool)
+    lines = Lines(rpm, hertz, np.zeros((2, 3)), error, [["forward"] * 3] * 2, damped)
     band = campbell.error_band(lines, 10.0, "band")
     first, second = np.split(band["y"], np.flatnonzero(np.isnan(band["y"])))
     np.testing.assert_allclose(first, [11.0, 14.4, 9.6, 9.0, 11.0])
@@ -269,55 +271,129 @@ def test_stiffness_chart_marks_the_choice():
     assert np.nanmax(band) == pytest.approx(1.2 * 8000.0 / 60.0)
 
 
-def test_growing_motion_is_a_warning():
-    entry = {
-        "kind": "stability",
-        "speed_rpm": [0.0, 1000.0],
-        "smallest_log_decrement": [0.1, -0.1],
-        "frequency_hz": [10.0, 10.0],
-        "largest_growth_rate_per_s": [-1.0, 1.0],
-        "growing_motions": [0, 1],
-        "threshold": {"speed_rpm": 500.0, "kind": "flutter", "frequency_hz": 10.0},
-    }
-    text, chart = stability.stability_blocks("s", entry)
-    assert text.kind == "warning" and "500" in text.text
-    assert chart.layout["shapes"][0]["x0"] == 500.0
+def _stability(**more):
+    first = {"log_decrement": [None, 0.2, -0.1], "frequency_hz": [40.0, 41.0, 42.0]}
+    none = {"log_decrement": [None] * 3, "frequency_hz": [None] * 3}
+    return {
+        "speed_rpm": [0.0, 1000.0, 2000.0],
+        "frequency_max_hz": 100.0,
+        "smallest_log_decrement": [0.1, 0.1, -0.1],
+        "frequency_hz": [40.0, 41.0, 42.0],
+        "largest_growth_rate_per_s": [-1.0, -1.0, 1.0],
+        "first_forward": first,
+        "first_backward": none,
+        "at_operating": [],
+        "unstable_intervals": [],
+    } | more
 
 
-def test_least_damped_mode_is_named_by_its_frequency():
-    """A mode of 6 kHz is the least damped of all, that of 50 Hz the least of the diagram."""
-    entry = {
-        "speed_rpm": [0.0, 1000.0],
-        "smallest_log_decrement": [0.01, 0.005],
-        "frequency_hz": [6195.0, 6195.0],
-        "largest_growth_rate_per_s": [-1.0, -1.0],
-        "growing_motions": [0, 0],
-        "threshold": None,
-    }
-    rpm = np.array([1000.0, 0.0])  # in any order
-    hertz = np.array([[50.0, 40.0], [80.0, 80.0], [90.0, 90.0]])
-    decrement = np.array([[0.1, 0.3], [0.4, 0.2], [1e-16, 0.0]])  # nothing damps the last
-    lines = Lines(rpm, hertz, decrement, None, [["forward"] * 2, ["backward"] * 2, ["planar"] * 2])
-    text, chart = stability.stability_blocks("s", entry, lines)
-    assert "Campbell diagram: 50 Hz (decrement 0.1 at 1000 rpm)" in text.text
-    assert "all modes: 6195 Hz (decrement 0.005 at 1000 rpm)" in text.text
+UNSTABLE = {
+    "from_rpm": 1500.0, "to_rpm": 2000.0, "opens": True, "closes": False, "kind": "flutter",
+    "largest_growth_rate_per_s": 1.0, "largest_growth_at_rpm": 2000.0, "frequency_hz": 41.0,
+    "whirl": "forward",
+}  # fmt: skip
+
+
+def test_unstable_speeds_are_listed_and_shaded():
+    table, chart = stability.stability_blocks("s", _stability(unstable_intervals=[UNSTABLE]))
+    assert table.rows[0][:4] == ["1500.0", "beyond the range", "flutter", "● forward"]
+    (shape,) = chart.layout["shapes"]
+    assert (shape["x0"], shape["x1"]) == (1500.0, 2000.0)
+    text, chart = stability.stability_blocks("s", _stability())
+    assert text.text == "Stable from 0 to 2000 rpm." and not chart.layout["shapes"]
+
+
+def test_first_modes_are_drawn_where_they_exist():
+    """A mode without damping is drawn at zero; where there is no such mode there is no point."""
+    *_, chart = stability.stability_blocks("s", _stability())
+    forward, backward, *_ = chart.traces
+    np.testing.assert_array_equal(forward["y"], [0.0, 0.2, -0.1])
+    assert np.isnan(backward["y"]).all()
+    assert forward["name"] == "first forward mode" and "40" in forward["text"][0]
     (choice,) = chart.controls
-    first = [chart.traces[k] for k in choice.options[0].traces]
-    np.testing.assert_array_equal(first[0]["x"], [0.0, 1000.0])
-    np.testing.assert_array_equal(first[0]["y"], [0.2, 0.1])
-    np.testing.assert_array_equal(first[1]["y"], [80.0, 50.0])
-    assert first[1]["yaxis"] == "y2" and "backward" in first[0]["text"][0]
-    assert "1 branch that" in chart.caption
-    own = lines_of(everything().results.campbell)
-    stored = branches(everything().document)
-    np.testing.assert_allclose(own.decrement, stored.decrement, rtol=1e-12)
-    assert own.whirl == stored.whirl
-    # what nothing damps has no say in the diagram
-    still = stability.stability_blocks(
-        "s", {**entry, "smallest_log_decrement": [0.0, 0.0], "largest_growth_rate_per_s": [0, 0]}
-    )
-    assert len(still) == 1 and "no curve" in still[0].text
-    assert least_of_branches(lines._replace(decrement=np.zeros((3, 2)))) is None
+    assert choice.options[0].traces == [0, 1]
+
+
+def test_damping_is_told_at_operating_speeds():
+    mode = {"log_decrement": 0.3, "frequency_hz": 40.0}
+    own = {"shaft": "a", "shaft_speed_rpm": 1800.0, "stable": True}
+    own |= {"first_forward": mode, "first_backward": {"log_decrement": None, "frequency_hz": 39.0}}
+    _, table, _ = stability.stability_blocks("s", _stability(at_operating=[own]))
+    assert table.rows == [["a", "1800", True, 0.3, 40.0, None, 39.0]]
+
+
+def _diagram():
+    """Three branches: one with a gap, one critically damped in part, one born late."""
+    nan = None
+    return {
+        "campbell": {
+            "speed_rpm": [0.0, 1000.0, 2000.0, 3000.0],
+            "frequency_hz": [[10.0, 11.0, nan, 13.0], [50.0, 60.0, 70.0, 900.0], [nan, nan, 5, 6]],
+            "log_decrement": [[0.1, 0.1, nan, 0.1], [0.2, 9.0, 9.0, 9.0], [nan, nan, 0.1, 0.1]],
+            "whirl": [["forward", "forward", None, "forward"], ["backward"] * 4,
+                      [None, None, "forward", "forward"]],
+            "critically_damped": [[False] * 4, [False, True, True, True], [False] * 4],
+            "frequency_error_estimate": [[1e-3, 1e-3, nan, 1e-3], [1e-3, 0.5, 0.5, 0.5],
+                                         [nan, nan, 1e-3, 1e-3]],
+            "notes": [],
+        },
+        "critical_speeds": [
+            {"speed_rpm": 600.0, "frequency_hz": 10.5, "whirl": "forward", "log_decrement": 0.1,
+             "amplification_factor": 31.0, "critically_damped": False, "excited_by": ["rotor"]},
+            {"speed_rpm": 2500.0, "frequency_hz": 60.0, "whirl": "backward", "log_decrement": 9.0,
+             "amplification_factor": 0.5, "critically_damped": True, "excited_by": ["rotor"]},
+        ],
+        "operating": [],
+        "verdict": {"unstable_intervals": [UNSTABLE]},
+    }  # fmt: skip
+
+
+def test_what_is_critically_damped_has_no_ring_and_a_faint_line():
+    document = _diagram()
+    chart = campbell.frequency_chart(document, {"a": 1.0})
+    (rings,) = campbell.critical_marks(document)
+    np.testing.assert_array_equal(rings["x"], [600.0])
+    lines = branches(document)
+    (faint,) = campbell.damped_lines(lines)
+    shown = faint["y"][np.isfinite(faint["y"])]
+    np.testing.assert_array_equal(shown, [50.0, 60.0, 70.0, 900.0])
+    backward = next(t for t in chart.traces if t["name"] == "backward whirl")
+    assert np.nanmax(backward["y"]) == 50.0
+    # neither the axis nor the largest error is theirs
+    assert chart.layout["yaxis"]["range"][1] < 60.0
+    assert "0.1 % at most" in chart.caption and "no resonance" in chart.caption
+    assert chart.layout["shapes"][-1]["x0"] == 1500.0
+    assert "critically damped" in [c.label for c in chart.controls]
+
+
+def test_critically_damped_speeds_are_folded_away(laval):
+    document = _diagram() | {"analyses": {}}
+    found = criticals.section(replace(laval, document=document))
+    chart, table, folded = found.blocks
+    assert [len(t["x"]) for t in chart.traces] == [1]
+    assert [row[0] for row in table.rows] == ["600.0"] and not table.folded
+    assert [row[0] for row in folded.rows] == ["2500.0"] and "no resonances (1)" in folded.folded
+
+
+def test_gaps_of_branches_are_gaps_of_lines_and_bands():
+    lines = branches(_diagram())
+    (forward,) = [t for t in campbell.resonant_lines(lines) if t["name"] == "forward whirl"]
+    assert forward["connectgaps"] is False
+    first = forward["y"][:4]
+    np.testing.assert_array_equal(np.isfinite(first), [True, True, False, True])
+    band = campbell.error_band(lines, 1.0, "band")
+    # from 1000 to 3000 rpm and back no band reaches over the gap
+    pieces = np.split(band["x"], np.flatnonzero(np.isnan(band["x"])))
+    spans = sorted((np.nanmin(p), np.nanmax(p)) for p in pieces)
+    assert spans == [(0.0, 0.0), (0.0, 1000.0), (2000.0, 3000.0), (3000.0, 3000.0)]
+
+
+def test_small_diagram_reaches_as_far_as_unbalance_does():
+    document = _diagram()
+    document["campbell"]["critically_damped"][1] = [False] * 4
+    small = campbell.small_chart(document, {"a": 1.0})
+    assert small.layout["yaxis"]["range"][1] == pytest.approx(2.5 * 50.0)
+    assert small.controls == () and "Higher modes" in small.caption
 
 
 def test_model_responses_agree_with_those_by_solving():

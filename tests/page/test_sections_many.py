@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import copy
+from dataclasses import replace
+
 import numpy as np
 from everything import everything
 
 from solidwhirl.operating import Operating, nearest
 from solidwhirl.page import shapes, summary
+from solidwhirl.page.build import page_of
 from solidwhirl.page.checks import _by_reason
-from solidwhirl.page.margins import margin_blocks, margins_in_short
+from solidwhirl.page.drawing import matrix_text, stiffness_text
+from solidwhirl.page.margins import margin_blocks
 from solidwhirl.page.operating import margin_text, margin_words
-from solidwhirl.page.records import Chart, Section, Table, Text
+from solidwhirl.page.records import Chart, Picture, Row, Section, Table, Text
 from solidwhirl.page.responses import force_chart, moving
-from solidwhirl.page.sections import without_needless_names
-from solidwhirl.page.stability import law_chart, stability_blocks
+from solidwhirl.page.sections import sections_of, without_needless_names
+from solidwhirl.page.stability import law_chart
 from solidwhirl.page.traces import line, marks, series_style
+from solidwhirl.scene_joints import BearingSpec
 
 
 def speeds(*rpm):
@@ -57,49 +63,45 @@ def test_bearings_without_force_have_no_curve():
 
 
 def margins(count, missed):
+    rows = [
+        {
+            "shaft": "a",
+            "critical_speed_rpm": 100.0 * k,
+            "whirl": "forward",
+            "excited": k != 3,
+            "amplification_factor": 10.0,
+            "position": "below",
+            "margin": -0.5,
+            "required": 0.15,
+            "verdict_api_617": "inside margin" if k in missed else "ok",
+            "verdict_15_percent": "ok",
+            "verdict_20_percent": "ok",
+        }
+        for k in range(count)
+    ]
+    damped = {"shaft": "a", "critical_speed_rpm": 5.0, "whirl": None, "amplification_factor": 0.5}
     return {
         "operating": [{"shaft": "a", "from_rpm": 900.0, "to_rpm": 1100.0}],
-        "margins": [
-            {
-                "shaft": "a",
-                "critical_speed_rpm": 100.0 * k,
-                "whirl": "forward",
-                "amplification_factor": 10.0,
-                "position": "below",
-                "margin": -0.5,
-                "required_api_617": 0.15,
-                "verdict_api_617": "inside margin" if k in missed else "ok",
-                "verdict_15_percent": "ok",
-                "verdict_20_percent": "ok",
-            }
-            for k in range(count)
-        ],
+        "verdict": {"method": "api617", "passed": not missed, "why": "because", "percent": None},
+        "margins": rows,
+        "critically_damped": [damped],
     }
 
 
-def test_many_margins_are_folded_but_those_that_are_not_kept():
-    chart, missed, every = margin_blocks("m", margins(30, {4, 7}))
+def test_margins_begin_with_the_verdict_of_the_chosen_method():
+    text, chart, table, damped = margin_blocks("m", margins(30, {4, 7}))
     assert isinstance(chart, Chart)
-    assert [row[1] for row in missed.rows] == ["400.0", "700.0"] and not missed.folded
-    assert len(every.rows) == 30 and every.folded == "All separation margins (m, 30)"
-    _, text, every = margin_blocks("m", margins(30, set()))
-    assert isinstance(text, Text) and "all 30" in text.text
-    _, table = margin_blocks("m", margins(12, {4}))
-    assert isinstance(table, Table) and len(table.rows) == 12 and not table.folded
-
-
-def test_margins_in_short():
-    entry = margins(30, {4, 7})
-    said = margins_in_short(entry)
-    assert said.startswith(
-        "**0 of 30 not kept** by 15 %, 2 by API 617 (nearest: 0 rpm, 50.0 % below"
-    )
-    assert margins_in_short(margins(30, set())).startswith("all 30 kept (nearest")
-    entry["margins"][12] |= {"margin": 0.0, "verdict_15_percent": "inside margin"}
-    said = margins_in_short(entry)
-    assert said.startswith("**1 of 30 not kept** by 15 %, 2 by API 617")
-    assert "nearest: 1200 rpm, inside the operating range of a" in said
-    assert "no critical speed" in margins_in_short({"margins": []})
+    assert text.kind == "warning" and text.text == "**FAIL by API 617** (`m`): because."
+    assert len(table.rows) == 30 and table.folded == "Separation margins (m, 30)"
+    assert [row[1] for row in table.rows if not row[3]] == ["300.0"]
+    assert len(damped.rows) == 1 and damped.folded
+    text, _, table, _ = margin_blocks("m", margins(12, set()))
+    assert text.kind == "plain" and text.text.startswith("**Pass by API 617**")
+    assert len(table.rows) == 12 and not table.folded
+    none = margins(0, set()) | {"critically_damped": []}
+    none["verdict"] |= {"method": "percent", "percent": 15.0}
+    (text,) = margin_blocks("m", none)
+    assert text.text.startswith("**Pass by a margin of 15 %**")
 
 
 def test_margins_are_those_of_the_exciting_shaft():
@@ -113,17 +115,37 @@ def test_margins_are_those_of_the_exciting_shaft():
     assert margin_words(1e-5) == "less than 0.1 % above"
 
 
-def test_summary_has_the_margins(laval):
+def test_summary_has_the_verdict_and_the_margins(laval):
     run = everything()
-    tables = {b.head[0]: b for b in summary.section(run).blocks if isinstance(b, Table)}
-    rows = dict(tables["at a glance"].rows)
-    assert "not kept" in rows["Separation margins"]
-    table = tables["speed [rpm]"]
+    found = summary.section(run)
+    row, picture = (next(b for b in found.blocks if isinstance(b, k)) for k in (Row, Picture))
+    table, chart = row.blocks
+    assert isinstance(chart, Chart) and picture.data.startswith("<svg")
+    about = [cells[0] for cells in table.rows]
+    assert about[0] == "Stability" and {"Accuracy", "Checks", "Separation margins"} <= {*about}
+    table = next(b for b in found.every_block if getattr(b, "title", "") == "Critical speeds")
     assert table.head[-1] == "margin"
     assert any("below lp" in row[-1] for row in table.rows)
     # without operating speeds there is no such column
-    plain = {b.head[0]: b for b in summary.section(laval).blocks if isinstance(b, Table)}
-    assert "margin" not in plain["speed [rpm]"].head
+    blocks = summary.section(laval).every_block
+    assert (
+        "margin" not in next(b for b in blocks if getattr(b, "title", "") == "Critical speeds").head
+    )
+
+
+def test_first_screen_comes_before_notes_and_inputs(laval):
+    names = [s.name for s in sections_of(laval)]
+    assert names[0] == "summary"
+    assert names.index("inputs") > names.index("critical-speeds") > names.index("campbell")
+    html = page_of(laval)
+    assert html.index("<strong>Notes</strong>") > html.index('id="critical-speeds"')
+    # nothing of the verdict is computed for the page: it shows what stands in the document
+    document = copy.deepcopy(laval.document)
+    document["verdict"]["unstable_intervals"] = [
+        {"from_rpm": 1234.0, "to_rpm": 2000.0, "closes": False, "kind": "divergence",
+         "whirl": None, "frequency_hz": 0.0}
+    ]  # fmt: skip
+    assert "unstable from 1234 rpm" in page_of(replace(laval, document=document))
 
 
 def test_bearings_with_the_same_law_share_a_curve():
@@ -141,22 +163,7 @@ def test_bearings_with_the_same_law_share_a_curve():
     np.testing.assert_allclose(chart.traces[1]["y"], [30.0, 40.0])
 
 
-def test_no_curve_of_decrements_that_are_all_zero():
-    entry = {
-        "speed_rpm": [0.0, 1000.0],
-        "smallest_log_decrement": [0.0, 1e-14],
-        "frequency_hz": [10.0, 10.0],
-        "largest_growth_rate_per_s": [0.0, 0.0],
-        "growing_motions": [0, 0],
-        "threshold": None,
-    }
-    (text,) = stability_blocks("s", entry)
-    assert "No motion grows up to 1000 rpm" in text.text and "nothing damps" in text.text
-    entry["smallest_log_decrement"] = [0.0, 1e-3]
-    assert len(stability_blocks("s", entry)) == 2
-
-
-def test_what_was_not_decided_is_said_once_for_each_reason():
+def test_what_is_not_applicable_is_said_once_for_each_reason():
     checks = [
         {"name": "a", "where": "rest", "reason": "damping"},
         {"name": "b", "where": "rest", "reason": "no factor"},
@@ -189,3 +196,20 @@ def test_marks_at_the_edge_are_whole():
     assert marks([0.0], [1.0], "m", style)["cliponaxis"] is False
     assert line([0.0], [1.0], "l", style, mode="lines+markers")["cliponaxis"] is False
     assert "cliponaxis" not in line([0.0], [1.0], "l", style)
+
+
+def test_coefficients_of_a_bearing_are_told_with_its_cross_terms():
+    said = {
+        "2e7 N/m": [[2e7, 0.0], [0.0, 2e7]],
+        "2e7, 3e7 N/m": [[2e7, 0.0], [0.0, 3e7]],
+        "±1.2e6 N/m cross": [[0.0, 1.2e6], [-1.2e6, 0.0]],
+        "∓1.2e6 N/m cross": [[0.0, -1.2e6], [1.2e6, 0.0]],
+        "2e7 N/m, 3e6 N/m cross": [[2e7, 3e6], [3e6, 2e7]],
+        "2e7 N/m, 3e6, 1e6 N/m cross": [[2e7, 3e6], [1e6, 2e7]],
+    }
+    assert {text: matrix_text(np.array(m), "N/m") for text, m in said.items()} == {
+        text: text for text in said
+    }
+    # a seal that only damps
+    seal = BearingSpec(name="s", first="a.b", damping_n_s_per_m=600.0)
+    assert stiffness_text(seal) == "600 N s/m"

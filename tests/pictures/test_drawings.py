@@ -8,7 +8,6 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
-from solidwhirl.page.least_damped import LeastDamped
 from solidwhirl.pictures.engine import draw_engine
 from solidwhirl.pictures.series import draw_checks, draw_cost, draw_stability, draw_waterfall
 from solidwhirl.rotordyn import AnalysisError
@@ -126,26 +125,20 @@ def test_unknown_kind_is_refused(geared, tmp_path):
         draw_engine(geared, tmp_path / "e.bmp", "t")
 
 
-def test_stability_shows_curve_and_onset(tmp_path, drawn):
+def test_stability_shows_first_modes_and_unstable_speeds(tmp_path, drawn):
     document = {
         "speed_rpm": [0.0, 1000.0, 2000.0],
-        "smallest_log_decrement": [0.4, 0.1, -0.2],
-        "frequency_hz": [18.0, 19.0, 6195.0],
-        "threshold": {"speed_rpm": 1333.0, "kind": "flutter", "frequency_hz": 20.0},
+        "first_forward": {"log_decrement": [0.4, 0.1, -0.2], "frequency_hz": [18.0, 19.0, 20.0]},
+        "first_backward": {"log_decrement": [0.4, 0.5, None], "frequency_hz": [18.0, 17.0, None]},
+        "unstable_intervals": [{"from_rpm": 1333.0, "to_rpm": 2000.0}],
     }
     draw_stability(document, tmp_path / "s.png", "t")
     (axes,) = drawn[0].axes
     labels = [t.get_text() for t in drawn[0].legends[0].get_texts()]
-    assert "onset, 1333 rpm" in labels
-    assert [t.get_text() for t in axes.texts] == ["6195 Hz"]
-    rpm = np.array([0.0, 2000.0])
-    shown = LeastDamped(rpm, np.array([0.7, 0.9]), np.array([41.0, 40.0]), ["", ""])
-    draw_stability(document, tmp_path / "s.png", "t", shown)
-    (both,) = drawn[1].axes
-    assert [t.get_text() for t in both.texts] == ["6195 Hz", "41 Hz"]
-    assert both.get_ylim()[1] > 0.9
+    assert {"first forward mode", "first backward mode", "unstable"} <= {*labels}
+    assert [t.get_text() for t in axes.texts] == ["20 Hz", "18 Hz"]
     low, high = axes.get_ylim()
-    assert low < -0.2 and high > 0.4
+    assert low < -0.2 and high > 0.5
     assert drawn[0].get_figwidth() * 25.4 == pytest.approx(ONE_COLUMN_MM)
 
 

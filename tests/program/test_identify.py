@@ -391,6 +391,7 @@ def test_files_of_an_identification(problem, tmp_path):
     done = identify_command(path, tmp_path / "deep" / "found.toml")
     assert done.met
     assert done.missed == ()
+    assert done.found[0].startswith("radius = ") and " ± " in done.found[0]
     written = done.scene.read_text(encoding="utf-8")
     assert "# outer_radius_m: identified (radius)" in written
     assert "# start_m: by definition" in written

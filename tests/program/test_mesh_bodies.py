@@ -16,8 +16,10 @@ import pytest
 from solidwhirl.errors import SceneError
 from solidwhirl.geometry import GeometryError
 from solidwhirl.geometry_command import geometry_command
+from solidwhirl.interface_documents import cut_doubts
 from solidwhirl.mesh_bodies import build_mesh_bodies
 from solidwhirl.meshing import MeshingError, mesh_solid, write_gmsh
+from solidwhirl.page.interfaces import interfaces_table
 from solidwhirl.plan import make_plan
 from solidwhirl.results import results_document
 from solidwhirl.scene_file import parse_scene, scene_hash
@@ -142,6 +144,32 @@ def test_a_mesh_of_our_own_gives_the_frequencies_of_the_profile(folder):
     assert entry["source"]["file"] == "rotor.msh"
     assert entry["source"]["roundness"]["uneven_mass"] < 1e-10
     assert entry["inertia_kg_m2"][2][2] == pytest.approx(entry["polar_inertia_kg_m2"])
+
+
+def test_interfaces_are_told_with_what_their_boxes_cut(folder):
+    """A box across elements is a doubt with its share; place and area of all are in the results."""
+    low = [[-0.2, -0.2, 0.05], [0.2, 0.2, 0.1234]]
+    cut = MESHED | {"interfaces": [MESHED["interfaces"][0], {"name": "rear", "box_m": low}]}
+    (doubt,) = cut_doubts(scene(folder, mesh_bodies={"rotor": cut}))
+    assert doubt.key == "mesh_bodies.rotor.interfaces[1].box_m"
+    assert "facets of the mesh; they are left out" in doubt.found
+    assert not list(cut_doubts(scene(folder, mesh_bodies={"rotor": MESHED})))
+    read = run(scene(folder, mesh_bodies={"rotor": MESHED}))
+    front, rear = results_document(read)["bodies"]["rotor"]["interfaces"]
+    assert front["mean_position_m"] == pytest.approx([0.0, 0.0, 0.0], abs=1e-6)
+    assert rear["mean_position_m"] == pytest.approx([0.0, 0.0, 0.3], abs=1e-6)
+    assert front["asked"] == "group interface_front"
+    assert rear["asked"].startswith("box from (-0.04, -0.04, 0.299)")
+    assert "Interfaces" in [
+        table.title for table in interfaces_table(results_document(read)["bodies"])
+    ]
+    # of a profile the area is that of its rings
+    drawn = run(scene(folder, model=MODEL | {"level": "harmonic"}, bodies={"rotor": PROFILE}))
+    for found, of_mesh in zip(
+        results_document(drawn)["bodies"]["rotor"]["interfaces"], (front, rear), strict=True
+    ):
+        assert found["area_m2"] == pytest.approx(of_mesh["area_m2"], rel=1e-2)
+        assert found["position_m"] == pytest.approx(found["mean_position_m"], abs=1e-12)
 
 
 def test_step_is_within_its_estimate_of_the_harmonic_level(folder):

@@ -184,3 +184,24 @@ def test_modes_whose_critical_speed_is_passed_are_refined_too():
     results = run_scene(scene)
     assert len(results.critical_speeds) > 4
     assert results.estimates.critical_speeds.total.max() <= 2e-3
+
+
+@pytest.mark.solver
+def test_bases_of_slender_bodies_lose_no_mode():
+    """Two more modes far above leave the lowest where they are, and Ritz values do not rise."""
+    from solidwhirl.pipeline import run_scene
+
+    def lowest(modes):
+        shaft = {"start_m": 0.0, "end_m": 0.0277, "outer_radius_m": 3.2e-4, "name": "shaft"}
+        at = [{"name": n, "kind": "section", "at_m": z} for n, z in (("a", 1.66e-3), ("b", 0.0257))]
+        data = {
+            "name": "slender",
+            "model": {"level": "harmonic", "accuracy": 1.5e-5, "modes": modes, "size_m": 1.5e-4},
+            "bodies": {"wire": {"material": "steel", "sections": [shaft], "interfaces": at}},
+        }
+        data["model"] |= {"corner_size_m": 1.5e-4, "order": 4, "compare_coupling": "off"}
+        return run_scene(parse_scene(data)).elements["wire"].free_frequencies_hz[:6]
+
+    few, more = lowest(7), lowest(9)
+    np.testing.assert_allclose(few, more, rtol=1e-6)
+    assert np.all(more <= few * (1.0 + 1e-8))

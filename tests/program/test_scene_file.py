@@ -74,6 +74,11 @@ WRONG = {
         "to_rpm = -20000",
         ["speeds.to_rpm", "greater than or equal to 0", "found -20000"],
     ),
+    "a list for a number": (
+        "end_m = 0.4,",
+        "end_m = [0.4, 0.5],",
+        ["sections[0].end_m", "one number is allowed here, found [0.4, 0.5]"],
+    ),
     "nan": ("end_m = 0.4,", "end_m = nan,", ["sections[0].end_m", "finite number", "found nan"]),
     "inf": ("end_m = 0.4,", "end_m = inf,", ["sections[0].end_m", "finite number", "found inf"]),
     "too large": (

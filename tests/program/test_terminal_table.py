@@ -18,6 +18,8 @@ def entry(speed_rpm, margin, excited_by=("lp", "hp")):
         "frequency_error_estimate": 1e-7,
         "whirl": "backward",
         "log_decrement": 0.0123,
+        "amplification_factor": None,
+        "critically_damped": False,
         "excited_by": list(excited_by),
         "margin": margin,
         "margin_of": None if margin is None else excited_by[0],
@@ -27,7 +29,7 @@ def entry(speed_rpm, margin, excited_by=("lp", "hp")):
 def lines_of_table(rows, width):
     text = io.StringIO()
     console = Console(file=text, width=width, highlight=False)
-    console.print(terminal_summary._fitting_table(rows, console))
+    console.print(terminal_summary._fitting_table(rows, console, ()))
     return [line.rstrip() for line in text.getvalue().splitlines() if line.strip()]
 
 
@@ -63,13 +65,39 @@ def test_a_column_that_says_the_same_everywhere_goes_first():
 
 def test_small_margins_are_told_with_a_digit():
     said = [
-        terminal_summary.margin_text({"margin": m, "margin_of": "hp"})
+        terminal_summary._long_margin({"margin": m, "margin_of": "hp"})
         for m in (-0.004, 0.0094, 0.0096, -0.0001, None)
     ]
     assert said == [
         *("0.4 % below hp", "0.9 % above hp", "1 % above hp"),
         *("< 0.1 % below hp", "-"),
     ]
+
+
+def test_what_is_critically_damped_is_counted_not_listed():
+    rows = [entry(1000.0 * k, None) | {"amplification_factor": 6.28} for k in range(1, 5)]
+    rows[2] |= {"critically_damped": True, "amplification_factor": 0.2}
+    shown = lines_of_table(rows, 110)
+    assert "AF" in " ".join(shown[:2]) and all("6.28" in line for line in shown[3:6])
+    assert not any(line.startswith(" 3000") for line in shown)
+    assert shown[-1].strip() == "and 1 critically damped, see the report"
+    assert lines_of_table(rows[2:3], 110) == [
+        "no critical speed in the speed range; 1 critically damped"
+    ]
+
+
+def test_list_is_cut_by_the_rule_of_the_page():
+    """Of twenty the twelve nearest to the operating speeds."""
+    from solidwhirl.operating import Operating
+
+    rows = [entry(1000.0 * k, None) for k in range(1, 21)]
+    text = io.StringIO()
+    console = Console(file=text, width=110, highlight=False)
+    operating = (Operating("lp", 15500.0, 16500.0, 1.0),)
+    console.print(terminal_summary._fitting_table(rows, console, operating))
+    shown = [line.split()[0] for line in text.getvalue().splitlines() if "backward" in line]
+    assert shown == [f"{1000 * k}" for k in range(9, 21)]
+    assert "and 8 more, see the report" in text.getvalue()
 
 
 def test_peaks_of_a_response_are_told_by_speed():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from beam_scene import beam_scene
@@ -10,6 +12,7 @@ from solidwhirl.batch_rows import verdict_scalars
 from solidwhirl.check_report import checks_line
 from solidwhirl.displays_results import results_text
 from solidwhirl.errors import SceneError
+from solidwhirl.estimate_documents import coupling_effect
 from solidwhirl.pipeline import run_scene
 from solidwhirl.results import results_document
 from solidwhirl.rotordyn.invariants import compared, undecided
@@ -247,6 +250,34 @@ def test_damped_roots_are_told_apart_and_judged_by_no_margin():
     assert judged["verdict"]["passed"] is False
     assert judged["verdict"]["method"] == "percent"
     assert judged["margins"][0]["required_api_617"] == 0.0
+
+
+def test_the_accuracy_is_that_of_modes_that_count():
+    results = run_scene(scene(1e6, 600.0))
+    found, rule = results.estimates, results.scene.criteria.rule
+    counts = rule.counts(found.campbell.campbell.eigenvalues)
+    assert counts.any()
+    assert not counts.all()
+    for where, largest in ((~counts, found.largest), (counts, 1.0)):
+        errors = replace(found.campbell, total=np.where(where, 1.0, found.campbell.total))
+        assert replace(found, campbell=errors).largest == largest
+    for k, own in enumerate(found.critical):
+        total = np.where(np.arange(len(found.critical)) == k, 1.0, found.critical_speeds.total)
+        errors = replace(found.critical_speeds, total=total)
+        assert (replace(found, critical_speeds=errors).largest == 1.0) is own.counts(rule)
+
+
+def test_the_choice_of_the_coupling_counts_where_it_matters():
+    diagram = {
+        "error_parts": {"interface_coupling": [[0.02, None], [0.77, 0.01]]},
+        "critically_damped": [[False, False], [True, False]],
+    }
+    assert coupling_effect({"campbell": diagram, "critical_speeds": []}) == 0.02
+    speeds = [
+        {"critically_damped": damped, "error_parts": {"interface_coupling": value}}
+        for damped, value in ((True, 0.5), (False, 0.024))
+    ]
+    assert coupling_effect({"campbell": diagram, "critical_speeds": speeds}) == 0.024
 
 
 RUN = {

@@ -18,7 +18,7 @@ from solidwhirl.rotordyn import (
     matrices_at_speed,
     modes_at_speed,
 )
-from solidwhirl.rotordyn.eigenvalue_errors import frequency_errors
+from solidwhirl.rotordyn.eigenvalue_errors import error_scale, frequency_errors
 from solidwhirl.rotordyn.left_vectors import (
     balance_of,
     dynamic_stiffness,
@@ -337,3 +337,14 @@ def test_beams_have_no_estimate_and_say_so(one_rotor, ground):
     found = frequency_errors(system, modes_at_speed(system, 100.0, 4))
     assert found.bodies_without_estimate == ("rotor",)
     assert not found.total.flags.writeable and found.total.shape == (4,)
+
+
+def test_errors_of_frequencies_near_zero_are_measured_against_the_lowest_elastic_one(
+    full, truncated, one_rotor, ground
+):
+    """A slow precession has no scale of its own; the phase of s is no matter."""
+    system = one_rotor(full, ())
+    lowest = 2.0 * np.pi * full.free_frequencies_hz.min()
+    rates = np.array([1e-6j, -1e-6, lowest * 1e-2j, lowest * (1.0 - 1.0j), 1e3j * lowest])
+    expected = lowest * np.array([1e-2, 1e-2, 1e-2, np.sqrt(2.0), 1e3])
+    np.testing.assert_allclose(error_scale(system, rates), expected)

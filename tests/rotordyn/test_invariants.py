@@ -130,6 +130,20 @@ def test_moments_tell_the_sign_of_spin(inner):
     assert "moments against G" in bad(check_superelement(other))
 
 
+@pytest.mark.parametrize(("mode", "found"), [(0, True), (-1, False)])
+def test_a_solid_may_mix_orders_in_the_modes_that_its_mesh_does_not_resolve(inner, mode, found):
+    """G off by a tenth of the inertia in the lowest or the highest pair of modes of the basis."""
+    modal = np.flatnonzero([c.kind == "modal" for c in inner.coordinates])
+    stiff = np.diag(inner.stiffness)[modal] / np.diag(inner.mass)[modal]
+    pair = np.sort(modal[np.argsort(stiff)][[0, 1] if mode == 0 else [-2, -1]])
+    i, j = pair
+    gyroscopic = np.array(inner.gyroscopic)
+    gyroscopic[i, j] += 0.1 * inner.mass[i, i]
+    gyroscopic[j, i] -= 0.1 * inner.mass[i, i]
+    solid = dataclasses.replace(inner, level="solid", gyroscopic=gyroscopic)
+    assert ("moments against G" in bad(check_superelement(solid))) == found
+
+
 def test_lost_torsional_inertia_is_named(with_axial_and_torsion, inner):
     """A disk whose interface lacks rz: its polar inertia takes no part in torsion."""
     element = beam_superelement("s", [0.0, 0.5], 0.02, 0.0, 2e11, 0.3, 7800.0, {"a": 0.0, "b": 0.5})
