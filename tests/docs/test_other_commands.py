@@ -139,6 +139,8 @@ NOT_RUN = {
     "sudo tools/in_debian.sh trixie make check": CONTAINER,
     "sudo SOLIDWHIRL_FILES=working tools/in_debian.sh trixie .venv/bin/python -m pytest "
     "tests/reduction": CONTAINER,
+    ".venv/bin/python bench/refinement.py --count 300 --out refinement.jsonl": MEASURES,
+    ".venv/bin/python bench/refinement.py --table refinement.jsonl": MEASURES,
     "make bench": MEASURES,
     ".venv/bin/python bench/multigrid.py --fit": MEASURES,
     ".venv/bin/python bench/multigrid.py --reuse --fit": MEASURES,
