@@ -92,7 +92,7 @@ def model_table(name: str, entry: Mapping[str, Any]) -> Table:
 def responses(
     model: StateSpace, speed_rad_s: float, hertz: NDArray[np.float64]
 ) -> NDArray[np.complex128]:
-    """Return C (iω − A)⁻¹ B + D by the eigenvectors of A, for many frequencies at once.
+    """Return C (iω − A)⁻¹ B + D by the Schur form of A, for many frequencies at once.
 
     Parameters
     ----------
@@ -109,11 +109,19 @@ def responses(
         Shape (f, p, m).
     """
     a, b, c, d = model.at_speed(speed_rad_s)
-    values, vectors = la.eig(a)
-    left = c @ vectors
-    right = la.solve(vectors, b.astype(complex))
-    shifted = 2j * np.pi * hertz[:, None] - values
-    return np.asarray(np.einsum("pn,fn,nm->fpm", left, 1.0 / shifted, right, optimize=True) + d)
+    # eigenvectors would not do: those of a free body's rigid motions are dependent
+    triangle, turn = la.schur(a, output="complex")
+    left, right = c @ turn, turn.conj().T @ b
+    diagonal = triangle.diagonal().copy()
+    shifted = -triangle
+    out = np.empty((hertz.size, *d.shape), dtype=complex)
+    for k, rate in enumerate(2j * np.pi * hertz):
+        away = rate - diagonal
+        # on an undamped resonance the response is as large as rounding lets it be
+        away[away == 0] = np.finfo(float).eps * abs(rate)
+        np.fill_diagonal(shifted, away)
+        out[k] = left @ la.solve_triangular(shifted, right) + d
+    return out
 
 
 def response_chart(name: str, model: StateSpace, top_hz: float) -> Chart | None:
