@@ -92,7 +92,7 @@ def model_table(name: str, entry: Mapping[str, Any]) -> Table:
 def responses(
     model: StateSpace, speed_rad_s: float, hertz: NDArray[np.float64]
 ) -> NDArray[np.complex128]:
-    """Return C (iω − A)⁻¹ B + D by the eigenvectors of A, for many frequencies at once.
+    """Return C (iω − A)⁻¹ B + D by the Schur form of A, which free motions leave well conditioned.
 
     Parameters
     ----------
@@ -109,11 +109,10 @@ def responses(
         Shape (f, p, m).
     """
     a, b, c, d = model.at_speed(speed_rad_s)
-    values, vectors = la.eig(a)
-    left = c @ vectors
-    right = la.solve(vectors, b.astype(complex))
-    shifted = 2j * np.pi * hertz[:, None] - values
-    return np.asarray(np.einsum("pn,fn,nm->fpm", left, 1.0 / shifted, right, optimize=True) + d)
+    upper, turn = la.schur(a, output="complex")
+    left, right, eye = c @ turn, turn.conj().T @ b, np.eye(len(a))
+    solved = [la.lapack.ztrtrs(rate * eye - upper, right)[0] for rate in 2j * np.pi * hertz]
+    return np.asarray(left @ np.array(solved) + d)
 
 
 def response_chart(name: str, model: StateSpace, top_hz: float) -> Chart | None:
