@@ -92,7 +92,7 @@ def model_table(name: str, entry: Mapping[str, Any]) -> Table:
 def responses(
     model: StateSpace, speed_rad_s: float, hertz: NDArray[np.float64]
 ) -> NDArray[np.complex128]:
-    """Return C (iω − A)⁻¹ B + D by the Schur form of A, for many frequencies at once.
+    """Return C (iω − A)⁻¹ B + D by the Schur form of A, which free motions leave well conditioned.
 
     Parameters
     ----------
@@ -109,19 +109,10 @@ def responses(
         Shape (f, p, m).
     """
     a, b, c, d = model.at_speed(speed_rad_s)
-    # eigenvectors would not do: those of a free body's rigid motions are dependent
-    triangle, turn = la.schur(a, output="complex")
-    left, right = c @ turn, turn.conj().T @ b
-    diagonal = triangle.diagonal().copy()
-    shifted = -triangle
-    out = np.empty((hertz.size, *d.shape), dtype=complex)
-    for k, rate in enumerate(2j * np.pi * hertz):
-        away = rate - diagonal
-        # on an undamped resonance the response is as large as rounding lets it be
-        away[away == 0] = np.finfo(float).eps * abs(rate)
-        np.fill_diagonal(shifted, away)
-        out[k] = left @ la.solve_triangular(shifted, right) + d
-    return out
+    upper, turn = la.schur(a, output="complex")
+    left, right, eye = c @ turn, turn.conj().T @ b, np.eye(len(a))
+    solved = [la.lapack.ztrtrs(rate * eye - upper, right)[0] for rate in 2j * np.pi * hertz]
+    return np.asarray(left @ np.array(solved) + d)
 
 
 def response_chart(name: str, model: StateSpace, top_hz: float) -> Chart | None:
