@@ -15,6 +15,8 @@ from solidwhirl.rotordyn.errors import AnalysisError
 _HALF_POWER = np.sqrt(0.5)
 # Accuracy of a summit, as a fraction of the interval it is sought in.
 SUMMIT = 1e-6
+# Accuracy of a half-power point, as a fraction of its distance from the summit.
+_CROSSING = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -167,21 +169,20 @@ def refined_peaks(
         at = int(np.clip(highest, 1, x.size - 2))
         try:
             place = summit(curve, float(x[at - 1]), float(x[at + 1]), knots)
-            refined.append(_moved(peak, x, y, place, curve(place)))
+            refined.append(_moved(peak, x, y, place, curve))
         except AnalysisError:
             refined.append(peak)
     return tuple(refined)
 
 
 def _moved(
-    peak: ResonancePeak, x: FloatArray, y: FloatArray, place: float, top: float
+    peak: ResonancePeak, x: FloatArray, y: FloatArray, place: float, curve: Callable[[float], float]
 ) -> ResonancePeak:
     """Return a peak with another summit, and its half-power points."""
-    height, own = np.log(np.maximum(y, np.finfo(float).tiny)), np.log(top)
-    below, above = np.flatnonzero(x < place)[::-1], np.flatnonzero(x > place)
+    top = curve(place)
     low, high = (
-        _crossing(np.append(place, x[on]), np.append(own, height[on]), own + np.log(_HALF_POWER))
-        for on in (below, above)
+        _half_power(place, np.append(place, x[on]), np.append(top, y[on]), curve)
+        for on in (np.flatnonzero(x < place)[::-1], np.flatnonzero(x > place))
     )
     return ResonancePeak(
         position_rad_s=place,
@@ -191,6 +192,26 @@ def _moved(
         half_power_high_rad_s=high,
         amplification=place / (high - low),
     )
+
+
+def _half_power(
+    place: float, x: FloatArray, y: FloatArray, curve: Callable[[float], float]
+) -> float:
+    """Return where a curve has half of the power of its summit, which comes first in x and y."""
+    from scipy.optimize import brentq
+
+    level = y[0] * _HALF_POWER
+    end = _fallen(y, level)
+    if end is None:
+        return float("nan")
+    offset = brentq(
+        lambda offset: curve(place + offset) - level,
+        x[end - 1] - place,
+        x[end] - place,
+        xtol=np.finfo(float).tiny,
+        rtol=_CROSSING,
+    )
+    return place + float(offset)
 
 
 def _peak(x: FloatArray, height: FloatArray, at: int, prominence: float) -> ResonancePeak:
@@ -221,12 +242,17 @@ def _summit(x: FloatArray, y: FloatArray) -> tuple[float, float]:
 
 def _crossing(x: FloatArray, y: FloatArray, level: float) -> float:
     """Return where a curve falls below a level on its way from a peak, nan if it rises before."""
-    if y[0] <= level:
+    end = _fallen(y, level)
+    if end is None:
         return float("nan")
-    for here in range(1, x.size):
-        if y[here] > y[here - 1]:
-            return float("nan")
-        if y[here] <= level:
-            part = (y[here - 1] - level) / (y[here - 1] - y[here])
-            return float(x[here - 1] + part * (x[here] - x[here - 1]))
-    return float("nan")
+    part = (y[end - 1] - level) / (y[end - 1] - y[end])
+    return float(x[end - 1] + part * (x[end] - x[end - 1]))
+
+
+def _fallen(y: FloatArray, level: float) -> int | None:
+    """Return the first sample below a level on the way from a peak, None if it rises before."""
+    rising = np.flatnonzero(np.diff(y) > 0.0)
+    below = np.flatnonzero(y <= level)
+    if not below.size or below[0] == 0 or (rising.size and rising[0] < below[0]):
+        return None
+    return int(below[0])
