@@ -18,6 +18,7 @@ from solidwhirl.rotordyn.arrays import FloatArray, freeze_arrays
 from solidwhirl.rotordyn.errors import AnalysisError, SuperelementError
 from solidwhirl.rotordyn.mass_moments import projected_moments
 from solidwhirl.rotordyn.run_up import run_up
+from solidwhirl.rotordyn.run_up_record import Divergence
 from solidwhirl.rotordyn.run_up_response import NormalisedResponse, normalised_response
 from solidwhirl.rotordyn.speed_profile import SpeedProfile
 from solidwhirl.rotordyn.superelement import Superelement
@@ -54,6 +55,8 @@ class ComplexityComparison:
         Of each run, shape (v,).
     responses
         Normalised response of each.
+    diverged
+        Models that diverged, by name: where they were stopped. They are in no other list.
     """
 
     names: tuple[str, ...]
@@ -65,6 +68,7 @@ class ComplexityComparison:
     band_error: FloatArray
     wall_time_s: FloatArray
     responses: tuple[NormalisedResponse, ...]
+    diverged: Mapping[str, Divergence]
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "bands_hz", "peak_force_n", "peak_error", "band_error", "wall_time_s")
@@ -250,8 +254,8 @@ def compare_complexity(
     Raises
     ------
     AnalysisError
-        If there is no model, a band has no meaning or no frequency of the record in it, or an
-        argument of the run has no meaning.
+        If there is no model, a band has no meaning or no frequency of the record in it, an
+        argument of the run has no meaning, or the full model diverges.
     """
     if not variants:
         raise AnalysisError("there are no models to compare; give one or more")
@@ -259,6 +263,8 @@ def compare_complexity(
     if not (np.isfinite(bands).all() and (bands[:, 0] >= 0).all() and (np.diff(bands) > 0).all()):
         raise AnalysisError(f"bands_hz is {bands.tolist()}; each needs 0 <= low < high")
     peaks, responses, seconds = [], [], []
+    compared: dict[str, AssembledSystem] = {}
+    diverged: dict[str, Divergence] = {}
     for name, system in variants.items():
         begun = time.perf_counter()
         run = run_up(
@@ -269,18 +275,23 @@ def compare_complexity(
             record_every=record_every,
             bearings=[bearing],
         )
-        seconds.append(time.perf_counter() - begun)
+        spent = time.perf_counter() - begun
+        if run.stopped is not None and compared:
+            diverged[name] = run.stopped
+            continue
         if run.stopped is not None:
             raise AnalysisError(
                 f"{run.stopped.speed_rad_s * 30.0 / np.pi:.6g} rpm: the model {name!r} diverges; "
-                "models are compared over one whole run-up"
+                "models are compared with its whole run-up"
             )
+        compared[name] = system
+        seconds.append(spent)
         force = run.bearing_force_n(bearing)
         peaks.append(float(np.hypot(force[0], force[1]).max()))
         responses.append(normalised_response(run, bearing, axis, band_hz))
     return ComplexityComparison(
-        names=tuple(variants),
-        sizes=tuple(system.size for system in variants.values()),
+        names=tuple(compared),
+        sizes=tuple(system.size for system in compared.values()),
         bearing=bearing,
         bands_hz=bands,
         peak_force_n=np.array(peaks),
@@ -288,6 +299,7 @@ def compare_complexity(
         band_error=np.array([_band_errors(r, responses[0], bands) for r in responses]),
         wall_time_s=np.array(seconds),
         responses=tuple(responses),
+        diverged=diverged,
     )
 
 

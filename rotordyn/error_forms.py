@@ -27,6 +27,7 @@ PARTS = (
     "interface_coupling",
     "beam_theory",
     "eigen_solver",
+    "sampling",
 )
 # A choice of the model: shown, not summed.
 NOT_SUMMED = ("interface_coupling",)

@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 import scipy.linalg as la
-from scipy.optimize import minimize_scalar
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray, freeze_arrays
 from solidwhirl.rotordyn.coordinates import interface_row
@@ -21,18 +20,17 @@ from solidwhirl.rotordyn.eigenvalue_errors import (
 )
 from solidwhirl.rotordyn.error_forms import form_products, form_weight
 from solidwhirl.rotordyn.errors import AnalysisError
-from solidwhirl.rotordyn.harmonic_response import independent_loads
 from solidwhirl.rotordyn.left_vectors import balance_of, dynamic_stiffness
 from solidwhirl.rotordyn.parts import End
 from solidwhirl.rotordyn.speed_derivative import speed_derivative
 from solidwhirl.rotordyn.system import AssembledSystem, SpeedMatrices, matrices_at_speed
-from solidwhirl.rotordyn.unbalance import Unbalance, frequency_ratio, turning_load
-from solidwhirl.rotordyn.unbalance_peaks import ResonancePeak
+from solidwhirl.rotordyn.unbalance import Unbalance, frequency_ratio, unbalance_loads
+from solidwhirl.rotordyn.unbalance_peaks import SUMMIT, ResonancePeak, summit
 
 # Where a peak has no half-power points, its summit is sought within this (relative).
 _NARROW = 0.01
-# Accuracy of the summit, as a fraction of the interval it is sought in.
-_SUMMIT = 1e-6
+# Where a summit is tried, as fractions of the interval it is sought in.
+_PROBES = np.array([-1.0, -1e-2, -SUMMIT, SUMMIT, 1e-2, 1.0])
 # Two unbalances excite at one frequency if their ratios differ by less than this fraction.
 _SAME_RATIO = 1e-12
 
@@ -48,7 +46,8 @@ class PeakErrors:
     position, height
         Relative errors of the speed or frequency of each peak, and of its height, by name of the
         part, shape (k,) each; heights are nan for a system without damping. "mode_truncation"
-        holds the share of "speed_interpolation"; "eigen_solver" is that of the linear solution.
+        holds the share of "speed_interpolation"; "eigen_solver" is that of the linear solution;
+        "sampling" is how far a peak as it was given lies from the summit.
     position_total, height_total
         Sums of all parts but "interface_coupling", shape (k,).
     bodies_without_estimate
@@ -78,13 +77,17 @@ class _Point(NamedTuple):
 
 
 class _Sweep(NamedTuple):
-    """How Ω, ω and load depend on the place p, and the rows (r, n) whose Σ |row u| is drawn."""
+    """How Ω, ω and load depend on the place p, and the rows (r, n) whose Σ |row u| is drawn.
+
+    At the knots it may have corners.
+    """
 
     at: Callable[[float], _Point]
     rows: ComplexArray
+    knots: tuple[float, ...] = ()
 
 
-class _Summit(NamedTuple):
+class _Solved(NamedTuple):
     """Solution u, adjoint z of the amplitude, the amplitude, matrices and the point."""
 
     motion: ComplexArray
@@ -92,6 +95,14 @@ class _Summit(NamedTuple):
     amplitude: float
     matrices: SpeedMatrices
     point: _Point
+
+
+class _Found(NamedTuple):
+    """A summit, how far a given peak lies from it, and how far from its height."""
+
+    place: float
+    shift: float
+    difference: float
 
 
 def unbalance_peak_errors(
@@ -136,11 +147,7 @@ def unbalance_peak_errors(
             f"unbalances turn at {ratios} times the speed; one or more of one ratio are allowed"
         )
     ratio = ratios[0]
-    patterns: dict[str, ComplexArray] = {}
-    for unbalance in unbalances:
-        load = turning_load(assembled, unbalance)
-        patterns[unbalance.body] = patterns.get(unbalance.body, 0.0) + load
-    pattern = independent_loads(assembled, patterns)
+    pattern = unbalance_loads(assembled, unbalances)
 
     def at(speed: float) -> _Point:
         derivative, omega = speed_derivative(assembled, speed), ratio * speed
@@ -153,7 +160,8 @@ def unbalance_peak_errors(
 
     x, y = (interface_row(assembled, node.body, node.interface, c) for c in ("ux", "uy"))
     circles = np.stack((0.5 * (x + 1j * y), 0.5 * (x - 1j * y)))
-    return _peak_errors(assembled, _Sweep(at, circles.astype(complex)), peaks)
+    sweep = _Sweep(at, circles.astype(complex), tuple(assembled.knots_rad_s))
+    return _peak_errors(assembled, sweep, peaks)
 
 
 def harmonic_peak_errors(
@@ -218,16 +226,19 @@ def _peak_errors(
     height: dict[str, FloatArray] = {}
     places = np.zeros(count)
     for index, peak in enumerate(peaks):
-        places[index] = _summit_place(assembled, sweep, peak) if damped else peak.position_rad_s
-        summit = _solved(assembled, sweep, places[index])
-        turn = summit.adjoint @ (summit.point.slope(summit.matrices) @ summit.motion)
-        changes, solver = _changes(assembled, summit)
+        found = _found_again(assembled, sweep, peak) if damped else None
+        places[index] = found.place if found else peak.position_rad_s
+        solved = _solved(assembled, sweep, places[index])
+        turn = solved.adjoint @ (solved.point.slope(solved.matrices) @ solved.motion)
+        changes, solver = _changes(assembled, solved)
         moved = {part: abs(float((change / turn).real)) for part, change in changes.items()}
         higher = {part: abs(change.real) for part, change in changes.items()}
         moved["eigen_solver"], higher["eigen_solver"] = solver / float(abs(turn)), solver
+        if found:
+            moved["sampling"], higher["sampling"] = found.shift, found.difference
         for part in moved:
             position.setdefault(part, np.zeros(count))[index] = moved[part] / places[index]
-            relative = higher[part] / summit.amplitude if damped else np.nan
+            relative = higher[part] / solved.amplitude if damped else np.nan
             height.setdefault(part, np.zeros(count))[index] = relative
     return PeakErrors(
         position_rad_s=places,
@@ -239,22 +250,32 @@ def _peak_errors(
     )
 
 
-def _summit_place(assembled: AssembledSystem, sweep: _Sweep, peak: ResonancePeak) -> float:
-    """Return where the amplitude is largest between the half-power points."""
+def _found_again(assembled: AssembledSystem, sweep: _Sweep, peak: ResonancePeak) -> _Found:
+    """Find a summit between the half-power points by the general solver."""
     middle = peak.position_rad_s
     low, high = peak.half_power_low_rad_s, peak.half_power_high_rad_s
     low = low if np.isfinite(low) else (1.0 - _NARROW) * middle
     high = high if np.isfinite(high) else (1.0 + _NARROW) * middle
-    found = minimize_scalar(
-        lambda place: -_solved(assembled, sweep, place).amplitude,
-        bounds=(low, high),
-        method="bounded",
-        options={"xatol": _SUMMIT * (high - low)},
+
+    def curve(place: float) -> float:
+        return _solved(assembled, sweep, place).amplitude
+
+    tried = [summit(curve, low, high, sweep.knots), middle]
+    place = max(tried, key=curve)
+    probes = np.clip(place + (high - low) * _PROBES, low, high)
+    heights = np.array([curve(probe) for probe in probes])
+    top = curve(place)
+    # What the search may have left: higher places, and the fall within its accuracy.
+    missed = max(float(heights.max()) - top, 0.0)
+    fall = float(np.abs(heights[np.abs(_PROBES) == SUMMIT] - top).max())
+    return _Found(
+        place,
+        abs(place - middle) + SUMMIT * (high - low),
+        abs(top - peak.amplitude) + missed + fall,
     )
-    return float(found.x)
 
 
-def _solved(assembled: AssembledSystem, sweep: _Sweep, place: float) -> _Summit:
+def _solved(assembled: AssembledSystem, sweep: _Sweep, place: float) -> _Solved:
     """Solve for the motion and for the adjoint of the amplitude Σ |row u|."""
     point = sweep.at(float(place))
     matrices = matrices_at_speed(assembled, point.speed)
@@ -266,12 +287,12 @@ def _solved(assembled: AssembledSystem, sweep: _Sweep, place: float) -> _Summit:
     size = np.abs(seen)
     phase = np.where(size > 0, seen.conj() / np.where(size > 0, size, 1.0), 0.0)
     adjoint = balance * la.lu_solve(factors, balance * (phase @ sweep.rows), trans=1)
-    return _Summit(motion, adjoint, float(size.sum()), matrices, point)
+    return _Solved(motion, adjoint, float(size.sum()), matrices, point)
 
 
-def _changes(assembled: AssembledSystem, summit: _Summit) -> tuple[dict[str, complex], float]:
+def _changes(assembled: AssembledSystem, solved: _Solved) -> tuple[dict[str, complex], float]:
     """Return zᵀ(E − Ω²ΔK2)u by part, weighted, and what the solution itself may have lost."""
-    motion, adjoint, _, matrices, point = summit
+    motion, adjoint, _, matrices, point = solved
     rate = np.array([1j * point.omega])
     changes: dict[str, complex] = {}
     for rows, ratio, form in body_forms(assembled):

@@ -252,7 +252,7 @@ def resolving_speeds(
     speeds = non_negative("speeds_rad_s", speeds_rad_s)
     nodes, resolved = interface_nodes(assembled), speeds
     for ratio, group in _grouped(assembled, unbalances):
-        pattern = independent_loads(assembled, _patterns(assembled, group))
+        pattern = unbalance_loads(assembled, group)
 
         def respond(
             points: FloatArray, ratio: float = ratio, pattern: ComplexArray = pattern
@@ -379,6 +379,24 @@ def turning_load(assembled: AssembledSystem, unbalance: Unbalance) -> ComplexArr
     load[rotor.element.interface_index(unbalance.interface, "ux")] = force
     load[rotor.element.interface_index(unbalance.interface, "uy")] = -1j * sense * force
     return load
+
+
+def unbalance_loads(assembled: AssembledSystem, unbalances: Sequence[Unbalance]) -> ComplexArray:
+    """Return the load of some unbalances per square of their common frequency.
+
+    Parameters
+    ----------
+    assembled
+        The system.
+    unbalances
+        One or more that turn at one frequency.
+
+    Returns
+    -------
+    ndarray
+        f/ω² on the independent coordinates, shape (n,), kg m.
+    """
+    return independent_loads(assembled, _patterns(assembled, unbalances))
 
 
 def _patterns(

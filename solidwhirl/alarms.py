@@ -121,3 +121,13 @@ def _run_ups(analyses: Mapping[str, Any]) -> Iterator[Alarm]:
                 f"{stopped['time_s']:.4g} s at an amplitude of {stopped['amplitude_m']:.3g} m",
                 speed_rpm=stopped["speed_rpm"],
             )
+        models = entry.get("complexity", {}).get("diverged", ())
+        if models:
+            first = min(models, key=lambda model: float(model["speed_rpm"]))
+            yield Alarm(
+                kind="compared model diverged",
+                message=f"{first['speed_rpm']:.6g} rpm: {name} is not compared with "
+                + ", ".join(f"{m['name']!r}" for m in models)
+                + f", which diverged and was stopped at {first['amplitude_m']:.3g} m",
+                speed_rpm=first["speed_rpm"],
+            )

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from solidwhirl.outcome import MOST_CURVES, MOST_ORBITS, Outcome, Write
 from solidwhirl.rotordyn import AssembledSystem, End
+from solidwhirl.rotordyn.orbit_peaks import orbit_peaks
 from solidwhirl.rotordyn.orbits import elliptic_orbits
 from solidwhirl.rotordyn.pictures_response import (
     draw_bearing_forces,
@@ -40,7 +41,7 @@ from solidwhirl.rotordyn.unbalance import (
     response_pieces,
     unbalance_response,
 )
-from solidwhirl.rotordyn.unbalance_peaks import ResonancePeak, resonance_peaks
+from solidwhirl.rotordyn.unbalance_peaks import ResonancePeak
 from solidwhirl.scene_analyses import (
     PlaceMapSpec,
     StiffnessStudySpec,
@@ -53,6 +54,8 @@ _T = TypeVar("_T")
 RPM = np.pi / 30.0
 # Part of the largest motion at a speed below which a motion is the solution's rounding.
 ROUNDING = 1e-9
+# Unbalances turn together if their ratios differ by less than this.
+_SAME_RATIO = 1e-9
 
 
 def end_of(place: str) -> End:
@@ -104,7 +107,10 @@ def run_unbalance_response(
     speeds = resolving_speeds(system, unbalances, sweep(spec))
     response = unbalance_response(system, unbalances, speeds)
     nodes = [end_of(place) for place in spec.observe]
-    exciters = [_exciter_document(e, nodes) for e in response.exciters]
+    exciters = [
+        _exciter_document(e, nodes, system, turning_at(system, unbalances, e.frequency_ratio))
+        for e in response.exciters
+    ]
     files = _response_files(spec, system, response, title)
     peaks = [p for e in exciters for p in e["peaks"][spec.observe[0]]]
     return Outcome(
@@ -172,7 +178,19 @@ def _draw_orbits(
     draw_orbits(response, nodes, speeds, path, title)
 
 
-def _exciter_document(exciter: ExciterResponse, nodes: list[End]) -> dict[str, Any]:
+def turning_at(
+    system: AssembledSystem, unbalances: list[Unbalance], ratio: float
+) -> list[Unbalance]:
+    """Those unbalances whose frequency over the reference speed is `ratio`."""
+    return [u for u in unbalances if abs(frequency_ratio(system, u) - ratio) <= _SAME_RATIO * ratio]
+
+
+def _exciter_document(
+    exciter: ExciterResponse,
+    nodes: list[End],
+    system: AssembledSystem,
+    unbalances: list[Unbalance],
+) -> dict[str, Any]:
     ratio = exciter.frequency_ratio
     moving = exciter.frequencies_rad_s > 0.0
     documents, peaks = {}, {}
@@ -190,10 +208,10 @@ def _exciter_document(exciter: ExciterResponse, nodes: list[End]) -> dict[str, A
             "minor_m": orbits.minor_m[:, at].tolist(),
             "orbit": orbits.direction[:, at].tolist(),
         }
-        found = resonance_peaks(rates, orbits.major_m[moving, at])
-        beside = np.interp([p.position_rad_s for p in found], rates, largest)
-        shown = (p for p, most in zip(found, beside, strict=True) if p.amplitude > ROUNDING * most)
-        peaks[node.label] = peak_documents(tuple(shown), ratio)
+        found = orbit_peaks(
+            system, unbalances, node, rates, orbits.major_m[moving, at], ROUNDING * largest
+        )
+        peaks[node.label] = peak_documents(found, ratio)
     return {
         "bodies": list(exciter.bodies),
         "frequency_ratio": ratio,
@@ -218,16 +236,17 @@ def run_place_map(spec: PlaceMapSpec, system: AssembledSystem, title: str) -> Ou
     found = place_map(system, places, spec.moment_kg_m, _map_speeds(spec, system, ratio))
     observe = end_of(spec.observe) if spec.observe else None
     major = found.major_m()
-    own = [found.nodes.index(place) for place in places]
+    at = [found.nodes.index(place) for place in places]
     seen = (
         major[:, :, found.nodes.index(observe)]
         if observe is not None
-        else np.stack([major[k, :, at] for k, at in enumerate(own)])
+        else np.stack([major[k, :, own] for k, own in enumerate(at)])
     )
     peaks = {}
     for k, place in enumerate(places):
         own_ratio = float(found.frequencies_rad_s[k, -1] / found.speeds_rad_s[-1])
-        turning = resonance_peaks(found.frequencies_rad_s[k], seen[k])
+        own = [Unbalance(body=place.body, interface=place.interface, moment_kg_m=spec.moment_kg_m)]
+        turning = orbit_peaks(system, own, observe or place, found.frequencies_rad_s[k], seen[k])
         peaks[place.label] = peak_documents(turning, own_ratio)
     largest = int(np.unravel_index(seen.argmax(), seen.shape)[0])
     shown = observe or places[largest]

@@ -27,7 +27,7 @@ from solidwhirl.rotordyn.pictures_run_up import (
     draw_spectrogram,
 )
 from solidwhirl.rotordyn.run_up import run_up
-from solidwhirl.rotordyn.run_up_record import EnergyBalance, RunUp
+from solidwhirl.rotordyn.run_up_record import Divergence, EnergyBalance, RunUp
 from solidwhirl.rotordyn.run_up_response import NormalisedResponse, normalised_response
 from solidwhirl.rotordyn.speed_profile import ramp_and_hold
 from solidwhirl.rotordyn.unbalance_peaks import ResonancePeak, resonance_peaks
@@ -142,16 +142,18 @@ def _document(spec: RunUpSpec, run: RunUp, spent: float) -> dict[str, Any]:
             "largest_j": _largest(run.energy),
             "largest_error_j": float(np.abs(run.energy.error_j).max()),
         },
-        "diverged": None
-        if run.stopped is None
-        else {
-            "speed_rpm": run.stopped.speed_rad_s / RPM,
-            "time_s": run.stopped.time_s,
-            "amplitude_m": run.stopped.amplitude_m,
-            "limit_m": run.stopped.limit_m,
-        },
+        "diverged": None if run.stopped is None else _divergence_document(run.stopped),
         "notes": list(run.notes),
         "checks": [asdict(check) for check in _run_up_checks(spec, run)],
+    }
+
+
+def _divergence_document(found: Divergence) -> dict[str, float]:
+    return {
+        "speed_rpm": found.speed_rad_s / RPM,
+        "time_s": found.time_s,
+        "amplitude_m": found.amplitude_m,
+        "limit_m": found.limit_m,
     }
 
 
@@ -221,6 +223,10 @@ def _complexity_document(compared: ComplexityComparison) -> dict[str, Any]:
                 "wall_time_s": compared.wall_time_s[k],
             }
             for k, name in enumerate(compared.names)
+        ],
+        "diverged": [
+            {"name": name, **_divergence_document(found)}
+            for name, found in compared.diverged.items()
         ],
     }
 

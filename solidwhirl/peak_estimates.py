@@ -8,11 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from solidwhirl.analyses_response import RPM, end_of, unbalance_of
+from solidwhirl.analyses_response import RPM, end_of, turning_at, unbalance_of
 from solidwhirl.comparators import Comparison
 from solidwhirl.outcome import Outcome
 from solidwhirl.rotordyn import AssembledSystem, End
+from solidwhirl.rotordyn.arrays import FloatArray
 from solidwhirl.rotordyn.error_forms import NOT_SUMMED
+from solidwhirl.rotordyn.orbit_peaks import orbit_peaks
 from solidwhirl.rotordyn.response_errors import unbalance_peak_errors
 from solidwhirl.rotordyn.unbalance import (
     Unbalance,
@@ -20,13 +22,13 @@ from solidwhirl.rotordyn.unbalance import (
     resolving_speeds,
     unbalance_response,
 )
-from solidwhirl.rotordyn.unbalance_peaks import ResonancePeak, resonance_peaks
+from solidwhirl.rotordyn.unbalance_peaks import ResonancePeak
 from solidwhirl.scene_analyses import AnalysisSpec, PlaceMapSpec, UnbalanceResponseSpec
 
 # Peaks of two models further apart than this (relative) are not the same.
 _FARTHEST = 0.1
-# Unbalances turn together if their ratios differ by less than this.
-_SAME_RATIO = 1e-9
+# A sample is a peak's own if it is nearer than this (relative).
+_SAME_SPEED = 1e-12
 
 
 def with_peak_estimates(
@@ -60,14 +62,11 @@ def _of_response(
     comparisons: tuple[Comparison, ...],
 ) -> Outcome:
     speeds = np.asarray(outcome.document["speed_rpm"]) * RPM
+    placed = [unbalance_of(u) for u in spec.unbalances]
     exciters = []
     for exciter in outcome.document["exciters"]:
         ratio = exciter["frequency_ratio"]
-        own = [
-            u
-            for u in map(unbalance_of, spec.unbalances)
-            if abs(frequency_ratio(system, u) - ratio) <= _SAME_RATIO * ratio
-        ]
+        own = turning_at(system, placed, ratio)
         peaks = {
             place: _estimated(system, own, end_of(place), found, speeds, comparisons)
             for place, found in exciter["peaks"].items()
@@ -103,7 +102,7 @@ def _estimated(
     if not found:
         return []
     ratio = frequency_ratio(system, unbalances[0])
-    peaks = [_as_peak(p) for p in found]
+    peaks = [_as_peak(p, np.asarray(speeds_rad_s)) for p in found]
     errors = unbalance_peak_errors(system, unbalances, node, peaks)
     position = {part: values.copy() for part, values in errors.position.items()}
     height = {part: values.copy() for part, values in errors.height.items()}
@@ -128,18 +127,19 @@ def _sum(parts: Mapping[str, float]) -> float:
     return float(sum(v for part, v in parts.items() if part not in NOT_SUMMED))
 
 
-def _as_peak(document: Mapping[str, Any]) -> ResonancePeak:
-    """A peak over the speed, its flanks as wide as its amplification says."""
+def _as_peak(document: Mapping[str, Any], speeds_rad_s: FloatArray) -> ResonancePeak:
+    """A peak over the speed, its flanks the samples beside it."""
     speed = float(document["speed_rpm"]) * RPM
     amplification = document["amplification"]
     known = amplification is not None and np.isfinite(amplification) and amplification > 0.0
-    half = 0.5 * speed / float(amplification) if known else np.nan
+    below = speeds_rad_s[speeds_rad_s < speed * (1.0 - _SAME_SPEED)]
+    above = speeds_rad_s[speeds_rad_s > speed * (1.0 + _SAME_SPEED)]
     return ResonancePeak(
         position_rad_s=speed,
         amplitude=float(document["amplitude_m"]),
         prominence=np.inf,
-        half_power_low_rad_s=speed - half,
-        half_power_high_rad_s=speed + half,
+        half_power_low_rad_s=float(below[-1]) if below.size else np.nan,
+        half_power_high_rad_s=float(above[0]) if above.size else np.nan,
         amplification=float(amplification) if known else np.nan,
     )
 
@@ -186,7 +186,13 @@ def _peaks_of(
     exciter = response.exciters[0]
     at = exciter.nodes.index(node)
     moving = exciter.frequencies_rad_s > 0.0
-    found = resonance_peaks(exciter.frequencies_rad_s[moving], exciter.orbits().major_m[moving, at])
+    found = orbit_peaks(
+        system,
+        unbalances,
+        node,
+        exciter.frequencies_rad_s[moving],
+        exciter.orbits().major_m[moving, at],
+    )
     return [replace(p, position_rad_s=p.position_rad_s / ratio) for p in found]
 
 

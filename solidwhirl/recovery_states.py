@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 
 from solidwhirl.analyses_response import RPM, end_of, sweep, unbalance_of
 from solidwhirl.rotordyn import AnalysisError, AssembledSystem, End, modes_at_speed
@@ -23,13 +22,10 @@ from solidwhirl.rotordyn.unbalance import (
     turning_load,
     unbalance_response,
 )
-from solidwhirl.rotordyn.unbalance_peaks import resonance_peaks
+from solidwhirl.rotordyn.unbalance_peaks import resonance_peaks, summit
 from solidwhirl.scene import Scene
 from solidwhirl.scene_analyses import RunUpSpec, UnbalanceResponseSpec
 from solidwhirl.scene_recovery import RecoveryStateSpec, number_text
-
-# A peak is found to this part of the distance of the samples.
-_SHARP = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -219,14 +215,10 @@ def response_peak(
     near = int(np.abs(speeds_rad_s - position).argmin())
     low, high = speeds_rad_s[max(near - 1, 0)], speeds_rad_s[min(near + 1, len(speeds_rad_s) - 1)]
 
-    def lowered(speed: float) -> float:
-        there = unbalance_response(system, unbalances, [speed]).exciters[which]
-        return -float(height(there)[0])
+    def curve(speed: float) -> float:
+        return float(height(unbalance_response(system, unbalances, [speed]).exciters[which])[0])
 
-    best = minimize_scalar(
-        lowered, bounds=(low, high), method="bounded", options={"xatol": _SHARP * (high - low)}
-    )
-    return float(best.x)
+    return summit(curve, float(low), float(high), system.knots_rad_s)
 
 
 def _speeds(spec: RecoveryStateSpec, found: Any) -> NDArray[np.float64]:

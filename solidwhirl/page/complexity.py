@@ -48,7 +48,7 @@ def complexity_chart(name: str, entry: Mapping[str, Any]) -> Chart:
         name=f"complexity-{slug(name)}",
         title=f"What simpler models miss ({name})",
         caption="Difference from the model with all modes: of the largest force, and of the "
-        "normalised response by band of frequency." + beyond(entry),
+        "normalised response by band of frequency." + beyond(entry) + _stopped(entry),
         alt="Bars of the errors of simpler models; the table has the numbers.",
         traces=traces,
         layout={
@@ -76,6 +76,15 @@ def beyond(found: Mapping[str, Any]) -> str:
         f" Nothing is excited above {top:.5g} Hz: the {'bands' if len(cut) > 1 else 'band'} "
         f"{', '.join(cut)} {'are' if len(cut) > 1 else 'is'} compared up to there only."
     )
+
+
+def _stopped(found: Mapping[str, Any]) -> str:
+    """A sentence on the models that diverged; empty without any."""
+    said = ", ".join(
+        f"{m['name']} at {m['speed_rpm']:.6g} rpm, {m['amplitude_m']:.3g} m"
+        for m in found.get("diverged", ())
+    )
+    return f" Diverged, stopped and not compared: {said}." if said else ""
 
 
 def complexity_table(found: Mapping[str, Any]) -> Table:

@@ -13,6 +13,7 @@ from solidwhirl.check_report import checks_line
 from solidwhirl.displays_results import results_text
 from solidwhirl.errors import SceneError
 from solidwhirl.estimate_documents import coupling_effect
+from solidwhirl.page.complexity import complexity_chart
 from solidwhirl.pipeline import run_scene
 from solidwhirl.results import results_document
 from solidwhirl.rotordyn.invariants import compared, undecided
@@ -305,6 +306,24 @@ def test_a_run_up_that_diverges_stops():
     stable = verdict(1e6, 100.0, [RUN])
     assert stable["analyses"]["run_up"]["diverged"] is None
     assert stable["verdict"]["alarms"] == []
+
+
+def test_a_compared_model_that_diverges_is_told_and_left_out(monkeypatch):
+    unstable = run_scene(scene(CROSS, 0.0)).system
+    monkeypatch.setattr("solidwhirl.analyses_time.rigid_bodies_system", lambda *_: unstable)
+    asked = {**RUN, "compare_flexible": [[]], "bands_hz": [[10.0, 60.0]]}
+    document = verdict(1e6, 100.0, [asked])
+    found = document["analyses"]["run_up"]
+    alone = verdict(CROSS, 0.0, [RUN])["analyses"]["run_up"]["diverged"]
+    assert found["diverged"] is None
+    assert [model["name"] for model in found["complexity"]["models"]] == ["all modes"]
+    (left,) = found["complexity"]["diverged"]
+    assert left == {"name": "no modes", **alone}
+    (alarm,) = document["verdict"]["alarms"]
+    assert alarm["kind"] == "compared model diverged"
+    assert alarm["message"].startswith(f"{left['speed_rpm']:.6g} rpm: ")
+    chart = complexity_chart("run_up", found["complexity"])
+    assert "not compared: no modes at" in chart.caption
 
 
 @pytest.mark.parametrize(

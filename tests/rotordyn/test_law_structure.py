@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import scipy.linalg as la
 from scipy.interpolate import PchipInterpolator
+from scipy.optimize import minimize_scalar
 
 from solidwhirl.rotordyn import (
     AnalysisError,
@@ -30,7 +31,9 @@ from solidwhirl.rotordyn.bearing_notes import bearing_notes
 from solidwhirl.rotordyn.complex_form import complex_form
 from solidwhirl.rotordyn.critical_speed_checks import check_critical_speeds
 from solidwhirl.rotordyn.critical_speeds import count_critical_speeds
+from solidwhirl.rotordyn.orbit_peaks import orbit_peaks
 from solidwhirl.rotordyn.plane_spectrum import planes_apart
+from solidwhirl.rotordyn.response_errors import unbalance_peak_errors
 from solidwhirl.rotordyn.rigid_superelement import rigid_superelement
 from solidwhirl.rotordyn.speed_derivative import speed_derivative
 from solidwhirl.rotordyn.stability import unstable_intervals
@@ -397,12 +400,27 @@ def test_peak_at_a_kink_of_a_law():
     placed = [Unbalance(body="rotor", interface="a", moment_kg_m=1e-5)]
     speeds = resolving_speeds(system, placed, np.linspace(0.0, 9000.0, 46) * rpm)
     response = unbalance_response(system, placed, speeds).exciters[0]
-    motion = np.abs(response.at_node("rotor", "a")).max(axis=1)
-    shown = max(p.amplitude for p in resonance_peaks(speeds, motion))
-    fine = np.linspace(2985.0, 3015.0, 20001) * rpm
-    truth = 1e-5 * max(_amplitude(laws, speed) for speed in fine)
-    assert truth > 20.0 * 1e-5 * max(_amplitude(laws, s * rpm) for s in (2980.0, 3020.0))
-    assert shown == pytest.approx(truth, rel=3e-4)
+    node, major = response.nodes[0], response.orbits().major_m[1:, 0]
+    peaks = orbit_peaks(system, placed, node, speeds[1:], major)
+    shown = max(peaks, key=lambda p: p.amplitude)
+    fine = np.linspace(2985.0, 3015.0, 2001) * rpm
+    dense = 1e-5 * np.array([_amplitude(laws, speed) for speed in fine])
+    top = int(dense.argmax())
+    truth = minimize_scalar(
+        lambda offset: -1e-5 * _amplitude(laws, fine[top] + offset),
+        bounds=(fine[top - 1] - fine[top], fine[top + 1] - fine[top]),
+        method="bounded",
+        options={"xatol": 1e-10},
+    )
+    assert dense.max() > 20.0 * 1e-5 * max(_amplitude(laws, s * rpm) for s in (2980.0, 3020.0))
+    errors = unbalance_peak_errors(system, placed, node, peaks)
+    estimate = float(errors.height_total[peaks.index(shown)])
+    assert abs(shown.amplitude / max(-truth.fun, dense.max()) - 1.0) <= estimate <= 1e-6
+    assert shown.position_rad_s == pytest.approx(fine[top] + truth.x, rel=1e-9)
+    # A height that was read wrong is seen.
+    wrong = [dataclasses.replace(shown, amplitude=(1.0 + 1e-4) * shown.amplitude)]
+    seen = unbalance_peak_errors(system, placed, node, wrong).height_total[0]
+    assert seen == pytest.approx(1e-4, rel=0.05)
 
 
 def test_critical_speeds_below_the_first_sample():

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from solidwhirl.rotordyn import AnalysisError, Bearing, End, Rotor, assemble, critical_speeds
+from solidwhirl.rotordyn.orbit_peaks import orbit_peaks
 from solidwhirl.rotordyn.orbits import elliptic_orbits
-from solidwhirl.rotordyn.unbalance import Unbalance, unbalance_response
+from solidwhirl.rotordyn.response_errors import unbalance_peak_errors
+from solidwhirl.rotordyn.unbalance import Unbalance, resolving_speeds, unbalance_response
 from solidwhirl.rotordyn.unbalance_peaks import resonance_peaks
 
 MASS, STIFFNESS, DAMPING, MOMENT = 10.0, 4e6, 200.0, 3e-4
@@ -275,6 +277,28 @@ def test_amplification_factor_is_that_of_the_damping(laval, zeta, samples):
     expected = 1 / np.sqrt(1 - 2 * zeta**2) / (high - low)
     assert peak.amplification == pytest.approx(expected, rel=1e-3)
     assert peak.amplification == pytest.approx(0.5 / zeta, rel=5 * zeta**2)
+
+
+@pytest.mark.parametrize("zeta", [1e-9, 1e-5, 0.05, 0.2])
+def test_refined_peaks_are_those_of_the_closed_form(laval, zeta):
+    """However few and far the samples are."""
+    system = laval(c=2 * zeta * np.sqrt(STIFFNESS * MASS))
+    speeds = resolving_speeds(system, [_hub_unbalance()], np.linspace(100.0, 2000.0, 12))
+    (exciter,) = unbalance_response(system, [_hub_unbalance()], speeds).exciters
+    node, major = exciter.nodes[0], exciter.orbits().major_m[:, 0]
+    (peak,) = orbit_peaks(system, [_hub_unbalance()], node, speeds, major)
+    top = MOMENT / MASS / (2 * zeta * np.sqrt(1 - zeta**2))
+    square = np.sort(np.roots([1 - 8 * zeta**2 * (1 - zeta**2), 4 * zeta**2 - 2, 1.0]))
+    found = unbalance_peak_errors(system, [_hub_unbalance()], node, [peak])
+    assert abs(peak.amplitude / top - 1.0) <= found.height_total[0]
+    if zeta < 1e-6:  # sharper than the interval it is sought in can show
+        return
+    assert found.height_total[0] <= 1e-8
+    assert peak.amplitude == pytest.approx(top, rel=1e-9)
+    if square.size == 2 and (square > 0).all() and zeta > 1e-4:
+        low, high = np.sqrt(square)
+        expected = 1 / np.sqrt(1 - 2 * zeta**2) / (high - low)
+        assert peak.amplification == pytest.approx(expected, rel=1e-6)
 
 
 def test_vertex_of_a_parabola_is_found_exactly():
