@@ -145,9 +145,7 @@ def reduction_basis(
     families = 1 if kept is None else 2
     if len(fixed) < families * modes:
         solved.append(f"of the {families * modes} modes asked for the mesh has {len(fixed)}")
-    # before their corrections: of slender bodies these nearly lie in the lowest modes, and rounding
-    # of K decides which of the two is taken for the other again
-    candidates.insert(0, at_rest)
+    candidates.append(at_rest)
     if _prestress_matters(operators, at_rest, maximum_speed_rad_s):
         for speed in (*speeds_between_rad_s, maximum_speed_rad_s):
             named = "top speed" if speed == maximum_speed_rad_s else f"{speed:.6g} rad/s"
