@@ -22,7 +22,7 @@ from solidwhirl.rotordyn.complex_form import ComplexForm, complex_form
 from solidwhirl.rotordyn.damping import NEUTRAL
 from solidwhirl.rotordyn.errors import AnalysisError
 from solidwhirl.rotordyn.left_vectors import together
-from solidwhirl.rotordyn.spectrum import scale_by_stiffness
+from solidwhirl.rotordyn.spectrum import reciprocal, scale_by_stiffness
 from solidwhirl.rotordyn.speed_derivative import Side, speed_derivative
 from solidwhirl.rotordyn.system import AssembledSystem, matrices_at_speed
 
@@ -237,14 +237,12 @@ def solve(block: Block, speed_rad_s: float) -> Spectral:
     companion = _companion(block, found.velocity, shift, lower, regular, scale)
     norm = la.norm(companion)
     inverse, vectors = la.eig(companion, overwrite_a=True, check_finite=False)
-    if not inverse.all():
-        raise AnalysisError("an eigenvalue is beyond the range of numbers")
     vectors = vectors.astype(complex)
     dual = _dual(vectors)
     right = scale[:, None] * la.solve_triangular(lower, vectors[:n], lower=True, trans="C")
     left = la.solve_triangular(lower, la.solve(regular.T, dual[:, :n].T), lower=True, trans="T")
     left = left.T * scale
-    values = shift + 1.0 / inverse
+    values = shift + reciprocal(inverse)
     norm = norm * la.norm(dual, axis=1) * la.norm(vectors, axis=0)
     tolerance = _ROUNDINGS * np.finfo(float).eps * norm * np.abs(values - shift) ** 2
     if block.is_free:

@@ -184,7 +184,9 @@ def _body(rotor: Rotor, spin_rad_s: float) -> tuple[list[FloatArray], ...]:
             squares, shapes = la.eigh(0.5 * (elastic + elastic.T), element.mass)
             rate = 2.0 * wanted.modal_ratio * np.sqrt(np.maximum(squares, 0.0))
             pushed = element.mass @ shapes
-            damping = damping + (pushed * rate) @ pushed.T
+            modal = (pushed * rate) @ pushed.T
+            # rigid motions have the root of a rounding as their frequency
+            damping = damping + free.T @ modal @ free
         velocity.append(damping)
         if spin_rad_s and element.spin_generator is not None:
             stiffness.append(-spin_rad_s * damping @ element.spin_generator)

@@ -97,6 +97,13 @@ def scale_by_stiffness(
     )
 
 
+def reciprocal(inverse: FloatArray | ComplexArray) -> ComplexArray:
+    """Return 1/μ of eigenvalues μ, or say that a root is beyond the range of numbers."""
+    if not inverse.all():
+        raise AnalysisError("an eigenvalue is beyond the range of numbers")
+    return np.asarray(1.0 / inverse)
+
+
 def cholesky_of_mass(mass: FloatArray) -> FloatArray:
     """Return the lower Cholesky factor of M, or say that M is not positive definite."""
     try:
@@ -312,10 +319,8 @@ def solve_general(
     companion[:n] = -la.solve(np.eye(n) + skew, np.hstack((rate, half)))
     companion[n:, :n] = half.T
     inverse, vectors = la.eig(companion)
-    if not inverse.all():
-        raise la.LinAlgError("an eigenvalue is beyond the range of numbers")
     shapes = scaled.scale[:, None] * la.solve_triangular(lower, vectors[:n], lower=True, trans="T")
-    values = shift + 1.0 / inverse
+    values = shift + reciprocal(inverse)
     slow = np.flatnonzero((values.imag > 0) & (np.abs(values) < _SLOW * shift))
     for at in slow[np.abs(values[slow]) > _zero_limit(scaled, reference)]:
         start = shapes[:, at] / scaled.scale

@@ -17,6 +17,7 @@ from solidwhirl.rotordyn.complex_form import ComplexForm, complex_form
 from solidwhirl.rotordyn.spectrum import (
     Spectrum,
     cholesky_of_mass,
+    reciprocal,
     scale_by_stiffness,
     solve_general,
     solve_gyroscopic,
@@ -146,7 +147,7 @@ def _damped(
         companion[:m] = la.solve(np.eye(m) + 1j * circulation, companion[:m])
     companion[m:, :m] = half.T
     inverse, vectors = la.eig(companion, overwrite_a=True, check_finite=False)
-    values = 1.0 / inverse
+    values = reciprocal(inverse)
     shapes = scale[:, None] * la.solve_triangular(lower, vectors[:m], lower=True, trans="T")
     is_real = np.abs(values.imag) <= _REAL_FRACTION * np.abs(values)
     forward = values.imag[~is_real] > 0
@@ -161,7 +162,9 @@ def _damped(
     )
 
 
-def _in_the_round(form: ComplexForm, shapes: ComplexArray, forward: ComplexArray) -> ComplexArray:
+def _in_the_round(
+    form: ComplexForm, shapes: ComplexArray, forward: npt.NDArray[np.bool_]
+) -> ComplexArray:
     """Return amplitudes of the independent coordinates for λ with Im λ > 0."""
     none = np.zeros_like(shapes)
     along = np.where(forward, shapes, none)

@@ -95,7 +95,8 @@ def plate_matrices(
     walls = [wall_of(cell, plate_center_m(plate)) for cell in plate.cells]
     spin = None if rings is None or motion != "tilt" else spin_of(plate.cells, line, *rings)
     holds = _holds(plate, line.value.shape[1], motion, edges)
-    return _reduced(holds, (*_assembled(line, walls, motion), spin), modes)
+    rigid = _rigid(line.node_radius, motion).ravel()
+    return _reduced(holds, (*_assembled(line, walls, motion), spin), rigid, modes)
 
 
 def disk_frequencies_hz(plate: Plate, count: int = 3) -> FloatArray:
@@ -156,6 +157,18 @@ class _Hold(NamedTuple):
     outer: bool
 
 
+def _rigid(radius: FloatArray, motion: PlateMotion) -> FloatArray:
+    """Return the fields of a unit rigid motion at some radii, shape (fields, radii)."""
+    one = np.ones_like(radius)
+    fields = {
+        "tilt": [radius, one, one],
+        "shift": [one, one],
+        "axial": [one, 0.0 * one],
+        "torsion": [radius],
+    }
+    return np.array(fields[motion])
+
+
 def _holds(
     plate: Plate, nodes: int, motion: PlateMotion, edges: tuple[Edge | None, Edge | None]
 ) -> list[_Hold]:
@@ -165,12 +178,7 @@ def _holds(
     for edge, at, radius in zip(edges, (0, nodes - 1), radii, strict=True):
         if edge is None:
             continue
-        values = {
-            "tilt": np.array([radius, 1.0, 1.0]),
-            "shift": np.array([1.0, 1.0]),
-            "axial": np.array([1.0, 0.0]),
-            "torsion": np.array([radius]),
-        }[motion]
+        values = _rigid(np.array([radius]), motion)[:, 0]
         loose, stiffness = np.zeros((0, values.size)), 0.0
         if edge.root is None and not edge.rigid:
             # the mean of a thin rim: its own roll and stretch are free
@@ -194,6 +202,7 @@ def _holds(
 def _reduced(
     holds: list[_Hold],
     matrices: tuple[FloatArray, FloatArray, FloatArray, Spin | None],
+    rigid: FloatArray,
     modes: int,
 ) -> PlateMatrices:
     mass, stiffness, gyroscopic, spin = matrices
@@ -204,6 +213,9 @@ def _reduced(
     boundary = np.array([hold.motion for hold in holds]).T
     soft = free.T @ stiffness @ free + np.diag(springs)
     static = -la.solve(soft, free.T @ stiffness @ boundary, assume_a="pos")
+    # all edges together move the plate rigidly; a thin plate loses digits of that in K
+    exact = np.concatenate((rigid[inside], np.zeros(springs.size - inside.size)))
+    static += (exact - static.sum(axis=1))[:, None] / len(holds)
     omega, shapes = solve_standing(scale_by_stiffness(soft, free.T @ mass @ free))
     whole = np.hstack((boundary + free @ static, free @ shapes[:, :modes]))
     count = boundary.shape[1]

@@ -16,13 +16,17 @@ POINTS_PER_CELL = _ELEMENTS * (_DEGREE + 2)
 
 
 class Line(NamedTuple):
-    """Finite elements along the radius: Gauss points with values and slopes of all nodes."""
+    """Finite elements along the radius: Gauss points with values and slopes of all nodes.
+
+    `node_radius` is that of the nodes, the others are those of the points.
+    """
 
     radius: FloatArray
     weight: FloatArray
     value: FloatArray
     slope: FloatArray
     cell: tuple[int, ...]
+    node_radius: FloatArray
 
 
 class Wall(NamedTuple):
@@ -68,17 +72,18 @@ def line_of(cells: tuple[Cell, ...]) -> Line:
     nodes = _DEGREE * len(owner) + 1
     size = len(owner) * points.size
     value, slope = np.zeros((size, nodes)), np.zeros((size, nodes))
-    radius, weight = np.zeros(size), np.zeros(size)
+    radius, weight, node_radius = np.zeros(size), np.zeros(size), np.zeros(nodes)
     for k in range(len(owner)):
         half = 0.5 * (ends[k + 1] - ends[k])
         rows = slice(k * points.size, (k + 1) * points.size)
         columns = slice(k * _DEGREE, (k + 1) * _DEGREE + 1)
         radius[rows] = ends[k] + half * (points + 1.0)
+        node_radius[columns] = ends[k] + half * (local + 1.0)
         weight[rows] = half * weights
         value[rows, columns] = powers @ inverse
         slope[rows, columns] = rates @ inverse / half
     cells_of_points = tuple(k for k in owner for _ in range(points.size))
-    return Line(radius, weight, value, slope, cells_of_points)
+    return Line(radius, weight, value, slope, cells_of_points, node_radius)
 
 
 def wall_of(cell: Cell, center_m: float) -> Wall:

@@ -15,6 +15,8 @@ from solidwhirl.rotordyn.spectrum import scale_by_stiffness, solve_standing
 from solidwhirl.rotordyn.superelement import Coordinate
 from solidwhirl.rotordyn.superelement_checks import MOTIONS, Component
 
+IntArray = npt.NDArray[np.int_]
+
 # Coordinates of one family at an interface in the plane of x, and in that of y with their signs.
 _IN_X: dict[Family, tuple[tuple[Component, float], ...]] = {
     "lateral": (("ux", 1.0), ("ry", 1.0)),
@@ -102,6 +104,7 @@ def reduced_family(
         static = -la.solve(stiffness[inside], coupling, assume_a="pos")
         omega, shapes = solve_standing(scale_by_stiffness(stiffness[inside], mass[inside]))
         condensed = condensed + coupling.T @ static
+        static = _moving_rigidly(static, whole.rigid[kept], inner, boundary)
     count = omega.size if modes is None else min(modes, omega.size)
     # numbers far apart can leave fewer modes than coordinates
     basis = np.zeros((kept.size, boundary.size + count))
@@ -128,6 +131,14 @@ def reduced_family(
         omega[:count] / (2.0 * np.pi),
         free / (2.0 * np.pi),
     )
+
+
+def _moving_rigidly(
+    static: FloatArray, rigid: FloatArray, inner: IntArray, boundary: IntArray
+) -> FloatArray:
+    """Return static shapes whose rigid motions are exact, which stiff elements have rounded."""
+    lost = rigid[inner] - static @ rigid[boundary]
+    return np.asarray(static + lost @ np.linalg.pinv(rigid[boundary]))
 
 
 def _tied(layout: Layout, size: int, per_node: int) -> tuple[FloatArray, FloatArray]:

@@ -28,6 +28,7 @@ from solidwhirl.rotordyn.dynamic_stiffness import (
 )
 from solidwhirl.rotordyn.mode_checks import check_campbell, check_modes_at_rest
 from solidwhirl.rotordyn.plain_checks import ROOTS
+from solidwhirl.rotordyn.plain_system import PlainSystem
 from solidwhirl.rotordyn.system_checks import check_matrices, check_system
 
 RPM = np.pi / 30.0
@@ -441,3 +442,15 @@ def test_a_check_that_can_not_be_made_does_not_end_the_run(systems, results, mon
     at_rest, diagram, _ = results["two planes"]
     checks = check_system(systems["two planes"], at_rest, diagram, {})
     assert [(c.where, c.reason) for c in checks if c.passed is None] == [("Campbell diagram", "no")]
+
+
+def test_rigid_motion_of_a_body_is_not_damped_from_within(inner):
+    """C R = 0, to the roundings of C and not to their root."""
+    material = InternalDamping(modal_ratio=1e-2)
+    rotor = Rotor(element=inner, speed_ratio=1.0, internal_damping=material)
+    plain = PlainSystem.of(assemble({"rotor": rotor}, ()))
+    damping = plain.at(0.0).velocity
+    rigid = inner.rigid_body_modes[:, inner.rigid_body_present]
+    force, size = np.abs(damping @ rigid), np.abs(damping) @ np.abs(rigid)
+    assert damping.any()
+    assert (force <= 1e-12 * size).all()
