@@ -142,7 +142,7 @@ def test_markdown_is_escaped_and_plain_text_is_not():
 @pytest.mark.solver
 def test_quiet_batch_names_what_failed(scene, tmp_path):
     bad = tmp_path / "bad.toml"
-    text = RIGID.replace("mass_kg = 10.0", "mass_kg = 1e-300").replace('"rotor"', '"bad"', 1)
+    text = RIGID.replace("mass_kg = 10.0", "mass_kg = 1e-29").replace('"rotor"', '"bad"', 1)
     bad.write_text(text, encoding="utf-8")
     done = CliRunner().invoke(
         app, ["batch", scene, str(bad), "--out", str(tmp_path / "b"), "--no-pictures", "-q"]
