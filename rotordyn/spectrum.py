@@ -231,7 +231,12 @@ def _gyroscopic_semidefinite(
     positive = n - scaled.zero_count + _nutation_count(scaled, skew, lowest)
     order = np.argsort(omega, kind="stable")[omega.size - positive :][:count]
     velocity = la.solve_triangular(lower, vectors[:n, order], lower=True, trans="T")
-    return omega[order], velocity / (1j * omega[order])
+    omega, shapes = omega[order], velocity / (1j * omega[order])
+    for at in np.flatnonzero(omega < shift):
+        start = (1j * omega[at], shapes[:, at])
+        value, shapes[:, at] = _iterated(*start, scaled.stiffness, skew, scaled.mass)
+        omega[at] = value.imag
+    return omega, shapes
 
 
 def _nutation_count(scaled: Scaled, skew: FloatArray, lowest: float) -> int:

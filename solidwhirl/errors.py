@@ -35,12 +35,28 @@ def markdown_text(text: str) -> str:
     text
         May hold what stands in a file.
     """
-    plain = clean(" ".join(text.split("\n"))).replace("&", "&amp;")
-    plain = plain.replace("<", "&lt;").replace(">", "&gt;")
-    plain = re.sub(r"([\\`*\[\]|~$])", r"\\\1", plain)
-    # underscores within words are letters; these begin emphasis, headings, lists and rules
-    plain = re.sub(r"(?<!\w)(_+)|(_+)(?!\w)", lambda m: "".join(f"\\{c}" for c in m[0]), plain)
-    return re.sub(r"^(\s*(?:\d+(?=[.)])|(?=[-+=#])))", r"\1\\", plain)
+    plain = markdown_cell(text)
+    # these begin headings, lists, rules, definitions of links
+    plain = re.sub(r"^(?=#|\[|[-+](?:\s|$)|(?:=+|-+)$)", r"\\", plain)
+    return re.sub(r"^(\d+)(?=[.)](?:\s|$))", r"\1\\", plain)
+
+
+def markdown_cell(text: str) -> str:
+    """Return a text for a cell of a table, where numbers, signs and keys begin no markup.
+
+    Parameters
+    ----------
+    text
+        As for `markdown_text`.
+    """
+    plain = clean(" ".join(text.split("\n"))).strip()
+    plain = re.sub(r"&(?=#?\w+;)", "&amp;", plain)
+    # comparisons and arrows are no tags
+    plain = re.sub(r"<(?=[A-Za-z/!?])", "&lt;", plain)
+    plain = re.sub(r"(?<![\s-])>", "&gt;", plain)
+    plain = re.sub(r"([\\`*|~$]|\](?=\())", r"\\\1", plain)
+    # underscores within words are letters
+    return re.sub(r"(?<!\w)(_+)|(_+)(?!\w)", lambda m: "".join(f"\\{c}" for c in m[0]), plain)
 
 
 class SceneError(ValueError):

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from solidwhirl.check_report import checks_text
-from solidwhirl.errors import markdown_text
+from solidwhirl.errors import markdown_cell, markdown_text
 from solidwhirl.estimate_documents import (
     coupling_effect,
     coupling_text,
@@ -310,5 +310,5 @@ def _cost(document: dict[str, Any]) -> str:
 def _table(head: Iterable[Any], rows: Iterable[Iterable[Any]]) -> str:
     titles = [str(h) for h in head]
     lines = ["| " + " | ".join(titles) + " |", "|" + "---|" * len(titles)]
-    lines += ["| " + " | ".join(markdown_text(str(v)) for v in row) + " |" for row in rows]
+    lines += ["| " + " | ".join(markdown_cell(str(v)) for v in row) + " |" for row in rows]
     return "\n".join(lines)

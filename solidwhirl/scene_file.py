@@ -120,9 +120,9 @@ def parse_scene(
         scene = Scene.model_validate(data, context={"folder": folder or Path(path).parent})
     except ValidationError as error:
         found = error.errors(include_url=False)
-        problems = [_explain(e) for e in found[:_MAXIMUM_PROBLEMS]]
-        left = len(found) - len(problems)
-        problems += [f"and {left} more problems"] if left else []
+        problems = [line for e in found[:_MAXIMUM_PROBLEMS] for line in _explained(e)]
+        left = len(found) - _MAXIMUM_PROBLEMS
+        problems += [f"and {left} more problems"] if left > 0 else []
         raise SceneError(path, problems) from error
     scene, problems = with_files_read(scene)
     if problems:
@@ -169,6 +169,19 @@ def with_model(scene: Scene, *, level: str | None, accuracy: float | None) -> Sc
 
 # Why no table of numbers is allowed.
 _ISOTROPIC = {"materials": ": materials are isotropic and the same at all speeds"}
+
+
+def _explained(error: Any) -> list[str]:
+    """Lines for one of pydantic's errors; where a kind is missing, its key may be misspelt."""
+    lines = [_explain(error)]
+    if error["type"] == "union_tag_not_found" and isinstance(error.get("input"), dict):
+        location, union = _in_file(error["loc"])
+        known = {key for record in _kinds(union).values() for key in record.model_fields}
+        for key in [k for k in error["input"] if k not in known][:_MAXIMUM_PROBLEMS]:
+            near = difflib.get_close_matches(key[:_LONGEST_VALUE], known, n=1, cutoff=0.6)
+            hint = f"; did you mean {near[0]!r}?" if near else ""
+            lines.append(f"{_key((*location, key))}: unknown key{hint}")
+    return lines
 
 
 def _explain(error: Any) -> str:

@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from solidwhirl.cli import app
-from solidwhirl.errors import markdown_text
+from solidwhirl.errors import markdown_cell, markdown_text
 from solidwhirl.run_folder import claimed
 
 RIGID = """
@@ -131,6 +131,12 @@ def test_markdown_is_escaped_and_plain_text_is_not():
     assert markdown_text("a_b at 5 % of 3 mm, -1 is_x") == "a_b at 5 % of 3 mm, -1 is_x"
     assert markdown_text("_x_ `y`\n2. z") == r"\_x\_ \`y\` 2. z"
     assert markdown_text("1. a") == r"1\. a"
+    assert markdown_text("[a]: b [c](d) &lt;") == r"\[a]: b [c\](d) &amp;lt;"
+    for begins in ("#", "-", "- a", "+ a", "---", "===", "> a"):
+        assert markdown_text(begins)[0] in "\\&"
+    for plain in ("9850.4", "-1.2e-02", "analyses[1].to_rpm: <= 3 or > 5 & a -> b"):
+        assert markdown_text(plain) == markdown_cell(plain) == plain
+    assert markdown_cell("-") == "-"
 
 
 @pytest.mark.solver

@@ -73,6 +73,7 @@ BODY = {
     "fixed_interface_frequencies_hz",
 }
 BODY_RECORDS = {
+    "interfaces",
     "element_order",
     "modes_per_family",
     "free_frequency_error_estimate",
@@ -267,6 +268,7 @@ def test_critical_speeds(document):
             "excited_by",
             "excited",
             "excited_why",
+            "interface_motion",
             *ESTIMATE,
         }
         # both shafts turn at the reference speed: synchronous means f = rpm / 60

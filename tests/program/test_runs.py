@@ -108,10 +108,13 @@ def _content(out):
 def test_run_replaces_what_was_there(run, small_scene, tmp_path):
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "mine.txt").write_text("kept", encoding="utf-8")
-    (tmp_path / "out" / "results.json").write_text("old", encoding="utf-8")
+    assert run({**small_scene(), "name": "before"}).exit_code == 0
     assert run(small_scene()).exit_code == 0
     assert (tmp_path / "out" / "mine.txt").read_text(encoding="utf-8") == "kept"
-    assert json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8"))["schema"]
+    assert (
+        json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8"))["scene"]["name"]
+        == "small"
+    )
 
 
 @pytest.mark.parametrize("rpm", [None, (12000.0,)])
