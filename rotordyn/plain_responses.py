@@ -10,7 +10,7 @@ import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray
-from solidwhirl.rotordyn.damping import NEUTRAL
+from solidwhirl.rotordyn.damping import NEUTRAL, ROUNDING
 from solidwhirl.rotordyn.invariants import Invariant, compared
 from solidwhirl.rotordyn.mode_counts import full_spectrum
 from solidwhirl.rotordyn.parts import End
@@ -244,7 +244,9 @@ def check_stability(
 
 
 def growth_sign(matrices: PlainMatrices, speed_rad_s: float) -> int:
-    """Return 1 if a motion grows beyond doubt, −1 if all decay or are neutral, 0 in doubt.
+    """Return 1 if a motion grows beyond doubt, −1 if all decay, 0 in doubt or neutral.
+
+    Growth too slow to count belongs to an interval that is open down to where the motion decays.
 
     Parameters
     ----------
@@ -256,7 +258,7 @@ def growth_sign(matrices: PlainMatrices, speed_rad_s: float) -> int:
     rates = np.abs(np.diag(matrices.stiffness)) / np.diag(matrices.mass)
     shift = max(float(np.sqrt(np.median(rates))), abs(speed_rad_s), 1.0)
     values = full_spectrum(matrices, shift)
-    growing = values[(values.real > 0.1 * NEUTRAL * np.abs(values)) & (values.imag >= 0)]
+    growing = values[(values.real > -ROUNDING * np.abs(values)) & (values.imag >= 0)]
     for value in growing[np.abs(growing) > _STILL * shift]:
         found = root_error(matrices, complex(value))
         rounding = ROUNDINGS * found.rounding + 10.0 * found.distance
