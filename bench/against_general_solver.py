@@ -431,8 +431,8 @@ def _stability(system, scene, document, samples):
                 continue
             # between the two ends it must be beyond doubt that something grows, or does not
             middle = 0.5 * (found + right)
-            sides = [general.is_unstable(system, middle, doubt) for doubt in (0.1, 10.0)]
-            if sides[0] == sides[1]:
+            surely, possibly = general.growth(system, middle)
+            if surely == possibly:
                 yield Disagreement(
                     kind="end of an unstable interval",
                     rpm=right / RPM,
@@ -444,7 +444,7 @@ def _stability(system, scene, document, samples):
             e[0] <= high + tolerance(high) and e[1] >= low - tolerance(low) for e in expected
         ):
             middle = 0.5 * (low + high)
-            if not general.is_unstable(system, middle, 0.1):
+            if not general.growth(system, middle)[1]:
                 yield Disagreement(
                     kind="unstable interval invented",
                     rpm=middle / RPM,

@@ -332,7 +332,8 @@ def _damped(
     fronts = follow(assembled, speeds, all_below(assembled, ratio * limit / (2.0 * np.pi)))
     found = _meetings(assembled, fronts, ratio)
     found.sort(key=lambda item: item.speed)
-    values = np.array([item.value for item in found], dtype=complex)
+    # Im λ = αΩ here but for rounding, which is no small part of it where Re λ is far larger
+    values = np.array([complex(m.value.real, ratio * m.speed) for m in found], dtype=complex)
     shapes = np.array([item.shape for item in found], dtype=complex).reshape(-1, assembled.size)
     return np.array([item.speed for item in found]), shapes.T, log_decrement(values)
 

@@ -17,7 +17,7 @@ import scipy.linalg as la
 from scipy.optimize import linear_sum_assignment
 from scipy.sparse.csgraph import connected_components
 
-from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.arrays import BoolArray, ComplexArray, FloatArray
 from solidwhirl.rotordyn.complex_form import ComplexForm, complex_form
 from solidwhirl.rotordyn.damping import NEUTRAL
 from solidwhirl.rotordyn.errors import AnalysisError
@@ -251,6 +251,7 @@ def solve(block: Block, speed_rad_s: float) -> Spectral:
     product = product + 2.0 * values * _diagonal(left, block.mass @ right)
     alive = (values != 0) & (np.abs(product) > 0)
     left = np.where(alive[:, None], left / np.where(alive, product, 1.0)[:, None], 0.0)
+    values, tolerance = _sharpened(block, found, _Roots(values, right, left, tolerance), alive)
     return Spectral(
         speed_rad_s=speed_rad_s,
         values=values,
@@ -260,6 +261,44 @@ def solve(block: Block, speed_rad_s: float) -> Spectral:
         tolerance=np.where(alive, np.maximum(NEUTRAL * np.abs(values), tolerance), np.inf),
         coefficients=found,
     )
+
+
+class _Roots(NamedTuple):
+    """Eigenvalues, their vectors and the rounding of the values."""
+
+    values: ComplexArray
+    right: ComplexArray
+    left: ComplexArray
+    tolerance: FloatArray
+
+
+def _sharpened(
+    block: Block, found: Coefficients, roots: _Roots, alive: BoolArray
+) -> tuple[ComplexArray, FloatArray]:
+    """Return eigenvalues after a step of Newton's method, and what rounding is left of them.
+
+    The eigensolver errs by the rounding of the largest entry; y D(λ) x by that of its own terms,
+    and by the square of the error of the vectors, which is the rounding over the distance to the
+    next root. Entries are sums in which as much as (K_ii K_jj)^½ may have cancelled.
+    """
+    values, right, left, tolerance = roots
+    stiff = np.sqrt(np.abs(np.diag(found.stiffness)))
+    miss, size = np.zeros_like(values), np.zeros_like(tolerance)
+    for power, matrix, cancelled in (
+        (2, block.mass, 0.0),
+        (1, found.velocity, 0.0),
+        (0, found.stiffness, np.outer(stiff, stiff)),
+    ):
+        miss += values**power * _diagonal(left, matrix @ right)
+        largest = np.maximum(np.abs(matrix), cancelled)
+        size += np.abs(values) ** power * (np.abs(left) * (largest @ np.abs(right)).T).sum(axis=1)
+    apart = np.abs(values[:, None] - values)
+    np.fill_diagonal(apart, np.inf)
+    apart = np.maximum(apart.min(axis=1, initial=np.inf), tolerance)
+    second = np.where(alive, tolerance, 0.0) ** 2 / np.where(alive, apart, 1.0)
+    left_over = _ROUNDINGS * np.finfo(float).eps * size + second
+    better = alive & (left_over < tolerance) & (np.abs(miss) <= tolerance)
+    return np.where(better, values - miss, values), np.where(better, left_over, tolerance)
 
 
 def _companion(

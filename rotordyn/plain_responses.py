@@ -10,7 +10,7 @@ import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray
-from solidwhirl.rotordyn.damping import NEUTRAL
+from solidwhirl.rotordyn.damping import NEUTRAL, ROUNDING
 from solidwhirl.rotordyn.invariants import Invariant, compared
 from solidwhirl.rotordyn.mode_counts import full_spectrum
 from solidwhirl.rotordyn.parts import End
@@ -203,7 +203,7 @@ def _major(amplitude: ComplexArray) -> FloatArray:
 
 def check_stability(
     plain: PlainSystem,
-    intervals_rad_s: Sequence[tuple[float, float]],
+    intervals_rad_s: Sequence[tuple[float, float, float]],
     range_rad_s: tuple[float, float],
     marks_rad_s: Sequence[float],
     where: str,
@@ -215,7 +215,7 @@ def check_stability(
     plain
         The system.
     intervals_rad_s
-        Lowest and highest speed of each, rising.
+        Lowest and highest speed of each, rising, and that of the largest growth.
     range_rad_s
         Of the speeds that were searched.
     marks_rad_s
@@ -224,17 +224,21 @@ def check_stability(
         Name of the analysis.
     """
     low, high = range_rad_s
-    ends = [end for interval in intervals_rad_s for end in interval]
+    ends = [end for low_end, high_end, _ in intervals_rad_s for end in (low_end, high_end)]
+    tops = {top for _, _, top in intervals_rad_s}
     inner = sorted({m for m in marks_rad_s if low < m < high})
     looked = {low, high, *inner, *(0.5 * (a + b) for a, b in _pairs([low, *inner, high]))}
     looked |= {0.5 * (a + b) for a, b in _pairs(sorted({low, *ends, high}))}
     looked |= {end * (1.0 + side) for end in ends for side in (-_END, _END)}
     faults = []
+    looked |= tops
     for speed in sorted(s for s in looked if low <= s <= high):
-        if any(abs(speed - end) < 0.5 * _END * end for end in ends):
+        if speed not in tops and any(abs(speed - end) < 0.5 * _END * end for end in ends):
             continue
-        inside = any(a <= speed <= b for a, b in intervals_rad_s)
-        grows = growth_sign(plain.at(float(speed)), float(speed))
+        inside = any(a <= speed <= b for a, b, _ in intervals_rad_s)
+        # growth too slow to count belongs to an interval, but it is not all of it
+        least = 0.1 * NEUTRAL if speed in tops else -ROUNDING
+        grows = growth_sign(plain.at(float(speed)), float(speed), least)
         if (inside and grows < 0) or (not inside and grows > 0):
             found = "all decays" if inside else "a motion grows"
             faults.append(f"{found} at {speed * _RPM:.9g} rpm")
@@ -243,8 +247,8 @@ def check_stability(
     return (compared(name, where, len(faults), 0.0, "stability", text),)
 
 
-def growth_sign(matrices: PlainMatrices, speed_rad_s: float) -> int:
-    """Return 1 if a motion grows beyond doubt, −1 if all decay or are neutral, 0 in doubt.
+def growth_sign(matrices: PlainMatrices, speed_rad_s: float, least: float) -> int:
+    """Return 1 if a motion grows beyond doubt, −1 if none grows, 0 in doubt.
 
     Parameters
     ----------
@@ -252,11 +256,13 @@ def growth_sign(matrices: PlainMatrices, speed_rad_s: float) -> int:
         Of the speed.
     speed_rad_s
         Ω.
+    least
+        Re λ up to this part of |λ| is no growth.
     """
     rates = np.abs(np.diag(matrices.stiffness)) / np.diag(matrices.mass)
     shift = max(float(np.sqrt(np.median(rates))), abs(speed_rad_s), 1.0)
     values = full_spectrum(matrices, shift)
-    growing = values[(values.real > 0.1 * NEUTRAL * np.abs(values)) & (values.imag >= 0)]
+    growing = values[(values.real > least * np.abs(values)) & (values.imag >= 0)]
     for value in growing[np.abs(growing) > _STILL * shift]:
         found = root_error(matrices, complex(value))
         rounding = ROUNDINGS * found.rounding + 10.0 * found.distance

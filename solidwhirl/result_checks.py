@@ -56,7 +56,8 @@ def analysis_result_checks(
 def _stability(plain: PlainSystem, document: Mapping[str, Any], name: str) -> tuple[Invariant, ...]:
     speeds = np.array(document["speed_rpm"]) * _RPM
     rows = document["unstable_intervals"]
-    intervals = [(row["from_rpm"] * _RPM, row["to_rpm"] * _RPM) for row in rows]
+    keys = ("from_rpm", "to_rpm", "largest_growth_at_rpm")
+    intervals = [(row[keys[0]] * _RPM, row[keys[1]] * _RPM, row[keys[2]] * _RPM) for row in rows]
     some = speeds[np.linspace(0, speeds.size - 1, min(speeds.size, _MOST)).astype(int)]
     marks = [*some.tolist(), *plain.knots_rad_s]
     return check_stability(plain, intervals, (0.0, float(speeds.max())), marks, name)

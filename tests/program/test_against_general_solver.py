@@ -30,6 +30,20 @@ def test_no_number_is_wrong_in_silence(compare, first):
     assert not {o.number: told(o) for o in found if o.is_defect}
 
 
+@pytest.mark.parametrize(
+    "number",
+    [
+        pytest.param(286, id="damped far beyond its frequency"),
+        pytest.param(303, id="growth that begins too slow to count"),
+        pytest.param(320, id="slow growth beside fast decay"),
+        pytest.param(332, id="two excitations of overdamped bearings"),
+    ],
+)
+def test_hard_systems_pass_every_check(compare, number):
+    found = compare(number, samples=100)
+    assert told(found) == [""]
+
+
 @pytest.mark.verify
 @pytest.mark.parametrize("first", range(1000, 1500, 25))
 def test_many_systems(compare, first):

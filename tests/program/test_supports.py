@@ -159,7 +159,7 @@ def test_a_missing_bearing_is_named_everywhere(tmp_path, small_scene, root):
     (doubt,) = document["doubts"]
     assert doubt["key"] == "bearings" and said in doubt["message"]
     report = (tmp_path / "out" / "report.md").read_text("utf-8")
-    assert "## Doubts" in report and said in report
+    assert "**warning:** bearings" in report and said in report
     page = (tmp_path / "out" / "report.html").read_text("utf-8")
     assert "is held by one bearing only" in page
 

@@ -39,12 +39,13 @@ class Law:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class General:
-    """M, C, G, K (n, n) at unit speed of the reference shaft, and the laws."""
+    """M, C, G, K (n, n) at unit speed of the reference shaft, the terms of K, and the laws."""
 
     mass: np.ndarray
     damping: np.ndarray
     gyroscopic: np.ndarray
     stiffness: np.ndarray
+    terms: np.ndarray
     laws: tuple[Law, ...]
     seats: dict = field(default_factory=dict)
     ratios: dict = field(default_factory=dict)
@@ -62,6 +63,13 @@ class General:
             stiffness = stiffness + law.motion.T @ k @ law.motion
             damping = damping + law.motion.T @ c @ law.motion
         return self.mass, damping, stiffness
+
+    def cancelled(self, speed):
+        """Sizes of the terms that K at a speed is the sum of, which its rounding goes by."""
+        return self.terms + sum(
+            np.abs(w.motion).T @ np.abs(w.pair(abs(w.ratio * speed))[0]) @ np.abs(w.motion)
+            for w in self.laws
+        )
 
 
 class Spectrum(NamedTuple):
@@ -91,7 +99,7 @@ def general(scene) -> General:
             rows[0, ry], rows[1, rx] = arm, -arm  # u = t + θ × z
             seats[f"{name}.{place}"] = rows
     ratios = {name: body.get("speed_ratio", 0.0) for name, body in bodies.items()}
-    damping, stiffness = np.zeros((n, n)), np.zeros((n, n))
+    damping, stiffness, terms = (np.zeros((n, n)) for _ in range(3))
     laws, held = [], []
     for bearing in scene.get("bearings", ()):
         rows = seats[bearing["first"]]
@@ -109,12 +117,14 @@ def general(scene) -> General:
             laws.append(Law(motion=rows[:2], ratio=ratio, pair=pair, knots_rad_s=knots))
             k[:2, :2] = c[:2, :2] = 0.0
         stiffness += rows.T @ k @ rows
+        terms += np.abs(rows).T @ np.abs(k) @ np.abs(rows)
         damping += rows.T @ c @ rows
     for gear in scene.get("gears", ()):
         teeth = seats[gear["first"]][5] - seats[gear["second"]][5] / gear["ratio"]
         if "mesh_stiffness_n_per_m" in gear:
             teeth = teeth * gear["base_radius_first_m"]
             stiffness += gear["mesh_stiffness_n_per_m"] * np.outer(teeth, teeth)
+            terms += gear["mesh_stiffness_n_per_m"] * np.abs(np.outer(teeth, teeth))
             damping += gear.get("mesh_damping_n_s_per_m", 0.0) * np.outer(teeth, teeth)
         else:
             held.append(teeth)
@@ -130,6 +140,7 @@ def general(scene) -> General:
         damping=inside(damping),
         gyroscopic=inside(gyroscopic),
         stiffness=inside(stiffness),
+        terms=np.abs(basis).T @ terms @ np.abs(basis),
         laws=laws,
         seats={key: rows @ basis for key, rows in seats.items()},
         ratios=ratios,
@@ -217,7 +228,13 @@ def spectrum(system: General, speed) -> Spectrum:
     values, left, right = la.eig(state, left=True, right=True)
     along = np.abs(np.einsum("ij,ij->j", left.conj(), right))
     condition = la.norm(left, axis=0) * la.norm(right, axis=0) / np.maximum(along, 1e-300)
-    return Spectrum(values, 8.0 * EPS * la.norm(state, 2) * condition)
+    # the entries of K are rounded before the state matrix is made of them
+    n = len(system.mass)
+    lower = np.abs(la.inv(la.cholesky(system.mass, lower=True)))
+    terms = lower @ system.cancelled(speed) @ lower.T / state[0, n]
+    moved = np.einsum("ij,ij->j", np.abs(left[n:]), terms @ np.abs(right[:n]))
+    bound = la.norm(state, 2) * condition + moved / np.maximum(along, 1e-300)
+    return Spectrum(values, 8.0 * EPS * bound)
 
 
 def _congruent(lower, matrix):
@@ -295,8 +312,8 @@ def _changed(system, low, high, first):
     return 0.5 * (low + high)
 
 
-def is_unstable(system, speed, doubt=1.0):
-    """Whether a motion grows by more than `doubt` times rounding and 1e-8 of its frequency."""
+def is_unstable(system, speed):
+    """Whether a motion grows by more than rounding and 1e-8 of its frequency."""
     values = la.eigvals(state_matrix(system, speed))
     size = np.abs(values).max(initial=0.0)
     rate = values.real.max(initial=0.0)
@@ -306,7 +323,20 @@ def is_unstable(system, speed, doubt=1.0):
         return True
     found = spectrum(system, speed)
     allowed = 30.0 * found.rounding + NEUTRAL * np.abs(found.values) + 1e-14 * size
-    return bool((found.values.real > doubt * allowed).any())
+    return bool((found.values.real > allowed).any())
+
+
+def growth(system, speed):
+    """Whether some motion grows beyond doubt, and whether one may: (bool, bool).
+
+    Doubt is what rounding may add or take, and a factor of ten in what counts as neutral, as
+    intervals may be open down to where nothing grows at all.
+    """
+    found = spectrum(system, speed)
+    doubt = 30.0 * found.rounding + 1e-14 * np.abs(found.values).max(initial=0.0)
+    rate, neutral = found.values.real, NEUTRAL * np.abs(found.values)
+    possibly = (rate > 0.1 * neutral - doubt) & motions(found)
+    return bool((rate > 10.0 * neutral + doubt).any()), bool(possibly.any())
 
 
 def response(system: General, unbalances, speeds):
