@@ -98,7 +98,7 @@ def follow(
         those that the spin lifts from zero first, equal ones by that at the next speed; then those
         that begin at a speed, by that speed.
     """
-    for count in (min(assembled.size, selection.first_count), assembled.size):
+    for count in sorted({min(assembled.size, selection.first_count), assembled.size}):
         tracker = Tracker(assembled, count, selection.needed)
         ways = _way(assembled, speeds_rad_s, 1.0), _way(assembled, speeds_rad_s, -1.0)
         toward = (*ways[0], *ways[1], 0.0)[0]

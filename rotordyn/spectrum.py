@@ -6,13 +6,16 @@ among ones, and find 1/λ (or 1/(λ − shift)), so that the lowest modes are th
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.errors import AnalysisError
+
+Matrix = npt.NDArray[Any]
 
 # A coordinate softer than this fraction of the stiffest of the bodies is scaled by its mass.
 _SOFT = 1e-3
@@ -53,6 +56,14 @@ class Spectrum(NamedTuple):
     eigenvalues: ComplexArray
     shapes: ComplexArray
     real_eigenvalues: FloatArray
+
+
+class Eigenvalues(NamedTuple):
+    """All eigenvalues, shapes (n, 2n), and the size below which an eigenvalue is zero."""
+
+    values: ComplexArray
+    shapes: ComplexArray
+    zero_limit: float
 
 
 def scale_by_stiffness(
@@ -268,7 +279,7 @@ def _nutation_count(scaled: Scaled, skew: FloatArray, lowest: float) -> int:
     return int(np.count_nonzero(rates > limit)) // 2
 
 
-def _lowest_frequency(scaled: Scaled, skew: FloatArray) -> float:
+def _lowest_frequency(scaled: Scaled, skew: Matrix) -> float:
     """Return a positive frequency of the order of the lowest mode, rad/s."""
     standing, _ = solve_standing(scaled)
     if standing.size:
@@ -324,35 +335,53 @@ def solve_general(
     shift s (0 if K is definite), P = LLᵀ, M = NNᵀ after L: the eigenvalues μ belong to
     [[−(1+Z̃)⁻¹C̃, −(1+Z̃)⁻¹N], [Nᵀ, 0]] with C̃ of C + 2sM. 1 + Z̃ is regular as Z̃ is skew.
     """
-    n = scaled.scale.size
     outer = np.multiply.outer(scaled.scale, scaled.scale)
-    full, damping = outer * stiffness, outer * velocity
-    shift, reference = _real_shift(scaled, full, damping)
-    shifted = full + shift * damping + shift**2 * scaled.mass
-    lower = la.cholesky(0.5 * (shifted + shifted.T), lower=True)
-    skew = _congruent(lower, 0.5 * (shifted - shifted.T))
-    rate = _congruent(lower, damping + 2.0 * shift * scaled.mass)
+    found = general_eigenvalues(scaled, outer * stiffness, outer * velocity)
+    shapes = scaled.scale[:, None] * found.shapes
+    return _sorted_spectrum(found.values, shapes, found.zero_limit, count)
+
+
+def general_eigenvalues(scaled: Scaled, stiffness: Matrix, velocity: Matrix) -> Eigenvalues:
+    """Return all eigenvalues of λ²M + λV + K, see `solve_general`.
+
+    Parameters
+    ----------
+    scaled
+        Of the Hermitian part of K, which is real.
+    stiffness, velocity
+        K and V, real or complex, in the scaled coordinates, shape (n, n).
+
+    Returns
+    -------
+    Eigenvalues
+        Unsorted, shapes in the scaled coordinates.
+    """
+    n = scaled.scale.size
+    shift, reference = _real_shift(scaled, stiffness, velocity)
+    shifted = stiffness + shift * velocity + shift**2 * scaled.mass
+    lower = la.cholesky(0.5 * (shifted + shifted.conj().T), lower=True)
+    skew = _congruent(lower, 0.5 * (shifted - shifted.conj().T))
+    rate = _congruent(lower, velocity + 2.0 * shift * scaled.mass)
     half = la.solve_triangular(lower, cholesky_of_mass(scaled.mass), lower=True)
-    companion = np.zeros((2 * n, 2 * n))
-    companion[:n] = -la.solve(np.eye(n) + skew, np.hstack((rate, half)))
-    companion[n:, :n] = half.T
-    inverse, vectors = la.eig(companion)
-    shapes = scaled.scale[:, None] * la.solve_triangular(lower, vectors[:n], lower=True, trans="T")
+    companion = np.zeros((2 * n, 2 * n), dtype=rate.dtype)
+    companion[:n, :n], companion[:n, n:] = -rate, -half
+    if skew.any():
+        companion[:n] = la.solve(np.eye(n) + skew, companion[:n])
+    companion[n:, :n] = half.conj().T
+    inverse, vectors = la.eig(companion, overwrite_a=True, check_finite=False)
+    shapes = la.solve_triangular(lower, vectors[:n], lower=True, trans="C")
     values = shift + reciprocal(inverse)
-    slow = np.flatnonzero((values.imag > 0) & (np.abs(values) < _SLOW * shift))
-    for at in slow[np.abs(values[slow]) > _zero_limit(scaled, reference)]:
-        start = shapes[:, at] / scaled.scale
-        value, shape = _iterated(complex(values[at]), start, full, damping, scaled.mass)
-        values[at], shapes[:, at] = value, scaled.scale * shape
-    return _sorted_spectrum(values, shapes, _zero_limit(scaled, reference), count)
+    limit = _zero_limit(scaled, reference)
+    turning = (values.imag > 0) | ((values.imag < 0) & np.iscomplexobj(companion))
+    for at in np.flatnonzero(turning & (np.abs(values) < _SLOW * shift) & (np.abs(values) > limit)):
+        values[at], shapes[:, at] = _iterated(
+            complex(values[at]), shapes[:, at], stiffness, velocity, scaled.mass
+        )
+    return Eigenvalues(values, shapes, limit)
 
 
 def _iterated(
-    value: complex,
-    shape: ComplexArray,
-    stiffness: FloatArray,
-    damping: FloatArray,
-    mass: FloatArray,
+    value: complex, shape: ComplexArray, stiffness: Matrix, damping: Matrix, mass: FloatArray
 ) -> tuple[complex, ComplexArray]:
     """Return a root and its vector by inverse iteration, which a shift far above it has blurred."""
     for _ in range(_ITERATIONS):
@@ -366,22 +395,22 @@ def _iterated(
     return value, shape
 
 
-def _congruent(lower: FloatArray, matrix: FloatArray) -> FloatArray:
-    """Return L⁻¹ A L⁻ᵀ."""
+def _congruent(lower: Matrix, matrix: Matrix) -> Matrix:
+    """Return L⁻¹ A L⁻ᴴ."""
     inner = la.solve_triangular(lower, matrix, lower=True)
-    return np.asarray(la.solve_triangular(lower, inner.T, lower=True).T)
+    return np.asarray(la.solve_triangular(lower, inner.conj().T, lower=True).conj().T)
 
 
 def _zero_limit(scaled: Scaled, reference: float) -> float:
     return _DEFECTIVE_ZERO_FRACTION * reference if scaled.zero_count else 0.0
 
 
-def _real_shift(scaled: Scaled, full: FloatArray, damping: FloatArray) -> tuple[float, float]:
+def _real_shift(scaled: Scaled, full: Matrix, damping: Matrix) -> tuple[float, float]:
     """Return s ≥ 0 with a positive definite Q(s), and a low frequency of the system."""
     if scaled.is_definite:
         return 0.0, 1.0
     if scaled.negative_count == 0:
-        reference = _lowest_frequency(scaled, 0.5 * (damping - damping.T))
+        reference = _lowest_frequency(scaled, 0.5 * (damping - damping.conj().T))
     else:
         values = la.eigh(scaled.stiffness, scaled.mass, eigvals_only=True)
         reference = 2.0 * float(np.sqrt(-values[0]))
@@ -393,9 +422,9 @@ def _real_shift(scaled: Scaled, full: FloatArray, damping: FloatArray) -> tuple[
     return shift, reference
 
 
-def _smallest_scaled_eigenvalue(matrix: FloatArray) -> float:
+def _smallest_scaled_eigenvalue(matrix: Matrix) -> float:
     """Return the smallest eigenvalue of the symmetric part, scaled to a unit diagonal."""
-    symmetric = 0.5 * (matrix + matrix.T)
+    symmetric = 0.5 * (matrix + matrix.conj().T)
     balance = 1.0 / np.sqrt(np.abs(symmetric.diagonal()))
     return float(la.eigvalsh(balance[:, None] * symmetric * balance)[0])
 

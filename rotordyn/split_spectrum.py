@@ -15,9 +15,10 @@ import scipy.linalg as la
 from solidwhirl.rotordyn.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.complex_form import ComplexForm, complex_form
 from solidwhirl.rotordyn.spectrum import (
+    Scaled,
     Spectrum,
     cholesky_of_mass,
-    reciprocal,
+    general_eigenvalues,
     scale_by_stiffness,
     solve_general,
     solve_gyroscopic,
@@ -68,7 +69,8 @@ def split_spectrum(
     Returns
     -------
     SplitSpectrum or None
-        None if the system has no complex form, or its lateral stiffness is not positive definite.
+        None if the system has no complex form, its lateral stiffness is negative, or it is free
+        without damping.
 
     Notes
     -----
@@ -81,19 +83,15 @@ def split_spectrum(
         return None
     stiffness, damping = form.real_parts(speed_rad_s)
     scaled = scale_by_stiffness(stiffness, form.mass, assembled.body_rate)
-    if not scaled.is_definite:
+    velocity = damping - 1j * speed_rad_s * form.gyroscopic
+    circulating = stiffness - 1j * speed_rad_s * form.circulatory
+    is_damped = bool(damping.any() or form.circulatory.any())
+    if scaled.negative_count or not (scaled.is_definite or is_damped):
         return None
-    outer = np.multiply.outer(scaled.scale, scaled.scale)
-    lower = la.cholesky(scaled.stiffness, lower=True)
-    half = la.solve_triangular(lower, cholesky_of_mass(scaled.mass), lower=True)
-    turning = _congruent(lower, speed_rad_s * outer * form.gyroscopic)
-    circulating = form.circulatory.any()
-    if damping.any() or circulating:
-        rate = _congruent(lower, outer * damping) - 1j * turning
-        skew = _congruent(lower, -speed_rad_s * outer * form.circulatory) if circulating else None
-        lateral = _damped(form, lower, scaled.scale, half, rate, skew)
+    if is_damped:
+        lateral = _damped(form, scaled, circulating, velocity)
     else:
-        lateral = _conservative(form, lower, scaled.scale, half, turning, count)
+        lateral = _conservative(form, scaled, speed_rad_s, count)
     rest = _rest(assembled, matrices, form)
     return _joined(lateral, rest, count)
 
@@ -105,14 +103,12 @@ def _congruent(lower: FloatArray, matrix: FloatArray) -> FloatArray:
     return np.asarray(0.5 * (result + result.T))
 
 
-def _conservative(
-    form: ComplexForm,
-    lower: FloatArray,
-    scale: FloatArray,
-    half: FloatArray,
-    turning: FloatArray,
-    count: int,
-) -> _Part:
+def _conservative(form: ComplexForm, scaled: Scaled, speed_rad_s: float, count: int) -> _Part:
+    outer = np.multiply.outer(scaled.scale, scaled.scale)
+    lower = la.cholesky(scaled.stiffness, lower=True)
+    half = la.solve_triangular(lower, cholesky_of_mass(scaled.mass), lower=True)
+    turning = _congruent(lower, speed_rad_s * outer * form.gyroscopic)
+    scale = scaled.scale
     m = scale.size
     matrix = np.zeros((2 * m, 2 * m))
     matrix[:m, :m] = -turning
@@ -132,23 +128,14 @@ def _conservative(
 
 
 def _damped(
-    form: ComplexForm,
-    lower: FloatArray,
-    scale: FloatArray,
-    half: FloatArray,
-    rate: ComplexArray,
-    circulation: FloatArray | None,
+    form: ComplexForm, scaled: Scaled, stiffness: ComplexArray, velocity: ComplexArray
 ) -> _Part:
-    """Solve the general problem of half the size; see `spectrum.solve_general`."""
-    m = scale.size
-    companion = np.zeros((2 * m, 2 * m), dtype=complex)
-    companion[:m, :m], companion[:m, m:] = -rate, -half
-    if circulation is not None:
-        companion[:m] = la.solve(np.eye(m) + 1j * circulation, companion[:m])
-    companion[m:, :m] = half.T
-    inverse, vectors = la.eig(companion, overwrite_a=True, check_finite=False)
-    values = reciprocal(inverse)
-    shapes = scale[:, None] * la.solve_triangular(lower, vectors[:m], lower=True, trans="T")
+    """Solve the general problem of half the size, also of a free body."""
+    outer = np.multiply.outer(scaled.scale, scaled.scale)
+    found = general_eigenvalues(scaled, outer * stiffness, outer * velocity)
+    nonzero = np.abs(found.values) > found.zero_limit
+    values = found.values[nonzero]
+    shapes = scaled.scale[:, None] * found.shapes[:, nonzero]
     is_real = np.abs(values.imag) <= _REAL_FRACTION * np.abs(values)
     forward = values.imag[~is_real] > 0
     upper = np.where(forward, values[~is_real], values[~is_real].conj())
@@ -157,7 +144,7 @@ def _damped(
         upper,
         _in_the_round(form, shapes[:, ~is_real], forward),
         np.repeat(values.real[is_real], 2),
-        0,
+        2 * int(np.count_nonzero(~nonzero)),
         np.where(forward, 1, -1),
     )
 

@@ -310,19 +310,38 @@ class _StateMetric(NamedTuple):
 
     def product(self, left: Modes, right: Modes) -> ComplexArray:
         """Return the products of the states (q, λq) of two sets of modes."""
-        inertia = left.shapes.conj().T @ self.mass @ right.shapes
-        elastic = left.shapes.conj().T @ self.stiffness @ right.shapes
-        rates = np.multiply.outer(left.eigenvalues.conj(), right.eigenvalues)
-        return np.asarray(elastic + rates * inertia)
+        inertia, elastic = _times(self.mass, right.shapes), _times(self.stiffness, right.shapes)
+        result = np.zeros((left.eigenvalues.size, right.eigenvalues.size), dtype=complex)
+        for rows, columns in _same_family(left, right):
+            conjugate = left.shapes[:, rows].conj().T
+            rates = np.multiply.outer(left.eigenvalues[rows].conj(), right.eigenvalues[columns])
+            block = conjugate @ elastic[:, columns] + rates * (conjugate @ inertia[:, columns])
+            result[np.ix_(rows, columns)] = block
+        return result
 
     def unit(self, modes: Modes) -> Modes:
         """Return the modes scaled to states of unit size."""
         conjugate = modes.shapes.conj()
-        inertia = (conjugate * (self.mass @ modes.shapes)).sum(axis=0).real
-        elastic = (conjugate * (self.stiffness @ modes.shapes)).sum(axis=0).real
+        inertia = (conjugate * _times(self.mass, modes.shapes)).sum(axis=0).real
+        elastic = (conjugate * _times(self.stiffness, modes.shapes)).sum(axis=0).real
         # the rounding of stiffnesses far apart can be negative
         size = np.sqrt(np.abs(elastic) + np.abs(modes.eigenvalues) ** 2 * inertia)
         return dataclasses.replace(modes, shapes=modes.shapes / size)
+
+
+def _times(matrix: FloatArray, shapes: ComplexArray) -> ComplexArray:
+    """Return the product of a real matrix with complex shapes, at half the work."""
+    parts = np.ascontiguousarray(shapes).astype(complex, copy=False).view(float)
+    return np.asarray((matrix @ parts).view(complex))
+
+
+def _same_family(left: Modes, right: Modes) -> list[tuple[IntArray, IntArray]]:
+    """Return the rows and columns of each family: those of two have no product."""
+    if left.family is None or right.family is None:
+        return [(np.arange(left.eigenvalues.size), np.arange(right.eigenvalues.size))]
+    return [
+        (np.flatnonzero(left.family == f), np.flatnonzero(right.family == f)) for f in (-1, 0, 1)
+    ]
 
 
 def _metric_between(assembled: AssembledSystem, first: Modes, second: Modes) -> _StateMetric:

@@ -7,7 +7,14 @@ import dataclasses
 import numpy as np
 import pytest
 
-from solidwhirl.rotordyn import AnalysisError, Rotor, assemble, campbell, modes_at_speed
+from solidwhirl.rotordyn import (
+    AnalysisError,
+    Rotor,
+    assemble,
+    campbell,
+    modes_at_speed,
+    tracking,
+)
 
 MASS, TRANSLATION, DIAMETRAL, POLAR, TILT = 10.0, 1e6, 0.05, 0.08, 12500.0
 # Where the backward tilt mode, Id ω² + Ip Ω ω = kr, meets the translation, m ω² = kt.
@@ -185,6 +192,21 @@ def test_all_branches_may_end(one_rotor, hub, plane_spring):
     diagram = campbell(one_rotor(disk, []), [0.0, 900.0, 1100.0, 1500.0], branch_count=4)
     assert np.isfinite(diagram.frequency_hz[:, :2]).all()
     assert np.isnan(diagram.frequency_hz[:, 2:]).all()
+
+
+def test_no_speed_is_solved_twice_where_branches_end(one_rotor, hub, plane_spring, monkeypatch):
+    disk = hub(stiffness=plane_spring(TRANSLATION, 0.0, TILT), polar_kg_m2=0.0)
+    disk = dataclasses.replace(disk, spin_softening=disk.stiffness / 1e6)
+    solved = []
+
+    def counted(assembled, speed, count=None):
+        solved.append(speed)
+        return modes_at_speed(assembled, speed, count)
+
+    monkeypatch.setattr(tracking, "modes_at_speed", counted)
+    diagram = campbell(one_rotor(disk, []), [0.0, 900.0, 1500.0], frequency_max_hz=100.0)
+    assert np.isnan(diagram.frequency_hz[:, 2]).all()
+    assert len(solved) == len(set(solved))
 
 
 def test_speeds_beyond_the_basis_are_noted(hub, plane_spring):

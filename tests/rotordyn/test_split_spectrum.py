@@ -25,9 +25,16 @@ SPEED = 900.0
 
 
 def _engine(
-    stiffness=((2e7, 0.0), (0.0, 2e7)), damping=0.0, components=("ux", "uy", "rx", "ry"), **own
+    stiffness=((2e7, 0.0), (0.0, 2e7)),
+    damping=0.0,
+    components=("ux", "uy", "rx", "ry"),
+    free=False,
+    **own,
 ):
-    """Two spools of different speed and sense on a bearing between them and three to the ground."""
+    """Two spools of different speed and sense on a bearing between them and three to the ground.
+
+    Free, the three join a long body to the spools instead.
+    """
     rotors = {}
     for name, ratio, radius in (("a", 1.0, 0.02), ("b", -1.3, 0.035)):
         disk = Disk(
@@ -51,7 +58,23 @@ def _engine(
         )
         rotors[name] = Rotor(element=element, speed_ratio=ratio, **own)
 
+    if free:
+        frame = beam_superelement(
+            "frame",
+            np.linspace(-0.1, 0.8, 4),
+            0.06,
+            0.05,
+            2e11,
+            0.3,
+            7800.0,
+            {"left": 0.0, "right": 0.7},
+            components=components,
+        )
+        rotors["frame"] = Rotor(element=frame, speed_ratio=0.0)
+
     def bearing(name, first, second=None):
+        if free and second is None:
+            second = End(body="frame", interface=first.interface)
         return Bearing(
             name=name,
             first=first,
@@ -60,7 +83,7 @@ def _engine(
             damping_n_s_per_m=damping * np.eye(2),
         )
 
-    ends = {f"{n} {e}": End(body=n, interface=e) for n in rotors for e in ("left", "right")}
+    ends = {f"{n} {e}": End(body=n, interface=e) for n in "ab" for e in ("left", "right")}
     bearings = (
         bearing("1", ends["a left"]),
         bearing("2", ends["a right"]),
@@ -88,6 +111,7 @@ CASES = {
         "damping": 500.0,
         "internal_damping": InternalDamping(stiffness_coefficient_s=3e-6),
     },
+    "free, damped": {"damping": 500.0, "free": True},
     "planes differ": {"stiffness": ((2e7, 0.0), (0.0, 5e6))},
 }
 
@@ -117,7 +141,7 @@ def test_anisotropic_system_is_solved_by_planes_and_isotropic_by_halves():
     assert planes_apart(crossed) is None
 
 
-@pytest.mark.parametrize("case", ["isotropic", "isotropic, damped"])
+@pytest.mark.parametrize("case", ["isotropic", "isotropic, damped", "free, damped"])
 def test_families_are_the_senses_of_whirl(case):
     modes = modes_at_speed(_engine(**CASES[case]), SPEED, 12)
     assembled = _engine(**CASES[case])
@@ -126,6 +150,19 @@ def test_families_are_the_senses_of_whirl(case):
         x, y = body[0], body[1]
         # x + i y of a circle is one exponential: Y = -i X forward, +i X backward
         assert y == pytest.approx(-1j * family * x, abs=1e-9 * abs(x) + 1e-15)
+
+
+def test_free_motions_are_counted_as_in_the_whole_problem():
+    modes = modes_at_speed(_engine(**CASES["free, damped"]), SPEED)
+    m, c, g, k = matrices_at_speed(_engine(**CASES["free, damped"]), SPEED)
+    n = len(m)
+    assert modes.zero_count == 2 * n - 2 * modes.eigenvalues.size - modes.real_eigenvalues.size
+    # drift of two directions, place and velocity; tilts turn steadily or, as one nutation, whirl
+    assert modes.zero_count == 6
+    scale = 1.0 / np.sqrt(np.diag(m))
+    k, v, m = (scale[:, None] * a * scale for a in (k, c + g, m))
+    companion = np.block([[np.zeros((n, n)), np.eye(n)], [-la.solve(m, k), -la.solve(m, v)]])
+    assert (np.abs(la.eigvals(companion)) < 1.0).sum() == modes.zero_count
 
 
 def test_axial_motion_and_torsion_stand_beside():
