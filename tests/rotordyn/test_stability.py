@@ -18,6 +18,8 @@ from solidwhirl.rotordyn import (
     modes_at_speed,
 )
 from solidwhirl.rotordyn.bearing_laws import BearingCoefficients
+from solidwhirl.rotordyn.plain_responses import check_stability
+from solidwhirl.rotordyn.plain_system import PlainSystem
 from solidwhirl.rotordyn.stability import stability_chart, stability_threshold
 
 MASS, OMEGA = 10.0, 300.0
@@ -273,3 +275,20 @@ def test_chart_shows_divergence(laval):
 def test_chart_without_speeds_is_refused(laval):
     with pytest.raises(AnalysisError, match="one or more finite speeds"):
         stability_chart(laval(1.0, 1.0), [])
+
+
+def test_an_interval_in_which_nothing_grows_fails_its_check(laval):
+    """Neutral motion is no fault of an interval's edge, but it is one at its largest growth."""
+    internal, external = 50.0, 120.0
+    onset = OMEGA * (1 + external / internal)
+    plain = PlainSystem.of(laval(internal, external))
+    undamped = PlainSystem.of(laval(0.0, 0.0))
+
+    def passes(system, low, high, top):
+        (check,) = check_stability(system, [(low, high, top)], (0.0, 1.5 * onset), (), "s")
+        return check.passed
+
+    assert passes(plain, onset, 1.5 * onset, 1.5 * onset)
+    assert not passes(plain, 0.9 * onset, 1.5 * onset, 1.5 * onset)
+    assert not passes(plain, 1.1 * onset, 1.5 * onset, 1.5 * onset)
+    assert not passes(undamped, onset, 1.2 * onset, 1.1 * onset)
