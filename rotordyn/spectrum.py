@@ -21,6 +21,8 @@ Matrix = npt.NDArray[Any]
 _SOFT = 1e-3
 # An eigenvalue of the scaled K below this many roundings of the size counts as zero.
 _ROUNDINGS = 64.0
+# A motion whose strain holds this fraction of its kinetic energy is one of rigid bodies.
+_NO_STRAIN = 1e-3
 # A nutation slower than this fraction of the lowest elastic frequency is a rigid-body zero,
 _ZERO_FRACTION = 1e-11
 # and so is one below this fraction of the fastest: rounding in G of motions that do not tilt.
@@ -253,14 +255,24 @@ def _by_energy(
 
     The inverse shifted by σ has a frequency ω to the rounding of the slowest or fastest one; the
     error of xᴴ (K + iωG − ω²M) x is of second order in that of x, as the problem is Hermitian.
+    Where motions with stiffness hold next to no energy ω is left as it is: what K does to the
+    others is its rounding.
     """
-    stiffness, turning, inertia = (
-        (shapes.conj() * (matrix @ shapes)).sum(axis=0)
-        for matrix in (scaled.stiffness, skew, scaled.mass)
+    kernel = scaled.vectors[:, : scaled.zero_count]
+    strained = shapes - kernel @ (kernel.T @ shapes)
+    strain, stiffness, turning, inertia = (
+        (moved.conj() * (matrix @ moved)).sum(axis=0)
+        for matrix, moved in (
+            (scaled.stiffness, strained),
+            (scaled.stiffness, shapes),
+            (skew, shapes),
+            (scaled.mass, shapes),
+        )
     )
     miss = stiffness + 1j * omega * turning - omega**2 * inertia
     slope = 1j * turning - 2.0 * omega * inertia
-    return np.asarray(omega - (miss / slope).real)
+    free = np.abs(strain) <= _NO_STRAIN * omega**2 * np.abs(inertia)
+    return np.where(free, omega, omega - (miss / slope).real)
 
 
 def _nutation_count(scaled: Scaled, skew: FloatArray, lowest: float) -> int:

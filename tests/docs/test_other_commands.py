@@ -140,6 +140,7 @@ NOT_RUN = {
     "sudo SOLIDWHIRL_FILES=working tools/in_debian.sh trixie .venv/bin/python -m pytest "
     "tests/reduction": CONTAINER,
     ".venv/bin/python bench/refinement.py --count 300 --out refinement.jsonl": MEASURES,
+    ".venv/bin/python bench/against_general_solver.py --count 2000": MEASURES,
     ".venv/bin/python bench/refinement.py --table refinement.jsonl": MEASURES,
     "make bench": MEASURES,
     ".venv/bin/python bench/multigrid.py --fit": MEASURES,
