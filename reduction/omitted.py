@@ -230,14 +230,8 @@ def _balanced(loads: FloatArray, operators: BodyOperators, free: FloatArray) -> 
     The residual of a motion in the basis does no work on rigid motions that the basis holds, but
     its terms do, and a stiffness without supports would answer them without bounds.
     """
-    if not free.shape[1]:
-        return loads
     inertia = apply(operators.mass, free)
-    gram = inner(free, inertia, operators.comm)
-    out = loads.copy()
-    for k in range(len(loads)):
-        out[k] -= inertia @ np.linalg.solve(gram, inner(free, loads[k], operators.comm))
-    return out
+    return _without(loads, inertia, free, operators)
 
 
 def _unmoved(fields: FloatArray, operators: BodyOperators, free: FloatArray) -> FloatArray:
@@ -245,13 +239,20 @@ def _unmoved(fields: FloatArray, operators: BodyOperators, free: FloatArray) -> 
 
     The stiffness without supports answers rounding of the loads with one over its tiny shift.
     """
-    if not free.shape[1]:
-        return fields
     inertia = apply(operators.mass, free)
-    gram = inner(free, inertia, operators.comm)
-    out = fields.copy()
-    for k in range(len(fields)):
-        out[k] -= free @ np.linalg.solve(gram, inner(inertia, fields[k], operators.comm))
+    return _without(fields, free, inertia, operators)
+
+
+def _without(
+    blocks: FloatArray, taken: FloatArray, seen: FloatArray, operators: BodyOperators
+) -> FloatArray:
+    """Blocks of columns less what of `taken` makes them orthogonal to `seen`."""
+    if not taken.shape[1]:
+        return blocks
+    gram = inner(seen, taken, operators.comm)
+    out = blocks.copy()
+    for block in out:
+        block -= taken @ np.linalg.solve(gram, inner(seen, block, operators.comm))
     return out
 
 

@@ -31,8 +31,6 @@ from solidwhirl.rotordyn.whirl_pencils import Pencil, separated_whirl, whirl_pen
 # Steps of the search for a damped critical speed, and its relative accuracy.
 _ROOT_STEPS = 80
 _ROOT_ACCURACY = 1e-12
-# Two searches that end closer than this (relative) found the same critical speed.
-_SAME_ROOT = 1e-7
 
 
 class _Meeting(NamedTuple):
