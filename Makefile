@@ -6,8 +6,7 @@ K ?= 1
 JOBS ?= 2
 BIN := .venv/bin
 # what results are older than when the program was changed
-PROGRAM := $(wildcard geometry/*.py meshing/*.py reduction/*.py rotordyn/*.py rotordyn/*/*.py \
-	solidwhirl/*.py $(foreach d,commands page pictures,solidwhirl/$d/*))
+PROGRAM := $(shell find geometry meshing reduction rotordyn solidwhirl -type f ! -name "*.pyc")
 # scenes of a batch, by name or path, and its folder unless OUT is given
 CHOSEN = $(foreach s,$(SCENES),$(if $(filter %.toml,$(s)),$(s),scenes/$(s).toml))
 BATCH = $(if $(filter file,$(origin OUT)),out/batch,$(OUT))
@@ -74,7 +73,7 @@ paper: setup ## compute every table and figure of the paper, write docs/paper.md
 hard: setup ## measure the hard cases, write docs/hard_cases.md
 	@$(BIN)/python tools/hard_cases.py
 
-study: setup ## error against time and memory over levels, meshes and modes (SCENE=ferraris)
+study: setup ## error against time and memory over levels, meshes and modes (SCENE=ferraris, or SCENE=uhbr_engine)
 	@$(BIN)/solidwhirl study scenes/$(SCENE).toml --out out/study/$(SCENE)
 
 docs: setup ## build the documentation as a site in out/docs

@@ -299,8 +299,8 @@ def compare(number: int, samples: int = 2000) -> Outcome:
 
 
 def _run(scene):
-    from solidwhirl.pipeline import run_scene
-    from solidwhirl.scene_file import parse_scene
+    from solidwhirl.pipeline.run import run_scene
+    from solidwhirl.scene_reading.reader import parse_scene
 
     return run_scene(parse_scene(scene))
 

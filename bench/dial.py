@@ -24,9 +24,9 @@ from typing import Any
 import true_errors
 from effectivity import fixed_scenes
 
-from solidwhirl.bodies import build_bodies
-from solidwhirl.pipeline import Results
-from solidwhirl.scene import Scene
+from solidwhirl.model.bodies import build_bodies
+from solidwhirl.pipeline.run import Results
+from solidwhirl.scene.records import Scene
 
 ROOT = Path(__file__).resolve().parents[1]
 OUT = ROOT / "out" / "dial"

@@ -22,8 +22,8 @@ import random_rotors
 import true_errors
 from true_errors import Pair
 
-from solidwhirl.scene import Scene
-from solidwhirl.scene_file import parse_scene, read_scene
+from solidwhirl.scene.records import Scene
+from solidwhirl.scene_reading.reader import parse_scene, read_scene
 
 ROOT = Path(__file__).resolve().parents[1]
 OUT = ROOT / "out" / "effectivity"

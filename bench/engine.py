@@ -34,11 +34,11 @@ from solidwhirl.rotordyn import (  # noqa: E402
     complex_form,
     matrices_at_speed,
 )
-from solidwhirl.rotordyn.bearing_laws import PolynomialLaw  # noqa: E402
-from solidwhirl.rotordyn.critical_speed_map import critical_speed_map  # noqa: E402
-from solidwhirl.rotordyn.response_maps import ground_motion_map  # noqa: E402
-from solidwhirl.rotordyn.run_up import ramp_and_hold, run_up  # noqa: E402
-from solidwhirl.rotordyn.unbalance import Unbalance, unbalance_response  # noqa: E402
+from solidwhirl.rotordyn.assembly.bearing_laws import PolynomialLaw  # noqa: E402
+from solidwhirl.rotordyn.critical_speeds.map import critical_speed_map  # noqa: E402
+from solidwhirl.rotordyn.response.maps import ground_motion_map  # noqa: E402
+from solidwhirl.rotordyn.response.unbalance import Unbalance, unbalance_response  # noqa: E402
+from solidwhirl.rotordyn.run_up.integration import ramp_and_hold, run_up  # noqa: E402
 
 ROOT = Path(__file__).parents[1]
 TOP_RAD_S = 1000.0
@@ -131,8 +131,8 @@ def beam_engine(name: str, evenness: float, damping_s: float, law=None) -> Engin
 
 def scene_engine(path: str) -> Engine:
     """Engine of a scene; unbalance and map at the first lateral places found."""
-    from solidwhirl.pipeline import run_scene
-    from solidwhirl.scene_file import read_scene
+    from solidwhirl.pipeline.run import run_scene
+    from solidwhirl.scene_reading.reader import read_scene
 
     assembled = run_scene(read_scene(Path(path))).system
     turning = [(n, r) for n, r in assembled.system.rotors.items() if r.speed_ratio != 0]

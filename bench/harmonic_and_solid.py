@@ -60,8 +60,8 @@ def measure(level: str, degree: int, corner: float) -> dict:
 
     from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid
     from solidwhirl.reduction import ReductionRequest, reduce_body
-    from solidwhirl.reduction.constrained import factorise
-    from solidwhirl.reduction.operators import OperatorEffects, build_operators
+    from solidwhirl.reduction.operators.matrices import OperatorEffects, build_operators
+    from solidwhirl.reduction.solvers.constrained import factorise
     from solidwhirl.rotordyn import Rotor, assemble, campbell
 
     body = reference_rotor()

@@ -3,7 +3,7 @@
     python bench/multigrid.py             all sizes: table and JSON in out/multigrid (half an hour)
     python bench/multigrid.py --small     up to 50 000 unknowns
     python bench/multigrid.py --methods   four ways to the modes without a factorisation, one size
-    python bench/multigrid.py --fit       writes solidwhirl/cost_scale_coefficients.py as well, and
+    python bench/multigrid.py --fit       writes solidwhirl/cost/scale_coefficients.py as well, and
                                           the tables of docs/scaling.md, after bench/ranks.py
     python bench/multigrid.py --reuse --fit   no new measurements
 
@@ -49,7 +49,7 @@ def held_body(unknowns: int):
     from mpi4py import MPI
 
     from solidwhirl.meshing import mesh_solid
-    from solidwhirl.reduction.operators import OperatorEffects, build_operators
+    from solidwhirl.reduction.operators.matrices import OperatorEffects, build_operators
 
     body = scaling_case.rotor(2)
     mesh = mesh_solid(body, scaling_case.mesh_size(body, "solid", 2, unknowns))
@@ -64,7 +64,7 @@ def held_body(unknowns: int):
 
 def count_cycles() -> list[int]:
     """Have the columns counted that go through the multigrid; the last entry counts."""
-    from solidwhirl.reduction.hierarchy import Hierarchy
+    from solidwhirl.reduction.solvers.hierarchy import Hierarchy
 
     columns, cycle = [0], Hierarchy.cycle
 
@@ -78,11 +78,11 @@ def count_cycles() -> list[int]:
 
 def measure(case: dict) -> dict:
     """One road: setting up, static solutions, modes."""
-    from solidwhirl.reduction.constrained import ConstrainedFactor, eigenpairs
-    from solidwhirl.reduction.iterative_modes import iterative_pairs
-    from solidwhirl.reduction.overspeed import operator_places
-    from solidwhirl.reduction.solvers import prepared_solver
-    from solidwhirl.reduction.vectors import apply
+    from solidwhirl.reduction.basis.overspeed import operator_places
+    from solidwhirl.reduction.operators.solver_choice import prepared_solver
+    from solidwhirl.reduction.solvers.constrained import ConstrainedFactor, eigenpairs
+    from solidwhirl.reduction.solvers.iterative_modes import iterative_pairs
+    from solidwhirl.reduction.solvers.vectors import apply
 
     operators = held_body(case["unknowns"])
     rows = operators.coupling.rows
@@ -142,10 +142,10 @@ def slepc_modes(case: dict) -> dict:
     from petsc4py import PETSc
     from slepc4py import SLEPc
 
-    from solidwhirl.reduction.iterative_modes import iterative_pairs
-    from solidwhirl.reduction.multigrid import constrained_iteration
-    from solidwhirl.reduction.overspeed import operator_places
-    from solidwhirl.reduction.vectors import apply
+    from solidwhirl.reduction.basis.overspeed import operator_places
+    from solidwhirl.reduction.solvers.iterative_modes import iterative_pairs
+    from solidwhirl.reduction.solvers.multigrid import constrained_iteration
+    from solidwhirl.reduction.solvers.vectors import apply
 
     operators = held_body(case["unknowns"])
     rows, mass = operators.coupling.rows, operators.mass
@@ -262,7 +262,7 @@ def difference(row: dict, other: dict | None) -> float:
 
 def table(rows: list[dict]) -> str:
     """Markdown: both roads of every size side by side."""
-    head = ("solved for", "road", "set up [s]", "one solution [s]", f"{COUNT} modes [s]",
+    head = ("solved for", "solver", "set up [s]", "one solution [s]", f"{COUNT} modes [s]",
             "all [s]", "memory [GiB]", "entries", "eigenvalues differ by")  # fmt: skip
     lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
     direct = {r["unknowns"]: r for r in rows if r["road"] == "direct"}

@@ -129,8 +129,8 @@ def floor(mesh_file: str) -> dict:
     from mpi4py import MPI
 
     from solidwhirl.reduction import reduce_body
-    from solidwhirl.reduction.constrained import factorise
-    from solidwhirl.reduction.operators import OperatorEffects, build_operators
+    from solidwhirl.reduction.operators.matrices import OperatorEffects, build_operators
+    from solidwhirl.reduction.solvers.constrained import factorise
 
     body, mesh = reference_rotor(), loaded(mesh_file)
     start = time.process_time()

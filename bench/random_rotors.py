@@ -13,11 +13,11 @@ from typing import Any
 from hypothesis import HealthCheck, Phase, Verbosity, assume, given, seed, settings
 from hypothesis import strategies as st
 
-from solidwhirl.bodies import build_bodies
 from solidwhirl.geometry import GeometryError
-from solidwhirl.plan import make_plan
-from solidwhirl.scene import Scene
-from solidwhirl.scene_file import parse_scene
+from solidwhirl.model.bodies import build_bodies
+from solidwhirl.model.effects import make_plan
+from solidwhirl.scene.records import Scene
+from solidwhirl.scene_reading.reader import parse_scene
 
 # Rim speed and speed of rotation are limited: strains stay small, and rotors real.
 RIM_SPEED_M_PER_S = 250.0

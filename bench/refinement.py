@@ -140,9 +140,9 @@ def _supported(data: Data, support: str, stiffness: float, mass: float) -> Data:
 
 def _one(data: Data) -> Data:
     """Run a scene in this process, and what it took and gave."""
-    from solidwhirl.estimate_documents import accuracy_document
-    from solidwhirl.pipeline import run_scene
-    from solidwhirl.scene_file import parse_scene
+    from solidwhirl.estimates.documents import accuracy_document
+    from solidwhirl.pipeline.run import run_scene
+    from solidwhirl.scene_reading.reader import parse_scene
 
     told: Data = {}
     asked = parse_scene(data)

@@ -11,19 +11,23 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "rotordyn"))
+
+from plain_run_up import run_up_newmark
+
 from solidwhirl.rotordyn import Bearing, Disk, End, Rotor, assemble, beam_superelement
-from solidwhirl.rotordyn.complexity import rigid_bodies_system
-from solidwhirl.rotordyn.coordinates import interface_row
-from solidwhirl.rotordyn.run_up import MotionState, ramp_and_hold, run_up
-from solidwhirl.rotordyn.run_up_basis import modal_basis
-from solidwhirl.rotordyn.run_up_blocks import propagate
-from solidwhirl.rotordyn.run_up_reference import run_up_newmark
-from solidwhirl.rotordyn.speed_profile import SpeedProfile
-from solidwhirl.rotordyn.unbalance import Unbalance
+from solidwhirl.rotordyn.assembly.coordinates import interface_row
+from solidwhirl.rotordyn.response.unbalance import Unbalance
+from solidwhirl.rotordyn.run_up.complexity import rigid_bodies_system
+from solidwhirl.rotordyn.run_up.integration import MotionState, ramp_and_hold, run_up
+from solidwhirl.rotordyn.run_up.speed_profile import SpeedProfile
+from solidwhirl.rotordyn.run_up.steps import modal_basis, propagate
 
 DESIGN = 13_690.0 * np.pi / 30.0
 STEP = 5e-5

@@ -58,7 +58,7 @@ def more_ranks(rows: list[dict]) -> float:
 
 
 def write_module(root: Path, rows: list[dict]) -> Path:
-    """Write solidwhirl/cost_scale_coefficients.py from the rows of both roads."""
+    """Write solidwhirl/cost/scale_coefficients.py from the rows of both roads."""
     by_road = {
         road: sorted((r for r in rows if r["road"] == road), key=lambda r: r["solved"])
         for road in QUANTITIES
@@ -107,7 +107,7 @@ def write_module(root: Path, rows: list[dict]) -> Path:
         "#: Memory of several ranks over that of one, the program left out.",
         f"RANKS_FACTOR = {{{factors}}}",
     ]
-    path = root / "solidwhirl" / "cost_scale_coefficients.py"
+    path = root / "solidwhirl" / "cost" / "scale_coefficients.py"
     path.write_text("\n".join([*lines, ""]), encoding="utf-8")
     return path
 
@@ -130,7 +130,7 @@ def write_page(root: Path, tables: dict[str, str]) -> Path:
 def ranks_table(whole: dict[str, list[dict]]) -> str:
     """Memory and time of reductions on several ranks, both roads, Markdown."""
     lines = [
-        "| unknowns of the mesh | road | ranks | rank 0 [GiB] | the others, at most [GiB] | "
+        "| unknowns of the mesh | solver | ranks | rank 0 [GiB] | the others, at most [GiB] | "
         "all [GiB] | wall [s] | processor time of a rank [s] | held modes differ by |",
         "|" + "---|" * 9,
     ]
@@ -151,7 +151,7 @@ def ranks_table(whole: dict[str, list[dict]]) -> str:
 
 def cluster_tables() -> dict[str, str]:
     """What the laws say of 5 and 50 million unknowns, from the module as it is written now."""
-    from solidwhirl.cost_scale_table import (
+    from scale_table import (
         Cluster,
         equal_time,
         factor_limit,

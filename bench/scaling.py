@@ -2,7 +2,7 @@
 
     python bench/scaling.py               all sizes: table, JSON and picture in out/scaling
     python bench/scaling.py --small       small sizes, some minutes
-    python bench/scaling.py --fit         also write solidwhirl/cost_coefficients.py
+    python bench/scaling.py --fit         also write solidwhirl/cost/coefficients.py
     python bench/scaling.py --reuse --fit no new measurements
     python bench/scaling.py --only mesh   these again, the rest as it was (harmonic, solid, engine)
 
@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 import scaling_fit
 
-from solidwhirl.machine import available_memory_gib, machine_speed
+from solidwhirl.core.machine import available_memory_gib, machine_speed
 
 ROOT = Path(__file__).resolve().parents[1]
 OUT = ROOT / "out" / "scaling"
@@ -241,7 +241,7 @@ def main() -> None:
     draw(rows, OUT / "scaling.png")
     print(table(rows, machine))
     if options.fit:
-        path = ROOT / "solidwhirl" / "cost_coefficients.py"
+        path = ROOT / "solidwhirl" / "cost" / "coefficients.py"
         scaling_fit.write_module(path, rows, machine)
         print(f"wrote {path}")
 

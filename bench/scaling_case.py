@@ -109,7 +109,7 @@ def rotor(planes: int, disks: int = 1):
 def mesh_size(body, level: str, degree: int, unknowns: int):
     """Uniform element size whose predicted mesh has about so many unknowns."""
     from solidwhirl.meshing import MeshSize
-    from solidwhirl.meshing.prediction import predict_mesh
+    from solidwhirl.meshing.own.prediction import predict_mesh
 
     def of(edge: float):
         return MeshSize(size_m=edge, corner_size_m=edge, growth=0.6, around=4)
@@ -145,7 +145,7 @@ def wrap(log: Log) -> None:
         for place in modules:
             if getattr(place, name, None) is original:
                 setattr(place, name, wrapped)
-    from solidwhirl.reduction.constrained import ConstrainedFactor
+    from solidwhirl.reduction.solvers.constrained import ConstrainedFactor
 
     solve = log.timed(
         "static_solutions", ConstrainedFactor.solve, lambda a, k, out: (len(out), out.shape[1])
@@ -213,7 +213,7 @@ def measure(case: dict) -> dict:
 def measure_mesh(case: dict) -> dict:
     """A mesh alone, graded to the corners of some disks."""
     from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid
-    from solidwhirl.meshing.prediction import predict_mesh
+    from solidwhirl.meshing.own.prediction import predict_mesh
 
     body = rotor(2, case["disks"])
     size = MeshSize(

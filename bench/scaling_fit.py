@@ -36,7 +36,7 @@ POWERS = {
 COLUMN_POWERS = (0.0, 2.0)
 #: Powers of memory that are tried: N log N in the plane, up to N^(4/3) and more in space.
 MEMORY_POWERS = {"harmonic": (1.0, 1.3), "solid": (1.1, 1.5)}
-#: Matrices of a lateral reduction with all effects on, as `solidwhirl.plan` counts them.
+#: Matrices of a lateral reduction with all effects on, as `solidwhirl.model.effects` counts them.
 MATRICES = {"harmonic": 6, "solid": 5}
 #: Stages whose time is fitted against the columns, too.
 BY_COLUMNS = ("static_solutions", "eigensolutions", "projection", "estimate")
@@ -84,7 +84,7 @@ def observations(rows: list[dict]) -> dict[str, list[tuple[float, float, float]]
                 call = {**call, "seconds": call["seconds"] / MATRICES[level]}
             degree = row["degree"] + (n > 1.2 * made)
             found[f"{level}.{degree}.{stage}"].append((n, call["columns"], call["seconds"]))
-        # at rest and at the top speed; pairs as `solidwhirl.cost` counts them
+        # at rest and at the top speed; pairs as `solidwhirl.cost.work` counts them
         pairs = 3 * row["modes"] + 4 if level == "solid" else row["modes"] + 2
         eigen = (solved, pairs, sums.pop("eigensolutions") / 2.0)
         found[f"{level}.{row['degree']}.eigensolutions"].append(eigen)
@@ -185,7 +185,7 @@ def engines(rows: list[dict]) -> dict[str, tuple[float, float]]:
 
 
 def write_module(path: Path, rows: list[dict], machine: dict) -> None:
-    """Write the coefficients as the module that `solidwhirl.cost_laws` reads."""
+    """Write the coefficients as the module that `solidwhirl.cost.work` reads."""
     work = [r for r in rows if r["level"] in ("harmonic", "solid")]
     base = float(np.median([r["base_gib"] for r in work]))
     imported = float(np.median([r["import_s"] for r in work]))

@@ -32,7 +32,7 @@ def operators(corner_m: float):
     from mpi4py import MPI
 
     from solidwhirl.meshing import MeshSize, mesh_solid
-    from solidwhirl.reduction.operators import OperatorEffects, build_operators
+    from solidwhirl.reduction.operators.matrices import OperatorEffects, build_operators
 
     body = reference_rotor()
     size = MeshSize(
@@ -52,7 +52,7 @@ def measure_factor(corner_m: float, setting: dict) -> dict:
     """Factorise and solve blocks of right-hand sides with PETSc options."""
     from petsc4py import PETSc
 
-    from solidwhirl.reduction.constrained import bordered
+    from solidwhirl.reduction.solvers.constrained import bordered
 
     body = operators(corner_m)
     matrix = bordered(body.stiffness, body.coupling.rows)
@@ -95,8 +95,8 @@ def measure_factor(corner_m: float, setting: dict) -> dict:
 
 def measure_krylov(corner_m: float, block: int) -> dict:
     """28 held modes with a block size."""
-    from solidwhirl.reduction import block_krylov
-    from solidwhirl.reduction.constrained import eigenpairs, factorise
+    from solidwhirl.reduction.solvers import block_krylov
+    from solidwhirl.reduction.solvers.constrained import eigenpairs, factorise
 
     body = operators(corner_m)
     factor = factorise(body.stiffness, body.coupling.rows)

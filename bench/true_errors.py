@@ -8,13 +8,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solidwhirl.pipeline import Results, run_scene
+from solidwhirl.pipeline.run import Results, run_scene
 from solidwhirl.rotordyn import campbell, critical_speeds, modes_at_speed
-from solidwhirl.rotordyn.campbell_errors import campbell_errors
-from solidwhirl.rotordyn.critical_speed_errors import critical_speed_errors
-from solidwhirl.rotordyn.differences import campbell_differences, critical_speed_differences
-from solidwhirl.rotordyn.eigenvalue_errors import frequency_errors
-from solidwhirl.scene import Scene
+from solidwhirl.rotordyn.estimates.campbell_errors import campbell_errors
+from solidwhirl.rotordyn.estimates.critical_speed_errors import critical_speed_errors
+from solidwhirl.rotordyn.estimates.differences import (
+    campbell_differences,
+    critical_speed_differences,
+)
+from solidwhirl.rotordyn.estimates.eigenvalue_errors import frequency_errors
+from solidwhirl.scene.records import Scene
 
 #: A reference is asked for this fraction of the finest accuracy, with elements of this order.
 FINER, REFERENCE_ORDER = 0.05, 4

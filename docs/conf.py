@@ -22,7 +22,7 @@ language = "en"
 
 # The source is the root of the tree, so that links to scenes, tests and programs lead to files.
 root_doc = "docs/index"
-include_patterns = ["README.md", "CONTRIBUTING.md", "docs/*.md"]
+include_patterns = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs/*.md"]
 exclude_patterns = [
     ".*",
     "out",

@@ -8,7 +8,7 @@
 import numpy as np
 
 from solidwhirl.build import bearing, body, cylinder, scene, unbalance
-from solidwhirl.pipeline import run_scene
+from solidwhirl.pipeline.run import run_scene
 
 L = 0.4 / 3  # m, a third of the inner shaft
 inner = body(
@@ -49,7 +49,7 @@ print(results)
 # Results are arrays with names, coordinates and units.
 
 # %%
-from solidwhirl.datasets import datasets
+from solidwhirl.datasets.results import datasets
 
 run = datasets(results)  # or datasets("out/ferraris"), the folder of a run
 diagram = run["campbell"].to_dataset()
@@ -67,7 +67,7 @@ print(f"largest orbit of the disk at {peak.item():.0f} rpm")
 # %%
 import matplotlib.pyplot as plt
 
-from solidwhirl.rotordyn.picture_frame import WHIRL_STYLES, in_style
+from solidwhirl.rotordyn.plots.frame import WHIRL_STYLES, in_style
 
 critical = run["critical_speeds"].to_dataset()
 with in_style():

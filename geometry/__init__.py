@@ -6,7 +6,6 @@ The rotation axis is z; bodies of revolution are drawn in the half-plane (z, r),
 from __future__ import annotations
 
 from solidwhirl.geometry.errors import GeometryError
-from solidwhirl.geometry.fillet_merge import merge_fillets
 from solidwhirl.geometry.mass_properties import (
     MassProperties,
     combine,
@@ -14,7 +13,9 @@ from solidwhirl.geometry.mass_properties import (
     mass_properties,
     section_mass_properties,
 )
-from solidwhirl.geometry.materials import MATERIALS, Material, find_material
+from solidwhirl.geometry.materials import MATERIALS, Material
+from solidwhirl.geometry.meridian.fillet_merge import merge_fillets
+from solidwhirl.geometry.meridian.subdivision import Corner, Curve, Face, Subdivision, subdivide
 from solidwhirl.geometry.profile import (
     Body,
     Coupling,
@@ -31,7 +32,6 @@ from solidwhirl.geometry.stages import (
     stage_group_sections,
     stage_values,
 )
-from solidwhirl.geometry.subdivision import Corner, Curve, Face, Subdivision, subdivide
 
 __all__ = [
     "MATERIALS",
@@ -53,7 +53,6 @@ __all__ = [
     "Subdivision",
     "Web",
     "combine",
-    "find_material",
     "mass_by_material_kg",
     "mass_properties",
     "merge_fillets",

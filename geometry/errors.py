@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from solidwhirl.core.errors import UserError
 
-class GeometryError(ValueError):
+
+class GeometryError(UserError):
     """Report a body that cannot be built, naming the place, what was found and what is allowed."""

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solidwhirl.geometry.contact import refuse_overlaps
 from solidwhirl.geometry.errors import GeometryError
-from solidwhirl.geometry.fillets import Fillet
-from solidwhirl.geometry.plane_graph import FloatArray
+from solidwhirl.geometry.meridian.contact import refuse_overlaps
+from solidwhirl.geometry.meridian.fillets import Fillet
+from solidwhirl.geometry.meridian.snapping import scale_of, snap_body
+from solidwhirl.geometry.meridian.subdivision import planned_fillets
 from solidwhirl.geometry.profile import Body, RigidDisk, Section
-from solidwhirl.geometry.snapping import scale_of, snap_body
-from solidwhirl.geometry.subdivision import planned_fillets
+from solidwhirl.rotordyn.core.arrays import FloatArray
 
 
 def _gauss_rule(count: int) -> tuple[FloatArray, FloatArray]:
@@ -57,11 +57,6 @@ class MassProperties:
 
 def section_mass_properties(section: Section) -> MassProperties:
     """Return the mass properties of one section of revolution in closed form.
-
-    Parameters
-    ----------
-    section : Section
-        Trapezoid of the meridian.
 
     Returns
     -------
@@ -109,7 +104,7 @@ def mass_properties(body: Body) -> MassProperties:
         [
             *(section_mass_properties(section) for section in body.sections),
             *(
-                _fillet_mass_properties(
+                fillet_mass_properties(
                     fillet, body.sections[fillet.section].material.density_kg_per_m3
                 )
                 for fillet in fillets
@@ -145,7 +140,7 @@ def mass_by_material_kg(body: Body) -> dict[str, float]:
         found.setdefault(section.material.name, []).append(mass)
     for fillet in planned_fillets(body) if body.fillet_radius_m > 0.0 else ():
         own = body.sections[fillet.section].material
-        mass = _fillet_mass_properties(fillet, own.density_kg_per_m3).mass_kg
+        mass = fillet_mass_properties(fillet, own.density_kg_per_m3).mass_kg
         found[own.name].append(mass)
     return {name: math.fsum(masses) for name, masses in found.items()}
 
@@ -208,7 +203,7 @@ def _gather(mass: FloatArray, axial: FloatArray, square_radius: FloatArray) -> M
     )
 
 
-def _fillet_mass_properties(fillet: Fillet, density_kg_per_m3: float) -> MassProperties:
+def fillet_mass_properties(fillet: Fillet, density_kg_per_m3: float) -> MassProperties:
     """Return the mass properties of a fillet, swept by the segments from its corner to its arc.
 
     A point is corner + s (arc(t) - corner) with 0 <= s <= 1; the area element is

@@ -16,12 +16,8 @@ class Material:
 
     Attributes
     ----------
-    name : str
-        Name used in scenes and messages.
     density_kg_per_m3 : float
         Mass density [kg/m^3], positive.
-    youngs_modulus_pa : float
-        Young's modulus [Pa], positive.
     poissons_ratio : float
         Poisson's ratio [-], in the open interval (-1, 0.5) of positive strain energy.
 
@@ -55,61 +51,19 @@ class Material:
             )
 
 
-def _table(*materials: Material) -> Mapping[str, Material]:
-    return MappingProxyType({material.name: material for material in materials})
-
-
-MATERIALS: Mapping[str, Material] = _table(
-    # Steel of the twin rotor benchmark.
-    Material(
-        name="steel",
-        density_kg_per_m3=7800.0,
-        youngs_modulus_pa=2.0e11,
-        poissons_ratio=0.3,
-    ),
-    # Ti-6Al-4V, room temperature.
-    Material(
-        name="titanium",
-        density_kg_per_m3=4430.0,
-        youngs_modulus_pa=1.138e11,
-        poissons_ratio=0.342,
-    ),
-    # Inconel 718, room temperature.
-    Material(
-        name="nickel_alloy",
-        density_kg_per_m3=8190.0,
-        youngs_modulus_pa=2.0e11,
-        poissons_ratio=0.29,
-    ),
-    Material(
-        name="aluminium",
-        density_kg_per_m3=2700.0,
-        youngs_modulus_pa=7.0e10,
-        poissons_ratio=0.33,
-    ),
+# kg/m³, Pa and Poisson's ratio.
+_HANDBOOK = {
+    "steel": (7800.0, 2.0e11, 0.3),  # of the twin rotor benchmark
+    "titanium": (4430.0, 1.138e11, 0.342),  # Ti-6Al-4V
+    "nickel_alloy": (8190.0, 2.0e11, 0.29),  # Inconel 718
+    "aluminium": (2700.0, 7.0e10, 0.33),
+}
+MATERIALS: Mapping[str, Material] = MappingProxyType(
+    {
+        name: Material(
+            name=name, density_kg_per_m3=rho, youngs_modulus_pa=modulus, poissons_ratio=nu
+        )
+        for name, (rho, modulus, nu) in _HANDBOOK.items()
+    }
 )
 """Common materials by name (read-only); room temperature, typical handbook values."""
-
-
-def find_material(name: str) -> Material:
-    """Return the material of the table `MATERIALS` with the given name.
-
-    Parameters
-    ----------
-    name : str
-        A key of `MATERIALS`.
-
-    Returns
-    -------
-    Material
-
-    Raises
-    ------
-    GeometryError
-        If there is no such material; the message lists the known names.
-    """
-    try:
-        return MATERIALS[name]
-    except KeyError:
-        known = ", ".join(sorted(MATERIALS))
-        raise GeometryError(f"no material is called '{name}'; known: {known}") from None

@@ -1,7 +1,7 @@
 """The body of revolution as an engineer draws it: sections in the meridian half-plane (z, r).
 
 The axis of rotation is z. What is said here is checked value by value; whether the sections
-fit together is found by `solidwhirl.geometry.subdivision.subdivide`.
+fit together is found by `solidwhirl.geometry.meridian.subdivision.subdivide`.
 """
 
 from __future__ import annotations
@@ -24,14 +24,10 @@ class Section:
 
     Attributes
     ----------
-    name : str
-        Unique in its body.
     start_m, end_m : float
         Axial position of the two radial ends [m], start < end.
     inner_radius_m, outer_radius_m : tuple of float
         Radii at start and end [m]. Inner and outer may meet at one end (a triangle), not at both.
-    material : Material
-        Material of the section.
 
     Raises
     ------
@@ -116,8 +112,6 @@ class Interface:
 
     Attributes
     ----------
-    name : str
-        Unique in its body.
     kind : {"section", "outer", "inner", "face", "slab"}
         "section": every curve of the material cross-section in the plane z = `start_m`, inside
         the body or on its outline; where the cross-section jumps in that plane, the union of both
@@ -126,8 +120,6 @@ class Interface:
         away from the axis (n_r > 0) or towards it (n_r < 0). "slab": all curves of the piece of
         the body between the planes `start_m` and `end_m`, both cross-sections included; rigidly
         coupled it moves as one piece, as the cross-sections of a beam under a clamped hub do.
-    coupling : {"distributing", "rigid"}
-        How the master node follows the interface.
     start_m, end_m : float
         Axial range [m]; equal for "section" and "face", start < end otherwise.
     radius_m : tuple of float, optional
@@ -238,12 +230,8 @@ class Body:
 
     Attributes
     ----------
-    name : str
-        Name used in messages.
     sections : tuple of Section
         At least one; names unique.
-    interfaces : tuple of Interface
-        Names unique.
     rigid_disks : tuple of RigidDisk
         Each refers to an interface of this body; names unique.
     fillet_radius_m : float

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Literal
+
+import numpy as np
 
 from solidwhirl.geometry.errors import GeometryError
 from solidwhirl.geometry.materials import Material
 from solidwhirl.geometry.profile import Section
-from solidwhirl.geometry.stage_table import TABLE_7, StageGroup, stage_values
+from solidwhirl.rotordyn.core.arrays import FloatArray
 
 __all__ = ["TABLE_7", "Cone", "StageGroup", "Web", "stage_group_sections", "stage_values"]
 
@@ -129,8 +132,6 @@ def stage_group_sections(
         Axial position [m] of the front face of stage 1.
     direction : {1, -1}
         1: the stages follow towards larger z; -1: towards smaller z.
-    material : Material
-        Material of all sections.
     spacer_thickness_m : float
         Radial thickness [m] of the spacers. A spacer's inner line runs from the inner radius of
         one ring to that of the next; at a ring thinner than this it takes the ring's thickness.
@@ -301,3 +302,121 @@ def _require_below(group: StageGroup, where: str, radius_m: float, ring: Section
             f"stage group '{group.name}': {where} starts at r = {radius_m:.6g} m, which must lie "
             f"below the ring's inner radius {ring.inner_radius_m[0]:.6g} m"
         )
+
+
+def stage_values(origin: float, factor: float, count: int) -> FloatArray:
+    """Return a dimension of consecutive stages: value = origin * factor**(stage - 1).
+
+    Parameters
+    ----------
+    origin : float
+        Value of stage 1, in any unit.
+    factor : float
+        Ratio of consecutive stages [-].
+
+    Returns
+    -------
+    (count,) float array
+        In the unit of `origin`, read-only.
+
+    Raises
+    ------
+    GeometryError
+        If origin or factor is not finite and positive, or there is no stage.
+
+    Notes
+    -----
+    Rule of Appendix C of Müller and Hennings, rotor dynamics of an ultra-high bypass ratio engine.
+    """
+    for label, value in (("origin", origin), ("factor", factor)):
+        if not (math.isfinite(value) and value > 0.0):
+            raise GeometryError(f"stage rule: {label} is {value}, must be finite and positive")
+    if count < 1:
+        raise GeometryError(f"stage rule: {count} stages asked for, needs at least one")
+    values: FloatArray = origin * factor ** np.arange(count, dtype=np.float64)
+    values.setflags(write=False)
+    return values
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class StageGroup:
+    """Hold the first stage's dimensions of a group and their ratios from stage to stage.
+
+    Attributes
+    ----------
+    inner_radius_m, outer_radius_m, width_m, second_width_m : float
+        Values of stage 1 [m]. `width_m` is the axial width of the disk or drum ring; for
+        `second_width_m` see `TABLE_7`.
+    inner_factor, outer_factor, width_factor, second_width_factor : float
+        Ratio of consecutive stages [-].
+
+    Raises
+    ------
+    GeometryError
+        If a value is not finite and positive, or a ring's inner radius reaches its outer one.
+    """
+
+    name: str
+    count: int
+    inner_radius_m: float
+    inner_factor: float
+    outer_radius_m: float
+    outer_factor: float
+    width_m: float
+    width_factor: float
+    second_width_m: float
+    second_width_factor: float
+
+    def __post_init__(self) -> None:
+        try:
+            inner, outer = self.inner_radii_m, self.outer_radii_m
+            _ = self.widths_m, self.second_widths_m
+        except GeometryError as error:
+            raise GeometryError(f"stage group '{self.name}': {error}") from None
+        for stage, (low, high) in enumerate(zip(inner, outer, strict=True), start=1):
+            if low >= high:
+                raise GeometryError(
+                    f"stage group '{self.name}': stage {stage} has the inner radius {low:.6g} m, "
+                    f"which must be below its outer radius {high:.6g} m"
+                )
+
+    @property
+    def inner_radii_m(self) -> FloatArray:
+        """Inner radius of every stage, (count,) [m]."""
+        return stage_values(self.inner_radius_m, self.inner_factor, self.count)
+
+    @property
+    def outer_radii_m(self) -> FloatArray:
+        """Outer radius of every stage, (count,) [m]."""
+        return stage_values(self.outer_radius_m, self.outer_factor, self.count)
+
+    @property
+    def widths_m(self) -> FloatArray:
+        """Axial width of every stage's ring, (count,) [m]."""
+        return stage_values(self.width_m, self.width_factor, self.count)
+
+    @property
+    def second_widths_m(self) -> FloatArray:
+        """Second width of every stage, (count,) [m]; the last one is not used by the layout."""
+        return stage_values(self.second_width_m, self.second_width_factor, self.count)
+
+
+# Number of stages, then value of stage 1 and factor of inner and outer radius and both widths.
+_ROWS = (
+    ("lp_compressor", 3, 0.46, 0.99, 0.56, 0.96, 0.035, 0.7, 0.029, 0.71),
+    ("lp_turbine", 4, 0.21, 1.05, 0.216, 1.05, 0.011, 1.3, 0.011, 1.3),
+    ("hp_compressor", 8, 0.062, 0.922, 0.1, 1.09, 0.059, 0.72, 0.05, 0.72),
+    ("hp_turbine", 2, 0.052, 1.08, 0.19, 0.99, 0.0122, 1.4, 0.012, 1.42),
+)
+TABLE_7: Mapping[str, StageGroup] = MappingProxyType(
+    {
+        str(row[0]): StageGroup(**dict(zip(StageGroup.__slots__, row, strict=True)))  # type: ignore[arg-type]
+        for row in _ROWS
+    }
+)
+"""Table 7 of Müller and Hennings: the four stage groups of the engine (read-only).
+
+The table has two rows of widths per group and does not say what the second one is. ASSUMPTION of
+this program: the first row is the axial width of the stage's disk or drum ring, the second row the
+axial width of the spacer behind it, between stage k and stage k + 1; the last stage has no spacer.
+"""

@@ -1,10 +1,12 @@
 """From a body of revolution to a second-order mesh of its meridian or of the whole solid."""
 
 from solidwhirl.meshing.errors import MeshingError
-from solidwhirl.meshing.files import write_gmsh, write_vtu
-from solidwhirl.meshing.meridian import MINIMUM_SCALED_JACOBIAN, mesh_meridian
-from solidwhirl.meshing.prediction import predict_unknowns
-from solidwhirl.meshing.quality import scaled_jacobians, straighten
+from solidwhirl.meshing.own.files import write_gmsh, write_vtu
+from solidwhirl.meshing.own.meridian import MINIMUM_SCALED_JACOBIAN, mesh_meridian
+from solidwhirl.meshing.own.prediction import predict_unknowns
+from solidwhirl.meshing.own.quality import scaled_jacobians, straighten
+from solidwhirl.meshing.own.refinement import CORNER_RATE, refined_size
+from solidwhirl.meshing.own.solid import mesh_solid
 from solidwhirl.meshing.records import (
     FloatArray,
     IntArray,
@@ -13,8 +15,6 @@ from solidwhirl.meshing.records import (
     MeshQuality,
     MeshSize,
 )
-from solidwhirl.meshing.refinement import CORNER_RATE, refined_size
-from solidwhirl.meshing.solid import mesh_solid
 
 __all__ = [
     "CORNER_RATE",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from solidwhirl.core.errors import UserError
 
-class MeshingError(ValueError):
+
+class MeshingError(UserError):
     """A mesh that could not be made, or is not good enough to be used."""

@@ -1,12 +1,13 @@
 """From a mesh to a superelement: operators of the spinning body and their reduction."""
 
 # first: it says how dolfinx is imported
-import solidwhirl.reduction.compat  # noqa: F401
-from solidwhirl.reduction.craig_bampton import MAXIMUM_HOOP_STRAIN
+import solidwhirl.reduction.operators.compat  # noqa: F401
+from solidwhirl.core.reduction_work import ReductionWork
+from solidwhirl.reduction.basis.craig_bampton import MAXIMUM_HOOP_STRAIN
+from solidwhirl.reduction.body.reduce import reduce_body
+from solidwhirl.reduction.body.request import ReductionRequest
 from solidwhirl.reduction.errors import ReductionError
-from solidwhirl.reduction.reduce import ReductionWork, reduce_body
-from solidwhirl.reduction.reduced_order import ReductionRequest
-from solidwhirl.reduction.solvers import expected_factor
+from solidwhirl.reduction.operators.solver_choice import expected_factor
 
 __all__ = [
     "MAXIMUM_HOOP_STRAIN",

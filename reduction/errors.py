@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from solidwhirl.core.errors import UserError
 
-class ReductionError(ValueError):
+
+class ReductionError(UserError):
     """A body that can not be reduced as asked."""
 
 
 class FactorMemoryError(ReductionError):
     """A factor that needs more memory than the machine has."""
+
+
+class KernelCacheError(UserError):
+    """A cache of kernels that can not be used; the message says what to remove."""

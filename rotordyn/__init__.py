@@ -2,39 +2,46 @@
 
 from __future__ import annotations
 
-from solidwhirl.rotordyn.beams import beam_superelement
-from solidwhirl.rotordyn.bearing_laws import (
+from solidwhirl.rotordyn.assembly.bearing_laws import (
     LEE_ANISOTROPIC,
     LEE_ISOTROPIC,
     PolynomialLaw,
     SpeedLaw,
     TableLaw,
 )
-from solidwhirl.rotordyn.bearing_notes import BearingNote, bearing_notes
-from solidwhirl.rotordyn.branch_notes import TrackingNote
-from solidwhirl.rotordyn.campbell import Campbell, campbell
-from solidwhirl.rotordyn.campbell_errors import CampbellErrors, campbell_errors
-from solidwhirl.rotordyn.complex_form import ComplexForm, complex_form
-from solidwhirl.rotordyn.critical_speed_errors import CriticalSpeedErrors, critical_speed_errors
-from solidwhirl.rotordyn.critical_speeds import CriticalSpeed, critical_speeds
-from solidwhirl.rotordyn.eigen import Modes, modes_at_speed
-from solidwhirl.rotordyn.eigenvalue_errors import FrequencyErrors, frequency_errors
-from solidwhirl.rotordyn.errors import AnalysisError, AssemblyError, SuperelementError
-from solidwhirl.rotordyn.files import read_superelement, write_superelement
-from solidwhirl.rotordyn.invariants import Invariant, check_superelement
-from solidwhirl.rotordyn.parts import Bearing, End, Gear, InternalDamping, Rotor, System
-from solidwhirl.rotordyn.pictures import draw_campbell
-from solidwhirl.rotordyn.rigid_superelement import rigid_superelement
-from solidwhirl.rotordyn.shafts import Disk
-from solidwhirl.rotordyn.superelement import (
+from solidwhirl.rotordyn.assembly.bearing_notes import BearingNote, bearing_notes
+from solidwhirl.rotordyn.assembly.parts import Bearing, End, Gear, InternalDamping, Rotor, System
+from solidwhirl.rotordyn.assembly.system import (
+    AssembledSystem,
+    SpeedMatrices,
+    assemble,
+    matrices_at_speed,
+)
+from solidwhirl.rotordyn.beams.shafts import Disk
+from solidwhirl.rotordyn.beams.superelement import beam_superelement
+from solidwhirl.rotordyn.campbell.branches import TrackingNote
+from solidwhirl.rotordyn.campbell.diagram import Campbell, campbell
+from solidwhirl.rotordyn.core.errors import AnalysisError, AssemblyError, SuperelementError
+from solidwhirl.rotordyn.critical_speeds.search import CriticalSpeed, critical_speeds
+from solidwhirl.rotordyn.estimates.campbell_errors import CampbellErrors, campbell_errors
+from solidwhirl.rotordyn.estimates.critical_speed_errors import (
+    CriticalSpeedErrors,
+    critical_speed_errors,
+)
+from solidwhirl.rotordyn.estimates.eigenvalue_errors import FrequencyErrors, frequency_errors
+from solidwhirl.rotordyn.modes.complex_form import ComplexForm, complex_form
+from solidwhirl.rotordyn.modes.eigen import Modes, modes_at_speed
+from solidwhirl.rotordyn.modes.whirl import whirl_direction
+from solidwhirl.rotordyn.plots.campbell import draw_campbell
+from solidwhirl.rotordyn.storage.files import read_superelement, write_superelement
+from solidwhirl.rotordyn.superelement.invariants import Invariant, check_superelement
+from solidwhirl.rotordyn.superelement.record import (
     Coordinate,
     ErrorForm,
     InterfaceNode,
     Superelement,
-    attach_rigid_disk,
 )
-from solidwhirl.rotordyn.system import AssembledSystem, SpeedMatrices, assemble, matrices_at_speed
-from solidwhirl.rotordyn.whirl import whirl_direction
+from solidwhirl.rotordyn.superelement.rigid_body import attach_rigid_disk, rigid_superelement
 
 __all__ = [
     "LEE_ANISOTROPIC",

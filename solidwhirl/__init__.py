@@ -14,4 +14,7 @@ except ValueError as error:
         "h5py met another HDF5 library; import solidwhirl before dolfinx or petsc4py"
     ) from error
 
+from solidwhirl.moved import point_to_moved_modules
+
+point_to_moved_modules()
 __version__ = "0.1.0"

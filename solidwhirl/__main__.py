@@ -9,7 +9,7 @@ except ModuleNotFoundError as missing:
         raise
     sys.exit(
         f"error: {missing}; the command line needs more than the rotordynamics alone: "
-        "`python3 solidwhirl/doctor.py` says what to install, or pip install '.[pipeline]'"
+        "`python3 solidwhirl/console/doctor.py` says what to install, or pip install '.[pipeline]'"
     )
 
 main()

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from solidwhirl.identify_places import place_steps
-from solidwhirl.scene import Scene
-from solidwhirl.scene_file import parse_scene
+from solidwhirl.scene.records import Scene
+from solidwhirl.scene_reading.paths import place_steps, resolved_step
+from solidwhirl.scene_reading.reader import parse_scene
 
 __all__ = ["beam", "bearing", "body", "cylinder", "disk", "scene", "unbalance", "with_changes"]
 
@@ -278,22 +278,12 @@ def with_changes(scene: Scene, changes: Mapping[str, Any]) -> Scene:
 
 
 def _step(holder: Any, key: str, place: str) -> str | int:
-    """Return the key of a table, or the index of the entry of that name in a list of tables."""
-    if key.startswith("["):
-        if not isinstance(holder, list):
-            raise ValueError(f"{place}: {key} stands behind something that is no list")
-        key = key[1:-1]
-    if isinstance(holder, dict):  # a table that is absent has its usual values
+    """Return the key of a table, or the index of an entry of a list, whichever way it is spelt."""
+    if isinstance(holder, dict) and key[0] != "[":  # a table that is absent has its usual values
         holder.setdefault(key, {})
-        return key
-    entries = holder if isinstance(holder, list) else []
-    names = [entry.get("name") if isinstance(entry, dict) else None for entry in entries]
-    if key in names:
-        return names.index(key)
-    if key.isdecimal() and int(key) < len(entries):
-        return int(key)
-    there = [name for name in names if name is not None]
-    raise ValueError(f"{place}: there is no {key!r}; there are {there}")
+    if isinstance(holder, list) and key[0] != "[":
+        key = f"[{key}]"
+    return resolved_step(holder, key, "the place before it", place)
 
 
 def _table(**keys: Any) -> Table:

@@ -10,8 +10,8 @@ import typer
 
 from solidwhirl.commands import batches, doctor, files, init, pictures, plan, run, searches
 from solidwhirl.commands.options import Command, examples
-from solidwhirl.endings import end_of_defect, keep_petsc_from_signals
-from solidwhirl.streams import lasting_streams
+from solidwhirl.console.exit_handling import end_of_defect, keep_petsc_from_signals
+from solidwhirl.console.streams import lasting_streams
 
 # A terminal that can only take plain text gets help without boxes.
 _PLAIN = os.environ.get("TERM", "").lower() in ("dumb", "unknown")
@@ -63,6 +63,7 @@ app.command(cls=Command, epilog=pictures.EXAMPLES)(pictures.pictures)
 app.command(cls=Command, epilog=files.GEOMETRY_EXAMPLES)(files.geometry)
 app.command(cls=Command, epilog=files.EXPORT_EXAMPLES)(files.export)
 app.command(cls=Command, epilog=files.FORMATS_EXAMPLES)(files.formats)
+app.command(cls=Command, epilog=files.SCHEMA_EXAMPLES)(files.schema)
 app.command(cls=Command, epilog=doctor.EXAMPLES)(doctor.doctor)
 app.command(cls=Command, epilog=files.VERSION_EXAMPLES)(files.version)
 

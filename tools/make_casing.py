@@ -38,11 +38,11 @@ def main(out: Path = OUT) -> None:
     out
         The file.
     """
-    from solidwhirl.pipeline import run_scene
-    from solidwhirl.rotordyn.exchange.arrays_npz import write_npz
-    from solidwhirl.scene_file import read_scene
+    from solidwhirl.pipeline.run import run_scene
+    from solidwhirl.rotordyn.exchange.matrices.arrays_npz import write_npz
+    from solidwhirl.scene_reading.reader import read_scene
 
-    results = run_scene(read_scene(SCENE), progress=lambda text: sys.stderr.write(text + "\n"))
+    results = run_scene(read_scene(SCENE), progress=lambda stage: print(stage, file=sys.stderr))
     if results is None:
         return
     out.parent.mkdir(exist_ok=True)

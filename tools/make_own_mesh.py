@@ -15,7 +15,7 @@ import meshio
 import numpy as np
 
 from solidwhirl.geometry import MATERIALS, Body, Section
-from solidwhirl.meshing.step_write import write_step
+from solidwhirl.meshing.own.step_write import write_step
 
 HERE = Path(__file__).resolve().parents[1] / "scenes" / "own_mesh"
 # gmsh's tetrahedra in the order of Abaqus, which is VTK's

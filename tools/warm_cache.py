@@ -6,9 +6,9 @@ from mpi4py import MPI
 from solidwhirl.geometry import MATERIALS, Body, Interface, Section
 from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid
 from solidwhirl.reduction import ReductionRequest, reduce_body
-from solidwhirl.reduction.fields import body_fields
-from solidwhirl.reduction.indicators import MotionSample, element_errors
-from solidwhirl.reduction.stresses import StressRecovery
+from solidwhirl.reduction.recovery.fields import body_fields
+from solidwhirl.reduction.recovery.stresses import StressRecovery
+from solidwhirl.reduction.residuals.indicators import MotionSample, element_errors
 
 
 def warm(level: str, degree: int) -> None:
@@ -44,7 +44,7 @@ def warm(level: str, degree: int) -> None:
     StressRecovery(fields).recover(np.ones(element.size), 100.0)
     motion = np.ones(element.size, dtype=complex)
     sample = MotionSample(coordinates=motion, s=100j, speed_rad_s=100.0, weight=1.0)
-    for indicators in work.indicators:
+    for indicators in work.indicators() if work.indicators is not None else ():
         element_errors(indicators, (sample,))
 
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from solidwhirl.commands.options import Accuracy, Level, Quiet, Store, examples
-from solidwhirl.guard import guarded
+from solidwhirl.console.guard import guarded
 
 EXAMPLES = examples(
     "solidwhirl batch scenes/laval.toml scenes/ferraris.toml --out out/batch",
@@ -48,19 +48,16 @@ def batch(
     """
 
     def work() -> None:
-        from solidwhirl.batch_command import batch_command
+        from solidwhirl.batch.case import CaseSettings
+        from solidwhirl.batch.command import batch_command
 
         code = batch_command(
             scenes,
-            out,
+            CaseSettings(out=out, store=store, level=level, accuracy=accuracy, pictures=pictures),
             ranks_per_scene=ranks_per_scene,
             resume=resume,
-            store=store,
-            level=level,
-            accuracy=accuracy,
             slurm=slurm,
             quiet=quiet,
-            pictures=pictures,
             operating_rpm=operating_rpm,
         )
         if code:
@@ -77,7 +74,7 @@ def batch_pictures(
     """Draw the pictures of the sweeps of a batch again, from its rows; nothing is computed."""
 
     def work() -> None:
-        from solidwhirl.batch_pictures import redraw
+        from solidwhirl.batch.pictures import redraw
 
         files = redraw(out, operating_rpm)
         if not files and not quiet:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import typer
 
 from solidwhirl.commands.options import AsJson, examples
-from solidwhirl.doctor import examine, exit_code, report_document, report_lines
-from solidwhirl.terminal import print_document
+from solidwhirl.console.doctor import examine, exit_code, report_document, report_lines
+from solidwhirl.console.terminal import print_document
 
 EXAMPLES = examples("solidwhirl doctor", "solidwhirl doctor --json")
 

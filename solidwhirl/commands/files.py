@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from solidwhirl.commands.options import Force, SceneFile, completing, examples
-from solidwhirl.guard import guarded
+from solidwhirl.console.guard import guarded
 
 CHECK_EXAMPLES = examples(
     "solidwhirl check out/laval",
@@ -23,6 +24,10 @@ EXPORT_EXAMPLES = examples(
     "solidwhirl export out/laval/bodies/rotor.h5 --format npz -o out/rotor.npz",
 )
 FORMATS_EXAMPLES = examples("solidwhirl formats")
+SCHEMA_EXAMPLES = examples(
+    "solidwhirl schema scene",
+    "solidwhirl schema results",
+)
 VERSION_EXAMPLES = examples("solidwhirl version")
 
 
@@ -39,7 +44,7 @@ def check(
     """
 
     def work() -> None:
-        from solidwhirl.check_command import check_command
+        from solidwhirl.commands.check_command import check_command
 
         raise typer.Exit(check_command(paths, as_json=as_json))
 
@@ -62,7 +67,7 @@ def geometry(
     """Write the bodies of a scene as closed solids in STEP files."""
 
     def work() -> None:
-        from solidwhirl.geometry_command import geometry_command
+        from solidwhirl.commands.geometry_command import geometry_command
 
         for path in geometry_command(scene, step, length_unit=length_unit, force=force):
             typer.echo(f"written: {path}")
@@ -71,7 +76,7 @@ def geometry(
 
 
 def _formats_beginning(incomplete: str) -> list[str]:
-    from solidwhirl.export_command import FORMATS
+    from solidwhirl.commands.export_command import FORMATS
 
     return [name for name in FORMATS if name.startswith(incomplete)]
 
@@ -109,7 +114,7 @@ def export(
     """Write a superelement in the files of other programs, and say what they can not carry."""
 
     def work() -> None:
-        from solidwhirl.export_command import export_command
+        from solidwhirl.commands.export_command import export_command
 
         given = {"modes": modes, "damping": damping, "layout": layout, "records": records}
         given |= {"speed_rpm": speed_rpm}
@@ -121,14 +126,33 @@ def export(
 
 def formats() -> None:
     """List the formats of `export`, and their options."""
-    from solidwhirl.export_command import formats_text
+    from solidwhirl.commands.export_command import formats_text
 
     typer.echo(formats_text())
 
 
+def schema(
+    of: Annotated[
+        str,
+        typer.Argument(
+            metavar="scene|results",
+            help="Scene files, or results.json.",
+            autocompletion=completing(("scene", "results")),
+        ),
+    ],
+) -> None:
+    """Print the JSON schema of scene files or of results.json, for editors and other programs."""
+    from solidwhirl.scene_reading.schema import results_schema, scene_schema
+
+    made = {"scene": scene_schema, "results": results_schema}.get(of)
+    if made is None:
+        raise typer.BadParameter(f"{of!r}; allowed are scene, results")
+    typer.echo(json.dumps(made(), indent=1, ensure_ascii=False))
+
+
 def version() -> None:
     """Print the versions of the program and of what it runs on."""
-    from solidwhirl.versions import package_versions
+    from solidwhirl.core.versions import package_versions
 
     for name, number in package_versions().items():
         typer.echo(f"{name} {number}")

@@ -4,23 +4,30 @@ from __future__ import annotations
 
 import re
 import shlex
+from importlib import resources
 from pathlib import Path
+from string import Template
 from typing import Annotated
 
 import typer
 
 from solidwhirl.commands.options import completing, examples, refuse_unwritable
-from solidwhirl.errors import OutputError
-from solidwhirl.guard import guarded
-from solidwhirl.init_scenes import KINDS, scene_text
+from solidwhirl.console.guard import guarded
+from solidwhirl.core.errors import OutputError
 
+#: Kinds of scenes, each a file in `templates`, and what they are.
+KINDS = {
+    "laval": "a shaft with one disk on two bearings",
+    "twin": "two coaxial shafts with an intershaft bearing",
+    "engine": "fan, gear, two shafts, casing and mount",
+}
 EXAMPLES = examples(
     "solidwhirl init",
     "solidwhirl init twin.toml --kind twin",
     "solidwhirl init engines/small.toml --kind engine",
 )
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
-_KINDS_TEXT = "; ".join(f"{kind}: {what}" for kind, (what, _) in KINDS.items())
+_KINDS_TEXT = "; ".join(f"{kind}: {what}" for kind, what in KINDS.items())
 
 
 def init(
@@ -53,15 +60,6 @@ def init(
 def write_scene(file: Path, kind: str, *, replace: bool) -> None:
     """Write a scene of a kind; its name is that of the file where that can be one.
 
-    Parameters
-    ----------
-    file
-        Where to.
-    kind
-        One of `solidwhirl.init_scenes.KINDS`.
-    replace
-        Whether a file that is there may be replaced.
-
     Raises
     ------
     OutputError
@@ -80,3 +78,9 @@ def write_scene(file: Path, kind: str, *, replace: bool) -> None:
         file.write_text(text, encoding="utf-8")
     except OSError as error:
         raise OutputError(f"{file}: can not be written: {error.strerror or error}") from error
+
+
+def scene_text(kind: str, *, name: str, file: str) -> str:
+    """Return the text of a scene file of one of `KINDS`, whose comments call it `file`."""
+    template = resources.files(__package__) / "templates" / f"{kind}.toml"
+    return Template(template.read_text(encoding="utf-8")).substitute(name=name, file=file)

@@ -10,8 +10,8 @@ import typer
 from pydantic import ValidationError
 from typer.core import TyperCommand
 
-from solidwhirl.errors import OutputError, SceneError
-from solidwhirl.scene import Scene
+from solidwhirl.core.errors import OutputError, SceneError
+from solidwhirl.scene.records import Scene
 
 # Bytes of a name of a file, and of a path that leaves room for what is made in a folder.
 _LONGEST_NAME, _LONGEST_PATH = 255, 3800
@@ -47,13 +47,7 @@ def _problem(value: str) -> str:
 
 
 def completing(allowed: tuple[str, ...]) -> Any:
-    """Return a completer of a shell for a few words.
-
-    Parameters
-    ----------
-    allowed
-        The words.
-    """
+    """Return a completer of a shell for a few words."""
 
     def complete(incomplete: str) -> list[str]:
         return [word for word in allowed if word.startswith(incomplete)]
@@ -91,32 +85,19 @@ AsJson = Annotated[
 
 
 def examples(*lines: str) -> str:
-    """Return the end of a command's help: lines that can be typed as they are.
-
-    Parameters
-    ----------
-    lines
-        Commands.
-    """
+    """Return the end of a command's help: lines that can be typed as they are."""
     return "\n\n".join(("Examples:", *lines))
 
 
 def chosen_scene(path: Path, level: str | None, accuracy: float | None) -> Scene:
     """Read a scene, with the values of the command line in place of its own.
 
-    Parameters
-    ----------
-    path
-        The scene file.
-    level, accuracy
-        None: as the scene has it.
-
     Raises
     ------
     SceneError
         The file or an option is refused.
     """
-    from solidwhirl.scene_file import read_scene, with_model
+    from solidwhirl.scene_reading.reader import read_scene, with_model
 
     scene = read_scene(path)
     try:
@@ -136,17 +117,12 @@ def _option_problem(error: Any) -> str:
 def refuse_unwritable(out: Path) -> None:
     """Find out before the long work, not after, that a folder can not be written.
 
-    Parameters
-    ----------
-    out
-        The folder, which may not be there yet.
-
     Raises
     ------
     OutputError
         It, or the folder that it would be made in, is no folder or can't be written.
     """
-    from solidwhirl.run_folder import writing_problem
+    from solidwhirl.files.run_folder import writing_problem
 
     nearest = out
     while not nearest.exists() and nearest != nearest.parent:

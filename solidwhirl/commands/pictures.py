@@ -16,8 +16,8 @@ from solidwhirl.commands.options import (
     examples,
     refuse_unwritable,
 )
-from solidwhirl.guard import guarded
-from solidwhirl.terminal import telling
+from solidwhirl.console.guard import guarded
+from solidwhirl.console.terminal import telling
 
 EXAMPLES = examples(
     "solidwhirl pictures scenes/laval.toml --out out/laval --only campbell",
@@ -58,7 +58,7 @@ def pictures(
     def work() -> None:
         chosen = chosen_scene(scene, level, accuracy)
         refuse_unwritable(out)
-        from solidwhirl.pictures_command import pictures_command
+        from solidwhirl.commands.pictures_command import pictures_command
 
         with telling(quiet) as progress:
             done = pictures_command(

@@ -9,8 +9,8 @@ from rich.console import Console
 from rich.markdown import Markdown
 
 from solidwhirl.commands.options import Accuracy, AsJson, Level, SceneFile, chosen_scene, examples
-from solidwhirl.guard import guarded
-from solidwhirl.terminal import print_document
+from solidwhirl.console.guard import guarded
+from solidwhirl.console.terminal import print_document
 
 EXAMPLES = examples(
     "solidwhirl plan scenes/ferraris.toml",
@@ -28,13 +28,13 @@ def plan(
     """
 
     def work() -> None:
-        from solidwhirl.bodies import build_bodies
-        from solidwhirl.forecast import forecast, forecast_document
-        from solidwhirl.levels import chosen_level
-        from solidwhirl.mesh_bodies import build_mesh_bodies
-        from solidwhirl.meshing.user_mesh_records import AnyBody
-        from solidwhirl.plan import make_plan
-        from solidwhirl.plausibility import implausible
+        from solidwhirl.bodies.fidelity import chosen_level
+        from solidwhirl.cost.forecast import forecast, forecast_document
+        from solidwhirl.meshing.imported.records import AnyBody
+        from solidwhirl.model.bodies import build_bodies
+        from solidwhirl.model.effects import make_plan
+        from solidwhirl.model.mesh_bodies import build_mesh_bodies
+        from solidwhirl.plausibility.units import implausible
 
         chosen = chosen_scene(scene, level, accuracy)
         bodies = build_bodies(chosen)
@@ -43,7 +43,7 @@ def plan(
         doubts = implausible(chosen, bodies)
         expected = forecast(chosen, decided, solids) if solids else None
         if as_json:
-            from solidwhirl.results import plan_document
+            from solidwhirl.output.documents import plan_document
 
             document: dict[str, Any] = {
                 "schema": "solidwhirl-plan-1",
@@ -54,8 +54,8 @@ def plan(
             }
             print_document(document)
             return
-        from solidwhirl.report import cost_text, plan_text
-        from solidwhirl.scene_sweep import nominal_text
+        from solidwhirl.output.report import cost_text, plan_text
+        from solidwhirl.scene.sweep import nominal_text
 
         text = plan_text(decided, doubts)
         if chosen.sweep is not None:

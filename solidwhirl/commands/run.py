@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -23,12 +23,14 @@ from solidwhirl.commands.options import (
     examples,
     refuse_unwritable,
 )
-from solidwhirl.guard import guarded
-from solidwhirl.scene import Scene
-from solidwhirl.terminal import RunProgress, print_document
+from solidwhirl.console.guard import guarded
+from solidwhirl.console.terminal import RunProgress, print_document
+from solidwhirl.core.stages import Stage, StageName
+from solidwhirl.scene.records import Scene
 
 if TYPE_CHECKING:
-    from solidwhirl.pipeline import Results
+    from solidwhirl.geometry import Body
+    from solidwhirl.pipeline.run import Results
 
 EXAMPLES = examples(
     "solidwhirl run scenes/laval.toml --out out/laval",
@@ -91,7 +93,7 @@ def run(
         refuse_unwritable(out)
         from mpi4py import MPI
 
-        from solidwhirl.pipeline import run_scene
+        from solidwhirl.pipeline.run import run_scene
 
         if MPI.COMM_WORLD.rank != 0:
             run_scene(chosen, comm=MPI.COMM_WORLD)
@@ -108,7 +110,7 @@ def run(
 
 def _keeps_stages(places: _Places) -> bool:
     """Whether stages are kept that the same command would take up."""
-    from solidwhirl.run_folder import STAGES
+    from solidwhirl.files.run_folder import STAGES
 
     if places.fresh:
         return False
@@ -131,7 +133,7 @@ def _nothing(message: str) -> None:
 
 
 def _refusal(scene: Path) -> Callable[[str], None]:
-    from solidwhirl.terminal_summary import refusal_document
+    from solidwhirl.console.summary import refusal_document
 
     return lambda message: print_document(refusal_document(scene, message))
 
@@ -145,24 +147,25 @@ def _started_s() -> float:
 
 def _run_on_first_rank(scene: Scene, places: _Places, voice: _Voice) -> None:
     """Run and write a scene on the rank that has the results."""
-    from solidwhirl.bodies import build_bodies
-    from solidwhirl.check_report import failed
-    from solidwhirl.plausibility import implausible
-    from solidwhirl.scene_sweep import nominal_text
-    from solidwhirl.terminal_summary import (
+    from solidwhirl.console.summary import (
         doubt_lines,
         print_summary,
         summary_document,
         warning_lines,
     )
+    from solidwhirl.core.check_report import failed
+    from solidwhirl.model.bodies import build_bodies
+    from solidwhirl.plausibility.units import implausible
+    from solidwhirl.scene.sweep import nominal_text
 
     started = _started_s()
     if scene.sweep is not None and not voice.quiet:
         typer.echo(nominal_text(str(places.scene), scene.sweep), err=True)
-    early = tuple(f"warning: {d.message}" for d in implausible(scene, build_bodies(scene)))
+    geometry = build_bodies(scene)
+    early = tuple(f"warning: {d.message}" for d in implausible(scene, geometry))
     if not voice.quiet:  # a refusal is one message: a quiet run has them at its end
         _say(early)
-    results = _written(scene, places, voice)
+    results = _written(scene, geometry, places, voice)
     spent = time.perf_counter() - started
     if voice.as_json:
         print_document(summary_document(results, places.out, spent))
@@ -182,14 +185,14 @@ def _say(lines: Iterable[str]) -> None:
         typer.echo(line, err=True)
 
 
-def _written(scene: Scene, places: _Places, voice: _Voice) -> Results:
+def _written(scene: Scene, geometry: Mapping[str, Body], places: _Places, voice: _Voice) -> Results:
     """Compute a scene and write its folder."""
     from mpi4py import MPI
 
-    from solidwhirl.pipeline import run_scene
-    from solidwhirl.results import write_into
-    from solidwhirl.run_folder import claimed, refuse_foreign_results
-    from solidwhirl.store_stages import Keeper, open_fresh_store, open_store
+    from solidwhirl.files.run_folder import claimed, refuse_foreign_results
+    from solidwhirl.output.documents import write_into
+    from solidwhirl.pipeline.cached_stages import Keeper, open_fresh_store, open_store
+    from solidwhirl.pipeline.run import run_scene
 
     progress = RunProgress(quiet=voice.quiet, pictures=places.pictures)
     with progress, claimed(places.out) as folder:
@@ -203,9 +206,10 @@ def _written(scene: Scene, places: _Places, voice: _Voice) -> Results:
             progress=progress,
             foreseen=progress.foreseen,
             store=kept,
+            geometry=geometry,
         )
         assert results is not None
-        progress("write the results")
+        progress(Stage(name=StageName.WRITING))
         keeper = Keeper(store=kept, progress=progress)
         write_into(
             results,

@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from solidwhirl.commands.options import Quiet, SceneFile, examples, refuse_unwritable
-from solidwhirl.guard import guarded
-from solidwhirl.terminal import telling
+from solidwhirl.console.guard import guarded
+from solidwhirl.console.terminal import telling
 
 STUDY_EXAMPLES = examples(
     "solidwhirl study scenes/laval.toml --out out/study --quick",
@@ -28,18 +28,18 @@ def study(
 ) -> None:
     """Measure what accuracy costs: error against time and memory over levels, meshes and modes.
 
-    Writes study.json, study.md, study.html and pictures. A study that was broken off goes on.
+    Writes study.json, study.md and study.png. A study that was interrupted continues.
     """
 
     def work() -> None:
         refuse_unwritable(out)
-        from solidwhirl.study import study_command
+        from solidwhirl.study.run import study_command
 
         with telling(quiet) as progress:
             done = study_command(scene, out, progress, quick=quick)
         if quiet:
             return
-        typer.echo(f"page: {done.page}")
+        typer.echo(f"picture: {done.picture}")
         typer.echo(f"table: {done.report}")
         typer.echo(f"{done.done} cases, {done.failed} failed, {done.skipped} skipped")
 
@@ -59,7 +59,7 @@ def identify(
 
     def work() -> None:
         refuse_unwritable(out.parent)
-        from solidwhirl.identify import identify_command
+        from solidwhirl.identify.run import identify_command
 
         with telling(quiet) as progress:
             done = identify_command(problem, out, progress)

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from solidwhirl.errors import OutputError
+from solidwhirl.core.errors import OutputError
 from solidwhirl.pictures.engine_shape import EngineShape
 from solidwhirl.pictures.stills import Image, cropped, frame_of, scene_in_space, view
-from solidwhirl.rotordyn.atomic import replacing
-from solidwhirl.rotordyn.picture_frame import styled
+from solidwhirl.rotordyn.core.atomic import replacing
+from solidwhirl.rotordyn.plots.frame import styled
 
 # Frames of one period and per second, pixels of the view, dots per inch of what is around it.
 _FRAMES, _RATE_HZ = 24, 12
@@ -27,17 +27,7 @@ _BLOCK = 16
 def mode_frames(
     shape: EngineShape, title: str, told: Callable[[int, int], None] = lambda frame, frames: None
 ) -> list[Image]:
-    """Return the images of one period of a mode, each (h, w, 3).
-
-    Parameters
-    ----------
-    shape
-        The mode.
-    title
-        Above them.
-    told
-        Called with the number of frames that are drawn, and of all.
-    """
+    """Return the images of one period of a mode, each (h, w, 3)."""
     views: list[Image] = []
     with scene_in_space(_PIXELS, "msaa") as plotter:
         for k in range(_FRAMES):
@@ -95,13 +85,6 @@ def _even(image: Any) -> Image:
 def write_film(frames: list[Image], path: Path) -> None:
     """Write frames that repeat, as GIF or MP4 by the ending of the file.
 
-    Parameters
-    ----------
-    frames
-        Images of equal size.
-    path
-        The file, replaced when the new one is complete.
-
     Raises
     ------
     OutputError
@@ -138,17 +121,5 @@ def draw_mode_film(
     title: str,
     told: Callable[[int, int], None] = lambda frame, frames: None,
 ) -> None:
-    """Draw a mode as a film.
-
-    Parameters
-    ----------
-    shape
-        The mode.
-    path
-        The file (.gif, .mp4).
-    title
-        Above it.
-    told
-        As for `mode_frames`.
-    """
+    """Draw a mode as a film."""
     write_film(mode_frames(shape, title, told), path)

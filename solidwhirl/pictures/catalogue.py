@@ -9,22 +9,22 @@ from typing import Any
 
 import numpy as np
 
-from solidwhirl.outcome import Write, is_picture
-from solidwhirl.page.operating import operating_rad_s
+from solidwhirl.core.outcome import Write, is_picture
+from solidwhirl.drawing.modes import pictured_modes
+from solidwhirl.files.picture_record import Picture
+from solidwhirl.page.frame.operating import operating_rad_s
 from solidwhirl.pictures.engine import draw_engine
-from solidwhirl.pictures.engine_shape import ChosenMode, chosen_modes, engine_shape
+from solidwhirl.pictures.engine_shape import EngineShape, engine_shape
 from solidwhirl.pictures.meshes import draw_meridian_mesh
-from solidwhirl.pictures.records import Picture
 from solidwhirl.pictures.series import draw_checks, draw_cost, draw_stability, draw_waterfall
-from solidwhirl.pipeline import Results
-from solidwhirl.rotordyn.pictures import (
+from solidwhirl.pipeline.run import Results
+from solidwhirl.rotordyn.plots.campbell import (
     draw_annotated_campbell,
     draw_campbell,
     draw_damped_campbell,
 )
-from solidwhirl.rotordyn.pictures_errors import draw_campbell_errors, draw_critical_speed_errors
+from solidwhirl.rotordyn.plots.errors import draw_campbell_errors, draw_critical_speed_errors
 
-_RPM = 30.0 / np.pi
 # Decrements below this are rounding.
 _UNDAMPED = 1e-8
 # Every so many frames of a film a line says how far it is.
@@ -48,15 +48,6 @@ def pictures_of(
     results: Results, modes: int = 4, progress: Callable[[str], None] = lambda text: None
 ) -> tuple[Picture, ...]:
     """Return all pictures that a run has something for.
-
-    Parameters
-    ----------
-    results
-        The run.
-    modes
-        Modes shown in space at most.
-    progress
-        Called with a line for some of the frames while a film is drawn.
 
     Returns
     -------
@@ -89,14 +80,10 @@ def _meshes(results: Results, title: str) -> Iterator[Picture]:
             name=f"mesh_{name}",
             kind="plot" if flat else "still",
             caption=f"Mesh of {name}: {len(mesh.cells)} elements of order {degree}.",
-            draw=partial(_draw_flat, mesh, degree, own)
+            draw=partial(draw_meridian_mesh, mesh, degree, title=own)
             if flat
             else partial(_draw_solid, mesh, own),
         )
-
-
-def _draw_flat(mesh: Any, degree: int, title: str, path: Path) -> None:
-    draw_meridian_mesh(mesh, degree, path, title)
 
 
 def _draw_solid(mesh: Any, title: str, path: Path) -> None:
@@ -130,13 +117,12 @@ def _campbell(results: Results, title: str) -> Iterator[Picture]:
             kind="plot",
             caption=caption,
             draw=partial(
-                _draw_campbell,
                 draw,
                 results.campbell,
                 critical,
-                title,
-                ratios,
-                operating_rad_s(results),
+                title=title,
+                excitation_ratios=ratios,
+                operating_rad_s=operating_rad_s(results),
             ),
         )
     if results.estimates is None:
@@ -157,70 +143,45 @@ def _campbell(results: Results, title: str) -> Iterator[Picture]:
         )
 
 
-def _draw_campbell(
-    draw: Callable[..., None],
-    diagram: Any,
-    critical: Any,
-    title: str,
-    ratios: dict[str, float],
-    operating: dict[str, tuple[float, float]],
-    path: Path,
-) -> None:
-    draw(
-        diagram,
-        critical,
-        path,
-        title=title,
-        excitation_ratios=ratios,
-        operating_rad_s=operating,
-    )
-
-
 def _modes(
     results: Results, count: int, title: str, progress: Callable[[str], None]
 ) -> Iterator[Picture]:
-    for chosen in chosen_modes(results, count):
-        speed = chosen.speed_rad_s * _RPM
+    beginning, shown = pictured_modes(results, count)
+    for k in range(0 if shown is None else len(shown.rpm)):
+        assert shown is not None
+        name = f"{beginning}_{k + 1}"
         caption = (
-            f"Mode of {chosen.frequency_hz:.4g} Hz at {speed:.0f} rpm"
-            f"{f', {chosen.whirl}' if chosen.whirl else ''}: deformed bodies, and orbits of the "
-            "axis: solid with a ball where they are forward, dashed with a cube where they are "
-            "backward."
+            f"Mode of {shown.modes.frequency_hz[k]:.4g} Hz at {shown.rpm[k]:.0f} rpm, "
+            f"{shown.whirl[k]}: deformed bodies, and orbits of the axis: solid with a ball where "
+            "they are forward, dashed with a cube where they are backward."
         )
+        shape = partial(engine_shape, results, shown, k)
         yield Picture(
-            name=chosen.name,
-            kind="still",
-            caption=caption,
-            draw=partial(_draw_mode, results, chosen, title),
+            name=name, kind="still", caption=caption, draw=partial(_draw_mode, shape, title)
         )
-        yield Picture(
-            name=f"{chosen.name}_film",
-            kind="film",
-            caption=caption,
-            draw=partial(_draw_film, results, chosen, title, progress),
-        )
+        told = partial(_tell, progress, name)
+        draw = partial(_draw_film, shape, title, told)
+        yield Picture(name=f"{name}_film", kind="film", caption=caption, draw=draw)
 
 
-def _draw_mode(results: Results, chosen: ChosenMode, title: str, path: Path) -> None:
+def _tell(progress: Callable[[str], None], name: str, frame: int, frames: int) -> None:
+    if frame % _TOLD == 0:
+        progress(f"{name}_film: frame {frame} of {frames}")
+
+
+# The modules of stills and films load VTK.
+def _draw_mode(shape: Callable[[], EngineShape], title: str, path: Path) -> None:
     from solidwhirl.pictures.stills import draw_mode_still
 
-    draw_mode_still(engine_shape(results, chosen), path, title)
+    draw_mode_still(shape(), path, title)
 
 
 def _draw_film(
-    results: Results,
-    chosen: ChosenMode,
-    title: str,
-    progress: Callable[[str], None],
-    path: Path,
+    shape: Callable[[], EngineShape], title: str, told: Callable[[int, int], None], path: Path
 ) -> None:
     from solidwhirl.pictures.animation import draw_mode_film
 
-    def told(frame: int, frames: int) -> None:
-        if frame % _TOLD == 0:
-            progress(f"{chosen.name}_film: frame {frame} of {frames}")
-
-    draw_mode_film(engine_shape(results, chosen), path, title, told)
+    draw_mode_film(shape(), path, title, told)
 
 
 def _analyses(results: Results, title: str) -> Iterator[Picture]:
@@ -246,7 +207,7 @@ def _analyses(results: Results, title: str) -> Iterator[Picture]:
                 kind="plot",
                 caption="Smallest logarithmic decrement over the speed, of all modes and of those "
                 "in the Campbell diagram, with the frequency of the least damped.",
-                draw=partial(_draw_stable, outcome.document, title),
+                draw=partial(draw_stability, outcome.document, title=title),
             )
         record = outcome.files.get(f"{name}.npz")
         if outcome.kind == "run_up" and record and f"{name}_spectrogram.png" in outcome.files:
@@ -255,7 +216,10 @@ def _analyses(results: Results, title: str) -> Iterator[Picture]:
                 kind="plot",
                 caption="Spectra of the mount force one behind the other during the run-up.",
                 draw=partial(
-                    _draw_waterfall, record, 2.0 * outcome.document["fastest_excitation_hz"], title
+                    draw_waterfall,
+                    record,
+                    2.0 * outcome.document["fastest_excitation_hz"],
+                    title=title,
                 ),
             )
 
@@ -269,14 +233,6 @@ def _draw_stress(record: Write, title: str, path: Path) -> None:
     from solidwhirl.pictures.stress import draw_stress_still
 
     draw_stress_still(record, path, title)
-
-
-def _draw_stable(document: Any, title: str, path: Path) -> None:
-    draw_stability(document, path, title)
-
-
-def _draw_waterfall(record: Write, top_hz: float, title: str, path: Path) -> None:
-    draw_waterfall(record, top_hz, path, title)
 
 
 def _accounts(results: Results, title: str) -> Iterator[Picture]:

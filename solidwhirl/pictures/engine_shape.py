@@ -1,40 +1,52 @@
-"""A mode of an engine in space: surfaces of all bodies, their motion, orbits along the axis."""
+"""A mode of an engine in space, scaled to be seen: bodies, disks, orbits along the axis."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import pairwise
-from typing import Any
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
-from solidwhirl.pictures.cuts import SECTORS, BodyInSpace, encloses, opened
-from solidwhirl.pictures.outlines import Outline, outlines_of
-from solidwhirl.pipeline import Results
-from solidwhirl.rotordyn import Modes, modes_at_speed
-from solidwhirl.rotordyn.coordinates import body_rows
-from solidwhirl.rotordyn.mode_shapes import BodyShape, mode_shapes, orbits
-from solidwhirl.surface_files import shown_surface, surface_displacement, surface_grid
-from solidwhirl.vtk_files import LINE, QUADRANGLE, TRIANGLE
+from solidwhirl.drawing.bodies import Silhouette, silhouettes_of
+from solidwhirl.drawing.modes import ShownModes
+from solidwhirl.drawing.motion import (
+    SECTORS,
+    EngineInSpace,
+    ModeInSpace,
+    engine_in_space,
+    mode_in_space,
+    places,
+)
+from solidwhirl.drawing.surfaces import Piece
+from solidwhirl.files.surface_files import surface_grid
+from solidwhirl.files.vtk_files import LINE
+from solidwhirl.pipeline.run import Results
+from solidwhirl.rotordyn import Superelement
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
-IntArray = NDArray[np.int64]
-_RPM = 30.0 / np.pi
-# Largest displacement as a part of the engine's length.
-_LARGEST = 0.055
-# Orbits flatter than this, minor over major, turn in no direction that could be seen; orbits
-# smaller than this part of the largest are not drawn.
-_FLAT, _SMALL = 0.03, 0.02
-# Orbits along one body at most, beside those of its interfaces.
-_ORBITS = 5
-# Pieces along an outline that is turned about the axis.
-_STEPS = 60
-_AROUND = 64
-# Modes whose frequencies differ by less than this, relative, are a pair.
-_PAIR = 1e-6
+# Largest displacement as a part of the engine's length, points of an orbit.
+_LARGEST, _AROUND = 0.055, 64
+
+
+# Bodies around others are open over these angles.
+_OPEN_RAD = (0.42 * np.pi, 1.16 * np.pi)
+# Places along the axis at which bodies are compared, and strips of a cut face.
+_PLACES, _STRIPS = 40, 16
+# Points of the surface from which the motion of a point inside is taken.
+_NEAREST = 6
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BodyInSpace:
+    """One body: points (p, 3) [m], their motion (p, 3) [m, complex], faces and lines."""
+
+    body: str
+    points_m: FloatArray
+    motion_m: ComplexArray
+    quadrangles: IntArray
+    triangles: IntArray
+    lines: IntArray
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -72,287 +84,148 @@ class EngineShape:
         return f"{self.frequency_hz:.4g} Hz at {self.speed_rpm:.0f} rpm, {self.whirl}"
 
 
-@dataclass(frozen=True, kw_only=True)
-class ChosenMode:
-    """Which mode is shown: by its place at a speed, with a name for its file."""
-
-    name: str
-    speed_rad_s: float
-    frequency_hz: float
-    whirl: str = ""
-
-
-def chosen_modes(results: Results, count: int) -> tuple[ChosenMode, ...]:
-    """Return the modes that pictures show: those of the lowest critical speeds, else at the top.
-
-    Parameters
-    ----------
-    results
-        The run.
-    count
-        How many at most.
-    """
-    critical = sorted((c.critical for c in results.critical_speeds), key=lambda c: c.speed_rad_s)
-    if critical:
-        return tuple(
-            ChosenMode(
-                name=f"mode_critical_{k + 1}",
-                speed_rad_s=float(c.speed_rad_s),
-                frequency_hz=float(c.frequency_hz),
-                whirl=str(c.whirl or ""),
-            )
-            for k, c in enumerate(critical[:count])
-        )
-    last = results.campbell.frequency_hz[:, -1]
-    speed = float(results.campbell.speeds_rad_s[-1])
-    found = np.sort(last[np.isfinite(last)])[:count]
-    return tuple(
-        ChosenMode(name=f"mode_{k + 1}", speed_rad_s=speed, frequency_hz=float(f))
-        for k, f in enumerate(found)
-    )
-
-
-def _nearest(frequency_hz: FloatArray, whirl: NDArray[np.str_], chosen: ChosenMode) -> int:
-    """The mode that is chosen; of a pair with one frequency the one with its whirl."""
-    away = np.abs(frequency_hz - chosen.frequency_hz)
-    near = np.flatnonzero(away <= away.min() + _PAIR * chosen.frequency_hz)
-    same = [int(k) for k in near if whirl[k] == chosen.whirl]
-    return same[0] if same else int(away.argmin())
-
-
-def engine_shape(results: Results, chosen: ChosenMode) -> EngineShape:
-    """Return a mode of a run in space.
-
-    Parameters
-    ----------
-    results
-        The run.
-    chosen
-        The mode nearest to its frequency is taken, of equal ones that with its whirl.
-    """
-    system = results.system
-    below = int((results.campbell.frequency_hz <= 1.05 * chosen.frequency_hz).any(axis=1).sum())
-    modes = modes_at_speed(system, chosen.speed_rad_s, below + 6)
-    shapes = mode_shapes(system, modes)
-    at = _nearest(modes.frequency_hz, shapes.whirl, chosen)
-    outlines = {o.body: o for o in outlines_of(results)}
-    length = _length(results, outlines)
-    raw = [_body(results, name, modes, at) for name in results.elements]
-    shown = [b for b in raw if b is not None]
-    turned = [_turned(outlines[s.body], s, at) for s in shapes.bodies if _is_drawn(results, s.body)]
-    disks = _disks(shapes.bodies, outlines, at)
-    turn = _turn(results, modes, shapes.bodies, at)
-    largest = max((_largest(b.motion_m) for b in shown), default=0.0) * abs(turn or 1.0)
-    largest = max([largest, *(_largest(b.motion_m) for b in turned + disks)])
-    unit = _LARGEST * length / largest if largest > 0.0 else 0.0
-    bodies = [_scaled(b, unit * (turn or 1.0)) for b in shown]
-    bodies += [_scaled(b, unit) for b in turned]
+def engine_shape(results: Results, shown: ShownModes, number: int) -> EngineShape:
+    """Return a mode of a run in space."""
+    engine = engine_in_space(results)
+    mode = mode_in_space(engine, shown, number)
+    first, last, radius = engine.reach_m
+    largest = _LARGEST * max(last - first, 2.0 * radius)
+    moved = {name: largest * q for name, q in mode.coordinates.items()}
+    shells = [p for p in engine.pieces if not p.disk]
+    disks = [_turned(p, moved[p.body]) for p in engine.pieces if p.disk]
+    bare = [_points(name, element, moved[name]) for name, element in engine.bare.items()]
+    areas = {b.name: b for b in silhouettes_of(results)}
     bodies = [
-        opened(b, outlines[b.body]) if encloses(outlines[b.body], [*outlines.values()]) else b
-        for b in bodies
+        _opened(found, areas[p.body])
+        if any(_encloses(p, other) for other in shells if other is not p)
+        else found
+        for p, found in ((p, _turned(p, moved[p.body])) for p in shells)
     ]
-    bodies += [_scaled(b, unit) for b in disks]
     return EngineShape(
-        bodies=tuple(bodies),
-        orbits=tuple(_orbits(shapes.bodies, outlines, at, unit)),
-        frequency_hz=float(modes.frequency_hz[at]),
-        speed_rpm=chosen.speed_rad_s * _RPM,
-        whirl=str(shapes.whirl[at]),
-        largest_m=_LARGEST * length,
+        bodies=(*bodies, *bare, *disks),
+        orbits=tuple(_orbits(engine, mode, largest)),
+        frequency_hz=float(shown.modes.frequency_hz[number]),
+        speed_rpm=float(shown.rpm[number]),
+        whirl=shown.whirl[number],
+        largest_m=largest,
     )
 
 
-def _length(results: Results, outlines: dict[str, Outline]) -> float:
-    """Length of the engine, or its width where that is larger."""
-    z = [node.position_m[2] for e in results.elements.values() for node in e.interfaces]
-    z += [p for o in outlines.values() for a in o.areas for p in a[:, 0]]
-    return max(float(np.ptp(z)), *(2.0 * o.reach_m for o in outlines.values()), 1e-6)
-
-
-def _body(results: Results, name: str, modes: Modes, at: int) -> BodyInSpace | None:
-    """Surface and unscaled motion of one body; None of one that has no points."""
-    element = results.elements[name]
-    if _is_drawn(results, name):
-        return None
-    if shown_surface(element) is None and not len(element.recovery_points_m):
-        return None
-    grid, _ = surface_grid(element, SECTORS)
-    own = body_rows(results.system, name) @ modes.shapes[:, at]
-    cells = dict(grid.cells)
+def _turned(piece: Piece, motion: ComplexArray) -> BodyInSpace:
+    """A surface with all its points around the axis."""
+    faces = piece.surface.faces(SECTORS)
     return BodyInSpace(
-        body=name,
-        points_m=np.asarray(grid.points_m, dtype=float),
-        motion_m=np.asarray(surface_displacement(element, own, SECTORS), dtype=complex),
-        quadrangles=cells.get(QUADRANGLE, np.empty((0, 4), dtype=np.int64)),
-        triangles=cells.get(TRIANGLE, np.empty((0, 3), dtype=np.int64)),
-        lines=cells.get(LINE, np.empty((0, 2), dtype=np.int64)),
-    )
-
-
-def _largest(motion: ComplexArray) -> float:
-    """Largest displacement over the cycle."""
-    square = (np.abs(motion) ** 2).sum(axis=1)
-    cycle = 0.5 * (square + np.abs((motion**2).sum(axis=1)))
-    return float(np.sqrt(cycle.max(initial=0.0)))
-
-
-def _turn(results: Results, modes: Modes, shapes: Sequence[BodyShape], at: int) -> complex:
-    """Factor from the mode's coordinates to its scaled shapes; 0 if it has no lateral motion."""
-    raw, scaled = [], []
-    for shape in shapes:
-        element = results.elements[shape.body]
-        own = body_rows(results.system, shape.body) @ modes.shapes[:, at]
-        for name, motion in zip(shape.interfaces, shape.interface_motion[:, :, at], strict=True):
-            for component, value in zip(("ux", "uy"), motion, strict=True):
-                if component in element.components_at(name):
-                    raw.append(own[element.interface_index(name, component)])
-                    scaled.append(value)
-    a, b = np.array(raw, dtype=complex), np.array(scaled, dtype=complex)
-    weight = float(np.vdot(a, a).real)
-    return complex(np.vdot(a, b) / weight) if weight > 0.0 else 0j
-
-
-def _is_drawn(results: Results, name: str) -> bool:
-    """Whether a body is known by its profile only, so that sections square to its axis stand in.
-
-    Bodies of the beam level hold no surface.
-    """
-    return name in results.scene.bodies and shown_surface(results.elements[name]) is None
-
-
-def _turned(outline: Outline, shape: BodyShape, at: int) -> BodyInSpace:
-    """The outline turned about the axis, its sections square to the centre line of the mode."""
-    step = float(np.ptp(np.vstack(outline.lines)[:, 0])) / _STEPS
-    rings: list[tuple[float, float]] = []
-    pairs: list[tuple[int, int]] = []
-    for line in outline.lines:
-        for (z0, r0), (z1, r1) in pairwise(line):
-            count = max(1, int(np.ceil(abs(z1 - z0) / step)))
-            first = len(rings)
-            part = np.linspace(0.0, 1.0, count + 1)
-            rings += [(z0 + t * (z1 - z0), r0 + t * (r1 - r0)) for t in part]
-            pairs += [(first + k, first + k + 1) for k in range(count)]
-    z, r = np.array(rings).T
-    theta = 2.0 * np.pi * np.arange(SECTORS) / SECTORS
-    x, y = (np.outer(f(theta), r).ravel() for f in (np.cos, np.sin))
-    moved = np.array([np.concatenate(_axis_motion(shape, float(p), at)) for p in z])
-    across = np.tile(moved[:, :2], (SECTORS, 1))
-    slope = np.tile(moved[:, 2:], (SECTORS, 1))
-    along = -(x * slope[:, 0] + y * slope[:, 1])
-    here = np.arange(SECTORS)[:, None] * len(z)
-    there = (np.arange(SECTORS)[:, None] + 1) % SECTORS * len(z)
-    a, b = np.array(pairs).T
-    faces = np.stack([here + a, here + b, there + b, there + a], axis=2).reshape(-1, 4)
-    return BodyInSpace(
-        body=outline.body,
-        points_m=np.column_stack((x, y, np.tile(z, SECTORS))),
-        motion_m=np.column_stack((across, along)),
-        quadrangles=faces.astype(np.int64),
-        triangles=np.empty((0, 3), dtype=np.int64),
+        body=f"{piece.body}: {piece.disk}" if piece.disk else piece.body,
+        points_m=faces.points_m,
+        motion_m=piece.surface.displacement(motion, SECTORS),
+        quadrangles=faces.quadrangles,
+        triangles=faces.triangles,
         lines=np.empty((0, 2), dtype=np.int64),
     )
 
 
-def _scaled(body: BodyInSpace, factor: complex) -> BodyInSpace:
+def _points(name: str, element: Superelement, motion: ComplexArray) -> BodyInSpace:
+    """A body without a surface: its centre line, or the points that it holds for pictures."""
+    cells = dict(surface_grid(element)[0].cells)
     return BodyInSpace(
-        body=body.body,
-        points_m=body.points_m,
-        motion_m=body.motion_m * factor,
-        quadrangles=body.quadrangles,
-        triangles=body.triangles,
-        lines=body.lines,
+        body=name,
+        points_m=element.recovery_points_m,
+        motion_m=element.recovery_modes @ motion,
+        quadrangles=np.empty((0, 4), dtype=np.int64),
+        triangles=np.empty((0, 3), dtype=np.int64),
+        lines=cells.get(LINE, np.empty((0, 2), dtype=np.int64)),
     )
 
 
-def _axis_motion(shape: BodyShape, axial_m: float, at: int) -> tuple[ComplexArray, ComplexArray]:
-    """Motion of the centre line at a place, and its slope, each (2,)."""
-    z, moved = shape.axial_m, shape.motion[:, :, at]
-    if len(z) < 2:
-        return moved.mean(axis=0), np.zeros(2, dtype=complex)
-    slope = np.gradient(moved, z, axis=0)
-    found = [[_interpolated(axial_m, z, f[:, c]) for c in (0, 1)] for f in (moved, slope)]
-    return np.array(found[0]), np.array(found[1])
-
-
-def _interpolated(place: float, z: FloatArray, values: ComplexArray) -> complex:
-    return complex(np.interp(place, z, values.real), np.interp(place, z, values.imag))
-
-
-def _disks(shapes: Sequence[BodyShape], outlines: dict[str, Outline], at: int) -> list[BodyInSpace]:
-    """Rigid disks as flat rings of triangles about the axis, square to the centre line."""
-    theta = 2.0 * np.pi * np.arange(SECTORS) / SECTORS
-    number = np.arange(SECTORS)
-    faces = np.column_stack((np.zeros_like(number), 1 + number, 1 + (number + 1) % SECTORS))
-    out = []
-    for shape in shapes:
-        for disk in outlines[shape.body].disks:
-            x = np.append(0.0, disk.radius_m * np.cos(theta))
-            y = np.append(0.0, disk.radius_m * np.sin(theta))
-            moved, slope = _axis_motion(shape, disk.axial_m, at)
-            across = np.broadcast_to(moved, (SECTORS + 1, 2))
-            along = -(x * slope[0] + y * slope[1])
-            out.append(
-                BodyInSpace(
-                    body=f"{shape.body}: {disk.name}",
-                    points_m=np.column_stack((x, y, np.full_like(x, disk.axial_m))),
-                    motion_m=np.column_stack((across, along)),
-                    quadrangles=np.empty((0, 4), dtype=np.int64),
-                    triangles=faces.astype(np.int64),
-                    lines=np.empty((0, 2), dtype=np.int64),
-                )
-            )
-    return out
-
-
-def _orbits(
-    shapes: Sequence[BodyShape], outlines: dict[str, Outline], at: int, unit: float
-) -> list[OrbitInSpace]:
-    """Orbits of places of the axis of all bodies, without those that could not be seen."""
+def _orbits(engine: EngineInSpace, mode: ModeInSpace, largest: float) -> Iterator[OrbitInSpace]:
     turn = np.exp(2j * np.pi * np.arange(_AROUND) / _AROUND)
-    out = []
-    for shape in shapes:
-        z = [*shape.interface_axial_m]
-        if len(shape.axial_m) > 1:
-            z += np.linspace(shape.axial_m[0], shape.axial_m[-1], _ORBITS).tolist()
-        gap = 0.04 * float(np.ptp(shape.axial_m)) if len(shape.axial_m) > 1 else 0.0
-        drawn: list[float] = []
-        for place in z:
-            if any(abs(place - other) <= gap for other in drawn):
-                continue
-            drawn.append(float(place))
-            moved, _ = _axis_motion(shape, float(place), at)
-            ellipse = orbits(moved[None, :, None])
-            major, minor = float(ellipse.major[0, 0]), float(ellipse.minor[0, 0])
-            if not major > _SMALL:
-                continue
-            path = unit * np.real(moved[:, None] * turn)
-            points = np.column_stack((*path, np.full(_AROUND, place)))
-            out.append(OrbitInSpace(points_m=points, whirl=sense(major, minor)))
-    return out
+    for station, moved, whirl in zip(engine.stations, mode.center, mode.senses, strict=True):
+        if whirl:
+            path = largest * np.real(moved[:, None] * turn)
+            axial = np.full(_AROUND, station.axial_m)
+            yield OrbitInSpace(points_m=np.column_stack((*path, axial)), whirl=whirl)
 
 
-def sense(major: float, minor: float) -> str:
-    """Return the direction of an orbit: "forward", "backward", or "planar" if it is flat.
-
-    Parameters
-    ----------
-    major, minor
-        Its semi-axes; minor is negative for a turn against the reference shaft.
-    """
-    if abs(minor) <= _FLAT * major:
-        return "planar"
-    return "forward" if minor > 0.0 else "backward"
-
-
-def displaced(body: BodyInSpace, phase_rad: float) -> tuple[Any, Any]:
-    """Return points (p, 3) [m] of a body at a phase and the length of their displacement (p,).
-
-    Parameters
-    ----------
-    body
-        The body.
-    phase_rad
-        φ of Re(motion e^{iφ}).
-    """
+def displaced(body: BodyInSpace, phase_rad: float) -> tuple[FloatArray, FloatArray]:
+    """Return points (p, 3) [m] of a body at φ of Re(motion e^{iφ}), and how far each moved (p,)."""
     moved = np.real(body.motion_m * np.exp(1j * phase_rad))
     return body.points_m + moved, np.sqrt((moved**2).sum(axis=1))
+
+
+def _encloses(piece: Piece, other: Piece) -> bool:
+    """Return whether the surface of another body lies inside that of a body somewhere."""
+    (z, _), (z_other, _) = places(piece), places(other)
+    low, high = max(z.min(), z_other.min()), min(z.max(), z_other.max())
+    return any(
+        reach[1] < bore[0]
+        for at in np.linspace(low, high, _PLACES)
+        if (bore := _radii_at(piece, at)) and (reach := _radii_at(other, at))
+    )
+
+
+def _radii_at(piece: Piece, place: float) -> tuple[float, float] | None:
+    """Smallest and largest radius of the faces that a plane across the axis meets."""
+    z, r = (values[piece.surface.cells] for values in places(piece))
+    met = r[(z.min(axis=1) <= place) & (z.max(axis=1) >= place)]
+    return (float(met.min()), float(met.max())) if met.size else None
+
+
+def _opened(body: BodyInSpace, outline: Silhouette) -> BodyInSpace:
+    """Return a body without the faces on the side of the eye, with its cross-section instead.
+
+    Four-sided areas of its silhouette become the cut faces; they move as the points of the surface
+    nearest to theirs.
+    """
+
+    def kept(faces: IntArray) -> IntArray:
+        if not len(faces):
+            return faces
+        middle = body.points_m[faces].mean(axis=1)
+        angle = np.arctan2(middle[:, 1], middle[:, 0]) % (2.0 * np.pi)
+        return np.asarray(faces[(angle < _OPEN_RAD[0]) | (angle > _OPEN_RAD[1])])
+
+    points, faces = _cut_faces(outline)
+    moved = np.empty((0, 3), dtype=complex)
+    if len(points):
+        moved = _motion_near(body, points)
+    return replace(
+        body,
+        points_m=np.vstack((body.points_m, points)),
+        motion_m=np.vstack((body.motion_m, moved)),
+        quadrangles=np.vstack((kept(body.quadrangles), faces + len(body.points_m))),
+        triangles=kept(body.triangles),
+    )
+
+
+def _motion_near(body: BodyInSpace, points: FloatArray) -> ComplexArray:
+    """Motion of points from those of the surface around, the nearer the more."""
+    count = min(_NEAREST, len(body.points_m))
+    distance, near = cKDTree(body.points_m).query(points, k=[*range(1, count + 1)])
+    size = float(np.ptp(body.points_m, axis=0).max())
+    weight = 1.0 / (distance + 1e-6 * size) ** 2
+    weight /= weight.sum(axis=1, keepdims=True)
+    return np.asarray(np.einsum("pk,pkc->pc", weight, body.motion_m[near]))
+
+
+def _cut_faces(outline: Silhouette) -> tuple[FloatArray, IntArray]:
+    """Cross-section at both ends of the opening, in strips along the axis."""
+    step = 2.0 * np.pi / SECTORS
+    middles = step * (np.arange(SECTORS) + 0.5)
+    gone = np.flatnonzero((middles >= _OPEN_RAD[0]) & (middles <= _OPEN_RAD[1]))
+    points: list[FloatArray] = []
+    faces: list[tuple[int, int, int, int]] = []
+    for theta in (step * gone[0], step * (gone[-1] + 1)):
+        for area in outline.areas_m:
+            if len(area) != 4:
+                continue
+            part = np.linspace(0.0, 1.0, _STRIPS + 1)[:, None]
+            lower = area[0] + part * (area[1] - area[0])
+            upper = area[3] + part * (area[2] - area[3])
+            first = 2 * (_STRIPS + 1) * len(points)
+            z, r = np.vstack((lower, upper)).T
+            points.append(np.column_stack((r * np.cos(theta), r * np.sin(theta), z)))
+            above = first + _STRIPS + 1
+            faces += [(first + k, first + k + 1, above + k + 1, above + k) for k in range(_STRIPS)]
+    if not points:
+        return np.empty((0, 3)), np.empty((0, 4), dtype=np.int64)
+    return np.vstack(points), np.array(faces, dtype=np.int64)

@@ -8,7 +8,7 @@ from textwrap import fill
 import numpy as np
 
 from solidwhirl.meshing import Mesh
-from solidwhirl.rotordyn.picture_frame import (
+from solidwhirl.rotordyn.plots.frame import (
     COLORS,
     SMALL_PT,
     TITLE_PT,
@@ -25,19 +25,7 @@ _FRAME_MM, _LOWEST_MM, _HIGHEST_MM = 160.0, 12.0, 150.0
 
 @styled
 def draw_meridian_mesh(mesh: Mesh, degree: int, path: Path, title: str) -> None:
-    """Draw the triangles of a meridian to scale, coloured by material.
-
-    Parameters
-    ----------
-    mesh
-        With points (z, r).
-    degree
-        Order of the elements.
-    path
-        The file; its suffix chooses the kind (.png, .svg, .pdf).
-    title
-        Above the picture.
-    """
+    """Draw the triangles of a meridian to scale, coloured by material."""
     from matplotlib.collections import PolyCollection
     from matplotlib.patches import Patch
 

@@ -11,28 +11,27 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from solidwhirl.outcome import Write
+from solidwhirl.core.outcome import Write
+from solidwhirl.page.modes.stability import stability_chart
 from solidwhirl.rotordyn import Invariant
-from solidwhirl.rotordyn.force_spectrum import spectrogram
-from solidwhirl.rotordyn.picture_frame import (
+from solidwhirl.rotordyn.plots.frame import (
     COLORS,
-    ONE_COLUMN_MM,
     SMALL_PT,
     TITLE_PT,
     TWO_COLUMNS_MM,
     add_legend,
     draw_grid,
-    name_speeds,
     new_figure,
     number_text,
-    picture,
     styled,
     thousands,
     write_figure,
 )
+from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
+from solidwhirl.rotordyn.run_up.force_spectrum import spectrogram
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 FloatArray = NDArray[np.float64]
 # Length of the pieces of a waterfall, s; spectra in it, and height of the tallest over the height
@@ -52,50 +51,9 @@ def draw_stability(document: Mapping[str, Any], path: Path, title: str) -> None:
     path
         The file; its suffix chooses the kind (.png, .svg, .pdf).
     title
-        Above the picture. The frequency of a mode stands where its decrement is least.
+        Above the picture.
     """
-    from matplotlib.ticker import FuncFormatter
-
-    rpm = np.array(document["speed_rpm"], dtype=float)
-    with picture(path, title, 76.0, 40, ONE_COLUMN_MM) as (figure, axes):
-        for number, whirl in enumerate(("forward", "backward")):
-            found = document[f"first_{whirl}"]
-            hertz = np.array(found["frequency_hz"], dtype=float)
-            decrement = np.array(found["log_decrement"], dtype=float)
-            # of an undamped mode the decrement is rounding, which the document leaves out
-            decrement[np.isfinite(hertz) & ~np.isfinite(decrement)] = 0.0
-            axes.plot(rpm, decrement, color=COLORS[number], linewidth=1.5,
-                      linestyle=("solid", (0, (3, 1)))[number],
-                      label=f"first {whirl} mode")  # fmt: skip
-            _name_least(axes, rpm, decrement, hertz)
-        for k, found in enumerate(document["unstable_intervals"]):
-            axes.axvspan(found["from_rpm"], found["to_rpm"], color="#F6D5C5", zorder=0.5,
-                         label="unstable" if k == 0 else None)  # fmt: skip
-        axes.axhline(0.0, color="black", linewidth=0.8)
-        axes.set_xlim(float(rpm.min()), max(float(rpm.max()), float(rpm.min()) + 1.0))
-        axes.locator_params(axis="x", nbins=6)
-        name_speeds(axes.xaxis)
-        axes.set_xlabel("speed of the reference shaft [rpm]")
-        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: number_text(value)))
-        axes.set_ylabel("log. decrement [1]")
-        draw_grid(axes)
-        add_legend(figure, (axes,), place="outside lower center", columns=2)
-
-
-def _name_least(axes: Axes, rpm: FloatArray, decrement: FloatArray, hertz: FloatArray) -> None:
-    """Write the frequency of the least damped mode where its decrement is least."""
-    if not np.isfinite(decrement).any():
-        return
-    at = int(np.nanargmin(decrement))
-    last = at > rpm.size // 2
-    axes.annotate(
-        f"{number_text(float(hertz[at]), 4)} Hz",
-        (float(rpm[at]), float(decrement[at])),
-        xytext=(-4 if last else 4, 4),
-        textcoords="offset points",
-        ha="right" if last else "left",
-        fontsize=SMALL_PT,
-    )
+    draw_charts([stability_chart(document)], path, title)
 
 
 @styled

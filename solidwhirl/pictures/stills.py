@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solidwhirl.meshing import Mesh
-from solidwhirl.pictures.cuts import BodyInSpace
-from solidwhirl.pictures.engine_shape import EngineShape, displaced
-from solidwhirl.rotordyn.picture_frame import (
+from solidwhirl.pictures.engine_shape import BodyInSpace, EngineShape, displaced
+from solidwhirl.rotordyn.plots.frame import (
     SMALL_PT,
     TITLE_PT,
     TWO_COLUMNS_MM,
@@ -40,15 +39,7 @@ _SAME = 1e-7
 def scene_in_space(
     pixels: tuple[int, int], smoothing: Literal["ssaa", "msaa"] = "ssaa"
 ) -> Iterator[Any]:
-    """Give a plotter without a window; it is closed when the block ends.
-
-    Parameters
-    ----------
-    pixels
-        Width and height of its image.
-    smoothing
-        Of edges: "ssaa", or "msaa", which is faster.
-    """
+    """Give a plotter without a window, so many pixels wide and high; it is closed at the end."""
     import pyvista
 
     # VTK says on the standard error that there is no screen; none is needed
@@ -63,43 +54,19 @@ def scene_in_space(
 
 
 def look_at(plotter: Any, zoom: float = 1.35) -> None:
-    """Look at everything with the axis z to the right and y up.
-
-    Parameters
-    ----------
-    plotter
-        From `scene_in_space`.
-    zoom
-        Larger shows less.
-    """
+    """Look at everything with the axis z to the right and y up; a larger zoom shows less."""
     plotter.view_vector(_EYE, viewup=(0.0, 1.0, 0.0))
     plotter.enable_parallel_projection()
     plotter.camera.zoom(zoom)
 
 
 def thickness(plotter: Any) -> float:
-    """Return the width of lines over that in a still.
-
-    Parameters
-    ----------
-    plotter
-        From `scene_in_space`.
-    """
+    """Return the width of lines over that in a still."""
     return float(plotter.window_size[0]) / _PIXELS[0]
 
 
 def polydata(body: BodyInSpace, phase_rad: float, largest_m: float) -> Any:
-    """Return the displaced surface of a body with its displacement, largest 1, at the points.
-
-    Parameters
-    ----------
-    body
-        The body.
-    phase_rad
-        Of the motion.
-    largest_m
-        Displacement that is 1.
-    """
+    """Return the displaced surface of a body with its displacement, largest 1, at the points."""
     import pyvista
 
     points, moved = displaced(body, phase_rad)
@@ -117,13 +84,7 @@ def _with_count(cells: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def edges_of(surface: Any) -> Any:
-    """Return the edges of a surface: where it ends, and where it turns by more than 40°.
-
-    Parameters
-    ----------
-    surface
-        From `polydata`.
-    """
+    """Return the edges of a surface: where it ends, and where it turns by more than 40°."""
     # faces that touch share points then: their common sides are no edges
     return surface.clean(tolerance=_SAME).extract_feature_edges(
         feature_angle=40.0, manifold_edges=False, non_manifold_edges=False
@@ -132,15 +93,6 @@ def edges_of(surface: Any) -> Any:
 
 def add_bodies(plotter: Any, shape: EngineShape, phase_rad: float) -> list[Any]:
     """Add the bodies of a mode at a phase; those of the phase before make way.
-
-    Parameters
-    ----------
-    plotter
-        From `scene_in_space`.
-    shape
-        The mode.
-    phase_rad
-        Of the motion.
 
     Returns
     -------
@@ -196,19 +148,7 @@ def add_orbits(plotter: Any, shape: EngineShape, phase_rad: float) -> list[Any]:
 
 
 def view(plotter: Any, shape: EngineShape, phase_rad: float, zoom: float | None) -> Image:
-    """Return an image of a mode at a phase, its orbits in front of the bodies they lie in.
-
-    Parameters
-    ----------
-    plotter
-        From `scene_in_space`.
-    shape
-        The mode.
-    phase_rad
-        Of the motion.
-    zoom
-        See `look_at`; None keeps the look.
-    """
+    """Return an image of a mode at a phase, its orbits in front of the bodies they lie in."""
     bodies = add_bodies(plotter, shape, phase_rad)
     lines = add_orbits(plotter, shape, phase_rad)
     if zoom is not None:
@@ -237,51 +177,21 @@ def _path(closed: Any, whirl: str) -> Any:
 
 
 def shape_image(shape: EngineShape, phase_rad: float = 0.0) -> Image:
-    """Return a view of a mode, shape (h, w, 3).
-
-    Parameters
-    ----------
-    shape
-        The mode.
-    phase_rad
-        Of the motion.
-    """
+    """Return a view of a mode, shape (h, w, 3)."""
     with scene_in_space(_PIXELS) as plotter:
         return view(plotter, shape, phase_rad, _ZOOM)
 
 
 @styled
 def draw_mode_still(shape: EngineShape, path: Path, title: str) -> None:
-    """Draw a mode in space: deformed bodies coloured by displacement, orbits by whirl.
-
-    Parameters
-    ----------
-    shape
-        The mode.
-    path
-        The file (.png, .svg, .pdf); the view is an image in it, the rest lines and text.
-    title
-        Above the picture.
-    """
+    """Draw a mode in space: deformed bodies coloured by displacement, orbits by whirl."""
     image = cropped(shape_image(shape))
     figure = frame_of(image, path, title, shape)
     write_figure(figure, path)
 
 
 def frame_of(image: Image, path: Path, title: str, shape: EngineShape) -> Figure:
-    """Return a figure with a view in it, a bar of its colours and the meaning of the orbits.
-
-    Parameters
-    ----------
-    image
-        The view.
-    path
-        What the figure is for.
-    title
-        Above it.
-    shape
-        Whose orbits are explained.
-    """
+    """Return a figure with a view in it, a bar of its colours and the meaning of the orbits."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
     from matplotlib.lines import Line2D
@@ -317,13 +227,7 @@ def frame_of(image: Image, path: Path, title: str, shape: EngineShape) -> Figure
 
 
 def cropped(image: Image) -> Image:
-    """Return the part of an image that is not white, with a margin.
-
-    Parameters
-    ----------
-    image
-        (h, w, 3).
-    """
+    """Return the part of an image that is not white, with a margin."""
     inked = (image < 250).any(axis=2)
     rows, columns = np.flatnonzero(inked.any(axis=1)), np.flatnonzero(inked.any(axis=0))
     if not rows.size:
@@ -335,17 +239,7 @@ def cropped(image: Image) -> Image:
 
 @styled
 def draw_solid_mesh(mesh: Mesh, path: Path, title: str) -> None:
-    """Draw the mesh of a solid: its surface with the edges of the elements.
-
-    Parameters
-    ----------
-    mesh
-        With points in space.
-    path
-        The file (.png, .svg, .pdf); the view is an image in it.
-    title
-        Above the picture.
-    """
+    """Draw the mesh of a solid: its surface with the edges of the elements."""
     import pyvista
 
     faces = _outer_faces(np.asarray(mesh.cells[:, :4], dtype=np.int64))

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from solidwhirl.outcome import Write
+from solidwhirl.core.outcome import Write
 from solidwhirl.pictures.stills import Image, cropped, look_at, scene_in_space
-from solidwhirl.rotordyn.picture_frame import (
+from solidwhirl.rotordyn.plots.frame import (
     TITLE_PT,
     TWO_COLUMNS_MM,
     new_figure,
@@ -33,17 +33,7 @@ _COLORS = "cividis"
 
 @styled
 def draw_stress_still(record: Write, path: Path, title: str) -> None:
-    """Draw a recovered state: half of the body, deformed, coloured by its stress.
-
-    Parameters
-    ----------
-    record
-        Writes the state (.vtu).
-    path
-        The file (.png, .svg, .pdf); the view is an image in it.
-    title
-        Above the picture.
-    """
+    """Draw a recovered state: half of the body, deformed, coloured by its stress."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 

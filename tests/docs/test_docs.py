@@ -14,11 +14,11 @@ from pathlib import Path
 import h5py
 import pytest
 
-from solidwhirl.bodies import build_bodies
-from solidwhirl.plan import make_plan
+from solidwhirl.model.bodies import build_bodies
+from solidwhirl.model.effects import make_plan
 from solidwhirl.rotordyn import beam_superelement, write_superelement
-from solidwhirl.scene import Record
-from solidwhirl.scene_file import parse_scene
+from solidwhirl.scene.records import Record
+from solidwhirl.scene_reading.reader import parse_scene
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
@@ -242,7 +242,7 @@ def test_page_of_all_keys_is_what_the_records_say():
 
 
 def test_every_analysis_has_a_how_to():
-    from solidwhirl.scene_analyses import AnalysisSpec
+    from solidwhirl.analyses.registry import AnalysisSpec
 
     records = AnalysisSpec.__origin__.__args__
     kinds = {record.model_fields["kind"].annotation.__args__[0] for record in records}

@@ -31,6 +31,7 @@ INLINE = re.compile(rf"`({RUN}solidwhirl [a-z]+ [^`\n]+)`")
 
 # Page -> commands run with all tests, in the folder that `beams` makes, in this order.
 ORDINARY = {
+    "CHANGELOG.md": ("solidwhirl schema scene", "solidwhirl schema results"),
     "docs/checks.md": (
         "solidwhirl check bodies/fan.h5",
         "solidwhirl check out/ferraris",
@@ -61,6 +62,7 @@ ORDINARY = {
         "solidwhirl geometry scenes/uhbr_engine.toml --step out/step --length-unit m",
     ),
     "docs/recovery.md": ("solidwhirl export out/bodies/rotor.h5 --format vtu -o rotor.vtu",),
+    "docs/scene.md": ("solidwhirl schema scene", "solidwhirl schema results"),
     "docs/superelement.md": (
         "solidwhirl check BODY.h5",
         "solidwhirl export BODY.h5 --format json -o FILE.json",
@@ -134,7 +136,7 @@ NOT_RUN = {
     "make check": SUITE,
     "make verify": SUITE,
     "make docs": "test_site.py builds the same site",
-    ".venv/bin/python -m pytest tests/rotordyn/test_published_rotors.py": SUITE,
+    ".venv/bin/python -m pytest tests/rotordyn/beams/test_published_rotors.py": SUITE,
     ".venv/bin/python -m pytest -q tests/program/test_injected_faults.py": SUITE,
     "sudo tools/in_debian.sh trixie make check": CONTAINER,
     "sudo SOLIDWHIRL_FILES=working tools/in_debian.sh trixie .venv/bin/python -m pytest "
@@ -157,7 +159,9 @@ NOT_RUN = {
     ".venv/bin/python bench/scaling.py --fit": MEASURES,
     "make scenes": DRY,
     "make study": DRY,
-    "sbatch sweep.sh": "needs Slurm; tests/program/test_batch.py runs such a script without it",
+    "make study SCENE=uhbr_engine": DRY,
+    "sbatch sweep.sh": "needs Slurm;"
+    " tests/program/batch/test_batch.py runs such a script without it",
     "solidwhirl run --no-pictures": "names an option in a sentence; no whole command",
 }
 # ranks as root, and more of them than cores

@@ -12,13 +12,12 @@ import sys
 import time
 from pathlib import Path
 
-import solidwhirl.batch
-import solidwhirl.batch_case
-import solidwhirl.batch_team
+import solidwhirl.batch.case
+import solidwhirl.batch.ranks
 from solidwhirl.cli import main
 
 kind = sys.argv.pop(1)
-whole = solidwhirl.batch_case.run_scene
+whole = solidwhirl.batch.case.run_scene
 
 
 def run_scene(scene, *, comm, **options):
@@ -47,8 +46,8 @@ def run_scene(scene, *, comm, **options):
 
 
 if kind.startswith("room:"):
-    solidwhirl.batch.available_memory_gib = lambda: float(kind.split(":")[1])
-solidwhirl.batch_case.run_scene = run_scene
-solidwhirl.batch_team.PATIENCE_S = 1.0
+    solidwhirl.batch.ranks.available_memory_gib = lambda: float(kind.split(":")[1])
+solidwhirl.batch.case.run_scene = run_scene
+solidwhirl.batch.ranks.PATIENCE_S = 1.0
 sys.argv[0] = "solidwhirl"
 main()

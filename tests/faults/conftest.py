@@ -9,6 +9,31 @@ from pathlib import Path
 
 import pytest
 
+RIGID = """
+name = "rotor"
+title = '{title}'
+notes = {notes}
+[speeds]
+from_rpm = 0
+to_rpm = 3000
+count = 3
+[campbell]
+branches = 2
+[rigid_bodies.rotor]
+speed_ratio = 1.0
+mass_kg = 10.0
+center_of_gravity_m = [0.0, 0.0, 0.1]
+inertia_kg_m2 = [0.1, 0.1, 0.15]
+interfaces = {{ a = 0.0, b = 0.3 }}
+[[bearings]]
+name = "a"
+first = "rotor.a"
+stiffness_n_per_m = 1e6
+[[bearings]]
+name = "b"
+first = "rotor.b"
+stiffness_n_per_m = 1e6
+"""
 FOLDER = Path(__file__).resolve().parent
 
 
@@ -16,6 +41,18 @@ FOLDER = Path(__file__).resolve().parent
 def scene_path():
     """Function: path of a scene of these tests."""
     return lambda name: FOLDER / f"{name}.toml"
+
+
+@pytest.fixture
+def rigid_scene(tmp_path):
+    """Function: path of a new scene of a rigid rotor with a title and notes."""
+
+    def write(title, notes=()):
+        path = tmp_path / "scene.toml"
+        path.write_text(RIGID.format(title=title, notes=json.dumps(notes)), encoding="utf-8")
+        return path
+
+    return write
 
 
 @pytest.fixture(scope="session")

@@ -9,7 +9,7 @@ import sys
 
 from mpi4py import MPI
 
-import solidwhirl.pipeline
+import solidwhirl.pipeline.run
 from solidwhirl.cli import main
 
 
@@ -24,5 +24,5 @@ def broken(*_arguments, **_options):
 
 
 kind, *sys.argv[1:] = sys.argv[1:]
-solidwhirl.pipeline.run_scene = broken
+solidwhirl.pipeline.run.run_scene = broken
 main()

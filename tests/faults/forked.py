@@ -16,12 +16,12 @@ from pathlib import Path
 
 import matplotlib.backends.backend_agg  # noqa: F401
 
-import solidwhirl.results
-import solidwhirl.rotordyn.pictures_errors
-import solidwhirl.rotordyn.pictures_response  # noqa: F401
+import solidwhirl.output.documents
+import solidwhirl.rotordyn.plots.errors
+import solidwhirl.rotordyn.plots.response  # noqa: F401
+from solidwhirl.cache.files import surroundings
 from solidwhirl.cli import main
-from solidwhirl.run_folder import verify_folder
-from solidwhirl.store import surroundings
+from solidwhirl.files.run_folder import verify_folder
 
 assert "mpi4py.MPI" not in sys.modules
 surroundings()  # once: the digest of the program is the same in all forks

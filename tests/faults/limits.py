@@ -20,8 +20,8 @@ from pathlib import Path
 
 from forked import Run, leftovers, numbers, problems
 
-import solidwhirl.pipeline
-from solidwhirl.run_folder import claimed
+import solidwhirl.pipeline.run
+from solidwhirl.files.run_folder import claimed
 
 _MIB = 1 << 20
 
@@ -105,7 +105,7 @@ def memory(scene, folder, expected):
             import mpi4py.MPI  # noqa: F401  its own helper process waits where it gets no memory
 
             # what was predicted is refused before; here the limit itself is to be met
-            solidwhirl.pipeline.refuse_too_large = lambda *known: None
+            solidwhirl.pipeline.run.refuse_too_large = lambda *known: None
             pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
             most = pages * resource.getpagesize() + more * _MIB
             resource.setrlimit(resource.RLIMIT_AS, (most, most))

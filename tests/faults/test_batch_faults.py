@@ -15,11 +15,11 @@ from pathlib import Path
 
 import pytest
 
-from solidwhirl.batch_schedule import predicted_cost
-from solidwhirl.batch_table import read_batch
-from solidwhirl.machine import machine_speed
-from solidwhirl.run_folder import claimed, verify_folder
-from solidwhirl.scene_file import read_scene
+from solidwhirl.batch.schedule import predicted_cost
+from solidwhirl.batch.table import read_batch
+from solidwhirl.core.machine import machine_speed
+from solidwhirl.files.run_folder import claimed, verify_folder
+from solidwhirl.scene_reading.reader import read_scene
 
 pytestmark = [
     pytest.mark.solver,
@@ -28,7 +28,7 @@ pytestmark = [
 ]
 SCRIPT = Path(__file__).with_name("batch.py")
 # Time in which a job must be gone; an undisturbed one takes less.
-LIMIT_S = 120.0
+LIMIT_S = 300.0
 SETTINGS = {
     "OMPI_ALLOW_RUN_AS_ROOT": "1",
     "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
@@ -118,9 +118,9 @@ def scenes(scene_path, tmp_path):
 @pytest.fixture(scope="session")
 def single():
     """Function: numbers of a scene that ran alone, in this process."""
-    from solidwhirl.pipeline import run_scene
-    from solidwhirl.results import write_results
-    from solidwhirl.scene_file import read_scene
+    from solidwhirl.output.documents import write_results
+    from solidwhirl.pipeline.run import run_scene
+    from solidwhirl.scene_reading.reader import read_scene
 
     def run(path, out):
         results = run_scene(read_scene(path))
@@ -173,65 +173,6 @@ def test_equal_bodies_are_reduced_once_by_two_teams_at_once(scene_path, tmp_path
         found = sorted(origins(out / path.stem)[stage] for path in paths)
         assert found == ["computed", "kept", "kept", "kept"]
     assert not list((out / ".stages").glob(".*"))  # no locks are left
-
-
-# Rank 0 is inside a library that keeps the interpreter, as a factorisation does, when rank 1 has a
-# row of 100 kB and wants the next case. The messages must leave without it.
-BUSY = """
-import ctypes, random, time
-from mpi4py import MPI
-from solidwhirl.batch_coordinator import Coordinator
-from solidwhirl.batch_desks import RemoteDesk
-from solidwhirl.batch_service import Service
-from solidwhirl.batch_schedule import TimeToGo, team_layout
-from solidwhirl.sweep_records import BatchRow
-
-world = MPI.COMM_WORLD
-layout = team_layout(2, 1, answers_while_busy=True)
-link = world.Dup()
-speeds = tuple(random.Random(1).random() for _ in range(10000))
-if world.rank == 0:
-    kept = []
-    order = range(12)
-    to_go = TimeToGo(dict.fromkeys(order, 1.0), 2)
-    coordinator = Coordinator(order, to_go, 2, lambda row, left: kept.append(row))
-    service = Service(coordinator, link, layout, end=lambda: None, interrupt=lambda: None)
-    service.start()
-    world.Barrier()
-    ctypes.PyDLL(None).sleep(SLEEP)
-    service.finish()
-    assert [len(row.critical_speed_rpm) for row in kept] == [10000, 0]
-    assert kept[0].critical_speed_rpm == speeds
-else:
-    desk = RemoteDesk(link, has_reserve=True, end=lambda: None)
-    first = desk.next_case()
-    world.Barrier()
-    time.sleep(0.5)  # rank 0 sleeps by now
-    began = time.monotonic()
-    desk.put(first, BatchRow(case="a", scene="a", status="done", critical_speed_rpm=speeds))
-    second = desk.next_case()
-    took = time.monotonic() - began
-    desk.put(second, BatchRow(case="b", scene="b", status="done"))
-    desk.finished()
-    print(first, second, took)
-"""
-
-
-def test_team_goes_on_while_rank_0_is_busy(tmp_path):
-    busy_s = 8
-    script = BUSY.replace("SLEEP", str(busy_s))
-    done = subprocess.run(
-        ["mpirun", "-n", "2", sys.executable, "-m", "mpi4py", "-c", script],
-        env={**CLEAN, **SETTINGS},
-        capture_output=True,
-        text=True,
-        timeout=LIMIT_S,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    first, second, took = done.stdout.split()
-    assert (int(first), int(second)) == (0, 11)  # the second: in hand, from the end
-    assert float(took) < busy_s / 2
 
 
 @pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.verify)])
@@ -379,8 +320,8 @@ def test_team_that_can_not_be_saved_ends_the_job(solids, tmp_path):
     _, said = job.communicate(timeout=LIMIT_S)
     assert job.returncode != 0
     assert "--resume goes on" in said
-    rows = {row.case: row for row in read_batch(out)}
-    assert rows["second"].message.startswith("rank 1 of the team failed")
+    assert "second: rank 1 of the team failed and the others wait for it: a defect" in said
+    assert (out / "second" / "error.txt").read_text().startswith("rank 1 of the team failed")
     said = finished(start(4, "none", *command, "--resume"))
     # what ended the job comes last
     assert re.findall(r"^\[3/3\] (\S+) ", said, flags=re.MULTILINE) == ["second"]

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
-from solidwhirl.store_codec import CodecError, fingerprint, pack, unpack
+from solidwhirl.cache.codec import CodecError, fingerprint, pack, unpack
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
@@ -27,11 +27,11 @@ class Tree:
     about: object = None
 
 
-RECORDS = {"Leaf": Leaf, "Tree": Tree}
+OWN = frozenset({__name__.split(".")[0]})
 
 
-def back(value, records=RECORDS):
-    return unpack(b"".join(pack(value, RECORDS)), records)
+def back(value, records=OWN):
+    return unpack(b"".join(pack(value, OWN)), records)
 
 
 def bits(number):
@@ -147,7 +147,7 @@ def test_fields_that_do_not_count():
 def test_what_is_no_data_is_refused(value):
     for holder in (value, [value], Leaf(name="", values=value)):
         with pytest.raises(CodecError):
-            pack(holder, RECORDS)
+            pack(holder, OWN)
         with pytest.raises(CodecError):
             fingerprint(holder)
 
@@ -156,19 +156,39 @@ def test_cycles_and_depths_end():
     endless: list = []
     endless.append(endless)
     with pytest.raises(CodecError):
-        pack(endless, RECORDS)
+        pack(endless, OWN)
     head = b"[" * 50_000 + b"]" * 50_000
     with pytest.raises(CodecError):
-        unpack(len(head).to_bytes(8, "little") + head, RECORDS)
+        unpack(len(head).to_bytes(8, "little") + head, OWN)
 
 
-def test_only_named_records_are_made():
-    """Not by a name in the file, whatever it is: no import, no call of anything else."""
-    data = b"".join(pack(Leaf(name="a", values=1), RECORDS))
+@pytest.mark.parametrize(
+    "name",
+    [
+        "os.system",
+        "solidwhirl.__main__.main",
+        "solidwhirl.nowhere.Modes",
+        "solidwhirl.cache.codec.pack",
+        "solidwhirl.cache.codec.CodecError",
+        "solidwhirl.pipeline.cached_stages.Scene",
+        f"{__name__}.Trees",
+    ],
+)
+def test_only_frozen_records_of_the_program_are_made(name):
+    """Not by a name in the file, whatever it is: no call of anything else."""
+    data = b"".join(pack(Leaf(name="a", values=1), OWN))
     with pytest.raises(CodecError, match="none of this program"):
-        unpack(data, {"Tree": Tree})
+        unpack(data)
+    renamed = _entry(f'{{"r":["{name}",{{}}]}}')
+    with pytest.raises(CodecError, match="none of this program"):
+        unpack(renamed, OWN | {"solidwhirl"})
     with pytest.raises(CodecError, match="other fields"):
-        unpack(data, {"Leaf": Tree})
+        unpack(_entry(f'{{"r":["{__name__}.Tree",{{}}]}}'), OWN)
+
+
+def _entry(node):
+    head = f"[{node},[3]]".encode()
+    return len(head).to_bytes(8, "little") + head + b"abc" + bytes(5)
 
 
 NODES = [
@@ -190,7 +210,5 @@ NODES = [
 
 @pytest.mark.parametrize("node", NODES)
 def test_nodes_that_mean_nothing(node):
-    head = f"[{node},[3]]".encode()
-    data = len(head).to_bytes(8, "little") + head + b"abc" + bytes(5)
     with pytest.raises(CodecError):
-        unpack(data, RECORDS)
+        unpack(_entry(node), OWN)

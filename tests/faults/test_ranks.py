@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from solidwhirl.run_folder import verify_folder
+from solidwhirl.files.run_folder import verify_folder
 
 pytestmark = [
     pytest.mark.solver,

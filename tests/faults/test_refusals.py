@@ -3,49 +3,25 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 from solidwhirl.cli import app
-from solidwhirl.errors import markdown_cell, markdown_text
-from solidwhirl.run_folder import claimed
+from solidwhirl.core.errors import markdown_cell, markdown_text
+from solidwhirl.files.run_folder import claimed
 
-RIGID = """
-name = "rotor"
-title = 'T <script>alert(1)</script> | **b** [x](y) $\\unknown$ $1_$2'
-notes = ["<img src=x> # not a heading | a", "# heading"]
-[speeds]
-from_rpm = 0
-to_rpm = 3000
-count = 3
-[campbell]
-branches = 2
-[rigid_bodies.rotor]
-speed_ratio = 1.0
-mass_kg = 10.0
-center_of_gravity_m = [0.0, 0.0, 0.1]
-inertia_kg_m2 = [0.1, 0.1, 0.15]
-interfaces = { a = 0.0, b = 0.3 }
-[[bearings]]
-name = "a"
-first = "rotor.a"
-stiffness_n_per_m = 1e6
-[[bearings]]
-name = "b"
-first = "rotor.b"
-stiffness_n_per_m = 1e6
-"""
+TITLE = r"T <script>alert(1)</script> | **b** [x](y) $\unknown$ $1_$2"
+NOTES = ("<img src=x> # not a heading | a", "# heading")
 LONG = "x" * 300
 DEEP = "/".join(["deep"] * 1000)
 
 
 @pytest.fixture
-def scene(tmp_path, monkeypatch):
+def scene(rigid_scene, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    path = tmp_path / "scene.toml"
-    path.write_text(RIGID, encoding="utf-8")
-    return str(path)
+    return str(rigid_scene(TITLE, NOTES))
 
 
 def refused(*words):
@@ -142,7 +118,12 @@ def test_markdown_is_escaped_and_plain_text_is_not():
 @pytest.mark.solver
 def test_quiet_batch_names_what_failed(scene, tmp_path):
     bad = tmp_path / "bad.toml"
-    text = RIGID.replace("mass_kg = 10.0", "mass_kg = 1e-29").replace('"rotor"', '"bad"', 1)
+    text = (
+        Path(scene)
+        .read_text("utf-8")
+        .replace("mass_kg = 10.0", "mass_kg = 1e-29")
+        .replace('"rotor"', '"bad"', 1)
+    )
     bad.write_text(text, encoding="utf-8")
     done = CliRunner().invoke(
         app, ["batch", scene, str(bad), "--out", str(tmp_path / "b"), "--no-pictures", "-q"]
@@ -186,7 +167,7 @@ def test_exports_replace_files_when_told(scene, tmp_path):
 @pytest.mark.parametrize("speeds", [(0, 0, 2), (500, 500, 3), (1e6, 1e6 + 1e-9, 100)])
 def test_speeds_that_are_one_are_named_by_their_keys(scene, tmp_path, speeds):
     first, last, count = speeds
-    text = RIGID.replace("from_rpm = 0", f"from_rpm = {first!r}")
+    text = Path(scene).read_text("utf-8").replace("from_rpm = 0", f"from_rpm = {first!r}")
     text = text.replace("to_rpm = 3000", f"to_rpm = {last!r}")
     (tmp_path / "scene.toml").write_text(text.replace("count = 3", f"count = {count}"), "utf-8")
     said = refused("plan", scene)

@@ -7,7 +7,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from solidwhirl.scene_file import parse_scene
+from solidwhirl.scene_reading.reader import parse_scene
 
 pytestmark = pytest.mark.solver
 
@@ -24,14 +24,14 @@ def data(scene_path):
 @pytest.fixture(scope="module")
 def run(data):
     """Function: run the scene, changed, with a store; its results and notes."""
-    from solidwhirl.pipeline import run_scene
-    from solidwhirl.store_stages import open_store
+    from solidwhirl.pipeline.cached_stages import open_store
+    from solidwhirl.pipeline.run import run_scene
 
     def start(folder, opened=open_store, **changes):
         notes = []
         store = opened(folder)
         results = run_scene(parse_scene({**data, **changes}), progress=notes.append, store=store)
-        return results, notes, store
+        return results, [str(note) for note in notes], store
 
     return start
 
@@ -52,7 +52,7 @@ def folder(first, tmp_path):
 
 
 def document(results):
-    from solidwhirl.results import results_document
+    from solidwhirl.output.documents import results_document
 
     found = results_document(results)
     return {key: value for key, value in found.items() if key not in OWN}
@@ -64,7 +64,7 @@ def computed(results):
 
 def test_store_changes_no_number(first, run, data):
     """With and without a store, to the last bit."""
-    from solidwhirl.pipeline import run_scene
+    from solidwhirl.pipeline.run import run_scene
 
     results = run_scene(parse_scene(data))
     assert results.stages == {}
@@ -157,7 +157,7 @@ def test_other_models_do_not_meet(run, folder, data):
 
 def test_lost_judgement_is_made_again(first, run, folder):
     """It needs the solvers' view of the bodies, which can't be kept: they are reduced again."""
-    lost = [p for p in folder.glob("*.stage") if b'"Round"' in p.read_bytes()]
+    lost = [p for p in folder.glob("*.stage") if b'.Round"' in p.read_bytes()]
     assert len(lost) == len(first[0].rounds) > 1
     for path in lost:
         path.unlink()
@@ -189,7 +189,7 @@ def test_store_that_can_not_be_written(first, run, tmp_path):
 
 
 def test_fresh_store_computes_and_keeps(first, run, folder):
-    from solidwhirl.store_stages import open_fresh_store
+    from solidwhirl.pipeline.cached_stages import open_fresh_store
 
     times = {p.name: p.stat().st_mtime_ns for p in folder.glob("*.stage")}
     results, _, store = run(folder, open_fresh_store)
@@ -202,8 +202,8 @@ def test_fresh_store_computes_and_keeps(first, run, folder):
 
 
 def test_beams_and_the_choice_of_the_level_are_kept(scene_path, tmp_path):
-    from solidwhirl.pipeline import run_scene
-    from solidwhirl.store_stages import open_store
+    from solidwhirl.pipeline.cached_stages import open_store
+    from solidwhirl.pipeline.run import run_scene
 
     data = tomllib.loads(scene_path("one_body").read_text(encoding="utf-8"))
     scene = parse_scene({**data, "model": {"accuracy": 0.1, "level": "auto"}})

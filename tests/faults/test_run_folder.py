@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from solidwhirl.errors import OutputError
-from solidwhirl.run_folder import MANIFEST, claimed, replacing_files, reserve, verify_folder
+from solidwhirl.core.errors import OutputError
+from solidwhirl.files.run_folder import MANIFEST, claimed, replacing_files, reserve, verify_folder
 
 OLD = {"results.json": "old", "bodies/a.h5": "old a", "bodies/b.h5": "old b", "x.png": "old x"}
 NEW = {"results.json": "new", "bodies/a.h5": "new a", "report.md": "new r"}

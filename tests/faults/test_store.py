@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from solidwhirl.store import FreshStore, StageStore
+from solidwhirl.cache.files import FreshStore, StageStore
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -19,7 +19,7 @@ class Found:
     values: np.ndarray
 
 
-RECORDS = {"Found": Found}
+OWN = frozenset({__name__.split(".")[0]})
 VALUE = Found(name="a", values=np.arange(3.0))
 
 
@@ -29,7 +29,7 @@ def refuse(text):
 
 @pytest.fixture
 def store(tmp_path):
-    return StageStore(tmp_path / "kept", RECORDS)
+    return StageStore(tmp_path / "kept", OWN)
 
 
 @pytest.fixture
@@ -47,7 +47,7 @@ def test_kept_and_found(store, entry):
     assert (found.name, found.values.tobytes()) == (VALUE.name, VALUE.values.tobytes())
     assert path.name == f"{key}.stage"
     assert store.find(store.key("stage", 2, "a", np.arange(2)), refuse) is None
-    other = StageStore(store.folder, RECORDS)
+    other = StageStore(store.folder, OWN)
     assert other.key("stage", 1, "a", np.arange(2)) == key
     assert other.find(key, refuse) is not None
 
@@ -101,8 +101,8 @@ def test_entry_that_can_not_be_read_is_a_miss(store, entry):
 def test_what_can_not_be_kept_is_noted(tmp_path):
     (tmp_path / "file").write_text("", encoding="utf-8")
     notes = []
-    StageStore(tmp_path / "file", RECORDS).keep("k", "mesh", VALUE, notes.append)
-    StageStore(tmp_path / "kept", {}).keep("k", "mesh", VALUE, notes.append)
+    StageStore(tmp_path / "file", OWN).keep("k", "mesh", VALUE, notes.append)
+    StageStore(tmp_path / "kept").keep("k", "mesh", VALUE, notes.append)
     assert len(notes) == 2
     assert all("mesh is not kept" in note for note in notes)
     assert not list((tmp_path / "kept").glob("*"))
@@ -111,7 +111,7 @@ def test_what_can_not_be_kept_is_noted(tmp_path):
 def test_fresh_store_looks_for_nothing_and_keeps(store, entry):
     key, path = entry
     path.unlink()
-    fresh = FreshStore(store.folder, RECORDS)
+    fresh = FreshStore(store.folder, OWN)
     fresh.keep(key, "stage", VALUE, refuse)
     assert fresh.find(key, refuse) is None
     assert store.find(key, refuse) is not None
@@ -121,7 +121,7 @@ def test_prune_removes_what_was_not_used(store, entry):
     key, _ = entry
     other = store.key("other")
     store.keep(other, "other", 1.0, refuse)
-    new = StageStore(store.folder, RECORDS)
+    new = StageStore(store.folder, OWN)
     assert new.find(key, refuse) is not None
     new.prune()
     assert new.find(other, refuse) is None
@@ -141,7 +141,7 @@ def test_leftovers_of_today_may_be_another_process(store, entry):
 
 def test_killed_at_every_step_of_keeping(tmp_path):
     """At each operation on files in turn: an entry is whole or it is not there."""
-    store = StageStore(tmp_path / "kept", RECORDS)
+    store = StageStore(tmp_path / "kept", OWN)
     key = store.key("stage")
     for step in range(1, 60):
         pid = os.fork()

@@ -9,32 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from solidwhirl.run_folder import verify_folder
-
-BEAM = """
-name = "schräg"
-title = "Läufer → π"
-[speeds]
-from_rpm = 0
-to_rpm = 3000
-count = 3
-[campbell]
-branches = 2
-[rigid_bodies.rotor]
-speed_ratio = 1.0
-mass_kg = 10.0
-center_of_gravity_m = [0.0, 0.0, 0.1]
-inertia_kg_m2 = [0.1, 0.1, 0.15]
-interfaces = { a = 0.0, b = 0.3 }
-[[bearings]]
-name = "a"
-first = "rotor.a"
-stiffness_n_per_m = 1e6
-[[bearings]]
-name = "b"
-first = "rotor.b"
-stiffness_n_per_m = 1e6
-"""
+from solidwhirl.files.run_folder import verify_folder
 
 
 def command(words, **options):
@@ -49,10 +24,8 @@ def command(words, **options):
 
 
 @pytest.fixture
-def scene(tmp_path):
-    path = tmp_path / "scene.toml"
-    path.write_text(BEAM.replace("schräg", "rotor"), encoding="utf-8")
-    return path
+def scene(rigid_scene):
+    return rigid_scene("Läufer → π")
 
 
 @pytest.mark.parametrize("words", [["version"], ["formats"], ["--help"], ["plan", "SCENE"]])

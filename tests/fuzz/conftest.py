@@ -47,10 +47,11 @@ def check_message():
 
     def check(message, path, place):
         assert 0 < len(message) < LONGEST_MESSAGE, len(message)
-        assert message.startswith(f"{path}: "), message[:200]
+        head = re.match(rf"{re.escape(str(path))}(:\d+:\d+)?: ", message)
+        assert head, message[:200]
         assert "Traceback" not in message
         assert all(c.isprintable() or c == "\n" for c in message), repr(message)[:300]
-        rest = message.removeprefix(f"{path}: ")
+        rest = message[head.end() :]
         assert re.match(place, rest), rest[:300]
 
     return check

@@ -42,33 +42,17 @@ ODD_TEXTS = (
     "nan",
 )
 NUMERIC = [
-    "dof/node",
-    "dof/component",
-    "dof/kind",
-    "dof/frequency",
-    "interface/node",
-    "interface/xyz",
-    "operators/M",
-    "operators/K0",
-    "operators/G",
-    "operators/Kgeo",
-    "operators/Kspin",
-    "body/mass",
-    "body/com",
-    "body/J_com",
-    "body/rigid_modes",
-    "body/rigid_present",
-    "body/full_dofs",
-    "body/maximum_speed",
-    "body/spin_generator",
-    "recovery/xyz",
-    "recovery/Phi",
-    "frequencies/free",
-    "frequencies/fixed_interface",
-    "frequencies/error_estimate",
-    "moments/displacement",
-    "moments/first",
-    "moments/second",
+    f"{group}/{name}"
+    for group, names in {
+        "dof": "node component kind frequency",
+        "interface": "node xyz",
+        "operators": "M K0 G Kgeo Kspin",
+        "body": "mass com J_com rigid_modes rigid_present full_dofs maximum_speed spin_generator",
+        "recovery": "xyz Phi",
+        "frequencies": "free fixed_interface error_estimate",
+        "moments": "displacement first second",
+    }.items()
+    for name in names.split()
 ]
 TEXTS = ("interface/name", "interface/coupling")
 GROUPS = ("dof", "interface", "operators", "body", "recovery", "frequencies", "provenance")

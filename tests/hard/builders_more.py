@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from solidwhirl.geometry import Body, Material, Section
 from solidwhirl.meshing import Mesh, MeshSize
 from solidwhirl.reduction import ReductionError
-from solidwhirl.reduction.operators import BodyOperators, OperatorEffects, build_operators
+from solidwhirl.reduction.operators.matrices import BodyOperators, OperatorEffects, build_operators
 
 FloatArray = NDArray[np.float64]
 

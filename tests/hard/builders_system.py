@@ -24,6 +24,7 @@ from solidwhirl.rotordyn import (
     rigid_superelement,
     write_superelement,
 )
+from solidwhirl.rotordyn.stability.intervals import unstable_intervals
 
 LATERAL = ("ux", "uy", "rx", "ry")
 STEEL = (2e11, 0.3, 7800.0)
@@ -165,6 +166,11 @@ def through_file(element: Superelement) -> Superelement:
         path = Path(folder) / "body.h5"
         write_superelement(element, path)
         return read_superelement(path)
+
+
+def first_window(system, speed_max_rad_s):
+    """The unstable interval that begins first above rest, None if nothing grows."""
+    return next(iter(unstable_intervals(system, 0.0, speed_max_rad_s)), None)
 
 
 def refused(attempts) -> int:

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from itertools import pairwise
 
 import numpy as np
 from builders_body import STEEL, FloatArray, even, free_hz, meshed, plane, reduced, section, tube
 from numpy.typing import NDArray
-from table import HardCase
 
 from solidwhirl.geometry import Body, Interface, Section
 from solidwhirl.meshing import MeshSize
-from solidwhirl.meshing.quality import scaled_jacobians, straighten
+from solidwhirl.meshing.own.quality import scaled_jacobians, straighten
 from solidwhirl.rotordyn import Superelement, check_superelement
 
 GRADED = MeshSize(size_m=0.02, corner_size_m=1e-4, growth=0.7)
@@ -189,119 +186,3 @@ def _small_body(level: str) -> float:
         part = tube(0.4 * unit, 0.0, 0.05 * unit, plane("a", 0.1 * unit))
         found.append(free_hz(part, level, size, modes=1)[0] * unit)
     return float(np.ptp(found) / found[0])
-
-
-_LEVELS = ("harmonic", "solid")
-_TINY = "elements as small as the detail everywhere, or a detail merged away with its neighbours"
-_NEAR = "nearly parallel constraint modes: rigid motions are lost in rounding"
-_KERNEL = "the geometry kernel takes points nearer than 1e-7 of its unit for one"
-_FOLD = "elements with a negative Jacobian inside pass a test at their corners"
-_CLAMP = "a rigid hub over a length is held at one plane only"
-
-
-def _pair(
-    case: str,
-    elsewhere: str,
-    figure: str,
-    reason: str,
-    limits: tuple[float, float],
-    measure: Callable[[str], float],
-) -> tuple[HardCase, ...]:
-    return tuple(
-        HardCase(
-            case=case,
-            level=level,
-            elsewhere=elsewhere,
-            figure=figure,
-            limit=limit,
-            reason=reason,
-            measure=partial(measure, level),
-        )
-        for level, limit in zip(_LEVELS, limits, strict=True)
-    )
-
-
-CASES = (
-    HardCase(
-        case="fillets of 1e-3 of the shaft's radius",
-        level="harmonic",
-        elsewhere=_TINY,
-        figure="relative difference from sharp corners with elements of that size",
-        limit=2e-4,
-        reason="(2e-5/0.02)^1.09, what a corner of 270° says, is 5e-4 of 0.1",
-        measure=_tiny_fillet,
-    ),
-    *_pair(
-        "slices of 1e-4 of their neighbours' length",
-        _TINY,
-        "relative difference from the shaft in one piece, order 4",
-        "the mesh of the shaft without slices: 2e-5 and 2e-4",
-        (1e-4, 1e-3),
-        partial(_slices, part=1e-4),
-    ),
-    *_pair(
-        "steps that nearly touch, 1e-4 of the disk's width",
-        _TINY,
-        "relative difference from none",
-        "mesh of the corner, 1e-4; solid: corner size 0.02 m, 0.5 %",
-        (2e-4, 1e-2),
-        partial(_step, part=1e-4),
-    ),
-    *_pair(
-        "two interfaces 1e-3 of the length apart",
-        _NEAR,
-        "invariants of the superelement that fail",
-        "none may",
-        (0.0, 0.0),
-        _near_invariants,
-    ),
-    *_pair(
-        "two interfaces 2e-6 of the length apart",
-        _NEAR,
-        "relative error of the free bending frequency",
-        "mesh 2e-4; eps (L/gap)² times 1e3 is 5e-5",
-        (5e-4, 1e-3),
-        partial(_near_interfaces, part=2e-6),
-    ),
-    *_pair(
-        "a rigid slab interface, a tenth of a metre to either side",
-        _CLAMP,
-        "largest relative error of the two cantilevers beside it, four modes",
-        "Euler's beam, L/r = 30; solid: mesh at the clamp",
-        (1e-3, 3e-3),
-        _slab,
-    ),
-    *_pair(
-        "curved elements folded by gmsh",
-        _FOLD,
-        "folded elements left over a sweep of sizes and fillets",
-        "they are straightened, or the mesh is refused",
-        (0.0, 0.0),
-        _folded,
-    ),
-    HardCase(
-        case="an edge bent through its element",
-        level="harmonic",
-        elsewhere=_FOLD,
-        figure="folded elements not found or not repaired, of 23",
-        limit=0.0,
-        reason="the Bernstein bound holds for the whole element",
-        measure=_bent_element,
-    ),
-    *_pair(
-        "all lengths times 1000 and times 1/1000",
-        _KERNEL,
-        "largest relative difference of frequency times length",
-        "eps times the ratio of the mesh's largest eigenvalue to the first",
-        (1e-10, 2e-8),
-        _units,
-    ),
-    *_pair(
-        "bodies from 0.4 m down to 4 µm",
-        _KERNEL,
-        "largest relative difference of frequency times length",
-        "powers of 1000 are the same; in between the mesh differs",
-        (1e-6, 1e-3),
-        _small_body,
-    ),
-)

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import scipy.linalg
 from builders_body import STEEL, even, meshed, plane, reduced, section, tube
 from references_body import timoshenko_free_hz
-from table import HardCase
 
 from solidwhirl.geometry import Body, Interface
 from solidwhirl.meshing import MeshSize
@@ -51,8 +48,8 @@ def _held_dense(body: Body, level: str, size: MeshSize, count: int) -> np.ndarra
     """Fixed-interface frequencies from dense matrices, one family or all odd orders [Hz]."""
     from mpi4py import MPI
 
-    from solidwhirl.reduction.operators import OperatorEffects, build_operators
-    from solidwhirl.reduction.vectors import apply
+    from solidwhirl.reduction.operators.matrices import OperatorEffects, build_operators
+    from solidwhirl.reduction.solvers.vectors import apply
 
     effects = OperatorEffects(
         gyroscopic=False,
@@ -165,119 +162,3 @@ def _equal_units(level: str) -> float:
     if len(found) < 4:
         return np.inf
     return float(np.abs(found[:4] / found[0] - 1.0).max())
-
-
-_LEVELS = ("harmonic", "solid")
-_HALF = "a double mode of which one member is kept makes a rotor stiffer in one direction"
-_SUPPORT = (
-    "a body without supports has a singular stiffness: the solver stops, or shifts its results"
-)
-_CROWD = "Lanczos without restart misses modes, or copies them, when very many are asked for"
-
-
-def _pair(
-    case: str,
-    elsewhere: str,
-    figure: str,
-    reason: str,
-    limits: tuple[float, float],
-    measure: Callable[[str], float],
-) -> tuple[HardCase, ...]:
-    return tuple(
-        HardCase(
-            case=case,
-            level=level,
-            elsewhere=elsewhere,
-            figure=figure,
-            limit=limit,
-            reason=reason,
-            measure=partial(measure, level),
-        )
-        for level, limit in zip(_LEVELS, limits, strict=True)
-    )
-
-
-CASES = (
-    *_pair(
-        "1 mode per plane",
-        "truncation to a single mode bends a shaft by per cents",
-        "relative change of the free bending frequency by 12 pairs",
-        "static correction leaves the second order in ω²",
-        (2e-5, 2e-5),
-        _one_mode,
-    ),
-    *_pair(
-        "4 modes, where a double one would be cut in half",
-        _HALF,
-        "pairs cut, split by more than 1e-8, or missing",
-        "pairs are kept whole",
-        (0.0, 0.0),
-        _cut_pairs,
-    ),
-    HardCase(
-        case="500 modes of a mesh that has 600",
-        level="harmonic",
-        elsewhere=_CROWD,
-        figure="largest relative difference from dense eigenvalues",
-        limit=1e-8,
-        reason="accuracy of the iteration",
-        measure=_five_hundred,
-    ),
-    HardCase(
-        case="6 pairs of a coarse solid among modes of all odd orders",
-        level="solid",
-        elsewhere=_CROWD,
-        figure="largest relative distance from dense eigenvalues",
-        limit=1e-8,
-        reason="accuracy of the iteration",
-        measure=_many_of_a_solid,
-    ),
-    *_pair(
-        "more modes than the body has",
-        "the eigenvalue library stops with an error of its own, or pads with zeros",
-        "requests that are not refused with the number that there is",
-        "all are refused",
-        (0.0, 0.0),
-        _too_many,
-    ),
-    *_pair(
-        "no, one and two interfaces: rigid motions",
-        _SUPPORT,
-        "largest stiffness of a rigid motion over that of the first elastic mode",
-        "rounding of reduced matrices",
-        (1e-12, 1e-12),
-        _rigid_pairs,
-    ),
-    *_pair(
-        "no interface: bending",
-        _SUPPORT,
-        "relative error of Timoshenko's beam, L/D = 20",
-        "the beam's shear coefficient; six times that of the solid",
-        (5e-4, 1e-3),
-        _free_beam,
-    ),
-    *_pair(
-        "no interface: nutation",
-        _SUPPORT,
-        "relative error of Ω Ip / Id",
-        "the rod bends by (Ω/ω)², 1e-6 of that of a disk",
-        (1e-6, 1e-6),
-        _free_spin,
-    ),
-    *_pair(
-        "double modes",
-        "an unstructured mesh splits them by the error of the mesh",
-        "largest relative split",
-        "a quarter of the mesh is turned four times; rounding",
-        (1e-12, 1e-10),
-        _split_pairs,
-    ),
-    *_pair(
-        "two equal units: modes in fours",
-        "modes that are equal to the tolerance of the iteration are missed",
-        "largest relative split of the lowest four, infinite if cut",
-        "meshes of the two units differ",
-        (1e-4, 1e-3),
-        _equal_units,
-    ),
-)

@@ -9,7 +9,6 @@ from functools import cache
 import numpy as np
 import scipy.linalg
 from builders_body import STEEL, even, meshed, plane, reduced, section, tube
-from table import HardCase
 
 from solidwhirl.geometry import Body, Interface
 from solidwhirl.meshing import MeshSize
@@ -49,8 +48,8 @@ def _lost_speed(body: Body, level: str, order: int, components: tuple[str, ...])
     """Speed without stiffness, by dense eigenvalues of the held body [rad/s]."""
     from mpi4py import MPI
 
-    from solidwhirl.reduction.operators import OperatorEffects, build_operators
-    from solidwhirl.reduction.vectors import apply
+    from solidwhirl.reduction.operators.matrices import OperatorEffects, build_operators
+    from solidwhirl.reduction.solvers.vectors import apply
 
     effects = OperatorEffects(
         gyroscopic=False,
@@ -169,97 +168,3 @@ def _rigid_at_speed(level: str) -> float:
     rigid = rigid / np.sqrt(np.diag(rigid.T @ element.mass @ rigid))
     elastic = np.sort(np.abs(scipy.linalg.eigvalsh(k, element.mass)))[rigid.shape[1]]
     return float(np.abs(rigid.T @ k @ rigid).max() / elastic)
-
-
-_GONE = "an indefinite stiffness is factorised like any other, and the modes it gives are nonsense"
-_SHIFTED = (
-    "the shift that makes a free body regular hides a stiffness that has just become negative"
-)
-_GROWN = "a prestress of the undeformed shape is used at any speed"
-_FALSE = "without stress stiffening the rotor seems unstable above its torsional frequency"
-_PRECISE = "digits of the message"
-
-
-def _pair(case: str, elsewhere: str, figure: str, reason: str, limits: object, measure: object):  # type: ignore[no-untyped-def]
-    return tuple(
-        HardCase(
-            case=case,
-            level=level,
-            elsewhere=elsewhere,
-            figure=figure,
-            limit=limit,
-            reason=reason,
-            measure=lambda level=level: measure(level),  # type: ignore[misc,operator]
-        )
-        for level, limit in zip(("harmonic", "solid"), limits, strict=True)  # type: ignore[call-overload]
-    )
-
-
-CASES = (
-    HardCase(
-        case="loss of stiffness, axial motion of a disk in a hoop",
-        level="harmonic",
-        elsewhere=_GONE,
-        figure="relative error of the reported speed against dense eigenvalues",
-        limit=1e-6,
-        reason=_PRECISE,
-        measure=lambda: _overspeed("harmonic", 0, True),
-    ),
-    HardCase(
-        case="loss of stiffness, axial motion of a free body",
-        level="harmonic",
-        elsewhere=_SHIFTED,
-        figure="relative error of the reported speed against dense eigenvalues",
-        limit=1e-6,
-        reason=_PRECISE,
-        measure=lambda: _overspeed("harmonic", 0, False),
-    ),
-    *_pair(
-        "loss of stiffness, lateral motion of a disk in a hoop",
-        _GONE,
-        "relative error of the reported speed against dense eigenvalues",
-        _PRECISE,
-        (1e-6, 1e-6),
-        lambda level: _overspeed(level, 1, True),
-    ),
-    *_pair(
-        "loss of stiffness, lateral motion of a free body",
-        _SHIFTED,
-        "relative error of the reported speed against dense eigenvalues",
-        _PRECISE,
-        (1e-6, 1e-6),
-        lambda level: _overspeed(level, 1, False),
-    ),
-    *_pair(
-        "0.1 % below and above the loss of stiffness",
-        _GONE,
-        "refused below or accepted above",
-        "inertia of the factor, exact",
-        (0.0, 0.0),
-        _just_below,
-    ),
-    *_pair(
-        "hoop strain beyond linear prestress",
-        _GROWN,
-        "relative error of the allowed speed, plane stress at the bore",
-        "digits of the message; solid: six edges around",
-        (1e-5, 5e-2),
-        _hoop_limit,
-    ),
-    *_pair(
-        "speed five times the first torsional frequency",
-        _FALSE,
-        "largest growth rate over the highest frequency",
-        "a free rotor without damping has none",
-        (1e-12, 1e-12),
-        _above_torsion,
-    ),
-    *_pair(
-        "rigid motions at five times the first torsional frequency",
-        _FALSE,
-        "largest stiffness of a rigid motion over that of the first elastic mode",
-        "rounding",
-        (1e-12, 1e-12),
-        _rigid_at_speed,
-    ),
-)

@@ -16,13 +16,12 @@ from builders_more import (
     refusal,
     sparse,
 )
-from table import HardCase
 
 from solidwhirl.geometry import Body
 from solidwhirl.meshing import MeshSize
 from solidwhirl.reduction import ReductionRequest, ReductionWork, reduce_body
 from solidwhirl.rotordyn import Superelement
-from solidwhirl.rotordyn.free_body import rigid_centrifugal_energy
+from solidwhirl.rotordyn.superelement.free_body import rigid_centrifugal_energy
 
 SPLIT = 1e-9
 ALL = ("ux", "uy", "uz", "rx", "ry", "rz")
@@ -192,140 +191,3 @@ def _wrong_numbers(level: str) -> float:
 def _failed_checks(level: str) -> float:
     checks = [c for eps in (0.0, 2e-8, 2e-6) for c in _dumbbell(level, eps, 2)[1].checks]
     return float(sum(c.passed is False for c in checks))
-
-
-_LEVELS = ("harmonic", "solid")
-_UNITS = "two equal units on one shaft"
-_DOUBLE = "modes of one cluster are cut apart, mixed, or one of them is missed"
-
-CASES = (
-    *(
-        HardCase(
-            case="one mode: first free frequency",
-            level=level,
-            elsewhere="one mode without what the others do statically is several per cent off",
-            figure="relative distance from that of 12 modes; inf if its pair is not whole",
-            limit=1e-6,
-            reason="what inertia corrections leave, ten times the distance measured",
-            measure=lambda level=level: _one_mode(level),
-        )
-        for level in _LEVELS
-    ),
-    HardCase(
-        case="1 to 4 modes of all circumferential orders",
-        level="solid",
-        elsewhere="a list that is cut after so many modes ends in half of a double mode",
-        figure="lateral modes without a partner within 1e-9, and modes too few",
-        limit=0.0,
-        reason="pairs are kept whole",
-        measure=_cut_pairs,
-    ),
-    HardCase(
-        case="500 modes: the lowest 40",
-        level="harmonic",
-        elsewhere="modes of high order lose orthogonality and bring copies of low ones",
-        figure="largest relative difference from a basis of 40 modes",
-        limit=1e-9,
-        reason="same frequencies; accuracy of the solution",
-        measure=_five_hundred_lowest,
-    ),
-    HardCase(
-        case="500 modes: all of them",
-        level="harmonic",
-        elsewhere="iterations leave out modes, and no one counts them",
-        figure="largest relative difference from all eigenvalues of the dense matrices",
-        limit=1e-9,
-        reason="same matrices; accuracy of both solutions",
-        measure=_five_hundred_all,
-    ),
-    *(
-        HardCase(
-            case="more modes than a ring of few elements has",
-            level=level,
-            elsewhere="fewer modes, or modes of rounding, are returned without a word",
-            figure="requests of 5 that are not refused",
-            limit=0.0,
-            reason="refused from the first mode that the mesh can not have",
-            measure=lambda level=level: _not_refused(level),
-        )
-        for level in _LEVELS
-    ),
-    HardCase(
-        case="as many modes as the refusal of more allows",
-        level="harmonic",
-        elsewhere="the last modes of a space do not converge",
-        figure="requests of 1 that are refused",
-        limit=0.0,
-        reason="what a message allows has to work",
-        measure=_stated_number,
-    ),
-    *(
-        HardCase(
-            case=f"no interface and one interface: {name}",
-            level=level,
-            elsewhere="rounding leaves rigid motions of a stiff body a stiffness of either sign",
-            figure=figure,
-            limit=limit,
-            reason="exactly zero; rounding",
-            measure=lambda level=level, measure=measure: measure(level),
-        )
-        for level in _LEVELS
-        for name, figure, limit, measure in (
-            ("K R = 0 on the mesh", "largest |K R| over that of |K| |R|", 1e-13, _rigid_force),
-            (
-                "Rᵀ(Kσ-S)R = 0 at the top speed",
-                "largest entry over that of RᵀSR",
-                1e-12,
-                _rigid_energy,
-            ),
-        )
-    ),
-    *(
-        HardCase(
-            case=f"{_UNITS}, heavier by 2e-8: split of their modes",
-            level=level,
-            elsewhere=_DOUBLE,
-            figure="distance from ω ∝ 1/√ρ, in parts of the frequency; the split is 1e-8",
-            limit=1e-9,
-            reason="a tenth of the split; rounding of K over the first eigenvalue is 1e-10",
-            measure=lambda level=level: _split_error(level),
-        )
-        for level in _LEVELS
-    ),
-    *(
-        HardCase(
-            case=f"{_UNITS}, alike or heavier by 2e-8: number of modes",
-            level=level,
-            elsewhere=_DOUBLE,
-            figure="modes too many or too few for requests of 1, 2 and 3 pairs",
-            limit=0.0,
-            reason="two pairs in each cluster, kept whole",
-            measure=lambda level=level: _wrong_numbers(level),
-        )
-        for level in _LEVELS
-    ),
-    *(
-        HardCase(
-            case=f"{_UNITS}, alike or heavier by 2e-8 or 2e-6: checks",
-            level=level,
-            elsewhere=_DOUBLE,
-            figure="failed checks of residuals, orthogonality and numbers of modes",
-            limit=0.0,
-            reason="each check passes on a body without defect",
-            measure=lambda level=level: _failed_checks(level),
-        )
-        for level in _LEVELS
-    ),
-    *(
-        HardCase(
-            case=f"{_UNITS}, heavier by 2e-8: orthogonality",
-            level=level,
-            elsewhere=_DOUBLE,
-            figure="largest entry of XᵀMX - 1",
-            limit=5e-13,
-            reason="rounding",
-            measure=lambda level=level: _dumbbell(level, 2e-8, 3)[1].orthogonality_error,
-        )
-        for level in _LEVELS
-    ),
-)

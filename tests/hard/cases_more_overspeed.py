@@ -8,7 +8,6 @@ import numpy as np
 import scipy.linalg
 from builders_body import STEEL, even, plane, reduced, section, tube
 from builders_more import last_rpm, material, refusal, speed_of_loss_rad_s
-from table import HardCase
 
 from solidwhirl.geometry import Body, Interface
 from solidwhirl.meshing import MeshSize
@@ -119,92 +118,3 @@ def _false_instabilities(level: str) -> float:
 def _not_shown(level: str) -> float:
     """Of three false instabilities (rz, first and second torsion) those that do not appear."""
     return float(sum(max(0, 3 - _torsion(level, held)[1]) for held in (False, True)))
-
-
-_LOSS = "the square root of a negative number, or whirl frequencies that mean nothing"
-_WHERE = (
-    ("harmonic", True, 0, "axially, held"),
-    ("harmonic", True, 1, "laterally, held"),
-    ("solid", True, 1, "laterally, held"),
-    ("harmonic", False, 0, "axially, free body"),
-    ("harmonic", False, 1, "laterally, free body"),
-    ("solid", False, 1, "laterally, free body"),
-)
-
-CASES = (
-    *(
-        HardCase(
-            case=f"overspeed: a plate inside a rim buckles {how}: speed",
-            level=level,
-            elsewhere=_LOSS,
-            figure="relative error of the speed of the message",
-            limit=1e-6,
-            reason="lowest eigenvalue by SuperLU and ARPACK; the message has 7 digits",
-            measure=lambda a=(level, held, order): _speed_error(*a),
-        )
-        for level, held, order, how in _WHERE
-    ),
-    *(
-        HardCase(
-            case=f"overspeed: a plate inside a rim buckles {how}: decision",
-            level=level,
-            elsewhere=_LOSS,
-            figure="wrong decisions of 3: 1e-6 below, 1e-6 above and half above that speed",
-            limit=0.0,
-            reason="accepted below, refused above",
-            measure=lambda a=(level, held, order): _wrong_decisions(*a),
-        )
-        for level, held, order, how in _WHERE
-    ),
-    *(
-        HardCase(
-            case="overspeed: strain of a ring beyond linear prestress: speed",
-            level=level,
-            elsewhere="a linear prestress is used at any speed",
-            figure="relative error of the allowed speed of the message",
-            limit=limit,
-            reason=reason,
-            measure=lambda level=level: _hoop_limit(level)[0],
-        )
-        for level, limit, reason in (
-            ("harmonic", 1e-5, "six digits of the message; plane stress of a flat ring"),
-            ("solid", 1e-3, "half the error of the strain, second-order edges of 15°"),
-        )
-    ),
-    *(
-        HardCase(
-            case="overspeed: strain of a ring beyond linear prestress: decision",
-            level=level,
-            elsewhere="a linear prestress is used at any speed",
-            figure="wrong decisions of 3, 0.2 % below and above the closed form and half above",
-            limit=0.0,
-            reason="accepted below, refused above",
-            measure=lambda level=level: _hoop_limit(level)[1],
-        )
-        for level in ("harmonic", "solid")
-    ),
-    *(
-        HardCase(
-            case="2.5 times the first torsional frequency, free and with an interface",
-            level=level,
-            elsewhere="spin softening without stress stiffness makes torsion unstable",
-            figure="negative eigenvalues of K + Ω²K2 beyond 1e-9 of the first one at rest",
-            limit=0.0,
-            reason="rotation does not change torsion of a round bar",
-            measure=lambda level=level: _false_instabilities(level),
-        )
-        for level in ("harmonic", "solid")
-    ),
-    *(
-        HardCase(
-            case="2.5 times the first torsional frequency, stress stiffness taken away",
-            level=level,
-            elsewhere="a check that sees no instability here sees none anywhere",
-            figure="of 2 times 3 false instabilities those that do not appear",
-            limit=0.0,
-            reason="ω² - Ω² < 0 of the rigid turn and two torsional modes",
-            measure=lambda level=level: _not_shown(level),
-        )
-        for level in ("harmonic", "solid")
-    ),
-)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from builders_system import LATERAL, STEEL, engine, ground, hub, joint
-from table import HardCase
 
 from solidwhirl.rotordyn import (
     Bearing,
@@ -19,7 +18,7 @@ from solidwhirl.rotordyn import (
     modes_at_speed,
     rigid_superelement,
 )
-from solidwhirl.rotordyn.critical_speeds import count_critical_speeds
+from solidwhirl.rotordyn.critical_speeds.search import count_critical_speeds
 
 
 def _light_on_heavy(rigid: bool) -> float:
@@ -187,100 +186,3 @@ def _touching_with_damping() -> float:
     found = [c.speed_rad_s for c in critical_speeds(system, 1.0, 400.0)]
     near = [sum(abs(f - place) < 0.1 for f in found) for place in (100.0, 200.0)]
     return float(abs(near[0] - 4) + abs(near[1] - 2) + abs(len(found) - 6))
-
-
-CASES = (
-    HardCase(
-        case="a body of 1e-6 kg fixed to one of 1e4 kg",
-        level="assembled",
-        elsewhere="masses ten orders apart in one matrix lose the light body, or its zero pivots",
-        figure="relative error of the frequency",
-        limit=1e-12,
-        reason="closed form; rounding",
-        measure=lambda: _light_on_heavy(True),
-    ),
-    HardCase(
-        case="a body of 1e-6 kg on a spring on one of 1e4 kg",
-        level="assembled",
-        elsewhere="masses ten orders apart in one matrix lose the light body",
-        figure="largest relative error of the two frequencies",
-        limit=1e-12,
-        reason="closed form of two bodies; rounding",
-        measure=lambda: _light_on_heavy(False),
-    ),
-    *(
-        HardCase(
-            case=f"a chain of 40 bodies joined exactly, {what}",
-            level="assembled",
-            elsewhere="penalty joints add up along the chain, multipliers make it indefinite",
-            figure="largest relative difference of 12 frequencies from one body of 40 elements",
-            limit=1e-10,
-            reason="rounding of 160 coordinates; stiffness of one link is 1e5 that of the chain",
-            measure=lambda speed=speed: _chain_of_forty(speed),
-        )
-        for what, speed in (("at rest", 0.0), ("at 3000 rad/s", 3000.0))
-    ),
-    HardCase(
-        case="rigid gears of ratio 1e-3 to 1e3, of either sign",
-        level="assembled",
-        elsewhere="squares of the ratio, 1e-6 to 1e6, spoil an equation added as a penalty",
-        figure="largest relative error of the torsion frequency",
-        limit=1e-12,
-        reason="closed form; rounding",
-        measure=lambda: _gears(None),
-    ),
-    HardCase(
-        case="gears of ratio 1e-3 to 1e3 with meshes of 1e8 and 1e13 N/m",
-        level="assembled",
-        elsewhere="a stiff mesh swallows the torsion of the shafts",
-        figure="largest relative error of the two torsion frequencies",
-        limit=1e-11,
-        reason="closed form; rounding of the spring beside the mesh in its quadratic",
-        measure=lambda: max(_gears(1e8), _gears(1e13)),
-    ),
-    HardCase(
-        case="bearing with kinks, a critical speed exactly at one",
-        level="assembled",
-        elsewhere="a search by steps misses two roots in one step, Newton's method jumps at a kink",
-        figure="largest relative error of three pairs; infinite for a wrong number",
-        limit=1e-12,
-        reason="quadratic of each straight piece; rounding",
-        measure=lambda: _kink_error(KINKED_N_PER_M),
-    ),
-    HardCase(
-        case="bearing with a kink that dips below the excitation by 1e-4",
-        level="assembled",
-        elsewhere="a search by steps misses two critical speeds in one step",
-        figure="largest relative error of three pairs; infinite for a wrong number",
-        limit=1e-12,
-        reason="quadratic of each straight piece; rounding",
-        measure=lambda: _kink_error(NARROW_N_PER_M),
-    ),
-    HardCase(
-        case="bearing with kinks and damping of 1e-6",
-        level="assembled",
-        elsewhere="a branch that starts at a critical speed without damping misses the one with it",
-        figure="largest relative error of three pairs; infinite for a wrong number",
-        limit=1e-10,
-        reason="quadratic of each straight piece; (c/2mω)² = 1e-12 of damping over the slope",
-        measure=lambda: _kink_error(KINKED_N_PER_M, 2e-3),
-    ),
-    HardCase(
-        case="a mode that touches the excitation at a kink",
-        level="assembled",
-        elsewhere="no sign changes, so nothing is said",
-        figure="whirls of two that touch without being reported",
-        limit=0.0,
-        reason="exact",
-        measure=_touching,
-    ),
-    HardCase(
-        case="a touch that damping of 1e-4 turns into two meetings",
-        level="assembled",
-        elsewhere="two meetings 1e-8 apart lie within one step",
-        figure="error of the number of meetings of both whirls",
-        limit=0.0,
-        reason="exact: six",
-        measure=_touching_with_damping,
-    ),
-)

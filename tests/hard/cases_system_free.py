@@ -9,11 +9,9 @@ from builders_system import (
     hub,
     joint,
     reduced_body,
-    reduced_rod,
     shaft,
     through_file,
 )
-from table import HardCase
 
 from solidwhirl.rotordyn import critical_speeds, modes_at_speed
 
@@ -111,95 +109,3 @@ def _free(element):
 
 def _two_free(element):
     return engine({"one": element, "two": element}, (), {"two": -0.5})
-
-
-DRIFT = "rounding of the stiffness turns zeros into slow or growing motions"
-BODIES = (
-    ("assembled", shaft, 0),
-    ("harmonic", lambda: reduced_body("harmonic"), 0),
-    ("solid", lambda: reduced_body("solid"), 0),
-)
-
-CASES = (
-    *(
-        HardCase(
-            case="free body at rest and at speed: zeros",
-            level=level,
-            elsewhere=DRIFT,
-            figure="zeros wrong in number and motions that grow or die, at 6 speeds",
-            limit=0.0,
-            reason="8 zeros of lateral motion at rest, 6 and a nutation at speed",
-            measure=lambda make=make, axial=axial: _wrong_zeros(_free(make()), 1, axial),
-        )
-        for level, make, axial in BODIES
-    ),
-    *(
-        HardCase(
-            case="free body with torsion and axial motion: zeros",
-            level=level,
-            elsewhere=DRIFT + "; spin softening alone makes torsion of a free body unstable",
-            figure="zeros wrong in number and motions that grow or die, at 6 speeds",
-            limit=0.0,
-            reason="4 zeros more than laterally",
-            measure=lambda level=level: _wrong_zeros(_free(reduced_rod(level)), 1, 4),
-        )
-        for level in ("harmonic", "solid")
-    ),
-    HardCase(
-        case="two free bodies that nothing joins, one turning backwards",
-        level="assembled",
-        elsewhere=DRIFT,
-        figure="zeros wrong in number and motions that grow or die, at 6 speeds",
-        limit=0.0,
-        reason="twice those of one body",
-        measure=lambda: _wrong_zeros(_two_free(shaft()), 2),
-    ),
-    HardCase(
-        case="nutation of a free rigid disk from 1e-3 to 1e5 rad/s",
-        level="assembled",
-        elsewhere="a shift or tolerance made for elastic modes misses it",
-        figure="relative error",
-        limit=1e-12,
-        reason="Ω Ip/It; rounding",
-        measure=_rigid_nutation,
-    ),
-    *(
-        HardCase(
-            case="slow nutation of a free flexible body",
-            level=level,
-            elsewhere="at 1e-4 of the first elastic frequency it drowns in what rounding leaves",
-            figure="relative error",
-            limit=3e-8,
-            reason="Ω Ip/It; bending lowers it by the order of (Ω/ω1)² = 1e-8",
-            measure=lambda make=make: _slow_nutation(make()),
-        )
-        for level, make, _ in BODIES
-    ),
-    HardCase(
-        case="two free bodies, mass ratio 1e3, on springs of 1e-3 to 1e6 N/m",
-        level="assembled",
-        elsewhere="a zero tolerance relative to the largest entry takes the spring for nothing",
-        figure="relative error of the frequency",
-        limit=1e-12,
-        reason="closed form of two bodies; rounding",
-        measure=_shaken,
-    ),
-    HardCase(
-        case="critical speeds of a free shaft",
-        level="assembled",
-        elsewhere="a singular stiffness stops the direct method",
-        figure="largest relative distance from a natural frequency at that speed",
-        limit=1e-9,
-        reason="another eigenproblem at each; rounding times the ratio of frequencies",
-        measure=_free_critical_speeds,
-    ),
-    HardCase(
-        case="free bodies from a file",
-        level="reduced file",
-        elsewhere="numbers are rounded on the way, and zeros move",
-        figure="eigenvalues and zero counts that differ in any bit, at 6 speeds",
-        limit=0.0,
-        reason="exact: files hold all bits",
-        measure=_file_changes,
-    ),
-)

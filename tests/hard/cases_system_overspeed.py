@@ -8,6 +8,7 @@ import numpy as np
 from builders_system import (
     STEEL,
     engine,
+    first_window,
     free_rad_s,
     ground,
     hub,
@@ -15,12 +16,9 @@ from builders_system import (
     reduced_body,
     reduced_rod,
     refused,
-    shaft,
 )
-from table import HardCase
 
 from solidwhirl.rotordyn import PolynomialLaw, campbell, modes_at_speed
-from solidwhirl.rotordyn.stability import stability_threshold
 
 STIFFNESS, MASS = 1e6, 10.0
 LEVELS = ("harmonic", "solid")
@@ -42,10 +40,10 @@ def _lost_stiffness() -> float:
     worst = 0.0
     for zero in (50.0, 333.3, 2000.0):
         system = engine({"disk": hub(MASS)}, [_softening_bearing(zero)])
-        found = stability_threshold(system, 2.7 * zero)
+        found = first_window(system, 2.7 * zero)
         if found is None or found.kind != "divergence":
             return np.inf
-        worst = max(worst, abs(found.speed_rad_s / zero - 1.0))
+        worst = max(worst, abs(found.low_rad_s / zero - 1.0))
     return worst
 
 
@@ -177,113 +175,3 @@ def _unnoted_range() -> float:
                 silent += int(len(notes) != expected)
                 silent += int(any(abs(n.speed_rad_s / limit - 1.0) > 1e-12 for n in notes))
     return float(silent)
-
-
-CASES = (
-    HardCase(
-        case="a bearing that loses its stiffness with the speed",
-        level="assembled",
-        elsewhere="frequencies of an indefinite system come out as roots of negative numbers",
-        figure="largest relative error of the speed of divergence",
-        limit=1e-10,
-        reason="k (1 - (Ω/Ω0)²) in closed form; root search to 1e-12",
-        measure=_lost_stiffness,
-    ),
-    *(
-        HardCase(
-            case="K + Ω²K2 indefinite within a diagram: the speed",
-            level=level,
-            elsewhere="a diagram stops there, or goes on without a word",
-            figure="largest relative error of the speed that is noted; infinite without a note",
-            limit=1e-9,
-            reason="free frequency over the root of the softening; rounding of its square",
-            measure=measure,
-        )
-        for level, measure in (
-            ("assembled", lambda: _noted_speed(shaft())),
-            ("harmonic", lambda: _noted_speed(reduced_body("harmonic"), (1.0,))),
-        )
-    ),
-    *(
-        HardCase(
-            case="K + Ω²K2 indefinite: number of directions",
-            level=level,
-            elsewhere="a Cholesky factorisation fails without saying how many directions are lost",
-            figure="speeds with a wrong count, 1e-3 before and past three losses",
-            limit=0.0,
-            reason="exact: two directions for each pair",
-            measure=lambda make=make: _wrong_counts(make()),
-        )
-        for level, make in (
-            ("assembled", shaft),
-            ("harmonic", lambda: reduced_body("harmonic")),
-        )
-    ),
-    *(
-        HardCase(
-            case="divergence from 1e-4 past the loss of stiffness",
-            level=level,
-            elsewhere="a divergence has no frequency, and a list of frequencies does not show it",
-            figure="largest relative error of the rate of divergence",
-            limit=1e-7,
-            reason="closed form; 1e-4 past the loss rounding counts 1e4 times",
-            measure=lambda make=make: _diverging(make()),
-        )
-        for level, make in (
-            ("assembled", shaft),
-            ("harmonic", lambda: reduced_body("harmonic")),
-            ("solid", lambda: reduced_body("solid")),
-        )
-    ),
-    HardCase(
-        case="a negative support, to 1e-6 before and past the loss",
-        level="assembled",
-        elsewhere="a spring of negative stiffness is refused, or its divergence is not shown",
-        figure="relative error of frequency or rate; infinite for a wrong count",
-        limit=1e-9,
-        reason="closed form; rounding counts 1e6 times in what is left of k",
-        measure=_negative_support,
-    ),
-    HardCase(
-        case="stress stiffening or spin softening alone",
-        level="assembled",
-        elsewhere="softening alone makes bodies unstable above their torsional frequency",
-        figure="of 8 bodies (harmonic, solid, with torsion) those not refused",
-        limit=0.0,
-        reason="exact: their sum does no work in rigid motion, one alone does",
-        measure=_one_effect_alone,
-    ),
-    *(
-        HardCase(
-            case="speeds to 1.3 times the first torsional frequency: false instability",
-            level=level,
-            elsewhere="softening alone makes torsion unstable above its own frequency",
-            figure="growing motions and negative directions, free and held, at 8 speeds",
-            limit=0.0,
-            reason="a round rod of one material without damping inside is stable",
-            measure=lambda level=level: _false_instability(level),
-        )
-        for level in LEVELS
-    ),
-    *(
-        HardCase(
-            case="first torsional frequency at 1.3 times its own value",
-            level=level,
-            elsewhere="softening alone brings it to zero where the speed reaches it",
-            figure="relative change from that at rest",
-            limit=3e-3,
-            reason="of the order of the strain, (Ω r/c)² = 2.7e-3 at the surface",
-            measure=lambda level=level: _torsion_drift(level),
-        )
-        for level in LEVELS
-    ),
-    HardCase(
-        case="speeds beyond what the bases were made for",
-        level="assembled",
-        elsewhere="a reduced model is used at any speed, and nothing is said",
-        figure="of 12 diagrams of harmonic and solid bodies those with a wrong note",
-        limit=0.0,
-        reason="exact: one note, with the speed, beyond the range and none within",
-        measure=_unnoted_range,
-    ),
-)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from builders_system import engine, ground, hub, reduced_body, refused, shaft, through_file
-from table import HardCase
 
 from solidwhirl.rotordyn import (
     LEE_ANISOTROPIC,
@@ -14,9 +13,9 @@ from solidwhirl.rotordyn import (
     campbell,
     critical_speeds,
 )
-from solidwhirl.rotordyn.run_up import run_up
-from solidwhirl.rotordyn.speed_profile import ramp_and_hold
-from solidwhirl.rotordyn.unbalance import Unbalance, unbalance_response
+from solidwhirl.rotordyn.response.unbalance import Unbalance, unbalance_response
+from solidwhirl.rotordyn.run_up.integration import run_up
+from solidwhirl.rotordyn.run_up.speed_profile import ramp_and_hold
 
 MASS, OMEGA = 10.0, 100.0
 ECCENTRICITY = 1e-4
@@ -211,138 +210,6 @@ def _file_changes() -> float:
     for element in (body, through_file(body)):
         system = engine({"r": element}, [ground("r", at, 2e7, cx=1e-3) for at in "ab"])
         response = unbalance_response(system, [_at("r", "a")], np.linspace(0.0, 2500.0, 101))
-        run = _run(system, 1e-3, body="r", interface="a", top=900.0, ramp_s=1.0)
+        run = _run(system, 5e-4, body="r", interface="a", top=900.0, ramp_s=1.0)
         found.append((response.exciters[0].translation_m, run.translation_m, run.energy.stored_j))
     return float(sum(np.count_nonzero(a != b) for a, b in zip(*found, strict=True)))
-
-
-THREE = (
-    ("assembled", shaft),
-    ("harmonic", lambda: reduced_body("harmonic")),
-    ("solid", lambda: reduced_body("solid")),
-)
-
-CASES = (
-    *(
-        HardCase(
-            case="critical speeds exactly at samples of a diagram",
-            level=level,
-            elsewhere="ω - Ω is zero at a sample, and a search for its change of sign misses it",
-            figure="largest relative distance of a branch from ω = Ω there",
-            limit=1e-12,
-            reason="another eigenproblem at each; rounding",
-            measure=lambda make=make: _at_samples(make()),
-        )
-        for level, make in THREE
-    ),
-    *(
-        HardCase(
-            case="critical speeds with damping of 1e-9",
-            level=level,
-            elsewhere="the search starts at the root itself, and both ends have one sign",
-            figure="largest relative difference from those without damping; infinite for a wrong "
-            "number",
-            limit=1e-11,
-            reason="damping moves them by its square; rounding",
-            measure=lambda make=make: _light_damping(make()),
-        )
-        for level, make in THREE
-    ),
-    HardCase(
-        case="unbalance exactly at resonance, damping ratio 1e-2 to 1e-6",
-        level="assembled",
-        elsewhere="a sum of few modes is off by what it leaves out, a sample misses the peak",
-        figure="largest relative error of the complex amplitude",
-        limit=1e-9,
-        reason="e/2ζ; rounding over the damping ratio",
-        measure=_peak_error,
-    ),
-    *(
-        HardCase(
-            case="unbalance at a critical speed, damping over four decades",
-            level=level,
-            elsewhere="a critical speed known to six digits is beside the peak",
-            figure="drift of amplitude times damping",
-            limit=1e-5,
-            reason="rounding of the critical speed over the damping ratio; ratios 1e-3 to 1e-7 "
-            "squared",
-            measure=lambda make=make: _scaled_peak(make()),
-        )
-        for level, make in THREE
-    ),
-    HardCase(
-        case="unbalance at a resonance without any damping",
-        level="assembled",
-        elsewhere="a division by rounding gives a large and meaningless amplitude",
-        figure="of 9 points (exact, one digit beside, three reduced bodies) those not refused",
-        limit=0.0,
-        reason="exact: fewer than three digits are left",
-        measure=_undamped_peaks,
-    ),
-    HardCase(
-        case="unbalance 1e-3 to 1e-9 beside a resonance without damping",
-        level="assembled",
-        elsewhere="the last place before the pole is refused, or given without a check",
-        figure="relative error of the amplitude over 1e-13 / distance",
-        limit=1.0,
-        reason="rounding of Ω² over the distance, some hundred of it",
-        measure=_beside_the_peak,
-    ),
-    HardCase(
-        case="run-up with steps too long for the load or the system",
-        level="assembled",
-        elsewhere="an integrator that never blows up returns a wrong passage without a word",
-        figure="of 16 settings those not refused",
-        limit=0.0,
-        reason="exact: more than one radian a step, or more change of phase than is allowed",
-        measure=_long_steps,
-    ),
-    *(
-        HardCase(
-            case=f"run-up through resonance, one radian a step, {what}",
-            level="assembled",
-            elsewhere="numerical damping or a shifted frequency changes the peak by per cents",
-            figure="largest error over the largest amplitude, against an eighth of the step",
-            limit=1e-3,
-            reason="phase of a block to 3e-4, load to 1/384 of the fourth power of a radian",
-            measure=lambda unlike=unlike: _disk_passage(unlike),
-        )
-        for what, unlike in (("isotropic", 1.0), ("unlike supports", 1.2))
-    ),
-    HardCase(
-        case="run-up through a critical speed with the longest step allowed",
-        level="harmonic",
-        elsewhere="numerical damping or a shifted frequency changes the peak by per cents",
-        figure="largest error over the largest amplitude, against an eighth of the step",
-        limit=1e-3,
-        reason="phase of a block to 3e-4",
-        measure=lambda: _reduced_passage("harmonic"),
-    ),
-    HardCase(
-        case="Lee's polynomials beyond their range, with negative damping and stiffness",
-        level="assembled",
-        elsewhere="a fit is used far outside, and negative damping is taken for a property",
-        figure="of 40 ranges of speed, notes missing, left over or off by 0.1 rad/s",
-        limit=0.0,
-        reason="roots of the printed polynomials: 1106.3 and 2150.7 rad/s; range 2000",
-        measure=_unnoted_lee,
-    ),
-    HardCase(
-        case="run-up beyond the range of Lee's polynomials",
-        level="assembled",
-        elsewhere="a fit is used far outside, and nothing is said",
-        figure="notes missing or left over in three runs",
-        limit=0.0,
-        reason="none at 1000, damping at 1500, damping and range at 2100 rad/s",
-        measure=_run_up_notes,
-    ),
-    HardCase(
-        case="unbalance near resonance and run-up, body from a file",
-        level="reduced file",
-        elsewhere="numbers are rounded on the way, and resonance magnifies it",
-        figure="amplitudes, motions and energies that differ in any bit",
-        limit=0.0,
-        reason="exact: files hold all bits",
-        measure=_file_changes,
-    ),
-)

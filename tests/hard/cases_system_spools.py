@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from builders_system import engine, ground, joint, reduced_body, refused, shaft, through_file
-from table import HardCase
 
 from solidwhirl.rotordyn import (
     LEE_ANISOTROPIC,
@@ -15,8 +14,8 @@ from solidwhirl.rotordyn import (
     critical_speeds,
     modes_at_speed,
 )
-from solidwhirl.rotordyn.stability import stability_chart
-from solidwhirl.rotordyn.unbalance import Unbalance, unbalance_response
+from solidwhirl.rotordyn.response.unbalance import Unbalance, unbalance_response
+from solidwhirl.rotordyn.stability.intervals import stability_chart
 
 SPEEDS = (1.0, 100.0, 1000.0, 3000.0)
 
@@ -181,128 +180,3 @@ def _file_changes() -> float:
             for v in SPEEDS
         )
     )
-
-
-THREE = (
-    ("assembled", shaft, 1e-11),
-    ("harmonic", lambda: reduced_body("harmonic"), 1e-11),
-    ("solid", lambda: reduced_body("solid"), 1e-8),
-)
-SENSE = "the sense of the spin is lost where frequencies are taken from squares"
-
-CASES = (
-    *(
-        HardCase(
-            case="counter-rotating equal spools: whirl branches mirror each other",
-            level=level,
-            elsewhere="equal forward and backward modes mix, and orbits become lines",
-            figure="largest relative difference of forward and backward frequencies, 4 speeds",
-            limit=limit,
-            reason="exact but for rounding (solid: the mesh, far below its error)",
-            measure=lambda make=make: _mirrored(make()),
-        )
-        for level, make, limit in THREE
-    ),
-    *(
-        HardCase(
-            case="counter-rotating spools of 1.5 and -1 reversed to -1.5 and 1",
-            level=level,
-            elsewhere=SENSE,
-            figure="largest relative difference of 12 branches, plus whirls that do not exchange",
-            limit=1e-11,
-            reason="seen from behind it is the same engine",
-            measure=lambda make=make: _exchanged(make()),
-        )
-        for level, make, _ in THREE[:2]
-    ),
-    HardCase(
-        case="speed Ω and -Ω",
-        level="assembled",
-        elsewhere=SENSE,
-        figure="largest relative difference of all modes, plus whirls that do not exchange",
-        limit=1e-11,
-        reason="seen from behind it is the same engine",
-        measure=lambda: _reversed_speed(shaft()),
-    ),
-    *(
-        HardCase(
-            case="counter-rotating spools: unbalance of either turns its own way",
-            level=level,
-            elsewhere="every unbalance is taken to turn with the reference shaft",
-            figure="part of the orbits that turns the other way, at 4 speeds",
-            limit=limit,
-            reason="isotropic supports: none, but for rounding (solid: the mesh)",
-            measure=lambda make=make: _wrong_circle(make()),
-        )
-        for level, make, limit in THREE
-    ),
-    HardCase(
-        case="counter-rotating unlike spools: which critical speeds an unbalance excites",
-        level="assembled",
-        elsewhere="only forward whirl is taken for excited",
-        figure="critical speeds of the wrong whirl excited, or of the right one not",
-        limit=0.0,
-        reason="exact: tenfold amplitude with a tenth of the damping, or the same",
-        measure=lambda: _wrong_resonances(shaft()),
-    ),
-    *(
-        HardCase(
-            case="counter-rotating equal spools: critical speeds in pairs",
-            level=level,
-            elsewhere="backward ones are left out, or one of an equal pair is lost",
-            figure="largest relative difference in a pair; infinite for a wrong number",
-            limit=1e-11,
-            reason="exact but for rounding",
-            measure=lambda make=make: _paired_critical_speeds(make()),
-        )
-        for level, make, _ in THREE[:2]
-    ),
-    *(
-        HardCase(
-            case="speed ratio 0: a shaft that stands still",
-            level=level,
-            elsewhere="a division by the ratio, or gyroscopic effects of the reference shaft",
-            figure="largest relative change of its frequencies over 4 speeds",
-            limit=1e-11,
-            reason="exact but for rounding",
-            measure=lambda make=make: _standing_frequencies(make()),
-        )
-        for level, make, _ in THREE[:2]
-    ),
-    HardCase(
-        case="speed ratio 0: unbalance and excitation",
-        level="assembled",
-        elsewhere="an infinite or zero critical speed comes out",
-        figure="of 4 requests those not refused",
-        limit=0.0,
-        reason="exact: what does not turn excites nothing",
-        measure=_standing_requests,
-    ),
-    HardCase(
-        case="speed ratio 0: internal damping",
-        level="assembled",
-        elsewhere="internal damping of every body is made to turn with Ω",
-        figure="change of the decrement to 20 000 rad/s, and motions that grow",
-        limit=1e-12,
-        reason="exact: it never turns",
-        measure=_standing_damping,
-    ),
-    HardCase(
-        case="speed ratio 0: bearing law",
-        level="assembled",
-        elsewhere="the law follows the reference shaft instead of its own",
-        figure="largest relative change of an eigenvalue over 4 speeds",
-        limit=1e-12,
-        reason="exact but for rounding",
-        measure=_standing_law,
-    ),
-    HardCase(
-        case="counter-rotating spools from a file",
-        level="reduced file",
-        elsewhere="numbers are rounded on the way, and mirrored modes mix",
-        figure="eigenvalues that differ in any bit, at 4 speeds",
-        limit=0.0,
-        reason="exact: files hold all bits",
-        measure=_file_changes,
-    ),
-)

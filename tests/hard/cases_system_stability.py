@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from builders_system import (
     engine,
+    first_window,
     ground,
     hub,
     pinned,
@@ -13,7 +14,6 @@ from builders_system import (
     sprung_hub,
     through_file,
 )
-from table import HardCase
 
 from solidwhirl.rotordyn import (
     Bearing,
@@ -25,7 +25,7 @@ from solidwhirl.rotordyn import (
     critical_speeds,
     modes_at_speed,
 )
-from solidwhirl.rotordyn.stability import stability_chart, stability_threshold
+from solidwhirl.rotordyn.stability.intervals import stability_chart
 
 MASS, STIFFNESS = 10.0, 1e6
 OMEGA = np.sqrt(STIFFNESS / MASS)
@@ -139,8 +139,8 @@ def _film_threshold() -> float:
         interpolation="linear",
     )
     film = Bearing(name="film", first=HUB, speed_law=law, **TILT)
-    found = stability_threshold(engine({"disk": hub(MASS)}, [film]), 1500.0)
-    return np.inf if found is None else float(abs(found.speed_rad_s / (2.0 * OMEGA) - 1.0))
+    found = first_window(engine({"disk": hub(MASS)}, [film]), 1500.0)
+    return np.inf if found is None else float(abs(found.low_rad_s / (2.0 * OMEGA) - 1.0))
 
 
 def _damped_inside(inside, outside):
@@ -158,10 +158,10 @@ def _internal_threshold() -> float:
     worst = 0.0
     for inside, outside in ((50.0, 5.0), (50.0, 50.0), (20.0, 100.0), (1e-3, 1e-3)):
         expected = OMEGA * (1.0 + outside / inside)
-        found = stability_threshold(_damped_inside(inside, outside), 2.0 * expected)
+        found = first_window(_damped_inside(inside, outside), 2.0 * expected)
         if found is None or found.whirl != "forward":
             return np.inf
-        worst = max(worst, abs(found.speed_rad_s / expected - 1.0))
+        worst = max(worst, abs(found.low_rad_s / expected - 1.0))
     return worst
 
 
@@ -189,13 +189,13 @@ def _at_its_critical_speed(body) -> float:
     beta = InternalDamping(stiffness_coefficient_s=1e-8)
     supports = tuple(pinned("rotor", at) for at in "ab")
     damped = Rotor(element=body, speed_ratio=1.0, internal_damping=beta)
-    found = stability_threshold(assemble({"rotor": damped}, supports), 3000.0)
+    found = first_window(assemble({"rotor": damped}, supports), 3000.0)
     forward = [
         c.speed_rad_s
         for c in critical_speeds(engine({"rotor": body}, supports), 1.0, 3000.0)
         if c.whirl == "forward"
     ]
-    return np.inf if found is None else float(abs(found.speed_rad_s / forward[0] - 1.0))
+    return np.inf if found is None else float(abs(found.low_rad_s / forward[0] - 1.0))
 
 
 def _file_changes() -> float:
@@ -205,124 +205,9 @@ def _file_changes() -> float:
         beta = InternalDamping(stiffness_coefficient_s=1e-6)
         rotor = Rotor(element=element, speed_ratio=1.0, internal_damping=beta)
         bearings = tuple(ground("rotor", at, 2e7, cx=30.0) for at in "ab")
-        found.append(stability_threshold(assemble({"rotor": rotor}, bearings), 3000.0))
+        found.append(first_window(assemble({"rotor": rotor}, bearings), 3000.0))
     first, second = found
     if first is None or second is None:
         return np.inf
     differences = int(np.count_nonzero(first.shape != second.shape))
-    return float(differences + (first.speed_rad_s != second.speed_rad_s))
-
-
-THREE = (
-    ("assembled", shaft),
-    ("harmonic", lambda: reduced_body("harmonic")),
-    ("solid", lambda: reduced_body("solid")),
-)
-
-CASES = (
-    HardCase(
-        case="no damping: logarithmic decrement of beam, harmonic and solid bodies in 4 supports",
-        level="assembled",
-        elsewhere="a general eigensolver returns real parts of either sign from rounding",
-        figure="largest |log decrement|, at 3 speeds, and number of real eigenvalues",
-        limit=0.0,
-        reason="exact: solved as a Hermitian problem",
-        measure=_largest_decrement,
-    ),
-    *(
-        HardCase(
-            case="2 % modal damping of a free body",
-            level=level,
-            elsewhere="damping proportional to stiffness and mass fits two modes and misses others",
-            figure="largest relative error of the damping ratio of an elastic mode",
-            limit=1e-9,
-            reason="rounding times the ratio of highest to lowest frequency",
-            measure=lambda make=make: _two_per_cent(make()),
-        )
-        for level, make in THREE
-    ),
-    HardCase(
-        case="damping of 1.0001 to 1e6 times the critical one",
-        level="assembled",
-        elsewhere="real eigenvalues are dropped, and the slow one loses its digits to the fast one",
-        figure="largest relative error of the two real roots of both directions",
-        limit=1e-11,
-        reason="closed form; near critical damping rounding counts 1/sqrt(1e-4) times",
-        measure=_overcritical,
-    ),
-    HardCase(
-        case="exactly critical damping",
-        level="assembled",
-        elsewhere="the eigenvector matrix is singular, and methods that invert it fail",
-        figure="largest relative distance from the double root",
-        limit=1e-6,
-        reason="a double root with one vector moves by the root of the rounding, 1e-8",
-        measure=_critically_damped,
-    ),
-    HardCase(
-        case="cross-coupling to 100 times the stability limit",
-        level="assembled",
-        elsewhere="modes of the symmetric part as a basis leave growth out or get it wrong",
-        figure="largest relative error of the eigenvalues of both whirls",
-        limit=1e-11,
-        reason="closed form; rounding",
-        measure=_cross_coupled,
-    ),
-    HardCase(
-        case="cross-coupling against unlike stiffness, from the limit on",
-        level="assembled",
-        elsewhere="at the limit two modes meet, and an iteration for real frequencies stops",
-        figure="largest relative error of the growth rate",
-        limit=1e-9,
-        reason="closed form; 0.1 % past the limit rounding counts 1e3 times",
-        measure=_cross_coupled_unlike,
-    ),
-    HardCase(
-        case="threshold of a fluid film, q = c Ω/2",
-        level="assembled",
-        elsewhere="the limit is read off a diagram between two of its speeds",
-        figure="relative error of the threshold speed",
-        limit=1e-10,
-        reason="half-speed whirl: 2 ω; root search to 1e-12",
-        measure=_film_threshold,
-    ),
-    HardCase(
-        case="internal damping: threshold, to damping of 1e-7",
-        level="assembled",
-        elsewhere="internal damping is added as if it stood still, and never drives anything",
-        figure="largest relative error of ω (1 + outside/inside)",
-        limit=1e-8,
-        reason="closed form; rounding over the damping ratio",
-        measure=_internal_threshold,
-    ),
-    HardCase(
-        case="internal damping: growth to 20 times the threshold",
-        level="assembled",
-        elsewhere="an estimate to first order in the damping drifts off",
-        figure="largest relative error of the growth rate",
-        limit=1e-9,
-        reason="closed form; 0.1 % past the threshold rounding counts 1e5 times",
-        measure=_internal_growth,
-    ),
-    *(
-        HardCase(
-            case="internal damping alone: threshold at the forward critical speed",
-            level=level,
-            elsewhere="a threshold from frequencies at rest misses the gyroscopic effect",
-            figure="relative difference from the critical speed by another eigenproblem",
-            limit=1e-8,
-            reason="damping of 1e-5 moves frequencies by its square",
-            measure=lambda make=make: _at_its_critical_speed(make()),
-        )
-        for level, make in THREE
-    ),
-    HardCase(
-        case="internal damping: threshold of a body from a file",
-        level="reduced file",
-        elsewhere="the file does not say how the body turns, and its damping can not",
-        figure="numbers of the threshold that differ in any bit",
-        limit=0.0,
-        reason="exact: files hold all bits",
-        measure=_file_changes,
-    ),
-)
+    return float(differences + (first.low_rad_s != second.low_rad_s))

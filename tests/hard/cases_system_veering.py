@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from builders_system import engine, ground, joint, reduced_body, shaft, through_file
 from scipy.optimize import linear_sum_assignment, minimize_scalar
-from table import HardCase
 
 from solidwhirl.rotordyn import campbell, modes_at_speed
 
@@ -129,85 +128,3 @@ def _file_changes() -> float:
     )
     pairs = ((first.eigenvalues, second.eigenvalues), (first.overlap, second.overlap))
     return float(sum(np.count_nonzero(a != b) for a, b in pairs))
-
-
-SWAPS = "sorting by frequency, or comparing shapes over too long a step, exchanges the branches"
-
-
-def _both_ways(level, what, limit, system) -> HardCase:
-    return HardCase(
-        case=f"{what}: 200 steps there and back",
-        level=level,
-        elsewhere=SWAPS + ", and another way round gives another diagram",
-        figure="largest relative difference of 8 branches followed forwards and backwards",
-        limit=limit,
-        reason="the same eigenproblems; only their order differs",
-        measure=lambda: _there_and_back(system()),
-    )
-
-
-CASES = (
-    _both_ways("assembled", "modes veering at 1e-3 of the frequency", 1e-12, lambda: _veering(1e6)),
-    _both_ways("assembled", "modes veering at 1e-5 of the frequency", 1e-12, lambda: _veering(1e4)),
-    _both_ways("assembled", "modes crossing without any coupling", 1e-12, lambda: _veering(0.0)),
-    _both_ways(
-        "assembled", "veering in supports unlike by 1 %", 1e-12, lambda: _veering(1e6, 1.01)
-    ),
-    _both_ways(
-        "harmonic",
-        "modes veering in supports unlike by 1 %",
-        1e-12,
-        lambda: _veering(1e6, 1.01, reduced_body("harmonic")),
-    ),
-    _both_ways(
-        "solid",
-        "modes veering in supports unlike by 1 %",
-        1e-12,
-        lambda: _veering(1e6, 1.01, reduced_body("solid")),
-    ),
-    HardCase(
-        case="modes veering: 1, 40 and 150 random speeds between 9",
-        level="assembled",
-        elsewhere=SWAPS,
-        figure="largest relative difference of 8 branches at the 9 speeds",
-        limit=1e-12,
-        reason="the same eigenproblems; a diagram must not depend on its grid",
-        measure=lambda: _refined(_veering(1e6)),
-    ),
-    HardCase(
-        case="modes veering between two of 9 speeds",
-        level="assembled",
-        elsewhere="a long step over a narrow veering takes it for a crossing",
-        figure="speeds at which two modes of one family, which can not cross, are out of order",
-        limit=0.0,
-        reason="exact (von Neumann and Wigner)",
-        measure=lambda: _exchanges(1e6, 8),
-    ),
-    HardCase(
-        case="modes crossing without any coupling: what is noted",
-        level="assembled",
-        elsewhere="crossings are noted as veerings, or bent into them",
-        figure="error of the number of crossings, veerings and rising branches",
-        limit=0.0,
-        reason="the forward mode passes both modes of the shaft that stands still",
-        measure=_crossings,
-    ),
-    HardCase(
-        case="closest distance of veering modes",
-        level="assembled",
-        elsewhere="modes closer than a solver's tolerance are merged",
-        figure="relative error of the distance, which is 1e-5 of the frequency",
-        limit=2e-3,
-        reason="perturbation theory of two modes, to first order in k",
-        measure=_gap_error,
-    ),
-    HardCase(
-        case="modes veering, bodies from a file",
-        level="reduced file",
-        elsewhere="numbers are rounded on the way, and branches take another turn",
-        figure="eigenvalues and likenesses of 8 branches that differ in any bit",
-        limit=0.0,
-        reason="exact: files hold all bits",
-        measure=_file_changes,
-    ),
-)

@@ -6,12 +6,10 @@ import copy
 import tomllib
 from pathlib import Path
 
-from table import HardCase
-
-from solidwhirl.bodies import build_bodies
 from solidwhirl.geometry import MATERIALS, GeometryError
-from solidwhirl.plausibility import implausible
-from solidwhirl.scene_file import parse_scene
+from solidwhirl.model.bodies import build_bodies
+from solidwhirl.plausibility.units import implausible
+from solidwhirl.scene_reading.reader import parse_scene
 
 FOLDER = Path(__file__).resolve().parents[2] / "scenes"
 SCENES = {
@@ -19,11 +17,6 @@ SCENES = {
     for path in sorted(FOLDER.glob("*.toml"))
 }
 INERTIAS = ("polar_inertia_kg_m2", "diametral_inertia_kg_m2")
-ELSEWHERE = (
-    "numbers without units are taken as they come, and a model in mixed units gives smooth, "
-    "convincing and wrong curves"
-)
-REASON = "every mistake listed has to be questioned"
 
 
 def _scaled(node, chosen, factor):
@@ -109,43 +102,3 @@ def _disks() -> float:
 
 def _false_alarms() -> float:
     return float(sum(_is_noticed(data) for data in SCENES.values()))
-
-
-CASES = (
-    HardCase(
-        case="lengths in millimetres, or a thousand times too small",
-        level="assembled",
-        elsewhere=ELSEWHERE,
-        figure="mistakes of 10 that are neither questioned nor refused",
-        limit=0.0,
-        reason=REASON,
-        measure=_lengths,
-    ),
-    HardCase(
-        case="density in g/cm³ or t/mm³, modulus in MPa or GPa",
-        level="assembled",
-        elsewhere=ELSEWHERE,
-        figure="mistakes of 24 that are not questioned",
-        limit=0.0,
-        reason=REASON,
-        measure=_materials,
-    ),
-    HardCase(
-        case="masses of disks in t or g, inertias in kg mm² or g m²",
-        level="assembled",
-        elsewhere=ELSEWHERE,
-        figure="mistakes of 32 that are not questioned",
-        limit=0.0,
-        reason=REASON,
-        measure=_disks,
-    ),
-    HardCase(
-        case="units in order",
-        level="assembled",
-        elsewhere="a check that warns of sound models is soon switched off",
-        figure="scenes of the project that are questioned",
-        limit=0.0,
-        reason="none has a mistake in its units",
-        measure=_false_alarms,
-    ),
-)

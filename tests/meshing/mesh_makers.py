@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from solidwhirl.geometry import MATERIALS
-from solidwhirl.meshing.user_mesh_records import ElementBlock, FileMesh, MeshRequest
+from solidwhirl.meshing.imported.records import ElementBlock, FileMesh, MeshRequest
 
 STEEL = MATERIALS["steel"]
 

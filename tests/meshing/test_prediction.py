@@ -10,9 +10,8 @@ import pytest
 
 from solidwhirl.geometry import MATERIALS, Body, Interface, Section
 from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid, predict_unknowns
-from solidwhirl.meshing.prediction import (
+from solidwhirl.meshing.own.prediction import (
     PredictedMesh,
-    predict_meridian_unknowns,
     predict_mesh,
 )
 
@@ -94,7 +93,7 @@ def test_meridian_within_a_factor_of_one_and_a_half(reference_rotor, name, sizes
     made = counted(mesh)
     assert made.unknowns(2) == 3 * len(mesh.points)  # the count itself
     for degree in (2, 3, 4):
-        ratio = predict_meridian_unknowns(body, size, degree) / made.unknowns(degree)
+        ratio = predict_mesh(body, size, 2).unknowns(degree) / made.unknowns(degree)
         assert 1.0 / 1.5 < ratio < 1.5, degree
 
 

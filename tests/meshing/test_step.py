@@ -6,13 +6,12 @@ import gmsh
 import numpy as np
 import pytest
 
-from solidwhirl.geometry import MATERIALS, Body, Section
+from solidwhirl.geometry import MATERIALS, Body, Section, mass_properties
 from solidwhirl.meshing import MeshingError
-from solidwhirl.meshing.step_read import mesh_step, step_geometry
-from solidwhirl.meshing.step_write import write_step
-from solidwhirl.meshing.user_mesh import body_of_mesh, mesh_of
-from solidwhirl.meshing.user_mesh_records import MeshInterface, MeshRequest, StepSize
-from solidwhirl.reduction.verification import meshed_part_properties
+from solidwhirl.meshing.imported.body import body_of_mesh, mesh_of
+from solidwhirl.meshing.imported.records import MeshInterface, MeshRequest, StepSize
+from solidwhirl.meshing.imported.step import mesh_step, step_geometry
+from solidwhirl.meshing.own.step_write import write_step
 
 STEEL, TITANIUM = MATERIALS["steel"], MATERIALS["titanium"]
 
@@ -132,7 +131,7 @@ def test_solids_have_the_mass_of_the_profile(tmp_path, fillet_m, unit_m, unit):
     assert write_step([body], tmp_path / "r.step", unit_m=unit_m) == ("rotor_steel",)
     ((_, volume, centre, inertia),) = read_by_gmsh(tmp_path / "r.step", unit)
     length = {"M": 1.0, "MM": 1e-3}[unit]
-    exact = meshed_part_properties(body)
+    exact = mass_properties(body)
     density = STEEL.density_kg_per_m3
     assert volume * density * length**3 == pytest.approx(exact.mass_kg, rel=1e-6)
     assert centre[2] * length == pytest.approx(exact.center_of_gravity_m[2], rel=1e-6)
@@ -148,13 +147,13 @@ def test_materials_are_solids_of_their_own(tmp_path):
     found = {name: volume for name, volume, _, _ in read_by_gmsh(tmp_path / "r.step", "M")}
     density = {"rotor_steel": STEEL, "rotor_titanium": TITANIUM}
     mass = sum(density[n].density_kg_per_m3 * v for n, v in found.items())
-    assert mass == pytest.approx(meshed_part_properties(body).mass_kg, rel=1e-6)
+    assert mass == pytest.approx(mass_properties(body).mass_kg, rel=1e-6)
 
 
 def test_meshes_converge_to_the_profile_and_keep_materials(tmp_path):
     body = rotor(fillet_m=0.0, disk=TITANIUM)
     write_step([body], tmp_path / "r.step")
-    exact = meshed_part_properties(body)
+    exact = mass_properties(body)
     errors = []
     for around in (8, 16):
         size = StepSize(size_m=0.03, smallest_m=0.004, around=around)

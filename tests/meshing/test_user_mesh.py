@@ -11,14 +11,14 @@ from mesh_makers import BDF, INP, brick, file_mesh, prism, request
 
 from solidwhirl.geometry import MATERIALS, Body, Interface, Section
 from solidwhirl.meshing import MeshSize, mesh_solid, write_gmsh
-from solidwhirl.meshing.user_mesh import body_of_mesh, mesh_from_file, mesh_of
-from solidwhirl.meshing.user_mesh_files import read_mesh_file
-from solidwhirl.meshing.user_mesh_integrals import mass_integrals
-from solidwhirl.meshing.user_mesh_records import (
+from solidwhirl.meshing.imported.body import body_of_mesh, mesh_from_file, mesh_of
+from solidwhirl.meshing.imported.files import read_mesh_file
+from solidwhirl.meshing.imported.measures import mass_integrals
+from solidwhirl.meshing.imported.records import (
     MeshInterface,
 )
-from solidwhirl.meshing.user_mesh_split import as_tetrahedra
-from solidwhirl.meshing.user_mesh_surface import faces_of, refuse_unjoined
+from solidwhirl.meshing.imported.split import as_tetrahedra
+from solidwhirl.meshing.imported.surface import faces_of, refuse_unjoined
 
 STEEL, TITANIUM = MATERIALS["steel"], MATERIALS["titanium"]
 # meshio numbers the last two edges of a tetrahedron as VTK does

@@ -8,10 +8,10 @@ from mesh_makers import BDF, INP, brick, file_mesh, request
 
 from solidwhirl.geometry import MATERIALS
 from solidwhirl.meshing import MeshingError
-from solidwhirl.meshing.user_mesh import body_of_mesh, mesh_of
-from solidwhirl.meshing.user_mesh_files import read_mesh_file
-from solidwhirl.meshing.user_mesh_records import MeshInterface
-from solidwhirl.meshing.user_mesh_split import as_tetrahedra
+from solidwhirl.meshing.imported.body import body_of_mesh, mesh_of
+from solidwhirl.meshing.imported.files import read_mesh_file
+from solidwhirl.meshing.imported.records import MeshInterface
+from solidwhirl.meshing.imported.split import as_tetrahedra
 
 TITANIUM = MATERIALS["titanium"]
 POINTS, HEXAHEDRA = brick((1.0, 1.0, 3.0), (2, 2, 4))
@@ -110,6 +110,15 @@ TEXTS = {
     "other system.bdf": (BDF.replace("GRID,1,,", "GRID,1,3,"), "GRID 1 is in coordinate system 3"),
     "few nodes.bdf": (BDF.replace("+,23,24\n", ""), "CHEXA 6 has 6 nodes; allowed are 8 or 20"),
     "lost.bdf": (BDF.replace("GRID,24,,0.,1.,2.\n", ""), "names GRID 24, which does not exist"),
+    "include.bdf": (
+        BDF.replace("GRID,24,", "INCLUDE 'twice.txt'\nGRID,24,"),
+        "INCLUDE is not read",
+    ),
+    "unknown.bdf": (BDF.replace("GRID,24,", "CTRIAX6,9,1\nGRID,24,"), "CTRIAX6 is not known"),
+    "no line.bdf": (
+        BDF.replace("GRID,24,,0.,", "GRID,24,,x,"),
+        "line [0-9]+: GRID: field 4: 'x' is no",
+    ),
     "include.inp": (INP.replace("*HEADING", "*INCLUDE, INPUT=/etc/passwd"), "INCLUDE is not read"),
     "unknown.inp": (INP.replace("C3D8R", "C3D27"), "TYPE=C3D27 is not known"),
     "twice.inp": (INP.replace("\n21,", "\n14,"), "node 14 is defined twice"),
@@ -134,5 +143,6 @@ TEXTS = {
 def test_files_that_can_not_be_read_are_refused(tmp_path, name):
     text, message = TEXTS[name]
     (tmp_path / name).write_text(text)
+    (tmp_path / "twice.txt").write_text("GRID,25,,0.,0.,0.\n")
     with pytest.raises(MeshingError, match=message):
         read_mesh_file(tmp_path / name)

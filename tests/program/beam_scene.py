@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from solidwhirl.scene_file import parse_scene
+from solidwhirl.scene_reading.reader import parse_scene
 
 BEAM = {
     "material": "steel",

@@ -83,8 +83,8 @@ def small_scene():
 @pytest.fixture(scope="session")
 def computed(scene_data):
     """Function: results of a file in scenes/, each computed once."""
-    from solidwhirl.pipeline import run_scene
-    from solidwhirl.scene_file import parse_scene
+    from solidwhirl.pipeline.run import run_scene
+    from solidwhirl.scene_reading.reader import parse_scene
 
     found = {}
 

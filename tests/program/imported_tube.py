@@ -6,7 +6,7 @@ import copy
 
 import numpy as np
 
-from solidwhirl.scene_file import parse_scene
+from solidwhirl.scene_reading.reader import parse_scene
 
 MILLIMETRES = {"length_unit": "mm", "mass_unit": "t"}
 # A tube of steel along the file's x axis, in mm, t and N; E in MPa.

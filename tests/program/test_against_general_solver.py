@@ -36,6 +36,7 @@ def test_no_number_is_wrong_in_silence(compare, first):
         pytest.param(286, id="damped far beyond its frequency"),
         pytest.param(303, id="growth that begins too slow to count"),
         pytest.param(320, id="slow growth beside fast decay"),
+        pytest.param(1016, id="samples a rounding apart"),
         pytest.param(332, id="two excitations of overdamped bearings"),
     ],
 )

@@ -8,15 +8,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from solidwhirl import analyses_modes, analyses_response, engine_stages, system_parts
-from solidwhirl.pipeline import run_scene
-from solidwhirl.results import results_document
-from solidwhirl.rotordyn import run_up_basis, stability, unbalance
-from solidwhirl.rotordyn.beams import beam_superelement
-from solidwhirl.rotordyn.law_pieces import LawPieces
-from solidwhirl.rotordyn.plain_checks import COUNT, COUNT_SPEEDS, ROOTS
-from solidwhirl.rotordyn.system import assemble
-from solidwhirl.scene_file import parse_scene
+from solidwhirl.analyses.kinds import state_space as analyses_modes
+from solidwhirl.analyses.kinds import unbalance_response as analyses_response
+from solidwhirl.model import system_parts
+from solidwhirl.output.documents import results_document
+from solidwhirl.pipeline import engine_stages
+from solidwhirl.pipeline.run import run_scene
+from solidwhirl.rotordyn.assembly.law_pieces import LawPieces
+from solidwhirl.rotordyn.assembly.system import assemble
+from solidwhirl.rotordyn.beams.superelement import beam_superelement
+from solidwhirl.rotordyn.checks.plain_checks import COUNT, COUNT_SPEEDS, ROOTS
+from solidwhirl.rotordyn.response import unbalance
+from solidwhirl.rotordyn.run_up import steps as run_up_basis
+from solidwhirl.rotordyn.stability import intervals as stability
+from solidwhirl.scene_reading.reader import parse_scene
 
 RESPONSE, PEAKS = "response is that of the system", "no peak of the response is missing"
 UNSTABLE, TRANSFER = (

@@ -34,8 +34,8 @@ def test_interrupted_run(root, tmp_path, monkeypatch, stage, options, goes_on):
     def interrupted(*arguments, **settings):
         raise KeyboardInterrupt
 
-    place = "engine_stages.estimate_errors" if stage != "level" else "pipeline.make_plan"
-    monkeypatch.setattr(f"solidwhirl.{place}", interrupted)
+    place = "engine_stages.estimate_errors" if stage != "level" else "run.make_plan"
+    monkeypatch.setattr(f"solidwhirl.pipeline.{place}", interrupted)
     words = ["run", str(root / "scenes" / "laval.toml"), "--out", str(tmp_path / "out")]
     done = CliRunner().invoke(app, [*words, "--level", "beam", "-q", *options])
     assert done.exit_code == 130

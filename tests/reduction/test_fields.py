@@ -8,10 +8,14 @@ import pytest
 from solidwhirl.geometry import Body, Interface, Material, Section
 from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid
 from solidwhirl.reduction import ReductionRequest, reduce_body
-from solidwhirl.reduction.fields import body_fields
-from solidwhirl.reduction.spatial_fields import in_space, values_at
-from solidwhirl.reduction.stress_measures import peak_von_mises, principal_stresses, von_mises
-from solidwhirl.reduction.stresses import StressRecovery
+from solidwhirl.reduction.recovery.fields import body_fields
+from solidwhirl.reduction.recovery.spatial_fields import in_space, values_at
+from solidwhirl.reduction.recovery.stress_measures import (
+    peak_von_mises,
+    principal_stresses,
+    von_mises,
+)
+from solidwhirl.reduction.recovery.stresses import StressRecovery
 
 pytestmark = pytest.mark.solver
 

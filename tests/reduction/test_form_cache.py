@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from solidwhirl.reduction.form_cache import guard_compiler
+from solidwhirl.reduction.operators.form_cache import guard_compiler
 
 SOURCE = "libffcx_forms_0.c"
 

@@ -10,12 +10,13 @@ from pathlib import Path
 
 import pytest
 
-import solidwhirl.doctor as doctor
-from solidwhirl.reduction.form_cache import KernelCacheError, guard_compiler
+import solidwhirl.console.doctor as doctor
+from solidwhirl.reduction.errors import KernelCacheError
+from solidwhirl.reduction.operators.form_cache import guard_compiler
 
 pytestmark = pytest.mark.solver
 _COMPILE = """
-import h5py, solidwhirl.reduction.compat as compat, ufl
+import h5py, solidwhirl.reduction.operators.compat as compat, ufl
 from mpi4py import MPI
 import dolfinx.mesh
 mesh = dolfinx.mesh.create_unit_square(MPI.COMM_WORLD, 1, 1)
@@ -83,11 +84,11 @@ DAMAGES = [_cut, _cut_foreign, _flip, _folder, _half_compiled, _without_source, 
 def test_damaged_kernel_is_found_and_compiled_again(cache, damage, monkeypatch):
     damage(next((cache / "fenics").glob("libffcx_forms_*.so")))
     monkeypatch.setenv("XDG_CACHE_HOME", str(cache))
-    found = doctor._kernel_cache()
+    found = doctor.kernel_cache()
     assert (found.state, "1 damaged" in found.found) == ("doubtful", True)
     done = compiled(cache)
     assert done.stdout == "2.0\n", done.stderr
-    assert doctor._kernel_cache().state == "ok"
+    assert doctor.kernel_cache().state == "ok"
 
 
 def test_cache_that_is_no_folder_is_named(tmp_path, monkeypatch):
@@ -95,7 +96,7 @@ def test_cache_that_is_no_folder_is_named(tmp_path, monkeypatch):
 
     (tmp_path / "fenics").write_text("a file")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    assert doctor._kernel_cache().remedy == f"rm {tmp_path / 'fenics'}"
+    assert doctor.kernel_cache().remedy == f"rm {tmp_path / 'fenics'}"
 
     def compile_forms(forms, *, cache_dir):
         cache_dir.mkdir(parents=True, exist_ok=True)

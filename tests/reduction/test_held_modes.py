@@ -15,8 +15,8 @@ def held():
 
     from solidwhirl.geometry import MATERIALS, Body, Interface, Section
     from solidwhirl.meshing import MeshSize, mesh_meridian
-    from solidwhirl.reduction.constrained import factorise
-    from solidwhirl.reduction.operators import OperatorEffects, build_operators
+    from solidwhirl.reduction.operators.matrices import OperatorEffects, build_operators
+    from solidwhirl.reduction.solvers.constrained import factorise
 
     section = Section(
         name="tube",
@@ -42,8 +42,8 @@ def held():
 
 def test_both_solvers_find_the_same_modes(held):
     """Neither shares code with the other but the factor; 1e-10 is above both tolerances."""
-    from solidwhirl.reduction.constrained import eigenpairs
-    from solidwhirl.reduction.slepc_modes import slepc_pairs
+    from solidwhirl.reduction.solvers.constrained import eigenpairs
+    from solidwhirl.reduction.solvers.slepc_modes import slepc_pairs
 
     operators, factor = held
     solvers = (eigenpairs, slepc_pairs)
@@ -51,14 +51,14 @@ def test_both_solvers_find_the_same_modes(held):
     (block, first), (single, second) = ((v[:10], x[:, :10]) for v, x in pairs)
     np.testing.assert_allclose(single, block, rtol=1e-10)
     # the modes are simple: the same directions
-    from solidwhirl.reduction.vectors import apply
+    from solidwhirl.reduction.solvers.vectors import apply
 
     likeness = np.abs(np.einsum("ij,ij->j", first, apply(operators.mass, second)))
     np.testing.assert_allclose(likeness, 1.0, rtol=1e-8)
 
 
 def test_held_means_held(held):
-    from solidwhirl.reduction.slepc_modes import slepc_pairs
+    from solidwhirl.reduction.solvers.slepc_modes import slepc_pairs
 
     operators, factor = held
     _, vectors = slepc_pairs(factor, operators.mass, shift=0.0, count=6)
@@ -69,8 +69,8 @@ def test_held_means_held(held):
 
 def test_the_factor_goes_on_solving(held):
     """SLEPc clears the solver that it was given, not the factor."""
-    from solidwhirl.reduction.slepc_modes import slepc_pairs
-    from solidwhirl.reduction.vectors import apply
+    from solidwhirl.reduction.solvers.slepc_modes import slepc_pairs
+    from solidwhirl.reduction.solvers.vectors import apply
 
     operators, factor = held
     load = np.ones((operators.mass.getLocalSize()[0], 1))

@@ -213,7 +213,7 @@ def integrals(fields, places, weights):
 
 def recovering(monkeypatch, points):
     """Let the next reductions recover the displacement of other points."""
-    import solidwhirl.reduction.reduce as stage
+    import solidwhirl.reduction.body.reduce as stage
 
     monkeypatch.setattr(stage, "_recovery_points", lambda *_: points)
 
@@ -266,7 +266,7 @@ def test_moments_are_integrals_of_the_recovered_fields(coupling, orders, monkeyp
 
 def solid_cloud(body, mesh, monkeypatch, orders):
     """Recovered fields of a solid at Gauss points of its mesh; what lies at y < 0 by symmetry."""
-    import solidwhirl.reduction.mass_moments as stage
+    import solidwhirl.reduction.body.mass_moments as stage
 
     monkeypatch.setattr(stage, "evenly_turned_moments", lambda moments, generator: moments)
     points = mesh.points
@@ -368,7 +368,7 @@ def test_moments_turn_with_the_field(level, orders):
 
 def test_evening_out_takes_little_away(monkeypatch):
     """Moments of the first modes change by what the mesh tells between directions."""
-    import solidwhirl.reduction.mass_moments as stage
+    import solidwhirl.reduction.body.mass_moments as stage
 
     even, taken = stage.evenly_turned_moments, []
 
@@ -423,7 +423,7 @@ def test_nodes_of_two_orders_are_matched_by_their_place():
     """Another distribution of the mesh numbers its nodes otherwise, a little beside in rounding."""
     from mpi4py import MPI
 
-    from solidwhirl.reduction.mass_moments import OrderFields, amplitudes_at
+    from solidwhirl.reduction.body.mass_moments import OrderFields, amplitudes_at
 
     rng = np.random.default_rng(1)
     places = rng.random((50, 2))

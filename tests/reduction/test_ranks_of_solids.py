@@ -96,7 +96,7 @@ PLACES = """
 import numpy as np
 from mpi4py import MPI
 
-from solidwhirl.reduction.exchange import numbers_at_places, values_of_owners
+from solidwhirl.reduction.solvers.halo_exchange import numbers_at_places, values_of_owners
 
 comm = MPI.COMM_WORLD
 rng = np.random.default_rng(1)

@@ -23,7 +23,7 @@ def full_frequencies(body, mesh, level, stiffness, speed, count):
     from mpi4py import MPI
     from petsc4py import PETSc
 
-    from solidwhirl.reduction.operators import OperatorEffects, build_operators
+    from solidwhirl.reduction.operators.matrices import OperatorEffects, build_operators
 
     effects = OperatorEffects(
         gyroscopic=True,

@@ -23,7 +23,7 @@ def operators():
     """Function: operators of a coarse rod, of its half or of the whole."""
     from mpi4py import MPI
 
-    from solidwhirl.reduction.operators import OperatorEffects, build_operators
+    from solidwhirl.reduction.operators.matrices import OperatorEffects, build_operators
 
     rod = Section(
         name="rod",
@@ -61,7 +61,7 @@ def test_half_and_whole_have_the_same_rigid_motions_and_energies(operators):
     """Rᵀ A R of lateral rigid motions over the half, doubled, and over the whole solid."""
     from mpi4py import MPI
 
-    from solidwhirl.reduction.vectors import project
+    from solidwhirl.reduction.solvers.vectors import project
 
     half, whole = operators(True), operators(False)
     assert half.full_dofs == whole.full_dofs
@@ -79,7 +79,7 @@ def test_component_matrices_are_those_of_vectors(operators):
     """Against forms written with vectors, which know nothing of components."""
     import ufl
 
-    from solidwhirl.reduction import compat, forms
+    from solidwhirl.reduction.operators import compat, forms
 
     body = operators(False)
     kin, matter = body.ingredients.kinematics, body.ingredients.matter
@@ -108,9 +108,13 @@ def test_component_matrices_are_those_of_vectors(operators):
 
 def test_modes_at_speed_are_those_of_a_factor_at_speed(operators):
     """Dense eigenvalues of the held body at speed; no factor at speed, no Krylov space."""
-    from solidwhirl.reduction.constrained import eigenpairs, factorise
-    from solidwhirl.reduction.spinning_modes import Spinning, modes_at_speed, remaining_stiffness
-    from solidwhirl.reduction.vectors import apply
+    from solidwhirl.reduction.basis.spinning_modes import (
+        Spinning,
+        modes_at_speed,
+        remaining_stiffness,
+    )
+    from solidwhirl.reduction.solvers.constrained import eigenpairs, factorise
+    from solidwhirl.reduction.solvers.vectors import apply
 
     body = operators(True)
     rows = body.coupling.rows
@@ -166,7 +170,7 @@ def test_modes_at_speed_are_those_of_a_factor_at_speed(operators):
 
 
 def test_a_factor_that_does_not_fit_is_refused(operators, monkeypatch):
-    from solidwhirl.reduction import constrained
+    from solidwhirl.reduction.solvers import constrained
 
     body = operators(True)
     monkeypatch.setattr(constrained, "available_memory_bytes", lambda comm: 2_000_000)

@@ -69,8 +69,8 @@ def test_annular_disk_growth_and_stress(annular_disk, level):
     import ufl
     from mpi4py import MPI
 
-    from solidwhirl.reduction import compat, forms, kinematics
-    from solidwhirl.reduction.prestress import centrifugal_displacement
+    from solidwhirl.reduction.operators import compat, forms, kinematics
+    from solidwhirl.reduction.operators.prestress import centrifugal_displacement
 
     if level == "harmonic":
         mesh = mesh_meridian(annular_disk, MeshSize(size_m=0.005, corner_size_m=0.005))
@@ -121,10 +121,10 @@ def test_frames_agree(reference_rotor, reduce_to):
     import ufl
     from mpi4py import MPI
 
-    from solidwhirl.reduction import compat
-    from solidwhirl.reduction.craig_bampton import reduction_basis
-    from solidwhirl.reduction.operators import OperatorEffects, build_operators
-    from solidwhirl.reduction.vectors import project
+    from solidwhirl.reduction.basis.craig_bampton import reduction_basis
+    from solidwhirl.reduction.operators import compat
+    from solidwhirl.reduction.operators.matrices import OperatorEffects, build_operators
+    from solidwhirl.reduction.solvers.vectors import project
 
     mesh = mesh_solid(reference_rotor, MeshSize(size_m=0.05, corner_size_m=0.02, growth=1.0))
     effects = OperatorEffects(gyroscopic=True, centrifugal=True, components={}, lateral_only=True)

@@ -112,7 +112,7 @@ def dropping(solve, place):
 @pytest.mark.parametrize("place", [0, 3, 7])
 def test_a_dropped_mode_of_the_meridian_is_missed(reduce_to, monkeypatch, place):
     """Eight are kept; the last of them is seen to be missing by the eigenvalue beyond."""
-    from solidwhirl.reduction import held_modes
+    from solidwhirl.reduction.basis import fixed_interface_modes as held_modes
 
     monkeypatch.setattr(held_modes, "slepc_pairs", dropping(held_modes.slepc_pairs, place))
     _, work = reduce_to(shaft())
@@ -124,7 +124,7 @@ def test_a_dropped_mode_of_the_meridian_is_missed(reduce_to, monkeypatch, place)
 
 
 def test_a_dropped_mode_of_the_solid_is_missed(reduce_to, monkeypatch):
-    from solidwhirl.reduction import held_modes
+    from solidwhirl.reduction.basis import fixed_interface_modes as held_modes
 
     monkeypatch.setattr(held_modes, "eigenpairs", dropping(held_modes.eigenpairs, 1))
     _, work = reduce_to(shaft(), level="solid", size=COARSE, modes=4)
@@ -133,7 +133,7 @@ def test_a_dropped_mode_of_the_solid_is_missed(reduce_to, monkeypatch):
 
 def test_a_wrong_eigenvalue_fails_its_residual(reduce_to, monkeypatch):
     """1e-6, which nothing else of the reduction would notice."""
-    from solidwhirl.reduction import held_modes
+    from solidwhirl.reduction.basis import fixed_interface_modes as held_modes
 
     solve = held_modes.slepc_pairs
 
@@ -152,7 +152,7 @@ def test_a_wrong_eigenvalue_fails_its_residual(reduce_to, monkeypatch):
 
 
 def test_modes_that_are_not_orthonormal_fail(reduce_to, monkeypatch):
-    from solidwhirl.reduction import held_modes
+    from solidwhirl.reduction.basis import fixed_interface_modes as held_modes
 
     solve = held_modes.slepc_pairs
 
@@ -168,7 +168,7 @@ def test_modes_that_are_not_orthonormal_fail(reduce_to, monkeypatch):
 
 def test_interface_forces_that_are_not_reciprocal_fail(reduce_to, monkeypatch):
     """One constraint mode is off by 1e-3 of a held mode: no longer in equilibrium."""
-    from solidwhirl.reduction import reduce
+    from solidwhirl.reduction.body import reduce
 
     solve = reduce.verify_order
 
@@ -187,14 +187,14 @@ def test_interface_forces_that_are_not_reciprocal_fail(reduce_to, monkeypatch):
 
 
 def test_wrong_mass_of_a_solid_fails(reduce_to, monkeypatch):
-    from solidwhirl.reduction import reduce
+    from solidwhirl.reduction.body import reduce
     from solidwhirl.rotordyn import check_superelement
 
     right = reduce.mesh_mass_properties
     monkeypatch.setattr(
         reduce,
         "mesh_mass_properties",
-        lambda rigid: dataclasses.replace(right(rigid), mass_kg=1.02 * right(rigid).mass_kg),
+        lambda rigid: right(rigid)._replace(mass_kg=1.02 * right(rigid).mass_kg),
     )
     element, work = reduce_to(shaft(), level="solid", size=COARSE, modes=4)
     assert bad(work.checks) == {"mass properties of the mesh"}
@@ -205,8 +205,7 @@ def test_no_gap_is_not_decided():
     """Eigenvalues that follow each other closely leave no room for a shift."""
     from types import SimpleNamespace
 
-    from solidwhirl.reduction.verification import highest_gap
-    from solidwhirl.reduction.verification_meridian import widest_gap
+    from solidwhirl.reduction.body.verification import highest_gap, widest_gap
 
     values = 1e6 * (1.0 + 1e-5 * np.arange(6))
     basis = SimpleNamespace(fixed_eigenvalues=values, omitted_eigenvalue=values[-1] * (1 + 1e-5))
@@ -225,10 +224,10 @@ def test_the_count_of_a_solid_is_the_inertia_of_its_own_matrices():
     from mpi4py import MPI
 
     from solidwhirl.meshing import mesh_meridian, mesh_solid
-    from solidwhirl.reduction.constrained import eigenpairs, factorise
-    from solidwhirl.reduction.operators import OperatorEffects, build_operators
-    from solidwhirl.reduction.vectors import project
-    from solidwhirl.reduction.verification import modes_below
+    from solidwhirl.reduction.body.verification import modes_below
+    from solidwhirl.reduction.operators.matrices import OperatorEffects, build_operators
+    from solidwhirl.reduction.solvers.constrained import eigenpairs, factorise
+    from solidwhirl.reduction.solvers.vectors import project
 
     components = {"a": ("ux", "uy"), "b": ("ux", "uy")}
     effects = OperatorEffects(

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,10 +21,11 @@ from solidwhirl.rotordyn import (
     assemble,
     beam_superelement,
 )
-from solidwhirl.rotordyn.mass_moments import projected_moments
-from solidwhirl.rotordyn.superelement import ErrorForm
+from solidwhirl.rotordyn.superelement.mass_moments import projected_moments
+from solidwhirl.rotordyn.superelement.record import ErrorForm
 
-RPM = np.pi / 30.0
+# what other tests compare with: plain_run_up, direct_responses
+sys.path.insert(0, str(Path(__file__).parent))
 
 
 def _ground(body, interface, kx, ky=None, cx=0.0, cy=None, **options):

@@ -20,7 +20,7 @@ from solidwhirl.rotordyn import (
     beam_superelement,
     rigid_superelement,
 )
-from solidwhirl.rotordyn.bearing_laws import PolynomialLaw
+from solidwhirl.rotordyn.assembly.bearing_laws import PolynomialLaw
 
 ROOT = Path(__file__).parents[2]
 

@@ -19,9 +19,9 @@ import json
 import tomllib
 from pathlib import Path
 
-from solidwhirl.pipeline import run_scene
-from solidwhirl.results import results_document
-from solidwhirl.scene_file import parse_scene
+from solidwhirl.pipeline.run import run_scene
+from solidwhirl.output.documents import results_document
+from solidwhirl.scene_reading.reader import parse_scene
 
 CASES = (
     ("laval", "harmonic"),

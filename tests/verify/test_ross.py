@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from solidwhirl.rotordyn import End, critical_speeds, modes_at_speed
-from solidwhirl.rotordyn.critical_speed_map import critical_speed_map
-from solidwhirl.rotordyn.run_up import ramp_and_hold, run_up
-from solidwhirl.rotordyn.unbalance import Unbalance, unbalance_response
+from solidwhirl.rotordyn.critical_speeds.map import critical_speed_map
+from solidwhirl.rotordyn.response.unbalance import Unbalance, unbalance_response
+from solidwhirl.rotordyn.run_up.integration import ramp_and_hold, run_up
 
 pytestmark = pytest.mark.verify
 STEEL = {"E": 211e9, "G": 81.2e9, "rho": 7810.0}

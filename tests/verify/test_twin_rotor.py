@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from solidwhirl.pipeline import run_scene
-from solidwhirl.scene_file import read_scene, with_model
+from solidwhirl.pipeline.run import run_scene
+from solidwhirl.scene_reading.reader import read_scene, with_model
 
 pytestmark = [pytest.mark.verify, pytest.mark.solver]
 SCENE = Path(__file__).parents[2] / "scenes" / "ferraris.toml"

@@ -19,10 +19,10 @@ sys.path.insert(0, str(ROOT / "tools"))
 from paper.engine import engine_sections  # noqa: E402
 from paper.twin_rotor import twin_sections  # noqa: E402
 
-from solidwhirl.pipeline import Results, run_scene  # noqa: E402
-from solidwhirl.results import write_results  # noqa: E402
-from solidwhirl.scene_file import read_scene, scene_hash  # noqa: E402
-from solidwhirl.versions import package_versions  # noqa: E402
+from solidwhirl.core.versions import package_versions  # noqa: E402
+from solidwhirl.output.documents import write_results  # noqa: E402
+from solidwhirl.pipeline.run import Results, run_scene  # noqa: E402
+from solidwhirl.scene_reading.reader import read_scene, scene_hash  # noqa: E402
 
 PAGE = ROOT / "docs" / "paper.md"
 PICTURES = ROOT / "docs" / "paper"

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from solidwhirl.bodies import build_bodies
 from solidwhirl.geometry import mass_properties
-from solidwhirl.scene import BodySpec
-from solidwhirl.scene_file import read_scene
+from solidwhirl.model.bodies import build_bodies
+from solidwhirl.scene.records import BodySpec
+from solidwhirl.scene_reading.reader import read_scene
 
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
 UNITS = {"fan": "uhbr_fan", "lp": "uhbr_lp", "hp": "uhbr_hp"}

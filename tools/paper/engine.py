@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from paper.rows import Row, markdown, per_cent, table
 
-from solidwhirl.page.comparison import unit_of
+from solidwhirl.page.run.comparison import unit_of
 from solidwhirl.rotordyn import LEE_ANISOTROPIC, LEE_ISOTROPIC
 
 RPM = np.pi / 30.0
@@ -68,7 +68,7 @@ def engine_sections(runs: dict[str, Any]) -> list[str]:
         engine.picture("complexity_complexity.png", "Response of models of less complexity"),
         _complexity_table(engine),
         "### Appendix B: frames",
-        "`solidwhirl.rotordyn.frames` has equations 15 to 17 (`inertial_frequency`) and turns a "
+        "`rotordyn.campbell.frames` has equations 15 to 17 (`inertial_frequency`) and turns a "
         "whole diagram into the frame of any body; tests hold the round trip exactly and compare "
         "with equations of motion written in the rotating frame.",
         "### Table 7 and Appendix C: stage factors",

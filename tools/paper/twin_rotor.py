@@ -9,7 +9,7 @@ import numpy as np
 from paper.rows import markdown, per_cent, table
 from scipy.linalg import eigvals
 
-from solidwhirl.pipeline import Results
+from solidwhirl.pipeline.run import Results
 from solidwhirl.rotordyn import (
     AssembledSystem,
     InternalDamping,
@@ -18,7 +18,7 @@ from solidwhirl.rotordyn import (
     critical_speeds,
     modes_at_speed,
 )
-from solidwhirl.rotordyn.modal_truncation import truncated_system
+from solidwhirl.rotordyn.modes.modal_truncation import truncated_system
 
 RPM = np.pi / 30.0
 TOP = 20000.0 * RPM

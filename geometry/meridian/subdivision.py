@@ -1,0 +1,163 @@
+"""The meridian of a body as a conforming planar subdivision: what a mesher needs to know.
+
+Sections become faces that share whole curves, interfaces become lists of curves, re-entrant
+corners are found and filleted. Whatever does not fit together is refused with its place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+from solidwhirl.geometry.materials import Material
+from solidwhirl.geometry.meridian.arrangement import arrange, materials_of
+from solidwhirl.geometry.meridian.attachments import interface_curves, split_at_interfaces
+from solidwhirl.geometry.meridian.contact import (
+    refuse_overlaps,
+    refuse_pieces,
+    refuse_pinches,
+    refuse_tiny_details,
+)
+from solidwhirl.geometry.meridian.fillets import (
+    Fillet,
+    add_fillet_faces,
+    plan_fillets,
+    refuse_swallowed_interfaces,
+)
+from solidwhirl.geometry.meridian.outline import Corner, outline_of, reentrant_corners
+from solidwhirl.geometry.meridian.plane_graph import Curve, Face, PlaneGraph, outline_curves
+from solidwhirl.geometry.meridian.snapping import Scale, scale_of, snap_body
+from solidwhirl.geometry.profile import Body
+from solidwhirl.rotordyn.core.arrays import FloatArray
+
+__all__ = ["Corner", "Curve", "Face", "Subdivision", "planned_fillets", "subdivide"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class Subdivision:
+    """Hold the conforming planar subdivision of a body's meridian half-plane (z, r).
+
+    Attributes
+    ----------
+    points : (p, 2) float array
+        Coordinates (z, r) [m], read-only. Centres of arcs are among them.
+    faces : tuple of Face
+        Pieces of the sections, followed by one face per fillet.
+    materials : tuple of Material
+        What `Face.material` refers to; each material once, in the order of first use.
+    section_names : tuple of str
+        What `Face.section` refers to; the body's sections in their order.
+    boundary : tuple of int
+        Curves with one adjacent face, those on the axis left out; ascending.
+    axis : tuple of int
+        Curves with one adjacent face and r = 0 at both ends; ascending.
+    corners : tuple of Corner
+        Re-entrant corners of the outline as drawn, by point index.
+    fillet_arcs : tuple of int
+        Curve indices of the fillets' arcs, all of them in `boundary`.
+    interfaces : mapping of str to tuple of int
+        Curve indices of every interface, ascending; read-only.
+    """
+
+    points: FloatArray
+    curves: tuple[Curve, ...]
+    faces: tuple[Face, ...]
+    materials: tuple[Material, ...]
+    section_names: tuple[str, ...]
+    boundary: tuple[int, ...]
+    axis: tuple[int, ...]
+    corners: tuple[Corner, ...]
+    fillet_arcs: tuple[int, ...]
+    interfaces: Mapping[str, tuple[int, ...]]
+
+    def __post_init__(self) -> None:
+        self.points.setflags(write=False)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class _Plan:
+    """Hold the checked subdivision without fillets, and the fillets to be added."""
+
+    body: Body
+    scale: Scale
+    graph: PlaneGraph
+    interfaces: Mapping[str, tuple[int, ...]]
+    corners: tuple[Corner, ...]
+    fillets: tuple[Fillet, ...]
+
+
+def subdivide(body: Body) -> Subdivision:
+    """Return the conforming planar subdivision of a body's meridian.
+
+    Coordinates that differ by less than 1e-9 of the body's size (the larger of its length and its
+    outer radius) are made equal, and sections that close to each other are bonded. Sections that
+    touch along edges of positive length are bonded; every edge is split at all vertices lying on
+    it, at the planes of "section" interfaces and at the bounds of all interfaces.
+
+    With `Body.fillet_radius_m` > 0 every re-entrant corner of the outline gets a face between the
+    two straight edges and the arc tangent to both; consecutive curves on one line count as one
+    edge. Corners so flat that the tangent length is below 1e-6 of the body's size stay as they
+    are (and unfilleted in `Subdivision.corners`).
+
+    Raises
+    ------
+    GeometryError
+        If sections overlap, touch only in a point, are in pieces or leave a gap or edge below
+        1e-6 of the size; if an interface lies outside or partially outside; if a fillet does not
+        fit or covers an interface.
+    """
+    plan = _plan(body)
+    materials = materials_of(plan.body)
+    graph, arcs = add_fillet_faces(
+        plan.graph,
+        plan.fillets,
+        [materials.index(section.material) for section in plan.body.sections],
+        plan.scale.tolerance_m,
+    )
+    refuse_tiny_details(plan.body, graph, plan.scale.detail_m)
+    outline = sorted(curve for curve, _ in outline_curves(graph))
+    filleted = {fillet.corner for fillet in plan.fillets}
+    return Subdivision(
+        points=graph.points,
+        curves=graph.curves,
+        faces=graph.faces,
+        materials=materials,
+        section_names=tuple(section.name for section in plan.body.sections),
+        boundary=tuple(curve for curve in outline if not graph.on_axis(curve)),
+        axis=tuple(curve for curve in outline if graph.on_axis(curve)),
+        corners=tuple(replace(c, filleted=c.point in filleted) for c in plan.corners),
+        fillet_arcs=arcs,
+        interfaces=MappingProxyType(dict(plan.interfaces)),
+    )
+
+
+def planned_fillets(body: Body) -> tuple[Fillet, ...]:
+    """Return the fillets that `subdivide` adds to a body; raises what it raises."""
+    return _plan(body).fillets
+
+
+def _plan(body: Body) -> _Plan:
+    """Build and check everything up to the fillets."""
+    scale = scale_of(body)
+    tolerance = scale.tolerance_m
+    body = snap_body(body, tolerance)
+    refuse_overlaps(body, tolerance)
+    graph = arrange(body, tolerance)
+    refuse_pinches(body, graph)
+    refuse_pieces(body, graph)
+    graph = split_at_interfaces(graph, body, tolerance)
+    interfaces = interface_curves(graph, body, tolerance)
+    refuse_tiny_details(body, graph, scale.detail_m)
+    outline = outline_of(graph)
+    corners = reentrant_corners(graph, outline, tolerance)
+    fillets = plan_fillets(graph, outline, corners, body, scale)
+    refuse_swallowed_interfaces(graph, fillets, body.interfaces, interfaces, tolerance)
+    return _Plan(
+        body=body,
+        scale=scale,
+        graph=graph,
+        interfaces=interfaces,
+        corners=corners,
+        fillets=fillets,
+    )

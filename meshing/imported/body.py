@@ -1,0 +1,253 @@
+"""A user's own mesh as a body: on its axis, in metres, checked."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from solidwhirl.geometry import RigidDisk
+from solidwhirl.meshing.errors import MeshingError
+from solidwhirl.meshing.imported.files import read_mesh_file
+from solidwhirl.meshing.imported.groups import cell_materials, interface_facets, volume_groups
+from solidwhirl.meshing.imported.measures import (
+    flat_pieces,
+    mass_integrals,
+    measured,
+    roundness,
+    volume_m3,
+)
+from solidwhirl.meshing.imported.records import (
+    FileMesh,
+    MeshedBody,
+    MeshInterface,
+    MeshRequest,
+    Roundness,
+    on_axis,
+)
+from solidwhirl.meshing.imported.split import as_tetrahedra
+from solidwhirl.meshing.imported.surface import faces_of, place_text, refuse_unjoined
+from solidwhirl.meshing.own.meridian import checked_quality, compact
+from solidwhirl.meshing.own.prediction import PredictedMesh
+from solidwhirl.meshing.records import FloatArray, IntArray, Mesh, MeshSize
+
+#: What a turning body may be off a body of revolution, see `Roundness`; and its interfaces.
+ROUNDNESS_LIMITS = {"static_unbalance": 5e-3, "uneven_mass": 1e-2, "surface": 5e-2}
+_UNEVEN_INTERFACE = 0.1
+# Corners of the surface that pictures are drawn from, at most.
+_MOST_SHOWN = 400
+# Coordinates of a node below this part of the mesh's size are rounding.
+_ON_AXIS = 1e-9
+# How exactly curves of a geometry lie on the planes of boxes, over the size of the body.
+_CUT_EXACTLY = 1e-6
+# Spread of a surface across its length over that along it below which it is a line.
+_SMALLEST_SPREAD = 1e-9
+
+
+def mesh_from_file(request: MeshRequest, name: str) -> Mesh:
+    """Read a mesh file as a body: second-order tetrahedra, straight where it has no middles.
+
+    Raises
+    ------
+    MeshingError
+        What can't be read, does not hang together, is folded, or lacks a group.
+    """
+    return mesh_of(read_mesh_file(request.path), request, name)
+
+
+def mesh_of(found: FileMesh, request: MeshRequest, name: str) -> Mesh:
+    """Make the mesh of a body of what a file holds."""
+    tetrahedra = as_tetrahedra(found)
+    points = on_axis(tetrahedra.points, request)
+    cells, points, used = compact(points, tetrahedra.cells)
+    tetrahedra = replace(
+        tetrahedra,
+        points=points,
+        cells=cells,
+        corner_row=np.where(tetrahedra.corner_row < 0, -1, used[tetrahedra.corner_row]),
+    )
+    faces = faces_of(cells)
+    refuse_unjoined(points, cells, faces)
+    groups = volume_groups(found, tetrahedra)
+    material, materials = cell_materials(request, groups, len(cells))
+    points, quality = checked_quality(points, cells, f"body {name!r}")
+    section, names = _sections(groups, len(cells))
+    shortest, longest = edge_lengths(points, cells)
+    surface = np.unique(faces.nodes[faces.outside][:, :3])
+    return Mesh(
+        points=points,
+        cells=cells,
+        cell_section=section,
+        cell_material=material,
+        materials=materials,
+        section_names=names,
+        interfaces={
+            i.name: interface_facets(found, tetrahedra, points, faces, i)
+            for i in _with_margins(request)
+        },
+        outline=surface[:: max(1, -(-len(surface) // _MOST_SHOWN))].copy(),
+        size=MeshSize(size_m=longest, corner_size_m=shortest),
+        quality=quality,
+    )
+
+
+def _with_margins(request: MeshRequest) -> tuple[MeshInterface, ...]:
+    """The interfaces; where boxes were cut into a geometry, as exactly as its kernel cuts."""
+    if request.step is None:
+        return request.interfaces
+    return tuple(replace(i, margin=_CUT_EXACTLY) for i in request.interfaces)
+
+
+def _sections(groups: dict[str, IntArray], count: int) -> tuple[IntArray, tuple[str, ...]]:
+    """First group of every cell, as the sections of the mesh."""
+    section = np.full(count, -1, dtype=np.int64)
+    names: list[str] = []
+    for name, cells in groups.items():
+        own = cells[section[cells] < 0]
+        if len(own):
+            section[own] = len(names)
+            names.append(name)
+    if (section < 0).any():
+        section[section < 0] = len(names)
+        names.append("other" if names else "body")
+    return section, tuple(names)
+
+
+def edge_lengths(points: FloatArray, cells: IntArray) -> tuple[float, float]:
+    """Shortest and longest edge of the cells, between corners [m]."""
+    corner = points[cells[:, :4]]
+    lengths = [
+        np.linalg.norm(corner[:, i] - corner[:, j], axis=1) for i in range(4) for j in range(i)
+    ]
+    return float(np.min(lengths)), float(np.max(lengths))
+
+
+def counts_of(mesh: Mesh) -> PredictedMesh:
+    """Numbers of a mesh that is there.
+
+    Parameters
+    ----------
+    mesh
+        Second-order tetrahedra.
+    """
+    vertices = len(np.unique(mesh.cells[:, :4]))
+    edges = len(mesh.points) - vertices
+    # by Euler's formula of a ball; a hole more or less is a few in thousands
+    return PredictedMesh(
+        dimension=3,
+        cells=len(mesh.cells),
+        vertices=vertices,
+        edges=edges,
+        facets=max(1 + edges + len(mesh.cells) - vertices, 0),
+        graded_places=0,
+    )
+
+
+def body_of_mesh(
+    name: str, request: MeshRequest, mesh: Mesh, rigid_disks: tuple[RigidDisk, ...] = ()
+) -> MeshedBody:
+    """Describe a body by its mesh: places of its interfaces, mass, size, roundness.
+
+    Raises
+    ------
+    MeshingError
+        A turning body that is none of revolution, or an interface that can't be one.
+    """
+    faces = faces_of(mesh.cells)
+    outside = faces.nodes[faces.outside]
+    placed = tuple(
+        measured(_placed(i, mesh, request), mesh, outside) for i in _with_margins(request)
+    )
+    round_to = None
+    if request.shape == "round":
+        round_to = roundness(mesh, _round_faces(mesh))
+        _refuse_uneven(name, round_to)
+    return MeshedBody(
+        name=name,
+        request=request,
+        interfaces=placed,
+        rigid_disks=rigid_disks,
+        expected=counts_of(mesh),
+        shortest_m=mesh.size.corner_size_m,
+        longest_m=mesh.size.size_m,
+        length_m=float(np.ptp(mesh.points[:, 2])),
+        radius_m=float(np.hypot(mesh.points[:, 0], mesh.points[:, 1]).max()),
+        volume_m3=volume_m3(mesh),
+        mass=mass_integrals(mesh),
+        roundness=round_to,
+    )
+
+
+def _round_faces(mesh: Mesh) -> IntArray:
+    """The surface, and faces between materials."""
+    faces = faces_of(mesh.cells)
+    a, b = faces.cells.T
+    between = ~faces.outside & (mesh.cell_material[a] != mesh.cell_material[b])
+    return np.asarray(faces.nodes[faces.outside | between])
+
+
+def _refuse_uneven(name: str, found: Roundness) -> None:
+    values = {key: float(getattr(found, key)) for key in ROUNDNESS_LIMITS}
+    if all(values[key] <= limit for key, limit in ROUNDNESS_LIMITS.items()):
+        return
+    limits = ROUNDNESS_LIMITS
+    reason = "it is no body of revolution about its axis"
+    if all(values[k] <= limits[k] for k in ("static_unbalance", "uneven_mass")):
+        reason = (
+            "its mass is even around the axis, but its surface is not, as with blades, holes, or "
+            "fewer than about 10 straight edges around"
+        )
+    raise MeshingError(
+        f"body {name!r} turns, but {reason}: static unbalance {values['static_unbalance']:.2g} of "
+        f"the radius of gyration (allowed {limits['static_unbalance']:g}), uneven mass "
+        f"{values['uneven_mass']:.2g} (allowed {limits['uneven_mass']:g}), surface off "
+        f"by {values['surface']:.2g} of its radius when turned (allowed {limits['surface']:g}). In "
+        "the inertial frame the matrices of such a body would change with its angle; leave blades "
+        "and details out of the mesh and give their mass as rigid_disks, or check axis.origin and "
+        "axis.direction. A body that stands still (speed_ratio = 0) may have any shape"
+    )
+
+
+def _placed(interface: MeshInterface, mesh: Mesh, request: MeshRequest) -> MeshInterface:
+    """The interface with the place of its node."""
+    where = f"interface {interface.name!r}"
+    facets = mesh.interfaces[interface.name]
+    corner = flat_pieces(mesh.points, facets)
+    area = 0.5 * np.linalg.norm(
+        np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1
+    )
+    # three points at the middles of the sides integrate squares
+    middles = 0.5 * (corner + np.roll(corner, -1, axis=1))
+    weight = np.repeat(area / 3.0, 3)
+    x = middles.reshape(-1, 3)
+    centre = weight @ x / weight.sum()
+    centre[np.abs(centre) < _ON_AXIS * np.abs(mesh.points).max()] = 0.0
+    spread = np.linalg.eigvalsh((x - centre).T @ (weight[:, None] * (x - centre)))
+    if spread[1] <= _SMALLEST_SPREAD * spread[2]:
+        raise MeshingError(f"{where}: its facets lie in a line and determine no rotation")
+    if request.shape == "round":
+        _refuse_uneven_interface(where, x, weight)
+        if not isinstance(interface.node, str) and any(interface.node[:2]):
+            raise MeshingError(
+                f"{where}: node_m is {list(interface.node)}; the nodes of a body that turns lie on "
+                "its axis"
+            )
+    place = (0.0, 0.0, float(centre[2]))
+    if interface.node == "centroid" and request.shape == "any":
+        place = (float(centre[0]), float(centre[1]), float(centre[2]))
+    elif not isinstance(interface.node, str):
+        place = interface.node
+    return replace(interface, position_m=place)
+
+
+def _refuse_uneven_interface(where: str, x: FloatArray, weight: FloatArray) -> None:
+    """A surface that does not go all around holds a turning body at one angle only."""
+    around = x[:, 0] + 1j * x[:, 1]
+    even = [max(float(weight @ np.abs(around) ** m), 1e-300) for m in (1, 2)]
+    uneven = [abs(complex(weight @ around**m)) / even[m - 1] for m in (1, 2)]
+    if max(uneven) > _UNEVEN_INTERFACE:
+        raise MeshingError(
+            f"{where}: its facets do not go evenly around the axis (moments of orders 1 and 2 "
+            f"are {uneven[0]:.2g} and {uneven[1]:.2g}, allowed {_UNEVEN_INTERFACE:g}); the first "
+            f"lies at {place_text(x[0])} m"
+        )

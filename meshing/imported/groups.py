@@ -1,0 +1,203 @@
+"""Groups of a file on its tetrahedra: materials of cells, facets of interfaces."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from solidwhirl.geometry import Material
+from solidwhirl.meshing.errors import MeshingError
+from solidwhirl.meshing.imported.records import FileMesh, MeshInterface, MeshRequest
+from solidwhirl.meshing.imported.split import Tetrahedra
+from solidwhirl.meshing.imported.surface import Faces
+from solidwhirl.meshing.records import FloatArray, IntArray
+
+BoolArray = np.ndarray[tuple[int], np.dtype[np.bool_]]
+# Corners of the surface elements of a file.
+_SURFACE = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
+_MOST_NAMED = 20
+
+
+def volume_groups(mesh: FileMesh, tetrahedra: Tetrahedra) -> dict[str, IntArray]:
+    """Cells of every group that has volume elements.
+
+    Parameters
+    ----------
+    mesh, tetrahedra
+        A file and what became of its elements.
+    """
+    volume = {int(k) for k in np.unique(tetrahedra.block)}
+    out = {}
+    for name, blocks in mesh.element_groups.items():
+        chosen = np.zeros(len(tetrahedra.cells), dtype=bool)
+        for k, rows in blocks.items():
+            if k in volume and len(rows):
+                inside = np.zeros(len(mesh.blocks[k].nodes), dtype=bool)
+                inside[rows] = True
+                own = tetrahedra.block == k
+                chosen[own] = inside[tetrahedra.row[own]]
+        if chosen.any():
+            out[name] = np.flatnonzero(chosen)
+    return out
+
+
+def cell_materials(
+    request: MeshRequest, groups: Mapping[str, IntArray], count: int
+) -> tuple[IntArray, tuple[Material, ...]]:
+    """Material number of every cell, and the materials.
+
+    Raises
+    ------
+    MeshingError
+        A group that the file has not, cells with two materials or none.
+    """
+    materials: list[Material] = []
+    out = np.full(count, -1, dtype=np.int64)
+    for group, material in request.materials:
+        if group not in groups:
+            raise MeshingError(
+                f"materials: the file has no group {group!r} of volume elements; it has "
+                f"{names_text(groups)}"
+            )
+        if material not in materials:
+            materials.append(material)
+        number, cells = materials.index(material), groups[group]
+        other = out[cells][(out[cells] >= 0) & (out[cells] != number)]
+        if len(other):
+            raise MeshingError(
+                f"materials: group {group!r} is {material.name!r}, but {len(other)} of its "
+                f"elements are {materials[other[0]].name!r} by another group"
+            )
+        out[cells] = number
+    if (out < 0).any():
+        if request.material is None:
+            raise MeshingError(
+                f"materials: {int(np.sum(out < 0))} of {count} elements are in none of the groups "
+                "given; give material for the rest"
+            )
+        if request.material not in materials:
+            materials.append(request.material)
+        out[out < 0] = materials.index(request.material)
+    return out, tuple(materials)
+
+
+def interface_facets(
+    mesh: FileMesh,
+    tetrahedra: Tetrahedra,
+    points: FloatArray,
+    faces: Faces,
+    interface: MeshInterface,
+) -> IntArray:
+    """Find the facets (f, 6) of an interface by its group or box; points on their axis [m].
+
+    Raises
+    ------
+    MeshingError
+        The file has no such group, or nothing of the mesh belongs to it.
+    """
+    where = f"interface {interface.name!r}"
+    if interface.box_m is not None:
+        rows = np.flatnonzero(faces.outside & in_box(points, faces.nodes, interface))
+        if not len(rows):
+            low, high = points.min(axis=0), points.max(axis=0)
+            raise MeshingError(
+                f"{where}: no facet of the surface lies in the box; on its axis the mesh reaches "
+                f"from {_numbers(low)} to {_numbers(high)} m"
+            )
+    else:
+        assert interface.group is not None
+        rows = _of_group(mesh, tetrahedra, faces, interface.group, where)
+    return np.asarray(faces.nodes[rows])
+
+
+def in_box(points: FloatArray, facets: IntArray, interface: MeshInterface) -> BoolArray:
+    """Whether facets (f, 6) or (f, 3) lie inside the box of an interface with all corners, (f,)."""
+    inside = points_in_box(points, interface, float(np.abs(points).max()))
+    return np.asarray(inside[facets[:, :3]].all(axis=1))
+
+
+def points_in_box(points: FloatArray, interface: MeshInterface, size_m: float) -> BoolArray:
+    """Whether facets (f, 6) or (f, 3) lie in the box of an interface with all corners, (f,)."""
+    assert interface.box_m is not None
+    low, high = (np.array(corner) for corner in interface.box_m)
+    margin = interface.margin * size_m
+    return np.asarray(((points >= low - margin) & (points <= high + margin)).all(axis=1))
+
+
+def _of_group(
+    mesh: FileMesh, tetrahedra: Tetrahedra, faces: Faces, group: str, where: str
+) -> IntArray:
+    corners: list[IntArray] = []
+    for k, chosen in mesh.element_groups.get(group, {}).items():
+        kind = mesh.blocks[k].kind
+        if kind in _SURFACE:
+            corners.append(mesh.blocks[k].nodes[chosen][:, : _SURFACE[kind]])
+    corners += mesh.face_groups.get(group, ())
+    if corners:
+        found = [_rows(tetrahedra, faces, own, where, group) for own in corners]
+        return np.unique(np.concatenate(found))
+    if group in mesh.node_groups:
+        rows = tetrahedra.corner_row[mesh.node_groups[group]]
+        belongs = np.zeros(len(tetrahedra.points), dtype=bool)
+        belongs[rows[rows >= 0]] = True
+        on = np.flatnonzero(faces.outside & belongs[faces.nodes[:, :3]].all(axis=1))
+        if not len(on):
+            raise MeshingError(
+                f"{where}: no facet of the surface has all its corners in the node group {group!r}"
+            )
+        return on
+    raise MeshingError(f"{where}: {_no_group(mesh, group)}")
+
+
+def _rows(
+    tetrahedra: Tetrahedra, faces: Faces, corners: IntArray, where: str, group: str
+) -> IntArray:
+    """Faces of the mesh that make up the elements of a surface, as triangles or in halves."""
+    corners = tetrahedra.corner_row[corners]
+    if corners.shape[1] == 3:
+        rows = faces.rows_of(corners)
+        lost = rows < 0
+        if not lost.any():
+            return rows
+    else:
+        cuts = [faces.rows_of(corners[:, c]) for c in ([0, 1, 2], [0, 2, 3], [0, 1, 3], [1, 2, 3])]
+        first = (cuts[0] >= 0) & (cuts[1] >= 0)
+        second = (cuts[2] >= 0) & (cuts[3] >= 0)
+        lost = ~first & ~second
+        if not lost.any():
+            one, two = np.where(first, cuts[0], cuts[2]), np.where(first, cuts[1], cuts[3])
+            return np.concatenate([one, two])
+    raise MeshingError(
+        f"{where}: {int(lost.sum())} of {len(lost)} surface elements of group {group!r} are no "
+        "faces of volume elements"
+    )
+
+
+def _no_group(mesh: FileMesh, group: str) -> str:
+    known = [
+        name
+        for name, blocks in mesh.element_groups.items()
+        if any(mesh.blocks[k].kind in _SURFACE for k in blocks)
+    ]
+    if group in mesh.element_groups:
+        return (
+            f"group {group!r} has no surface elements, only others; groups of surface elements, "
+            f"faces or nodes are {names_text([*known, *mesh.face_groups, *mesh.node_groups])}"
+        )
+    return (
+        f"the file has no group {group!r} of surface elements, faces or nodes; it has "
+        f"{names_text([*known, *mesh.face_groups, *mesh.node_groups])}"
+    )
+
+
+def names_text(names: Mapping[str, object] | list[str]) -> str:
+    """Names for a message, no more than a few lines of them."""
+    shown = [ascii(name)[:80] for name in sorted(names)]
+    more = len(shown) - _MOST_NAMED
+    text = ", ".join(shown[:_MOST_NAMED])
+    return (text + (f" and {more} more" if more > 0 else "")) or "none"
+
+
+def _numbers(values: FloatArray) -> str:
+    return "[" + ", ".join(f"{v:.6g}" for v in values) + "]"

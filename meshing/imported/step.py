@@ -1,0 +1,253 @@
+"""Geometry from a STEP file through gmsh's CAD kernel: sizes, and a second-order mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import gmsh
+import numpy as np
+
+from solidwhirl.meshing.errors import MeshingError
+from solidwhirl.meshing.imported.records import (
+    ElementBlock,
+    FileMesh,
+    MeshRequest,
+    StepSize,
+    axis_turn,
+)
+from solidwhirl.meshing.own.drawing import gmsh_session
+from solidwhirl.meshing.own.meridian import TETRAHEDRON10, TRIANGLE6, element_blocks, node_table
+from solidwhirl.meshing.own.prediction import PredictedMesh
+from solidwhirl.meshing.records import IntArray
+
+#: Suffixes of geometry files that are read.
+STEP_SUFFIXES = (".step", ".stp")
+# Geometry is worked on in millimetres, whatever the unit of the file: gmsh's kernel takes points
+# nearer than 1e-7 for one.
+_UNIT, _UNIT_M = "MM", 1e-3
+# Regular tetrahedra and triangles of edge 1; tetrahedra for each regular one, and what every
+# triangle of the surface adds, as measured on gmsh's meshes of bodies of revolution.
+_TETRAHEDRON, _TRIANGLE = np.sqrt(2.0) / 12.0, np.sqrt(3.0) / 4.0
+_TETRAHEDRA, _BY_SKIN = 0.65, 2.7
+# Triangles up to which the surface is meshed to count them.
+_COUNTED = 2e5
+_TRIANGLE3 = 2  # gmsh's number of the flat triangle
+_PER_TETRAHEDRON, _PER_SURFACE = 1.0 / 5.6, 0.23
+# gmsh's node order is VTK's but for the last two edges of the tetrahedron.
+_TO_VTK = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
+
+
+@dataclass(frozen=True, kw_only=True)
+class StepGeometry:
+    """What is known of a STEP file before it is meshed.
+
+    Attributes
+    ----------
+    solids
+        Number of solids.
+    volume_m3
+        Of all.
+    low_m, high_m
+        Corners of the box around it, in the file's coordinates.
+    expected
+        Numbers of the mesh with the sizes asked for, within a factor 3.
+    """
+
+    solids: int
+    volume_m3: float
+    low_m: tuple[float, float, float]
+    high_m: tuple[float, float, float]
+    expected: PredictedMesh
+
+
+def step_geometry(path: str | Path, size: StepSize) -> StepGeometry:
+    """Look at a STEP file without meshing it.
+
+    Parameters
+    ----------
+    path
+        The file; its own unit of length is taken into account.
+
+    Raises
+    ------
+    MeshingError
+        The file can't be read or has no solid.
+    """
+    with _imported(Path(path)) as volumes:
+        volume = sum(gmsh.model.occ.getMass(3, tag) for tag in volumes) * _UNIT_M**3
+        box = np.array(gmsh.model.getBoundingBox(-1, -1)) * _UNIT_M
+        skin = sum(_triangles(tag, size) for _, tag in gmsh.model.getEntities(2))
+        if skin < _COUNTED:
+            _ask(size)
+            gmsh.model.mesh.generate(2)
+            skin = float(len(gmsh.model.mesh.getElementsByType(_TRIANGLE3)[0]))
+    regular = volume / (_TETRAHEDRON * size.size_m**3)
+    cells = _TETRAHEDRA * regular + _BY_SKIN * skin
+    vertices = _PER_TETRAHEDRON * cells + _PER_SURFACE * skin
+    return StepGeometry(
+        solids=len(volumes),
+        volume_m3=volume,
+        low_m=tuple(float(v) for v in box[:3]),  # type: ignore[arg-type]
+        high_m=tuple(float(v) for v in box[3:]),  # type: ignore[arg-type]
+        expected=PredictedMesh(
+            dimension=3,
+            cells=max(round(cells), 1),
+            vertices=max(round(vertices), 4),
+            edges=max(round(vertices + cells + 0.5 * skin), 6),
+            facets=max(round(2.0 * cells + 0.5 * skin), 4),
+            graded_places=0,
+        ),
+    )
+
+
+def mesh_step(request: MeshRequest) -> FileMesh:
+    """Mesh a STEP file with second-order tetrahedra that follow its surfaces.
+
+    Parameters
+    ----------
+    request
+        File, unit and sizes. Solids that touch are joined. The boxes of interfaces are cut into
+        the solids, so that elements end where boxes do.
+
+    Returns
+    -------
+    FileMesh
+        In the unit of the request; labels of solids and faces are groups.
+
+    Raises
+    ------
+    MeshingError
+        gmsh can't read or mesh the file.
+    """
+    size = request.step
+    assert size is not None
+    with _imported(Path(request.path)) as volumes:
+        volumes = _imprint(volumes, request)
+        _ask(size)
+        gmsh.model.mesh.generate(3)
+        gmsh.model.mesh.optimize("Netgen")
+        gmsh.model.mesh.setOrder(2)
+        numbering, points = node_table(_UNIT_M / request.unit_m)
+        cells, owner = element_blocks(volumes, TETRAHEDRON10, numbering)
+        faces = [tag for _, tag in gmsh.model.getEntities(2) if _has_triangles(tag)]
+        facets, side = element_blocks(faces, TRIANGLE6, numbering)
+        groups: dict[str, dict[int, IntArray]] = {}
+        for block, (dimension, tags, rows) in enumerate(((3, volumes, owner), (2, faces, side))):
+            for k, tag in enumerate(tags):
+                label = _label(dimension, tag)
+                if label:
+                    own = groups.setdefault(label, {})
+                    mine = np.flatnonzero(rows == k)
+                    own[block] = np.concatenate([own[block], mine]) if block in own else mine
+    return FileMesh(
+        points=points,
+        blocks=(
+            ElementBlock(kind="tetra10", nodes=cells[:, _TO_VTK]),
+            ElementBlock(kind="triangle6", nodes=facets),
+        ),
+        element_groups=groups,
+        node_groups={},
+        face_groups={},
+    )
+
+
+def _ask(size: StepSize) -> None:
+    """Tell gmsh the sizes and how to mesh."""
+    gmsh.option.setNumber("Mesh.MeshSizeMax", size.size_m / _UNIT_M)
+    gmsh.option.setNumber("Mesh.MeshSizeMin", size.smallest_m / _UNIT_M)
+    gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", size.around)
+    gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 1)
+    gmsh.option.setNumber("Mesh.Algorithm", 6)
+    gmsh.option.setNumber("Mesh.Algorithm3D", 1)
+    gmsh.option.setNumber("Mesh.Optimize", 1)
+
+
+@contextmanager
+def _imported(path: Path) -> Iterator[list[int]]:
+    """Open gmsh with the solids of a file, in millimetres; gives their tags."""
+    if not path.is_file():
+        raise MeshingError(f"{path.name}: there is no such file")
+    with gmsh_session():
+        gmsh.option.setString("Geometry.OCCTargetUnit", _UNIT)
+        gmsh.option.setNumber("Geometry.OCCImportLabels", 1)
+        try:
+            gmsh.model.occ.importShapes(str(path), highestDimOnly=True, format="step")
+            gmsh.model.occ.synchronize()
+        except Exception as error:  # gmsh raises bare Exception
+            raise MeshingError(f"{path.name}: can not be read as STEP: {error}") from error
+        solids = gmsh.model.getEntities(3)
+        if not solids:
+            raise MeshingError(
+                f"{path.name}: has no solid; a body needs closed volumes, no surfaces alone"
+            )
+        if len(solids) > 1:
+            _join(solids)
+        volumes = [tag for _, tag in gmsh.model.getEntities(3)]
+        if not sum(gmsh.model.occ.getMass(3, tag) for tag in volumes) > 0.0:
+            raise MeshingError(f"{path.name}: its solids have no volume")
+        yield volumes
+
+
+def _imprint(volumes: list[int], request: MeshRequest) -> list[int]:
+    """Cut the solids along the boxes of interfaces; gives the solids that come of it."""
+    turn = np.eye(4)
+    turn[:3, :3] = axis_turn(request).T
+    turn[:3, 3] = np.array(request.origin) * request.unit_m / _UNIT_M
+    boxes = []
+    for interface in request.interfaces:
+        if interface.box_m is None:
+            continue
+        low, high = (np.array(corner) / _UNIT_M for corner in interface.box_m)
+        tag = gmsh.model.occ.addBox(*low, *(high - low))
+        gmsh.model.occ.affineTransform([(3, tag)], turn.ravel().tolist())
+        boxes.append((3, tag))
+    if not boxes:
+        return volumes
+    made = _fragment([(3, tag) for tag in volumes], boxes)
+    outside = [entity for entity in gmsh.model.getEntities(3) if entity not in made]
+    gmsh.model.occ.remove(outside, recursive=True)
+    gmsh.model.occ.synchronize()
+    return [tag for _, tag in gmsh.model.getEntities(3)]
+
+
+def _join(solids: list[tuple[int, int]]) -> None:
+    """Give solids that touch common faces, and what comes of them their labels."""
+    _fragment(solids, [])
+
+
+def _fragment(solids: list[tuple[int, int]], tools: list[tuple[int, int]]) -> set[tuple[int, int]]:
+    """Cut solids along each other and along tools; gives the pieces of the solids, with labels."""
+    faces = gmsh.model.getEntities(2)
+    given = [*solids, *faces]
+    labels = [_label(*entity) for entity in given]
+    _, came_from = gmsh.model.occ.fragment(solids, [*faces, *tools])
+    gmsh.model.occ.synchronize()
+    for (dimension, _), label, made in zip(given, labels, came_from, strict=False):
+        for entity in made:
+            if label and entity[0] == dimension:
+                gmsh.model.setEntityName(*entity, label)
+    return {entity for made in came_from[: len(solids)] for entity in made}
+
+
+def _label(dimension: int, tag: int) -> str:
+    """Last part of an entity's label; STEP files put assemblies before it."""
+    return str(gmsh.model.getEntityName(dimension, tag)).rsplit("/", 1)[-1].strip()
+
+
+def _has_triangles(tag: int) -> bool:
+    return bool(len(gmsh.model.mesh.getElementsByType(TRIANGLE6, tag)[0]))
+
+
+def _triangles(tag: int, size: StepSize) -> float:
+    """Triangles on a face, by its area and the curvature in its middle."""
+    low, high = gmsh.model.getParametrizationBounds(2, tag)
+    middle = [0.5 * (a + b) for a, b in zip(low, high, strict=True)]
+    curvature = float(abs(gmsh.model.getCurvature(2, tag, middle)[0])) / _UNIT_M
+    edge = size.size_m
+    if curvature > 0.0:
+        edge = min(edge, max(2.0 * np.pi / (curvature * size.around), size.smallest_m))
+    area = float(gmsh.model.occ.getMass(2, tag)) * _UNIT_M**2
+    return float(area / (_TRIANGLE * edge**2))

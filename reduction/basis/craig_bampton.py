@@ -1,0 +1,236 @@
+"""Craig-Bampton basis of a spinning body, one basis for a range of speeds.
+
+Constraint modes (one per interface coordinate), fixed-interface modes at rest and, where the
+centrifugal field matters, at the top speed; merged by an M-orthonormal rank-revealing step
+(Craig and Bampton, AIAA J. 6 (1968) 1313-1319). To these comes, for every constraint mode Ψ, the
+static answer K⁻¹ M Ψ of the held body to its inertia (as in the enhanced Craig-Bampton method of
+Kim and Lee, Int. J. Numer. Methods Eng. 103 (2015) 79-93): what the truncated modes would have
+done, to first order in ω².
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from solidwhirl.reduction.basis.fixed_interface_modes import (
+    HeldModes,
+    HeldProblem,
+    held_solver,
+    interior_modes,
+    modes_from_rest,
+    modes_with_own_solver,
+)
+from solidwhirl.reduction.basis.merging import merged, reference_eigenvalue
+from solidwhirl.reduction.basis.overspeed import MAXIMUM_HOOP_STRAIN, refuse_overspeed
+from solidwhirl.reduction.operators.matrices import BodyOperators
+from solidwhirl.reduction.operators.solver_choice import Solver
+from solidwhirl.reduction.solvers.constrained import ConstrainedFactor
+from solidwhirl.reduction.solvers.vectors import apply, inner, project, symmetric
+from solidwhirl.rotordyn.core.arrays import FloatArray
+
+__all__ = ["MAXIMUM_HOOP_STRAIN", "Basis", "orthogonality_error", "reduction_basis"]
+
+# Relative change of a modal stiffness by Ω² (Kσ - S) from which the top speed gets modes too.
+_PRESTRESS_MATTERS = 1e-4
+# Least part of constraint modes that rounding leaves of combinations of them.
+_DEPENDENT = 1e-14
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Basis:
+    """Reduction basis of one family, columns [constraint modes, interior modes].
+
+    Attributes
+    ----------
+    vectors
+        (local û, b + m).
+    eigenvalues
+        (m,) squared angular frequencies of the interior vectors (Rayleigh-Ritz, at rest) [1/s²].
+    fixed_eigenvalues
+        (k,) those of the fixed-interface modes at rest, k <= m.
+    fixed_vectors
+        (local û, k) these modes, M-orthonormal.
+    omitted_eigenvalue
+        Lowest eigenvalue of a fixed-interface mode at rest that is not in the basis, or the
+        highest that is, whichever is known [1/s²].
+    factor
+        Solver of K - shift M at rest with the interfaces held.
+    shift
+        0, or a small negative number [1/s²] where rigid motions are not held.
+    free
+        (local û, f) rigid motions that the interfaces do not hold; they lie in the basis.
+    found_eigenvalues
+        Of all fixed-interface modes at rest that were computed, those of other circumferential
+        orders too, rising.
+    generator
+        (b + m, b + m) turn of a solid's coordinates where it is known by construction.
+    orthogonality
+        Deviation of the interior modes from M-orthonormality before they were put into pairs, whose
+        rigid motions are orthonormal in the mean over turns; None: they are as they were found.
+    """
+
+    vectors: FloatArray
+    interface_count: int
+    eigenvalues: FloatArray
+    fixed_eigenvalues: FloatArray
+    fixed_vectors: FloatArray
+    omitted_eigenvalue: float
+    factor: Solver
+    shift: float
+    free: FloatArray
+    solved: tuple[str, ...]
+    found_eigenvalues: FloatArray = field(default_factory=lambda: np.empty(0))
+    generator: FloatArray | None = None
+    orthogonality: float | None = None
+
+
+def reduction_basis(
+    operators: BodyOperators,
+    *,
+    modes: int,
+    maximum_speed_rad_s: float,
+    orders: tuple[int, ...] = (1,),
+    speeds_between_rad_s: tuple[float, ...] = (),
+) -> Basis:
+    """Compute the basis.
+
+    Parameters
+    ----------
+    modes
+        Interior modes asked for per family (solid: of the circumferential orders wanted;
+        pairs are kept whole).
+    maximum_speed_rad_s
+        Top of the speed range.
+    orders
+        Solid only: circumferential orders of the modes that are kept. Orders other than 0 and 1
+        load no interface of a body of revolution. Empty: the modes are not told apart, and
+        `modes` counts each of them.
+    speeds_between_rad_s
+        Speeds between rest and the top whose modes are taken in as well.
+
+    Raises
+    ------
+    ReductionError
+        The centrifugal field is outside linear theory, or the body loses its stiffness below
+        the top speed, or modes did not converge.
+    """
+    refuse_overspeed(operators, maximum_speed_rad_s)
+    rows = operators.coupling.rows
+    all_rows = np.hstack([rows, operators.coupling.anchors])
+    free = _unrestrained(operators, all_rows)
+    shift = -reference_eigenvalue(operators) if free.shape[1] else 0.0
+    kept = (orders or None) if operators.level == "solid" else None
+    problem = HeldProblem(
+        operators=operators, rows=all_rows, free=free, shift=shift, modes=modes, orders=kept
+    )
+    factor = held_solver(problem)
+    direct = isinstance(factor, ConstrainedFactor)
+    solved = ["factorisation at rest" if direct else "multigrid at rest"]
+    constraint = _constraint_modes(factor, rows.shape[1], all_rows.shape[1], len(rows))
+    statics = []
+    if rows.shape[1]:
+        # what the inertia of the constraint modes bends between the interfaces, statically
+        inertia = apply(operators.mass, _apart(operators, constraint))
+        statics.append(factor.solve(inertia, None)[: len(rows)])
+        solved.append(f"inertia corrections of constraint modes: {rows.shape[1]}")
+    fixed = interior_modes(problem, factor)
+    solved.append(f"fixed-interface modes at rest: {fixed.asked}")
+    if len(fixed.eigenvalues) < problem.wanted:
+        solved.append(
+            f"of the {problem.wanted} modes asked for the mesh has {len(fixed.eigenvalues)}"
+        )
+    candidates = [*statics, fixed.vectors]
+    # a solid mesh mixes circumferential orders
+    exact = len(candidates) if kept is None and direct else 0
+    if _prestress_matters(operators, fixed.vectors, maximum_speed_rad_s):
+        for speed in (*speeds_between_rad_s, maximum_speed_rad_s):
+            named = "top speed" if speed == maximum_speed_rad_s else f"{speed:.6g} rad/s"
+            at_speed, did = _modes_at(problem, factor, fixed, speed, named)
+            candidates.append(at_speed)
+            solved += did
+    interior, eigenvalues = merged(operators, free, candidates, kept, exact=exact)
+    return Basis(
+        vectors=np.hstack([constraint, interior]),
+        interface_count=rows.shape[1],
+        eigenvalues=eigenvalues,
+        fixed_eigenvalues=fixed.eigenvalues,
+        fixed_vectors=fixed.vectors,
+        omitted_eigenvalue=fixed.beyond,
+        factor=factor,
+        shift=shift,
+        free=free,
+        solved=tuple(solved),
+        found_eigenvalues=fixed.known,
+    )
+
+
+def _modes_at(
+    problem: HeldProblem, factor: Solver, fixed: HeldModes, speed: float, named: str
+) -> tuple[FloatArray, list[str]]:
+    """Modes at a speed, and what was solved for them."""
+    found = modes_from_rest(problem, factor, fixed.every, speed)
+    if found is not None:
+        return found[0], [f"modes at {named} with the factor at rest, solutions: {found[1]}"]
+    at_speed, did = modes_with_own_solver(problem, factor, fixed.every, speed)
+    return at_speed, [f"{what} at {named}{count}" for what, count in did]
+
+
+def _unrestrained(operators: BodyOperators, rows: FloatArray) -> FloatArray:
+    """Rigid motions (local û, f) that the rows do not hold."""
+    motions = np.column_stack(list(operators.rigid_motions.values()) or [rows[:, :0]])
+    motions = motions if operators.rigid_motions else np.empty((len(rows), 0))
+    if not motions.shape[1]:
+        return motions
+    comm = operators.comm
+    gram = project(operators.mass, motions, comm)
+    motions = motions @ np.linalg.inv(np.linalg.cholesky(gram)).T
+    if not rows.shape[1]:
+        return motions
+    length = np.sqrt(np.diag(inner(rows, rows, comm)))
+    held = inner(rows / length, motions, comm)
+    _, s, vt = np.linalg.svd(held)
+    rank = int(np.sum(s > 1e-9 * s.max()))
+    return motions @ vt[rank:].T
+
+
+def _constraint_modes(factor: Solver, count: int, border: int, local: int) -> FloatArray:
+    """Displacement for a unit value of every interface coordinate, the others held."""
+    if not count:
+        return np.empty((local, 0))
+    values = np.zeros((border, count))
+    values[:count, :count] = np.eye(count)
+    return factor.solve(None, values)[:local]
+
+
+def _apart(operators: BodyOperators, constraint: FloatArray) -> FloatArray:
+    """Combinations of the constraint modes that are M-orthogonal.
+
+    Those of interfaces near each other are large and nearly opposite; their sum would be lost.
+    """
+    gram = project(operators.mass, constraint, operators.comm)
+    length = np.sqrt(np.diag(gram))
+    s, q = np.linalg.eigh(symmetric(gram / np.outer(length, length)))
+    return np.asarray(constraint @ (q / np.sqrt(np.maximum(s, _DEPENDENT)) / length[:, None]))
+
+
+def _prestress_matters(operators: BodyOperators, modes: FloatArray, speed: float) -> bool:
+    """Whether Ω² (Kσ - S) changes or mixes the modes noticeably at the top speed."""
+    if operators.stress_stiffening is None or speed == 0.0 or not modes.shape[1]:
+        return False
+    comm = operators.comm
+    change = project(operators.stress_stiffening, modes, comm)
+    change -= project(operators.spin_softening, modes, comm)
+    stiffness = np.sqrt(np.diag(project(operators.stiffness, modes, comm)))
+    relative = speed**2 * np.abs(change) / np.outer(stiffness, stiffness)
+    return bool(relative.max() > _PRESTRESS_MATTERS)
+
+
+def orthogonality_error(operators: BodyOperators, basis: Basis) -> float:
+    """Largest deviation of the interior modes from M-orthonormality."""
+    if basis.orthogonality is not None:
+        return basis.orthogonality
+    interior = basis.vectors[:, basis.interface_count :]
+    gram = project(operators.mass, interior, operators.comm)
+    return float(np.abs(gram - np.eye(len(gram))).max()) if len(gram) else 0.0

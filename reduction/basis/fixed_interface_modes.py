@@ -1,0 +1,315 @@
+"""Modes of a body with its interfaces held, at rest and at speed, by the solver that fits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from petsc4py import PETSc
+
+from solidwhirl.reduction.basis.merging import (
+    CLUSTER,
+    is_of_order,
+    modes_of_orders,
+    reference_eigenvalue,
+    whole_clusters,
+)
+from solidwhirl.reduction.basis.overspeed import (
+    centrifugal_product,
+    negative_count,
+    operator_places,
+    refuse_instability,
+)
+from solidwhirl.reduction.basis.spinning_modes import (
+    MARGIN,
+    Spinning,
+    modes_at_speed,
+    remaining_stiffness,
+)
+from solidwhirl.reduction.errors import ReductionError
+from solidwhirl.reduction.operators.matrices import BodyOperators
+from solidwhirl.reduction.operators.solver_choice import Solver, prepared_solver
+from solidwhirl.reduction.solvers.constrained import ConstrainedFactor, eigenpairs, factorise
+from solidwhirl.reduction.solvers.iterative_modes import iterative_pairs
+from solidwhirl.reduction.solvers.multigrid import ConstrainedIteration
+from solidwhirl.reduction.solvers.slepc_modes import slepc_pairs
+from solidwhirl.reduction.solvers.vectors import apply, project
+from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
+
+# All matrices of a body come from one space; the stiffness has all entries that others have.
+_SAME = PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN
+# Eigenvalues of fixed-interface modes below this part of the reference eigenvalue are none.
+_NO_STIFFNESS = 1e-3
+# Modes that are computed beyond those asked for, to know where a cluster ends, and one direction
+# that the iteration needs.
+_BEYOND = 3
+# Modes at the end of the spectrum that an iteration may not find.
+_UNREACHED = 2
+# Growth of the number of modes that has to bring one of the wanted orders.
+_FRUITLESS = 2.0
+# Modes of a solid that are looked through for the first one of the wanted orders.
+_SEARCHED = 100
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class HeldProblem:
+    """A body with its interfaces held, and which of its modes are wanted.
+
+    Attributes
+    ----------
+    rows
+        (local, b) constraint rows.
+    free
+        (local, f) M-orthonormal rigid motions that the rows do not hold.
+    shift
+        0, or a small negative number [1/s²] where there are such motions.
+    orders
+        Circumferential orders of a solid's modes that are told apart; None: all are wanted.
+    """
+
+    operators: BodyOperators
+    rows: FloatArray
+    free: FloatArray
+    shift: float
+    modes: int
+    orders: tuple[int, ...] | None
+
+    @property
+    def wanted(self) -> int:
+        """Number of modes wanted, both of a pair."""
+        return self.modes if self.orders is None else 2 * self.modes
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class HeldModes:
+    """Fixed-interface modes of the wanted circumferential orders.
+
+    Attributes
+    ----------
+    eigenvalues, vectors
+        (m,) rising [1/s²], (local, m).
+    beyond
+        The next eigenvalue, or the last one of the list.
+    every, known
+        Vectors and eigenvalues of all orders that were found.
+    """
+
+    eigenvalues: FloatArray
+    vectors: FloatArray
+    asked: int
+    beyond: float
+    every: FloatArray
+    known: FloatArray
+
+
+def held_solver(problem: HeldProblem) -> Solver:
+    """Solver of K - shift M at rest under the constraint rows."""
+    operators = problem.operators
+    matrix = shifted_matrix(operators, operators.stiffness, problem.shift)
+    found = prepared_solver(
+        operators.stiffness,
+        matrix,
+        problem.rows,
+        lambda: operator_places(operators),
+        choice=operators.ingredients.effects.solver if operators.level == "solid" else "direct",
+        free=problem.free,
+        momentum=apply(operators.mass, problem.free),
+        shift=problem.shift,
+    )
+    if isinstance(found, ConstrainedFactor) and matrix is not operators.stiffness:
+        matrix.destroy()
+    return found
+
+
+def shifted_factor(
+    operators: BodyOperators, stiffness: Any, rows: FloatArray, shift: float
+) -> ConstrainedFactor:
+    """Factor of the bordered K - shift M.
+
+    Parameters
+    ----------
+    stiffness
+        K, at rest or at speed.
+    rows
+        (local, b) constraint rows.
+    shift
+        [1/s²].
+    """
+    matrix = shifted_matrix(operators, stiffness, shift)
+    try:
+        return factorise(matrix, rows)
+    finally:
+        if matrix is not stiffness:
+            matrix.destroy()
+
+
+def shifted_matrix(operators: BodyOperators, stiffness: Any, shift: float) -> Any:
+    """K - shift M; K itself without a shift."""
+    if shift == 0.0:
+        return stiffness
+    shifted = stiffness.copy()
+    shifted.axpy(-shift, operators.mass, _SAME)
+    return shifted
+
+
+def interior_modes(
+    problem: HeldProblem, factor: Solver, start: FloatArray | None = None
+) -> HeldModes:
+    """Find the modes that are wanted, pairs whole.
+
+    Parameters
+    ----------
+    factor
+        Of K - shift M, at rest or at speed.
+    start
+        (local, s) fields that an iteration begins with.
+
+    Raises
+    ------
+    ReductionError
+        More modes than the mesh has, or none of the wanted orders among many.
+    """
+    operators, orders, wanted = problem.operators, problem.orders, problem.wanted
+    available = operators.mass.getSize()[0] - problem.rows.shape[1] - problem.free.shape[1]
+    if wanted + _BEYOND > available:
+        families = 1 if orders is None else 2
+        raise ReductionError(
+            f"{problem.modes} fixed-interface modes are asked for, the body can have "
+            f"{max(available - _BEYOND, 0) // families} on this mesh; choose fewer, or a finer mesh"
+        )
+    reachable = available - _UNREACHED
+    count = min(wanted + 2 if orders is None else wanted + wanted // 2 + 4, reachable)
+    found, since = 0, count
+    while True:
+        values, vectors = _pairs(problem, factor, count, start)
+        start = vectors
+        # a space that is used up ends in vectors that break the constraint and have no stiffness
+        real = np.abs(values) > _NO_STIFFNESS * reference_eigenvalue(operators)
+        values, vectors = values[real], vectors[:, real]
+        every, known, highest = vectors, np.sort(values), float(values.max(initial=0.0))
+        if orders is not None:
+            values, vectors = modes_of_orders(operators, values, vectors, orders)
+        whole = whole_clusters(values, wanted, highest)
+        if whole > found:
+            found, since = whole, count
+        # a coarse mesh mixes the orders of its highest modes, more of which bring nothing; but a
+        # thin shell has many modes of other orders before the first one that is wanted
+        spent = count == reachable or (found > 0 and count > _FRUITLESS * since)
+        if whole >= wanted or spent:
+            return HeldModes(
+                eigenvalues=values[:whole],
+                vectors=vectors[:, :whole],
+                asked=count,
+                beyond=float(values[min(whole, len(values) - 1)]) if len(values) else 0.0,
+                every=every,
+                known=known,
+            )
+        if found == 0 and count > wanted + _SEARCHED:
+            raise ReductionError(
+                f"none of the {count} lowest fixed-interface modes has one of the circumferential "
+                f"orders {orders}, as in a thin shell; take the harmonic level, which has one order"
+            )
+        count = min(int(1.6 * count) + 4, reachable)
+
+
+def _pairs(
+    problem: HeldProblem, factor: Solver, count: int, start: FloatArray | None
+) -> tuple[FloatArray, FloatArray]:
+    """Lowest eigenpairs by the method that goes with the solver."""
+    operators = problem.operators
+    if isinstance(factor, ConstrainedIteration):
+        return iterative_pairs(factor, operators.mass, count=count, start=start)
+    solve = eigenpairs if operators.level == "solid" else slepc_pairs
+    return solve(factor, operators.mass, shift=problem.shift, count=count, deflate=problem.free)
+
+
+def modes_from_rest(
+    problem: HeldProblem, factor: Solver, at_rest: FloatArray, speed: float
+) -> tuple[FloatArray, int] | None:
+    """Modes of a solid at speed without another factorisation; None where that is not safe."""
+    operators, orders, free = problem.operators, problem.orders, problem.free
+    if orders is None or free.shape[1] or isinstance(factor, ConstrainedIteration):
+        return None
+    centrifugal = centrifugal_product(operators)
+    left = remaining_stiffness(factor, operators.stiffness, centrifugal, free, speed)
+    if left < MARGIN:
+        return None
+    body = Spinning(
+        stiffness=lambda block: apply(operators.stiffness, block),
+        centrifugal=centrifugal,
+        mass=operators.mass,
+        speed_rad_s=speed,
+        factor=factor,
+        free=free,
+    )
+
+    def wanted(values: FloatArray, vectors: FloatArray) -> BoolArray:
+        squared = np.diag(project(operators.circulation, vectors, operators.comm))
+        of_order = np.flatnonzero(is_of_order(squared, orders))
+        out = np.zeros(len(values), dtype=bool)
+        if len(of_order):
+            last = values[of_order[: problem.wanted][-1]] * (1.0 + CLUSTER)
+            out[of_order[values[of_order] <= last]] = True
+        return out
+
+    found = modes_at_speed(body, at_rest, wanted)
+    if found is None:
+        return None
+    values, vectors = modes_of_orders(operators, found[0], found[1], orders)
+    whole = whole_clusters(values, problem.wanted, float(found[0].max()))
+    return vectors[:, :whole], found[2]
+
+
+def modes_with_own_solver(
+    problem: HeldProblem, factor: Solver, at_rest: FloatArray, speed: float
+) -> tuple[FloatArray, tuple[tuple[str, str], ...]]:
+    """Modes at speed with a solver of the stiffness there.
+
+    Parameters
+    ----------
+    factor
+        Solver at rest, whose multigrid serves at speed too.
+    at_rest
+        (local, m) modes at rest of all orders, which an iteration begins with.
+    speed
+        Ω [rad/s].
+
+    Returns
+    -------
+    vectors (local, m), what was solved and how often
+
+    Raises
+    ------
+    ReductionError
+        The body has no stiffness left at that speed.
+    """
+    operators, free = problem.operators, problem.free
+    stiffness = _spinning_stiffness(operators, speed)
+    if isinstance(factor, ConstrainedIteration):
+        matrix = shifted_matrix(operators, stiffness, problem.shift)
+        found = interior_modes(problem, replace(factor, matrix=matrix), start=at_rest)
+        refuse_instability(operators, int(np.sum(found.known <= 0.0)), speed, free)
+        for made in {id(m): m for m in (matrix, stiffness)}.values():
+            made.destroy()
+        return found.vectors, (("fixed-interface modes", f": {found.asked}"),)
+    did = [("factorisation", "")]
+    spinning = shifted_factor(operators, stiffness, problem.rows, problem.shift)
+    negative = spinning.indefinite_count
+    if free.shape[1]:
+        # the shift of a body with free motions lifts what has just lost its stiffness
+        negative = negative_count(operators, stiffness, problem.rows, free)
+        did.insert(0, ("count of negative stiffness", ": 1 factorisation"))
+    refuse_instability(operators, negative, speed, free)
+    found = interior_modes(problem, spinning)
+    spinning.destroy()
+    stiffness.destroy()
+    return found.vectors, (*did, ("fixed-interface modes", f": {found.asked}"))
+
+
+def _spinning_stiffness(operators: BodyOperators, speed: float) -> Any:
+    """K + Ω² (Kσ - S)."""
+    matrix = operators.stiffness.copy()
+    matrix.axpy(speed**2, operators.stress_stiffening, _SAME)
+    matrix.axpy(-(speed**2), operators.spin_softening, _SAME)
+    return matrix

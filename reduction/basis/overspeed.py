@@ -1,0 +1,146 @@
+"""Speeds that a body can not be reduced for: beyond linear prestress, or without stiffness."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from solidwhirl.reduction.errors import ReductionError
+from solidwhirl.reduction.operators.matrices import BodyOperators
+from solidwhirl.reduction.operators.solver_choice import block_places, prepared_solver
+from solidwhirl.reduction.solvers.block_krylov import krylov_pairs
+from solidwhirl.reduction.solvers.constrained import factorise
+from solidwhirl.reduction.solvers.hierarchy import BlockPlaces
+from solidwhirl.reduction.solvers.vectors import apply
+from solidwhirl.rotordyn.core.arrays import FloatArray
+
+#: Hoop strain beyond which a centrifugal field computed on the undeformed shape is refused.
+MAXIMUM_HOOP_STRAIN = 0.05
+_RPM = 30.0 / np.pi
+# Residual of the softest direction; the square of it is the error of the speed squared.
+_RESIDUAL = 1e-6
+
+
+def refuse_overspeed(operators: BodyOperators, speed_rad_s: float) -> None:
+    """Linear prestress neglects the change of shape; refuse where that is not small.
+
+    Raises
+    ------
+    ReductionError
+        With the hoop strain and the speed up to which the prestress is good.
+    """
+    strain = operators.hoop_strain * speed_rad_s**2
+    if strain > MAXIMUM_HOOP_STRAIN:
+        allowed = np.sqrt(MAXIMUM_HOOP_STRAIN / operators.hoop_strain) * _RPM
+        raise ReductionError(
+            f"at {speed_rad_s * _RPM:.6g} rpm the hoop strain is {strain:.3g}; the prestress is "
+            f"linear and good to {MAXIMUM_HOOP_STRAIN:g}, that is to {allowed:.6g} rpm"
+        )
+
+
+def refuse_instability(
+    operators: BodyOperators, negative: int, speed_rad_s: float, free: FloatArray
+) -> None:
+    """Refuse a body whose stiffness at speed is not positive with its interfaces held.
+
+    Parameters
+    ----------
+    negative
+        Negative eigenvalues of its stiffness at speed.
+    speed_rad_s
+        Ω.
+
+    Raises
+    ------
+    ReductionError
+        With the speed and the number of negative eigenvalues there, and the speed at which the
+        first of them was zero.
+    """
+    if negative <= 0:
+        return
+    lost = speed_without_stiffness(operators, free)
+    raise ReductionError(
+        f"at {speed_rad_s * _RPM:.6g} rpm the body has lost its stiffness: K + Ω²(Kσ - S) has "
+        f"{negative} negative eigenvalues with its interfaces held, the first of "
+        f"them from {lost * _RPM:.7g} rpm on"
+    )
+
+
+def negative_count(
+    operators: BodyOperators, stiffness: Any, rows: FloatArray, free: FloatArray
+) -> int:
+    """Negative eigenvalues of a stiffness with interfaces and rigid motions held.
+
+    Parameters
+    ----------
+    stiffness
+        K + Ω²(Kσ - S), PETSc.
+    rows
+        (local, b) rows that the interfaces hold.
+    """
+    factor = factorise(stiffness, np.hstack([rows, apply(operators.mass, free)]))
+    count = factor.indefinite_count
+    factor.destroy()
+    return count
+
+
+def speed_without_stiffness(operators: BodyOperators, free: FloatArray) -> float:
+    """Lowest speed at which a direction of the held body has no stiffness left [rad/s].
+
+    Parameters
+    ----------
+    operators
+        Of the body, with its centrifugal matrices.
+    free
+        (local, f) M-orthonormal rigid motions that the interfaces leave free; they have no
+        stiffness at any speed and are left out.
+
+    Returns
+    -------
+    float
+        Root of -1/θ of the lowest θ of (Kσ - S) x = θ K x; inf if rotation stiffens all motions.
+    """
+    coupling = operators.coupling
+    held = np.hstack([coupling.rows, coupling.anchors, apply(operators.mass, free)])
+    none = free[:, :0]
+    factor = prepared_solver(
+        operators.stiffness,
+        operators.stiffness,
+        held,
+        lambda: operator_places(operators),
+        choice=operators.ingredients.effects.solver if operators.level == "solid" else "direct",
+        free=none,
+        momentum=none,
+    )
+    centrifugal = centrifugal_product(operators)
+    theta, _, _ = krylov_pairs(
+        lambda block: factor.solve(centrifugal(block), None)[: len(block)],
+        operators.stiffness,
+        first=np.argsort,
+        count=1,
+        tolerance=_RESIDUAL,
+        outside=free[:, :0],
+    )
+    factor.destroy()
+    if not len(theta) or theta[0] >= 0.0:
+        return float(np.inf)
+    return float(np.sqrt(-1.0 / theta[0]))
+
+
+def operator_places(operators: BodyOperators) -> BlockPlaces:
+    """Places of the unknowns û of a solid in blocks of three."""
+    kept = operators.coupling.kept
+    masters = {c: motion[len(kept) :] for c, motion in operators.rigid_motions.items()}
+    return block_places(operators.space, operators.ingredients.kinematics, kept, masters)
+
+
+def centrifugal_product(operators: BodyOperators) -> Callable[[FloatArray], FloatArray]:
+    """Return the function that multiplies a block of vectors by Kσ - S."""
+
+    def product(block: FloatArray) -> FloatArray:
+        stiffening = apply(operators.stress_stiffening, block)
+        return np.asarray(stiffening - apply(operators.spin_softening, block))
+
+    return product

@@ -1,0 +1,176 @@
+"""Fixed-interface modes of a spinning body from those at rest, with the factor at rest.
+
+K + Ω² (Kσ - S) differs little from K in all but the lowest modes. Rayleigh-Ritz on the modes at
+rest, grown by K⁻¹ times the residuals (the generalised Davidson method: Morgan and Scott, SIAM J.
+Sci. Stat. Comput. 7 (1986) 817-825), needs a few blocks of solutions instead of a factorisation.
+
+The stiffness is positive if 1 + Ω² θ > 0 for all θ of (Kσ - S) x = θ K x; the lowest θ, an end of
+that spectrum, comes from a Krylov space of a random start.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from solidwhirl.reduction.operators.solver_choice import Solver
+from solidwhirl.reduction.solvers.block_krylov import GrowingSpace, bordered_image, krylov_pairs
+from solidwhirl.reduction.solvers.vectors import apply, inner
+from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
+
+# Correction that is left of a mode, in the norm of the mass. In the energy norm rounding alone is
+# 5e-9: it has the highest frequencies of the mesh, which the mass hardly sees, and directions made
+# of it spoil the space.
+_CORRECTION = 1e-9
+_SWEEPS = 10
+_LAST_CORRECTIONS = 2
+# Relative error of the lowest θ; the margin has to be much larger than it.
+_SOFTEST = 1e-2
+#: Part of the stiffness at rest, in the softest direction, below which inertia is counted.
+MARGIN = 0.2
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Spinning:
+    """The pencil of a body at speed, its interfaces held.
+
+    Attributes
+    ----------
+    stiffness, centrifugal, mass
+        K and Kσ - S as functions of blocks; M as PETSc matrix.
+    speed_rad_s
+        Ω.
+    factor
+        Solver of K - shift M at rest.
+    free
+        (local, f) rigid motions that the interfaces leave free, M-orthonormal.
+    """
+
+    stiffness: Callable[[FloatArray], FloatArray]
+    centrifugal: Callable[[FloatArray], FloatArray]
+    mass: Any
+    speed_rad_s: float
+    factor: Solver
+    free: FloatArray
+
+    def times(self, block: FloatArray) -> FloatArray:
+        """K + Ω² (Kσ - S) times a block."""
+        return self.stiffness(block) + self.speed_rad_s**2 * self.centrifugal(block)
+
+    def answer(self, block: FloatArray) -> FloatArray:
+        """Displacement of the held body at rest under a block of loads."""
+        return self.factor.solve(block, None)[: len(block)]
+
+
+def remaining_stiffness(
+    factor: Solver, stiffness: Any, centrifugal: Any, free: FloatArray, speed: float
+) -> float:
+    """Least part of the stiffness at rest that a spinning held body has in any direction.
+
+    Parameters
+    ----------
+    factor
+        Solver at rest of the held body, without a shift.
+    centrifugal
+        Kσ - S as function of a block.
+    free
+        (local, 0); bodies with free rigid motions have no such ratio.
+    speed
+        Ω [rad/s].
+
+    Returns
+    -------
+    1 + Ω² θ of the lowest θ, less its possible error; at most 1.
+    """
+    theta, _, left = krylov_pairs(
+        lambda block: factor.solve(centrifugal(block), None)[: len(block)],
+        stiffness,
+        first=np.argsort,
+        count=1,
+        tolerance=_SOFTEST,
+        outside=free,
+    )
+    if not len(theta):
+        return -np.inf
+    return float(min(1.0, 1.0 + speed**2 * (theta[0] - left[0])))
+
+
+def modes_at_speed(
+    body: Spinning,
+    start: FloatArray,
+    wanted: Callable[[FloatArray, FloatArray], BoolArray],
+) -> tuple[FloatArray, FloatArray, int] | None:
+    """Fixed-interface modes at speed.
+
+    Parameters
+    ----------
+    start
+        (local, m) modes at rest, M-orthonormal.
+    wanted
+        Which of some eigenvalues (m,) and vectors (local, m) are to converge.
+
+    Returns
+    -------
+    eigenvalues (m,), vectors (local, m), solutions
+        Rising, of which the wanted ones have converged; None if they have not, or if an
+        eigenvalue is not positive. Solutions counts the columns that went through the factor.
+
+    Notes
+    -----
+    What differs from the modes at rest is small, and a basis of both divides the error of the
+    modes by it. The last corrections, which would spoil the space, are therefore taken off the
+    converged modes themselves: each leaves some hundredths of the error.
+    """
+    comm = body.mass.comm.tompi4py()
+    f, count = body.free.shape[1], start.shape[1]
+    weight_free = apply(body.mass, body.free)
+    space = GrowingSpace(body.free, body.mass, comm)
+    new = space.extend(np.array(start, order="F"), apply(body.mass, start))
+    image, images, solutions, done = np.zeros((0, 0)), [], 0, 0
+    largest: list[float] = []
+    for _ in range(_SWEEPS):
+        images.append(body.times(space.columns(-new)))
+        image = bordered_image(image, inner(space.columns(f), images[-1], comm))
+        values, shapes = np.linalg.eigh(image)
+        values, shapes = values[:count], shapes[:, :count]
+        if values[0] <= 0.0:
+            return None
+        vectors = space.columns(f) @ shapes
+        use = np.flatnonzero(wanted(values, vectors))[done:]
+        product = np.hstack(images) @ shapes[:, use]
+        step = _correction(body, weight_free, product, values[use], vectors[:, use])
+        solutions += len(use)
+        weight = apply(body.mass, step)
+        squared = comm.allreduce(np.einsum("ij,ij->j", step, weight))
+        open_ = squared > _CORRECTION**2
+        largest.append(float(squared.max(initial=0.0)))
+        if not open_.any():
+            last = np.flatnonzero(wanted(values, vectors))
+            for _ in range(_LAST_CORRECTIONS):
+                shown = vectors[:, last]
+                product = body.times(shown)
+                vectors[:, last] -= _correction(body, weight_free, product, values[last], shown)
+            return values, vectors, solutions + _LAST_CORRECTIONS * len(last)
+        if len(largest) > 2 and largest[-1] >= largest[-3]:
+            return None  # two sweeps that brought nothing: a factor is sooner there
+        done += int(np.argmax(open_))
+        new = space.extend(np.asfortranarray(step[:, open_]), weight[:, open_])
+        if not new:
+            return None
+    return None
+
+
+def _correction(
+    body: Spinning,
+    weight_free: FloatArray,
+    product: FloatArray,
+    values: FloatArray,
+    vectors: FloatArray,
+) -> FloatArray:
+    """K⁻¹ times the residuals of modes at speed, from the product of the stiffness there."""
+    residual = product - apply(body.mass, vectors) * values
+    residual -= weight_free @ inner(body.free, residual, body.mass.comm.tompi4py())
+    return body.answer(residual)

@@ -1,0 +1,292 @@
+"""The reduction of one body, from mesh to superelement."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from solidwhirl.core.reduction_work import ReductionWork
+from solidwhirl.meshing import Mesh
+from solidwhirl.meshing.imported.records import AnyBody, MeshedBody
+from solidwhirl.reduction.basis.craig_bampton import Basis, orthogonality_error
+from solidwhirl.reduction.basis.pairing import evenness
+from solidwhirl.reduction.basis.reduced_block import ReducedBlock, joined_rows
+from solidwhirl.reduction.body.mass_moments import block_moments
+from solidwhirl.reduction.body.mesh_bodies import (
+    check_evenness,
+    check_mesh_mass,
+    count_found_modes,
+    mesh_properties,
+    shape_of,
+    shown_points,
+)
+from solidwhirl.reduction.body.reduced_order import reduce_order
+from solidwhirl.reduction.body.request import ReductionRequest, order_effects, order_operators
+from solidwhirl.reduction.body.superelements import (
+    SolvedOrder,
+    build_superelement,
+    lateral_free_frequencies,
+    mesh_mass_properties,
+)
+from solidwhirl.reduction.body.surfaces import (
+    SurfaceMesh,
+    joined_surface,
+    surface_amplitudes,
+    surface_mesh,
+)
+from solidwhirl.reduction.body.verification import (
+    check_mass,
+    count_held_modes,
+    count_solid_modes,
+    meshed_part_properties,
+    verify_order,
+)
+from solidwhirl.reduction.errors import ReductionError
+from solidwhirl.reduction.operators.kinematics import COMPONENTS
+from solidwhirl.reduction.operators.matrices import BodyOperators
+from solidwhirl.reduction.operators.solver_choice import solver_name
+from solidwhirl.reduction.residuals.indicators import ElementIndicators
+from solidwhirl.reduction.residuals.residual_energy import (
+    FinerSpace,
+    Omitted,
+    mesh_energy,
+    truncation_energy,
+)
+from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.superelement.invariants import Invariant
+from solidwhirl.rotordyn.superelement.record import Superelement
+from solidwhirl.rotordyn.superelement.rigid_body import MassProperties, attach_rigid_disk
+
+
+def reduce_body(
+    body: AnyBody,
+    mesh: Mesh | None,
+    comm: Any,
+    request: ReductionRequest,
+    provenance: Mapping[str, Any],
+) -> tuple[Superelement, ReductionWork]:
+    """Reduce a meshed body to its superelement.
+
+    Parameters
+    ----------
+    mesh
+        Meridian mesh (harmonic) or solid mesh, needed on rank 0 of `comm` only.
+    comm
+        Communicator; all its ranks get the same superelement.
+
+    Raises
+    ------
+    ReductionError
+        See `reduction_basis` and `couple`; or the interfaces' motions depend on each other.
+    """
+    points = comm.bcast(_recovery_points(body, mesh) if comm.rank == 0 else None, root=0)
+    outline = comm.bcast(surface_mesh(mesh) if mesh is not None else None, root=0)
+    orders: list[SolvedOrder] = []
+    for order in request.solved_orders:
+        start = time.perf_counter()
+        operators = order_operators(body, mesh, comm, request, order)
+        assembling = time.perf_counter() - start
+        found = _solved(operators, body, mesh, request, (points, outline), orders)
+        orders.append(replace(found, seconds={"operators": assembling, **found.seconds}))
+        operators.release()
+    properties = _properties(body, orders[-1].rigid_mass)
+    blocks = [order.block for order in orders]
+    element = build_superelement(body, orders, request, properties, points, provenance)
+    amplitudes = [order.surface for order in orders]
+    surface = joined_surface(body, outline, element.harmonics, blocks, amplitudes)
+    element = replace(element, surface=surface)
+    _refuse_dependent_interfaces(element, request)
+    element = _with_rigid_disks(element, body, request)
+    checks = [check for order in orders for check in order.checks]
+    if orders[-1].rigid_mass is not None:
+        if isinstance(body, MeshedBody):
+            checks.append(check_mesh_mass(body, properties))
+        else:
+            checks.append(check_mass(body, properties))
+    indicators = _indicators(body, blocks, [order.finer for order in orders])
+    work = ReductionWork(
+        assembled={order.label: order.assembled for order in orders},
+        solved={order.label: order.solved for order in orders},
+        orthogonality_error=max(order.orthogonality_error for order in orders),
+        hoop_strain=orders[-1].hoop_strain * request.maximum_speed_rad_s**2,
+        solver=orders[-1].solver,
+        seconds={
+            name: sum(order.seconds[name] for order in orders)
+            for name in ("operators", "basis", "error_estimate", "checks")
+        },
+        indicators=(lambda: indicators) if indicators else None,
+        checks=tuple(checks),
+    )
+    return element, work
+
+
+def _solved(
+    operators: BodyOperators,
+    body: AnyBody,
+    mesh: Mesh | None,
+    request: ReductionRequest,
+    shown: tuple[FloatArray, SurfaceMesh],
+    earlier: Sequence[SolvedOrder],
+) -> SolvedOrder:
+    """Reduce one order; `shown` are the recovery points and the surface."""
+    points, outline = shown
+    start = time.perf_counter()
+    basis, block = reduce_order(operators, request, points)
+    error = orthogonality_error(operators, basis)
+    surface = surface_amplitudes(operators, basis, outline)
+    reduced = time.perf_counter()
+    omitted, finer, did = _omitted(operators, basis, body, request)
+    estimated = time.perf_counter()
+    checks = order_checks(operators, basis, error, body, mesh, request)
+    checked = time.perf_counter()
+    solver = solver_name(basis.factor)
+    basis.factor.destroy()
+    before = [order.moments for order in earlier]
+    return SolvedOrder(
+        label="solid" if operators.harmonic is None else f"n={operators.harmonic}",
+        block=block,
+        surface=surface,
+        omitted=omitted,
+        finer=finer,
+        moments=block_moments(operators, basis, block, before),
+        checks=tuple(checks),
+        full_dofs=operators.full_dofs,
+        rigid_mass=operators.rigid_mass,
+        hoop_strain=operators.hoop_strain,
+        orthogonality_error=error,
+        assembled=operators.assembled,
+        solved=(*basis.solved, *did),
+        solver=solver,
+        seconds={
+            "basis": reduced - start,
+            "error_estimate": estimated - reduced,
+            "checks": checked - estimated,
+        },
+    )
+
+
+def order_checks(
+    operators: BodyOperators,
+    basis: Basis,
+    orthogonality: float,
+    body: AnyBody,
+    mesh: Mesh | None,
+    request: ReductionRequest,
+) -> list[Invariant]:
+    """What must hold for the basis of one order, while its factor is at hand."""
+    where = body.name if operators.harmonic is None else f"{body.name}, n={operators.harmonic}"
+    out = list(verify_order(operators, basis, orthogonality, where))
+    if operators.harmonic is not None:
+        return [*out, count_held_modes(operators, basis, where)]
+    if isinstance(body, MeshedBody):
+        if basis.generator is not None:
+            out.append(check_evenness(where, evenness(operators, basis)))
+        return [*out, count_found_modes(operators, basis, where)]
+    counted = count_solid_modes(
+        body,
+        mesh,
+        operators.comm,
+        basis,
+        request.orders,
+        lambda order: replace(
+            order_effects(body, request, order), gyroscopic=False, centrifugal=False
+        ),
+    )
+    return [*out, counted]
+
+
+def _omitted(
+    operators: BodyOperators, basis: Basis, body: AnyBody, request: ReductionRequest
+) -> tuple[tuple[Omitted, ...], FinerSpace | None, tuple[str, ...]]:
+    """What one order leaves out, the finer space it was measured in, and what was solved."""
+    if not request.estimates:
+        return (), None, ()
+    truncation, answers = truncation_energy(operators, basis)
+    columns = basis.vectors.shape[1]
+    did: tuple[str, ...] = (f"error estimate of the reduction: {3 * columns} solutions",)
+    if "mesh" not in request.estimates:
+        return (truncation,), None, did
+    mesh, finer = mesh_energy(operators, basis, answers, body.interfaces)
+    did += (f"error estimate of the mesh: factorisation one order higher, {3 * columns} solutions",)
+    return (truncation, mesh), finer, did
+
+
+def _indicators(
+    body: AnyBody, blocks: Sequence[ReducedBlock], finer: Sequence[FinerSpace | None]
+) -> tuple[ElementIndicators, ...]:
+    """Where on the mesh the estimated error arises, one record per circumferential order."""
+    return tuple(
+        ElementIndicators(
+            finer=fine,
+            rows=rows,
+            signs=block.signs,
+            order=block.order,
+        )
+        for block, fine, rows in zip(blocks, finer, joined_rows(body, blocks), strict=True)
+        if fine is not None
+    )
+
+
+def _properties(body: AnyBody, rigid_mass: FloatArray | None) -> MassProperties:
+    """Mass properties of the meshed part: the mesh's own where it only approximates the body."""
+    if isinstance(body, MeshedBody):
+        assert rigid_mass is not None
+        return mesh_properties(rigid_mass, shape_of(body))
+    if rigid_mass is not None:
+        return mesh_mass_properties(rigid_mass)
+    return meshed_part_properties(body)
+
+
+def _refuse_dependent_interfaces(element: Superelement, request: ReductionRequest) -> None:
+    """Interfaces whose motions depend on each other leave the body no rigid motion."""
+    lateral = [COMPONENTS.index(c) for c in ("ux", "uy", "rx", "ry")]
+    lateral = lateral if request.orders else list(range(6))
+    if (1 in request.orders or not request.orders) and not element.rigid_body_present[
+        lateral
+    ].all():
+        raise ReductionError(
+            f"body {element.name!r} can not move as a rigid one in its superelement: an interface "
+            "moves as others make it, such as one that is the union of two others; leave it out"
+        )
+
+
+def _with_rigid_disks(
+    element: Superelement, body: AnyBody, request: ReductionRequest
+) -> Superelement:
+    """Add the lumped disks; the free frequencies are those of the body with them."""
+    if not body.rigid_disks:
+        return element
+    for disk in body.rigid_disks:
+        element = attach_rigid_disk(
+            element,
+            disk.interface,
+            name=disk.name,
+            mass_kg=disk.mass_kg,
+            polar_kg_m2=disk.polar_inertia_kg_m2,
+            diametral_kg_m2=disk.diametral_inertia_kg_m2,
+            offset_m=disk.offset_m,
+        )
+    if not request.gyroscopic:  # the disks brought theirs along
+        element = replace(element, gyroscopic=np.zeros_like(element.gyroscopic))
+    return replace(element, free_frequencies_hz=lateral_free_frequencies(element)[:10])
+
+
+def _recovery_points(body: AnyBody, mesh: Mesh | None) -> FloatArray:
+    """Vertices of the outline at θ = 0 and at θ = 90°, or of a given mesh, (m, 3)."""
+    assert mesh is not None
+    shown = shown_points(body, mesh)
+    if shown is not None:
+        return shown
+    vertices = np.intersect1d(mesh.outline, mesh.cells[:, : mesh.dimension + 1])
+    x = mesh.points[vertices]
+    if mesh.dimension == 2:
+        z, r = x[:, 0], x[:, 1]
+    else:
+        z, r = x[:, 2], x[:, 0]
+    order = np.lexsort((r, z))
+    z, r, zero = z[order], r[order], np.zeros(len(z))
+    return np.vstack([np.column_stack([r, zero, z]), np.column_stack([zero, r, z])])

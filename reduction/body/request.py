@@ -1,0 +1,98 @@
+"""What is asked of a reduction, and what is assembled for it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from solidwhirl.meshing import Mesh
+from solidwhirl.meshing.imported.records import AnyBody
+from solidwhirl.reduction.body.mesh_bodies import shape_of
+from solidwhirl.reduction.operators.matrices import BodyOperators, OperatorEffects, build_operators
+
+_AXIAL = ("uz", "rz")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReductionRequest:
+    """What a body's superelement has to hold.
+
+    Attributes
+    ----------
+    orders
+        Circumferential orders: 1 lateral, 0 axial and torsional (solid: which modes are kept;
+        harmonic: which problems are solved; others than 0 and 1 load no interface). Empty for a
+        solid of any shape, whose modes have no order.
+    components
+        Interface coordinates, of ux, uy, uz, rx, ry, rz.
+    interface_components
+        Interfaces that carry fewer of them, by name; each costs a constraint mode.
+    modes
+        Fixed-interface modes per order, pairs counted once.
+    speeds_between_rad_s
+        Speeds between rest and the top whose modes the basis takes in as well.
+    estimates
+        Errors to estimate: "mode_truncation", and on the harmonic level "mesh", which compares
+        with elements one order higher.
+    solver
+        How systems of a solid are solved: "direct", "iterative", or "auto": by the memory there is.
+    spin_tolerance
+        Harmonic level: relative error of a frequency from which on static answers to the loads of
+        the spin are in the basis (see `with_spin_answers`); 0: never.
+    """
+
+    level: str
+    orders: tuple[int, ...]
+    components: tuple[str, ...]
+    degree: int
+    modes: int
+    maximum_speed_rad_s: float
+    gyroscopic: bool
+    centrifugal: bool
+    interface_components: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    speeds_between_rad_s: tuple[float, ...] = ()
+    estimates: tuple[str, ...] = ()
+    solver: str = "auto"
+    spin_tolerance: float = 0.0
+
+    @property
+    def solved_orders(self) -> tuple[int | None, ...]:
+        """Circumferential orders that are solved one by one; None is the solid."""
+        return (None,) if self.level == "solid" else self.orders
+
+
+def order_effects(body: AnyBody, request: ReductionRequest, order: int | None) -> OperatorEffects:
+    """Return what is assembled for one circumferential order.
+
+    Parameters
+    ----------
+    body, request
+        The body and what its superelement has to hold.
+    order
+        Circumferential order; None for the solid. Axial motion and torsion live in order 0.
+    """
+    components = {}
+    for interface in body.interfaces:
+        carried = request.interface_components.get(interface.name, request.components)
+        components[interface.name] = tuple(
+            c
+            for c in carried
+            if c in request.components and (order is None or (c in _AXIAL) == (order == 0))
+        )
+    return OperatorEffects(
+        gyroscopic=request.gyroscopic,
+        centrifugal=request.centrifugal,
+        components=components,
+        lateral_only=request.orders == (1,) and shape_of(body) == "quartered",
+        shape=shape_of(body),
+        solver=request.solver,
+    )
+
+
+def order_operators(
+    body: AnyBody, mesh: Mesh | None, comm: Any, request: ReductionRequest, order: int | None
+) -> BodyOperators:
+    """Assemble the operators of one circumferential order; None: of the solid."""
+    effects = order_effects(body, request, order)
+    return build_operators(body, mesh, comm, order=order, degree=request.degree, effects=effects)

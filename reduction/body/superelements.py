@@ -1,0 +1,337 @@
+"""From operators and bases to the superelement that the assembler reads."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+from scipy.sparse.csgraph import connected_components
+
+from solidwhirl.meshing.imported.records import AnyBody
+from solidwhirl.reduction.basis.craig_bampton import Basis
+from solidwhirl.reduction.basis.free_motion import rigid_coefficients, without_rigid_force
+from solidwhirl.reduction.basis.pairing import (
+    even_gyroscopic,
+    evenly_turned,
+    evenly_turned_motions,
+)
+from solidwhirl.reduction.basis.reduced_block import ReducedBlock, joined_order
+from solidwhirl.reduction.body.mass_moments import BlockMoments, joined_moments
+from solidwhirl.reduction.body.mesh_bodies import known_turn
+from solidwhirl.reduction.body.request import ReductionRequest
+from solidwhirl.reduction.body.surfaces import recovery_modes
+from solidwhirl.reduction.operators.kinematics import COMPONENTS
+from solidwhirl.reduction.operators.matrices import BodyOperators
+from solidwhirl.reduction.residuals.residual_energy import FinerSpace, Omitted, joined_forms
+from solidwhirl.reduction.solvers.vectors import project, skew, symmetric
+from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray
+from solidwhirl.rotordyn.superelement.invariants import Invariant
+from solidwhirl.rotordyn.superelement.record import Coordinate, InterfaceNode, Superelement
+from solidwhirl.rotordyn.superelement.rigid_body import MassProperties
+
+_LATERAL = ("ux", "uy", "rx", "ry")
+_MATRICES = ("mass", "stiffness", "stress_stiffening", "spin_softening")
+
+
+def reduce_block(operators: BodyOperators, basis: Basis, points_m: FloatArray) -> ReducedBlock:
+    """Project the operators of one order on its basis.
+
+    Parameters
+    ----------
+    points_m
+        (m, 3) recovery points at θ = 0 and 90°, vertices of the mesh.
+    """
+    comm = operators.comm
+    n = basis.vectors.shape[1]
+    family = {name: _projection(getattr(operators, name), basis, comm) for name in _MATRICES}
+    matrices = {name: symmetric(matrix) for name, matrix in family.items()}
+    raw = _projection(operators.gyroscopic, basis, comm)
+    rigid, present = rigid_coefficients(operators, basis)
+    recovery = recovery_modes(operators, basis, points_m)
+    signs = np.ones(n * operators.families)
+    generator: FloatArray | None = np.zeros((n, n))
+    if operators.families == 1:
+        matrices["gyroscopic"] = skew(raw)
+    if operators.harmonic is None:
+        generator, signs = known_turn(operators, basis, matrices["mass"])
+        matrices = {
+            name: evenly_turned(matrix * np.outer(signs, signs), generator)
+            for name, matrix in matrices.items()
+        }
+        recovery = recovery * signs
+        rigid = evenly_turned_motions(rigid * signs[:, None], generator)
+    if basis.generator is not None and operators.gyroscopic is not None:
+        matrices["gyroscopic"] = even_gyroscopic(operators, basis, matrices["mass"])
+    matrices["stiffness"] = without_rigid_force(
+        operators, matrices["stiffness"], matrices["mass"], rigid
+    )
+    coordinates = _family_coordinates(operators, basis, matrices["stiffness"])
+    if operators.families == 1:
+        lateral = _free_frequencies(operators, basis, matrices, rigid, signs)
+        fixed = np.sqrt(np.maximum(basis.fixed_eigenvalues, 0.0)) / (2.0 * np.pi)
+        order = np.arange(n)
+    else:
+        lateral = np.repeat(_free_frequencies(operators, basis, matrices, rigid, signs), 2)
+        fixed = np.repeat(np.sqrt(np.maximum(basis.fixed_eigenvalues, 0.0)) / (2.0 * np.pi), 2)
+        matrices = {name: np.kron(np.eye(2), matrix) for name, matrix in matrices.items()}
+        coupling = np.array([[0.0, 2.0], [-2.0, 0.0]])
+        matrices["gyroscopic"] = skew(np.kron(coupling, symmetric(raw)))
+        coordinates, rigid, present, signs = _both_families(operators, coordinates, rigid, present)
+        matrices = {name: matrix * np.outer(signs, signs) for name, matrix in matrices.items()}
+        recovery = recovery * signs
+        # cos n(θ − α) = cos nθ + n α sin nθ, and the sin family goes back
+        turn = (operators.harmonic or 0) * np.array([[0.0, -1.0], [1.0, 0.0]])
+        generator = np.kron(turn, np.eye(n)) * np.outer(signs, signs)
+        order = _interleaved(coordinates)
+    return ReducedBlock(
+        coordinates=tuple(coordinates[k] for k in order),
+        matrices={name: matrix[np.ix_(order, order)] for name, matrix in matrices.items()},
+        rigid=rigid[order],
+        present=present,
+        recovery=recovery[:, :, order],
+        lateral_frequencies_hz=lateral,
+        fixed_frequencies_hz=fixed,
+        generator=None if generator is None else generator[np.ix_(order, order)],
+        signs=signs,
+        order=np.asarray(order, dtype=np.int64),
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SolvedOrder:
+    """One circumferential order of a body, reduced, estimated and checked; its matrices are gone.
+
+    Attributes
+    ----------
+    label
+        "n=1", or "solid".
+    surface
+        (p, 3, n) amplitudes of the surface's points per column of the basis.
+    omitted
+        What the block leaves out, the same parts for all orders; empty without estimates.
+    finer
+        The space that errors of the mesh were measured in, None without them.
+    """
+
+    label: str
+    block: ReducedBlock
+    surface: FloatArray
+    omitted: tuple[Omitted, ...]
+    finer: FinerSpace | None
+    moments: BlockMoments
+    checks: tuple[Invariant, ...]
+    full_dofs: int
+    rigid_mass: FloatArray | None
+    hoop_strain: float
+    orthogonality_error: float
+    assembled: tuple[str, ...]
+    solved: tuple[str, ...]
+    solver: str
+    seconds: Mapping[str, float]
+
+
+def build_superelement(
+    body: AnyBody,
+    orders: Sequence[SolvedOrder],
+    request: ReductionRequest,
+    properties: MassProperties,
+    points_m: FloatArray,
+    provenance: Mapping[str, Any],
+) -> Superelement:
+    """Join the orders of one body (direct sum) to its superelement.
+
+    Different orders do not couple in a body of revolution.
+
+    Parameters
+    ----------
+    properties
+        Mass properties of the meshed part (without rigid disks).
+    points_m
+        (m, 3) recovery points.
+    """
+    blocks = [found.block for found in orders]
+    flat = [c for b in blocks for c in b.coordinates]
+    order = joined_order(body, blocks)
+
+    def joined(name: str) -> FloatArray:
+        whole = scipy.linalg.block_diag(*[b.matrices[name] for b in blocks])
+        return np.asarray(whole[np.ix_(order, order)])
+
+    matrices: dict[str, Any] = {name: joined(name) for name in (*_MATRICES, "gyroscopic")}
+    recovery = np.concatenate([b.recovery for b in blocks], axis=2)[:, :, order]
+    return Superelement(
+        name=body.name,
+        level=request.level,  # type: ignore[arg-type]
+        harmonics=() if request.level == "solid" else request.orders,
+        coordinates=tuple(flat[k] for k in order),
+        interfaces=tuple(
+            InterfaceNode(
+                name=i.name,
+                position_m=np.array(i.position_m, dtype=float),
+                coupling=i.coupling,
+            )
+            for i in body.interfaces
+        ),
+        **matrices,
+        rigid_body_modes=np.vstack([b.rigid for b in blocks])[order],
+        rigid_body_present=np.any([b.present for b in blocks], axis=0),
+        **properties._asdict(),
+        full_dofs=sum(found.full_dofs for found in orders),
+        maximum_speed_rad_s=request.maximum_speed_rad_s,
+        recovery_points_m=points_m,
+        recovery_modes=recovery,
+        free_frequencies_hz=np.concatenate([b.lateral_frequencies_hz for b in blocks])[:10],
+        fixed_interface_frequencies_hz=np.sort(
+            np.concatenate([b.fixed_frequencies_hz for b in blocks])
+        ),
+        frequency_error_estimate=np.empty(0),
+        provenance=provenance,
+        spin_generator=_joined_generator(blocks, order),
+        error_forms=joined_forms(blocks, [found.omitted for found in orders], order),
+        moments=joined_moments([found.moments for found in orders], order),
+    )
+
+
+def _joined_generator(blocks: Sequence[ReducedBlock], order: IntArray) -> FloatArray | None:
+    known = [b.generator for b in blocks if b.generator is not None]
+    if len(known) < len(blocks):
+        return None
+    return np.asarray(scipy.linalg.block_diag(*known)[np.ix_(order, order)])
+
+
+def mesh_mass_properties(rigid_mass: FloatArray) -> MassProperties:
+    """Mass properties of a mesh of a body of revolution from its rigid mass matrix.
+
+    Parameters
+    ----------
+    rigid_mass
+        (6, 6) for ux, uy, uz, rx, ry, rz about the origin.
+    """
+    mass = float(rigid_mass[0, 0])
+    z = rigid_mass[0, 4] / mass
+    diametral, polar = rigid_mass[4, 4] - mass * z**2, rigid_mass[5, 5]
+    return MassProperties(mass, np.array([0.0, 0.0, z]), np.diag([diametral, diametral, polar]))
+
+
+def lateral_free_frequencies(element: Superelement) -> FloatArray:
+    """Elastic frequencies of the free superelement at rest that move it laterally [Hz].
+
+    Lateral coordinates are those that M or K link to an interface's ux, uy, rx or ry; axial
+    motion and torsion of a body of revolution are not linked to them.
+    """
+    # a coordinate that costs no force, such as the one torsion of a body, may be rounded below 0
+    size = [np.sqrt(np.maximum(np.diag(a), 0.0)) for a in (element.mass, element.stiffness)]
+    scale = [np.outer(s, s) for s in size]
+    linked = np.abs(element.mass) > 1e-9 * scale[0]
+    linked |= np.abs(element.stiffness) > 1e-9 * scale[1]
+    _, group = connected_components(linked, directed=False)
+    seeds = {group[k] for k, c in enumerate(element.coordinates) if c.component in _LATERAL}
+    chosen = np.flatnonzero([g in seeds for g in group])
+    values, vectors = scipy.linalg.eigh(
+        element.stiffness[np.ix_(chosen, chosen)], element.mass[np.ix_(chosen, chosen)]
+    )
+    mass = element.mass[np.ix_(chosen, chosen)]
+    rigid = element.rigid_body_modes[chosen][:, element.rigid_body_present]
+    elastic = _elastic(vectors, mass, rigid)
+    return np.asarray(np.sqrt(np.maximum(values[elastic], 0.0)) / (2.0 * np.pi))
+
+
+def _elastic(vectors: FloatArray, mass: FloatArray, rigid: FloatArray) -> BoolArray:
+    """Which M-normalised modes are not rigid motions."""
+    motions = rigid[:, np.any(rigid != 0.0, axis=0)]
+    if not motions.shape[1]:
+        return np.ones(vectors.shape[1], dtype=bool)
+    onto = vectors.T @ mass @ motions
+    gram = motions.T @ mass @ motions
+    share = np.einsum("ij,jk,ik->i", onto, np.linalg.inv(gram), onto)
+    return np.asarray(share < 0.5)
+
+
+def _projection(matrix: Any, basis: Basis, comm: Any) -> FloatArray:
+    """Vᵀ A V, zero where A was not assembled."""
+    if matrix is None:
+        return np.zeros((basis.vectors.shape[1],) * 2)
+    return project(matrix, basis.vectors, comm)
+
+
+def _family_coordinates(
+    operators: BodyOperators, basis: Basis, stiffness: FloatArray
+) -> list[Coordinate]:
+    """Interface coordinates, and M-orthonormal modes with their frequencies."""
+    out = [
+        Coordinate(kind="interface", interface=name, component=c, frequency_hz=0.0)  # type: ignore[arg-type]
+        for name, c in operators.coupling.coordinates
+    ]
+    for value in np.diag(stiffness)[basis.interface_count :]:
+        f = float(np.sqrt(max(float(value), 0.0)) / (2.0 * np.pi))
+        out.append(Coordinate(kind="modal", interface="", component="q", frequency_hz=f))
+    return out
+
+
+def _free_frequencies(
+    operators: BodyOperators,
+    basis: Basis,
+    matrices: Mapping[str, FloatArray],
+    rigid: FloatArray,
+    signs: FloatArray,
+) -> FloatArray:
+    """Elastic frequencies of order 1 of the free reduced body at rest [Hz], one family.
+
+    `signs` are those that the coordinates of a solid were given.
+    """
+    if operators.harmonic not in (None, 1) or not len(matrices["mass"]):
+        return np.empty(0)
+    values, vectors = scipy.linalg.eigh(matrices["stiffness"], matrices["mass"])
+    elastic = _elastic(vectors, matrices["mass"], rigid)
+    if operators.harmonic is None and operators.circulation is not None:
+        squared = project(operators.circulation, basis.vectors * signs, operators.comm)
+        order = np.sqrt(np.maximum(np.einsum("ik,ij,jk->k", vectors, squared, vectors), 0.0))
+        elastic &= np.abs(order - 1.0) < 0.25
+    return np.asarray(np.sqrt(np.maximum(values[elastic], 0.0)) / (2.0 * np.pi))
+
+
+def _both_families(
+    operators: BodyOperators,
+    coordinates: list[Coordinate],
+    rigid: FloatArray,
+    present: BoolArray,
+) -> tuple[list[Coordinate], FloatArray, BoolArray, FloatArray]:
+    """Coordinates of cos and sin family with true rotations, and the signs that make them so."""
+    n = len(coordinates)
+    second, signs = [], np.ones(2 * n)
+    for k, c in enumerate(coordinates):
+        component, sign = operators.second_family.get(c.component, (c.component, 1.0))
+        signs[n + k] = sign
+        second.append(
+            Coordinate(
+                kind=c.kind,
+                interface=c.interface,
+                component=component,  # type: ignore[arg-type]
+                frequency_hz=c.frequency_hz,
+            )
+        )
+    both, there = np.zeros((2 * n, 6)), np.zeros(6, dtype=bool)
+    for k in np.flatnonzero(present):
+        component, sign = operators.second_family[COMPONENTS[k]]
+        partner = COMPONENTS.index(component)
+        both[:n, k] = rigid[:, k]
+        both[n:, partner] = sign * rigid[:, k] * signs[n:]
+        there[k] = there[partner] = True
+    return coordinates + second, both, there, signs
+
+
+def _interleaved(coordinates: list[Coordinate]) -> IntArray:
+    """Order of two stacked families: interfaces by name and component, modes in pairs."""
+    n = len(coordinates) // 2
+    names = list(dict.fromkeys(c.interface for c in coordinates[:n]))
+
+    def key(k: int) -> tuple[int, int, int]:
+        c = coordinates[k]
+        if c.kind == "modal":
+            return (1, k % n, k // n)
+        return (0, names.index(c.interface), COMPONENTS.index(c.component))
+
+    return np.array(sorted(range(2 * n), key=key), dtype=np.int64)

@@ -1,0 +1,370 @@
+"""Checks of one body's reduction while its matrices and its factor are at hand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from solidwhirl.geometry import Body, GeometryError, mass_properties
+from solidwhirl.meshing import Mesh, MeshingError, MeshSize, mesh_meridian
+from solidwhirl.reduction.basis.craig_bampton import Basis
+from solidwhirl.reduction.basis.fixed_interface_modes import shifted_factor
+from solidwhirl.reduction.basis.merging import reference_eigenvalue
+from solidwhirl.reduction.errors import ReductionError
+from solidwhirl.reduction.operators.matrices import BodyOperators, OperatorEffects, build_operators
+from solidwhirl.reduction.solvers.constrained import ConstrainedFactor, bordered
+from solidwhirl.reduction.solvers.vectors import apply, inner, project
+from solidwhirl.rotordyn.superelement.invariants import Invariant, compared, undecided
+from solidwhirl.rotordyn.superelement.rigid_body import MassProperties
+
+# [measured]: largest over the bodies of all scenes and of the tests, harmonic and solid level.
+_RESIDUAL_LIMIT = 2e-11  # [2.6e-13]; the solvers stop at 1e-12 and 1e-11
+# Modes without a factorisation stop at 1e-10 in the energy norm; an eigenvalue's is its square.
+_ITERATIVE_RESIDUAL_LIMIT = 1e-7
+# Relative error of the residual itself.
+_ROUGH = 1e-2
+_ORTHOGONALITY_LIMIT = 5e-13  # [6.4e-15]
+_RECIPROCITY_LIMIT = 3e-7  # [1.2e-8], Young's moduli of 2e5 beside 2e11 Pa
+_MASS_LIMIT = 5e-3  # [3.8e-4] with 8 parabolas around the circumference, [1.2e-4] with 12
+# Eigenvalues this far apart (relative) leave room for a shift on the same mesh.
+_GAP = 1e-4
+_SAME = PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN
+
+MODES = "held modes and all frequencies of the body"
+MISSING = "no held mode is missing"
+
+
+def verify_order(
+    operators: BodyOperators, basis: Basis, orthogonality: float, where: str
+) -> tuple[Invariant, ...]:
+    """Check the basis of one circumferential order, or of the solid.
+
+    Parameters
+    ----------
+    operators, basis
+        Of the body; the factor of the basis is used again.
+
+    Returns
+    -------
+    tuple of Invariant
+        Residual of the held modes at rest, M-orthonormality of them and of the basis, and
+        reciprocity of the interface forces.
+    """
+    out = []
+    if basis.fixed_vectors.shape[1]:
+        residual, own = held_mode_errors(operators, basis)
+        orthogonality = max(orthogonality, own)
+        name = "residual of every held eigenpair"
+        direct = isinstance(basis.factor, ConstrainedFactor)
+        limit = _RESIDUAL_LIMIT if direct else _ITERATIVE_RESIDUAL_LIMIT
+        out.append(compared(name, where, residual, limit, MODES))
+    name = "modes of the basis are M-orthonormal"
+    out.append(compared(name, where, orthogonality, _ORTHOGONALITY_LIMIT, MODES))
+    if basis.interface_count:
+        name = "interface forces are reciprocal"
+        error = reciprocity_error(operators, basis)
+        concerns = "stiffness of the body between its bearings"
+        out.append(compared(name, where, error, _RECIPROCITY_LIMIT, concerns))
+    return tuple(out)
+
+
+def held_mode_errors(operators: BodyOperators, basis: Basis) -> tuple[float, float]:
+    """Return the largest residual of the held modes at rest, and how far they are from orthonormal.
+
+    Returns
+    -------
+    residual
+        |x − (λ − σ)(K − σM)⁻¹M x| over |x| in the norm of M, with the interfaces held: a bound of
+        the relative distance of λ − σ from an eigenvalue. Over the ratio of λ − σ to the lowest
+        one, as the solution is only good to rounding of its largest part.
+    orthogonality
+        Largest entry of XᵀMX − 1, and of RᵀMX of the rigid motions that are free.
+    """
+    comm, vectors = operators.comm, basis.fixed_vectors
+    weight = apply(operators.mass, vectors)
+    values = basis.fixed_eigenvalues - basis.shift
+    if isinstance(basis.factor, ConstrainedFactor):
+        left = vectors - basis.factor.solve(weight, None)[: len(vectors)] * values
+    else:
+        force = apply(basis.factor.matrix, vectors) - weight * values
+        left = basis.factor.solve(force, None, tolerance=_ROUGH)
+    # a rounding of rigid motion, which the solution magnifies, is seen by orthogonality
+    momentum = apply(operators.mass, basis.free)
+    left -= basis.free @ inner(momentum, left, comm)
+    size = np.diag(project(operators.mass, left, comm))
+    gram = inner(vectors, weight, comm)
+    residual = np.sqrt(np.maximum(size, 0.0) / np.diag(gram)) * values.min() / values
+    apart = np.abs(gram - np.eye(len(gram))).max()
+    rigid = np.abs(inner(momentum, vectors, comm)).max(initial=0.0)
+    return float(residual.max()), float(max(apart, rigid))
+
+
+def reciprocity_error(operators: BodyOperators, basis: Basis) -> float:
+    """Return how far the interface forces of the constraint modes are from reciprocal.
+
+    Returns
+    -------
+    float
+        With (K − σM)Ψ = B F the forces F at the interfaces for unit motions Ψ: largest of F − Fᵀ
+        (Betti's theorem) and of F − Ψᵀ(K − σM)Ψ (forces do the work that is stored), relative to
+        the work and the inertia of the motions at the lowest held frequency.
+    """
+    comm = operators.comm
+    modes = basis.vectors[:, : basis.interface_count]
+    force = apply(operators.stiffness, modes)
+    if basis.shift:
+        force = force - basis.shift * apply(operators.mass, modes)
+    rows = np.hstack([operators.coupling.rows, operators.coupling.anchors])
+    length = np.sqrt(np.diag(inner(rows, rows, comm)))
+    rows = rows / length
+    reaction = np.linalg.solve(inner(rows, rows, comm), inner(rows, force, comm)) / length[:, None]
+    reaction = reaction[: basis.interface_count]
+    work = inner(modes, force, comm)
+    # statically determinate interfaces move the body without any force
+    inertia = np.diag(project(operators.mass, modes, comm))
+    root = np.sqrt(np.maximum(np.diag(work), 0.0) + _lowest(operators, basis) * inertia)
+    errors = [reaction - reaction.T, reaction - work]
+    return max(float(np.abs(error / np.outer(root, root)).max()) for error in errors)
+
+
+def _lowest(operators: BodyOperators, basis: Basis) -> float:
+    """Return the lowest held eigenvalue, or one far below all."""
+    if basis.fixed_eigenvalues.size:
+        return float(basis.fixed_eigenvalues[0])
+    return reference_eigenvalue(operators)
+
+
+def modes_below(operators: BodyOperators, eigenvalue: float) -> int:
+    """Count the held eigenvalues at rest below a shift, free rigid motions included.
+
+    Parameters
+    ----------
+    operators
+        Of the body; all ranks must call.
+    eigenvalue
+        σ [1/s²]; costs one factorisation of K − σM under the constraints, whose negative pivots
+        are the border's and these (Sylvester's law of inertia).
+    """
+    rows = np.hstack([operators.coupling.rows, operators.coupling.anchors])
+    factor = shifted_factor(operators, operators.stiffness, rows, eigenvalue)
+    count = factor.indefinite_count
+    factor.destroy()
+    return count
+
+
+def count_held_modes(operators: BodyOperators, basis: Basis, where: str) -> Invariant:
+    """Check on its own mesh that no held mode at rest is missing; the basis' factor is used up."""
+    if not isinstance(basis.factor, ConstrainedFactor):
+        return undecided(MISSING, where, MODES, "modes are counted by a factorisation only")
+    shift, found = highest_gap(basis)
+    if not found:
+        reason = "no two neighbouring eigenvalues are far enough apart"
+        return undecided(MISSING, where, MODES, reason)
+    try:
+        counted = _moved_factor_count(operators, basis, shift) - basis.free.shape[1]
+    except ReductionError as error:
+        return undecided(MISSING, where, MODES, str(error))
+    text = f"{counted} modes counted, {found} found below {_hertz(shift)}"
+    return compared(MISSING, where, abs(counted - found), 0.0, MODES, text)
+
+
+def _moved_factor_count(operators: BodyOperators, basis: Basis, eigenvalue: float) -> int:
+    """As `modes_below`, from the factor at rest moved to another shift: its ordering is kept."""
+    factor = basis.factor
+    assert isinstance(factor, ConstrainedFactor)
+    local = operators.mass.getLocalSize()[0]
+    weight = bordered(operators.mass, np.zeros((local, factor.border)))
+    factor.matrix.axpy(basis.shift - eigenvalue, weight, _SAME)
+    weight.destroy()
+    factor.solver.setOperators(factor.matrix)
+    factor.solver.setUp()
+    result = factor.solver.getPC().getFactorMatrix()
+    state, negative = int(result.getMumpsInfog(1)), int(result.getMumpsInfog(12))
+    result.destroy()  # this reference to it
+    if state < 0:
+        raise ReductionError(f"the factorisation failed: MUMPS INFOG(1) = {state}")
+    return negative - factor.border
+
+
+def highest_gap(basis: Basis, least: float = _GAP) -> tuple[float, int]:
+    """Return a shift in the highest gap of the list of held modes, and the modes below it.
+
+    Parameters
+    ----------
+    basis
+        With its fixed-interface modes at rest and the eigenvalue that follows them.
+    least
+        Smallest relative gap that counts.
+
+    Returns
+    -------
+    shift [1/s²], count
+        Zero modes if there is no gap.
+    """
+    values = np.sort(np.append(basis.fixed_eigenvalues, basis.omitted_eigenvalue))
+    gaps = np.flatnonzero(np.diff(values) > least * values[1:])
+    if not gaps.size:
+        return 0.0, 0
+    place = int(gaps[-1])
+    return float(np.sqrt(values[place] * values[place + 1])), place + 1
+
+
+def meshed_part_properties(body: Body) -> MassProperties:
+    """Mass properties in closed form of what is meshed of a body: without its rigid disks."""
+    bare = Body(name=body.name, sections=body.sections, fillet_radius_m=body.fillet_radius_m)
+    exact = mass_properties(bare)
+    diametral, polar = exact.diametral_inertia_kg_m2, exact.polar_inertia_kg_m2
+    return MassProperties(
+        exact.mass_kg,
+        np.array(exact.center_of_gravity_m),
+        np.diag([diametral, diametral, polar]),
+    )
+
+
+def check_mass(body: Body, properties: MassProperties) -> Invariant:
+    """Check mass, centre of gravity and inertia of a mesh of tetrahedra against closed form."""
+    exact = meshed_part_properties(body)
+    inertia = np.diag(exact.inertia_kg_m2)
+    length = np.sqrt(inertia[0] / exact.mass_kg)
+    errors = [
+        properties.mass_kg / exact.mass_kg - 1.0,
+        (properties.center_of_gravity_m[2] - exact.center_of_gravity_m[2]) / length,
+        *(np.diag(properties.inertia_kg_m2) / inertia - 1.0),
+    ]
+    return compared(
+        "mass properties of the mesh",
+        body.name,
+        float(np.abs(errors).max()),
+        _MASS_LIMIT,
+        "mass, and all frequencies of the body",
+        "against the profile in closed form",
+    )
+
+
+def _hertz(eigenvalue: float) -> str:
+    return f"{np.sqrt(eigenvalue) / (2.0 * np.pi):.6g} Hz"
+
+
+# Two eigenvalues this far apart (relative) stay in order on both meshes, of which each may be off
+# by half of it: a frequency by 6 %.
+_WIDE = 0.25
+_DEGREE = 2
+# Elements of the meridian over the corner size of the solid, whose cost is in the circumference.
+_COARSER = 2.0
+_FAMILIES = {0: 1, 1: 2}
+
+
+def count_solid_modes(
+    body: Body,
+    mesh: Mesh | None,
+    comm: Any,
+    basis: Basis,
+    orders: tuple[int, ...],
+    effects_of: Callable[[int], OperatorEffects],
+) -> Invariant:
+    """Check that no fixed-interface mode at rest of a solid is missing.
+
+    Parameters
+    ----------
+    mesh
+        Of the solid, on rank 0.
+    comm
+        Communicator of the solid; the meridian is worked on by rank 0.
+
+    Returns
+    -------
+    Invariant
+        Not decided where the list has no gap that is wide enough.
+    """
+    found = _on_rank_0(body, mesh, basis, orders, effects_of) if comm.rank == 0 else None
+    out: Invariant = comm.bcast(found, root=0)
+    return out
+
+
+def _on_rank_0(
+    body: Body,
+    mesh: Mesh | None,
+    basis: Basis,
+    orders: tuple[int, ...],
+    effects_of: Callable[[int], OperatorEffects],
+) -> Invariant:
+    shift, below = widest_gap(basis)
+    if not below:
+        reason = "no gap between the eigenvalues is wider than what a mesh may move them"
+        return undecided(MISSING, body.name, MODES, reason)
+    assert mesh is not None
+    try:
+        counted = meridian_count(body, mesh.size, orders, effects_of, shift)
+    except (GeometryError, MeshingError, ReductionError) as error:
+        return undecided(MISSING, body.name, MODES, f"no coarse meridian: {error}")
+    counted -= basis.free.shape[1]
+    text = f"{counted} modes counted on a coarse meridian, {below} found below "
+    text += f"{np.sqrt(shift) / (2.0 * np.pi):.6g} Hz"
+    return compared(MISSING, body.name, abs(counted - below), 0.0, MODES, text)
+
+
+def widest_gap(basis: Basis) -> tuple[float, int]:
+    """Return a shift in the widest gap in the upper half of the held modes, and the modes below.
+
+    Parameters
+    ----------
+    basis
+        With its fixed-interface modes at rest and the eigenvalue that follows them.
+
+    Returns
+    -------
+    shift [1/s²], count
+        Zero modes if no gap is wide enough.
+    """
+    values = np.sort(np.append(basis.fixed_eigenvalues, basis.omitted_eigenvalue))
+    gaps = np.diff(values) / values[:-1]
+    gaps[: len(gaps) // 2] = 0.0
+    if not gaps.size or gaps.max() < _WIDE:
+        return 0.0, 0
+    place = int(gaps.argmax())
+    return float(np.sqrt(values[place] * values[place + 1])), place + 1
+
+
+def meridian_count(
+    body: Body,
+    size: MeshSize,
+    orders: tuple[int, ...],
+    effects_of: Callable[[int], OperatorEffects],
+    eigenvalue: float,
+) -> int:
+    """Count the held eigenvalues below a shift on a coarse meridian, those of pairs twice.
+
+    Parameters
+    ----------
+    orders
+        Circumferential orders, of 0 and 1.
+    eigenvalue
+        σ [1/s²].
+    """
+    corner = min(_COARSER * size.corner_size_m, size.size_m)
+    coarse = MeshSize(
+        size_m=size.size_m,
+        corner_size_m=corner,
+        growth=size.growth,
+        through_thickness=size.through_thickness,
+    )
+    meridian = mesh_meridian(body, coarse)
+    count = 0
+    for order in orders:
+        operators = build_operators(
+            body,
+            meridian,
+            MPI.COMM_SELF,
+            order=order,
+            degree=_DEGREE,
+            effects=effects_of(order),
+        )
+        try:
+            count += _FAMILIES[order] * modes_below(operators, eigenvalue)
+        finally:
+            operators.release()
+    return count

@@ -1,0 +1,212 @@
+"""What differs between the harmonic and the solid description of a spinning body.
+
+Both describe the displacement in fixed components of the material that is at a place. All weak
+forms (see `operators.forms`) are written once, on three ideas: the strain tensor, the
+gradient columns ``[∂u/∂e_1, ∂u/∂e_2, ∂u/∂e_3]`` along three orthogonal directions, and the
+derivative along the spin ``D u = ((e_z × x)·∇) u``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+import ufl
+
+from solidwhirl.reduction.operators import compat
+from solidwhirl.reduction.operators.symmetry import AXISYMMETRIC, LATERAL, NONE, Symmetry
+from solidwhirl.rotordyn.core.arrays import FloatArray
+
+#: Rigid motions: translations and right-handed rotations about x, y, z through a point.
+COMPONENTS = ("ux", "uy", "uz", "rx", "ry", "rz")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kinematics:
+    """Strain, gradient and spin derivative of a displacement, as UFL.
+
+    Attributes
+    ----------
+    dimension
+        2 (meridian) or 3 (solid).
+    harmonic
+        Circumferential order n of the meridian, or None for the solid.
+    families
+        How many copies of the body's unknowns there are: 2 for n >= 1 (cos and sin family,
+        which share every matrix and are coupled by the spin derivative), else 1.
+    weight
+        Factor of the volume element (r times the integral over θ; `copies` for the solid).
+    strain, gradient
+        Functions of u: (3, 3) UFL tensors.
+    spin
+        D u; for two families, P u with D cos = -P sin, D sin = P cos.
+    rigid_motions
+        By component (of the first family), the rigid motion of unit amplitude about the point
+        (0, 0, z0): nodal values (m, 3) from node coordinates (m, 3) and z0; on the solid about any
+        point (3,).
+    second_family
+        First family's component to (component, sign) of the second family.
+    copies
+        Turned copies of the mesh that make the solid.
+    centrifugal
+        Body force per unit density and unit speed squared, r e_r, in the components of u.
+    """
+
+    dimension: int
+    harmonic: int | None
+    families: int
+    weight: Any
+    strain: Callable[[Any], Any]
+    gradient: Callable[[Any], Any]
+    spin: Callable[[Any], Any]
+    rigid_motions: Mapping[str, Callable[[FloatArray, Any], FloatArray]]
+    second_family: Mapping[str, tuple[str, float]]
+    centrifugal: Any
+    symmetry: Symmetry = NONE
+    copies: int = 1
+
+
+def solid(domain: Any) -> Kinematics:
+    """Kinematics of the three-dimensional solid.
+
+    Parameters
+    ----------
+    domain
+        Mesh of dimension 3, rotation axis z.
+    """
+    x = ufl.SpatialCoordinate(domain)
+    along_spin = ufl.as_vector((-x[1], x[0], 0.0 * x[0]))
+
+    return Kinematics(
+        dimension=3,
+        harmonic=None,
+        families=1,
+        weight=compat.constant(domain, 1.0),
+        strain=lambda u: ufl.sym(ufl.grad(u)),
+        gradient=ufl.grad,
+        spin=lambda u: ufl.dot(ufl.grad(u), along_spin),
+        rigid_motions={c: partial(_solid_motion, k) for k, c in enumerate(COMPONENTS)},
+        second_family={},
+        centrifugal=ufl.as_vector((x[0], x[1], 0.0 * x[0])),
+    )
+
+
+def solid_lateral(domain: Any, copies: int = 1) -> Kinematics:
+    """Kinematics of the solid, for lateral motion alone (odd circumferential orders).
+
+    Parameters
+    ----------
+    domain
+        Mesh of the solid, or of the half at 0 <= θ <= 180°.
+    copies
+        Turned copies of the mesh that make the solid: 1 or 2.
+    """
+    whole = solid(domain)
+    lateral = {c: m for c, m in whole.rigid_motions.items() if c in ("ux", "uy", "rx", "ry")}
+    return replace(
+        whole,
+        rigid_motions=lateral,
+        symmetry=LATERAL,
+        copies=copies,
+        weight=compat.constant(domain, float(copies)),
+    )
+
+
+def solid_axisymmetric(domain: Any, copies: int = 1) -> Kinematics:
+    """Kinematics of the solid, for the centrifugal field; parameters as for lateral motion."""
+    whole = solid(domain)
+    axial = {c: m for c, m in whole.rigid_motions.items() if c in ("uz", "rz")}
+    return replace(
+        whole,
+        rigid_motions=axial,
+        symmetry=AXISYMMETRIC,
+        copies=copies,
+        weight=compat.constant(domain, float(copies)),
+    )
+
+
+def harmonic(domain: Any, order: int) -> Kinematics:
+    """Kinematics of circumferential order n on the meridian (z, r).
+
+    The amplitudes are (a, b, c) with, for the cos family, u_r = a cos nθ, u_θ = b sin nθ,
+    u_z = c cos nθ, and for the sin family u_r = a sin nθ, u_θ = -b cos nθ, u_z = c sin nθ.
+    For n = 0 they are u_r, u_θ, u_z themselves.
+
+    Parameters
+    ----------
+    domain
+        Mesh of dimension 2, coordinates (z, r).
+    order
+        n >= 0.
+    """
+    n = float(order)
+    r = ufl.SpatialCoordinate(domain)[1]
+
+    def strain(u: Any) -> Any:
+        a, b, c = u[0], u[1], u[2]
+        e_rt = 0.5 * (b.dx(1) - (b + n * a) / r)
+        e_tz = 0.5 * (b.dx(0) - n * c / r)
+        e_rz = 0.5 * (a.dx(0) + c.dx(1))
+        e_tt = (n * b + a) / r
+        return ufl.as_tensor(((a.dx(1), e_rt, e_rz), (e_rt, e_tt, e_tz), (e_rz, e_tz, c.dx(0))))
+
+    def spin(u: Any) -> Any:
+        if order == 0:
+            return ufl.as_vector((-u[1], u[0], 0.0 * u[0]))
+        return ufl.as_vector((n * u[0] + u[1], n * u[1] + u[0], n * u[2]))
+
+    def gradient(u: Any) -> Any:
+        around = spin(u) / r
+        return ufl.as_tensor([(u[i].dx(1), around[i], u[i].dx(0)) for i in range(3)])
+
+    motions: dict[str, Callable[[FloatArray, Any], FloatArray]] = {}
+    if order == 0:
+        motions = {"uz": _axial_motion, "rz": _torsional_motion}
+    elif order == 1:
+        motions = {"ux": _lateral_motion, "ry": _tilt_motion}
+    return Kinematics(
+        dimension=2,
+        harmonic=order,
+        families=1 if order == 0 else 2,
+        weight=(2.0 if order == 0 else 1.0) * np.pi * r,
+        strain=strain,
+        gradient=gradient,
+        spin=spin,
+        rigid_motions=motions,
+        # the sin family with the amplitudes of a tilt +ry turns about -x
+        second_family={"ux": ("uy", 1.0), "ry": ("rx", -1.0)} if order == 1 else {},
+        centrifugal=ufl.as_vector((r, 0.0 * r, 0.0 * r)),
+    )
+
+
+def _solid_motion(index: int, x: FloatArray, z0: float | FloatArray) -> FloatArray:
+    """Translation (index 0 to 2) or rotation (3 to 5) of a solid."""
+    unit = np.eye(3)[index % 3]
+    if index < 3:
+        return np.broadcast_to(unit, x.shape).copy()
+    about = np.array([0.0, 0.0, z0]) if np.ndim(z0) == 0 else z0
+    return np.asarray(np.cross(unit, x - about))
+
+
+def _lateral_motion(x: FloatArray, z0: float) -> FloatArray:
+    """N = 1, cos family: translation along x."""
+    return np.broadcast_to(np.array([1.0, -1.0, 0.0]), x.shape).copy()
+
+
+def _tilt_motion(x: FloatArray, z0: float) -> FloatArray:
+    """N = 1, cos family: rotation about +y."""
+    z, r = x[:, 0] - z0, x[:, 1]
+    return np.column_stack([z, -z, -r])
+
+
+def _axial_motion(x: FloatArray, z0: float) -> FloatArray:
+    """N = 0: translation along z."""
+    return np.broadcast_to(np.array([0.0, 0.0, 1.0]), x.shape).copy()
+
+
+def _torsional_motion(x: FloatArray, z0: float) -> FloatArray:
+    """N = 0: rotation about z."""
+    return np.column_stack([np.zeros(len(x)), x[:, 1], np.zeros(len(x))])

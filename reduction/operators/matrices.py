@@ -1,0 +1,359 @@
+"""Matrices of a spinning body on its mesh: one record for the harmonic and the solid level."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import ufl
+from petsc4py import PETSc
+
+from solidwhirl.meshing import Mesh
+from solidwhirl.meshing.imported.records import AnyBody
+from solidwhirl.reduction.operators import compat, forms, kinematics, solid_matrices
+from solidwhirl.reduction.operators.coupling import Coupling, couple, reduced_motion
+from solidwhirl.reduction.operators.dofs import motion_vectors
+from solidwhirl.reduction.operators.kinematics import Kinematics
+from solidwhirl.reduction.operators.prestress import centrifugal_displacement
+from solidwhirl.reduction.operators.symmetry import sector_mesh, whole_node_count
+from solidwhirl.reduction.solvers.memory import return_free_memory
+from solidwhirl.reduction.solvers.vectors import folded, project
+from solidwhirl.rotordyn.core.arrays import FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class OperatorEffects:
+    """Which matrices are assembled.
+
+    Attributes
+    ----------
+    centrifugal
+        Prestress solve, Kσ and S; the two belong together in the inertial frame, so there is no
+        switch for one of them alone.
+    components
+        Rigid motions that each interface carries, some of ux, uy, uz, rx, ry, rz.
+    lateral_only
+        Solid level: only lateral motion is asked for, so only fields with its symmetry under a
+        half turn are sought.
+    shape
+        Of a solid: "quartered" is of revolution, and its mesh the same after a quarter turn;
+        "round" is of revolution on a mesh of any kind; "any" does not turn and may have any shape.
+    solver
+        How systems of a solid are solved, see `solidwhirl.reduction.operators.solver_choice`.
+    """
+
+    gyroscopic: bool
+    centrifugal: bool
+    components: Mapping[str, tuple[str, ...]]
+    lateral_only: bool
+    shape: str = "quartered"
+    solver: str = "auto"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Ingredients:
+    """What the matrices of a body are assembled from.
+
+    Attributes
+    ----------
+    centrifugal_field
+        Displacement at unit speed (Function), None without it.
+    component_mass
+        M of one component of u on all nodes, PETSc.
+    """
+
+    kinematics: Kinematics
+    matter: forms.Medium
+    facet_tags: Mapping[str, Any]
+    centrifugal_field: Any
+    effects: OperatorEffects
+    component_mass: Any
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BodyOperators:
+    """Operators of one body, one circumferential order, on any communicator.
+
+    The unknowns û are the displacement degrees of freedom, of which those on rigid interfaces are
+    replaced by their master's motions.
+
+    Attributes
+    ----------
+    harmonic
+        Circumferential order, None for the solid.
+    families
+        Copies of the unknowns (2: cos and sin family with the same matrices).
+    gyroscopic
+        G (one family) or N of G = [[0, 2N], [-2N, 0]] (two); None if not asked.
+    stress_stiffening, spin_softening
+        Kσ and S at unit speed; None if not asked.
+    circulation
+        Solid only: ∫ ρ Jv·Ju with J the generator of a turn of the whole field; its Rayleigh
+        quotient over M is the square of a mode's circumferential order.
+    turn
+        Solid only: ∫ ρ v·Ju.
+    coupling
+        Interface rows B and the map u = T û.
+    rigid_motions
+        Rigid motions about the origin by component, local rows of û.
+    second_family
+        Component of the first family to (component, sign) of the second.
+    hoop_strain
+        Largest hoop strain of the centrifugal field at unit speed (per (rad/s)²), 0 without it.
+    rigid_mass
+        Solid: (6, 6) mass matrix of the mesh for the rigid motions about the origin; None on the
+        meridian, whose straight edges hold the profile exactly.
+    full_dofs
+        Unknowns of the whole body (all families) before reduction.
+    """
+
+    level: str
+    harmonic: int | None
+    families: int
+    mass: Any
+    stiffness: Any
+    gyroscopic: Any
+    stress_stiffening: Any
+    spin_softening: Any
+    circulation: Any
+    turn: Any
+    coupling: Coupling
+    rigid_motions: Mapping[str, FloatArray]
+    second_family: Mapping[str, tuple[str, float]]
+    hoop_strain: float
+    rigid_mass: FloatArray | None
+    full_dofs: int
+    space: Any
+    ingredients: Ingredients
+    assembled: tuple[str, ...]
+
+    @property
+    def comm(self) -> Any:
+        """mpi4py communicator."""
+        return self.mass.comm.tompi4py()
+
+    def release(self) -> None:
+        """Free the matrices, which Python alone would not, on all ranks; then they are gone."""
+        comm = self.mass.comm
+        compat.collect_garbage(comm)
+        spinning = (self.gyroscopic, self.stress_stiffening, self.spin_softening)
+        others = (self.circulation, self.turn, self.coupling.transformation)
+        one = self.ingredients.component_mass
+        for matrix in (self.mass, self.stiffness, *spinning, *others, one):
+            if matrix is not None:
+                matrix.destroy()
+        return_free_memory()
+
+
+def build_operators(
+    body: AnyBody,
+    mesh: Mesh | None,
+    comm: Any,
+    *,
+    order: int | None,
+    degree: int,
+    effects: OperatorEffects,
+) -> BodyOperators:
+    """Assemble the operators of a body.
+
+    Parameters
+    ----------
+    mesh
+        Meridian (harmonic level) or solid mesh; needed on rank 0 only.
+    order
+        Circumferential order n on a meridian mesh, None on a solid mesh.
+
+    Raises
+    ------
+    ReductionError
+        Interfaces that can not be coupled.
+    """
+    dimension = 3 if order is None else 2
+    copies = 2 if order is None and effects.lateral_only else 1
+    materials = comm.bcast(mesh.materials if mesh is not None else None, root=0)
+    part = sector_mesh(mesh, copies) if mesh is not None else None
+    domain, material_tags, facet_tags = compat.distribute(part, dimension, comm)
+    kin = _kinematics(domain, order, copies)
+    matter = forms.medium(domain, material_tags, materials)
+    space = compat.vector_space(domain, degree, 3)
+    coupling = couple(space, kin, facet_tags, body.interfaces, effects.components, effects.shape)
+    assemble = _assemble_solid if order is None else _assemble_meridian
+    assembly = assemble(space, kin, matter, degree, effects, coupling)
+    whole = assembly.matrices
+    return BodyOperators(
+        level="solid" if order is None else "harmonic",
+        harmonic=order,
+        families=kin.families,
+        mass=whole.get("mass"),
+        stiffness=whole.get("stiffness"),
+        gyroscopic=whole.get("gyroscopic"),
+        stress_stiffening=whole.get("stress_stiffening"),
+        spin_softening=whole.get("spin_softening"),
+        circulation=whole.get("circulation"),
+        turn=whole.get("turn"),
+        coupling=coupling,
+        rigid_motions={
+            c: reduced_motion(space, kin, coupling, body.interfaces, c) for c in kin.rigid_motions
+        },
+        second_family=kin.second_family,
+        hoop_strain=assembly.hoop_strain,
+        rigid_mass=assembly.rigid_mass,
+        full_dofs=3 * whole_node_count(space, copies) * kin.families,
+        space=space,
+        ingredients=Ingredients(
+            kinematics=kin,
+            matter=matter,
+            facet_tags=facet_tags,
+            centrifugal_field=assembly.centrifugal_field,
+            effects=effects,
+            component_mass=assembly.component_mass,
+        ),
+        assembled=assembly.ledger,
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Assembly:
+    """Matrices of the unknowns û by name, and what was done for them."""
+
+    matrices: Mapping[str, Any]
+    centrifugal_field: Any
+    hoop_strain: float
+    rigid_mass: FloatArray | None
+    component_mass: Any
+    ledger: tuple[str, ...]
+
+
+def _measure(space: Any, kin: Kinematics, degree: int) -> Any:
+    """The volume measure of all forms of a body."""
+    metadata = {"quadrature_degree": forms.quadrature_degree(kin, degree)}
+    return ufl.Measure("dx", domain=space.mesh, metadata=metadata)
+
+
+def _assemble_meridian(
+    space: Any,
+    kin: Kinematics,
+    matter: forms.Medium,
+    degree: int,
+    effects: OperatorEffects,
+    coupling: Coupling,
+) -> _Assembly:
+    """Assemble what the effects ask for, nothing else."""
+    u, v, dx = ufl.TrialFunction(space), ufl.TestFunction(space), _measure(space, kin, degree)
+    wanted = {"stiffness": forms.stiffness_form, "mass": forms.mass_form}
+    if effects.gyroscopic:
+        wanted["gyroscopic"] = forms.gyroscopic_form
+    matrices = {
+        name: compat.assemble_matrix(compat.compiled(form(kin, matter, u, v, dx)))
+        for name, form in wanted.items()
+    }
+    ledger, field, hoop = list(matrices), None, 0.0
+    if effects.centrifugal:
+        around, static = kin, matrices["stiffness"]
+        if kin.harmonic != 0:
+            around = kinematics.harmonic(space.mesh, 0)
+            form = forms.stiffness_form(around, matter, u, v, dx)
+            static = compat.assemble_matrix(compat.compiled(form))
+            ledger.append("axisymmetric_stiffness")
+        field, hoop = centrifugal_displacement(space, around, matter, dx, static)
+        prestress = forms.stress(around, matter, field)
+        for name, form in (
+            ("stress_stiffening", forms.stiffening_form(kin, prestress, u, v, dx)),
+            ("spin_softening", forms.softening_form(kin, matter, u, v, dx)),
+        ):
+            matrices[name] = compat.assemble_matrix(compat.compiled(form))
+        ledger += ["prestress", "stress_stiffening", "spin_softening"]
+    one = _one_component(matrices["mass"])
+    return _Assembly(
+        matrices={name: _coupled(matrix, coupling) for name, matrix in matrices.items()},
+        centrifugal_field=field,
+        hoop_strain=hoop,
+        rigid_mass=None,
+        component_mass=one,
+        ledger=tuple(ledger),
+    )
+
+
+def _assemble_solid(
+    space: Any,
+    kin: Kinematics,
+    matter: forms.Medium,
+    degree: int,
+    effects: OperatorEffects,
+    coupling: Coupling,
+) -> _Assembly:
+    """Assemble the stiffness of vectors and all other matrices by component."""
+    u, v, dx = ufl.TrialFunction(space), ufl.TestFunction(space), _measure(space, kin, degree)
+    turned = coupling.transformation
+    parts = solid_matrices.component_matrices(space, kin, matter, dx)
+    ledger, field, hoop = ["stiffness", "mass", "spin", "spin_softening"], None, 0.0
+    matrices = {
+        "mass": solid_matrices.mass_matrix(parts, turned),
+    }
+    if effects.shape != "any":
+        matrices["circulation"] = solid_matrices.circulation_matrix(parts, turned)
+        matrices["turn"] = solid_matrices.turn_matrix(parts, turned)
+    if effects.gyroscopic:
+        matrices["gyroscopic"] = solid_matrices.gyroscopic_matrix(parts, turned)
+    stiffness = compat.assemble_matrix(compat.compiled(forms.stiffness_form(kin, matter, u, v, dx)))
+    if effects.centrifugal:
+        around, weight = kinematics.solid_axisymmetric(space.mesh, kin.copies), None
+        if effects.shape != "quartered":
+            around, weight = kin, parts.mass
+        field, hoop = centrifugal_displacement(
+            space, around, matter, dx, stiffness, weight, solver=effects.solver
+        )
+        prestress = forms.stress(around, matter, field)
+        stiffening = solid_matrices.component_stiffening(space, kin, prestress, dx)
+        matrices["stress_stiffening"] = solid_matrices.componentwise(stiffening, turned)
+        matrices["spin_softening"] = solid_matrices.componentwise(parts.softening, turned)
+        ledger += ["prestress", "stress_stiffening"]
+    matrices["stiffness"] = _coupled(stiffness, coupling)
+    return _Assembly(
+        matrices=matrices,
+        centrifugal_field=field,
+        hoop_strain=hoop,
+        rigid_mass=_rigid_mass(space, kin, parts.mass),
+        component_mass=parts.mass,
+        ledger=tuple(ledger),
+    )
+
+
+def _kinematics(domain: Any, order: int | None, copies: int) -> Kinematics:
+    if order is not None:
+        return kinematics.harmonic(domain, order)
+    # the half is worked on when lateral motion alone is asked for
+    return kinematics.solid(domain) if copies == 1 else kinematics.solid_lateral(domain, copies)
+
+
+def _rigid_mass(space: Any, kin: Kinematics, mass: Any) -> FloatArray:
+    """Rᵀ M R with the six rigid motions R of the solid, M given by component."""
+    motions = motion_vectors(space, kinematics.solid(space.mesh), 0.0)
+    values = np.column_stack(list(motions.values())).reshape(-1, 3, len(motions))
+    comm = space.mesh.comm
+    out = np.sum([project(mass, values[:, i], comm) for i in range(3)], axis=0)
+    if kin.copies > 1:
+        # over the whole, lateral and axial motions are orthogonal; half of it does not know
+        lateral = np.array([c in kin.rigid_motions for c in motions])
+        out = np.where(lateral[:, None] == lateral, out, 0.0)
+    return np.asarray(out)
+
+
+def _one_component(matrix: Any) -> Any:
+    """Rows and columns of the first of the three components of all nodes."""
+    first, end = matrix.getOwnershipRange()
+    own = PETSc.IS().createStride((end - first) // 3, first=first, step=3, comm=matrix.comm)
+    out = matrix.createSubMatrix(own, own)
+    own.destroy()
+    return out
+
+
+def _coupled(matrix: Any, coupling: Coupling) -> Any:
+    """Tᵀ A T; A is destroyed."""
+    if matrix is None or coupling.transformation is None:
+        return matrix
+    out = folded(matrix, coupling.transformation)
+    matrix.destroy()
+    return out

@@ -1,0 +1,166 @@
+"""Matrices of the solid that act on every Cartesian component alike, from those of one component.
+
+∫ρ v·u, ∫ρ v·Du, ∫ρ Dv·Du and ∫σ0:(∇uᵀ∇v) do not mix the components of u. Each is assembled for one
+component, a ninth of the entries, and a matrix of vectors is a sum Σ C ⊗ A of 3 by 3 arrays C and
+component matrices A.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import ufl
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from solidwhirl.reduction.errors import ReductionError
+from solidwhirl.reduction.operators import compat, forms
+from solidwhirl.reduction.operators.kinematics import Kinematics
+from solidwhirl.reduction.solvers.vectors import folded
+from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
+
+# e_z × u, and the components that it turns
+_QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+_LATERAL = np.diag([1.0, 1.0, 0.0])
+_ALL = np.eye(3)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ComponentMatrices:
+    """Matrices of one component on the nodes of a vector space, PETSc AIJ of one pattern."""
+
+    mass: Any
+    spin: Any
+    softening: Any
+
+
+def component_matrices(
+    space: Any, kin: Kinematics, matter: forms.Medium, dx: Any
+) -> ComponentMatrices:
+    """Assemble the matrices that need no prestress.
+
+    Parameters
+    ----------
+    space
+        Vector space of the displacement on a solid mesh.
+    """
+    nodes = _node_space(space)
+    u, v = ufl.TrialFunction(nodes), ufl.TestFunction(nodes)
+    found = {}
+    for name, form in (
+        ("mass", forms.mass_form(kin, matter, u, v, dx)),
+        ("spin", forms.spin_form(kin, matter, u, v, dx)),
+        ("softening", forms.softening_form(kin, matter, u, v, dx)),
+    ):
+        found[name] = compat.assemble_matrix(compat.compiled(form))
+    return ComponentMatrices(**found)
+
+
+def component_stiffening(space: Any, kin: Kinematics, prestress: Any, dx: Any) -> Any:
+    """Kσ of one component."""
+    nodes = _node_space(space)
+    u, v = ufl.TrialFunction(nodes), ufl.TestFunction(nodes)
+    return compat.assemble_matrix(compat.compiled(forms.stiffening_form(kin, prestress, u, v, dx)))
+
+
+def _node_space(space: Any) -> Any:
+    """Scalar space whose unknown i is the node i of a vector space."""
+    nodes = compat.scalar_space(space.mesh, "Lagrange", compat.polynomial_degree(space))
+    if not np.array_equal(compat.cell_unknowns(nodes), compat.cell_unknowns(space)):
+        raise ReductionError("scalar and vector elements number the nodes of a mesh differently")
+    return nodes
+
+
+def mass_matrix(parts: ComponentMatrices, transformation: Any) -> Any:
+    """M of the unknowns û."""
+    return on_vectors([(_ALL, parts.mass)], transformation)
+
+
+def gyroscopic_matrix(parts: ComponentMatrices, transformation: Any) -> Any:
+    """G = ∫ρ (v·Du - u·Dv), exactly skew."""
+    return on_vectors([(_ALL, _skew_twice(parts.spin))], transformation)
+
+
+def circulation_matrix(parts: ComponentMatrices, transformation: Any) -> Any:
+    """∫ρ Jv·Ju with J u = e_z × u - D u, see `forms`."""
+    # the mixed terms: -∫ρ (e_z×v)·Du - ∫ρ Dv·(e_z×u), and (e_z×)ᵀ = -(e_z×)
+    skew = _skew_twice(parts.spin)
+    return on_vectors(
+        [(_LATERAL, parts.mass), (_QUARTER, skew), (_ALL, parts.softening)], transformation
+    )
+
+
+def turn_matrix(parts: ComponentMatrices, transformation: Any) -> Any:
+    """∫ρ v·Ju."""
+    return on_vectors([(_QUARTER, parts.mass), (-_ALL, parts.spin)], transformation)
+
+
+def componentwise(matrix: Any, transformation: Any) -> Any:
+    """Matrix of the unknowns û that acts on every component alike."""
+    return on_vectors([(_ALL, matrix)], transformation)
+
+
+def _skew_twice(matrix: Any) -> Any:
+    """A - Aᵀ."""
+    transposed = matrix.copy()
+    transposed.transpose()
+    out = matrix.copy()
+    out.axpy(-1.0, transposed, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
+    transposed.destroy()
+    return out
+
+
+def on_vectors(terms: Sequence[tuple[FloatArray, Any]], transformation: Any) -> Any:
+    """Tᵀ (Σ C ⊗ A) T with the three components of a node next to each other.
+
+    Parameters
+    ----------
+    terms
+        Pairs of C, (3, 3), and A, a PETSc AIJ matrix of nodes; all A have one pattern.
+    transformation
+        T as PETSc matrix, None for the identity.
+    """
+    first = terms[0][1]
+    indptr, columns, _ = first.getValuesCSR()
+    values = [a.getValuesCSR()[2] for _, a in terms]
+    blocks = {}
+    for i, j in np.argwhere(np.any([c != 0.0 for c, _ in terms], axis=0)):
+        parts = [c[i, j] * v for (c, _), v in zip(terms, values, strict=True) if c[i, j] != 0.0]
+        blocks[int(i), int(j)] = parts[0] if len(parts) == 1 else np.sum(parts, axis=0)
+    rows, cells, data = _interleaved(np.asarray(indptr, dtype=np.int64), columns, blocks)
+    (local, size), _ = first.getSizes()
+    out = PETSc.Mat().createAIJ(
+        size=((3 * local, 3 * size), (3 * local, 3 * size)),
+        csr=(rows.astype(PETSc.IntType), cells.astype(PETSc.IntType), data),
+        comm=first.comm,
+    )
+    out.assemble()
+    if transformation is None:
+        return out
+    small = folded(out, transformation)
+    out.destroy()
+    return small
+
+
+def _interleaved(
+    indptr: IntArray, columns: NDArray[Any], blocks: dict[tuple[int, int], FloatArray]
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """CSR of a matrix of 3 by 3 blocks, from the entries of every place in the block."""
+    counts = np.diff(indptr)
+    start, length = np.repeat(indptr[:-1], counts), np.repeat(counts, counts)
+    within = np.arange(len(columns)) - start
+    across = [[j for j in range(3) if (i, j) in blocks] for i in range(3)]
+    cells = np.empty(len(columns) * len(blocks), dtype=np.int64)
+    data = np.empty(len(cells))
+    before = 0
+    for i in range(3):
+        for k, j in enumerate(across[i]):
+            at = start * len(blocks) + length * before + within * len(across[i]) + k
+            cells[at] = 3 * columns.astype(np.int64) + j
+            data[at] = blocks[i, j]
+        before += len(across[i])
+    per_row = np.outer(counts, [len(a) for a in across]).ravel()
+    return np.concatenate([[0], np.cumsum(per_row)]), cells, data

@@ -1,0 +1,289 @@
+"""Displacement and stress of the solid from the coordinates of its superelement."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import basix
+import numpy as np
+import ufl
+from dolfinx import fem
+from numpy.typing import NDArray
+
+from solidwhirl.reduction.operators import compat, forms, kinematics
+from solidwhirl.reduction.recovery.fields import BodyFields, OrderFields
+from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
+
+# Components of a symmetric tensor: three on the diagonal, then 12, 23, 13, as VTK has them.
+_ROW, _COLUMN = np.array([0, 1, 2, 0, 1, 0]), np.array([0, 1, 2, 1, 2, 2])
+# Pairs of corners of dolfinx's edges, by the number of corners of a cell.
+_EDGES = {3: ((1, 2), (0, 2), (0, 1)), 4: ((2, 3), (1, 3), (1, 2), (0, 3), (0, 2), (0, 1))}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FieldPoints:
+    """Nodes of the mesh, once for each material that meets there.
+
+    Attributes
+    ----------
+    points_m
+        (p, 2) z, r or (p, 3) x, y, z.
+    cells
+        (c, 6) or (c, 10) points of the second-order cells, dolfinx's order.
+    cell_material, point_material
+        (c,) and (p,) numbers of materials.
+    copies
+        Half turns of the mesh that make the solid: 1 or 2.
+    """
+
+    points_m: FloatArray
+    cells: IntArray
+    cell_material: IntArray
+    point_material: IntArray
+    copies: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FieldTerm:
+    """Displacement and stress of one order and family.
+
+    Attributes
+    ----------
+    order, family
+        Circumferential order and family, as in `rotordyn.superelement.Surface`; order None
+        for a solid.
+    character
+        Of the solid in a half turn: the displacement at the other half is this times the turned
+        one.
+    displacement_m
+        (p, 3) amplitudes along r, θ, z, or along x, y, z; real or complex.
+    stress_pa
+        (p, 6) rr, θθ, zz, rθ, θz, rz, or xx, yy, zz, xy, yz, xz. The components rθ and θz go with
+        the factor of u_θ, the others with that of u_r.
+    """
+
+    order: int | None
+    family: int
+    character: int
+    displacement_m: NDArray[Any]
+    stress_pa: NDArray[Any]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RecoveredFields:
+    """Fields of one body in one state.
+
+    Attributes
+    ----------
+    steady
+        Of the centrifugal load; None where it was not computed.
+    strain_energy_j
+        ½ ∫ σ:ε* of the state's own displacement.
+    """
+
+    points: FieldPoints
+    terms: tuple[FieldTerm, ...]
+    steady: FieldTerm | None
+    strain_energy_j: float
+
+
+class StressRecovery:
+    """Recover states of one body, one after the other.
+
+    Notes
+    -----
+    In every element the stress is taken at the points of the quadrature that is exact to twice the
+    degree of the strain (for second order these are the points of Barlow 1976, Int. J. Numer.
+    Methods Eng. 10, where it is more accurate than elsewhere), fitted by a polynomial of the
+    strain's degree, and this is evaluated at the nodes: they are extrapolated. At a node the mean
+    over the elements of one material is taken, weighted by their size; materials are kept apart,
+    as the stress jumps between them.
+    """
+
+    def __init__(self, fields: BodyFields) -> None:
+        self._fields = fields
+        first = fields.orders[0]
+        self.points = _field_points(first, fields)
+        self._samplers = [_Sampler(order, self.points) for order in fields.orders]
+        self._steady: tuple[FloatArray, FloatArray, float] | None = None
+
+    @property
+    def is_averaged(self) -> bool:
+        """As of the fields."""
+        return self._fields.is_averaged
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates of the superelement."""
+        return sum(len(order.rows) for order in self._fields.orders)
+
+    @property
+    def material_names(self) -> tuple[str, ...]:
+        """Names of the materials by number."""
+        return tuple(material.name for material in self._fields.materials)
+
+    def recover(self, motion: NDArray[Any], speed_rad_s: float) -> RecoveredFields:
+        """Return the fields of a state.
+
+        Parameters
+        ----------
+        motion
+            Coordinates of the superelement, real, or complex amplitudes, shape (n,).
+        """
+        q = self._fields.own_motion(np.asarray(motion))
+        terms: list[FieldTerm] = []
+        energy = 0.0
+        for order, sampler in zip(self._fields.orders, self._samplers, strict=True):
+            for family, amplitudes in enumerate(order.family_amplitudes(q)):
+                field = order.values @ amplitudes
+                if not np.abs(field).any():
+                    continue
+                moved, stress, stored = sampler.complex_sample(field)
+                energy += stored
+                terms.append(_term(order, family, moved, stress))
+        return RecoveredFields(
+            points=self.points,
+            terms=tuple(terms),
+            steady=self._centrifugal(speed_rad_s),
+            strain_energy_j=energy,
+        )
+
+    def _centrifugal(self, speed_rad_s: float) -> FieldTerm | None:
+        """Displacement and stress of the free spinning body."""
+        given = self._fields.orders[0]
+        field = given.ingredients.centrifugal_field
+        if field is None:
+            return None
+        if self._steady is None:
+            kin = given.ingredients.kinematics
+            around = kinematics.harmonic(given.space.mesh, 0) if given.harmonic else kin
+            sampler = _Sampler(given, self.points, around)
+            self._steady = sampler.sample(compat.owned_values(field).copy())
+        moved, stress, _ = self._steady
+        square = speed_rad_s**2
+        return FieldTerm(
+            order=None if given.harmonic is None else 0,
+            family=0,
+            character=1,
+            displacement_m=square * moved,
+            stress_pa=square * stress,
+        )
+
+
+def _term(order: OrderFields, family: int, moved: Any, stress: Any) -> FieldTerm:
+    return FieldTerm(
+        order=order.harmonic,
+        family=family,
+        character=order.ingredients.kinematics.symmetry.character,
+        displacement_m=moved,
+        stress_pa=stress,
+    )
+
+
+class _Sampler:
+    """Displacement, stress and energy of fields of one space at the points of a body."""
+
+    def __init__(
+        self, given: OrderFields, points: FieldPoints, around: kinematics.Kinematics | None = None
+    ) -> None:
+        kin = around or given.ingredients.kinematics
+        matter, space = given.ingredients.matter, given.space
+        degree = compat.polynomial_degree(space)
+        corners = 3 if points.cells.shape[1] == 6 else 4
+        kind = basix.CellType.triangle if corners == 3 else basix.CellType.tetrahedron
+        at, weights = basix.make_quadrature(kind, 2 * (degree - 1))
+        nodes = _reference_nodes(corners)
+        self._field, self._points, self._domain = fem.Function(space), points, space.mesh
+        stress = forms.stress(kin, matter, self._field)
+        self._stress = compat.expression(stress, at)
+        self._outward = _fit(at, weights, nodes, degree - 1)
+        metadata = {"quadrature_degree": forms.quadrature_degree(kin, degree)}
+        dx = ufl.Measure("dx", domain=self._domain, metadata=metadata)
+        density = 0.5 * ufl.inner(stress, kin.strain(self._field)) * kin.weight
+        self._energy = compat.compiled(density * dx)
+        lagrange = basix.LagrangeVariant.gll_warped
+        element = basix.create_element(basix.ElementFamily.P, kind, degree, lagrange)
+        self._shapes = element.tabulate(0, nodes)[0].reshape(len(nodes), -1)
+        self._unknowns = compat.cell_unknowns(space).reshape(len(points.cells), -1)
+        size = np.repeat(_cell_sizes(points)[:, None], len(nodes), axis=1)
+        self._weights = (size / self._sum(size)[points.cells]).ravel()
+
+    def sample(self, values: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+        """Displacement (p, 3), stress (p, 6) and energy of a real field."""
+        compat.owned_values(self._field)[:] = values
+        self._field.x.scatter_forward()
+        count = len(self._points.cells)
+        own = values.reshape(-1, 3)[self._unknowns]
+        moved = np.empty((len(self._points.points_m), 3))
+        moved[self._points.cells] = np.einsum("nd,cdi->cni", self._shapes, own)
+        raw = compat.evaluated(self._stress, self._domain).reshape(count, -1, 3, 3)
+        inside = raw[:, :, _ROW, _COLUMN]
+        at_nodes = np.einsum("nq,cqi->cni", self._outward, inside).reshape(-1, 6)
+        mean = [self._sum(self._weights * at_nodes[:, i]) for i in range(6)]
+        return moved, np.stack(mean, axis=1), compat.assembled_number(self._energy)
+
+    def complex_sample(self, values: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any], float]:
+        """The same of a field that may be complex; the energy is that of both parts."""
+        moved, stress, energy = self.sample(np.ascontiguousarray(values.real))
+        if not np.iscomplexobj(values):
+            return moved, stress, energy
+        also, more, other = self.sample(np.ascontiguousarray(values.imag))
+        return moved + 1j * also, stress + 1j * more, energy + other
+
+    def _sum(self, values: FloatArray) -> FloatArray:
+        """Sum over the elements at every point."""
+        flat = self._points.cells.ravel()
+        return np.bincount(flat, values.ravel(), len(self._points.points_m)).astype(float)
+
+
+def _field_points(given: OrderFields, fields: BodyFields) -> FieldPoints:
+    nodes, table = compat.curved_cells(given.space.mesh)
+    material = _materials(given, fields)
+    key = table * len(fields.materials) + material[:, None]
+    own, cells = np.unique(key, return_inverse=True)
+    return FieldPoints(
+        points_m=nodes[own // len(fields.materials)],
+        cells=np.asarray(cells).reshape(table.shape),
+        cell_material=material,
+        point_material=own % len(fields.materials),
+        copies=given.ingredients.kinematics.copies,
+    )
+
+
+def _materials(given: OrderFields, fields: BodyFields) -> IntArray:
+    """Number of the material of every cell, by its density and moduli."""
+    matter = given.ingredients.matter
+    found = [f.x.array for f in (matter.density, matter.first_lame, matter.second_lame)]
+    miss = np.empty((len(fields.materials), len(found[0])))
+    for k, m in enumerate(fields.materials):
+        shear = m.youngs_modulus_pa / (2.0 * (1.0 + m.poissons_ratio))
+        first = 2.0 * shear * m.poissons_ratio / (1.0 - 2.0 * m.poissons_ratio)
+        known = (m.density_kg_per_m3, first, shear)
+        scale = (m.density_kg_per_m3, shear, shear)
+        parts = zip(found, known, scale, strict=True)
+        miss[k] = sum(np.abs(f - value) / size for f, value, size in parts)
+    return np.asarray(miss.argmin(axis=0), dtype=np.int64)
+
+
+def _reference_nodes(corners: int) -> FloatArray:
+    """Corners and midpoints of the edges of the reference cell."""
+    corner = np.vstack([np.zeros(corners - 1), np.eye(corners - 1)])
+    return np.vstack([corner, [corner[list(edge)].mean(axis=0) for edge in _EDGES[corners]]])
+
+
+def _fit(at: FloatArray, weights: FloatArray, nodes: FloatArray, degree: int) -> FloatArray:
+    """Values at the nodes from those at points inside, by the nearest polynomial, (nodes, q)."""
+    powers = [p for p in np.ndindex(*(degree + 1,) * at.shape[1]) if sum(p) <= degree]
+
+    def terms(x: FloatArray) -> FloatArray:
+        return np.stack([np.prod(x ** np.array(p), axis=1) for p in powers], axis=1)
+
+    root = np.sqrt(np.abs(weights))
+    return np.asarray(terms(nodes) @ (np.linalg.pinv(root[:, None] * terms(at)) * root))
+
+
+def _cell_sizes(points: FieldPoints) -> FloatArray:
+    """Areas or volumes of the straight cells."""
+    corners = points.points_m[points.cells[:, : points.points_m.shape[1] + 1]]
+    return np.asarray(np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])))

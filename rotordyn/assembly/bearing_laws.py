@@ -1,0 +1,381 @@
+"""Bearings whose stiffness and damping depend on the speed: polynomial factors and tables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Protocol
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from solidwhirl.rotordyn.assembly.law_pieces import BearingCoefficients, LawPieces
+from solidwhirl.rotordyn.core.arrays import FloatArray, freeze_arrays
+from solidwhirl.rotordyn.core.errors import AssemblyError
+from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
+
+# Units of the argument of a polynomial, per rad/s.
+ARGUMENT_UNITS: Mapping[str, float] = MappingProxyType(
+    {"rad/s": 1.0, "rpm": RPM_PER_RAD_S, "Hz": 0.5 / np.pi}
+)
+INTERPOLATIONS = ("linear", "monotone")
+
+
+# Rows of a table nearer to each other than this fraction of the highest speed are one speed.
+_ONE_SPEED = 1e-12
+
+
+class SpeedLaw(Protocol):
+    """How the coefficients of a bearing on (ux, uy) depend on the spin speed of its first side.
+
+    A law either scales the bearing's own coefficients, so that its values are proportional to them,
+    or replaces them, and then they must be zero. It has a value at any speed, also beyond its
+    range; `bearing_notes.bearing_notes` tells where it is used there.
+
+    A law may also have a method `pieces` with the arguments of `coefficients` but the speed, that
+    returns a `LawPieces`. Where it has none nothing is known of its structure, and every analysis
+    takes the most general way; undamped critical speeds are then not searched for.
+    """
+
+    @property
+    def name(self) -> str:
+        """What the law is called in messages and pictures."""
+
+    @property
+    def speed_range_rad_s(self) -> tuple[float, float]:
+        """Lowest and highest spin speed the law was made for, rad/s."""
+
+    def coefficients(
+        self,
+        speed_rad_s: float,
+        stiffness_n_per_m: FloatArray,
+        damping_n_s_per_m: FloatArray,
+    ) -> BearingCoefficients:
+        """Return the coefficients at a spin speed (not negative) from the bearing's own ones."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PolynomialLaw:
+    """Scale the bearing's own diagonal coefficients by polynomials in the speed.
+
+    k_xx(Ω) = k_xx p(Ω), and so on. Beyond its range the polynomial is evaluated as it is.
+
+    Attributes
+    ----------
+    argument_unit
+        What the polynomials take: "rad/s", "rpm" or "Hz".
+    argument_range
+        Lowest and highest argument they were made for, in that unit.
+    stiffness_x, stiffness_y, damping_x, damping_y
+        Coefficients of the factors, lowest order first.
+
+    Raises
+    ------
+    AssemblyError
+        If the unit is unknown, the range is empty or a polynomial has no finite coefficients.
+    """
+
+    name: str
+    argument_unit: str
+    argument_range: tuple[float, float]
+    stiffness_x: tuple[float, ...]
+    stiffness_y: tuple[float, ...]
+    damping_x: tuple[float, ...]
+    damping_y: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        problems = []
+        if self.argument_unit not in ARGUMENT_UNITS:
+            problems.append(f"argument_unit {self.argument_unit!r}; use {list(ARGUMENT_UNITS)}")
+        low, high = self.argument_range
+        if not (0 <= low < high and np.isfinite(high)):
+            problems.append(f"argument_range is ({low}, {high}); needed is 0 <= low < high, finite")
+        for part in ("stiffness_x", "stiffness_y", "damping_x", "damping_y"):
+            values = tuple(float(value) for value in getattr(self, part))
+            if not values or not np.isfinite(values).all():
+                problems.append(f"{part} is {values}; one or more finite coefficients are needed")
+            object.__setattr__(self, part, values)
+        if problems:
+            raise AssemblyError(tuple(f"law {self.name!r}: {text}" for text in problems))
+
+    @property
+    def speed_range_rad_s(self) -> tuple[float, float]:
+        """Lowest and highest spin speed the polynomials were made for, rad/s."""
+        scale = ARGUMENT_UNITS[self.argument_unit]
+        return self.argument_range[0] / scale, self.argument_range[1] / scale
+
+    def coefficients(
+        self,
+        speed_rad_s: float,
+        stiffness_n_per_m: FloatArray,
+        damping_n_s_per_m: FloatArray,
+    ) -> BearingCoefficients:
+        """Return the scaled coefficients at a spin speed.
+
+        `speed_rad_s`: spin speed, rad/s, not negative; `stiffness_n_per_m`, `damping_n_s_per_m`:
+        the bearing's own coefficients on (ux, uy), diagonal, shape (2, 2). Returns each (2, 2),
+        diagonal. Raises AssemblyError if the bearing has cross terms, which this law does not
+        scale.
+        """
+        return self.pieces(stiffness_n_per_m, damping_n_s_per_m).at(speed_rad_s)
+
+    def pieces(self, stiffness_n_per_m: FloatArray, damping_n_s_per_m: FloatArray) -> LawPieces:
+        """Return the scaled coefficients as one polynomial of the spin speed."""
+        k_xx, k_yy = _diagonal(self.name, "stiffness_n_per_m", stiffness_n_per_m)
+        d_xx, d_yy = _diagonal(self.name, "damping_n_s_per_m", damping_n_s_per_m)
+        factors = (self.stiffness_x, self.stiffness_y, self.damping_x, self.damping_y)
+        count = max(len(factor) for factor in factors)
+        scale = ARGUMENT_UNITS[self.argument_unit] ** np.arange(count)
+        rows = np.zeros((1, count, 2, 2, 2))
+        for place, (own, factor) in enumerate(zip((k_xx, k_yy, d_xx, d_yy), factors, strict=True)):
+            which, axis = divmod(place, 2)
+            rows[0, : len(factor), which, axis, axis] = own * np.array(factor)
+        rows *= scale.reshape(-1, 1, 1, 1)
+        return LawPieces(starts_rad_s=(0.0,), polynomials=rows)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class TableLaw:
+    """Interpolate full coefficient matrices between tabulated speeds.
+
+    The values are absolute: the bearing's own coefficients must be zero. Beyond the table the
+    nearest end value holds.
+
+    Attributes
+    ----------
+    speeds_rad_s
+        Spin speeds, rising, not negative, shape (s,), s ≥ 2.
+    stiffness_n_per_m, damping_n_s_per_m
+        On (ux, uy), shape (s, 2, 2).
+    interpolation
+        "monotone" (piecewise cubic after Fritsch and Carlson, no overshoot between the values)
+        or "linear", entry by entry.
+
+    Raises
+    ------
+    AssemblyError
+        If shapes do not fit, numbers are not finite, or speeds do not rise or are one speed but
+        for rounding.
+    """
+
+    name: str
+    speeds_rad_s: FloatArray
+    stiffness_n_per_m: FloatArray
+    damping_n_s_per_m: FloatArray
+    interpolation: str = "monotone"
+    _pieces: LawPieces = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "speeds_rad_s", "stiffness_n_per_m", "damping_n_s_per_m")
+        problems = _table_problems(self)
+        if problems:
+            raise AssemblyError(tuple(f"law {self.name!r}: {text}" for text in problems))
+        object.__setattr__(self, "_pieces", _table_pieces(self))
+
+    @property
+    def speed_range_rad_s(self) -> tuple[float, float]:
+        """Lowest and highest tabulated spin speed, rad/s."""
+        return float(self.speeds_rad_s[0]), float(self.speeds_rad_s[-1])
+
+    def coefficients(
+        self,
+        speed_rad_s: float,
+        stiffness_n_per_m: FloatArray,
+        damping_n_s_per_m: FloatArray,
+    ) -> BearingCoefficients:
+        """Return the interpolated coefficients at a spin speed.
+
+        `speed_rad_s`: spin speed, rad/s, not negative; `stiffness_n_per_m`, `damping_n_s_per_m`:
+        the bearing's own coefficients on (ux, uy), zero, shape (2, 2). Returns each (2, 2). Raises
+        AssemblyError if the bearing has coefficients of its own, which a table replaces.
+        """
+        return self.pieces(stiffness_n_per_m, damping_n_s_per_m).at(speed_rad_s)
+
+    def pieces(self, stiffness_n_per_m: FloatArray, damping_n_s_per_m: FloatArray) -> LawPieces:
+        """Return the interpolated coefficients as polynomials between the tabulated speeds."""
+        _require_none(self.name, "stiffness_n_per_m", stiffness_n_per_m)
+        _require_none(self.name, "damping_n_s_per_m", damping_n_s_per_m)
+        return self._pieces
+
+
+@dataclass(frozen=True)
+class _MirroredLaw:
+    """A law of any kind with the signs of its cross terms changed."""
+
+    law: SpeedLaw
+
+    @property
+    def name(self) -> str:
+        return self.law.name
+
+    @property
+    def speed_range_rad_s(self) -> tuple[float, float]:
+        return self.law.speed_range_rad_s
+
+    def coefficients(
+        self,
+        speed_rad_s: float,
+        stiffness_n_per_m: FloatArray,
+        damping_n_s_per_m: FloatArray,
+    ) -> BearingCoefficients:
+        found = self.law.coefficients(speed_rad_s, stiffness_n_per_m, damping_n_s_per_m)
+        return BearingCoefficients(*(mirrored(matrix) for matrix in found))
+
+
+def mirrored(matrices: FloatArray) -> FloatArray:
+    """Return matrices on (x, y) as seen in a mirror that turns y round: cross terms change sign.
+
+    `matrices`: shape (..., 2, 2).
+    """
+    return np.asarray(matrices * np.array([[1.0, -1.0], [-1.0, 1.0]]) + 0.0)
+
+
+def mirrored_law(law: SpeedLaw) -> SpeedLaw:
+    """Return a law with the signs of its cross terms changed.
+
+    `law`: a polynomial has no cross terms and comes back as it is.
+    """
+    if isinstance(law, PolynomialLaw):
+        return law
+    if not isinstance(law, TableLaw):
+        return _MirroredLaw(law)
+    return replace(
+        law,
+        stiffness_n_per_m=mirrored(law.stiffness_n_per_m),
+        damping_n_s_per_m=mirrored(law.damping_n_s_per_m),
+    )
+
+
+def is_turned_by_spin(law: SpeedLaw) -> bool:
+    """Tell whether cross terms of a law are unequal at some speed, as rotation makes them.
+
+    `law`: one that is neither a polynomial nor a table may have such terms.
+    """
+    if isinstance(law, TableLaw):
+        return not law.pieces(np.zeros((2, 2)), np.zeros((2, 2))).is_symmetric
+    return not isinstance(law, PolynomialLaw)
+
+
+def law_pieces(
+    law: SpeedLaw, stiffness_n_per_m: FloatArray, damping_n_s_per_m: FloatArray
+) -> LawPieces | None:
+    """Return the polynomials of a law, None of a law that does not tell them.
+
+    `stiffness_n_per_m`, `damping_n_s_per_m`: the bearing's own coefficients, shape (2, 2).
+    """
+    pieces = getattr(law, "pieces", None)
+    return None if pieces is None else pieces(stiffness_n_per_m, damping_n_s_per_m)
+
+
+def _table_pieces(law: TableLaw) -> LawPieces:
+    """Return a table as pieces: constant below and beyond its rows."""
+    speeds = np.asarray(law.speeds_rad_s, dtype=float)
+    values = np.stack((law.stiffness_n_per_m, law.damping_n_s_per_m), axis=1).astype(float)
+    rows = np.zeros((speeds.size, 4, 2, 2, 2))
+    rows[:, 0] = values
+    if law.interpolation == "monotone":
+        rows[:-1] = PchipInterpolator(speeds, values).c[::-1].swapaxes(0, 1)
+    else:
+        rows[:-1, 1] = np.diff(values, axis=0) / np.diff(speeds).reshape(-1, 1, 1, 1)
+    starts = tuple(speeds.tolist())
+    if starts[0] > 0:
+        below = np.zeros_like(rows[:1])
+        below[0, 0] = values[0]
+        starts, rows = (0.0, *starts), np.concatenate((below, rows))
+    return LawPieces(starts_rad_s=starts, polynomials=rows)
+
+
+def _diagonal(law: str, name: str, matrix: FloatArray) -> tuple[float, float]:
+    """Return the diagonal of a bearing's own coefficients, refusing cross terms."""
+    (xx, xy), (yx, yy) = matrix.tolist()
+    if xy != 0 or yx != 0:
+        raise AssemblyError(
+            (
+                f"law {law!r} scales diagonal coefficients, but {name} of the bearing has the "
+                f"cross terms {xy:g} and {yx:g}; give them in a table",
+            )
+        )
+    return xx, yy
+
+
+def _require_none(law: str, name: str, matrix: FloatArray) -> None:
+    if matrix.any():
+        raise AssemblyError(
+            (
+                f"law {law!r} is a table of absolute values, but the bearing has {name} = "
+                f"{matrix.tolist()} of its own; leave them out",
+            )
+        )
+
+
+def _table_problems(law: TableLaw) -> list[str]:
+    problems = []
+    speeds, count = law.speeds_rad_s, law.speeds_rad_s.size
+    if speeds.ndim != 1 or count < 2:
+        return [f"speeds_rad_s has shape {speeds.shape}; two or more speeds are needed"]
+    rising = np.isfinite(speeds).all() and speeds[0] >= 0 and (np.diff(speeds) > 0).all()
+    if not rising:
+        problems.append(f"speeds_rad_s is {speeds.tolist()}; allowed is 0 <= first < second < ...")
+    elif (np.diff(speeds) <= _ONE_SPEED * speeds[-1]).any():
+        at = int(np.argmin(np.diff(speeds)))
+        problems.append(
+            f"the rows at {speeds[at]:.6g} and {speeds[at + 1]:.6g} rad/s are at one speed beside "
+            f"the highest, {speeds[-1]:.6g} rad/s; they must be farther apart than 1e-12 of it"
+        )
+    for name in ("stiffness_n_per_m", "damping_n_s_per_m"):
+        values = getattr(law, name)
+        if values.shape != (count, 2, 2):
+            problems.append(f"{name} has shape {values.shape}, allowed is ({count}, 2, 2)")
+        elif not np.isfinite(values).all():
+            problems.append(f"{name} has entries that are not finite")
+    if law.interpolation not in INTERPOLATIONS:
+        problems.append(f"interpolation {law.interpolation!r}; use {list(INTERPOLATIONS)}")
+    return problems
+
+
+# Müller and Hennings, Appendix A, equations 11 to 14, after Lee (1993), Vibration Analysis of
+# Rotors. They print neither a unit for Ω nor a range. Stiffness at the design point over that at
+# rest, their table 5 against k_xx at 13690, 18049 and 4346 rpm with Ω in each unit:
+#
+#            table 5   rad/s      rpm       Hz
+#   LP        0.662    0.908    7.03e4   0.491
+#   HP        6.32     5.25     2.23e5   0.416
+#   fan       8.20     0.328    4.41e2   0.780
+#
+# rad/s comes near for HP, rad/s and Hz miss LP by a factor of 1.4 either way, and nothing fits the
+# fan; the three printed digits of the coefficients leave 0.1 open at most. In rad/s k_yy is
+# negative above 2150.7, d_xx above 1106.3 and d_yy above 1380.2 rad/s: the damping is negative at
+# the design points of LP and HP.
+# The y polynomials carry a factor 1/4, as they are normalised to k_xx and d_xx at rest.
+_LEE_STIFFNESS_X = (1.0, -3.52e-3, 7.06e-6, -6.77e-9, 2.46e-12)
+_LEE_STIFFNESS_Y = (0.25, 0.25 * 9.67e-4, -0.25 * 1.31e-6, 0.25 * 1.02e-9, -0.25 * 3.35e-13)
+_LEE_DAMPING_X = (1.0, -3.6e-3, 5.07e-6, -2.38e-9)
+_LEE_DAMPING_Y = (0.25, -0.25 * 2.3e-3, 0.25 * 3.06e-6, -0.25 * 1.39e-9)
+# No range is printed; this one holds the design points.
+_LEE_RANGE = (0.0, 2000.0)
+
+# As printed: both base coefficients of the bearing are the value of x at rest.
+LEE_ANISOTROPIC = PolynomialLaw(
+    name="lee_anisotropic",
+    argument_unit="rad/s",
+    argument_range=_LEE_RANGE,
+    stiffness_x=_LEE_STIFFNESS_X,
+    stiffness_y=_LEE_STIFFNESS_Y,
+    damping_x=_LEE_DAMPING_X,
+    damping_y=_LEE_DAMPING_Y,
+)
+# The x polynomials in both directions: the paper calls its bearings symmetric and isotropic while
+# printing both pairs, and does not say which it used.
+LEE_ISOTROPIC = PolynomialLaw(
+    name="lee_isotropic",
+    argument_unit="rad/s",
+    argument_range=_LEE_RANGE,
+    stiffness_x=_LEE_STIFFNESS_X,
+    stiffness_y=_LEE_STIFFNESS_X,
+    damping_x=_LEE_DAMPING_X,
+    damping_y=_LEE_DAMPING_X,
+)
+LEE: Mapping[str, PolynomialLaw] = MappingProxyType(
+    {law.name: law for law in (LEE_ANISOTROPIC, LEE_ISOTROPIC)}
+)

@@ -1,0 +1,309 @@
+"""Forces that bearings and gears transmit, for any motion of a system.
+
+Flexible joints follow from their stiffness and damping. Exact ones leave what the equations of the
+bodies miss at the coordinates that they join.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import scipy.linalg as la
+
+from solidwhirl.rotordyn.assembly.coordinates import joint_motion
+from solidwhirl.rotordyn.assembly.internal_damping import body_damping
+from solidwhirl.rotordyn.assembly.joints import relative_motion, tooth_motion
+from solidwhirl.rotordyn.assembly.parts import Bearing
+from solidwhirl.rotordyn.assembly.system import AssembledSystem
+from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, Matrix
+from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.superelement.free_body import free_body_matrices
+from solidwhirl.rotordyn.superelement.validation import MOTIONS
+
+# Real time histories or complex amplitudes.
+
+# Exact joints whose equations depend on each other to this fraction cannot be told apart.
+_DEPENDENT = 1e-9
+
+
+class JointForces(NamedTuple):
+    """Forces by name: of bearings (..., 6), of gears (...)."""
+
+    bearings: dict[str, Matrix]
+    gears: dict[str, Matrix]
+
+
+# Components that are none of a bearing: teeth of a gear, motion that a tied body cannot make.
+_TEETH, _WITHIN = -1, -2
+
+
+class _Motion(NamedTuple):
+    """Ω and Ω' (p, 1), and q, q', q'' (p, n)."""
+
+    speed: FloatArray
+    rate: FloatArray
+    displacement: Matrix
+    velocity: Matrix
+    acceleration: Matrix
+
+
+class _ExactJoint(NamedTuple):
+    """One eliminated motion: its joint, its component (or one of the two below), its row (N,)."""
+
+    name: str
+    component: int
+    row: FloatArray
+
+
+def bearing_forces(
+    assembled: AssembledSystem,
+    speed_rad_s: npt.ArrayLike,
+    displacement: npt.ArrayLike,
+    velocity: npt.ArrayLike,
+    acceleration: npt.ArrayLike,
+    body_loads: Mapping[str, npt.ArrayLike] | None = None,
+    speed_rate_rad_s2: npt.ArrayLike = 0.0,
+) -> dict[str, Matrix]:
+    """Return the force that the first side of each bearing exerts on its second.
+
+    Parameters
+    ----------
+    speed_rad_s
+        Ω, a number or of the shape (...) of the motion.
+    displacement, velocity, acceleration
+        q, q', q'' in the independent coordinates, shape (..., n): time histories, or complex
+        amplitudes (q, iωq, −ω²q).
+    body_loads
+        External forces on the coordinates of each body by name, shape (..., n_body); needed
+        where exact joints are near. None is no load.
+    speed_rate_rad_s2
+        Ω', a number or of the shape (...).
+
+    Returns
+    -------
+    dict
+        By name of the bearing: force along x, y, z in N and moment about them in N m, shape
+        (..., 6); on the ground where there is no second side. Zero for components that the
+        bearing leaves free.
+
+    Raises
+    ------
+    AnalysisError
+        If shapes do not fit, or exact joints hold a motion more than once, so that the share of
+        each is undetermined.
+    """
+    return joint_forces(
+        assembled,
+        speed_rad_s,
+        displacement,
+        velocity,
+        acceleration,
+        body_loads,
+        speed_rate_rad_s2,
+    ).bearings
+
+
+def joint_forces(
+    assembled: AssembledSystem,
+    speed_rad_s: npt.ArrayLike,
+    displacement: npt.ArrayLike,
+    velocity: npt.ArrayLike,
+    acceleration: npt.ArrayLike,
+    body_loads: Mapping[str, npt.ArrayLike] | None = None,
+    speed_rate_rad_s2: npt.ArrayLike = 0.0,
+) -> JointForces:
+    """Return the forces of all bearings and gears; arguments as of `bearing_forces`.
+
+    Returns that of a gear acts along the relative motion of its teeth, shape (...): in N, or in N m
+    on the first wheel where the gear has no base radius. Raises AnalysisError: see
+    `bearing_forces`.
+    """
+    shape, motion = _checked_motion(
+        assembled, speed_rad_s, speed_rate_rad_s2, displacement, velocity, acceleration
+    )
+    loads = _checked_loads(assembled, body_loads or {}, shape)
+    system, slices = assembled.system, assembled.body_slices
+    every = np.eye(assembled.transformation.shape[0])
+    bearings = {b.name: _flexible_force(assembled, b, motion) for b in system.bearings}
+    gears = {}
+    for gear in system.gears:
+        teeth = tooth_motion(system, slices, assembled.transformation, gear)
+        stiffness = gear.mesh_stiffness_n_per_m or 0.0
+        gears[gear.name] = stiffness * (motion.displacement @ teeth)
+        gears[gear.name] += gear.mesh_damping_n_s_per_m * (motion.velocity @ teeth)
+    joints = _exact_joints(assembled, every)
+    if joints:
+        rows = np.array([joint.row for joint in joints])
+        touched = rows.any(axis=0)
+        missing = _body_forces(assembled, touched, motion, loads)
+        for bearing in system.bearings:
+            on_bodies = relative_motion(system, slices, every, bearing)[:, touched]
+            missing += bearings[bearing.name] @ on_bodies
+        for gear in system.gears:
+            on_teeth = tooth_motion(system, slices, every, gear)[touched]
+            missing += np.multiply.outer(gears[gear.name], on_teeth)
+        solution = -missing @ _inverse(joints, rows[:, touched]).T
+        for joint, force in zip(joints, solution.T, strict=True):
+            if joint.component == _WITHIN:
+                continue
+            if joint.component == _TEETH:
+                gears[joint.name] = gears[joint.name] + force
+            else:
+                bearings[joint.name][:, joint.component] += force
+    return JointForces(
+        bearings={name: force.reshape(*shape, 6) for name, force in bearings.items()},
+        gears={name: force.reshape(shape) for name, force in gears.items()},
+    )
+
+
+def _checked_motion(
+    assembled: AssembledSystem,
+    speed_rad_s: npt.ArrayLike,
+    rate_rad_s2: npt.ArrayLike,
+    displacement: npt.ArrayLike,
+    velocity: npt.ArrayLike,
+    acceleration: npt.ArrayLike,
+) -> tuple[tuple[int, ...], _Motion]:
+    """Return the leading shape and the motion with one leading axis."""
+    parts = [np.asarray(part) for part in (displacement, velocity, acceleration)]
+    kind = np.result_type(*parts, float)
+    whole = parts[0].shape
+    names = ("displacement", "velocity", "acceleration")
+    for name, part in zip(names, parts, strict=True):
+        if part.ndim < 1 or part.shape != whole or part.shape[-1] != assembled.size:
+            raise AnalysisError(
+                f"{name} has shape {part.shape}; allowed is (..., {assembled.size}), equal for "
+                "displacement, velocity and acceleration"
+            )
+    shape = whole[:-1]
+    numbers = []
+    for name, value in (("speed_rad_s", speed_rad_s), ("speed_rate_rad_s2", rate_rad_s2)):
+        number = np.asarray(value, dtype=float)
+        if number.shape not in ((), shape) or not np.isfinite(number).all():
+            raise AnalysisError(
+                f"{name} needs finite numbers of shape () or {shape}; found {number.shape}"
+            )
+        numbers.append(np.broadcast_to(number, shape).reshape(-1, 1))
+    flat = [part.astype(kind).reshape(-1, assembled.size) for part in parts]
+    return shape, _Motion(numbers[0], numbers[1], *flat)
+
+
+def _checked_loads(
+    assembled: AssembledSystem, body_loads: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]
+) -> dict[str, Matrix]:
+    """Return the loads on bodies with one leading axis."""
+    loads = {}
+    for body, given in body_loads.items():
+        if body not in assembled.body_slices:
+            known = list(assembled.body_slices)
+            raise AnalysisError(f"body_loads names {body!r}; the bodies are {known}")
+        load = np.asarray(given)
+        size = assembled.system.rotors[body].element.size
+        if load.shape not in ((*shape, size), (size,)):
+            raise AnalysisError(
+                f"body_loads[{body!r}] has shape {load.shape}; allowed are {(*shape, size)} "
+                f"and {(size,)}"
+            )
+        loads[body] = np.broadcast_to(load, (*shape, size)).reshape(-1, size)
+    return loads
+
+
+def _flexible_force(assembled: AssembledSystem, bearing: Bearing, motion: _Motion) -> Matrix:
+    """Return the force of stiffness and damping, shape (p, 6)."""
+    relative = joint_motion(assembled, bearing)
+    place, speed = motion.displacement @ relative.T, motion.velocity @ relative.T
+    stiffness, damping = bearing.matrices()
+    if bearing.speed_law is None:
+        return np.asarray(place @ stiffness.T + speed @ damping.T)
+    stiffness[:2, :2] = damping[:2, :2] = 0.0
+    force = place @ stiffness.T + speed @ damping.T
+    (law,) = (joint for joint in assembled.law_joints if joint.bearing == bearing.name)
+    known, which = np.unique(motion.speed[:, 0], return_inverse=True)
+    found = np.array([law.coefficients(float(value)) for value in known])[which]
+    force[:, :2] += np.einsum("pij,pj->pi", found[:, 0], place[:, :2])
+    force[:, :2] += np.einsum("pij,pj->pi", found[:, 1], speed[:, :2])
+    return np.asarray(force)
+
+
+def _exact_joints(assembled: AssembledSystem, every: FloatArray) -> list[_ExactJoint]:
+    """Return the eliminated motions as rows over the coordinates of all bodies."""
+    system, slices = assembled.system, assembled.body_slices
+    joints = []
+    for bearing in system.bearings:
+        if bearing.rigid:
+            rows = relative_motion(system, slices, every, bearing)
+            places = [MOTIONS.index(c) for c in MOTIONS if c in bearing.rigid]
+            joints += [_ExactJoint(bearing.name, at, rows[at]) for at in places]
+    joints += [
+        _ExactJoint(gear.name, _TEETH, tooth_motion(system, slices, every, gear))
+        for gear in system.gears
+        if gear.mesh_stiffness_n_per_m is None
+    ]
+    return joints + _within_bodies(assembled, joints)
+
+
+def _within_bodies(assembled: AssembledSystem, joints: list[_ExactJoint]) -> list[_ExactJoint]:
+    """Return the motions that tied bodies cannot make, held by forces inside them."""
+    inside = []
+    for name, rotor in assembled.system.rotors.items():
+        at = assembled.body_slices[name]
+        if rotor.element.constraint is None or not any(j.row[at].any() for j in joints):
+            continue
+        for direction in la.null_space(rotor.element.constraint.T, rcond=_DEPENDENT).T:
+            row = np.zeros(assembled.transformation.shape[0])
+            row[at] = direction
+            inside.append(_ExactJoint(name, _WITHIN, row))
+    return inside
+
+
+def _body_forces(
+    assembled: AssembledSystem,
+    touched: BoolArray,
+    motion: _Motion,
+    loads: Mapping[str, Matrix],
+) -> Matrix:
+    """Return inertia, damping and stiffness forces less loads at some coordinates (p, t)."""
+    parts = []
+    for name, rotor in assembled.system.rotors.items():
+        at = touched[assembled.body_slices[name]]
+        if not at.any():
+            continue
+        body, ratio = free_body_matrices(rotor.element), rotor.speed_ratio
+        rotating = body_damping(rotor, body)
+        moved = _Moved(at, assembled.transformation[assembled.body_slices[name]])
+        q, v, spin = motion.displacement, motion.velocity, ratio * motion.speed
+        force = moved.force(body.mass, motion.acceleration) + moved.force(rotating.damping, v)
+        force = force + moved.force(body.stiffness, q)
+        force = force + spin**2 * moved.force(body.centrifugal_stiffness, q)
+        force = force + spin * moved.force(body.gyroscopic, v)
+        force = force + spin * moved.force(rotating.circulatory, q)
+        force = force + 0.5 * ratio * motion.rate * moved.force(body.gyroscopic, q)
+        parts.append(force - loads[name][:, at] if name in loads else force)
+    return np.concatenate(parts, axis=1)
+
+
+class _Moved(NamedTuple):
+    """Some coordinates of a body, and all of them per independent coordinate."""
+
+    at: BoolArray
+    rows: FloatArray
+
+    def force(self, matrix: FloatArray, motion: Matrix) -> Matrix:
+        """Return a matrix of the body times a motion (p, n), at those coordinates."""
+        return np.asarray(motion @ (matrix[self.at] @ self.rows).T)
+
+
+def _inverse(joints: list[_ExactJoint], rows: FloatArray) -> FloatArray:
+    """Return the left inverse of Bᵀ for the rows B (c, t) of exact joints."""
+    free = la.null_space(rows.T, rcond=_DEPENDENT)
+    if free.size:
+        shares = np.abs(free).max(axis=1)
+        names = {j.name for j, share in zip(joints, shares, strict=True) if share > _DEPENDENT}
+        raise AnalysisError(
+            f"the exact joints {sorted(names)} hold the same motion more than once, so the share "
+            "of each is undetermined; make one of them flexible"
+        )
+    return np.asarray(la.pinv(rows.T))

@@ -1,0 +1,548 @@
+"""Assembly of rotors, bearings and gears into the matrices of one system."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import scipy.linalg as la
+
+from solidwhirl.rotordyn.assembly.bearing_laws import SpeedLaw, law_pieces
+from solidwhirl.rotordyn.assembly.internal_damping import body_damping
+from solidwhirl.rotordyn.assembly.joints import (
+    independent_coordinates,
+    relative_motion,
+    tooth_motion,
+)
+from solidwhirl.rotordyn.assembly.law_pieces import LawPieces
+from solidwhirl.rotordyn.assembly.parts import (
+    Bearing,
+    End,
+    Gear,
+    InternalDamping,
+    Rotor,
+    System,
+    body_count,
+    find_problems,
+    parts_lines,
+)
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, freeze_arrays
+from solidwhirl.rotordyn.core.errors import AnalysisError, AssemblyError
+from solidwhirl.rotordyn.core.reprs import lines_of
+from solidwhirl.rotordyn.superelement.free_body import (
+    FreeBodyMatrices,
+    free_body_matrices,
+    free_body_problems,
+)
+
+__all__ = [
+    "AssembledSystem",
+    "Bearing",
+    "End",
+    "Gear",
+    "InternalDamping",
+    "LawJoint",
+    "Rotor",
+    "SpeedMatrices",
+    "System",
+    "assemble",
+    "matrices_at_speed",
+]
+
+# A turn of the system is one of its independent coordinates if it misses by less than this.
+_SAME_TURN = 1e-9
+
+
+class SpeedMatrices(NamedTuple):
+    """M, C, Ω-scaled G and K of the system at one speed, each (n, n)."""
+
+    mass: FloatArray
+    damping: FloatArray
+    gyroscopic: FloatArray
+    stiffness: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class LawJoint:
+    """Hold a bearing whose coefficients depend on the speed.
+
+    Attributes
+    ----------
+    speed_ratio
+        The law is taken at |speed_ratio · Ω|.
+    stiffness_n_per_m, damping_n_s_per_m
+        The bearing's own coefficients, which the law scales, shape (2, 2).
+    motion
+        Relative ux and uy of the bearing per independent coordinate, shape (2, n).
+    pieces
+        The coefficients as polynomials of |Ω|; None of a law that does not tell them, of whose
+        structure nothing is known then.
+    """
+
+    bearing: str
+    law: SpeedLaw
+    speed_ratio: float
+    stiffness_n_per_m: FloatArray
+    damping_n_s_per_m: FloatArray
+    motion: FloatArray
+    pieces: LawPieces | None = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "stiffness_n_per_m", "damping_n_s_per_m", "motion")
+        found = law_pieces(self.law, self.stiffness_n_per_m, self.damping_n_s_per_m)
+        over = None if found is None else found.over_reference(self.speed_ratio)
+        object.__setattr__(self, "pieces", over)
+
+    @property
+    def knots_rad_s(self) -> tuple[float, ...]:
+        """Speeds Ω > 0 of the reference shaft at which a table has its knots, rising."""
+        return () if self.pieces is None else self.pieces.knots_rad_s
+
+    def coefficients(self, speed_rad_s: float) -> tuple[FloatArray, FloatArray]:
+        """Return stiffness and damping (2, 2) at a speed Ω of the reference shaft."""
+        if self.pieces is not None:
+            return self.pieces.at(abs(speed_rad_s))
+        found = self.law.coefficients(
+            abs(self.speed_ratio * speed_rad_s), self.stiffness_n_per_m, self.damping_n_s_per_m
+        )
+        return found.stiffness_n_per_m, found.damping_n_s_per_m
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class AssembledSystem:
+    """Hold the matrices of a system in n independent coordinates.
+
+    M q'' + (C + Ω G) q' + (K + Ω² K2 + Ω N) q = f in the inertial frame, plus ½ Ω' G q while the
+    speed varies, plus the bearings with a speed law. `matrices_at_speed` sums them up.
+
+    Attributes
+    ----------
+    system
+        What was assembled.
+    mass, stiffness, damping
+        M, K (elastic, with constant bearings and gears) and C (with the part of the internal
+        damping that acts on q'), shape (n, n).
+    gyroscopic
+        Σ n_i G_i with the speed ratios n_i, shape (n, n).
+    centrifugal_stiffness
+        K2 = Σ n_i² (Kgeo − S)_i, shape (n, n).
+    circulatory_stiffness
+        N = −Σ n_i C_i L_i of the internal damping C_i of the bodies, shape (n, n).
+    law_joints
+        Bearings that depend on the speed.
+    spin_generator
+        L of a turn of the whole system about the axis, shape (n, n); None where a body does not
+        know its own, or where joints are not the same in all directions.
+    transformation
+        Coordinates of all bodies from the n independent ones, shape (N, n); entries 0 and 1 but
+        for gears.
+    body_slices
+        Rows of `transformation` that belong to each body.
+    speed_limit_rad_s
+        Largest |Ω| at which no body runs faster than its basis was made for.
+    body_rate
+        Largest K_ii / M_ii of the bodies without bearings, (rad/s)²; the rounding in K is of the
+        order of eps times that.
+    """
+
+    system: System
+    mass: FloatArray
+    stiffness: FloatArray
+    gyroscopic: FloatArray
+    centrifugal_stiffness: FloatArray
+    damping: FloatArray
+    circulatory_stiffness: FloatArray
+    law_joints: tuple[LawJoint, ...] = ()
+    spin_generator: FloatArray | None = None
+    transformation: FloatArray
+    body_slices: Mapping[str, slice]
+    speed_limit_rad_s: float
+    body_rate: float
+
+    def __post_init__(self) -> None:
+        freeze_arrays(
+            self,
+            "mass",
+            "stiffness",
+            "gyroscopic",
+            "centrifugal_stiffness",
+            "damping",
+            "circulatory_stiffness",
+            "transformation",
+        )
+        if self.spin_generator is not None:
+            freeze_arrays(self, "spin_generator")
+
+    def __repr__(self) -> str:
+        return _assembled_text(self)
+
+    @property
+    def size(self) -> int:
+        """Number of independent coordinates n."""
+        return int(self.mass.shape[0])
+
+    @property
+    def knots_rad_s(self) -> tuple[float, ...]:
+        """Speeds Ω > 0 at which a speed law has a knot, rising: every search looks at them."""
+        return tuple(sorted({knot for joint in self.law_joints for knot in joint.knots_rad_s}))
+
+    @property
+    def has_constant_bearings(self) -> bool:
+        """Whether no bearing depends on the speed."""
+        return not self.law_joints
+
+    @property
+    def has_symmetric_joints(self) -> bool:
+        """Whether the stiffness of every bearing is symmetric at all speeds, by its data."""
+        own = (bearing.matrices()[0] for bearing in self.system.bearings)
+        laws = (joint.pieces for joint in self.law_joints)
+        return all(np.array_equal(k, k.T) for k in own) and all(
+            pieces is not None and pieces.has_symmetric_stiffness for pieces in laws
+        )
+
+    @property
+    def is_conservative(self) -> bool:
+        """Whether there is no damping at any speed and K is symmetric."""
+        still = not self.damping.any() and not self.circulatory_stiffness.any()
+        undamped = all(j.pieces is not None and j.pieces.is_undamped for j in self.law_joints)
+        even = self.has_symmetric_joints and np.array_equal(self.stiffness, self.stiffness.T)
+        return still and undamped and even
+
+
+def assemble(
+    rotors: Mapping[str, Rotor],
+    bearings: tuple[Bearing, ...],
+    reference: str | None = None,
+    gears: tuple[Gear, ...] = (),
+) -> AssembledSystem:
+    """Assemble rotors, bearings and gears.
+
+    Parameters
+    ----------
+    reference
+        Name of the shaft whose speed is Ω; None when Ω is only a parameter.
+
+    Returns
+    -------
+    AssembledSystem
+        All matrices; exact constraints are eliminated. Its bearings are those that act: see
+        `Bearing.cross_coupling` for shafts that turn backward.
+
+    Raises
+    ------
+    AssemblyError
+        If names, components or shapes do not fit; all faults are listed at once.
+    """
+    system = _checked(
+        System(
+            rotors=dict(rotors), bearings=tuple(bearings), reference=reference, gears=tuple(gears)
+        )
+    )
+    slices = _body_slices(system)
+    transformation = independent_coordinates(system, slices)
+    bodies = {name: free_body_matrices(rotor.element) for name, rotor in system.rotors.items()}
+    rotating = {name: body_damping(rotor, bodies[name]) for name, rotor in system.rotors.items()}
+
+    def joined(matrices: Mapping[str, FloatArray], power: int) -> FloatArray:
+        blocks = [rotor.speed_ratio**power * matrices[key] for key, rotor in system.rotors.items()]
+        return np.asarray(transformation.T @ la.block_diag(*blocks) @ transformation)
+
+    supports, damping = _joint_matrices(system, slices, transformation)
+    gyroscopic = joined(_field(bodies, "gyroscopic"), 1)
+    return AssembledSystem(
+        system=system,
+        mass=_even(joined(_field(bodies, "mass"), 0)),
+        stiffness=_even(joined(_field(bodies, "stiffness"), 0)) + supports,
+        gyroscopic=0.5 * (gyroscopic - gyroscopic.T),
+        centrifugal_stiffness=_even(joined(_field(bodies, "centrifugal_stiffness"), 2)),
+        damping=_even(joined({k: v.damping for k, v in rotating.items()}, 0)) + damping,
+        circulatory_stiffness=joined({k: v.circulatory for k, v in rotating.items()}, 1),
+        law_joints=_law_joints(system, slices, transformation),
+        spin_generator=_spin_generator(system, transformation),
+        transformation=transformation,
+        body_slices=slices,
+        speed_limit_rad_s=_speed_limit(system),
+        body_rate=max(
+            float(np.max(np.diag(r.element.stiffness) / np.diag(r.element.mass)))
+            for r in system.rotors.values()
+        ),
+    )
+
+
+def _checked(system: System) -> System:
+    """Return the system with the bearings that act, or raise all its faults."""
+    problems = find_problems(system)
+    if not problems:
+        system = dataclasses.replace(system, bearings=_with_spin(system))
+    for name, rotor in system.rotors.items():
+        problems += tuple(f"rotor {name!r}: {text}" for text in free_body_problems(rotor.element))
+    if problems:
+        raise AssemblyError(problems)
+    return system
+
+
+def matrices_at_speed(assembled: AssembledSystem, speed_rad_s: float) -> SpeedMatrices:
+    """Return the matrices of a system at one speed.
+
+    Parameters
+    ----------
+    speed_rad_s
+        Ω, rad/s.
+
+    Returns
+    -------
+    SpeedMatrices
+        M, C(Ω), ΩG and K(Ω) + Ω²K2 + ΩN.
+    """
+    stiffness = assembled.stiffness + speed_rad_s**2 * assembled.centrifugal_stiffness
+    if assembled.circulatory_stiffness.any():
+        stiffness = stiffness + speed_rad_s * assembled.circulatory_stiffness
+    damping = assembled.damping
+    for joint in assembled.law_joints:
+        k, c = joint.coefficients(speed_rad_s)
+        stiffness = stiffness + joint.motion.T @ k @ joint.motion
+        damping = damping + joint.motion.T @ c @ joint.motion
+    return SpeedMatrices(
+        mass=assembled.mass,
+        damping=damping,
+        gyroscopic=speed_rad_s * assembled.gyroscopic,
+        stiffness=stiffness,
+    )
+
+
+def _with_spin(system: System) -> tuple[Bearing, ...]:
+    """Return the bearings as the shafts turn: films under those that turn backward are mirrored."""
+    return tuple(
+        bearing.mirrored()
+        if bearing.cross_coupling == "with_spin"
+        and bearing.has_spin_coupling
+        and spin_sign(system, bearing) < 0
+        else bearing
+        for bearing in system.bearings
+    )
+
+
+def spin_sign(system: System, bearing: Bearing) -> float:
+    """Return 1 or −1 as the first side of a bearing that turns does forward or backward, else 0."""
+    ratios = (system.rotors[end.body].speed_ratio for end in bearing.ends)
+    return float(np.sign(next((ratio for ratio in ratios if ratio != 0), 0.0)))
+
+
+def _even(matrix: FloatArray) -> FloatArray:
+    return np.asarray(0.5 * (matrix + matrix.T))
+
+
+def _field(bodies: Mapping[str, FreeBodyMatrices], name: str) -> dict[str, FloatArray]:
+    return {key: getattr(matrices, name) for key, matrices in bodies.items()}
+
+
+def _speed_limit(system: System) -> float:
+    limits = [
+        rotor.element.maximum_speed_rad_s / abs(rotor.speed_ratio)
+        for rotor in system.rotors.values()
+        if rotor.speed_ratio != 0
+    ]
+    return min(limits, default=np.inf)
+
+
+def _body_slices(system: System) -> dict[str, slice]:
+    slices: dict[str, slice] = {}
+    start = 0
+    for name, rotor in system.rotors.items():
+        slices[name] = slice(start, start + rotor.element.size)
+        start += rotor.element.size
+    return slices
+
+
+def _joint_matrices(
+    system: System, slices: Mapping[str, slice], transformation: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the constant stiffness and damping of bearings and gears."""
+    n = transformation.shape[1]
+    stiffness, damping = np.zeros((n, n)), np.zeros((n, n))
+    for bearing in system.bearings:
+        relative = relative_motion(system, slices, transformation, bearing)
+        k, c = bearing.matrices()
+        if bearing.speed_law is not None:
+            k[:2, :2] = c[:2, :2] = 0.0
+        stiffness += _seen_by(relative, k)
+        damping += _seen_by(relative, c)
+    for gear in system.gears:
+        teeth = tooth_motion(system, slices, transformation, gear)
+        if gear.mesh_stiffness_n_per_m is not None:
+            stiffness += gear.mesh_stiffness_n_per_m * np.outer(teeth, teeth)
+            damping += gear.mesh_damping_n_s_per_m * np.outer(teeth, teeth)
+    return stiffness, damping
+
+
+def _seen_by(relative: FloatArray, matrix: FloatArray) -> FloatArray:
+    """Return the coefficients of a joint in the independent coordinates, symmetric if they are."""
+    product = relative.T @ matrix @ relative
+    return _even(product) if np.array_equal(matrix, matrix.T) else np.asarray(product)
+
+
+def _law_joints(
+    system: System, slices: Mapping[str, slice], transformation: FloatArray
+) -> tuple[LawJoint, ...]:
+    return tuple(
+        LawJoint(
+            bearing=bearing.name,
+            law=bearing.speed_law,
+            speed_ratio=system.rotors[bearing.first.body].speed_ratio,
+            stiffness_n_per_m=bearing.stiffness_n_per_m,
+            damping_n_s_per_m=bearing.damping_n_s_per_m,
+            motion=relative_motion(system, slices, transformation, bearing)[:2],
+        )
+        for bearing in system.bearings
+        if bearing.speed_law is not None
+    )
+
+
+def _spin_generator(system: System, transformation: FloatArray) -> FloatArray | None:
+    """Return L with T L = L_bodies T, None if a turn leaves the independent coordinates."""
+    generators = [rotor.element.spin_generator for rotor in system.rotors.values()]
+    known = [g for g in generators if g is not None]
+    if len(known) < len(generators):
+        return None
+    turned = la.block_diag(*known) @ transformation
+    generator, *_ = la.lstsq(transformation, turned)
+    if np.abs(transformation @ generator - turned).max() > _SAME_TURN:
+        return None
+    # entries are whole numbers but for rounding; gears do not touch those of lateral motion
+    whole = np.round(generator)
+    return np.asarray(whole if np.abs(generator - whole).max() < _SAME_TURN else generator)
+
+
+def _assembled_text(assembled: AssembledSystem) -> str:
+    """Bodies, bearings, gears and the number of coordinates."""
+    kind = "undamped" if assembled.is_conservative else "damped"
+    return lines_of(
+        f"AssembledSystem of {body_count(assembled.system)}: {assembled.size} coordinates, {kind}",
+        parts_lines(assembled.system),
+    )
+
+
+# Step of the central difference of a law without known pieces, relative to the speed and at least,
+# rad/s.
+_STEP = 1e-5
+_SMALLEST_STEP = 1e-3
+
+Side = Literal["below", "above", "both"]
+
+
+class SpeedDerivative(NamedTuple):
+    """Derivatives of C + ΩG and of K with respect to Ω, each (n, n)."""
+
+    velocity: FloatArray
+    stiffness: FloatArray
+
+    def at_rate(self, rate: complex) -> ComplexArray:
+        """Return ∂D/∂Ω at a fixed s."""
+        return np.asarray(self.stiffness + rate * self.velocity)
+
+
+def speed_derivative(
+    assembled: AssembledSystem, speed_rad_s: float, side: Side = "both"
+) -> SpeedDerivative:
+    """Return the derivatives of the matrices of a system with respect to the speed.
+
+    `side`: at a corner of a table the slope below or above the speed, or the mean of both. Returns
+    G and 2 Ω K2 + N, plus the slopes of bearings with a speed law; of a law without known pieces by
+    central differences.
+    """
+    stiffness = 2.0 * speed_rad_s * assembled.centrifugal_stiffness
+    stiffness = stiffness + assembled.circulatory_stiffness
+    velocity = assembled.gyroscopic
+    for joint in assembled.law_joints:
+        slopes = _slopes(joint, speed_rad_s, side)
+        stiffness = stiffness + joint.motion.T @ slopes[0] @ joint.motion
+        velocity = velocity + joint.motion.T @ slopes[1] @ joint.motion
+    return SpeedDerivative(velocity=np.asarray(velocity), stiffness=np.asarray(stiffness))
+
+
+def _slopes(joint: LawJoint, speed: float, side: Side) -> tuple[FloatArray, FloatArray]:
+    """Return dk/dΩ and dc/dΩ, (2, 2) each."""
+    if joint.pieces is None:
+        step = max(_STEP * abs(speed), _SMALLEST_STEP)
+        ends = [joint.coefficients(speed + sign * step) for sign in (-1.0, 1.0)]
+        below = above = [(b - a) / (2.0 * step) for a, b in zip(*ends, strict=True)]
+    else:
+        below, above = ([*slopes] for slopes in joint.pieces.slopes(abs(speed)))
+        # a law goes by |Ω|
+        if speed < 0:
+            below, above = [-part for part in above], [-part for part in below]
+        elif speed == 0:
+            below = [-part for part in above]
+    weights = {"below": (1.0, 0.0), "above": (0.0, 1.0), "both": (0.5, 0.5)}[side]
+    stiffness, damping = (
+        weights[0] * a + weights[1] * b for a, b in zip(below, above, strict=True)
+    )
+    return stiffness, damping
+
+
+def gravity_load(assembled: AssembledSystem, gravity_m_per_s2: npt.ArrayLike) -> FloatArray:
+    """Return the weight of all bodies.
+
+    `gravity_m_per_s2`: acceleration along x, y, z, shape (3,). The result is on the stacked
+    coordinates, shape (N,), N and N m. Raises AnalysisError if the shape is wrong, a number is not
+    finite, or no body can move in a direction in which gravity pulls.
+    """
+    gravity = np.asarray(gravity_m_per_s2, dtype=float)
+    if gravity.shape != (3,) or not np.isfinite(gravity).all():
+        raise AnalysisError(
+            f"gravity_m_per_s2 is {gravity.tolist()}; three finite numbers are needed"
+        )
+    load = np.zeros(assembled.transformation.shape[0])
+    felt = np.zeros(3, dtype=bool)
+    for name, rotor in assembled.system.rotors.items():
+        motion = rotor.element.rigid_body_modes[:, :3]
+        felt |= motion.any(axis=0)
+        load[assembled.body_slices[name]] = rotor.element.mass @ (motion @ gravity)
+    lost = (gravity != 0) & ~felt
+    if lost.any():
+        axis = "xyz"[int(np.argmax(lost))]
+        raise AnalysisError(
+            f"gravity_m_per_s2 is {gravity.tolist()}, but no body can move along {axis}"
+        )
+    return load
+
+
+def with_bearing_stiffness(
+    assembled: AssembledSystem, names: Sequence[str], stiffness_n_per_m: float
+) -> AssembledSystem:
+    """Assemble a system again with another lateral stiffness of some bearings.
+
+    `names`: bearings that get the stiffness, one or more. `assembled`: the system; it stays as it
+    is. `stiffness_n_per_m`: k of the new stiffness k·I on (ux, uy), N/m; 0 or more. All else is
+    that of `assembled`: rotors, gears, the other bearings, and the damping, tilt, axial and
+    torsional stiffness of the named ones. A bearing with a speed law keeps it; k is what the law
+    scales. The independent coordinates may be others, since joined ones are chosen by stiffness:
+    compare motions of interfaces, not coordinates. Raises AnalysisError if a name is unknown, none
+    is given, a named bearing joins ux or uy rigidly, or the stiffness is negative or not finite.
+    """
+    value = float(stiffness_n_per_m)
+    if not (np.isfinite(value) and value >= 0):
+        raise AnalysisError(f"stiffness_n_per_m is {value}; finite and 0 or more is allowed")
+    system = assembled.system
+    known = [bearing.name for bearing in system.bearings]
+    unknown = [name for name in names if name not in known]
+    if isinstance(names, str) or not names or unknown:
+        raise AnalysisError(
+            f"names is {names!r}; a sequence of one or more of the bearings {known} is allowed"
+        )
+    bearings = []
+    for bearing in system.bearings:
+        if bearing.name not in names:
+            bearings.append(bearing)
+            continue
+        if {"ux", "uy"} & set(bearing.rigid):
+            raise AnalysisError(
+                f"bearing {bearing.name!r} joins {list(bearing.rigid)} rigidly and has no lateral "
+                "stiffness to replace; name bearings with flexible ux and uy"
+            )
+        bearings.append(dataclasses.replace(bearing, stiffness_n_per_m=value * np.eye(2)))
+    return assemble(system.rotors, tuple(bearings), system.reference, system.gears)

@@ -1,0 +1,176 @@
+"""Shafts as Timoshenko beams, delivered as superelements like every other body."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from solidwhirl.rotordyn.beams.elements import (
+    Family,
+    SectionInertia,
+    SectionStiffness,
+    Segment,
+    segment,
+    shear_coefficient,
+)
+from solidwhirl.rotordyn.beams.families import (
+    Attached,
+    BeamNodes,
+    add_attached,
+    family_matrices,
+    reduced_family,
+    spatial_fields,
+)
+from solidwhirl.rotordyn.beams.moments import (
+    attached_rings,
+    beam_moments,
+    joined_rings,
+    segment_rings,
+)
+from solidwhirl.rotordyn.beams.shafts import Disk, Shaft, checked_shaft
+from solidwhirl.rotordyn.core.errors import SuperelementError
+from solidwhirl.rotordyn.superelement.record import InterfaceNode, Superelement
+from solidwhirl.rotordyn.superelement.rigid_body import MassProperties, joined_mass_properties
+from solidwhirl.rotordyn.superelement.validation import MOTIONS, Component
+
+__all__ = ["Disk", "beam_superelement"]
+
+_LATERAL: tuple[Component, ...] = ("ux", "uy", "rx", "ry")
+
+
+def beam_superelement(
+    name: str,
+    stations_m: npt.ArrayLike,
+    outer_radius_m: npt.ArrayLike,
+    inner_radius_m: npt.ArrayLike,
+    youngs_modulus_pa: float,
+    poissons_ratio: float,
+    density_kg_m3: float,
+    interface_stations: Mapping[str, float],
+    disks: Sequence[Disk] = (),
+    components: Sequence[Component] = _LATERAL,
+) -> Superelement:
+    """Build the superelement of a stepped shaft with rigid disks.
+
+    Parameters
+    ----------
+    stations_m
+        Section ends along the axis, increasing, shape (N,), m. Each pair bounds one element;
+        interfaces and disks between stations split theirs.
+    outer_radius_m, inner_radius_m
+        Radii of the sections, shape (N − 1,), or one number for all; inner 0 is solid, m.
+    interface_stations
+        Axial position of each interface by name, m; at least one.
+    components
+        Motions of the interfaces: ux, uy, rx, ry always, "uz" (axial) and "rz" (torsion) if named.
+
+    Returns
+    -------
+    Superelement
+        Level "beam": ux, uy, rx, ry at each interface, then all fixed-interface modes as modal
+        coordinates in pairs (plane of x, plane of y); likewise axial motion and torsion. Nothing
+        is truncated, so the element is equivalent to the beam model itself.
+
+    Raises
+    ------
+    SuperelementError
+        If the geometry or material is out of range; the message names the place.
+
+    Notes
+    -----
+    In the inertial frame a Timoshenko beam has no centrifugal stiffness: the stress stiffening
+    and the spin softening of a tilting cross-section cancel. A shear modulus G and Young's
+    modulus E stand for Poisson's ratio E/2G − 1.
+    """
+    unknown = set(components) - set(MOTIONS)
+    if unknown or not set(_LATERAL) <= set(components):
+        raise SuperelementError(
+            f"beam {name!r}: components {tuple(components)}; allowed are {_LATERAL} and, beside "
+            "them, 'uz' and 'rz'"
+        )
+    shaft = checked_shaft(
+        name,
+        np.asarray(stations_m, dtype=float),
+        np.asarray(outer_radius_m, dtype=float),
+        np.asarray(inner_radius_m, dtype=float),
+        (youngs_modulus_pa, poissons_ratio, density_kg_m3),
+        dict(interface_stations),
+        tuple(disks),
+    )
+    names = tuple(shaft.interfaces)
+    z_m, held = shaft.nodes_m, tuple(shaft.node_at(z) for z in shaft.interfaces.values())
+    elements = _elements(shaft)
+    attached = [
+        Attached(shaft.node_at(d.position_m), d.position_m, *_inertia(d)) for d in shaft.disks
+    ]
+    named: dict[Component, Family] = {"uz": "axial", "rz": "torsion"}
+    wanted: list[Family] = ["lateral", *(named[c] for c in named if c in components)]
+    families, rings = [], []
+    for family in wanted:
+        matrices = family_matrices(z_m, elements, family)
+        for disk in attached:
+            add_attached(matrices, z_m, disk, family)
+        own = reduced_family(BeamNodes(z_m, held), matrices, family)
+        families.append(own)
+        parts = [segment_rings(piece, nodes, own) for nodes, piece in elements]
+        rings.append(joined_rings([*parts, *(attached_rings(d, z_m, own) for d in attached)]))
+    return Superelement(
+        name=name,
+        **spatial_fields(names, families, z_m.size),
+        **_mass_properties(shaft)._asdict(),
+        interfaces=tuple(
+            InterfaceNode(name=key, position_m=np.array([0.0, 0.0, z]), coupling="none")
+            for key, z in shaft.interfaces.items()
+        ),
+        recovery_points_m=np.outer(z_m, [0.0, 0.0, 1.0]),
+        provenance=shaft.provenance(),
+        moments=beam_moments(names, families, rings),
+    )
+
+
+def _inertia(disk: Disk) -> tuple[float, float, float]:
+    return disk.mass_kg, disk.polar_kg_m2, disk.diametral_kg_m2
+
+
+def _elements(shaft: Shaft) -> list[tuple[tuple[int, int], Segment]]:
+    """Return the two nodes of each element, and its cross-section all along."""
+    modulus, nu = shaft.youngs_modulus_pa, shaft.poissons_ratio
+    shear_modulus = modulus / (2.0 * (1.0 + nu))
+    ends = pairwise(shaft.nodes_m.tolist())
+    found = []
+    radii = zip(shaft.outer_radius_m, shaft.inner_radius_m, strict=True)
+    for k, ((start, stop), (outer, inner)) in enumerate(zip(ends, radii, strict=True)):
+        area = np.pi * (outer**2 - inner**2)
+        second = 0.25 * np.pi * (outer**4 - inner**4)
+        kappa = shear_coefficient(nu, inner / outer)
+        stiffness = SectionStiffness(
+            bending=modulus * second,
+            shear=kappa * shear_modulus * area,
+            taper=0.0,
+            axial=modulus * area,
+            torsion=2.0 * shear_modulus * second,
+        )
+        inertia = SectionInertia(shaft.density_kg_m3 * area, shaft.density_kg_m3 * second)
+        found.append(((k, k + 1), segment((start, stop), stiffness, inertia)))
+    return found
+
+
+def _mass_properties(shaft: Shaft) -> MassProperties:
+    """Return the closed-form mass properties of the cylinders and disks."""
+    parts = []
+    edges = zip(shaft.nodes_m[:-1], shaft.nodes_m[1:], strict=True)
+    radii = zip(shaft.outer_radius_m, shaft.inner_radius_m, strict=True)
+    for (start, stop), (outer, inner) in zip(edges, radii, strict=True):
+        mass = shaft.density_kg_m3 * np.pi * (outer**2 - inner**2) * (stop - start)
+        polar = 0.5 * mass * (outer**2 + inner**2)
+        diametral = 0.5 * polar + mass * (stop - start) ** 2 / 12.0
+        center = np.array([0.0, 0.0, 0.5 * (start + stop)])
+        parts.append(MassProperties(mass, center, np.diag([diametral, diametral, polar])))
+    for disk in shaft.disks:
+        inertia = np.diag([disk.diametral_kg_m2, disk.diametral_kg_m2, disk.polar_kg_m2])
+        center = np.array([0.0, 0.0, disk.position_m])
+        parts.append(MassProperties(disk.mass_kg, center, inertia))
+    return joined_mass_properties(parts)

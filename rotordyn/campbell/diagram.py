@@ -1,0 +1,184 @@
+"""Campbell diagram: frequencies and damping of the branches over the speed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from solidwhirl.rotordyn.assembly.system import AssembledSystem
+from solidwhirl.rotordyn.campbell.branches import (
+    TrackingNote,
+    all_below,
+    branch_notes,
+    follow,
+    lowest,
+)
+from solidwhirl.rotordyn.campbell.tracking import Tracked
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, StringArray, freeze_arrays
+from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.core.reprs import lines_of, speed_range
+from solidwhirl.rotordyn.modes.damping import log_decrement
+from solidwhirl.rotordyn.modes.whirl import whirl_at_speed
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class Campbell:
+    """Hold the tracked branches of a system over the speed.
+
+    Attributes
+    ----------
+    speeds_rad_s
+        Ω, shape (s,), rad/s.
+    eigenvalues
+        λ in 1/s, shape (b, s); nan where a branch does not exist: before it begins, after its end.
+    frequency_hz
+        Im λ / 2π, shape (b, s), Hz.
+    log_decrement
+        −2π Re λ / Im λ, shape (b, s); negative is unstable.
+    whirl
+        "forward", "backward", "mixed" or "planar", shape (b, s); empty where there is no branch.
+    overlap
+        MAC of each branch to its previous point, 0 to 1: the smallest on the way, shape
+        (b, s); 1 where it begins.
+    notes
+        Crossings, veerings, beginnings, ends and doubtful places.
+    """
+
+    speeds_rad_s: FloatArray
+    eigenvalues: ComplexArray
+    frequency_hz: FloatArray
+    log_decrement: FloatArray
+    whirl: StringArray
+    overlap: FloatArray
+    notes: tuple[TrackingNote, ...]
+
+    def __post_init__(self) -> None:
+        freeze_arrays(
+            self,
+            "speeds_rad_s",
+            "eigenvalues",
+            "frequency_hz",
+            "log_decrement",
+            "whirl",
+            "overlap",
+        )
+
+    def __repr__(self) -> str:
+        return _campbell_text(self)
+
+
+def campbell(
+    assembled: AssembledSystem,
+    speeds_rad_s: npt.ArrayLike,
+    *,
+    branch_count: int | None = None,
+    frequency_max_hz: float | None = None,
+) -> Campbell:
+    """Follow the modes of a system over a range of speeds.
+
+    Parameters
+    ----------
+    speeds_rad_s
+        Ω, strictly monotonic, shape (s,).
+    branch_count
+        Hold every mode that is among this many lowest ones at one of the speeds or on the way
+        there from rest, and those of equal frequency that it would cut off from them; all, if there
+        are fewer.
+    frequency_max_hz
+        Hold every mode that comes below this frequency at one of the speeds. Exactly one of the
+        two is given.
+
+    Returns
+    -------
+    Campbell
+        Branches by rising frequency at rest, those that the spin lifts from zero first and equal
+        ones by that at the next speed; then those that begin at a speed, by that speed. Modes are
+        followed from rest, so that neither the branches nor their order depend on where the range
+        begins. There may be none.
+
+    Raises
+    ------
+    AnalysisError
+        If the arguments have no meaning.
+
+    Notes
+    -----
+    Branches are paired by the MAC of their states in the energy product, one pairing for all
+    modes (assignment problem). A step is halved where a branch changes much, and looked into where
+    two branches exchange their order: a veering wider than 1e-4 of the frequency is not taken for
+    a crossing. Modes of equal frequency are turned within their subspace to match the neighbour.
+    """
+    speeds = _checked_speeds(speeds_rad_s)
+    if (branch_count is None) == (frequency_max_hz is None):
+        raise AnalysisError("give one of branch_count and frequency_max_hz, not both or none")
+    if frequency_max_hz is not None and not frequency_max_hz > 0:
+        raise AnalysisError(f"frequency_max_hz is {frequency_max_hz}; it must be positive")
+    if branch_count is not None and branch_count < 1:
+        raise AnalysisError(f"branch_count is {branch_count}; it must be 1 or more")
+    if frequency_max_hz is not None:
+        selection = all_below(assembled, frequency_max_hz)
+    else:
+        selection = lowest(branch_count or 1)
+    return _diagram(assembled, speeds, follow(assembled, speeds, selection))
+
+
+def _checked_speeds(speeds_rad_s: npt.ArrayLike) -> FloatArray:
+    speeds = np.array(speeds_rad_s, dtype=float)
+    steps = np.diff(speeds) if speeds.ndim == 1 else np.empty(0)
+    monotonic = bool((steps > 0).all() or (steps < 0).all())
+    if speeds.ndim != 1 or not speeds.size or not np.isfinite(speeds).all() or not monotonic:
+        raise AnalysisError(
+            f"speeds_rad_s needs finite, strictly monotonic speeds; found shape {speeds.shape}"
+        )
+    return speeds
+
+
+def _diagram(assembled: AssembledSystem, speeds: FloatArray, at_speeds: list[Tracked]) -> Campbell:
+    """Collect the branches at the speeds asked for."""
+    low, high = float(speeds.min()), float(speeds.max())
+    at_speeds = [at_speed for at_speed in at_speeds if low <= at_speed.modes.speed_rad_s <= high]
+    places = np.searchsorted(
+        [at_speed.modes.speed_rad_s for at_speed in at_speeds], np.sort(speeds)
+    )
+    eigenvalues = np.stack([at_speeds[int(i)].values() for i in places], axis=1)
+    whirl = np.stack([_whirl(assembled, at_speeds[int(i)]) for i in places], axis=1)
+    overlap = np.ones(eigenvalues.shape)
+    for column, (begin, end) in enumerate(pairwise(places), start=1):
+        way = [at_speed.overlap for at_speed in at_speeds[int(begin) + 1 : int(end) + 1]]
+        overlap[:, column] = np.min(way, axis=0)
+    along = slice(None, None, -1 if speeds[-1] < speeds[0] else 1)
+    eigenvalues = eigenvalues[:, along]
+    return Campbell(
+        speeds_rad_s=speeds,
+        eigenvalues=eigenvalues,
+        frequency_hz=eigenvalues.imag / (2.0 * np.pi),
+        log_decrement=log_decrement(eigenvalues),
+        whirl=whirl[:, along],
+        overlap=overlap[:, along],
+        notes=branch_notes(assembled, at_speeds[along]),
+    )
+
+
+def _whirl(assembled: AssembledSystem, at_speed: Tracked) -> StringArray:
+    """Return the whirl of each branch, empty where there is none."""
+    modes, alive = at_speed.modes, at_speed.columns >= 0
+    everyone = whirl_at_speed(assembled, modes.shapes, modes.eigenvalues, modes.speed_rad_s)
+    whirl = np.full(alive.size, "", dtype="<U8")
+    whirl[alive] = everyone[at_speed.columns[alive]]
+    return whirl
+
+
+def _campbell_text(campbell: Campbell) -> str:
+    """Speeds, and both ends of every branch."""
+    branches = []
+    pairs = zip(campbell.frequency_hz, campbell.whirl, strict=True)
+    for number, (frequency, whirl) in enumerate(pairs, start=1):
+        alive = np.flatnonzero(np.isfinite(frequency))
+        ends = [f"{frequency[k]:.2f} Hz {whirl[k]}" for k in alive[[0, -1]]] if alive.size else []
+        branches.append(f"{number}: {' to '.join(ends) or 'absent'}")
+    notes = f", {len(campbell.notes)} notes" if campbell.notes else ""
+    head = f"Campbell: {len(branches)} branches, {speed_range(campbell.speeds_rad_s)}{notes}"
+    return lines_of(head, branches)

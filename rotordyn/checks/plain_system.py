@@ -1,0 +1,297 @@
+"""The system at one speed straight from its parts: what the checks of results judge by.
+
+Nothing here is shared with the assembly or with any solver. Every body is taken at its own spin,
+every bearing with its full matrices, every law at its own speed, for each speed anew; no symmetry
+is looked for or made use of. Two things come from the assembled system: its parts, and its choice
+of coordinates, which `joint_errors` tests.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import scipy.linalg as la
+from scipy.interpolate import PchipInterpolator
+
+from solidwhirl.rotordyn.assembly.bearing_laws import ARGUMENT_UNITS, PolynomialLaw, TableLaw
+from solidwhirl.rotordyn.assembly.parts import Bearing, End, Rotor, System
+from solidwhirl.rotordyn.assembly.system import AssembledSystem
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.superelement.validation import MOTIONS
+
+_EPS = float(np.finfo(float).eps)
+# Constraints that are met to less than this part of their largest entry are met.
+_DEPENDENT = 1e-10
+# Steps of inverse iteration.
+_STEPS = 3
+
+
+class PlainMatrices(NamedTuple):
+    """M, V = C + Ω_i G_i and K of M q'' + V q' + K q = f, and the sizes of their terms, (n, n)."""
+
+    mass: FloatArray
+    velocity: FloatArray
+    stiffness: FloatArray
+    sizes: tuple[FloatArray, FloatArray, FloatArray]
+
+    def dynamic(self, value: complex) -> ComplexArray:
+        """Return D(λ) = λ² M + λ V + K."""
+        return np.asarray(value**2 * self.mass + value * self.velocity + self.stiffness)
+
+    def size(self, value: complex) -> FloatArray:
+        """Return the sizes of the terms of D(λ), what its rounding is relative to."""
+        mass, velocity, stiffness = self.sizes
+        return np.asarray(abs(value) ** 2 * mass + abs(value) * velocity + stiffness)
+
+
+class RootError(NamedTuple):
+    """How far a number is from an eigenvalue, and what rounding makes of that one, 1/s."""
+
+    distance: float
+    rounding: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlainSystem:
+    """A system and its coordinates.
+
+    Attributes
+    ----------
+    transformation
+        Coordinates of all bodies, one after the other, from the independent ones, shape (N, n).
+    """
+
+    system: System
+    transformation: FloatArray
+
+    @classmethod
+    def of(cls, assembled: AssembledSystem) -> PlainSystem:
+        """Return the parts and coordinates of an assembled system."""
+        return cls(system=assembled.system, transformation=np.array(assembled.transformation))
+
+    @property
+    def knots_rad_s(self) -> tuple[float, ...]:
+        """Speeds Ω > 0 of the reference shaft at the rows of all tables, rising."""
+        found = set()
+        for bearing in self.system.bearings:
+            ratio = abs(self.system.rotors[bearing.first.body].speed_ratio)
+            if ratio and isinstance(bearing.speed_law, TableLaw):
+                found |= {float(row) / ratio for row in bearing.speed_law.speeds_rad_s if row > 0}
+        return tuple(sorted(found))
+
+    def at(self, speed_rad_s: float) -> PlainMatrices:
+        """Return the matrices at a speed of the reference shaft."""
+        n = self.transformation.shape[1]
+        sums = [np.zeros((n, n)) for _ in range(3)]
+        sizes = [np.zeros((n, n)) for _ in range(3)]
+        start = 0
+        for rotor in self.system.rotors.values():
+            rows = self.transformation[start : start + rotor.element.size]
+            for k, terms in enumerate(_body(rotor, rotor.speed_ratio * speed_rad_s)):
+                for term in terms:
+                    _add(sums[k], sizes[k], rows, term)
+            start += rotor.element.size
+        for bearing in self.system.bearings:
+            rows = self.relative_motion(bearing)
+            stiffness, damping = self.coefficients(bearing, speed_rad_s)
+            _add(sums[1], sizes[1], rows, damping)
+            _add(sums[2], sizes[2], rows, stiffness)
+            if isinstance(bearing.speed_law, PolynomialLaw):
+                for place, cancelled in enumerate(self.law_terms(bearing, speed_rad_s), start=1):
+                    sizes[place] += np.abs(rows[:2]).T @ cancelled @ np.abs(rows[:2])
+        for gear in self.system.gears:
+            if gear.mesh_stiffness_n_per_m is not None:
+                first, second = gear.tooth_motion()
+                rows = first @ self.seat(gear.first) + second @ self.seat(gear.second)
+                _add(sums[1], sizes[1], rows[None], np.array([[gear.mesh_damping_n_s_per_m]]))
+                _add(sums[2], sizes[2], rows[None], np.array([[gear.mesh_stiffness_n_per_m]]))
+        return PlainMatrices(sums[0], sums[1], sums[2], (sizes[0], sizes[1], sizes[2]))
+
+    def gyroscopic(self) -> FloatArray:
+        """Return G of all bodies per unit speed of the reference shaft, shape (n, n)."""
+        n = self.transformation.shape[1]
+        total, size = np.zeros((n, n)), np.zeros((n, n))
+        start = 0
+        for rotor in self.system.rotors.values():
+            rows = self.transformation[start : start + rotor.element.size]
+            _add(total, size, rows, rotor.speed_ratio * rotor.element.gyroscopic)
+            start += rotor.element.size
+        return total
+
+    def seat(self, end: End) -> FloatArray:
+        """Return ux to rz of an interface per coordinate, shape (6, n); zero where it has none."""
+        start = 0
+        motion = np.zeros((len(MOTIONS), self.transformation.shape[1]))
+        for name, rotor in self.system.rotors.items():
+            if name == end.body:
+                for k, coordinate in enumerate(rotor.element.coordinates):
+                    if coordinate.kind == "interface" and coordinate.interface == end.interface:
+                        row = MOTIONS.index(coordinate.component)
+                        motion[row] = self.transformation[start + k]
+            start += rotor.element.size
+        return motion
+
+    def relative_motion(self, bearing: Bearing) -> FloatArray:
+        """Return the motion of the first side of a bearing less that of the second, (6, n)."""
+        first = self.seat(bearing.first)
+        return first if bearing.second is None else first - self.seat(bearing.second)
+
+    def law_terms(self, bearing: Bearing, speed_rad_s: float) -> tuple[FloatArray, FloatArray]:
+        """Return the sizes of the terms of a polynomial law, which may cancel: C and K, (2, 2)."""
+        law = bearing.speed_law
+        assert isinstance(law, PolynomialLaw)
+        plus = dataclasses.replace(
+            law,
+            stiffness_x=tuple(np.abs(law.stiffness_x)),
+            stiffness_y=tuple(np.abs(law.stiffness_y)),
+            damping_x=tuple(np.abs(law.damping_x)),
+            damping_y=tuple(np.abs(law.damping_y)),
+        )
+        terms = dataclasses.replace(bearing, speed_law=plus)
+        spin = abs(self.system.rotors[bearing.first.body].speed_ratio * speed_rad_s)
+        stiffness, damping = _law_values(terms, spin)
+        return np.abs(damping), np.abs(stiffness)
+
+    def coefficients(self, bearing: Bearing, speed_rad_s: float) -> tuple[FloatArray, FloatArray]:
+        """Return stiffness and damping of a bearing on (ux ... rz) at Ω, each (6, 6)."""
+        stiffness, damping = np.zeros((6, 6)), np.zeros((6, 6))
+        stiffness[:2, :2], damping[:2, :2] = bearing.stiffness_n_per_m, bearing.damping_n_s_per_m
+        stiffness[2, 2] = bearing.axial_stiffness_n_per_m
+        damping[2, 2] = bearing.axial_damping_n_s_per_m
+        stiffness[3:5, 3:5] = bearing.tilt_stiffness_n_m_per_rad
+        damping[3:5, 3:5] = bearing.tilt_damping_n_m_s_per_rad
+        stiffness[5, 5] = bearing.torsion_stiffness_n_m_per_rad
+        damping[5, 5] = bearing.torsion_damping_n_m_s_per_rad
+        if bearing.speed_law is not None:
+            spin = abs(self.system.rotors[bearing.first.body].speed_ratio * speed_rad_s)
+            stiffness[:2, :2], damping[:2, :2] = _law_values(bearing, spin)
+        return stiffness, damping
+
+
+def _add(total: FloatArray, size: FloatArray, rows: FloatArray, term: FloatArray) -> None:
+    """Add the term of a part that moves by these rows, in place."""
+    total += rows.T @ term @ rows
+    size += np.abs(rows).T @ np.abs(term) @ np.abs(rows)
+
+
+def _body(rotor: Rotor, spin_rad_s: float) -> tuple[list[FloatArray], ...]:
+    """Return the terms of M, V and K of a body at its own spin."""
+    element = rotor.element
+    rigid = element.rigid_body_modes[:, element.rigid_body_present]
+    # a free body has no elastic nor centrifugal force in rigid motion, but for rounding
+    free = np.eye(element.size)
+    if rigid.size:
+        momentum = element.mass @ rigid
+        free = free - rigid @ la.solve(rigid.T @ momentum, momentum.T)
+    elastic = free.T @ element.stiffness @ free
+    geometric = free.T @ (element.stress_stiffening - element.spin_softening) @ free
+    velocity, stiffness = [spin_rad_s * element.gyroscopic], [elastic, spin_rad_s**2 * geometric]
+    wanted = rotor.internal_damping
+    if wanted is not None:
+        damping = wanted.stiffness_coefficient_s * elastic
+        if wanted.modal_ratio:
+            squares, shapes = la.eigh(0.5 * (elastic + elastic.T), element.mass)
+            rate = 2.0 * wanted.modal_ratio * np.sqrt(np.maximum(squares, 0.0))
+            pushed = element.mass @ shapes
+            modal = (pushed * rate) @ pushed.T
+            # rigid motions have the root of a rounding as their frequency
+            damping = damping + free.T @ modal @ free
+        velocity.append(damping)
+        if spin_rad_s and element.spin_generator is not None:
+            stiffness.append(-spin_rad_s * damping @ element.spin_generator)
+    return [np.asarray(element.mass)], velocity, stiffness
+
+
+def _law_values(bearing: Bearing, spin_rad_s: float) -> tuple[FloatArray, FloatArray]:
+    """Return stiffness and damping on (ux, uy) at a spin speed, each (2, 2)."""
+    law, own = bearing.speed_law, (bearing.stiffness_n_per_m, bearing.damping_n_s_per_m)
+    if isinstance(law, TableLaw):
+        speeds = law.speeds_rad_s
+        at = float(np.clip(spin_rad_s, speeds[0], speeds[-1]))
+        tables = (law.stiffness_n_per_m, law.damping_n_s_per_m)
+        if law.interpolation == "linear":
+            found = [
+                np.array([np.interp(at, speeds, t[:, i, j]) for i in (0, 1) for j in (0, 1)])
+                for t in tables
+            ]
+        else:
+            found = [PchipInterpolator(speeds, t.reshape(-1, 4))(at) for t in tables]
+        return found[0].reshape(2, 2), found[1].reshape(2, 2)
+    if isinstance(law, PolynomialLaw):
+        x = ARGUMENT_UNITS[law.argument_unit] * spin_rad_s
+        factors = [(law.stiffness_x, law.stiffness_y), (law.damping_x, law.damping_y)]
+        k, c = (
+            np.diag([m[a, a] * float(np.polyval(f[a][::-1], x)) for a in (0, 1)])
+            for m, f in zip(own, factors, strict=True)
+        )
+        return k, c
+    assert law is not None
+    other = law.coefficients(spin_rad_s, *own)
+    return other.stiffness_n_per_m, other.damping_n_s_per_m
+
+
+def joint_errors(plain: PlainSystem) -> tuple[float, int]:
+    """Return by how much exact joints are broken, and how many motions too many are held.
+
+    `plain`: the system in the coordinates to test. Returns largest entry of what rigid components,
+    rigid bodies and rigid gears forbid, per unit coordinate; the number of independent motions less
+    that of the coordinates.
+    """
+    whole = PlainSystem(system=plain.system, transformation=np.eye(len(plain.transformation)))
+    held = [
+        whole.relative_motion(bearing)[[MOTIONS.index(c) for c in bearing.rigid]]
+        for bearing in plain.system.bearings
+    ]
+    start = 0
+    for rotor in plain.system.rotors.values():
+        stop = start + rotor.element.size
+        if rotor.element.constraint is not None:
+            free = la.null_space(rotor.element.constraint.T)
+            rows = np.zeros((free.shape[1], len(plain.transformation)))
+            rows[:, start:stop] = free.T
+            held.append(rows)
+        start = stop
+    for gear in plain.system.gears:
+        if gear.mesh_stiffness_n_per_m is None:
+            first, second = gear.tooth_motion()
+            teeth = first @ whole.seat(gear.first) + second @ whole.seat(gear.second)
+            held.append(teeth[None] / np.abs(teeth).max())
+    forbidden = np.vstack([np.zeros((1, len(plain.transformation))), *held])
+    broken = float(np.abs(forbidden @ plain.transformation).max(initial=0.0))
+    rank = int(np.linalg.matrix_rank(forbidden, tol=_DEPENDENT))
+    largest = float(np.abs(plain.transformation).max())
+    kept = int(np.linalg.matrix_rank(plain.transformation, tol=_DEPENDENT * largest))
+    return broken / largest, len(plain.transformation) - rank - kept
+
+
+def root_error(matrices: PlainMatrices, value: complex) -> RootError:
+    """Return how far a number is from an eigenvalue.
+
+    Returns |yᴴ D(λ) x / yᴴ D'(λ) x| with left and right vectors of inverse iteration: the step of
+    Newton's method to the eigenvalue, right to first order. Its rounding is the change that errors
+    of one unit in the last place of every term may cause.
+    """
+    dynamic, size = matrices.dynamic(value), matrices.size(value)
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(size), np.finfo(float).tiny))
+    even = scale[:, None] * dynamic * scale
+    factors = la.lapack.zgetrf(even)
+    if factors[2] > 0:
+        return RootError(0.0, 0.0)
+    solve = la.lapack.zgetrs
+    right = np.random.default_rng(len(scale)).standard_normal(len(scale)).astype(complex)
+    left = right
+    for _ in range(_STEPS):
+        right = solve(factors[0], factors[1], right / la.norm(right))[0]
+    left = right
+    for _ in range(_STEPS):
+        left = solve(factors[0], factors[1], left / la.norm(left), trans=2)[0]
+    x, y = scale * right / la.norm(right), scale * left / la.norm(left)
+    slope = abs(y.conj() @ (2.0 * value * (matrices.mass @ x) + matrices.velocity @ x))
+    if slope == 0.0:
+        return RootError(np.inf, np.inf)
+    distance = abs(y.conj() @ (dynamic @ x)) / slope
+    rounding = _EPS * float(np.abs(y) @ size @ np.abs(x)) / slope
+    return RootError(float(distance), float(rounding))

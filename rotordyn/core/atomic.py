@@ -1,0 +1,30 @@
+"""Writing a file so that readers see the old one or the new one, never half of it."""
+
+from __future__ import annotations
+
+import os
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+# Letters of the name that the temporary one begins with.
+_LONGEST = 40
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Give a temporary path in the same folder that takes the place of `path` on success.
+
+    `path`: the file to write; its folder must exist. Yields where to write. Removed if the block
+    raises.
+    """
+    # a name that is as long as names may be leaves no room for more
+    temporary = path.with_name(f".{path.name[:_LONGEST]}.{uuid.uuid4().hex}.tmp")
+    try:
+        yield temporary
+        with temporary.open("rb") as written:
+            os.fsync(written.fileno())
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)

@@ -1,0 +1,23 @@
+"""Critical speeds and their map over bearing stiffness.
+
+Direct eigenproblems for constant bearings, sign counts for bearings that depend on the speed.
+In: `AssembledSystem` and a range. Out: `CriticalSpeed` records, `CriticalSpeedMap`.
+"""
+
+from __future__ import annotations
+
+from solidwhirl.rotordyn.critical_speeds.search import (
+    CriticalSpeed,
+    CriticalSpeedCount,
+    count_critical_speeds,
+    critical_speeds,
+    undamped_places,
+)
+
+__all__ = [
+    "CriticalSpeed",
+    "CriticalSpeedCount",
+    "count_critical_speeds",
+    "critical_speeds",
+    "undamped_places",
+]

@@ -1,0 +1,414 @@
+"""Critical speeds: where a mode is met by an excitation that turns α times per turn of Ω."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
+from solidwhirl.rotordyn.campbell.branches import all_below, follow
+from solidwhirl.rotordyn.campbell.tracking import CREEPING, Tracked, match_modes
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, freeze_arrays
+from solidwhirl.rotordyn.core.dense import scale_by_stiffness
+from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
+from solidwhirl.rotordyn.critical_speeds.speed_roots import SpeedRoots, speed_roots
+from solidwhirl.rotordyn.critical_speeds.whirl_pencils import (
+    DirectSpeeds,
+    Pencil,
+    direct_speeds,
+    negative_count,
+    negative_count_at_rest,
+    whirl_pencils,
+)
+from solidwhirl.rotordyn.modes.damping import (
+    DampingRule,
+    amplification_factor,
+    damping_ratio,
+    log_decrement,
+)
+from solidwhirl.rotordyn.modes.eigen import modes_at_speed
+from solidwhirl.rotordyn.modes.whirl import separated_whirl, whirl_direction
+
+# Steps of the search for a damped critical speed, and its relative accuracy.
+_ROOT_STEPS = 80
+_ROOT_ACCURACY = 1e-12
+
+
+class _Meeting(NamedTuple):
+    """Ω, λ and φ of a mode that meets the excitation."""
+
+    speed: float
+    value: complex
+    shape: ComplexArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class CriticalSpeed:
+    """Hold one critical speed.
+
+    Attributes
+    ----------
+    speed_rad_s
+        Ω at which a damped natural frequency Im λ equals |α| Ω.
+    frequency_hz
+        That frequency, |α| Ω / 2π.
+    whirl
+        "forward", "backward", "mixed" or "planar".
+    shape
+        Mode in the independent coordinates of the system, shape (n,), complex, largest entry 1.
+    log_decrement
+        −2π Re λ / Im λ of the mode there; 0 without damping.
+    """
+
+    speed_rad_s: float
+    frequency_hz: float
+    whirl: str
+    shape: ComplexArray
+    log_decrement: float
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "shape")
+
+    def __repr__(self) -> str:
+        return _critical_speed_text(self)
+
+    @property
+    def eigenvalue(self) -> complex:
+        """λ of the mode there, 1/s."""
+        return 2.0 * np.pi * self.frequency_hz * complex(-self.log_decrement / (2.0 * np.pi), 1.0)
+
+    @property
+    def amplification_factor(self) -> float:
+        """1 / 2ζ of the mode; inf without damping, negative if it grows."""
+        return amplification_factor(self.log_decrement)
+
+    def counts(self, rule: DampingRule) -> bool:
+        """Tell whether this is a resonance; if not it is critically damped."""
+        return bool(rule.counts(np.array([self.eigenvalue]))[0])
+
+
+@dataclass(frozen=True, kw_only=True)
+class CriticalSpeedCount:
+    """Hold the number of critical speeds of an undamped system up to a limit.
+
+    Attributes
+    ----------
+    speed_max_rad_s
+        The limit, rad/s.
+    below_at_rest, below_at_limit
+        Number of negative eigenvalues of K(Ω) + Ω² (K2 + iαG − α²M) near rest and at the limit.
+    falls, rises
+        Number of critical speeds at which an eigenvalue turns negative, or positive; a constant
+        stiffness has the first kind only.
+    unresolved_rad_s
+        Intervals in which an eigenvalue touches zero to rounding: no critical speed, or two.
+    """
+
+    speed_max_rad_s: float
+    below_at_rest: int
+    below_at_limit: int
+    falls: int
+    rises: int
+    unresolved_rad_s: tuple[tuple[float, float], ...]
+
+    @property
+    def count(self) -> int:
+        """Number of critical speeds."""
+        return self.falls + self.rises
+
+
+def critical_speeds(
+    assembled: AssembledSystem,
+    excitation_ratio: float = 1.0,
+    speed_max_rad_s: float | None = None,
+) -> tuple[CriticalSpeed, ...]:
+    """Compute the critical speeds of a system.
+
+    Parameters
+    ----------
+    excitation_ratio
+        α: frequency of the excitation over Ω, such as the speed ratio of the shaft that carries
+        the unbalance, or the order of a harmonic. Its sign does not matter, as modes of either
+        whirl are returned.
+    speed_max_rad_s
+        Leave out what lies above; None is the range the bodies were made for (no limit for
+        beams). A system with damping, an unsymmetric stiffness or bearings that depend on the
+        speed needs a finite limit.
+
+    Returns
+    -------
+    tuple of CriticalSpeed
+        By rising speed.
+
+    Raises
+    ------
+    AnalysisError
+        If the ratio is zero or not finite, or a limit is needed and missing.
+
+    Notes
+    -----
+    Without damping, ω = αΩ turns the problem into [K + Ω² (K2 + iαG − α²M)] φ = 0, Hermitian and,
+    for constant bearings, linear in Ω²; no speed is swept (Genta 2005, Dynamics of Rotating
+    Systems, section 4.6). An eigenvalue Ω² that is negative or infinite belongs to no speed: the
+    mode stiffens faster with the spin than the excitation rises (a thin disk, Ip > Id, whirling
+    forward). With bearings K(Ω) the speeds at which an eigenvalue of that matrix changes its sign
+    are found by counting negative eigenvalues, all of them (see `speed_roots`); one mode may have
+    several critical speeds. An isotropic system is solved for forward and backward whirl apart.
+
+    With damping, the branches are followed from rest and Im λ(Ω) = αΩ is solved on each; steps
+    begin and end at the critical speeds without damping and the knots of speed laws.
+    """
+    ratio, limit = _checked(assembled, excitation_ratio, speed_max_rad_s)
+    if _is_undamped_problem(assembled):
+        speeds, shapes = _undamped(assembled, ratio, limit)
+        decrements = np.zeros(speeds.size)
+    elif np.isfinite(limit):
+        speeds, shapes, decrements = _damped(assembled, ratio, limit)
+    else:
+        raise AnalysisError(
+            "speed_max_rad_s is needed: this system has damping, an unsymmetric or a negative "
+            "stiffness, and its branches are followed up to a finite speed"
+        )
+    directions = whirl_direction(assembled, shapes)
+    return tuple(
+        _record(ratio, *found)
+        for found in zip(speeds, shapes.T, decrements, directions, strict=True)
+    )
+
+
+def _record(
+    ratio: float, speed: float, shape: ComplexArray, decrement: float, whirl: str
+) -> CriticalSpeed:
+    return CriticalSpeed(
+        speed_rad_s=float(speed),
+        frequency_hz=float(ratio * speed / (2.0 * np.pi)),
+        whirl=str(whirl),
+        shape=shape / shape[np.abs(shape).argmax()],
+        log_decrement=float(decrement),
+    )
+
+
+def count_critical_speeds(
+    assembled: AssembledSystem,
+    excitation_ratio: float = 1.0,
+    speed_max_rad_s: float | None = None,
+) -> CriticalSpeedCount:
+    """Count the critical speeds of a system without damping by the signs of its eigenvalues.
+
+    Parameters
+    ----------
+    assembled
+        The system; damping is left out.
+    excitation_ratio, speed_max_rad_s
+        As for `critical_speeds`; the limit must be finite.
+
+    Returns
+    -------
+    CriticalSpeedCount
+        For constant bearings from the matrices at rest and at the limit only, so that it
+        certifies the list of `critical_speeds` independently.
+
+    Raises
+    ------
+    AnalysisError
+        If the ratio is zero or not finite, the limit is not finite, or the constant part of the
+        stiffness is negative.
+    """
+    ratio, limit = _checked(assembled, excitation_ratio, speed_max_rad_s)
+    if not np.isfinite(limit):
+        raise AnalysisError("speed_max_rad_s is needed: critical speeds are counted up to it")
+    at_rest = at_limit = falls = rises = 0
+    unresolved: list[tuple[float, float]] = []
+    for pencil in whirl_pencils(assembled, ratio):
+        if pencil.laws:
+            roots = speed_roots(pencil, assembled.body_rate, limit)
+            counts = roots.counts
+            falls += int(np.count_nonzero(roots.falls))
+            rises += int(np.count_nonzero(~roots.falls))
+            unresolved += roots.unresolved
+        else:
+            counts = (
+                negative_count_at_rest(pencil, assembled.body_rate),
+                negative_count(pencil, limit, assembled.body_rate),
+            )
+            # K/Ω² − N of a constant K falls with Ω, so no eigenvalue comes back.
+            falls += counts[1] - counts[0]
+        at_rest += counts[0]
+        at_limit += counts[1]
+    return CriticalSpeedCount(
+        speed_max_rad_s=limit,
+        below_at_rest=at_rest,
+        below_at_limit=at_limit,
+        falls=falls,
+        rises=rises,
+        unresolved_rad_s=tuple(unresolved),
+    )
+
+
+def _checked(
+    assembled: AssembledSystem, excitation_ratio: float, speed_max_rad_s: float | None
+) -> tuple[float, float]:
+    """Return |α| and the limit."""
+    ratio = abs(float(excitation_ratio))
+    if not np.isfinite(ratio) or ratio == 0:
+        raise AnalysisError(f"excitation_ratio is {excitation_ratio}; finite and not 0 is allowed")
+    limit = assembled.speed_limit_rad_s if speed_max_rad_s is None else float(speed_max_rad_s)
+    if not limit > 0:
+        raise AnalysisError(f"speed_max_rad_s is {speed_max_rad_s}; it must be positive")
+    return ratio, limit
+
+
+def _is_undamped_problem(assembled: AssembledSystem) -> bool:
+    """Whether there is no damping, and no negative stiffness but that of a speed law."""
+    constant = scale_by_stiffness(assembled.stiffness, assembled.mass, assembled.body_rate)
+    return assembled.is_conservative and constant.negative_count == 0
+
+
+def _undamped(
+    assembled: AssembledSystem, ratio: float, limit: float
+) -> tuple[FloatArray, ComplexArray]:
+    """Return the critical speeds and shapes without damping, by rising speed."""
+    speeds, shapes = [], []
+    for pencil in whirl_pencils(assembled, ratio):
+        found = _speeds_of(pencil, assembled.body_rate, limit)
+        speeds.append(found.speeds_rad_s)
+        shapes.append(pencil.expand(found.shapes))
+    together, columns = np.concatenate(speeds), np.hstack(shapes)
+    order = np.argsort(together, kind="stable")
+    return together[order], separated_whirl(assembled, together[order], columns[:, order])
+
+
+def _speeds_of(pencil: Pencil, body_rate: float, limit: float) -> DirectSpeeds | SpeedRoots:
+    if not pencil.laws:
+        return direct_speeds(pencil, pencil.stiffness, body_rate, limit)
+    if not np.isfinite(limit):
+        raise AnalysisError(
+            "speed_max_rad_s is needed: bearings depend on the speed, and critical speeds are "
+            "searched for up to a finite one"
+        )
+    return speed_roots(pencil, body_rate, limit)
+
+
+def undamped_places(assembled: AssembledSystem, ratio: float, limit: float) -> FloatArray:
+    """Return the critical speeds without damping and skew stiffness, and where modes touch.
+
+    Where a mode touches the excitation without them it may cross it twice.
+
+    `ratio`, `limit`: |α| and the largest Ω, finite. Returns Ω, rising. None if K is negative, or
+    the pieces of a law are not known.
+    """
+    if any(joint.pieces is None for joint in assembled.law_joints):
+        return np.empty(0)
+    start = matrices_at_speed(assembled, 0.0)
+    for stiffness in (assembled.stiffness, start.stiffness):
+        symmetric = 0.5 * (stiffness + stiffness.T)
+        scaled = scale_by_stiffness(symmetric, assembled.mass, assembled.body_rate)
+        if scaled.negative_count:
+            return np.empty(0)
+    seeds = []
+    for pencil in whirl_pencils(assembled, ratio):
+        found = _speeds_of(pencil, assembled.body_rate, limit)
+        seeds.append(found.speeds_rad_s)
+        if isinstance(found, SpeedRoots):
+            seeds.append(np.array([0.5 * (low + high) for low, high in found.unresolved]))
+    return np.sort(np.concatenate(seeds))
+
+
+def _damped(
+    assembled: AssembledSystem, ratio: float, limit: float
+) -> tuple[FloatArray, ComplexArray, FloatArray]:
+    """Follow the branches from rest and solve Im λ(Ω) = αΩ where one meets the line."""
+    seeds = undamped_places(assembled, ratio, limit)
+    inner = np.concatenate((seeds, assembled.knots_rad_s))
+    marks = np.unique(np.concatenate(([0.0], inner[(inner > 0) & (inner < limit)], [limit])))
+    marks = marks[np.concatenate(([True], np.diff(marks) > 1e-6 * limit))]
+    speeds = np.unique(np.concatenate((marks, 0.5 * (marks[1:] + marks[:-1]), [limit])))
+    at_speeds = follow(assembled, speeds, all_below(assembled, ratio * limit / (2.0 * np.pi)))
+    found = _meetings(assembled, at_speeds, ratio)
+    found.sort(key=lambda item: item.speed)
+    # Im λ = αΩ here but for rounding, which is no small part of it where Re λ is far larger
+    values = np.array([complex(m.value.real, ratio * m.speed) for m in found], dtype=complex)
+    shapes = np.array([item.shape for item in found], dtype=complex).reshape(-1, assembled.size)
+    return np.array([item.speed for item in found]), shapes.T, log_decrement(values)
+
+
+def _meetings(
+    assembled: AssembledSystem, at_speeds: Sequence[Tracked], ratio: float
+) -> list[_Meeting]:
+    """Return where branches meet the line, by rising speed."""
+    found = []
+    for before, after in pairwise(at_speeds):
+        for branch in range(before.columns.size):
+            if before.columns[branch] >= 0 and after.columns[branch] >= 0:
+                miss = [_miss(at_speed, branch, ratio) for at_speed in (before, after)]
+                if miss[0] > 0 >= miss[1] or miss[0] < 0 <= miss[1]:
+                    found.append(_solve_on_branch(assembled, before, after, branch, ratio))
+    return [meeting for meeting in found if meeting is not None]
+
+
+def _miss(at_speed: Tracked, branch: int, ratio: float) -> float:
+    return float(at_speed.values()[branch].imag - ratio * at_speed.modes.speed_rad_s)
+
+
+def _solve_on_branch(
+    assembled: AssembledSystem,
+    before: Tracked,
+    after: Tracked,
+    branch: int,
+    ratio: float,
+) -> _Meeting | None:
+    """Return Ω, λ and φ where a branch meets the line between two speeds (Illinois method).
+
+    None for an overdamped motion that ceases to oscillate on the way.
+    """
+    low, high = before.select(np.array([branch])), after.select(np.array([branch]))
+    miss_low, miss_high = _miss(low, 0, ratio), _miss(high, 0, ratio)
+    nearest = low
+    for _ in range(_ROOT_STEPS):
+        begin, end = low.modes.speed_rad_s, high.modes.speed_rad_s
+        speed = begin - miss_low * (end - begin) / (miss_high - miss_low)
+        found = _branch_at(assembled, low, high, speed)
+        if found is None:
+            return None
+        nearest = found
+        miss = _miss(nearest, 0, ratio)
+        if abs(miss) <= _ROOT_ACCURACY * ratio * speed or abs(end - begin) <= 1e-14 * end:
+            break
+        if miss * miss_high < 0:
+            low, miss_low = high, miss_high
+        else:
+            miss_low *= 0.5
+        high, miss_high = nearest, miss
+    column = int(nearest.columns[0])
+    value = complex(nearest.modes.eigenvalues[column])
+    return _Meeting(nearest.modes.speed_rad_s, value, nearest.modes.shapes[:, column])
+
+
+def _branch_at(
+    assembled: AssembledSystem, low: Tracked, high: Tracked, speed: float
+) -> Tracked | None:
+    """Return one branch at a speed between two, from the nearer one."""
+    distances = [abs(at_speed.modes.speed_rad_s - speed) for at_speed in (low, high)]
+    here = low if distances[0] <= distances[1] else high
+    match = match_modes(assembled, here.modes, modes_at_speed(assembled, speed))
+    column = match.partner[here.columns]
+    if (column < 0).any():
+        if (damping_ratio(here.values()) > CREEPING).all():
+            return None
+        raise AnalysisError(
+            f"the branch at {here.modes.speed_rad_s:.6g} rad/s has no partner at {speed:.6g} rad/s"
+        )
+    return Tracked(modes=match.second, columns=column, overlap=match.mac[here.columns])
+
+
+def _critical_speed_text(found: CriticalSpeed) -> str:
+    """Speed, frequency, whirl and damping."""
+    return (
+        f"CriticalSpeed: {found.speed_rad_s * RPM_PER_RAD_S:.2f} rpm, {found.frequency_hz:.2f} Hz, "
+        f"{found.whirl}, log decrement {found.log_decrement:.3g}"
+    )

@@ -1,0 +1,120 @@
+"""Error estimates of the branches of a Campbell diagram."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from solidwhirl.rotordyn.assembly.system import AssembledSystem
+from solidwhirl.rotordyn.campbell.body_frames import branch_columns
+from solidwhirl.rotordyn.campbell.diagram import Campbell
+from solidwhirl.rotordyn.campbell.tracking import mode_columns
+from solidwhirl.rotordyn.core.arrays import FloatArray, freeze_arrays
+from solidwhirl.rotordyn.estimates.eigenvalue_errors import (
+    bodies_without_forms,
+    frequency_errors,
+    frozen_parts,
+    sum_of_parts,
+)
+from solidwhirl.rotordyn.modes.eigen import modes_at_speed
+
+# Modes above the highest branch that may be as close to it as it is wrong.
+_ABOVE = 4
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class CampbellErrors:
+    """Hold relative error estimates of the eigenvalues of a Campbell diagram.
+
+    Attributes
+    ----------
+    parts
+        |δs| / |s| by name of the part, shape (b, s) each, nan where a branch is absent; see
+        `campbell_errors` for what "mode_truncation" and "speed_interpolation" share.
+    total
+        Sum of all parts but "interface_coupling", shape (b, s).
+    bodies_without_estimate
+        Bodies whose errors are not in the numbers.
+    """
+
+    campbell: Campbell
+    parts: Mapping[str, FloatArray]
+    total: FloatArray
+    bodies_without_estimate: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "total")
+        object.__setattr__(self, "parts", frozen_parts(self.parts))
+
+
+def campbell_errors(assembled: AssembledSystem, campbell: Campbell) -> CampbellErrors:
+    """Estimate the relative errors of the branches of a Campbell diagram.
+
+    Parameters
+    ----------
+    campbell
+        The diagram; its modes are computed again, as it does not keep them.
+
+    Returns
+    -------
+    CampbellErrors
+        By branch and speed.
+
+    Raises
+    ------
+    AnalysisError
+        If the diagram does not belong to the system.
+
+    Notes
+    -----
+    The basis of a body is made of modes at rest and at top speed. With e(Ω) the error of the
+    reduction along a branch and t = (Ω² − a²) / (b² − a²) between its slowest and its fastest
+    speed a and b (rest and top speed of the diagram, as a rule),
+    "speed_interpolation" = max(0, e(Ω) − [(1 − t) e(a) + t e(b)]) and "mode_truncation" is the
+    rest: what exceeds the line between both ends comes from speeds the basis was not made for.
+    """
+    shape = campbell.eigenvalues.shape
+    parts: dict[str, FloatArray] = {}
+    for place, speed in enumerate(campbell.speeds_rad_s):
+        alive = np.flatnonzero(np.isfinite(campbell.eigenvalues[:, place]))
+        if not alive.size:
+            continue
+        modes = modes_at_speed(assembled, float(speed))
+        columns = branch_columns(campbell.eigenvalues[alive, place], modes.eigenvalues, speed)
+        kept = np.arange(min(int(columns.max()) + 1 + _ABOVE, modes.eigenvalues.size))
+        found = frequency_errors(assembled, mode_columns(modes, kept))
+        for part, values in found.parts.items():
+            parts.setdefault(part, np.full(shape, np.nan))[alive, place] = values[columns]
+    if "mode_truncation" in parts:
+        whole = parts["mode_truncation"]
+        over = interpolation_part(campbell.speeds_rad_s, whole)
+        parts["speed_interpolation"], parts["mode_truncation"] = over, whole - over
+    return CampbellErrors(
+        campbell=campbell,
+        parts=parts,
+        total=sum_of_parts(parts) if parts else np.full(shape, np.nan),
+        bodies_without_estimate=bodies_without_forms(assembled),
+    )
+
+
+def interpolation_part(speeds_rad_s: FloatArray, errors: FloatArray) -> FloatArray:
+    """Return what exceeds the line between the ends of each branch, straight in Ω².
+
+    `speeds_rad_s`: Ω, shape (s,); `errors`: e along each branch, shape (b, s), nan where it is
+    absent. Returns max(0, e − line), shape (b, s), nan where the branch is absent; 0 at both ends.
+    """
+    square = speeds_rad_s**2
+    over = np.full(errors.shape, np.nan)
+    for row, values in zip(over, errors, strict=True):
+        alive = np.flatnonzero(np.isfinite(values))
+        if not alive.size:
+            continue
+        first, last = (alive[k(square[alive])] for k in (np.argmin, np.argmax))
+        span = square[last] - square[first]
+        part = (square[alive] - square[first]) / (span if span > 0 else 1.0)
+        line = (1.0 - part) * values[first] + part * values[last]
+        row[alive] = np.maximum(0.0, values[alive] - line)
+        row[[first, last]] = 0.0
+    return over

@@ -1,0 +1,289 @@
+"""Error estimates of the resonance peaks of a response: where they are and how high."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import scipy.linalg as la
+
+from solidwhirl.rotordyn.assembly.coordinates import interface_row
+from solidwhirl.rotordyn.assembly.parts import End
+from solidwhirl.rotordyn.assembly.system import (
+    AssembledSystem,
+    SpeedMatrices,
+    matrices_at_speed,
+    speed_derivative,
+)
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, freeze_arrays
+from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.estimates.eigenvalue_errors import (
+    bodies_without_forms,
+    body_forms,
+    frozen_parts,
+    sum_of_parts,
+)
+from solidwhirl.rotordyn.modes.left_vectors import balance_of, dynamic_stiffness
+from solidwhirl.rotordyn.response.unbalance import Unbalance, frequency_ratio, unbalance_loads
+from solidwhirl.rotordyn.response.unbalance_peaks import SUMMIT, ResonancePeak, summit
+from solidwhirl.rotordyn.superelement.residual_energy import form_products, form_weight
+
+# Where a peak has no half-power points, its summit is sought within this (relative).
+_NARROW = 0.01
+# Where a summit is tried, as fractions of the interval it is sought in.
+_PROBES = np.array([-1.0, -1e-2, -SUMMIT, SUMMIT, 1e-2, 1.0])
+# Two unbalances excite at one frequency if their ratios differ by less than this fraction.
+_SAME_RATIO = 1e-12
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class PeakErrors:
+    """Hold relative error estimates of resonance peaks.
+
+    Attributes
+    ----------
+    position_rad_s
+        Speed or frequency of the summits, found again between the samples, rad/s, shape (k,).
+    position, height
+        Relative errors of the speed or frequency of each peak, and of its height, by name of the
+        part, shape (k,) each; heights are nan for a system without damping. "mode_truncation"
+        holds the share of "speed_interpolation"; "eigen_solver" is that of the linear solution;
+        "sampling" is how far a peak as it was given lies from the summit.
+    position_total, height_total
+        Sums of all parts but "interface_coupling", shape (k,).
+    bodies_without_estimate
+        Bodies whose errors are not in the numbers.
+    """
+
+    position_rad_s: FloatArray
+    position: Mapping[str, FloatArray]
+    height: Mapping[str, FloatArray]
+    position_total: FloatArray
+    height_total: FloatArray
+    bodies_without_estimate: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "position_rad_s", "position_total", "height_total")
+        object.__setattr__(self, "position", frozen_parts(self.position))
+        object.__setattr__(self, "height", frozen_parts(self.height))
+
+
+class _Point(NamedTuple):
+    """A place p on the way of a sweep: Ω, ω, the load (n,), and dD/dp as a function of s."""
+
+    speed: float
+    omega: float
+    load: ComplexArray
+    slope: Callable[[SpeedMatrices], ComplexArray]
+
+
+class _Sweep(NamedTuple):
+    """How Ω, ω and load depend on the place p, and the rows (r, n) whose Σ |row u| is drawn.
+
+    At the knots it may have corners.
+    """
+
+    at: Callable[[float], _Point]
+    rows: ComplexArray
+    knots: tuple[float, ...] = ()
+
+
+class _Solved(NamedTuple):
+    """Solution u, adjoint z of the amplitude, the amplitude, matrices and the point."""
+
+    motion: ComplexArray
+    adjoint: ComplexArray
+    amplitude: float
+    matrices: SpeedMatrices
+    point: _Point
+
+
+class _Found(NamedTuple):
+    """A summit, how far a given peak lies from it, and how far from its height."""
+
+    place: float
+    shift: float
+    difference: float
+
+
+def unbalance_peak_errors(
+    assembled: AssembledSystem,
+    unbalances: Sequence[Unbalance],
+    node: End,
+    peaks: Sequence[ResonancePeak],
+) -> PeakErrors:
+    """Estimate the errors of the peaks of an unbalance response over the speed.
+
+    Parameters
+    ----------
+    unbalances
+        All that turn at one frequency, as in an `ExciterResponse`.
+    node
+        Interface whose orbit was looked at.
+    peaks
+        Of the major half axis of the orbit over the speed Ω.
+
+    Returns
+    -------
+    PeakErrors
+        Of the speeds and heights of the peaks.
+
+    Raises
+    ------
+    AnalysisError
+        If the unbalances turn at different frequencies, or there is none.
+    AssemblyError
+        If the node does not exist or lacks ux or uy.
+
+    Notes
+    -----
+    With z of Dᵀz = l, l the gradient of the amplitude, the pole moves by
+    zᵀ(E − Ω²ΔK2)u / (zᵀ(dD/dΩ)u), dD/dΩ along ω = αΩ, and the summit changes by Re zᵀ(E − Ω²ΔK2)u.
+    """
+    ratios = [frequency_ratio(assembled, unbalance) for unbalance in unbalances]
+    if not ratios or max(ratios) - min(ratios) > _SAME_RATIO * max(ratios):
+        raise AnalysisError(
+            f"unbalances turn at {ratios} times the speed; one or more of one ratio are allowed"
+        )
+    ratio = ratios[0]
+    pattern = unbalance_loads(assembled, unbalances)
+
+    def at(speed: float) -> _Point:
+        derivative, omega = speed_derivative(assembled, speed), ratio * speed
+
+        def slope(matrices: SpeedMatrices) -> ComplexArray:
+            along = _rate_derivative(matrices, 1j * omega)
+            return derivative.at_rate(1j * omega) + 1j * ratio * along
+
+        return _Point(speed, omega, omega**2 * pattern, slope)
+
+    x, y = (interface_row(assembled, node.body, node.interface, c) for c in ("ux", "uy"))
+    circles = np.stack((0.5 * (x + 1j * y), 0.5 * (x - 1j * y)))
+    sweep = _Sweep(at, circles.astype(complex), tuple(assembled.knots_rad_s))
+    return _peak_errors(assembled, sweep, peaks)
+
+
+def harmonic_peak_errors(
+    assembled: AssembledSystem,
+    speed_rad_s: float,
+    load: npt.ArrayLike,
+    row: npt.ArrayLike,
+    peaks: Sequence[ResonancePeak],
+) -> PeakErrors:
+    """Estimate the errors of the peaks of a harmonic response over the frequency.
+
+    `load`: complex amplitudes f in the independent coordinates, the same at all frequencies, (n,);
+    `row`: the motion that was looked at, per independent coordinate, shape (n,); `peaks`: of |row ·
+    q| over the frequency ω. The result is of the frequencies and heights of the peaks. Raises
+    AnalysisError if load or row have another length than the system has coordinates.
+    """
+    force, seen = (np.asarray(a, dtype=complex) for a in (load, row))
+    if force.shape != (assembled.size,) or seen.shape != (assembled.size,):
+        raise AnalysisError(
+            f"load and row have shapes {force.shape} and {seen.shape}; allowed is "
+            f"({assembled.size},)"
+        )
+
+    def at(omega: float) -> _Point:
+        def slope(matrices: SpeedMatrices) -> ComplexArray:
+            return 1j * _rate_derivative(matrices, 1j * omega)
+
+        return _Point(float(speed_rad_s), omega, force, slope)
+
+    return _peak_errors(assembled, _Sweep(at, seen[None]), peaks)
+
+
+def _rate_derivative(matrices: SpeedMatrices, rate: complex) -> ComplexArray:
+    """Return D'(s) = C + ΩG + 2 s M."""
+    return np.asarray(matrices.damping + matrices.gyroscopic + 2.0 * rate * matrices.mass)
+
+
+def _peak_errors(
+    assembled: AssembledSystem, sweep: _Sweep, peaks: Sequence[ResonancePeak]
+) -> PeakErrors:
+    damped = not assembled.is_conservative
+    count = len(peaks)
+    position: dict[str, FloatArray] = {}
+    height: dict[str, FloatArray] = {}
+    places = np.zeros(count)
+    for index, peak in enumerate(peaks):
+        found = _found_again(assembled, sweep, peak) if damped else None
+        places[index] = found.place if found else peak.position_rad_s
+        solved = _solved(assembled, sweep, places[index])
+        turn = solved.adjoint @ (solved.point.slope(solved.matrices) @ solved.motion)
+        changes, solver = _changes(assembled, solved)
+        moved = {part: abs(float((change / turn).real)) for part, change in changes.items()}
+        higher = {part: abs(change.real) for part, change in changes.items()}
+        moved["eigen_solver"], higher["eigen_solver"] = solver / float(abs(turn)), solver
+        if found:
+            moved["sampling"], higher["sampling"] = found.shift, found.difference
+        for part in moved:
+            position.setdefault(part, np.zeros(count))[index] = moved[part] / places[index]
+            relative = higher[part] / solved.amplitude if damped else np.nan
+            height.setdefault(part, np.zeros(count))[index] = relative
+    return PeakErrors(
+        position_rad_s=places,
+        position=position,
+        height=height,
+        position_total=sum_of_parts(position) if position else np.zeros(count),
+        height_total=sum_of_parts(height) if height else np.zeros(count),
+        bodies_without_estimate=bodies_without_forms(assembled),
+    )
+
+
+def _found_again(assembled: AssembledSystem, sweep: _Sweep, peak: ResonancePeak) -> _Found:
+    """Find a summit between the half-power points by the general solver."""
+    middle = peak.position_rad_s
+    low, high = peak.half_power_low_rad_s, peak.half_power_high_rad_s
+    low = low if np.isfinite(low) else (1.0 - _NARROW) * middle
+    high = high if np.isfinite(high) else (1.0 + _NARROW) * middle
+
+    def curve(place: float) -> float:
+        return _solved(assembled, sweep, place).amplitude
+
+    tried = [summit(curve, low, high, sweep.knots), middle]
+    place = max(tried, key=curve)
+    probes = np.clip(place + (high - low) * _PROBES, low, high)
+    heights = np.array([curve(probe) for probe in probes])
+    top = curve(place)
+    # What the search may have left: higher places, and the fall within its accuracy.
+    missed = max(float(heights.max()) - top, 0.0)
+    fall = float(np.abs(heights[np.abs(_PROBES) == SUMMIT] - top).max())
+    return _Found(
+        place,
+        abs(place - middle) + SUMMIT * (high - low),
+        abs(top - peak.amplitude) + missed + fall,
+    )
+
+
+def _solved(assembled: AssembledSystem, sweep: _Sweep, place: float) -> _Solved:
+    """Solve for the motion and for the adjoint of the amplitude Σ |row u|."""
+    point = sweep.at(float(place))
+    matrices = matrices_at_speed(assembled, point.speed)
+    balance = balance_of(matrices, 1j * point.omega)
+    dynamic = dynamic_stiffness(matrices, 1j * point.omega)
+    factors = la.lu_factor(balance[:, None] * dynamic * balance)
+    motion = balance * la.lu_solve(factors, balance * point.load)
+    seen = sweep.rows @ motion
+    size = np.abs(seen)
+    phase = np.where(size > 0, seen.conj() / np.where(size > 0, size, 1.0), 0.0)
+    adjoint = balance * la.lu_solve(factors, balance * (phase @ sweep.rows), trans=1)
+    return _Solved(motion, adjoint, float(size.sum()), matrices, point)
+
+
+def _changes(assembled: AssembledSystem, solved: _Solved) -> tuple[dict[str, complex], float]:
+    """Return zᵀ(E − Ω²ΔK2)u by part, weighted, and what the solution itself may have lost."""
+    motion, adjoint, _, matrices, point = solved
+    rate = np.array([1j * point.omega])
+    changes: dict[str, complex] = {}
+    for rows, ratio, form in body_forms(assembled):
+        left, right = (rows @ adjoint)[:, None], (rows @ motion)[:, None]
+        found = form_products(form, rate, ratio * point.speed, left, right)
+        weighted = complex((form_weight(form, rate) * found)[0])
+        changes[form.part] = changes.get(form.part, 0.0) + weighted
+    residual = abs(adjoint @ (point.load - dynamic_stiffness(matrices, rate[0]) @ motion))
+    rounding = np.abs(adjoint) @ (np.abs(matrices.stiffness) @ np.abs(motion))
+    return changes, float(residual + np.finfo(float).eps * rounding)

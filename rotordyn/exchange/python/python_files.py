@@ -1,0 +1,111 @@
+"""Parts that all exports as Python files share: names, matrices, writing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.atomic import replacing
+from solidwhirl.rotordyn.core.errors import SuperelementError
+from solidwhirl.rotordyn.superelement.record import Superelement
+
+#: What a linear body in the inertial frame carries.
+LINEAR_TERMS = (
+    "mass and elastic stiffness",
+    "gyroscopic matrix, times the speed",
+    "stress stiffening and spin softening, times the speed squared",
+    "half the gyroscopic matrix, times the angular acceleration",
+)
+
+
+def python_path(path: str | Path) -> Path:
+    """Return the path of a Python file to write.
+
+    Parameters
+    ----------
+    path
+        Ends with `.py`, or has no ending, which is then added.
+
+    Raises
+    ------
+    SuperelementError
+        If the path has another ending.
+    """
+    place = Path(path)
+    if place.suffix not in ("", ".py"):
+        raise SuperelementError(
+            f"the export is a Python file and ends with .py, not with {place.suffix!r}: {place}"
+        )
+    return place.with_suffix(".py")
+
+
+def matrices(element: Superelement) -> dict[str, FloatArray]:
+    """Return M, K0, K2 and G in the independent coordinates.
+
+    Returns
+    -------
+    dict
+        Shapes (r, r) where the body is tied, else (n, n); K2 = Kgeo − S.
+    """
+    full = {
+        "M": element.mass,
+        "K0": element.stiffness,
+        "K2": element.stress_stiffening - element.spin_softening,
+        "G": element.gyroscopic,
+    }
+    if element.constraint is None:
+        return full
+    tie = element.constraint
+    return {name: tie.T @ matrix @ tie for name, matrix in full.items()}
+
+
+def coordinate_arrays(element: Superelement) -> dict[str, npt.NDArray[Any]]:
+    """Return names of coordinates and interfaces as arrays of text, places as numbers.
+
+    Returns
+    -------
+    dict
+        interface (n,) and component (n,) of the coordinates, "" and "q" of a modal one;
+        interface_name (i,), interface_xyz (i, 3) in m.
+    """
+    return {
+        "interface": np.array([c.interface for c in element.coordinates], dtype=np.str_),
+        "component": np.array([c.component for c in element.coordinates], dtype=np.str_),
+        "interface_name": np.array([node.name for node in element.interfaces], dtype=np.str_),
+        "interface_xyz": np.array([node.position_m for node in element.interfaces]),
+    }
+
+
+def write_python(
+    path: Path, text: str, element: Superelement, arrays: Mapping[str, npt.NDArray[Any]]
+) -> tuple[Path, Path]:
+    """Write a Python file and the arrays beside it.
+
+    Parameters
+    ----------
+    text
+        Its text; `@BODY@`, in a comment, becomes the names of the body and its interfaces and
+        the largest speed. Names are literals in ASCII, so that none can end the comment.
+
+    Returns
+    -------
+    tuple of Path
+        The Python file and the `.npz` file, which is complete before the Python file appears.
+    """
+    data = path.with_suffix(".npz")
+    with replacing(data) as temporary, temporary.open("xb") as file:
+        np.savez_compressed(file, **arrays)
+    seats = ", ".join(ascii(node.name) for node in element.interfaces)
+    about = f"Body: {element.name!a}. Interfaces: {seats}."
+    if np.isfinite(element.maximum_speed_rad_s):
+        about += (
+            f"\n# Its modes were chosen for speeds up to {element.maximum_speed_rad_s:g} rad/s."
+        )
+    with replacing(path) as temporary:
+        temporary.write_text(text.replace("@BODY@", about), encoding="utf-8")
+    return path, data

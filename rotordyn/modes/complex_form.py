@@ -1,0 +1,339 @@
+"""Half of the coordinates where a system is the same in all directions: z = p + i s."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from solidwhirl.rotordyn.assembly.system import AssembledSystem
+from solidwhirl.rotordyn.core.arrays import (
+    BoolArray,
+    ComplexArray,
+    FloatArray,
+    IntArray,
+    Matrix,
+    freeze_arrays,
+)
+
+# Parts of a matrix that break the form may reach this fraction of its entries (scaled).
+_ROUNDING = 1e-11
+
+
+class ComplexMatrices(NamedTuple):
+    """Matrices of A z'' + V z' + B z = f at one speed, each (m, m): A real, V and B complex."""
+
+    mass: FloatArray
+    velocity: ComplexArray
+    stiffness: ComplexArray
+
+
+class IsotropicLaw(NamedTuple):
+    """Relative motion z of a bearing with a speed law, shape (m,), and its place."""
+
+    motion: FloatArray
+    place: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class ComplexForm:
+    """Hold the lateral motion of an isotropic system in z = p + i s.
+
+    A z'' + (c − iΩ g) z' + (k + Ω² k2 − iΩ ν) z = f_p + i f_s, plus −i ½ Ω' g z while the speed
+    varies. All matrices are real and symmetric, shape (m, m). z = z0 e^{iωt} whirls forward for
+    ω > 0 and backward for ω < 0.
+
+    Attributes
+    ----------
+    first, second, second_sign
+        p = q[first] and s = second_sign · q[second], shape (m,): the sign turns a tilt rx into
+        the partner of ry, so that p holds one plane.
+    rest
+        Indices of the coordinates that a turn does not move (axial motion and torsion).
+    mass, gyroscopic, stiffness, centrifugal_stiffness, damping, circulatory
+        A, g, k, k2, c, ν without the bearings that depend on the speed.
+    laws
+        Those bearings.
+    """
+
+    assembled: AssembledSystem
+    first: IntArray
+    second: IntArray
+    second_sign: FloatArray
+    rest: IntArray
+    mass: FloatArray
+    gyroscopic: FloatArray
+    stiffness: FloatArray
+    centrifugal_stiffness: FloatArray
+    damping: FloatArray
+    circulatory: FloatArray
+    laws: tuple[IsotropicLaw, ...]
+
+    def __post_init__(self) -> None:
+        freeze_arrays(
+            self,
+            "first",
+            "second",
+            "second_sign",
+            "rest",
+            "mass",
+            "gyroscopic",
+            "stiffness",
+            "centrifugal_stiffness",
+            "damping",
+            "circulatory",
+        )
+
+    @property
+    def size(self) -> int:
+        """Number of complex coordinates m."""
+        return int(self.first.size)
+
+    def to_complex(self, vectors: Matrix) -> ComplexArray:
+        """Return p + i s of real vectors (motions or loads) of the independent coordinates.
+
+        `vectors`: shape (n, ...), real. Returns shape (m, ...).
+        """
+        sign = self.second_sign.reshape(-1, *[1] * (vectors.ndim - 1))
+        return np.asarray(vectors[self.first] + 1j * sign * vectors[self.second])
+
+    def whirl_shapes(self, forward: ComplexArray, backward: ComplexArray) -> ComplexArray:
+        """Return amplitudes q of q e^{iωt} from z = forward e^{iωt} + backward e^{-iωt}.
+
+        `forward`, `backward`: circles that turn with and against +z, shape (m, ...). Returns
+        complex amplitudes of the independent coordinates, shape (n, ...), zero in `rest`.
+        """
+        sign = self.second_sign.reshape(-1, *[1] * (forward.ndim - 1))
+        other = backward.conj()
+        out = np.zeros((self.assembled.size, *forward.shape[1:]), dtype=complex)
+        out[self.first] = forward + other
+        out[self.second] = -1j * sign * (forward - other)
+        return out
+
+    def real_parts(self, speed_rad_s: float) -> tuple[FloatArray, FloatArray]:
+        """Return c and k + Ω² k2 at a speed with all bearings, each (m, m)."""
+        stiffness = self.stiffness + speed_rad_s**2 * self.centrifugal_stiffness
+        damping = self.damping
+        for law in self.laws:
+            k, c = self.assembled.law_joints[law.place].coefficients(speed_rad_s)
+            product = np.outer(law.motion, law.motion)
+            stiffness = stiffness + k[0, 0] * product
+            damping = damping + c[0, 0] * product
+        return stiffness, damping
+
+    def at_speed(self, speed_rad_s: float) -> ComplexMatrices:
+        """Return A, c − iΩ g and k + Ω² k2 − iΩ ν at a speed.
+
+        Parameters
+        ----------
+        speed_rad_s
+            Ω, rad/s.
+
+        Returns
+        -------
+        ComplexMatrices
+            With the bearings that depend on the speed.
+        """
+        stiffness, damping = self.real_parts(speed_rad_s)
+        return ComplexMatrices(
+            mass=self.mass,
+            velocity=damping - 1j * speed_rad_s * self.gyroscopic,
+            stiffness=stiffness - 1j * speed_rad_s * self.circulatory,
+        )
+
+
+class Pairs(NamedTuple):
+    """p = q[first], s = sign · q[second], and the coordinates that do not turn."""
+
+    first: IntArray
+    second: IntArray
+    sign: FloatArray
+    rest: IntArray
+
+
+# A system is a record that never changes; its form is wanted at every speed of an analysis.
+@lru_cache(maxsize=4)
+def complex_form(assembled: AssembledSystem) -> ComplexForm | None:
+    """Return the complex form of a system, None where it has none.
+
+    Returns
+    -------
+    ComplexForm or None
+        None if bodies do not know how they turn, or a bearing is not the same in x and y, or
+        couples them, or lateral motion couples to axial motion or torsion, or a solid's mesh has
+        no mirror plane.
+
+    Notes
+    -----
+    Genta 2005, Dynamics of Rotating Systems, section 3.4 (complex coordinates).
+    """
+    return matrix_form(assembled) if _has_isotropic_joints(assembled) else None
+
+
+def matrix_form(assembled: AssembledSystem) -> ComplexForm | None:
+    """Return the complex form of the matrices of a system, whatever its bearings are.
+
+    `assembled`: one from whose matrices all that bearings have of another kind has been taken out.
+    The result is as `complex_form`.
+    """
+    pairs = plane_pairs(assembled)
+    if pairs is None or not pairs.first.size:
+        return None
+    parts = {}
+    for name in ("mass", "stiffness", "centrifugal_stiffness", "damping"):
+        parts[name] = _same(getattr(assembled, name), pairs)
+    for name in ("gyroscopic", "circulatory_stiffness"):
+        parts[name] = _crossed(getattr(assembled, name), pairs)
+    found = {name: part for name, part in parts.items() if part is not None}
+    laws = _isotropic_laws(assembled, pairs)
+    if laws is None or len(found) < len(parts):
+        return None
+    return ComplexForm(
+        assembled=assembled,
+        first=pairs.first,
+        second=pairs.second,
+        second_sign=pairs.sign,
+        rest=pairs.rest,
+        mass=found["mass"],
+        stiffness=found["stiffness"],
+        centrifugal_stiffness=found["centrifugal_stiffness"],
+        damping=found["damping"],
+        gyroscopic=found["gyroscopic"],
+        circulatory=found["circulatory_stiffness"],
+        laws=laws,
+    )
+
+
+def plane_pairs(assembled: AssembledSystem) -> Pairs | None:
+    """Return pairs of coordinates that turn into each other, those of one plane first.
+
+    The result is with L p = s and L s = −p; None if the system does not know how it turns.
+    """
+    generator = assembled.spin_generator
+    if generator is None or not np.array_equal(generator, -generator.T):
+        return None
+    per_row = np.abs(generator).sum(axis=1)
+    if not np.isin(generator, (-1.0, 0.0, 1.0)).all() or not np.isin(per_row, (0.0, 1.0)).all():
+        return None
+    partner = np.abs(generator).argmax(axis=0)
+    first = np.array([j for j in np.flatnonzero(per_row) if generator[partner[j], j] == 1.0], int)
+    second = partner[first]
+    planes = _planes(assembled, first, second)
+    return Pairs(
+        first=np.where(planes, second, first),
+        second=np.where(planes, first, second),
+        sign=np.where(planes, -1.0, 1.0),
+        rest=np.flatnonzero(per_row == 0),
+    )
+
+
+def _planes(assembled: AssembledSystem, first: IntArray, second: IntArray) -> BoolArray:
+    """Tell which pairs are to be read as (s, −p), so that all p couple among themselves.
+
+    Goes through the pairs along their strongest couplings in M and K.
+    """
+    diagonal = [np.sqrt(np.abs(np.diag(m))) for m in (assembled.mass, assembled.stiffness)]
+    scaled = [
+        np.abs(m) / np.maximum(np.outer(d, d), 1e-300)
+        for m, d in zip((assembled.mass, assembled.stiffness), diagonal, strict=True)
+    ]
+    coupling = np.maximum(*scaled)
+    straight, crossed = coupling[np.ix_(first, first)], coupling[np.ix_(first, second)]
+    swapped = np.zeros(first.size, dtype=bool)
+    waiting = set(range(first.size))
+    done: list[int] = []
+    while waiting:
+        candidates = sorted(waiting)
+        nearest = candidates[0]
+        if done:
+            strength = np.maximum(straight, crossed)[np.ix_(done, candidates)]
+            row, column = np.unravel_index(int(strength.argmax()), strength.shape)
+            if strength[row, column] > _ROUNDING:
+                nearest, source = candidates[column], done[row]
+                other = crossed[source, nearest] > straight[source, nearest]
+                swapped[nearest] = swapped[source] ^ other
+        done.append(nearest)
+        waiting.remove(nearest)
+    return swapped
+
+
+def _block(matrix: FloatArray, rows: IntArray, columns: IntArray) -> FloatArray:
+    return np.asarray(matrix[np.ix_(rows, columns)])
+
+
+def _vanishes(part: FloatArray, matrix: FloatArray, rows: IntArray, columns: IntArray) -> bool:
+    """Whether a part of a matrix is rounding beside its diagonal, or its largest entry."""
+    diagonal = np.sqrt(np.abs(np.diag(matrix)))
+    largest = float(np.abs(matrix).max(initial=0.0))
+    scale = np.maximum(np.outer(diagonal[rows], diagonal[columns]), 1e-3 * _ROUNDING * largest)
+    return bool((np.abs(part) <= _ROUNDING * scale + 1e-15 * largest).all())
+
+
+def _same(matrix: FloatArray, pairs: Pairs) -> FloatArray | None:
+    """Return the block that is equal in both planes, None if they differ or couple."""
+    first, second, sign, rest = pairs
+    in_p = _block(matrix, first, first)
+    in_s = np.outer(sign, sign) * _block(matrix, second, second)
+    zero = [(in_p - in_s, first, second), (_block(matrix, first, second), first, second)]
+    zero += [(_block(matrix, side, rest), side, rest) for side in (first, second)]
+    zero += [(_block(matrix, rest, side), rest, side) for side in (first, second)]
+    if not all(_vanishes(part, matrix, rows, columns) for part, rows, columns in zero):
+        return None
+    mean = 0.5 * (in_p + in_s)
+    return np.asarray(0.5 * (mean + mean.T)) if _is_symmetric(mean) else None
+
+
+def _crossed(matrix: FloatArray, pairs: Pairs) -> FloatArray | None:
+    """Return b of [[0, b], [−b, 0]], None if the matrix is not of that kind."""
+    first, second, sign, rest = pairs
+    upper = _block(matrix, first, second) * sign
+    lower = sign[:, None] * _block(matrix, second, first)
+    size = np.abs(matrix).max(initial=0.0)
+    others = [upper + lower, _block(matrix, first, first), _block(matrix, second, second)]
+    others += [_block(matrix, side, rest) for side in (first, second)]
+    others += [_block(matrix, rest, side) for side in (first, second)]
+    if any(np.abs(part).max(initial=0.0) > _ROUNDING * size for part in others):
+        return None
+    mean = 0.5 * (upper - lower)
+    return np.asarray(0.5 * (mean + mean.T)) if _is_symmetric(mean) else None
+
+
+def _is_symmetric(matrix: FloatArray) -> bool:
+    return bool(np.abs(matrix - matrix.T).max() <= _ROUNDING * np.abs(matrix).max(initial=0.0))
+
+
+def _isotropic_laws(assembled: AssembledSystem, pairs: Pairs) -> tuple[IsotropicLaw, ...] | None:
+    """Return the speed-dependent bearings as complex motions, None if one is not isotropic."""
+    laws = []
+    for place, joint in enumerate(assembled.law_joints):
+        along_x, along_y = joint.motion[:, pairs.first], joint.motion[:, pairs.second] * pairs.sign
+        # either plane may be p: z is then the motion along x + i y, or i times it
+        straight = _equal(along_x[0], along_y[1]) and not along_x[1].any()
+        turned = _equal(along_x[1], -along_y[0]) and not along_x[0].any()
+        if not (straight or turned) or joint.motion[:, pairs.rest].any():
+            return None
+        if joint.pieces is None or not joint.pieces.is_isotropic:
+            return None
+        laws.append(IsotropicLaw(motion=along_x[0] if straight else along_x[1], place=place))
+    return tuple(laws)
+
+
+def _equal(first: FloatArray, second: FloatArray) -> bool:
+    return bool(np.abs(first - second).max() <= _ROUNDING * np.abs(first).max())
+
+
+def _has_isotropic_joints(assembled: AssembledSystem) -> bool:
+    """Whether every constant bearing is the same in all directions, and no gear pushes sideways.
+
+    By their own numbers: beside a stiff shaft a cross term may be rounding in the sum.
+    """
+    for bearing in assembled.system.bearings:
+        for matrix in bearing.matrices():
+            for plane in (slice(0, 2), slice(3, 5)):
+                block = matrix[plane, plane]
+                has_law = bearing.speed_law is not None and plane.start == 0
+                if not has_law and not np.array_equal(block, block[0, 0] * np.eye(2)):
+                    return False
+    return all(gear.line_of_action_rad is None for gear in assembled.system.gears)

@@ -1,0 +1,238 @@
+"""Modes of an assembled system at one speed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from solidwhirl.rotordyn.assembly.system import AssembledSystem, SpeedMatrices, matrices_at_speed
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, freeze_arrays
+from solidwhirl.rotordyn.core.dense import (
+    Scaled,
+    Spectrum,
+    scale_by_stiffness,
+    solve_general,
+    solve_gyroscopic,
+    solve_standing,
+)
+from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.core.reprs import hertz
+from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
+from solidwhirl.rotordyn.modes.damping import damping_ratio, log_decrement
+from solidwhirl.rotordyn.modes.split_spectrum import plane_spectrum, split_spectrum
+from solidwhirl.rotordyn.modes.whirl import separated_whirl
+
+# Frequencies closer than this (relative) are one group, which is never cut in two.
+_EQUAL = 1e-6
+# Modes computed beyond those asked for, to see where the last group ends.
+_SPARE = 4
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class Modes:
+    """Hold the oscillatory modes q = φ e^{λt} of a system at one speed.
+
+    Attributes
+    ----------
+    speed_rad_s
+        Ω, rad/s.
+    eigenvalues
+        λ in 1/s with Im λ > 0, by rising frequency, shape (m,). Each stands for itself and its
+        conjugate.
+    shapes
+        φ in the independent coordinates of the system, shape (n, m), complex, scaled to
+        φᴴMφ = 1 with the largest entry of each column real and positive; real for a system at
+        rest without damping.
+    real_eigenvalues
+        Non-oscillatory eigenvalues other than zeros (overdamped motion, or divergence if
+        positive), in 1/s, rising.
+    zero_count
+        Number of zero eigenvalues among the 2n: motions of free bodies that cost no energy.
+    negative_stiffness_count
+        Number of negative eigenvalues of the symmetric part of K + Ω²K2. Not zero for a support
+        with negative stiffness, and for disk modes above their critical speed.
+    family
+        1 for whirl with +z, −1 against it, 0 for axial motion and torsion, shape (m,): modes of
+        different families never mix. None where the system tells no families apart.
+    """
+
+    speed_rad_s: float
+    eigenvalues: ComplexArray
+    shapes: ComplexArray
+    real_eigenvalues: FloatArray
+    zero_count: int
+    negative_stiffness_count: int
+    family: IntArray | None = None
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "eigenvalues", "shapes", "real_eigenvalues")
+        if self.family is not None:
+            freeze_arrays(self, "family")
+
+    def __repr__(self) -> str:
+        return _modes_text(self)
+
+    @property
+    def frequency_hz(self) -> FloatArray:
+        """Damped natural frequencies Im λ / 2π, Hz, shape (m,)."""
+        return np.asarray(self.eigenvalues.imag / (2.0 * np.pi))
+
+    @property
+    def damping_ratio(self) -> FloatArray:
+        """Fractions of critical damping −Re λ / |λ|, shape (m,)."""
+        return damping_ratio(self.eigenvalues)
+
+    @property
+    def log_decrement(self) -> FloatArray:
+        """Logarithmic decrements −2π Re λ / |Im λ|, shape (m,); negative is unstable."""
+        return log_decrement(self.eigenvalues)
+
+
+def modes_at_speed(
+    assembled: AssembledSystem, speed_rad_s: float, count: int | None = None
+) -> Modes:
+    """Compute the lowest oscillatory modes of a system at one speed.
+
+    Parameters
+    ----------
+    speed_rad_s
+        Ω, rad/s.
+    count
+        Number of modes; None for all. Modes of equal frequency stay together: where the last one
+        has partners beyond the count, they are returned as well.
+
+    Returns
+    -------
+    Modes
+        Zero and real eigenvalues are counted, not listed among the modes.
+
+    Raises
+    ------
+    AnalysisError
+        If the speed is not finite, `count` is not positive, or M is not positive definite.
+
+    Notes
+    -----
+    Without damping and with K symmetric and positive (semi)definite the problem is solved as a
+    Hermitian one and λ is exactly imaginary; otherwise as a general one. See `spectrum`.
+
+    Any combination of equal modes is a mode: in a turning system those that whirl forward and
+    backward the most are returned, see `whirl.separated_whirl`.
+    """
+    if not np.isfinite(speed_rad_s):
+        raise AnalysisError(f"speed_rad_s is {speed_rad_s}; it must be finite")
+    if count is not None and count < 1:
+        raise AnalysisError(f"count is {count}; it must be 1 or more, or None for all")
+    matrices = matrices_at_speed(assembled, speed_rad_s)
+    n = assembled.size
+    wanted = n if count is None else min(count, n)
+    solved = min(wanted + _SPARE, n)
+    modes = _lowest_modes(assembled, matrices, float(speed_rad_s), solved)
+    kept = whole_group_count(modes.eigenvalues, wanted)
+    if kept == solved < n:
+        modes = _lowest_modes(assembled, matrices, float(speed_rad_s), n)
+        kept = whole_group_count(modes.eigenvalues, wanted)
+    shapes = modes.shapes[:, :kept]
+    if speed_rad_s != 0 and modes.family is None:
+        shapes = separated_whirl(assembled, modes.eigenvalues[:kept], shapes)
+    return replace(
+        modes,
+        eigenvalues=modes.eigenvalues[:kept],
+        shapes=_normalised(shapes, matrices.mass),
+        family=None if modes.family is None else modes.family[:kept],
+    )
+
+
+def whole_group_count(eigenvalues: ComplexArray, count: int) -> int:
+    """Return the number of lowest modes that holds a given number and cuts no equal ones apart.
+
+    `eigenvalues`: λ by rising Im λ, shape (m,); `count`: number wanted, 1 or more. Returns `count`,
+    or more if the frequencies of the next modes are equal to 1e-6; at most m.
+    """
+    omega = eigenvalues.imag
+    kept = min(count, omega.size)
+    while 0 < kept < omega.size and omega[kept] - omega[kept - 1] <= _EQUAL * omega[kept]:
+        kept += 1
+    return kept
+
+
+def _lowest_modes(
+    assembled: AssembledSystem, matrices: SpeedMatrices, speed_rad_s: float, count: int
+) -> Modes:
+    """Return the lowest modes with the solver that fits the system."""
+    if speed_rad_s != 0.0 or not assembled.is_conservative:
+        split = split_spectrum(assembled, matrices, speed_rad_s, count)
+        if split is not None:
+            return Modes(
+                speed_rad_s=speed_rad_s,
+                eigenvalues=split.spectrum.eigenvalues,
+                shapes=split.spectrum.shapes,
+                real_eigenvalues=split.spectrum.real_eigenvalues,
+                zero_count=split.zero_count,
+                negative_stiffness_count=0,
+                family=split.family,
+            )
+    planes = plane_spectrum(assembled, matrices, count) if matrices.gyroscopic.any() else None
+    if planes is not None:
+        return Modes(
+            speed_rad_s=speed_rad_s,
+            eigenvalues=1j * planes.frequencies,
+            shapes=planes.shapes,
+            real_eigenvalues=np.empty(0),
+            zero_count=0,
+            negative_stiffness_count=0,
+        )
+    scaled = scaled_stiffness(assembled, matrices)
+    # Where zeros are possible they are counted by what is missing, so all modes are needed.
+    solved = count if scaled.is_definite else assembled.size
+    spectrum = _spectrum(assembled, matrices, scaled, solved)
+    found = 2 * spectrum.eigenvalues.size + spectrum.real_eigenvalues.size
+    return Modes(
+        speed_rad_s=speed_rad_s,
+        eigenvalues=spectrum.eigenvalues[:count],
+        shapes=spectrum.shapes[:, :count],
+        real_eigenvalues=spectrum.real_eigenvalues,
+        zero_count=0 if scaled.is_definite else 2 * assembled.size - found,
+        negative_stiffness_count=scaled.negative_count,
+    )
+
+
+def scaled_stiffness(assembled: AssembledSystem, matrices: SpeedMatrices) -> Scaled:
+    """Return the scaled symmetric part of K at a speed, with M and the signature of K.
+
+    Returns see `spectrum.scale_by_stiffness`.
+    """
+    symmetric = 0.5 * (matrices.stiffness + matrices.stiffness.T)
+    return scale_by_stiffness(symmetric, matrices.mass, assembled.body_rate)
+
+
+def _spectrum(
+    assembled: AssembledSystem, matrices: SpeedMatrices, scaled: Scaled, count: int
+) -> Spectrum:
+    """Choose the solver that keeps the structure of the problem."""
+    if not assembled.is_conservative or scaled.negative_count:
+        velocity = matrices.damping + matrices.gyroscopic
+        return solve_general(scaled, matrices.stiffness, velocity, count)
+    if matrices.gyroscopic.any():
+        return solve_gyroscopic(scaled, matrices.gyroscopic, count)
+    omega, shapes = solve_standing(scaled)
+    return Spectrum(1j * omega, shapes.astype(complex), np.empty(0))
+
+
+def _normalised(shapes: ComplexArray, mass: FloatArray) -> ComplexArray:
+    """Scale to unit modal mass and turn the largest entry of each column real."""
+    size = np.sqrt((shapes.conj() * (mass @ shapes)).sum(axis=0).real)
+    scaled = shapes / size
+    largest = scaled[np.abs(scaled).argmax(axis=0), np.arange(scaled.shape[1])]
+    return np.asarray(scaled * (np.abs(largest) / largest))
+
+
+def _modes_text(modes: Modes) -> str:
+    """Speed, number and the lowest frequencies."""
+    unstable = int((modes.log_decrement < 0).sum())
+    warned = f", {unstable} of them grow" if unstable else ""
+    return (
+        f"Modes at {modes.speed_rad_s * RPM_PER_RAD_S:.6g} rpm: {modes.eigenvalues.size}{warned}\n"
+        f"  {hertz(modes.frequency_hz)}"
+    )

@@ -1,0 +1,91 @@
+"""Left eigenvectors of a system at a speed, for the first-order change of its eigenvalues."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy.linalg as la
+
+from solidwhirl.rotordyn.assembly.system import SpeedMatrices
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, together
+from solidwhirl.rotordyn.modes.eigen import Modes
+
+# Eigenvalues closer than this (relative) share a subspace, any basis of which is one of modes.
+_SAME = 1e-6
+# |Re s| below this fraction of |s| is rounding where nothing is damped.
+_UNDAMPED = 1e-9
+# The matrix that is inverted is taken beside the eigenvalue by this fraction, not to be singular.
+_BESIDE = 1e-11
+_STEPS = 2
+
+
+class ModePairs(NamedTuple):
+    """Eigenvalues s (m,), right vectors x and left vectors y, each (n, m).
+
+    yᵀ D(s) = 0, scaled to y_iᵀ [(s_i + s_j) M + C + ΩG] x_j = 1 for i = j, and 0 for other modes.
+    """
+
+    rates: ComplexArray
+    right: ComplexArray
+    left: ComplexArray
+
+
+def mode_pairs(matrices: SpeedMatrices, modes: Modes) -> ModePairs:
+    """Return the modes of a system with their left vectors.
+
+    `matrices`: of the system at the speed of the modes. `modes`: modes; those of equal frequency
+    are best all there. The result is without damping and with K symmetric the left vector is the
+    conjugate of the right one; else it comes from two steps of inverse iteration with D(s)ᵀ, equal
+    eigenvalues together.
+    """
+    rates, right = modes.eigenvalues, modes.shapes.astype(complex)
+    groups = together(np.abs(rates[:, None] - rates) <= _SAME * np.abs(rates))
+    symmetric = not matrices.damping.any() and np.array_equal(
+        matrices.stiffness, matrices.stiffness.T
+    )
+    if symmetric and (np.abs(rates.real) <= _UNDAMPED * np.abs(rates)).all():
+        left = right.conj()
+    else:
+        left = np.empty_like(right)
+        for group in groups:
+            left[:, group] = _left_of_group(matrices, rates[group], right[:, group])
+    scaled = left.copy()
+    for group in groups:
+        product = state_products(matrices, rates[group], left[:, group], right[:, group])
+        scaled[:, group] = np.linalg.solve(product, left[:, group].T).T
+    return ModePairs(rates, right, scaled)
+
+
+def state_products(
+    matrices: SpeedMatrices, rates: ComplexArray, left: ComplexArray, right: ComplexArray
+) -> ComplexArray:
+    """Return y_iᵀ [(s_i + s_j) M + C + ΩG] x_j, shape (m, m): the product of the states."""
+    inertia = left.T @ matrices.mass @ right
+    velocity = left.T @ (matrices.damping + matrices.gyroscopic) @ right
+    return np.asarray((rates[:, None] + rates) * inertia + velocity)
+
+
+def dynamic_stiffness(matrices: SpeedMatrices, rate: complex) -> ComplexArray:
+    """Return D(s) = K + s (C + ΩG) + s² M, shape (n, n)."""
+    velocity = matrices.damping + matrices.gyroscopic
+    return np.asarray(matrices.stiffness + rate * velocity + rate**2 * matrices.mass)
+
+
+def _left_of_group(
+    matrices: SpeedMatrices, rates: ComplexArray, right: ComplexArray
+) -> ComplexArray:
+    """Return a basis of the left vectors of one eigenvalue, beginning with the conjugates."""
+    rate = complex(rates.mean()) * (1.0 + _BESIDE)
+    balance = balance_of(matrices, rate)[:, None]
+    factors = la.lu_factor(balance * dynamic_stiffness(matrices, rate).T * balance.T)
+    vectors = right.conj() / balance
+    for _ in range(_STEPS):
+        vectors, _ = np.linalg.qr(la.lu_solve(factors, vectors))
+    return np.asarray(balance * vectors)
+
+
+def balance_of(matrices: SpeedMatrices, rate: complex) -> FloatArray:
+    """Return scales that bring the diagonal of D near 1, so that stiff springs do no harm."""
+    size = np.abs(np.diag(matrices.stiffness)) + abs(rate) ** 2 * np.diag(matrices.mass)
+    return np.asarray(1.0 / np.sqrt(np.where(size > 0, size, 1.0)))

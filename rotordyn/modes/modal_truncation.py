@@ -1,0 +1,195 @@
+"""A system with fewer coordinates: projected on a basis, or on its lowest modes at rest."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import numpy.typing as npt
+import scipy.linalg as la
+
+from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
+from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.dense import solve_standing
+from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.modes.complex_form import complex_form
+from solidwhirl.rotordyn.modes.eigen import scaled_stiffness
+
+# Frequencies closer than this (relative) are one mode with two or more shapes.
+_SAME_FREQUENCY = 1e-6
+# A part of a unit vector below this is rounding.
+_PART = 1e-3
+# A turn stays in the basis if it leaves it by less than this.
+_SAME_TURN = 1e-9
+
+
+def project_system(assembled: AssembledSystem, basis: npt.ArrayLike) -> AssembledSystem:
+    """Restrict a system to the motions of a basis, q = basis · a.
+
+    `basis`: independent columns, shape (n, m), m ≤ n. The result is in the m amplitudes (Galerkin);
+    its `transformation` still gives the motion of all bodies, so every analysis works on it.
+    Bearings with a speed law are projected as well. `spin_generator` is None if a turn leaves the
+    basis. Raises AnalysisError if the basis has another number of rows, no columns, entries that
+    are not finite, or dependent columns.
+    """
+    columns = _checked_basis(assembled, basis)
+    return dataclasses.replace(
+        assembled,
+        mass=_projected(assembled.mass, columns),
+        stiffness=_projected(assembled.stiffness, columns),
+        gyroscopic=_projected(assembled.gyroscopic, columns),
+        centrifugal_stiffness=_projected(assembled.centrifugal_stiffness, columns),
+        damping=_projected(assembled.damping, columns),
+        circulatory_stiffness=_projected(assembled.circulatory_stiffness, columns),
+        law_joints=tuple(
+            dataclasses.replace(joint, motion=joint.motion @ columns)
+            for joint in assembled.law_joints
+        ),
+        spin_generator=_projected_turn(assembled.spin_generator, columns),
+        transformation=assembled.transformation @ columns,
+    )
+
+
+def truncated_system(assembled: AssembledSystem, mode_count: int) -> AssembledSystem:
+    """Restrict a system to its lowest modes at rest.
+
+    Parameters
+    ----------
+    mode_count
+        Number of modes of M and the symmetric part of K at rest, without damping; rigid motions
+        come first.
+
+    Returns
+    -------
+    AssembledSystem
+        In the amplitudes of the modes, M the unit matrix, the symmetric part of K at rest
+        diagonal. Gyroscopic, centrifugal and damping matrices couple them.
+
+    Raises
+    ------
+    AnalysisError
+        If there are not as many modes, or the last one taken has a partner of the same frequency
+        that is left out: half of a pair has no gyroscopic coupling.
+
+    Notes
+    -----
+    A model that is exact at rest and wrong at speed: Müller and Hennings, section 4.2, need 22
+    modes of a shaft where the analytical model has one bending mode per plane.
+    """
+    if not 1 <= mode_count <= assembled.size:
+        raise AnalysisError(f"mode_count is {mode_count}; 1 to {assembled.size} are possible")
+    squared, shapes = rest_modes(assembled)
+    shapes = _in_planes(assembled, squared, shapes)
+    same = _partners(squared, mode_count)
+    if same is not None:
+        raise AnalysisError(
+            f"mode_count {mode_count} parts modes of equal frequency "
+            f"{np.sqrt(abs(squared[mode_count - 1])) / (2.0 * np.pi):.6g} Hz; take {same[0]} or "
+            f"{same[1]}"
+        )
+    kept, square = shapes[:, :mode_count], np.diag(squared[:mode_count])
+    reduced = project_system(assembled, kept)
+    # What the projection leaves beside the diagonal is rounding of the stiffest coordinate.
+    at_rest = matrices_at_speed(assembled, 0.0).stiffness
+    constant = _symmetric(assembled.stiffness) - _symmetric(at_rest)
+    skew = _projected(assembled.stiffness - _symmetric(assembled.stiffness), kept)
+    stiffness = square + _projected(constant, kept) + skew
+    return dataclasses.replace(reduced, mass=np.eye(mode_count), stiffness=stiffness)
+
+
+def rest_modes(assembled: AssembledSystem) -> tuple[FloatArray, FloatArray]:
+    """Return the modes at rest of M and the symmetric part of K.
+
+    Returns `squared_frequency`: ω², rising, (rad/s)², shape (n,); exactly 0 for rigid motions,
+    negative for a support with negative stiffness. Returns `shapes`: columns φ with φᵀMφ = 1, shape
+    (n, n).
+    """
+    scaled = scaled_stiffness(assembled, matrices_at_speed(assembled, 0.0))
+    if scaled.negative_count:
+        squared, shapes = la.eigh(scaled.stiffness, scaled.mass)
+        return squared, scaled.scale[:, None] * shapes
+    omega, elastic = solve_standing(scaled)
+    kernel = scaled.scale[:, None] * scaled.vectors[:, : scaled.zero_count]
+    size = la.cholesky(kernel.T @ assembled.mass @ kernel, lower=True) if kernel.size else None
+    if size is None:
+        return omega**2, elastic
+    rigid = la.solve_triangular(size, kernel.T, lower=True).T
+    elastic = elastic - rigid @ (rigid.T @ assembled.mass @ elastic)
+    squared = np.concatenate((np.zeros(scaled.zero_count), omega**2))
+    return squared, np.hstack((rigid, elastic))
+
+
+def _checked_basis(assembled: AssembledSystem, basis: npt.ArrayLike) -> FloatArray:
+    columns = np.array(basis, dtype=float)
+    if columns.ndim != 2 or columns.shape[0] != assembled.size or not columns.shape[1]:
+        raise AnalysisError(
+            f"the basis has shape {columns.shape}; allowed is ({assembled.size}, m) with m ≥ 1"
+        )
+    if not np.isfinite(columns).all():
+        raise AnalysisError("the basis has entries that are not finite")
+    length = la.norm(columns, axis=0)
+    rank = np.linalg.matrix_rank(columns / np.where(length > 0, length, 1.0))
+    if rank < columns.shape[1]:
+        raise AnalysisError(
+            f"the basis has {columns.shape[1]} columns of rank {rank}; they must be independent"
+        )
+    return columns
+
+
+def _symmetric(matrix: FloatArray) -> FloatArray:
+    return np.asarray(0.5 * (matrix + matrix.T))
+
+
+def _projected(matrix: FloatArray, basis: FloatArray) -> FloatArray:
+    """Return the projection with symmetric and skew parts exactly so."""
+    even = basis.T @ _symmetric(matrix) @ basis
+    odd = basis.T @ (matrix - _symmetric(matrix)) @ basis
+    return np.asarray(0.5 * (even + even.T) + 0.5 * (odd - odd.T))
+
+
+def _projected_turn(generator: FloatArray | None, basis: FloatArray) -> FloatArray | None:
+    """Return L a of L (basis a) = basis (L a), None if a turn leaves the basis."""
+    if generator is None:
+        return None
+    turned = generator @ basis
+    inner, *_ = la.lstsq(basis, turned)
+    size = max(float(np.abs(basis).max()), float(np.abs(turned).max()))
+    if np.abs(basis @ inner - turned).max() > _SAME_TURN * size:
+        return None
+    whole = np.round(inner)
+    return np.asarray(whole if np.abs(inner - whole).max() < _SAME_TURN else inner)
+
+
+def _in_planes(assembled: AssembledSystem, squared: FloatArray, shapes: FloatArray) -> FloatArray:
+    """Return the modes with those of equal frequency in pairs: in one plane, and turned by 90°.
+
+    Then the reduced system has complex coordinates z = p + is like the whole one.
+    """
+    form, turn = complex_form(assembled), assembled.spin_generator
+    if form is None or turn is None:
+        return shapes
+    result, start = shapes.copy(), 0
+    weight = np.sqrt(np.diag(assembled.mass))[form.second, None]
+    while start < squared.size:
+        near = _SAME_FREQUENCY * np.abs(squared[start])
+        stop = start + int(np.count_nonzero(np.abs(squared[start:] - squared[start]) <= near))
+        group = shapes[:, start:stop]
+        # L in the group is skew, as a turn keeps M; it is read in the amplitudes of the modes.
+        inner = group.T @ assembled.mass @ turn @ group
+        left, size, _ = la.svd(inner)
+        turning, still = left[:, size > _PART], left[:, size <= _PART]
+        if turning.size:
+            *_, across = la.svd(weight * group[form.second] @ turning)
+            in_plane = turning @ across[across.shape[0] // 2 :].T
+            pairs = np.stack((in_plane, inner @ in_plane), axis=2).reshape(stop - start, -1)
+            result[:, start:stop] = group @ np.hstack((pairs, still))
+        start = stop
+    return result
+
+
+def _partners(squared: FloatArray, count: int) -> tuple[int, int] | None:
+    """Return the counts around a group of equal frequencies that a cut would part."""
+    near = _SAME_FREQUENCY * np.abs(squared[count - 1])
+    group = np.flatnonzero(np.abs(squared - squared[count - 1]) <= near)
+    first, last = int(group[0]), int(group[-1]) + 1
+    return None if last == count else (first, last)

@@ -1,0 +1,222 @@
+"""Whirl direction of modes, from the orbits of the interface nodes."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+import scipy.linalg as la
+from scipy.optimize import linear_sum_assignment
+
+from solidwhirl.rotordyn.assembly.system import AssembledSystem
+from solidwhirl.rotordyn.core.arrays import (
+    BoolArray,
+    ComplexArray,
+    FloatArray,
+    StringArray,
+    together,
+)
+
+# Orbits smaller than this fraction of the largest of the mode do not decide.
+_SMALL_ORBIT = 1e-2
+# An orbit whose minor axis is below this fraction of the major one is a line.
+_LINE = 1e-3
+# Translations below this fraction of what the tilt would give over the rotor's length are none.
+_NO_TRANSLATION = 1e-9
+# Eigenvalues closer than this (relative) are one.
+_EQUAL = 1e-8
+# Shapes of equal eigenvalues nearer to dependent than this (squared) are one shape.
+_DEPENDENT = 1e-8
+# Lateral motion below this fraction of axial motion and torsion is none.
+_NO_LATERAL = 1e-6
+
+
+class Orbits(NamedTuple):
+    """Complex amplitudes of the interface nodes along x and y, each (nodes, m), in metres."""
+
+    x: ComplexArray
+    y: ComplexArray
+
+
+def whirl_direction(assembled: AssembledSystem, shapes: ComplexArray) -> StringArray:
+    """Tell whether the orbits of each mode turn with the reference shaft or against it.
+
+    Parameters
+    ----------
+    shapes
+        Modes φ of q = φ e^{iωt}, ω > 0, in its independent coordinates, shape (n, m).
+
+    Returns
+    -------
+    ndarray of str
+        Shape (m,): "forward" if all orbits turn with +Ω, "backward" if all turn against it,
+        "mixed" if some do either, "planar" if all are lines.
+
+    Notes
+    -----
+    An orbit is the sum of a forward circle of radius |X + iY|/2 and a backward one of |X − iY|/2.
+    Orbits at all interface nodes count, save those below 1/100 of the largest; a line is one with
+    an axis ratio below 1/1000. Where no interface node translates, the path of the tilting axis
+    is taken. A mode without lateral motion at the interfaces (axial, torsion, disk modes with two
+    and more nodal diameters) is "planar".
+    """
+    orbits = interface_orbits(assembled, shapes)
+    if orbits.x.size == 0:
+        return np.full(shapes.shape[1], "planar")
+    forward = 0.5 * np.abs(orbits.x + 1j * orbits.y)
+    backward = 0.5 * np.abs(orbits.x - 1j * orbits.y)
+    major = forward + backward
+    counts = (major >= _SMALL_ORBIT * major.max(axis=0)) & (major > 0)
+    round_orbit = counts & (np.abs(forward - backward) >= _LINE * major)
+    any_forward = (round_orbit & (forward > backward)).any(axis=0)
+    any_backward = (round_orbit & (forward < backward)).any(axis=0)
+    return np.select(
+        [any_forward & any_backward, any_forward, any_backward],
+        ["mixed", "forward", "backward"],
+        default="planar",
+    )
+
+
+def whirl_at_speed(
+    assembled: AssembledSystem,
+    shapes: ComplexArray,
+    eigenvalues: ComplexArray,
+    speed_rad_s: float,
+) -> StringArray:
+    """Tell how modes whirl relative to the turning reference shaft, as `whirl_direction`.
+
+    `shapes`, `eigenvalues`: modes at the speed, shapes (n, m) and (m,). `speed_rad_s`: Ω, rad/s. At
+    rest a mode of a system without damping, and one that shares its eigenvalue with another, is
+    "planar": any orbit is made of lines there, and none has a sense.
+    """
+    directions = whirl_direction(assembled, shapes)
+    if speed_rad_s == 0:
+        near = _equal(eigenvalues)
+        lines = (near.sum(axis=1) > 1) | assembled.is_conservative
+        return np.where(lines, "planar", directions)
+    if speed_rad_s < 0:
+        swap = {"forward": "backward", "backward": "forward"}
+        return np.array([swap.get(str(d), str(d)) for d in directions], dtype=directions.dtype)
+    return directions
+
+
+def separated_whirl(
+    assembled: AssembledSystem,
+    values: FloatArray | ComplexArray,
+    shapes: ComplexArray,
+) -> ComplexArray:
+    """Turn modes of equal eigenvalues into those that whirl forward and backward the most.
+
+    Any combination of equal modes is a mode, and an eigensolver returns any. Where the system is
+    isotropic these are circles: a forward and a backward one of each pair.
+
+    `shapes`: in its independent coordinates, shape (n, m). `values`: eigenvalues, or critical
+    speeds, shape (m,); those closer than 1e-8 (relative) are equal. Returns shape (n, m). Each in
+    the column of the mode that it has most of.
+
+    The circles of all interface nodes, Σ |X + iY|² − |X − iY|² of translation and tilt, are
+    diagonalised in the span of the group, with M as its metric, in which modes of opposite whirl
+    are orthogonal. A mode that is there twice (one that touches the excitation) is left alone.
+    """
+    result = shapes.astype(complex)
+    for group in together(_equal(values)):
+        if group.size == 1:
+            continue
+        own = result[:, group]
+        own = own / np.sqrt((own.conj() * (assembled.mass @ own)).sum(axis=0).real)
+        metric = own.conj().T @ (assembled.mass @ own)
+        if la.eigvalsh(metric)[0] < _DEPENDENT:
+            continue
+        turns = la.eigh(_net_circles(assembled, own), metric)[1]
+        _, order = linear_sum_assignment(-np.abs(turns))
+        result[:, group] = own @ turns[:, order]
+    return result
+
+
+def _equal(values: FloatArray | ComplexArray) -> BoolArray:
+    return np.asarray(np.abs(values[:, None] - values) <= _EQUAL * np.abs(values))
+
+
+def _net_circles(assembled: AssembledSystem, shapes: ComplexArray) -> ComplexArray:
+    """Return the form of forward less backward circles of all interface nodes, (m, m)."""
+    translation, tilt = _translation_and_tilt(assembled, shapes)
+    x, y = np.concatenate((translation, tilt)).swapaxes(0, 1)
+    forward, backward = x + 1j * y, x - 1j * y
+    return np.asarray(forward.conj().T @ forward - backward.conj().T @ backward)
+
+
+def moves_laterally(assembled: AssembledSystem, shape: ComplexArray) -> bool:
+    """Tell whether a mode moves any interface across the axis.
+
+    `shape`: in its independent coordinates, shape (n,). Returns false for axial motion, torsion and
+    disk modes of two and more nodal diameters.
+    """
+    orbits = interface_orbits(assembled, shape[:, None])
+    return bool(orbits.x.any() or orbits.y.any())
+
+
+def interface_orbits(assembled: AssembledSystem, shapes: ComplexArray) -> Orbits:
+    """Return the motion of the interface nodes in the plane across the axis.
+
+    `shapes`: modes in its independent coordinates, shape (n, m). The result is of the nodes, body
+    by body; of the tilting axis at one rotor length for modes in which no node translates; zero for
+    modes without lateral motion.
+    """
+    translation, tilt = _translation_and_tilt(assembled, shapes)
+    motion, length = _interface_motion(assembled, shapes), rotor_length(assembled)
+    largest = np.abs(translation).max(axis=(0, 1), initial=0.0)
+    tilted = np.abs(tilt).max(axis=(0, 1), initial=0.0)
+    other = np.maximum(
+        np.abs(motion[:, 2]).max(axis=0, initial=0.0),
+        length * np.abs(motion[:, 5]).max(axis=0, initial=0.0),
+    )
+    path = np.where(largest > _NO_TRANSLATION * tilted, translation, tilt)
+    lateral = np.maximum(largest, tilted) > _NO_LATERAL * other
+    path = np.where(lateral, path, 0.0)
+    return Orbits(path[:, 0], path[:, 1])
+
+
+def _translation_and_tilt(
+    assembled: AssembledSystem, shapes: ComplexArray
+) -> tuple[ComplexArray, ComplexArray]:
+    """Return (x, y) of all interface nodes and of the tilting axis at one rotor length.
+
+    Each (nodes, 2, m), in metres.
+    """
+    motion = _interface_motion(assembled, shapes)
+    tip = motion[:, [4, 3]] * np.array([[1], [-1]])
+    return motion[:, :2], rotor_length(assembled) * tip
+
+
+def _interface_motion(assembled: AssembledSystem, shapes: ComplexArray) -> ComplexArray:
+    """Return ux, uy, uz, rx, ry, rz of all interface nodes, shape (nodes, 6, m)."""
+    rows = interface_rows_of_all(assembled)
+    return np.asarray((rows @ shapes).reshape(len(rows) // 6, 6, shapes.shape[1]))
+
+
+# Wanted at every speed of a diagram, and the same for all of them.
+@lru_cache(maxsize=4)
+def interface_rows_of_all(assembled: AssembledSystem) -> FloatArray:
+    """Return the motions of all interface nodes per independent coordinate, (6 nodes, n)."""
+    order = ("ux", "uy", "uz", "rx", "ry", "rz")
+    nodes = []
+    for name, rotor in assembled.system.rotors.items():
+        body = assembled.transformation[assembled.body_slices[name]]
+        for node in rotor.element.interfaces:
+            motion = np.zeros((6, assembled.size))
+            for component in rotor.element.components_at(node.name):
+                row = rotor.element.interface_index(node.name, component)
+                motion[order.index(component)] = body[row]
+            nodes.append(motion)
+    return np.array(nodes).reshape(-1, assembled.size)
+
+
+def rotor_length(assembled: AssembledSystem) -> float:
+    """Return the length of the longest body between its interfaces, or of its gyration, m."""
+    lengths = []
+    for rotor in assembled.system.rotors.values():
+        positions = [node.position_m[2] for node in rotor.element.interfaces]
+        gyration = np.sqrt(np.abs(rotor.element.inertia_kg_m2).max() / rotor.element.mass_kg)
+        lengths.append(max(float(np.ptp(positions)) if positions else 0.0, float(gyration)))
+    return max(lengths)

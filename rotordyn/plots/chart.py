@@ -1,0 +1,446 @@
+"""Charts as records: what is drawn, with labels and units, whoever draws it.
+
+`matplotlib_chart` draws them on paper; a page in a browser may draw the same ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
+
+HZ_PER_RAD_S = 0.5 / np.pi
+SPEED_LABEL = "speed of the reference shaft"
+# Curves shown at the start; the others can be switched on where a chart can be changed.
+_SHOWN = 8
+_DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
+_MARKS = ("circle", "square", "diamond", "triangle-up", "x", "cross", "star", "pentagon")
+
+
+@dataclass(frozen=True)
+class Look:
+    """Colour, dashes and mark of what is drawn.
+
+    `color` is a number with # or one of @ink, @muted, @faint, @paper, @forward, @backward,
+    @mixed, @planar, @band, @good, @bad, @c0 to @c7, with an opacity behind it as in "@ink/0.5".
+    `dash` is "" without a line, `mark` "" without marks; "-open" at its end leaves it empty.
+    `width` and `size` of marks are in pixels of a screen.
+    """
+
+    color: str = "@ink"
+    dash: str = "solid"
+    mark: str = ""
+    size: float = 6.0
+    width: float = 2.0
+
+
+#: Looks of the directions of whirl, told apart without colour too.
+WHIRL_LOOKS = {
+    "forward": Look("@forward", "solid", "circle"),
+    "backward": Look("@backward", "dash", "square-open"),
+    "mixed": Look("@mixed", "dashdot", "diamond"),
+    "planar": Look("@planar", "dot", "diamond-open"),
+}
+_WHIRL_NAMES = {"planar": "no whirl (in a plane, axial, torsion)", "mixed": "mixed whirl"}
+RING = Look("@ink", "", "circle-open", 14)
+WHITE = Look("#ffffff", "dash")
+
+
+def whirl_look(whirl: str | None) -> Look:
+    """Return the look of a direction of whirl; without one it is "planar"."""
+    return WHIRL_LOOKS.get(whirl or "planar", WHIRL_LOOKS["planar"])
+
+
+def whirl_name(whirl: str) -> str:
+    """Return the name of a direction of whirl as legends have it."""
+    return _WHIRL_NAMES.get(whirl, f"{whirl} whirl")
+
+
+def series_look(number: int) -> Look:
+    """Return the look of one of several curves, from 0; all of it recurs after 24."""
+    return Look(f"@c{number % 8}", _DASHES[number % len(_DASHES)], _MARKS[number % len(_MARKS)])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Axis:
+    """An axis.
+
+    Attributes
+    ----------
+    label, unit
+        What it says; the unit is empty where places have names.
+    low, high
+        Ends; None is as far as what is drawn.
+    is_log
+        Whether it is logarithmic.
+    places
+        Names of 0, 1, 2 and so on along it; empty for the numbers themselves.
+    digits
+        Format of a value.
+    step
+        Between numbers; 0 leaves it open.
+    """
+
+    label: str
+    unit: str = ""
+    low: float | None = None
+    high: float | None = None
+    is_log: bool = False
+    places: Sequence[str] = ()
+    digits: str = ".5g"
+    step: float = 0.0
+
+    @property
+    def title(self) -> str:
+        """The label with the unit in brackets."""
+        return f"{self.label} [{self.unit}]" if self.unit else self.label
+
+
+def speed_axis(low: float, high: float, label: str = SPEED_LABEL) -> Axis:
+    """Return an axis of speeds in rpm; a range without length gets one."""
+    return Axis(label=label, unit="rpm", low=low, high=max(high, low + 1.0), digits=",.0f")
+
+
+def size_axis(label: str, unit: str, low: float, high: float) -> Axis:
+    """Return a logarithmic axis of what reaches from low to high, seven decades at most."""
+    low = max(low, 1e-7 * high)
+    return Axis(label=label, unit=unit, low=low, high=1.6 * high, is_log=True, digits=".4g")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Curve:
+    """A line through points, or marks alone; nan in them is a gap.
+
+    Attributes
+    ----------
+    x, y
+        Shape (n,).
+    name
+        In the legend; curves with one name and look belong together. Empty: none.
+    look
+        How it is drawn.
+    texts
+        What a reader is told at each point, lines parted by line feeds; empty: the values alone.
+    errors
+        Half lengths of error bars along x, shape (n,); None without.
+    is_quiet
+        Whether it waits in the legend where a chart can be changed.
+    on_right
+        Whether it belongs to the axis at the right.
+    written
+        A name at its first point, on a screen.
+    is_numbered
+        Whether paper has its places along x written beside the points.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    name: str = ""
+    look: Look = Look()
+    texts: Sequence[str] = ()
+    errors: FloatArray | None = None
+    is_quiet: bool = False
+    on_right: bool = False
+    written: str = ""
+    is_numbered: bool = False
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Fill:
+    """The area between two curves over x, each of shape (n,); nan is a gap."""
+
+    x: FloatArray
+    low: FloatArray
+    high: FloatArray
+    name: str = ""
+    look: Look = Look("@band", "")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Span:
+    """A range along one axis, over the whole of the other one or a part of it.
+
+    Attributes
+    ----------
+    low, high
+        Ends; equal ones make a line.
+    along
+        The axis of the range.
+    name, text
+        In the legend, and what a reader is told.
+    between
+        Ends along the other axis; None is all of it.
+    is_hatched
+        Whether it is hatched; else it is shaded.
+    """
+
+    low: float
+    high: float
+    along: str = "x"
+    name: str = ""
+    text: str = ""
+    look: Look = Look("@muted", "")
+    between: tuple[float, float] | None = None
+    is_hatched: bool = False
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Rule:
+    """A straight line across at a place along one axis, with a text at its end."""
+
+    at: float
+    along: str = "x"
+    name: str = ""
+    text: str = ""
+    look: Look = Look("@muted", "dash", width=1.0)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Label:
+    """A text at a point where a line leaves the frame at the "right" or "above"."""
+
+    x: float
+    y: float
+    text: str
+    side: str
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Heat:
+    """A map of values (y, x) in colours by their logarithm, four decades at most.
+
+    Attributes
+    ----------
+    x, y
+        Centres of the cells, rising, shapes (n,) and (m,).
+    values
+        Shape (m, n), not below zero.
+    label, unit
+        Of the scale of colours.
+    brightest
+        Value from which on colours are the same.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    values: FloatArray
+    label: str
+    unit: str
+    brightest: float = np.inf
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Bars:
+    """Bars of one kind over the places of the axis x, beside those of other kinds."""
+
+    values: FloatArray
+    name: str
+    look: Look
+
+
+Mark = Curve | Fill | Span | Rule | Label | Heat | Bars
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Toggle:
+    """What can be shown and hidden."""
+
+    label: str
+    marks: Sequence[Mark]
+    is_shown: bool = True
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Option:
+    """One of several things to be shown, with axes of its own where they differ."""
+
+    label: str
+    marks: Sequence[Mark] = ()
+    x: Axis | None = None
+    y: Axis | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Choice:
+    """Things of which one is shown, the first at the start.
+
+    On paper each has its own frame if `on_paper` is "each", else the first alone is drawn.
+    """
+
+    label: str
+    options: Sequence[Option]
+    on_paper: str = "first"
+
+
+Part = Mark | Toggle | Choice
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Chart:
+    """A chart.
+
+    Attributes
+    ----------
+    name
+        Identifier: letters, digits, hyphens.
+    title, caption, alt
+        Above it, below it, and for those who can't see it.
+    x, y, right
+        Axes; the one at the right is None without curves on it.
+    parts
+        From back to front.
+    notes
+        Lines beside it on paper.
+    height_px
+        On a screen.
+    is_to_scale
+        Whether both axes have the same scale.
+    has_legend
+        Whether names show.
+    """
+
+    name: str
+    title: str
+    x: Axis
+    y: Axis
+    parts: Sequence[Part]
+    caption: str = ""
+    alt: str = ""
+    right: Axis | None = None
+    notes: Sequence[str] = ()
+    height_px: int = 420
+    is_to_scale: bool = False
+    has_legend: bool = True
+
+    def marks(self, kind: type[Any] | None = None) -> list[Any]:
+        """Return all marks, or those of a kind, of all toggles and options too."""
+        found: list[Any] = []
+        for part in self.parts:
+            if isinstance(part, Toggle):
+                found += part.marks
+            elif isinstance(part, Choice):
+                found += [mark for option in part.options for mark in option.marks]
+            else:
+                found.append(part)
+        return [m for m in found if kind is None or isinstance(m, kind)]
+
+
+#: All records of a chart, for those who store them.
+CHART_RECORDS = (
+    Axis, Bars, Chart, Choice, Curve, Fill, Heat, Label, Look, Option, Rule, Span, Toggle,
+)  # fmt: skip
+
+
+class Run(NamedTuple):
+    """Points first to last (included) of a branch along which the whirl stays the same."""
+
+    whirl: str
+    first: int
+    last: int
+
+
+def whirl_runs(whirl: Sequence[str | None]) -> Iterator[Run]:
+    """Cut a branch into runs of one whirl; a step has the whirl of its faster end.
+
+    Parameters
+    ----------
+    whirl
+        At every speed; None or "" where the branch has ended.
+    """
+    step = [b or a or "" for a, b in pairwise(whirl)]
+    if not step and whirl and whirl[0]:
+        yield Run(str(whirl[0]), 0, 0)
+    start = 0
+    for stop in range(1, len(step) + 1):
+        if stop < len(step) and step[stop] == step[start]:
+            continue
+        if step[start]:
+            yield Run(step[start], start, stop)
+        start = stop
+
+
+def branch_curves(
+    x: FloatArray, y: FloatArray, whirl: Any, texts: Sequence[Sequence[str]] = ()
+) -> list[Curve]:
+    """Return branches (b, s) over x (s,) in runs of one whirl, those of each whirl together.
+
+    Parameters
+    ----------
+    x, y
+        Points; nan is a gap.
+    whirl
+        Direction at every point, b × s; None or "" where a branch does not exist.
+    texts
+        Of every point, b × s.
+    """
+    found = [
+        Curve(
+            x=x[run.first : run.last + 1],
+            y=y[b, run.first : run.last + 1],
+            name=whirl_name(run.whirl),
+            look=whirl_look(run.whirl),
+            texts=texts[b][run.first : run.last + 1] if texts else (),
+        )
+        for b, branch in enumerate(whirl)
+        for run in whirl_runs([str(w) if w else None for w in branch])
+        if run.whirl in WHIRL_LOOKS
+    ]
+    order = [whirl_name(w) for w in WHIRL_LOOKS]
+    return sorted(found, key=lambda curve: order.index(curve.name))
+
+
+def metric(largest: float, unit: str) -> tuple[str, float]:
+    """Return a unit with a prefix in which a size is a number of a few digits, and its factor.
+
+    Parameters
+    ----------
+    largest
+        The size.
+    unit
+        Without prefix.
+    """
+    size = abs(float(largest))
+    for prefix, factor in (("G", 1e-9), ("M", 1e-6), ("k", 1e-3), ("", 1.0), ("m", 1e3)):
+        if size * factor >= 1.0:
+            return prefix + unit, factor
+    for prefix, factor in (("µ", 1e6), ("n", 1e9)):
+        if size * factor >= 1.0 or size == 0.0:
+            return prefix + unit, factor
+    return "p" + unit, 1e12
+
+
+def same_ratios(ratios: Mapping[str, float]) -> dict[float, list[str]]:
+    """Return the names of each |ratio| that is not zero."""
+    named: dict[float, list[str]] = {}
+    for name, ratio in ratios.items():
+        if ratio != 0.0:
+            named.setdefault(abs(ratio), []).append(name)
+    return named
+
+
+def operating_toggle(speeds_rad_s: Mapping[str, tuple[float, float]]) -> list[Toggle]:
+    """Return operating speeds as hatched ranges; nothing without any.
+
+    Parameters
+    ----------
+    speeds_rad_s
+        Lowest and highest of the reference shaft by what a reader is told.
+    """
+    spans: dict[tuple[float, float], Span] = {}
+    for text, (low, high) in speeds_rad_s.items():
+        name = "operating speed"
+        ends = (low * RPM_PER_RAD_S, high * RPM_PER_RAD_S)
+        told = f"{spans[ends].text}\n{text}" if ends in spans else text
+        spans[ends] = Span(low=ends[0], high=ends[1], name=name, text=told, is_hatched=True)
+    return [Toggle(label="operating speeds", marks=[*spans.values()])] if spans else []
+
+
+def is_quiet(number: int) -> bool:
+    """Whether one of many curves, from 0, waits to be asked for."""
+    return number >= _SHOWN

@@ -1,0 +1,384 @@
+"""Charts of a run-up: speeds and forces over time, spectra, and normalised responses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
+from solidwhirl.rotordyn.plots.chart import (
+    HZ_PER_RAD_S,
+    SPEED_LABEL,
+    WHITE,
+    Axis,
+    Chart,
+    Curve,
+    Fill,
+    Heat,
+    Label,
+    Look,
+    Mark,
+    Part,
+    Toggle,
+    metric,
+    same_ratios,
+    series_look,
+)
+from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
+from solidwhirl.rotordyn.run_up.force_spectrum import Spectrogram
+from solidwhirl.rotordyn.run_up.record import RunUp
+from solidwhirl.rotordyn.run_up.response import NormalisedResponse
+
+# Columns of an envelope, of a line, and lines of a spectrum that is drawn.
+_COLUMNS, _FEW, _LINES = 900, 200, 3000
+
+
+def envelope(
+    time_s: FloatArray, values: FloatArray, columns: int = _COLUMNS
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return times, lowest and highest values of pieces of a signal that reach each other.
+
+    Parameters
+    ----------
+    time_s, values
+        Shape (t,).
+    columns
+        Number of pieces at most.
+
+    Returns
+    -------
+    times, low, high : ndarray
+        The middle of each piece, and the least and the largest value from its first point to the
+        first of the next piece.
+    """
+    edges = np.unique(
+        np.linspace(0, time_s.size - 1, min(columns, time_s.size - 1) + 1).astype(int)
+    )
+    low = np.minimum(np.minimum.reduceat(values, edges[:-1]), values[edges[1:]])
+    high = np.maximum(np.maximum.reduceat(values, edges[:-1]), values[edges[1:]])
+    return 0.5 * (time_s[edges[:-1]] + time_s[edges[1:]]), low, high
+
+
+def _swell(time_s: FloatArray, values: FloatArray, name: str, number: int) -> Fill:
+    times, low, high = envelope(time_s, values)
+    return Fill(x=times, low=low, high=high, name=name, look=_outlined(number))
+
+
+def _outlined(number: int) -> Look:
+    return Look(series_look(number).color, "solid", width=0.7)
+
+
+def speed_chart(time_s: FloatArray, speed_rad_s: FloatArray, ratios: Mapping[str, float]) -> Chart:
+    """Return the speeds of all spools over the time, with their signs.
+
+    Parameters
+    ----------
+    time_s, speed_rad_s
+        Ω over the time, shape (t,).
+    ratios
+        Speed ratio by body.
+    """
+    signed: dict[float, list[str]] = {}
+    for name, ratio in ratios.items():
+        if ratio != 0:
+            signed.setdefault(ratio, []).append(name)
+    curves = [
+        Curve(
+            x=time_s,
+            y=ratio * speed_rad_s * RPM_PER_RAD_S,
+            name=f"speed of {', '.join(names)}",
+            look=replace(series_look(number), mark=""),
+        )
+        for number, (ratio, names) in enumerate(signed.items())
+    ]
+    return Chart(
+        name="speeds", title="Speeds", x=_time(time_s), y=Axis(label="speed", unit="rpm"),
+        parts=curves, height_px=240,
+    )  # fmt: skip
+
+
+def force_chart(
+    time_s: FloatArray, force_n: FloatArray, bearing: str, speed_rad_s: FloatArray | None = None
+) -> Chart:
+    """Return the force through a bearing over the time as envelopes along x and y.
+
+    Parameters
+    ----------
+    time_s
+        Shape (t,).
+    force_n
+        Along x and y, shape (2 or more, t).
+    bearing
+        Its name.
+    speed_rad_s
+        Ω, drawn over an axis at the right; None draws none.
+    """
+    unit, factor = metric(float(np.abs(force_n[:2]).max()), "N")
+    parts: list[Part] = [
+        Toggle(
+            label=f"along {axis}",
+            marks=[_swell(time_s, factor * force_n[k], f"force along {axis}", k)],
+            is_shown=axis == "x",
+        )
+        for k, axis in enumerate("xy")
+    ]
+    if speed_rad_s is not None:
+        parts.append(Toggle(label="speed", marks=[_speed(time_s, speed_rad_s)]))
+    return Chart(
+        name="mount",
+        title=f"Force through {bearing}",
+        caption="Envelope of the force in time: every column reaches from the least to the largest "
+        "value in it. It swells where the speed passes a resonance. Broken line: speed.",
+        alt=f"Force through {bearing} over the time.",
+        x=_time(time_s),
+        y=Axis(label=f"force on {bearing}", unit=unit, digits=".4g"),
+        right=None if speed_rad_s is None else _speed_axis(speed_rad_s),
+        parts=parts,
+        height_px=400,
+    )
+
+
+def motion_chart(
+    time_s: FloatArray, moved_m: FloatArray, places: Sequence[str], speed_rad_s: FloatArray
+) -> Chart:
+    """Return the motion along x of some places over the time as envelopes.
+
+    Parameters
+    ----------
+    time_s, speed_rad_s
+        Shape (t,).
+    moved_m
+        Displacements, shape (p, t).
+    places
+        p names.
+    """
+    unit, factor = metric(float(np.abs(moved_m).max(initial=0.0)), "m")
+    fills = [
+        _swell(time_s, factor * own, f"{place}, along x", k)
+        for k, (place, own) in enumerate(zip(places, moved_m, strict=True))
+    ]
+    return Chart(
+        name="motion",
+        title="Displacement during the run-up",
+        caption="Envelope of the displacement along x of the observed places. Broken line: speed.",
+        alt=f"Displacement of {', '.join(places)} over the time.",
+        x=_time(time_s),
+        y=Axis(label="displacement along x", unit=unit, digits=".4g"),
+        right=_speed_axis(speed_rad_s),
+        parts=[*fills, _speed(time_s, speed_rad_s)],
+        height_px=380,
+    )
+
+
+def spectrum_chart(
+    hertz: FloatArray, force_n: FloatArray, peaks: Sequence[tuple[float, float]]
+) -> Chart:
+    """Return the spectrum of a force over the whole record.
+
+    Parameters
+    ----------
+    hertz, force_n
+        Above zero, shape (f,).
+    peaks
+        Frequency in Hz and height in N of peaks to mark.
+    """
+    unit, factor = metric(float(force_n.max()), "N")
+    x, height = _thinned(hertz, factor * force_n)
+    low, high = max(1e-7 * float(height.max()), 0.5 * float(height.min())), float(height.max())
+    line = replace(series_look(0), mark="", width=1.2)
+    marks: list[Mark] = [Curve(x=x, y=np.maximum(height, low), name="force along x", look=line)]
+    if peaks:
+        at, tall = np.array(peaks).T
+        ring = Look(series_look(1).color, "", "circle-open", 10)
+        marks.append(Curve(x=at, y=factor * tall, name="peaks", look=ring))
+    return Chart(
+        name="spectrum",
+        title="Spectrum of the force",
+        caption="Amplitudes of the force along x over the whole record (Hann window). While the "
+        "speed changes a line is smeared over the frequencies that it passes.",
+        alt=f"Spectrum of the force; peaks at {', '.join(f'{p[0]:.4g}' for p in peaks)} Hz.",
+        x=Axis(label="frequency", unit="Hz", low=0.0, high=float(hertz[-1])),
+        y=Axis(label="amplitude", unit=unit, low=low, high=2.0 * high, is_log=True, digits=".4g"),
+        parts=marks,
+        height_px=380,
+    )
+
+
+def spectrogram_chart(
+    pieces: Spectrogram,
+    time_s: FloatArray,
+    speed_rad_s: FloatArray,
+    ratios: Mapping[str, float],
+    top_hz: float,
+) -> Chart:
+    """Return short-time spectra of a force with the lines of all spools.
+
+    Parameters
+    ----------
+    pieces
+        Of a force in N.
+    time_s, speed_rad_s
+        Ω over the time, shape (t,).
+    ratios
+        Speed ratio by body.
+    top_hz
+        End of the frequency axis.
+    """
+    shown = pieces.frequency_hz <= top_hz
+    part = pieces.amplitude[shown]
+    unit, factor = metric(float(part.max()), "N")
+    heat = Heat(x=pieces.time_s, y=pieces.frequency_hz[shown], values=factor * part,
+                label="amplitude of the force", unit=unit)  # fmt: skip
+    times, _, turns = envelope(time_s, np.abs(speed_rad_s) * HZ_PER_RAD_S, _FEW)
+    look = replace(WHITE, width=1.2)
+    lines: list[Mark] = []
+    for ratio, names in same_ratios(ratios).items():
+        y, text = ratio * turns, f"1/rev of {', '.join(names)}"
+        lines.append(Curve(x=times, y=np.where(y <= top_hz, y, np.nan), name=text, look=look))
+        lines.append(
+            Label(x=float(times[-1]), y=min(float(y[-1]), top_hz), text=text, side="right")
+        )
+    return Chart(
+        name="spectrogram",
+        title="Spectrogram of the force",
+        caption="Short-time spectra of the force along x. White broken lines: once per turn of "
+        "each shaft. Bright bars that stay at one frequency are the engine's own.",
+        alt="Spectrogram of the force over time and frequency.",
+        x=Axis(label="time", unit="s", low=float(pieces.time_s[0]), high=float(pieces.time_s[-1]),
+               digits=".3g"),
+        y=Axis(label="frequency", unit="Hz", low=0.0, high=top_hz, digits=".4g"),
+        parts=[heat, Toggle(label="lines of the shafts", marks=lines)],
+        height_px=440,
+        has_legend=False,
+    )  # fmt: skip
+
+
+def draw_run_up(run: RunUp, bearing: str, path: str | Path, title: str) -> None:
+    """Draw the speed of all spools and the force through one bearing over time.
+
+    Arguments `path` and `title`, and the error of a wrong suffix, as in `draw_campbell`.
+
+    Parameters
+    ----------
+    run
+        The record.
+    bearing
+        Its name; the force on its second side, or the ground, is shown.
+
+    Raises
+    ------
+    AnalysisError
+        If the force was not recorded.
+    """
+    force = run.bearing_force_n(bearing)
+    speeds = speed_chart(run.profile.times_s, run.profile.speeds_rad_s, run.speed_ratios)
+    both = force_chart(run.time_s, force, bearing)
+    forces = [
+        replace(both, parts=[part], y=replace(both.y, label=f"{both.y.label} along {axis}"))
+        for axis, part in zip("xy", both.parts, strict=True)
+    ]
+    draw_charts([speeds, *forces], path, title)
+
+
+def draw_normalised_responses(
+    responses: Mapping[str, NormalisedResponse],
+    path: str | Path,
+    title: str,
+    frequency_max_hz: float | None = None,
+) -> None:
+    """Draw force per excitation force over the frequency, one curve for each model.
+
+    Arguments `path` and `title`, and the error of a wrong suffix, as in `draw_campbell`.
+
+    Parameters
+    ----------
+    responses
+        By the name of the model, or of the body whose order is shown.
+    frequency_max_hz
+        End of the frequency axis; None goes as far as the responses.
+
+    Raises
+    ------
+    AnalysisError
+        If there is nothing to draw.
+    """
+    if not responses or not any(np.isfinite(r.ratio).any() for r in responses.values()):
+        raise AnalysisError("there is no response to draw")
+    curves, top = [], 0.0
+    for number, (name, response) in enumerate(responses.items()):
+        known = np.isfinite(response.ratio) & (response.ratio > 0)
+        hertz, look = response.frequency_hz[known], replace(series_look(number), mark="")
+        curves.append(Curve(x=hertz, y=response.ratio[known], name=name, look=look))
+        top = max(top, float(hertz.max(initial=0.0)))
+    end = top if frequency_max_hz is None else frequency_max_hz
+    chart = Chart(
+        name="normalised",
+        title="Normalised response",
+        x=Axis(label="frequency", unit="Hz", low=0.0, high=end),
+        y=Axis(label="force per excitation force", unit="N/N", is_log=True),
+        parts=curves,
+        has_legend=len(responses) > 1,
+    )
+    draw_charts([chart], path, title)
+
+
+def draw_spectrogram(
+    result: Spectrogram,
+    run: RunUp,
+    path: str | Path,
+    title: str,
+    frequency_max_hz: float | None = None,
+) -> None:
+    """Draw the short-time spectrum of a force with the 1/rev lines of all spools.
+
+    Arguments `path` and `title`, and the error of a wrong suffix, as in `draw_campbell`.
+
+    Parameters
+    ----------
+    result
+        Of a force in N.
+    run
+        The run-up it comes from, for its speeds.
+    frequency_max_hz
+        End of the frequency axis; None shows all.
+
+    Raises
+    ------
+    AnalysisError
+        If the force is zero.
+    """
+    if not float(result.amplitude.max()) > 0:
+        raise AnalysisError("the spectrogram is zero; there is nothing to draw")
+    top = float(result.frequency_hz[-1]) if frequency_max_hz is None else frequency_max_hz
+    chart = spectrogram_chart(result, run.time_s, run.speed_rad_s, run.speed_ratios, top)
+    draw_charts([chart], path, title)
+
+
+def _time(time_s: FloatArray) -> Axis:
+    return Axis(label="time", unit="s", low=0.0, high=float(time_s[-1]), digits=".4g")
+
+
+def _speed_axis(speed_rad_s: FloatArray) -> Axis:
+    top = 1.05 * RPM_PER_RAD_S * float(speed_rad_s.max())
+    return Axis(label=SPEED_LABEL, unit="rpm", low=0.0, high=max(top, 1.0), digits=",.0f")
+
+
+def _speed(time_s: FloatArray, speed_rad_s: FloatArray) -> Curve:
+    times, _, rpm = envelope(time_s, speed_rad_s * RPM_PER_RAD_S, _FEW)
+    look = replace(series_look(6), dash="dash", mark="")
+    return Curve(x=times, y=rpm, name="speed (right axis)", look=look, on_right=True)
+
+
+def _thinned(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """At most some points, of every piece the highest."""
+    if x.size <= _LINES:
+        return x, y
+    edges = np.unique(np.linspace(0, x.size, _LINES + 1).astype(int))
+    kept = np.array([a + int(y[a:b].argmax()) for a, b in pairwise(edges)])
+    return x[kept], y[kept]

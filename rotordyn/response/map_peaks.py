@@ -1,0 +1,195 @@
+"""Highest response in the steps between the frequencies of a map, however sharp resonances are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from solidwhirl.rotordyn.assembly.system import AssembledSystem
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.modes.eigen import modes_at_speed
+from solidwhirl.rotordyn.response.maps import GroundMotionMap, StepPeaks, ground_motion_map
+from solidwhirl.rotordyn.response.orbits import elliptic_orbits
+from solidwhirl.rotordyn.response.resonance_samples import (
+    SMOOTH,
+    joined_samples,
+    resolved_response,
+    samples_around_modes,
+)
+from solidwhirl.rotordyn.response.stiffness_maps import StiffnessMap, stiffness_row
+from solidwhirl.rotordyn.response.unbalance_peaks import resonance_peaks
+
+# Rounds in which peaks are sought between samples, and distance of points from each other there,
+# in parts of the steps between them.
+_ROUNDS, _APART = 3, 1e-3
+
+
+def ground_motion_peaks(assembled: AssembledSystem, ground_map: GroundMotionMap) -> StepPeaks:
+    """Find the highest response to ground motion in the steps of a map.
+
+    Parameters
+    ----------
+    ground_map
+        At rising frequencies.
+
+    Returns
+    -------
+    StepPeaks
+        For every speed of the map. Between speeds nothing is sought: along a resonance that moves
+        with the speed heights change slowly.
+    """
+    known, direction = ground_map.frequencies_rad_s, ground_map.direction
+
+    def row(at: int) -> _Row:
+        speed = float(ground_map.speeds_rad_s[at])
+
+        def respond(frequencies: FloatArray) -> ComplexArray:
+            found = ground_motion_map(
+                assembled, ground_map.amplitude_m, direction, [speed], frequencies, ground_map.node
+            )
+            return np.asarray(found.translation_m[0])
+
+        eigenvalues = modes_at_speed(assembled, speed).eigenvalues
+        fine, motion = known, ground_map.translation_m[at]
+        more = np.setdiff1d(samples_around_modes(known, eigenvalues), known)
+        if more.size:
+            fine, motion = joined_samples(known, motion, more, respond(more))
+        return _Row(fine, motion, respond)
+
+    rows = (row(at) for at in range(ground_map.speeds_rad_s.size))
+    return _step_peaks(known, rows, _undamped if assembled.is_conservative else _summits)
+
+
+def stiffness_map_peaks(assembled: AssembledSystem, stiffness_map: StiffnessMap) -> StepPeaks:
+    """Find the highest response to a turning force in the steps of a map.
+
+    Parameters
+    ----------
+    stiffness_map
+        At rising frequencies.
+
+    Returns
+    -------
+    StepPeaks
+        For every stiffness of the map.
+    """
+    known, speeds = stiffness_map.frequencies_rad_s, stiffness_map.speeds_rad_s
+    pieces = SMOOTH
+    if speeds.size and speeds[0] != speeds[-1]:
+        ratio = known[-1] / speeds[-1]
+        pieces = SMOOTH._replace(knots=ratio * np.array(assembled.knots_rad_s))
+
+    def row(at: int) -> _Row:
+        def respond(frequencies: FloatArray) -> ComplexArray:
+            # one speed, or one that is proportional to the frequency
+            between = np.interp(frequencies, known, speeds)
+            return stiffness_row(
+                assembled,
+                stiffness_map.bearings,
+                float(stiffness_map.stiffness_n_per_m[at]),
+                stiffness_map.unbalance,
+                frequencies,
+                between,
+                stiffness_map.node,
+            )
+
+        fine, motion = resolved_response(known, stiffness_map.translation_m[at], respond, pieces)
+        return _Row(fine, motion, respond)
+
+    rows = (row(at) for at in range(stiffness_map.stiffness_n_per_m.size))
+    return _step_peaks(known, rows, _undamped if assembled.is_conservative else _summits)
+
+
+class _Row(NamedTuple):
+    """A row of a map, sampled more finely: frequencies (p,), ux, uy (p, 2), and the response."""
+
+    frequencies: FloatArray
+    motion: ComplexArray
+    respond: Callable[[FloatArray], ComplexArray]
+
+
+# Places, heights and relative errors of the heights, (k,) each, of the peaks of a row.
+_Summits = Callable[[_Row, FloatArray], tuple[FloatArray, FloatArray, FloatArray]]
+
+
+def _step_peaks(known: FloatArray, rows: Iterable[_Row], summits: _Summits) -> StepPeaks:
+    """Peaks in the steps around known frequencies, of rows that are sampled more finely."""
+    middles = 0.5 * (known[1:] + known[:-1])
+    found = []
+    for row in rows:
+        fine = row.frequencies
+        height = _heights(row.motion)
+        error = np.zeros(fine.size)
+        if fine.size > 2:
+            place, top, rest = summits(row, height)
+            fine, height = np.append(fine, place), np.append(height, top)
+            error = np.append(error, rest)
+        step = np.searchsorted(middles, fine)
+        # the highest of each step comes last, and stays
+        order = np.argsort(height, kind="stable")
+        values = np.empty((3, known.size))
+        values[:, step[order]] = height[order], fine[order], error[order]
+        found.append(values)
+    heights, places, errors = np.stack(found, axis=1)
+    return StepPeaks(height_m=heights, frequency_rad_s=places, sampling_error=errors)
+
+
+def _heights(motion: ComplexArray) -> FloatArray:
+    return elliptic_orbits(motion[:, 0], motion[:, 1]).major_m
+
+
+def _undamped(row: _Row, height: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Peaks as they are sampled: they have no height."""
+    tops = resonance_peaks(row.frequencies, height)
+    return (
+        np.array([top.position_rad_s for top in tops]),
+        np.array([top.amplitude for top in tops]),
+        np.full(len(tops), np.inf),
+    )
+
+
+def _summits(row: _Row, height: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Places and heights of the peaks of a row, solved for, and the relative errors of these.
+
+    Each is bracketed by three points, which draw nearer from round to round: to the vertex of the
+    parabola through their logarithms and, as a corner has none, to the middles between them.
+    """
+    y = np.maximum(height, np.finfo(float).tiny)
+    at = np.flatnonzero((y[1:-1] >= y[:-2]) & (y[1:-1] > y[2:])) + 1
+    place, top = (values[at[:, None] + [-1, 0, 1]] for values in (row.frequencies, y))
+    before, rise = top[:, 1], np.zeros(at.size)
+    for _ in range(_ROUNDS if at.size else 0):
+        before = top[:, 1]
+        vertex, _ = _vertices(place, np.log(top))
+        more = np.stack((vertex, *(0.5 * (place[:, k] + place[:, k + 1]) for k in (0, 1))), axis=1)
+        solved = _heights(row.respond(more.ravel())).reshape(more.shape)
+        place, top = _bracket(np.hstack((place, more)), np.hstack((top, solved)))
+    if at.size:
+        _, rise = _vertices(place, np.log(top))
+    return place[:, 1], top[:, 1], np.expm1(rise) + 1.0 - before / top[:, 1]
+
+
+def _bracket(place: FloatArray, top: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The highest of some points in each row with its neighbours, shapes (m, 3)."""
+    order = np.argsort(place, axis=1)
+    place, top = (np.take_along_axis(values, order, axis=1) for values in (place, top))
+    middle = np.clip(top.argmax(axis=1), 1, top.shape[1] - 2)
+    near = middle[:, None] + [-1, 0, 1]
+    return np.take_along_axis(place, near, axis=1), np.take_along_axis(top, near, axis=1)
+
+
+def _vertices(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Vertices of the parabolas through three points each, (m, 3), and their rise above the middle.
+
+    A vertex keeps a distance from the three points, so that all differ.
+    """
+    below, above = x[:, 1] - x[:, 0], x[:, 2] - x[:, 1]
+    left, right = (y[:, 1] - y[:, 0]) / below, (y[:, 2] - y[:, 1]) / above
+    bend = np.minimum((right - left) / (below + above), -np.finfo(float).tiny)
+    slope = left + bend * below
+    step = -0.5 * slope / bend
+    apart = np.where(step < 0.0, below, above)
+    clipped = np.copysign(np.clip(np.abs(step), _APART * apart, (0.5 - _APART) * apart), step)
+    return x[:, 1] + clipped, np.maximum(0.5 * slope * step, 0.0)

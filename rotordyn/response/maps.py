@@ -1,0 +1,273 @@
+"""Maps of the steady response: place of the unbalance × speed, and ground motion × speed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from solidwhirl.rotordyn.assembly.parts import End
+from solidwhirl.rotordyn.assembly.system import AssembledSystem
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, freeze_arrays
+from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.response.harmonic_response import (
+    TRANSLATIONS,
+    check_lateral,
+    harmonic_response,
+    independent_loads,
+    interface_nodes,
+    node_amplitudes,
+    non_negative,
+)
+from solidwhirl.rotordyn.response.orbits import elliptic_orbits
+from solidwhirl.rotordyn.response.unbalance import (
+    Unbalance,
+    frequency_ratio,
+    turning_load,
+)
+
+# Colours of a map reach from a part of its largest height to this many times the median: one
+# resonance without damping would leave a single colour to all else.
+_DARKEST, _BRIGHTEST = 1e-5, 1e3
+# Bytes of the amplitudes of all coordinates that are held at a time.
+_BLOCK_BYTES = 1 << 25
+
+Direction = Literal["x", "y"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class PlaceMap:
+    """Hold the response to one unbalance put at each of some places in turn.
+
+    Attributes
+    ----------
+    moment_kg_m
+        Of the unbalance, kg m.
+    places
+        Where it was put.
+    speeds_rad_s
+        Ω of the reference shaft, shape (s,).
+    frequencies_rad_s
+        |speed ratio| Ω of the body of each place, shape (places, s).
+    nodes
+        All interface nodes.
+    translation_m
+        Complex amplitudes of ux, uy, shape (places, s, nodes, 2); nan where a node has none.
+    """
+
+    moment_kg_m: float
+    places: tuple[End, ...]
+    speeds_rad_s: FloatArray
+    frequencies_rad_s: FloatArray
+    nodes: tuple[End, ...]
+    translation_m: ComplexArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "speeds_rad_s", "frequencies_rad_s", "translation_m")
+
+    def major_m(self) -> FloatArray:
+        """Return the major semi-axes of all orbits, shape (places, s, nodes), m.
+
+        Returns nan where a node has no translation.
+        """
+        return elliptic_orbits(self.translation_m[..., 0], self.translation_m[..., 1]).major_m
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class GroundMotionMap:
+    """Hold the response to a common harmonic motion of the ground, speed × frequency.
+
+    Attributes
+    ----------
+    amplitude_m
+        Of the ground's displacement, m.
+    direction
+        "x" or "y".
+    speeds_rad_s
+        Ω, shape (s,).
+    frequencies_rad_s
+        ω of the ground, shape (f,).
+    node
+        Where the response is taken.
+    translation_m
+        Complex amplitudes of its absolute ux, uy, shape (s, f, 2).
+    """
+
+    amplitude_m: float
+    direction: Direction
+    speeds_rad_s: FloatArray
+    frequencies_rad_s: FloatArray
+    node: End
+    translation_m: ComplexArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "speeds_rad_s", "frequencies_rad_s", "translation_m")
+
+    def major_m(self) -> FloatArray:
+        """Return the major semi-axis of the orbit, shape (s, f), m.
+
+        The result is at rest of the ground 0.
+        """
+        return elliptic_orbits(self.translation_m[..., 0], self.translation_m[..., 1]).major_m
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class StepPeaks:
+    """Hold the highest response in the step around every frequency of a map.
+
+    Attributes
+    ----------
+    height_m
+        Largest major semi-axis between the middles to the frequencies beside, shape (rows, f).
+    frequency_rad_s
+        Where it is, shape (rows, f).
+    sampling_error
+        Of a height that is a peak over the frequency: what finding it between samples may be worth,
+        relative, shape (rows, f); 0 where the highest is no peak, inf without damping.
+    """
+
+    height_m: FloatArray
+    frequency_rad_s: FloatArray
+    sampling_error: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "height_m", "frequency_rad_s", "sampling_error")
+
+
+def shown_range(heights: npt.ArrayLike) -> tuple[float, float]:
+    """Return the lowest and highest height that colours of a map tell apart.
+
+    `heights`: of any shape; nan and 0 are none. Returns low < high. All that is lower or higher has
+    the colour of the end. Raises AnalysisError if all heights are 0.
+    """
+    values = np.asarray(heights, dtype=float)
+    positive = values[np.isfinite(values) & (values > 0)]
+    if not positive.size:
+        raise AnalysisError("all responses of the map are zero; there is nothing to draw")
+    high = float(min(positive.max(), _BRIGHTEST * np.median(positive)))
+    return min(max(float(positive.min()), _DARKEST * high), 0.999 * high), high
+
+
+def place_map(
+    assembled: AssembledSystem,
+    places: Sequence[End],
+    moment_kg_m: float,
+    speeds_rad_s: npt.ArrayLike,
+) -> PlaceMap:
+    """Compute the synchronous response to one unbalance at each of some places in turn.
+
+    `places`: interfaces with ux and uy on bodies that turn; each excites at its body's frequency
+    and in its sense. `speeds_rad_s`: Ω ≥ 0 of the reference shaft, shape (s,). The result is as in
+    Müller and Hennings, figures 14 and 15. Raises AnalysisError if a place or number has no
+    meaning, or a speed lies at an undamped resonance.
+    """
+    speeds = non_negative("speeds_rad_s", speeds_rad_s)
+    if not places:
+        raise AnalysisError("places is empty; one or more are needed")
+    unbalances = [
+        Unbalance(body=end.body, interface=end.interface, moment_kg_m=moment_kg_m) for end in places
+    ]
+    ratios = np.array([frequency_ratio(assembled, unbalance) for unbalance in unbalances])
+    nodes = interface_nodes(assembled)
+    result = np.empty((len(places), speeds.size, len(nodes), 2), dtype=complex)
+    for ratio in np.unique(ratios):
+        group = np.flatnonzero(ratios == ratio)
+        patterns = [
+            independent_loads(assembled, {places[i].body: turning_load(assembled, unbalances[i])})
+            for i in group
+        ]
+        loads = ((ratio * speeds) ** 2)[:, None, None] * np.stack(patterns, axis=1)
+        solved = harmonic_response(assembled, speeds, ratio * speeds, loads)
+        for column, place in enumerate(group):
+            motion = solved.displacement[:, :, column]
+            result[place] = node_amplitudes(assembled, nodes, TRANSLATIONS, motion)
+    return PlaceMap(
+        moment_kg_m=float(moment_kg_m),
+        places=tuple(places),
+        speeds_rad_s=speeds,
+        frequencies_rad_s=np.multiply.outer(ratios, speeds),
+        nodes=nodes,
+        translation_m=result,
+    )
+
+
+def ground_motion_map(
+    assembled: AssembledSystem,
+    amplitude_m: float,
+    direction: Direction,
+    speeds_rad_s: npt.ArrayLike,
+    frequencies_rad_s: npt.ArrayLike,
+    node: End,
+) -> GroundMotionMap:
+    """Compute the response of a node to a common harmonic motion of all supports on the ground.
+
+    Parameters
+    ----------
+    assembled
+        The system; every body must be able to move along (no body held within itself).
+    amplitude_m
+        Of the displacement of the ground, m.
+    speeds_rad_s, frequencies_rad_s
+        Ω ≥ 0, shape (s,), and ω ≥ 0, shape (f,), rad/s; every pair is solved.
+
+    Returns
+    -------
+    GroundMotionMap
+        Waterfall diagram as in Müller and Hennings, figure 16.
+
+    Raises
+    ------
+    AnalysisError
+        If an argument has no meaning, or a pair lies at an undamped resonance.
+
+    Notes
+    -----
+    With u = R x_g + T q, R the common translation of all bodies and T q the motion relative to the
+    ground: bearings see T q alone, and K R, (Kgeo − S) R and G R vanish for a translation, so that
+    M q'' + ... = −Tᵀ M_bodies R x_g'' (Genta 2005, Dynamics of Rotating Systems, section 3.9).
+    """
+    speeds = non_negative("speeds_rad_s", speeds_rad_s)
+    frequencies = non_negative("frequencies_rad_s", frequencies_rad_s)
+    if not np.isfinite(amplitude_m):
+        raise AnalysisError(f"amplitude_m is {amplitude_m}; it must be finite")
+    check_lateral(assembled, node, "node of the response")
+    pattern = amplitude_m * independent_loads(assembled, _momentum(assembled, direction))
+    result = np.empty((speeds.size, frequencies.size, 2), dtype=complex)
+    rows = max(1, _BLOCK_BYTES // (16 * assembled.size * frequencies.size))
+    for start in range(0, speeds.size, rows):
+        block = speeds[start : start + rows]
+        omega = np.tile(frequencies, block.size)
+        loads = (omega**2)[:, None, None] * pattern[:, None]
+        solved = harmonic_response(assembled, np.repeat(block, frequencies.size), omega, loads)
+        motion = solved.displacement[:, :, 0]
+        relative = node_amplitudes(assembled, (node,), TRANSLATIONS, motion)
+        result[start : start + rows] = relative.reshape(block.size, frequencies.size, 2)
+    result[..., ("x", "y").index(direction)] += amplitude_m
+    return GroundMotionMap(
+        amplitude_m=float(amplitude_m),
+        direction=direction,
+        speeds_rad_s=speeds,
+        frequencies_rad_s=frequencies,
+        node=node,
+        translation_m=result,
+    )
+
+
+def _momentum(assembled: AssembledSystem, direction: str) -> dict[str, ComplexArray]:
+    """Return the momentum of each body as it moves by one metre per second with the ground."""
+    if direction not in ("x", "y"):
+        raise AnalysisError(f"direction is {direction!r}; allowed are 'x' and 'y'")
+    column = ("x", "y").index(direction)
+    found = {}
+    for name, rotor in assembled.system.rotors.items():
+        if not rotor.element.rigid_body_present[column]:
+            raise AnalysisError(
+                f"body {name!r} cannot move along {direction} as a whole, so it cannot follow the "
+                "ground; hold it by a bearing instead of within its superelement"
+            )
+        motion = rotor.element.rigid_body_modes[:, column]
+        found[name] = np.asarray(rotor.element.mass @ motion, dtype=complex)
+    return found

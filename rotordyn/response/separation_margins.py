@@ -1,0 +1,314 @@
+"""Distance of critical speeds from operating speeds, in the manner of API 617.
+
+A guide for design. The formulas are those of the standard; a check against them here is no claim
+of compliance, which asks for much more (models, test stand, stability).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
+from solidwhirl.rotordyn.critical_speeds.search import CriticalSpeed
+from solidwhirl.rotordyn.modes.damping import CRITICALLY_DAMPED
+from solidwhirl.rotordyn.modes.excitation import Excitation
+
+
+@dataclass(frozen=True, kw_only=True)
+class OperatingRange:
+    """Give the speeds at which a shaft may run for long.
+
+    Attributes
+    ----------
+    speed_low_rad_s, speed_high_rad_s
+        Lowest and highest speed of the shaft itself (not of the reference shaft), positive, rad/s;
+        equal for one operating point.
+    """
+
+    shaft: str
+    speed_low_rad_s: float
+    speed_high_rad_s: float
+
+    def __post_init__(self) -> None:
+        low, high = self.speed_low_rad_s, self.speed_high_rad_s
+        if not (0 < low <= high and np.isfinite(high)):
+            raise AnalysisError(
+                f"operating range of {self.shaft!r} is {low} to {high} rad/s; allowed is "
+                "0 < low <= high, finite"
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Resonance:
+    """Hold a resonance of a shaft's own excitation.
+
+    Attributes
+    ----------
+    speed_rad_s
+        Speed of the shaft itself, rad/s.
+    amplification_factor
+        AF: height of the resonance over its width; inf without damping, negative if unstable.
+    whirl
+        Direction of the orbits; empty if it comes from a response.
+    excited, why
+        Whether an unbalance of the shaft can excite it, and why or why not; only what is excited
+        is judged.
+    """
+
+    speed_rad_s: float
+    amplification_factor: float
+    whirl: str = ""
+    excited: bool = True
+    why: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SeparationMargin:
+    """Hold the distance of one resonance from one operating range.
+
+    Attributes
+    ----------
+    operating_speed_rad_s
+        The end of the operating range N_op it is compared with: the nearer one.
+    position
+        "below" or "above" the operating range, or "inside" it.
+    margin
+        (N_c − N_op) / N_op, negative below; 0 inside.
+    required_api_617
+        |margin| asked for by the formulas of API 617, as a fraction; inf for an unstable mode
+        and for a resonance inside that is not critically damped.
+    verdict_api_617, verdict_15_percent, verdict_20_percent
+        "ok", "inside margin" or "unstable", by those formulas and by a fixed margin.
+    """
+
+    shaft: str
+    resonance: Resonance
+    operating_speed_rad_s: float
+    position: str
+    margin: float
+    required_api_617: float
+    verdict_api_617: str
+    verdict_15_percent: str
+    verdict_20_percent: str
+
+
+def resonances_of_modes(
+    critical_speeds: Sequence[CriticalSpeed],
+    excitations: Sequence[Excitation] | None = None,
+) -> tuple[Resonance, ...]:
+    """Turn critical speeds into resonances of the shaft that excites them.
+
+    `critical_speeds`: found with the speed ratio of that shaft as the excitation ratio.
+    `excitations`: whether the shaft excites each, from `excitation.unbalance_excitation`; None:
+    all. The result is at the shaft's own speed |α|Ω, with AF from the logarithmic decrement.
+    """
+    by_default = [Excitation(excited=True, why="")] * len(critical_speeds)
+    return tuple(
+        Resonance(
+            speed_rad_s=2.0 * np.pi * critical.frequency_hz,
+            amplification_factor=critical.amplification_factor,
+            whirl=critical.whirl,
+            excited=own.excited,
+            why=own.why,
+        )
+        for critical, own in zip(critical_speeds, excitations or by_default, strict=True)
+    )
+
+
+def separation_margins(
+    operating: OperatingRange, resonances: Sequence[Resonance]
+) -> tuple[SeparationMargin, ...]:
+    """Compare the resonances of one shaft with its operating range.
+
+    Parameters
+    ----------
+    operating
+        Speeds at which the shaft runs. Call once for each shaft.
+    resonances
+        Of the excitation by that shaft, at its own speed.
+
+    Returns
+    -------
+    tuple of SeparationMargin
+        By rising speed of the resonance.
+
+    Notes
+    -----
+    The formulas of API 617 (Axial and Centrifugal Compressors), in per cent, with AF the
+    amplification factor: none is asked for below AF = 2.5; 17 (1 − 1/(AF − 1.5)) of the lowest
+    speed for a resonance below the range; 10 + 17 (1 − 1/(AF − 1.5)) of the highest for one above.
+    Beside that fixed margins of 15 and 20 % are used, which do not look at the damping.
+    """
+    ordered = sorted(resonances, key=lambda resonance: resonance.speed_rad_s)
+    return tuple(_margin(operating, resonance) for resonance in ordered)
+
+
+def _margin(operating: OperatingRange, resonance: Resonance) -> SeparationMargin:
+    speed = resonance.speed_rad_s
+    low, high = operating.speed_low_rad_s, operating.speed_high_rad_s
+    if speed < low:
+        position, reference = "below", low
+    elif speed > high:
+        position, reference = "above", high
+    else:
+        position, reference = "inside", min((low, high), key=lambda end: abs(end - speed))
+    margin = 0.0 if position == "inside" else (speed - reference) / reference
+    factor = resonance.amplification_factor
+    required = required_margin_api_617(factor, position)
+    return SeparationMargin(
+        shaft=operating.shaft,
+        resonance=resonance,
+        operating_speed_rad_s=reference,
+        position=position,
+        margin=margin,
+        required_api_617=required,
+        verdict_api_617=_verdict(factor, margin, required),
+        verdict_15_percent=_verdict(factor, margin, 0.15),
+        verdict_20_percent=_verdict(factor, margin, 0.20),
+    )
+
+
+def required_margin_api_617(amplification_factor: float, position: str) -> float:
+    """Return the separation margin that API 617 asks for.
+
+    `position`: "below", "above" or "inside" the operating range. `amplification_factor`: AF;
+    negative for an unstable mode. The result is as a fraction of the operating speed; inf if no
+    margin is enough. Raises AnalysisError if the position is not one of the three.
+    """
+    if position not in ("below", "above", "inside"):
+        raise AnalysisError(f"position is {position!r}; use 'below', 'above' or 'inside'")
+    if amplification_factor < 0:
+        return float("inf")
+    if amplification_factor < CRITICALLY_DAMPED:
+        return 0.0
+    if position == "inside":
+        return float("inf")
+    damped = 0.17 * (1.0 - 1.0 / (amplification_factor - 1.5))
+    return damped if position == "below" else 0.10 + damped
+
+
+@dataclass(frozen=True, kw_only=True)
+class MarginMethod:
+    """Say by what margins are judged.
+
+    Attributes
+    ----------
+    kind
+        "api617": the margin that the amplification factor asks for; "percent": a fixed one.
+    percent
+        That one.
+    """
+
+    kind: Literal["api617", "percent"] = "api617"
+    percent: float = 15.0
+
+    @property
+    def text(self) -> str:
+        """What a headline says."""
+        return "API 617" if self.kind == "api617" else f"{self.percent:g} %"
+
+    def required(self, margin: SeparationMargin) -> float:
+        """Return the |margin| that is asked for, as a fraction; inf if none is enough."""
+        if self.kind == "api617" or margin.resonance.amplification_factor < 0:
+            return margin.required_api_617
+        return np.inf if margin.position == "inside" else 0.01 * self.percent
+
+
+@dataclass(frozen=True, kw_only=True)
+class MarginVerdict:
+    """Hold what margins come to by one method.
+
+    Attributes
+    ----------
+    passed
+        Whether every resonance that is excited keeps its margin.
+    missed
+        Those that do not.
+    worst
+        The excited resonance with the least margin beyond the one asked for; None without any.
+    why
+        One sentence.
+    """
+
+    passed: bool
+    missed: tuple[SeparationMargin, ...]
+    worst: SeparationMargin | None
+    why: str
+
+
+def margin_verdict(margins: Sequence[SeparationMargin], method: MarginMethod) -> MarginVerdict:
+    """Judge margins by a method.
+
+    `margins`: of any number of shafts; what no unbalance excites is not judged.
+    """
+    judged = [m for m in margins if m.resonance.excited]
+    missed = tuple(m for m in judged if abs(m.margin) < method.required(m))
+    if not judged:
+        return MarginVerdict(
+            passed=True, missed=(), worst=None, why="no critical speed that an unbalance excites"
+        )
+    worst = min(judged, key=lambda m: (abs(m.margin) - method.required(m), abs(m.margin)))
+    return MarginVerdict(
+        passed=not missed, missed=missed, worst=worst, why=_why(worst, method, len(judged))
+    )
+
+
+def _why(worst: SeparationMargin, method: MarginMethod, count: int) -> str:
+    factor = worst.resonance.amplification_factor
+    required = method.required(worst)
+    whirl = f" {worst.resonance.whirl}" if worst.resonance.whirl else ""
+    where = f"{100 * abs(worst.margin):.1f} % {worst.position} the operating speeds of"
+    if worst.position == "inside":
+        where = "inside the operating speeds of"
+    asked = f"{100 * required:.1f} % asked" if np.isfinite(required) else "no margin is enough"
+    height = "unstable" if factor < 0 else f"amplification factor {factor:.3g}"
+    return (
+        f"worst of {count}:{whirl} {worst.resonance.speed_rad_s * RPM_PER_RAD_S:.0f} rpm "
+        f"({height}) is {where} {worst.shaft}, {asked}"
+    )
+
+
+def _verdict(amplification: float, margin: float, required: float) -> str:
+    if amplification < 0:
+        return "unstable"
+    return "ok" if abs(margin) >= required else "inside margin"
+
+
+def format_margins(margins: Sequence[SeparationMargin]) -> str:
+    """Return the margins as a table in plain text.
+
+    Returns one line for each, below two lines of headings; speeds in rpm, margins in per cent.
+    """
+    heads = ("shaft", "whirl", "critical", "operating", "AF", "margin", "asked", "API 617")
+    units = ("", "", "rpm", "rpm", "", "%", "%", "(a guide)")
+    rows = [(*heads, "15 %", "20 %"), (*units, "", "")]
+    for item in margins:
+        factor = item.resonance.amplification_factor
+        rows.append(
+            (
+                item.shaft,
+                item.resonance.whirl or "-",
+                f"{item.resonance.speed_rad_s * RPM_PER_RAD_S:.1f}",
+                f"{item.operating_speed_rad_s * RPM_PER_RAD_S:.1f}",
+                f"{factor:.1f}",
+                f"{100 * item.margin:+.1f}",
+                f"{100 * item.required_api_617:.1f}",
+                item.verdict_api_617,
+                item.verdict_15_percent,
+                item.verdict_20_percent,
+            )
+        )
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    text = (
+        "  ".join(
+            cell.ljust(width) if i < 2 or i > 6 else cell.rjust(width)
+            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in rows
+    )
+    return "\n".join(text)

@@ -1,0 +1,406 @@
+"""Eigenvalues of a system as continuous paths over the speed, with their exact slopes.
+
+A system falls apart into blocks that never couple: the complex form where it is the same in all
+directions, else the coordinates that no matrix joins. Each block is solved on its own, at any
+speed, for all eigenvalues of λ²M + λV(Ω) + K(Ω) with right and left vectors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+import scipy.linalg as la
+from scipy.optimize import linear_sum_assignment
+from scipy.sparse.csgraph import connected_components
+
+from solidwhirl.rotordyn.assembly.system import (
+    AssembledSystem,
+    Side,
+    matrices_at_speed,
+    speed_derivative,
+)
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, Matrix, together
+from solidwhirl.rotordyn.core.dense import (
+    Roots,
+    diagonal,
+    dual_of,
+    eigensolver_rounding,
+    reciprocal,
+    scale_by_stiffness,
+    sharpened,
+)
+from solidwhirl.rotordyn.core.errors import AnalysisError
+from solidwhirl.rotordyn.modes.complex_form import ComplexForm, complex_form
+from solidwhirl.rotordyn.modes.damping import NEUTRAL
+
+# Eigenvalues of K over M below this fraction of the largest do not set the shift.
+_VISIBLE = 1e-13
+# The shift as a fraction of the slowest rate: a larger one takes digits from slow decay;
+_SLOW = 0.3
+# and at least this of the fastest rate, which else loses its own.
+_SLOWEST = 1e-6
+# An eigenvalue below this fraction of the shift is a motion of a free body.
+_FREE = 1e-5
+# Eigenvalues closer than this (relative) share a subspace.
+_SAME = 1e-6
+# The vectors of a subspace whose condition is beyond this are left as they are.
+_DEFECTIVE = 1e6
+# How much a distance of eigenvalues weighs beside the MAC of their vectors.
+_NEARNESS = 0.1
+
+
+class Coefficients(NamedTuple):
+    """V and K of a block, or their slopes over the speed, each (n, n)."""
+
+    velocity: Matrix
+    stiffness: Matrix
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class Block:
+    """Hold motions of a system that couple with no others: λ²M + λV(Ω) + K(Ω).
+
+    `mass`: M, real, shape (n, n); `at`: V and K at a speed Ω in rad/s; `slopes`: dV/dΩ and dK/dΩ at
+    a speed, on one side of it; `shift`: a real rate of the order of the slowest motion, 1/s.
+    `is_free`: whether some motion meets no stiffness at any speed: its zeros are no instability.
+    """
+
+    mass: FloatArray
+    at: Callable[[float], Coefficients]
+    slopes: Callable[[float, Side], Coefficients]
+    shift: float = 1.0
+    is_free: bool = False
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class Spectral:
+    """Hold all eigenvalues of a block at one speed.
+
+    Attributes
+    ----------
+    values
+        λ, shape (m,), m = 2n; exactly 0 for motions of free bodies.
+    slopes
+        dλ/dΩ on one side of the speed, shape (m,).
+    right, left
+        Vectors x (n, m) and y (m, n), y_i [(λ_i + λ_j) M + V] x_j = 1 for i = j, 0 else.
+    tolerance
+        Real parts below this are neutral: rounding, or growth too slow to be seen; shape (m,).
+    coefficients
+        V and K there.
+    """
+
+    speed_rad_s: float
+    values: ComplexArray
+    slopes: ComplexArray
+    right: ComplexArray
+    left: ComplexArray
+    tolerance: FloatArray
+    coefficients: Coefficients
+
+    @property
+    def excess(self) -> FloatArray:
+        """Re λ less what counts as neutral, shape (m,)."""
+        return np.asarray(self.values.real - self.tolerance)
+
+    @property
+    def grows(self) -> bool:
+        """Whether any motion grows."""
+        return bool((self.excess > 0).any())
+
+
+def blocks_of(assembled: AssembledSystem, speed_low: float, speed_high: float) -> list[Block]:
+    """Return the blocks of a system.
+
+    `speed_low`, `speed_high`: range of speeds Ω that they are to be solved in, rad/s. The result is
+    together they have all eigenvalues; a complex block stands for its conjugate as well.
+    """
+    form = complex_form(assembled)
+    if form is None:
+        groups = _uncoupled(assembled, np.arange(assembled.size))
+        found = [_real_block(assembled, group) for group in groups]
+    else:
+        found = [_lateral_block(form)]
+        found += [_real_block(assembled, group) for group in _uncoupled(assembled, form.rest)]
+    return [_prepared(b, assembled.body_rate, speed_low, speed_high) for b in found]
+
+
+def _uncoupled(assembled: AssembledSystem, among: IntArray) -> list[IntArray]:
+    """Return the groups of coordinates that no entry of any matrix joins."""
+    joined = np.zeros((assembled.size, assembled.size), dtype=bool)
+    for name in ("mass", "stiffness", "gyroscopic", "centrifugal_stiffness", "damping"):
+        joined |= getattr(assembled, name) != 0
+    joined |= assembled.circulatory_stiffness != 0
+    for joint in assembled.law_joints:
+        moved = (joint.motion != 0).any(axis=0)
+        joined |= np.outer(moved, moved)
+    block = joined[np.ix_(among, among)]
+    if not among.size:
+        return []
+    count, label = connected_components(block, directed=False)
+    return [among[label == k] for k in range(count)]
+
+
+def _real_block(assembled: AssembledSystem, group: IntArray) -> Block:
+    at_group = np.ix_(group, group)
+
+    def at(speed: float) -> Coefficients:
+        found = matrices_at_speed(assembled, speed)
+        velocity = found.damping + found.gyroscopic
+        return Coefficients(velocity[at_group], found.stiffness[at_group])
+
+    def slopes(speed: float, side: Side) -> Coefficients:
+        change = speed_derivative(assembled, speed, side)
+        return Coefficients(change.velocity[at_group], change.stiffness[at_group])
+
+    return Block(mass=assembled.mass[at_group], at=at, slopes=slopes)
+
+
+def _lateral_block(form: ComplexForm) -> Block:
+    def at(speed: float) -> Coefficients:
+        found = form.at_speed(speed)
+        return Coefficients(found.velocity, found.stiffness)
+
+    def turned(matrix: FloatArray) -> ComplexArray:
+        along, across = (matrix[np.ix_(form.first, c)] for c in (form.first, form.second))
+        return np.asarray(along - 1j * across * form.second_sign)
+
+    def slopes(speed: float, side: Side) -> Coefficients:
+        change = speed_derivative(form.assembled, speed, side)
+        return Coefficients(turned(change.velocity), turned(change.stiffness))
+
+    return Block(mass=form.mass, at=at, slopes=slopes)
+
+
+def _prepared(block: Block, body_rate: float, low: float, high: float) -> Block:
+    """Return the block with its shift, and whether it is free."""
+    rates, zeros = [], []
+    # a motion that is free at three odd places is free at all of them
+    for part in (0.2357, 0.5403, 0.8189):
+        stiffness = block.at(low + part * (high - low)).stiffness
+        even = np.asarray(0.5 * (stiffness + stiffness.conj().T).real)
+        scaled = scale_by_stiffness(even, block.mass, body_rate)
+        zeros.append(scaled.zero_count)
+        rates.append(np.abs(la.eigvalsh(scaled.stiffness, scaled.mass)))
+    seen = np.concatenate(rates)
+    seen = np.sqrt(seen[seen > _VISIBLE * seen.max()])
+    if not seen.size:
+        return replace(block, shift=max(abs(low), abs(high), 1.0), is_free=True)
+    if min(zeros) > 0:
+        return replace(block, shift=float(seen.min()), is_free=True)
+    return replace(block, shift=float(max(_SLOW * seen.min(), _SLOWEST * seen.max())))
+
+
+def solve(block: Block, speed_rad_s: float) -> Spectral:
+    """Return all eigenvalues of a block at a speed; slopes are zero until they are asked for.
+
+    λ = s + 1/μ with a real shift s near the slowest motion, so that slow motions keep their
+    digits, also where K is singular; P, the Hermitian part of D(s), is positive definite and its
+    Cholesky factor scales the problem, see `spectrum.solve_general`.
+    """
+    found = block.at(speed_rad_s)
+    shift, lower, full, scale = _factored(block, found)
+    n = scale.size
+    regular = np.eye(n) + _congruent(lower, 0.5 * (full - full.conj().T))
+    companion = _companion(block, found.velocity, shift, lower, regular, scale)
+    norm = float(la.norm(companion))
+    inverse, vectors = la.eig(companion, overwrite_a=True, check_finite=False)
+    vectors = vectors.astype(complex)
+    dual = dual_of(vectors)
+    right = scale[:, None] * la.solve_triangular(lower, vectors[:n], lower=True, trans="C")
+    left = la.solve_triangular(lower, la.solve(regular.T, dual[:, :n].T), lower=True, trans="T")
+    left = left.T * scale
+    values = shift + reciprocal(inverse)
+    tolerance = eigensolver_rounding(norm, dual, vectors) * np.abs(values - shift) ** 2
+    if block.is_free:
+        values = np.where(np.abs(values) <= _FREE * block.shift, 0.0, values)
+    problem = (block.mass, found.velocity, found.stiffness)
+    roots, alive = sharpened(problem, Roots(values, right, left, tolerance))
+    values, left, tolerance = roots.values, roots.left, roots.tolerance
+    return Spectral(
+        speed_rad_s=speed_rad_s,
+        values=values,
+        slopes=np.zeros_like(values),
+        right=right,
+        left=left,
+        tolerance=np.where(alive, np.maximum(NEUTRAL * np.abs(values), tolerance), np.inf),
+        coefficients=found,
+    )
+
+
+def _companion(
+    block: Block,
+    velocity: Matrix,
+    shift: float,
+    lower: Matrix,
+    regular: Matrix,
+    scale: FloatArray,
+) -> Matrix:
+    """Return the matrix whose eigenvalues are 1 / (λ − s)."""
+    n = scale.size
+    mass = scale[:, None] * block.mass * scale
+    rate = _congruent(lower, scale[:, None] * velocity * scale + 2.0 * shift * mass)
+    half = la.solve_triangular(lower, la.cholesky(mass, lower=True), lower=True)
+    companion = np.zeros((2 * n, 2 * n), dtype=np.result_type(rate, regular))
+    companion[:n] = -la.solve(regular, np.hstack((rate, half)))
+    companion[n:, :n] = half.conj().T
+    return companion
+
+
+def _factored(block: Block, found: Coefficients) -> tuple[float, Matrix, Matrix, FloatArray]:
+    """Return a shift s, the factor of P(s) and D(s) in coordinates scaled to a unit diagonal."""
+    shift = block.shift
+    while True:
+        full = found.stiffness + shift * found.velocity + shift**2 * block.mass
+        even = 0.5 * (full + full.conj().T)
+        diagonal = np.diag(even).real
+        if (diagonal > 0).all():
+            scale = 1.0 / np.sqrt(diagonal)
+            outer = np.multiply.outer(scale, scale)
+            try:
+                # no closer to singular than the inertia at the shift
+                la.cholesky(outer * (even - 0.5 * shift**2 * block.mass), lower=True)
+                return shift, la.cholesky(outer * even, lower=True), outer * full, scale
+            except la.LinAlgError:
+                pass
+        # doubling ends, because s²M outgrows any stiffness and damping
+        shift *= 2.0
+        if not np.isfinite(shift**2):
+            raise AnalysisError("the mass matrix is not positive definite")
+
+
+def _congruent(lower: Matrix, matrix: Matrix) -> Matrix:
+    """Return L⁻¹ A L⁻ᴴ."""
+    inner = la.solve_triangular(lower, matrix, lower=True)
+    return np.asarray(la.solve_triangular(lower, inner.conj().T, lower=True).conj().T)
+
+
+def with_slopes(block: Block, spectral: Spectral, side: Side) -> Spectral:
+    """Return eigenvalues with their slopes over the speed.
+
+    `side`: at a corner of a speed law slopes jump: "above" the speed or "below" it. Equal
+    eigenvalues have their vectors turned to those that they part with.
+    """
+    change = block.slopes(spectral.speed_rad_s, side)
+    values, right, left = spectral.values, spectral.right, spectral.left
+    slopes = -diagonal(left, _moved(change, right, values))
+    near = np.abs(values[:, None] - values) <= _SAME * np.abs(values)
+    np.fill_diagonal(near, False)
+    if near.any():
+        slopes, right, left = slopes.copy(), right.copy(), left.copy()
+        for group in together(near):
+            if group.size == 1 or not values[group].all():
+                continue
+            inner = -left[group] @ _moved(change, right[:, group], values[group])
+            rates, turn = la.eig(inner)
+            if np.linalg.cond(turn) > _DEFECTIVE:
+                continue
+            slopes[group], right[:, group] = rates, right[:, group] @ turn
+            left[group] = la.solve(turn, left[group])
+    return replace(spectral, slopes=slopes, right=right, left=left)
+
+
+def _moved(change: Coefficients, right: ComplexArray, rates: ComplexArray) -> ComplexArray:
+    """Return (K + λ_j V) x_j, shape (n, m)."""
+    return np.asarray(change.stiffness @ right + (change.velocity @ right) * rates)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class Stretch:
+    """Hold the paths of all eigenvalues of a block between two speeds.
+
+    Attributes
+    ----------
+    first, second
+        Eigenvalues at both ends with slopes towards the inside.
+    partner
+        Index in `second` of each value of `first`, shape (m,).
+    MAC
+        Of their vectors, 0 to 1, shape (m,).
+    """
+
+    first: Spectral
+    second: Spectral
+    partner: IntArray
+    mac: FloatArray
+
+    @property
+    def width(self) -> float:
+        """Distance of both speeds, rad/s."""
+        return self.second.speed_rad_s - self.first.speed_rad_s
+
+    @property
+    def end_values(self) -> ComplexArray:
+        """λ at the second speed in the order of the first, shape (m,)."""
+        return np.asarray(self.second.values[self.partner])
+
+    def slopes(self) -> tuple[ComplexArray, ComplexArray]:
+        """Return the change over the width at the slopes of both ends, each (m,).
+
+        Motions of free bodies begin on a straight line.
+        """
+        change = self.end_values - self.first.values
+        start = np.where(self.first.values == 0, change, self.width * self.first.slopes)
+        end = self.width * self.second.slopes[self.partner]
+        return start, np.where(self.end_values == 0, change, end)
+
+    def paths(self, parts: FloatArray) -> ComplexArray:
+        """Return cubics through values and slopes at parts (0 to 1) of the width, (m, parts)."""
+        t = np.asarray(parts, dtype=float)
+        basis = (
+            (1 + 2 * t) * (1 - t) ** 2,
+            t**2 * (3 - 2 * t),
+            t * (1 - t) ** 2,
+            t**2 * (t - 1),
+        )
+        ends = (self.first.values, self.end_values, *self.slopes())
+        return np.asarray(sum(np.outer(e, b) for e, b in zip(ends, basis, strict=True)))
+
+    def mismatch(self) -> ComplexArray:
+        """Return how far straight lines from both ends miss the other end, shape (2, m)."""
+        change = self.end_values - self.first.values
+        return np.array([change - slope for slope in self.slopes()])
+
+    def couplings(self) -> tuple[ComplexArray, ComplexArray]:
+        """Return W_ij W_ji at both ends, each (m, m) in the order of the first.
+
+        W is the change of V and K over the stretch in the vectors of one end: what couples each
+        two modes, in 1/s.
+        """
+        start, end = self.first, self.second
+        change = Coefficients(
+            end.coefficients.velocity - start.coefficients.velocity,
+            end.coefficients.stiffness - start.coefficients.stiffness,
+        )
+        found = []
+        for place in (start, end):
+            w = place.left @ _moved(change, place.right, place.values)
+            found.append(w * w.T)
+        return found[0], found[1][np.ix_(self.partner, self.partner)]
+
+
+def stretch_between(block: Block, first: Spectral, second: Spectral) -> Stretch:
+    """Pair the eigenvalues of two speeds by the MAC of their vectors.
+
+    `first`, `second`: its eigenvalues at two speeds, rising, with slopes. All values are paired.
+    The MAC is the product of y1 E x2 and y2 E x1, which is one for the same mode and does not
+    depend on how vectors are scaled; of equal ones the nearer in value are paired.
+    """
+    middle = 0.5 * (first.coefficients.velocity + second.coefficients.velocity)
+    sums = np.add.outer(first.values, second.values)
+    there = sums * (first.left @ block.mass @ second.right) + first.left @ middle @ second.right
+    back = sums.T * (second.left @ block.mass @ first.right) + second.left @ middle @ first.right
+    mac = np.minimum(np.abs(there * back.T), 1.0)
+    half = 0.5 * (second.speed_rad_s - first.speed_rad_s)
+    ahead, behind = first.values + half * first.slopes, second.values - half * second.slopes
+    size = np.add.outer(np.abs(first.values), np.abs(second.values)) + np.finfo(float).tiny
+    distance = np.abs(np.subtract.outer(ahead, behind)) / size
+    distance = distance + np.abs(np.subtract.outer(first.values, second.values)) / size
+    _, partner = linear_sum_assignment(_NEARNESS * np.minimum(distance, 1.0) - mac)
+    alike = mac[np.arange(partner.size), partner]
+    # motions of free bodies have no vectors to compare
+    alike = np.where((first.values == 0) | (second.values[partner] == 0), 1.0, alike)
+    return Stretch(first=first, second=second, partner=partner, mac=alike)

@@ -1,0 +1,363 @@
+"""Ranges of speed in which a block of motions grows: every crossing of the axis is bracketed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq, minimize_scalar
+
+from solidwhirl.rotordyn.assembly.system import Side
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray
+from solidwhirl.rotordyn.modes.damping import ROUNDING
+from solidwhirl.rotordyn.stability.eigenvalue_paths import (
+    Block,
+    Spectral,
+    Stretch,
+    solve,
+    stretch_between,
+    with_slopes,
+)
+
+# Pieces the range is cut into at least; segments of speed laws are never joined.
+_PIECES = 12
+# No piece is halved below this fraction of the range; nor cut beside a meeting below that one.
+_FLOOR = 1e-6
+_MEETING_FLOOR = 1e-10
+# Relative accuracy of an end.
+_ACCURACY = 1e-13
+# What grows at an end of a window is looked up inside, at these parts of it.
+_INSIDE = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
+# The growth left at a root may be this fraction of that at the ends.
+_JUMP = 1e-6
+# Parts of a window that are looked at for its largest growth at least.
+_LOOKS = 16
+# Maxima of the growth among them that are followed up.
+_PEAKS = 2
+# Steps beyond an end, each twice the last, of which the first is this part of the window.
+_BEYOND = 8
+# Places at which paths are read.
+_PARTS = np.linspace(0.0, 1.0, 17)
+# Share of the mismatch of straight lines that cubics may err by before a middle has been seen,
+_UNSEEN = 0.5
+# and afterwards, beside what the middle has shown.
+_SEEN = 0.05
+# Modes less alike than this are not known to be the same.
+_UNLIKE = 0.5
+# A root is taken where the error is below this share of the change of growth.
+_CLEAR = 0.25
+# Frequencies that meet count as looked at from this share of the width of the meeting.
+_NEAR = 0.25
+# Growth that a meeting may add for every 1/s of coupling, whatever its phase is found to be.
+_PHASE = 0.2
+
+
+class Window(NamedTuple):
+    """A range of speeds in which something grows, and the eigenvalues at its ends and top.
+
+    `opens` and `closes` tell whether growth begins and ends there; else the range searched does.
+    """
+
+    low: float
+    high: float
+    opens: bool
+    closes: bool
+    onset: complex
+    end: complex
+    top: complex
+    top_speed: float
+
+
+class _Piece(NamedTuple):
+    low: float
+    high: float
+    grows: bool
+
+
+def unstable_windows(
+    block: Block, knots_rad_s: Iterable[float], speed_low: float, speed_high: float
+) -> list[Window]:
+    """Find every range of speeds in which a block has an eigenvalue that grows.
+
+    `knots_rad_s`: speeds at which a law has a knot: slopes jump there. `speed_low`, `speed_high`:
+    range searched, rad/s, low < high. Returns rising; those that touch are one.
+    """
+    return _Search(block, knots_rad_s, speed_low, speed_high).windows()
+
+
+class _Search:
+    """Follow all eigenvalues of a block, solving once at each speed."""
+
+    def __init__(
+        self, block: Block, knots: Iterable[float], speed_low: float, speed_high: float
+    ) -> None:
+        self.block = block
+        self.low, self.high = speed_low, speed_high
+        inside = {0.0, *knots, *(-k for k in knots)}
+        self.corners = sorted(
+            {speed_low, speed_high, *(k for k in inside if speed_low < k < speed_high)}
+        )
+        self._known: dict[float, Spectral] = {}
+
+    def at(self, speed: float) -> Spectral:
+        """Return the eigenvalues at a speed, solved once."""
+        if speed not in self._known:
+            self._known[speed] = solve(self.block, speed)
+        return self._known[speed]
+
+    def stretch(self, low: float, high: float) -> Stretch:
+        """Return the paths between two speeds of one segment."""
+        first = with_slopes(self.block, self.at(low), "above")
+        return stretch_between(self.block, first, with_slopes(self.block, self.at(high), "below"))
+
+    def windows(self) -> list[Window]:
+        """Return all windows."""
+        widest = (self.high - self.low) / _PIECES
+        pieces: list[_Piece] = []
+        for start, stop in pairwise(self.corners):
+            count = int(np.ceil((stop - start) / widest - 1e-9))
+            for low, high in pairwise(np.linspace(start, stop, max(count, 1) + 1).tolist()):
+                pieces += self._looked(self.stretch(low, high), None)
+        return [self._window(piece) for piece in _joined(pieces) if piece.grows]
+
+    def _looked(self, stretch: Stretch, seen: FloatArray | None) -> list[_Piece]:
+        """Return the pieces of a stretch; `seen` is the error of each path in its middle."""
+        low, high = stretch.first.speed_rad_s, stretch.second.speed_rad_s
+        error = _error(stretch, seen)
+        grid = stretch.paths(_PARTS)
+        tolerance = np.minimum(stretch.first.tolerance, stretch.second.tolerance[stretch.partner])
+        excess = grid.real - np.where(np.isfinite(tolerance), tolerance, 0.0)[:, None]
+        if (excess.min(axis=1) > error).any():
+            return [_Piece(low, high, True)]
+        narrow = high - low <= _FLOOR * (self.high - self.low)
+        doubtful = excess.max(axis=1) + error > 0
+        place = _meeting(stretch, grid, tolerance)
+        room = min(place, 1.0 - place) * (high - low) > _MEETING_FLOOR * (self.high - self.low)
+        if not (np.isfinite(place) and room):
+            if not doubtful.any():
+                return [_Piece(low, high, False)]
+            if narrow or _crosses_once(excess[doubtful], error[doubtful]):
+                return self._bracketed(stretch, np.flatnonzero(doubtful))
+            place = 0.5
+        return self._cut(stretch, place)
+
+    def _cut(self, stretch: Stretch, place: float) -> list[_Piece]:
+        """Look at both parts of a stretch, with the error that its paths show at the cut."""
+        low, high = stretch.first.speed_rad_s, stretch.second.speed_rad_s
+        middle = low + place * (high - low)
+        left, right = self.stretch(low, middle), self.stretch(middle, high)
+        miss = stretch.paths(np.array([place]))[:, 0] - left.end_values
+        seen = np.abs(miss.real)
+        after = np.empty_like(seen)
+        after[left.partner] = seen
+        return self._looked(left, seen) + self._looked(right, after)
+
+    def _bracketed(self, stretch: Stretch, paths: IntArray) -> list[_Piece]:
+        """Return the pieces of a stretch with one crossing, or too narrow for more."""
+        low, high = stretch.first.speed_rad_s, stretch.second.speed_rad_s
+        before, after = stretch.first.grows, stretch.second.grows
+        if before == after:
+            return [_Piece(low, high, before)]
+
+        def growth(speed: float) -> float:
+            if speed in (low, high):
+                values = stretch.first.values if speed == low else stretch.end_values
+                return float(values[paths].real.max())
+            near = stretch.paths(np.array([(speed - low) / (high - low)]))[paths, 0]
+            values = self.at(speed).values
+            return max(float(values[np.abs(values - v).argmin()].real) for v in near)
+
+        calm, loud = (low, high) if after else (high, low)
+        still = self.at(calm)
+        chosen = paths if after else stretch.partner[paths]
+        values = still.values[chosen]
+        damped = (values.real < -ROUNDING * np.abs(values)).all()
+        if damped and growth(calm) < 0 < growth(loud):
+            size = abs(growth(low)) + abs(growth(high))
+            root = _root(growth, low, high)
+            # beside a meeting of modes the nearest value may jump from one to another
+            if max(self._leading(root).real, abs(growth(root))) > _JUMP * size:
+                root = self._halved(calm, loud)
+        else:
+            root = self._halved(calm, loud)
+        return [_Piece(low, root, before), _Piece(root, high, after)]
+
+    def _halved(self, calm: float, loud: float) -> float:
+        """Return where growth begins between a speed without and one with it."""
+        while abs(loud - calm) > _ACCURACY * max(abs(loud), abs(calm)):
+            middle = 0.5 * (calm + loud)
+            if middle in (calm, loud):
+                break
+            calm, loud = (calm, middle) if self.at(middle).grows else (middle, loud)
+        return loud
+
+    def _window(self, piece: _Piece) -> Window:
+        """Return the window of a piece that grows."""
+        top_speed = self._highest(piece)
+        opens = piece.low > self.low or not self.at(self.low).grows
+        closes = piece.high < self.high or not self.at(self.high).grows
+        low = self._exact_end(piece.low, piece.high) if opens else piece.low
+        high = self._exact_end(piece.high, piece.low) if closes else piece.high
+        return Window(
+            low=low,
+            high=high,
+            opens=opens,
+            closes=closes,
+            onset=self._at_end(low, piece.high),
+            end=self._at_end(high, piece.low),
+            top=self._leading(top_speed),
+            top_speed=top_speed,
+        )
+
+    def _exact_end(self, speed: float, other: float) -> float:
+        """Return where Re λ = 0 beyond an end at which growth is too slow to be judged."""
+        value = start = self._at_end(speed, other)
+        if value.real <= ROUNDING * abs(value):
+            return speed
+        step = (speed - other) / _BEYOND
+        for _ in range(_BEYOND):
+            place = min(max(speed + step, self.low), self.high)
+            values = self.at(place).values
+            value = complex(values[np.abs(values - value).argmin()])
+            if value.real < -ROUNDING * abs(value):
+                return self._zero_between((speed, start), (place, value))
+            if place in (self.low, self.high):
+                break
+            step *= 2.0
+        return speed
+
+    def _zero_between(self, grown: tuple[float, complex], damped: tuple[float, complex]) -> float:
+        """Return where Re λ = 0 between two speeds with the values of one mode there."""
+
+        def growth(speed: float) -> float:
+            part = (speed - grown[0]) / (damped[0] - grown[0])
+            near = grown[1] + part * (damped[1] - grown[1])
+            values = self.at(speed).values
+            return float(values[np.abs(values - near).argmin()].real)
+
+        root = _root(growth, grown[0], damped[0])
+        return root if abs(growth(root)) <= _JUMP * abs(damped[1].real) else grown[0]
+
+    def _at_end(self, speed: float, other: float) -> complex:
+        """Return the eigenvalue at an end of a window, followed from where it is seen to grow."""
+        places = [speed + part * (other - speed) for part in _INSIDE]
+        seen = next((k for k, v in enumerate(places) if self.at(v).grows), len(places) - 1)
+        value = self._leading(places[seen])
+        for place in (*reversed(places[:seen]), speed):
+            values = self.at(place).values
+            value = complex(values[np.abs(values - value).argmin()])
+        return value
+
+    def _leading(self, speed: float) -> complex:
+        """Return the eigenvalue with the largest growth that is none of rounding."""
+        found = self.at(speed)
+        return complex(found.values[found.excess.argmax()])
+
+    def _highest(self, piece: _Piece) -> float:
+        """Return the speed of the largest growth in a window."""
+        inside = {s for s in self._known if piece.low <= s <= piece.high}
+        for left, right in pairwise(sorted({piece.low, *inside, piece.high})):
+            parts = int((right - left) / (piece.high - piece.low) * _LOOKS) + 1
+            inside |= set(np.linspace(left, right, parts + 1).tolist())
+        known = sorted(inside)
+        rates = [self._leading(s).real for s in known]
+        around = np.array([-np.inf, *rates, -np.inf])
+        peaks = np.flatnonzero((around[1:-1] >= around[:-2]) & (around[1:-1] >= around[2:]))
+        peaks = peaks[np.argsort(-np.array(rates)[peaks], kind="stable")][:_PEAKS]
+        places = [(rates[k], known[k]) for k in peaks]
+        for k in peaks.tolist():
+            for other in (k - 1, k + 1):
+                if 0 <= other < len(known) and self._rises(known[k], known[other]):
+                    places.append(self._summit(*sorted((known[k], known[other]))))
+        return float(max(places)[1])
+
+    def _rises(self, speed: float, other: float) -> bool:
+        """Whether the largest growth at a speed rises towards another."""
+        found = self.at(speed)
+        side: Side = "above" if other > speed else "below"
+        slope = with_slopes(self.block, found, side).slopes[found.excess.argmax()].real
+        return bool(slope * (other - speed) > 0)
+
+    def _summit(self, low: float, high: float) -> tuple[float, float]:
+        """Return the largest growth between two speeds, and its speed."""
+        found = minimize_scalar(
+            lambda speed: -self._leading(float(speed)).real,
+            bounds=(low, high),
+            method="bounded",
+            options={"xatol": 1e-5 * (high - low), "maxiter": 20},
+        )
+        return -float(found.fun), float(found.x)
+
+
+def _root(growth: Callable[[float], float], first: float, second: float) -> float:
+    scale = max(abs(first), abs(second))
+    return float(brentq(growth, first, second, xtol=_ACCURACY * scale, rtol=_ACCURACY))
+
+
+def _error(stretch: Stretch, seen: FloatArray | None) -> FloatArray:
+    """Return how far each path may be from the true growth rate, shape (m,)."""
+    miss = stretch.mismatch()
+    whole = np.abs(miss).max(axis=0)
+    growth = np.abs(miss.real).max(axis=0)
+    coarse = _UNSEEN * (growth + np.where(stretch.mac < _UNLIKE, whole, 0.0))
+    if seen is None:
+        return np.asarray(coarse)
+    return np.asarray(np.minimum(coarse, np.maximum(seen, _SEEN * coarse)))
+
+
+def _crosses_once(excess: FloatArray, error: FloatArray) -> bool:
+    """Whether all doubtful paths rise, or all fall, clearly, from one side to the other."""
+    change = excess[:, -1] - excess[:, 0]
+    direction = np.sign(change[0])
+    steps = direction * np.diff(excess, axis=1)
+    clear = error <= _CLEAR * np.abs(change)
+    other = np.sign(excess[:, 0]) != np.sign(excess[:, -1])
+    return bool((steps >= 0).all() and clear.all() and other.all())
+
+
+def _meeting(stretch: Stretch, grid: ComplexArray, tolerance: FloatArray) -> float:
+    """Return the part of a stretch at which two modes meet that may drive each other, nan if none.
+
+    Two modes with λ1 − λ2 = iΔ and a coupling p = W12 W21 have λ = mean ± √(p − Δ²/4): they grow
+    by Re √p at most, within |Δ| < 2 √|p|. From the change W of the matrices over the stretch,
+    √p = √(W12 W21) Δ_end / (Δ_1 − Δ_2).
+    """
+    gaps = [np.subtract.outer(v, v) for v in (grid.imag[:, 0], grid.imag[:, -1])]
+    i, j = np.nonzero(np.triu(gaps[0] * gaps[1] < 0, 1))
+    if not i.size:
+        return float("nan")
+    closing = gaps[0][i, j] - gaps[1][i, j]
+    strength = np.zeros(i.size)
+    gain = np.zeros(i.size)
+    for product, gap in zip(stretch.couplings(), gaps, strict=True):
+        root = np.sqrt(product[i, j] * (gap[i, j] / closing) ** 2 + 0j)
+        strength = np.maximum(strength, np.abs(root))
+        gain = np.maximum(gain, np.abs(root.real) + _PHASE * np.abs(root))
+    highest = np.maximum(grid.real.max(axis=1)[i], grid.real.max(axis=1)[j])
+    able = highest + gain > np.maximum(tolerance[i], tolerance[j])
+    if not able.any():
+        return float("nan")
+    i, j, strength, closing = i[able], j[able], strength[able], closing[able]
+    gap = grid.imag[i] - grid.imag[j]
+    at = (gap[:, :-1] * gap[:, 1:] <= 0).argmax(axis=1)
+    rows = np.arange(at.size)
+    before, after = gap[rows, at], gap[rows, at + 1]
+    inner = np.where(before == after, 0.5, before / np.where(before == after, 1.0, before - after))
+    place = _PARTS[at] + inner * (_PARTS[at + 1] - _PARTS[at])
+    wide = 2.0 * strength / np.abs(closing)
+    far = np.minimum(place, 1.0 - place) - _NEAR * wide
+    worst = int(far.argmax())
+    return float(place[worst]) if far[worst] > 0 else float("nan")
+
+
+def _joined(pieces: list[_Piece]) -> list[_Piece]:
+    """Join neighbours that both grow, or both do not."""
+    joined: list[_Piece] = []
+    for piece in pieces:
+        if joined and joined[-1].grows == piece.grows:
+            joined[-1] = joined[-1]._replace(high=piece.high)
+        else:
+            joined.append(piece)
+    return joined

@@ -1,0 +1,370 @@
+"""The outer surface of a body and its displacement per coordinate, for pictures of modes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, Matrix
+from solidwhirl.rotordyn.core.errors import SuperelementError
+from solidwhirl.rotordyn.superelement.validation import finite_array
+
+GROUP = "surface"
+# By the number of coordinates of a point.
+KINDS = {2: "meridian", 3: "solid"}
+# Circumferential orders are small; more would only be a damaged number.
+_HIGHEST_ORDER = 1000
+# A point of a meridian lies on the axis below this part of the largest radius.
+_ON_AXIS = 1e-9
+
+
+class Faces(NamedTuple):
+    """Points (p, 3) of a surface, its quadrangles (c, 4) and its triangles (c, 3)."""
+
+    points_m: FloatArray
+    quadrangles: IntArray
+    triangles: IntArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class Surface:
+    """Hold points of a body's surface and how they move with its coordinates.
+
+    The displacement is a sum of t terms, each with the amplitude of one coordinate. On a meridian
+    a term of order n moves the ring of a point by, for the family 0,
+    (a cos nθ, b sin nθ, c cos nθ) along r, θ, z, for the family 1 (a sin nθ, −b cos nθ, c sin nθ);
+    for n = 0 by (a, b, c). So the surface is known at every θ. Of a solid the terms are
+    displacements along x, y, z.
+
+    Attributes
+    ----------
+    points_m
+        (z, r) of a meridian, shape (p, 2), or (x, y, z) of a solid, shape (p, 3), m.
+    cells
+        Edges of a meridian's outline, shape (c, 2), or triangles of a solid, shape (c, 3).
+    amplitudes
+        a, b, c, or ux, uy, uz, of the points per unit coordinate, shape (p, 3, t); those of a
+        solid are rounded to single precision.
+    coordinate
+        Coordinate of every term, shape (t,).
+    order, family
+        n and 0 or 1 of every term of a meridian, shape (t,); zeros for a solid.
+    size
+        Number of coordinates of the body.
+
+    Raises
+    ------
+    SuperelementError
+        If shapes disagree, a number is not finite, or a number points to nothing.
+    """
+
+    points_m: FloatArray
+    cells: IntArray
+    amplitudes: FloatArray
+    coordinate: IntArray
+    order: IntArray
+    family: IntArray
+    size: int
+
+    def __post_init__(self) -> None:
+        dimension = np.shape(self.points_m)[1] if np.ndim(self.points_m) == 2 else 2
+        if dimension not in KINDS:
+            raise SuperelementError(
+                f"surface: points_m has {dimension} columns; 2 (meridian) or 3 (solid) are allowed"
+            )
+        points = finite_array(GROUP, "points_m", self.points_m, (None, dimension))
+        if dimension == 2 and (points[:, 1] < 0.0).any():
+            raise SuperelementError("surface: points_m has a negative radius")
+        coordinate = _wholes("coordinate", self.coordinate, (None,), self.size)
+        terms = len(coordinate)
+        moved = finite_array(GROUP, "amplitudes", self.amplitudes, (len(points), 3, terms))
+        if dimension == 3:
+            with np.errstate(over="ignore"):
+                moved = finite_array(
+                    GROUP, "amplitudes", moved.astype(np.float32), (len(points), 3, terms)
+                )
+        object.__setattr__(self, "points_m", points)
+        object.__setattr__(self, "amplitudes", moved)
+        object.__setattr__(self, "coordinate", coordinate)
+        cells = _wholes("cells", self.cells, (None, dimension), len(points))
+        object.__setattr__(self, "cells", cells)
+        highest = _HIGHEST_ORDER if dimension == 2 else 1
+        object.__setattr__(self, "order", _wholes("order", self.order, (terms,), highest))
+        object.__setattr__(self, "family", _wholes("family", self.family, (terms,), 2))
+
+    @property
+    def kind(self) -> str:
+        """What the points are of: "meridian" or "solid"."""
+        return KINDS[self.points_m.shape[1]]
+
+    def of_coordinates(self, kept: npt.ArrayLike) -> Surface:
+        """Return the surface of a body that keeps some of the coordinates, or has others.
+
+        `kept`: coordinate of this body that each of the new body's coordinates is, −1 for one that
+        moves nothing here, shape (m,).
+        """
+        own = np.asarray(kept, dtype=np.int64)
+        place = np.full(self.size, -1)
+        place[own[own >= 0]] = np.flatnonzero(own >= 0)
+        there = place[self.coordinate] >= 0
+        return Surface(
+            points_m=self.points_m,
+            cells=self.cells,
+            amplitudes=self.amplitudes[:, :, there],
+            coordinate=place[self.coordinate[there]],
+            order=self.order[there],
+            family=self.family[there],
+            size=len(own),
+        )
+
+    def faces(self, sectors: int) -> Faces:
+        """Return the surface in space.
+
+        `sectors`: points around the circumference of a meridian; of no effect on a solid. Points of
+        a meridian by angle, then as in `points_m`; those on the axis stand once for every angle,
+        the faces beside them are triangles.
+        """
+        none = np.empty((0, 4), dtype=np.int64)
+        if self.kind == "solid":
+            return Faces(self.points_m, none, self.cells)
+        z, r = self.points_m.T
+        theta = angles(sectors)
+        around = (np.outer(np.cos(theta), r), np.outer(np.sin(theta), r))
+        points = np.stack([*around, np.broadcast_to(z, around[0].shape)], axis=2)
+        count, number = len(z), np.arange(sectors)[:, None]
+        here, there = number * count, (number + 1) % sectors * count
+        on_axis = r <= _ON_AXIS * float(r.max(initial=0.0))
+        first, second = self.cells.T
+        quads = np.stack([here + first, here + second, there + second, there + first], axis=2)
+        sort = on_axis[first].astype(int) + 2 * on_axis[second]
+        triangles = [quads[:, sort == 1][..., [1, 2, 0]], quads[:, sort == 2][..., [3, 0, 1]]]
+        return Faces(
+            points.reshape(-1, 3),
+            quads[:, sort == 0].reshape(-1, 4),
+            np.concatenate([t.reshape(-1, 3) for t in triangles]),
+        )
+
+    def displacement(self, motion: npt.ArrayLike, sectors: int) -> Matrix:
+        """Return the displacement of the points of `faces`.
+
+        `motion`: coordinates q, real or complex, shape (n,). Returns (p, 3) along x, y, z, of the
+        type of the motion.
+        """
+        q = np.asarray(motion)[self.coordinate]
+        if self.kind == "solid":
+            return np.asarray(self.amplitudes @ q)
+        total: Any = 0.0
+        for order in np.unique(self.order):
+            for family in (0, 1):
+                own = (self.order == order) & (self.family == family)
+                if own.any():
+                    moved = self.amplitudes[:, :, own] @ q[own]
+                    total = total + around_axis(moved, int(order), family, angles(sectors))
+        if np.ndim(total) == 0:
+            return np.zeros((sectors * len(self.points_m), 3), dtype=q.dtype)
+        return np.asarray(total.reshape(-1, 3))
+
+
+def angles(sectors: int) -> FloatArray:
+    """Return θ of evenly spaced half planes, from 0."""
+    return np.asarray(2.0 * np.pi * np.arange(sectors) / sectors)
+
+
+def around_axis(amplitudes: Matrix, order: int, family: int, theta: FloatArray) -> Matrix:
+    """Return the Cartesian displacement of rings from their amplitudes.
+
+    `amplitudes`: (a, b, c) of the points of a meridian, shape (p, 3), real or complex; `order`,
+    `family`: circumferential order, and 0 for the cos or 1 for the sin family. Returns shape (s, p,
+    3).
+    """
+    along, across = family_factors(order, family, theta)
+    a, b, c = (amplitudes[None, :, k] for k in range(3))
+    radial, tangential = along[:, None] * a, across[:, None] * b
+    cos, sin = np.cos(theta)[:, None], np.sin(theta)[:, None]
+    moved = [radial * cos - tangential * sin, radial * sin + tangential * cos]
+    return np.stack([*moved, along[:, None] * c], axis=2)
+
+
+def family_factors(order: int, family: int, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the factors of what is along r and z, and of what is along θ, at some angles."""
+    if order == 0:
+        return np.ones_like(theta), np.ones_like(theta)
+    cos, sin = np.cos(order * theta), np.sin(order * theta)
+    return (cos, sin) if family == 0 else (sin, -cos)
+
+
+def beam_surface(
+    nodes_m: FloatArray,
+    outer_radius_m: FloatArray,
+    inner_radius_m: FloatArray,
+    planes: tuple[FloatArray, FloatArray],
+    axial: FloatArray | None = None,
+    torsion: FloatArray | None = None,
+) -> Surface:
+    """Return the surface of a shaft whose cross-sections stay plane and round.
+
+    `nodes_m`: places along the axis, rising, shape (N,), m; `outer_radius_m`, `inner_radius_m`: of
+    the elements between them, shape (N − 1,), m. `planes`: deflection and slope w1, θ1, w2, ... of
+    the nodes in the planes of x and of y per unit coordinate, each (2N, n); (w, θ) = (ux, ry) and
+    (uy, −rx). `axial`, `torsion`: uz and rz of the nodes per unit coordinate, shape (N, n); None:
+    zero. A meridian; terms that move nothing are left out.
+    """
+    corner, edges = _sections(outer_radius_m, inner_radius_m)
+    node = corner[:, 0].astype(np.int64)
+    return plane_sections(
+        np.column_stack([nodes_m[node], corner[:, 1]]),
+        edges,
+        [(plane[0::2][node], plane[1::2][node]) for plane in planes],
+        None if axial is None else axial[node],
+        None if torsion is None else torsion[node],
+    )
+
+
+def plane_sections(
+    points_m: FloatArray,
+    edges: IntArray,
+    planes: Sequence[tuple[FloatArray, FloatArray]],
+    axial: FloatArray | None = None,
+    torsion: FloatArray | None = None,
+) -> Surface:
+    """Return a meridian whose cross-sections stay plane and square to a bent axis.
+
+    Parameters
+    ----------
+    points_m
+        (z, r), shape (p, 2), m.
+    edges
+        Of the outline, shape (c, 2).
+    planes
+        Deflection and slope of the axis at the place of each point in the planes of x and of y
+        per unit coordinate, each (p, n); (w, θ) = (ux, ry) and (uy, −rx).
+    axial, torsion
+        uz and rz there, shape (p, n); None: zero.
+    """
+    radius = points_m[:, 1, None]
+    still = np.zeros((len(points_m), planes[0][0].shape[1]))
+    terms: list[tuple[int, int, int]] = []
+    columns: list[FloatArray] = []
+    for family, (w, slope) in enumerate(planes):
+        # plane sections: a slope lowers the side that the deflection points to
+        _add_terms(terms, columns, 1, family, [w, -w, -radius * slope])
+    around = still if torsion is None else radius * torsion
+    _add_terms(terms, columns, 0, 0, [still, around, still if axial is None else axial])
+    coordinate, order, family_of = np.array(terms, dtype=np.int64).reshape(-1, 3).T
+    return Surface(
+        points_m=points_m,
+        cells=edges,
+        amplitudes=np.stack(columns, axis=2) if columns else np.empty((*still.shape[:1], 3, 0)),
+        coordinate=coordinate,
+        order=order,
+        family=family_of,
+        size=still.shape[1],
+    )
+
+
+def _add_terms(
+    terms: list[tuple[int, int, int]],
+    columns: list[FloatArray],
+    order: int,
+    family: int,
+    field: list[FloatArray],
+) -> None:
+    """Add the coordinates that move something in one order and family."""
+    moved = np.stack(field, axis=1)
+    for k in np.flatnonzero(moved.any(axis=(0, 1))):
+        terms.append((int(k), order, family))
+        columns.append(moved[:, :, k])
+
+
+def _sections(outer: FloatArray, inner: FloatArray) -> tuple[Any, IntArray]:
+    """Corners (node, radius) and edges of a stepped shaft, the outside to their right."""
+    corners: list[tuple[float, float]] = []
+    edges: list[tuple[int, int]] = []
+
+    def line(start: tuple[float, float], end: tuple[float, float]) -> None:
+        if start == end:
+            return
+        for corner in (start, end):
+            if corner not in corners:
+                corners.append(corner)
+        edges.append((corners.index(start), corners.index(end)))
+
+    last = len(outer) - 1
+    for k, (high, low) in enumerate(zip(outer.tolist(), inner.tolist(), strict=True)):
+        before = (float(outer[k - 1]), float(inner[k - 1])) if k else (low, low)
+        line((k, high), (k, before[0]))
+        if low > 0.0 or before[1] > 0.0:
+            line((k, before[1]), (k, low))
+            if low > 0.0:
+                line((k, low), (k + 1, low))
+        line((k + 1, high), (k, high))
+        if k == last:
+            line((k + 1, low), (k + 1, high))
+    return np.array(corners), np.array(edges, dtype=np.int64)
+
+
+def outline_chains(cells: IntArray) -> list[IntArray]:
+    """Return the points of an outline in order, one array for each loop or open piece.
+
+    Parameters
+    ----------
+    cells
+        Edges (c, 2), each from its first to its second point.
+
+    Returns
+    -------
+    list of ndarray
+        A closed loop has its first point at its end again.
+    """
+    after: dict[int, list[int]] = {}
+    arrives: dict[int, int] = {}
+    for first, second in cells.tolist():
+        after.setdefault(first, []).append(second)
+        arrives[second] = arrives.get(second, 0) + 1
+    chains = []
+    # open pieces begin where nothing arrives
+    starts = [p for p in after if p not in arrives] + list(after)
+    for start in starts:
+        while after.get(start):
+            chain = [start]
+            while after.get(chain[-1]):
+                chain.append(after[chain[-1]].pop())
+                if chain[-1] == start:
+                    break
+            chains.append(np.array(chain))
+    return chains
+
+
+def checked_surface(where: str, surface: Any, n: int) -> Surface | None:
+    """Return the surface of a body with n coordinates, refusing that of another one.
+
+    `surface`: `Surface` or None. Raises SuperelementError if it is no surface, or that of a body of
+    another size.
+    """
+    if surface is None:
+        return None
+    if not isinstance(surface, Surface):
+        raise SuperelementError(
+            f"{where}: surface is a {type(surface).__name__}, allowed are Surface, or None"
+        )
+    if surface.size != n:
+        raise SuperelementError(
+            f"{where}: surface is of {surface.size} coordinates, allowed are {n}"
+        )
+    return surface
+
+
+def _wholes(name: str, value: Any, shape: tuple[int | None, ...], limit: int) -> IntArray:
+    """A read-only array of whole numbers from 0 to below a limit."""
+    array = finite_array(GROUP, name, value, shape)
+    if ((array != np.floor(array)) | (array < 0) | (array >= limit)).any():
+        raise SuperelementError(
+            f"surface: {name} has numbers that are not whole or not from 0 to {limit - 1}"
+        )
+    whole: IntArray = array.astype(np.int64)
+    whole.setflags(write=False)
+    return whole

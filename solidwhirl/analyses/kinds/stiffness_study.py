@@ -1,0 +1,160 @@
+"""Response over excitation frequency and support stiffness, and the stiffness to choose."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import (
+    Field,
+    model_validator,
+)
+
+from solidwhirl.analyses.base import (
+    Engine,
+    OperatingSpec,
+    Points,
+    Stiffnesses,
+    equal_steps,
+    refuse_large,
+)
+from solidwhirl.analyses.unbalances import (
+    end_of,
+)
+from solidwhirl.core.fields import (
+    NotNegative,
+    Place,
+    Positive,
+)
+from solidwhirl.core.outcome import Outcome
+from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
+from solidwhirl.rotordyn.plots.response_maps import (
+    draw_stiffness_map,
+)
+from solidwhirl.rotordyn.response.map_peaks import stiffness_map_peaks
+from solidwhirl.rotordyn.response.maps import StepPeaks
+from solidwhirl.rotordyn.response.resonance_samples import with_knots
+from solidwhirl.rotordyn.response.stiffness_maps import (
+    StiffnessChoice,
+    choose_stiffness,
+    stiffness_map_at_speed,
+    synchronous_stiffness_map,
+)
+from solidwhirl.rotordyn.response.unbalance import (
+    Unbalance,
+    frequency_ratio,
+)
+
+# Frequencies of a stiffness study around the operating speed.
+_FEWEST_IN_BAND = 5
+
+
+class StiffnessStudySpec(Stiffnesses):
+    """Response over excitation frequency and support stiffness, and the stiffness to choose."""
+
+    kind: Literal["stiffness_study"]
+    excite: Place
+    observe: Place
+    moment_kg_m: Positive
+    frequency_max_hz: Positive
+    frequency_count: Points = 500
+    speed_rpm: NotNegative | None = None
+    operating_speed_rpm: Positive
+    margin: Annotated[float, Field(gt=0, lt=1, strict=True)] = 0.2
+
+    @model_validator(mode="after")
+    def _covered(self) -> StiffnessStudySpec:
+        count, highest = self.frequency_count, self.frequency_max_hz
+        refuse_large("stiffness_count x frequency_count", self.stiffness_count, count)
+        low, high = ((1.0 + s * self.margin) * self.operating_speed_rpm / 60.0 for s in (-1, 1))
+        step = highest / count
+        inside = math.floor(high / step) - math.ceil(low / step) + 1
+        if low < step or high > highest or inside < _FEWEST_IN_BAND:
+            raise ValueError(
+                f"the band of margin around operating_speed_rpm is {low:.6g} to {high:.6g} Hz; the "
+                f"frequencies of the map, {step:.6g} to {highest:.6g} Hz in {count} steps, must "
+                f"cover it with {_FEWEST_IN_BAND} or more inside"
+            )
+        return self
+
+    def operating_named(self) -> Iterator[OperatingSpec]:
+        """Yield the operating speed that it is drawn for."""
+        rpm = self.operating_speed_rpm
+        yield OperatingSpec(shaft=self.excite.partition(".")[0], from_rpm=rpm, to_rpm=rpm)
+
+    def run(self, engine: Engine) -> Outcome:
+        """Response over excitation frequency and support stiffness, and the stiffness to choose."""
+        stiffness = np.geomspace(
+            self.stiffness_from_n_per_m, self.stiffness_to_n_per_m, self.stiffness_count
+        )
+        place = end_of(self.excite)
+        unbalance = Unbalance(
+            body=place.body, interface=place.interface, moment_kg_m=self.moment_kg_m
+        )
+        band = (
+            self.operating_speed_rpm
+            * RAD_S_PER_RPM
+            * np.array([1.0 - self.margin, 1.0 + self.margin])
+        )
+        rates, observed = (
+            with_knots(equal_steps(self.frequency_max_hz, self.frequency_count), band),
+            end_of(self.observe),
+        )
+        if self.speed_rpm is None:
+            knots = frequency_ratio(engine.system, unbalance) * np.array(engine.system.knots_rad_s)
+            rates = with_knots(rates, knots)
+            found = synchronous_stiffness_map(
+                engine.system, self.bearings, stiffness, unbalance, rates, observed
+            )
+        else:
+            found = stiffness_map_at_speed(
+                engine.system,
+                self.bearings,
+                stiffness,
+                unbalance,
+                rates,
+                observed,
+                self.speed_rpm * RAD_S_PER_RPM,
+            )
+        steps = stiffness_map_peaks(engine.system, found)
+        choice = choose_stiffness(
+            found, self.operating_speed_rpm * RAD_S_PER_RPM, self.margin, steps
+        )
+        return Outcome(
+            kind=self.kind,
+            document={
+                "bearings": list(self.bearings),
+                "excited": self.excite,
+                "observed": self.observe,
+                "moment_kg_m": self.moment_kg_m,
+                "speed_rpm": self.speed_rpm,
+                "stiffness_n_per_m": stiffness.tolist(),
+                "frequency_hz": (found.frequencies_rad_s / (2.0 * np.pi)).tolist(),
+                "amplitude_m": found.major_m().tolist(),
+                "highest_m": steps.height_m.tolist(),
+                "operating_speed_rpm": self.operating_speed_rpm,
+                "margin": self.margin,
+                "chosen_stiffness_n_per_m": choice.stiffness_n_per_m,
+                "chosen_amplitude_m": choice.amplitude_m,
+                "sampling_error_estimate": _error_within(steps, choice),
+                "choice_is_at_the_end_of_the_range": choice.is_at_end,
+            },
+            files={
+                f"{self.label}.png": lambda path: draw_stiffness_map(
+                    found, path, engine.title, choice, steps
+                )
+            }
+            if found.translation_m.any()
+            else {},
+            headline=f"smallest response around {self.operating_speed_rpm:.0f} rpm at "
+            f"{choice.stiffness_n_per_m:.3g} N/m",
+        )
+
+
+def _error_within(steps: StepPeaks, choice: StiffnessChoice) -> float:
+    """Largest relative error of heights in the band of a choice, of all its candidates."""
+    low, high = choice.band_rad_s
+    inside = (steps.frequency_rad_s >= low) & (steps.frequency_rad_s <= high)
+    return float(np.where(inside, steps.sampling_error, 0.0).max())

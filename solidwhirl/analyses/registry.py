@@ -1,0 +1,38 @@
+"""All kinds of analysis; each entry of [[analyses]] of a scene is one."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from solidwhirl.analyses.kinds.bearing_laws import BearingLawsSpec
+from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
+from solidwhirl.analyses.kinds.mode_shapes import ModeShapesSpec
+from solidwhirl.analyses.kinds.place_map import PlaceMapSpec
+from solidwhirl.analyses.kinds.recovery import RecoverySpec
+from solidwhirl.analyses.kinds.rotating_campbell import RotatingCampbellSpec
+from solidwhirl.analyses.kinds.run_up import RunUpSpec
+from solidwhirl.analyses.kinds.separation_margins import SeparationMarginsSpec
+from solidwhirl.analyses.kinds.stability import StabilitySpec
+from solidwhirl.analyses.kinds.state_space import StateSpaceSpec
+from solidwhirl.analyses.kinds.stiffness_study import StiffnessStudySpec
+from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
+from solidwhirl.analyses.kinds.waterfall import WaterfallSpec
+
+AnalysisSpec = Annotated[
+    UnbalanceResponseSpec
+    | PlaceMapSpec
+    | WaterfallSpec
+    | CriticalSpeedMapSpec
+    | StiffnessStudySpec
+    | RotatingCampbellSpec
+    | ModeShapesSpec
+    | SeparationMarginsSpec
+    | StabilitySpec
+    | BearingLawsSpec
+    | RunUpSpec
+    | StateSpaceSpec
+    | RecoverySpec,
+    Field(discriminator="kind"),
+]

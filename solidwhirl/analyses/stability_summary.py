@@ -1,0 +1,171 @@
+"""Stability over the range of speeds and at the operating speeds, as plain data."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from solidwhirl.analyses.base import (
+    Operating,
+    decrements,
+)
+from solidwhirl.rotordyn import AssembledSystem
+from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
+from solidwhirl.rotordyn.stability.intervals import (
+    StabilityChart,
+    UnstableInterval,
+    unstable_intervals,
+)
+from solidwhirl.rotordyn.stability.whirl_decrements import WhirlDecrements, whirl_decrements
+
+# So slow that a system is as at rest.
+_REST_RAD_S = 1e-6
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Stability:
+    """Where a system is unstable, and how its first modes are damped where it operates.
+
+    Attributes
+    ----------
+    low_rpm, high_rpm
+        Range of speeds looked at, of the reference shaft.
+    intervals
+        Where it is unstable, by rising speed.
+    at_operating
+        Entries of `at_operating`, one for each end of the operating speeds of each shaft.
+    """
+
+    low_rpm: float
+    high_rpm: float
+    intervals: tuple[UnstableInterval, ...]
+    at_operating: tuple[dict[str, Any], ...]
+
+    @property
+    def stable(self) -> bool:
+        """Whether nothing grows in the whole range."""
+        return not self.intervals
+
+    @property
+    def unstable_from_rpm(self) -> float | None:
+        """Lowest speed at which something grows; None if nothing does."""
+        return min((i.low_rad_s * RPM_PER_RAD_S for i in self.intervals), default=None)
+
+
+def stability_of(
+    system: AssembledSystem, high_rpm: float, operating: Sequence[Operating]
+) -> Stability:
+    """Look for instability from rest to the highest speed, and at operating speeds.
+
+    Parameters
+    ----------
+    system
+        The system.
+    high_rpm
+        Highest speed of the reference shaft.
+    operating
+        From `operating_speeds`.
+    """
+    intervals = intervals_up_to(system, high_rpm)
+    return Stability(
+        low_rpm=0.0,
+        high_rpm=high_rpm,
+        intervals=intervals,
+        at_operating=at_operating(system, operating, intervals),
+    )
+
+
+def intervals_up_to(system: AssembledSystem, high_rpm: float) -> tuple[UnstableInterval, ...]:
+    """Return the unstable intervals from rest to a speed of the reference shaft."""
+    return unstable_intervals(system, 0.0, max(high_rpm / RPM_PER_RAD_S, _REST_RAD_S))
+
+
+def interval_document(interval: UnstableInterval) -> dict[str, Any]:
+    """Return an unstable interval as plain data; speeds of the reference shaft."""
+    return {
+        "from_rpm": interval.low_rad_s * RPM_PER_RAD_S,
+        "to_rpm": interval.high_rad_s * RPM_PER_RAD_S,
+        "opens": interval.opens,
+        "closes": interval.closes,
+        "kind": interval.kind,
+        "largest_growth_rate_per_s": interval.growth_1_s,
+        "largest_growth_at_rpm": interval.speed_rad_s * RPM_PER_RAD_S,
+        "frequency_hz": interval.frequency_hz,
+        "whirl": interval.whirl or None,
+    }
+
+
+def interval_text(interval: UnstableInterval) -> str:
+    """Return an unstable interval as one line, rpm first."""
+    low, high = interval.low_rad_s * RPM_PER_RAD_S, interval.high_rad_s * RPM_PER_RAD_S
+    text = f"{low:.6g} to {high:.6g} rpm: unstable"
+    if not interval.closes:
+        text = f"{low:.6g} rpm: unstable from here on"
+    if interval.kind == "divergence":
+        return f"{text} (divergence)"
+    whirl = f"{interval.whirl} whirl, " if interval.whirl else ""
+    return f"{text} (flutter, {whirl}{interval.frequency_hz:.4g} Hz)"
+
+
+def covering(
+    intervals: Sequence[UnstableInterval], low_rpm: float, high_rpm: float
+) -> tuple[UnstableInterval, ...]:
+    """Return the unstable intervals that a range of speeds of the reference shaft touches."""
+    return tuple(
+        i
+        for i in intervals
+        if i.low_rad_s * RPM_PER_RAD_S <= high_rpm and low_rpm <= i.high_rad_s * RPM_PER_RAD_S
+    )
+
+
+def at_operating(
+    system: AssembledSystem,
+    operating: Sequence[Operating],
+    intervals: Sequence[UnstableInterval],
+) -> tuple[dict[str, Any], ...]:
+    """Return the damping of the first modes at both ends of all operating speeds.
+
+    Parameters
+    ----------
+    system
+        The system.
+    operating
+        From `operating_speeds`.
+    intervals
+        Where the system is unstable.
+    """
+    ends = [(o, rpm) for o in operating for rpm in dict.fromkeys((o.from_rpm, o.to_rpm))]
+    if not ends:
+        return ()
+    speeds = np.array([rpm / o.ratio / RPM_PER_RAD_S for o, rpm in ends])
+    found = whirl_document(whirl_decrements(system, speeds))
+    return tuple(
+        {
+            "shaft": o.shaft,
+            "shaft_speed_rpm": rpm,
+            "speed_rpm": rpm / o.ratio,
+            "stable": not covering(intervals, rpm / o.ratio, rpm / o.ratio),
+            **{
+                key: {name: values[k] for name, values in found[key].items()}
+                for key in ("first_forward", "first_backward")
+            },
+        }
+        for k, (o, rpm) in enumerate(ends)
+    )
+
+
+def whirl_document(found: WhirlDecrements | StabilityChart) -> dict[str, Any]:
+    """Return decrement and frequency of the first forward and backward mode over the speed."""
+    return {
+        key: {
+            "log_decrement": decrements(own.log_decrement),
+            "frequency_hz": own.frequency_hz.tolist(),
+        }
+        for key, own in (
+            ("first_forward", found.first_forward),
+            ("first_backward", found.first_backward),
+        )
+    }

@@ -1,0 +1,120 @@
+"""Unbalances of a scene, the places they act at, and the peaks of the responses to them."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, TypeVar
+
+import numpy as np
+from pydantic import (
+    Field,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
+
+from solidwhirl.core.fields import (
+    Finite,
+    Place,
+    Positive,
+    Record,
+)
+from solidwhirl.rotordyn import AssembledSystem, End
+from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
+from solidwhirl.rotordyn.response.unbalance import (
+    Unbalance,
+    frequency_ratio,
+)
+from solidwhirl.rotordyn.response.unbalance_peaks import ResonancePeak
+
+_T = TypeVar("_T")
+# Part of the largest motion at a speed below which a motion is the solution's rounding.
+ROUNDING = 1e-9
+# Unbalances turn together if their ratios differ by less than this.
+_SAME_RATIO = 1e-9
+
+
+class UnbalanceSpec(Record):
+    """An unbalance at an interface of a body that turns, by its moment or a grade of ISO 21940."""
+
+    at: Place
+    moment_kg_m: Positive = 0.0  # stays 0 where there is a grade, until masses are known
+    phase_deg: Finite = 0.0
+    grade: Positive | None = None
+    at_rpm: Positive | None = None
+    share: Annotated[float, Field(gt=0, le=1, strict=True)] = 1.0
+
+    @model_validator(mode="after")
+    def _one_size(self) -> UnbalanceSpec:
+        by_moment = self.moment_kg_m > 0.0
+        graded = {"grade": self.grade, "at_rpm": self.at_rpm}
+        given = [key for key, value in graded.items() if value is not None]
+        given += ["share"] if "share" in self.model_fields_set else []
+        if by_moment and given:
+            raise ValueError(f"has moment_kg_m and {given[0]}; one of them says how large it is")
+        if not by_moment and None in graded.values():
+            raise ValueError("needs moment_kg_m, or both grade and at_rpm")
+        return self
+
+    @model_serializer(mode="wrap")
+    def _as_given(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Without the keys of the other way to say it."""
+        absent = ("moment_kg_m",) if self.grade else ("grade", "at_rpm", "share")
+        return {key: value for key, value in handler(self).items() if key not in absent}
+
+
+def end_of(place: str) -> End:
+    """Interface of a text "body.interface"."""
+    body, _, interface = place.partition(".")
+    return End(body=body, interface=interface)
+
+
+def unbalance_of(spec: UnbalanceSpec) -> Unbalance:
+    """Unbalance of a scene's entry."""
+    end = end_of(spec.at)
+    return Unbalance(
+        body=end.body,
+        interface=end.interface,
+        moment_kg_m=spec.moment_kg_m,
+        phase_rad=float(np.radians(spec.phase_deg)),
+    )
+
+
+def turning_at(
+    system: AssembledSystem, unbalances: list[Unbalance], ratio: float
+) -> list[Unbalance]:
+    """Those unbalances whose frequency over the reference speed is `ratio`."""
+    return [u for u in unbalances if abs(frequency_ratio(system, u) - ratio) <= _SAME_RATIO * ratio]
+
+
+def peak_documents(peaks: tuple[ResonancePeak, ...], ratio: float) -> list[dict[str, Any]]:
+    """Peaks as plain data; `ratio` is frequency over reference speed."""
+    return [
+        {
+            "frequency_hz": p.position_rad_s / (2.0 * np.pi),
+            "speed_rpm": p.position_rad_s / ratio * RPM_PER_RAD_S,
+            "amplitude_m": p.amplitude,
+            "amplification": p.amplification,
+        }
+        for p in peaks
+    ]
+
+
+def listed_peaks(peaks: list[dict[str, Any]]) -> str:
+    """Speeds and frequencies of peaks in one line."""
+    said = (f"{p['speed_rpm']:.0f} rpm ({p['frequency_hz']:.2f} Hz)" for p in peaks)
+    return ", ".join(said) or "none"
+
+
+def list_hz(values: list[float]) -> str:
+    """Frequencies in one line."""
+    return ", ".join(f"{v:.2f}" for v in values) + " Hz" if values else "none"
+
+
+def parts(items: list[_T], most: int) -> list[list[_T]]:
+    """Pieces of a list with so many items at most."""
+    return [items[k : k + most] for k in range(0, len(items), most)]
+
+
+def numbered(items: list[_T]) -> list[tuple[str, _T]]:
+    """Suffixes of file names: none for the first, then _2, _3 and so on."""
+    return [(f"_{k + 1}" if k else "", item) for k, item in enumerate(items)]

@@ -1,0 +1,290 @@
+"""Nodes of a beam model: where columns are cut, where plates and interfaces attach."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from solidwhirl.beams.profile import (
+    BeamLevelError,
+    Column,
+    Place,
+    Plate,
+    Skeleton,
+    grouped,
+    skeleton_of,
+)
+from solidwhirl.geometry import Body, Interface, Subdivision, subdivide
+from solidwhirl.rotordyn.beams.families import BeamNodes
+from solidwhirl.rotordyn.core.arrays import FloatArray
+
+# Elements are no longer than this share of the body's axial length unless the caller says so.
+DEFAULT_ELEMENTS = 60
+_SAME = 1e-9
+
+
+class Element(NamedTuple):
+    """A piece of a column between two nodes."""
+
+    column: int
+    ends_m: tuple[float, float]
+    nodes: tuple[int, int]
+
+
+class Rim(NamedTuple):
+    """The free edge of a plate that an interface sits on, with a node of its own."""
+
+    plate: int
+    outer: bool
+    node: int
+    rigid: bool
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class Layout:
+    """Hold nodes and elements of a beam model.
+
+    Attributes
+    ----------
+    nodes_m
+        Axial place of each node, shape (N,), m.
+    plate_nodes
+        Node under the inner and over the outer edge of each plate; −1 for a free edge.
+    rims
+        Free edges with a node, which `plate_nodes` names too.
+    interfaces
+        Node of each interface by its position in the body; several may share one.
+    ties
+        Nodes that follow another node as rigid pieces: (node, leader).
+    """
+
+    skeleton: Skeleton
+    nodes_m: FloatArray
+    elements: tuple[Element, ...]
+    plate_nodes: tuple[tuple[int, int], ...]
+    rims: tuple[Rim, ...]
+    interfaces: tuple[int, ...]
+    ties: tuple[tuple[int, int], ...]
+
+    @property
+    def beam_nodes(self) -> BeamNodes:
+        """The nodes, those of the interfaces, each once in the order of the body, and the ties."""
+        return BeamNodes(self.nodes_m, tuple(dict.fromkeys(self.interfaces)), self.ties)
+
+
+class _Seat(NamedTuple):
+    """Where an interface sits: on columns, or on a free edge of a plate (plate, outer)."""
+
+    place: Place | None
+    columns: tuple[int, ...]
+    edge: tuple[int, bool] | None
+
+
+def layout_of(body: Body, element_length_m: float | None) -> Layout:
+    """Place the nodes of the beam model of a body.
+
+    Parameters
+    ----------
+    body
+        With at least one interface.
+    element_length_m
+        Longest element; None is a sixtieth of the body's axial length.
+
+    Raises
+    ------
+    BeamLevelError
+        For a body that is none of beams and plates, and an interface on several of its parts.
+    """
+    if not body.interfaces:
+        raise BeamLevelError(f"body '{body.name}': the beam level needs at least one interface")
+    skeleton = skeleton_of(body)
+    start = min(c.start_m for c in skeleton.columns)
+    end = max(c.end_m for c in skeleton.columns)
+    longest = (end - start) / DEFAULT_ELEMENTS if element_length_m is None else element_length_m
+    if not (math.isfinite(longest) and longest > 0.0):
+        raise BeamLevelError(
+            f"body '{body.name}': element_length_m is {longest}, must be finite and positive"
+        )
+    subdivision = subdivide(body)
+    seats = [_seat(body, skeleton, subdivision, item) for item in body.interfaces]
+    cuts = _cuts(skeleton, body.interfaces, seats)
+    places = [
+        _stations(column, cuts[k], longest, _SAME * (end - start))
+        for k, column in enumerate(skeleton.columns)
+    ]
+    return _numbered(body, skeleton, seats, places)
+
+
+def _cuts(
+    skeleton: Skeleton, interfaces: Sequence[Interface], seats: Sequence[_Seat]
+) -> list[list[float]]:
+    """Return the places in each column that need a node."""
+    cuts: list[list[float]] = [[] for _ in skeleton.columns]
+    for plate in skeleton.plates:
+        for place in (plate.inner, plate.outer):
+            if place is not None:
+                cuts[place.column].append(place.z_m)
+    for interface, seat in zip(interfaces, seats, strict=True):
+        if seat.place is not None:
+            cuts[seat.place.column].append(seat.place.z_m)
+            if interface.coupling == "rigid":
+                for k in seat.columns:
+                    cuts[k] += [interface.start_m, interface.end_m]
+    return cuts
+
+
+def _stations(column: Column, cuts: list[float], longest: float, same: float) -> list[float]:
+    """Return the nodes of a column: its ends, the places asked for, and even steps between."""
+    wanted = [column.start_m]
+    inside = [z for z in sorted(cuts) if column.start_m + same < z < column.end_m - same]
+    for z in [*inside, column.end_m]:
+        if z - wanted[-1] > same:
+            wanted.append(z)
+    out = [wanted[0]]
+    for low, high in pairwise(wanted):
+        count = math.ceil((high - low) / longest * (1.0 - 1e-12))
+        out += list(np.linspace(low, high, max(count, 1) + 1)[1:])
+    return out
+
+
+def _numbered(
+    body: Body, skeleton: Skeleton, seats: Sequence[_Seat], places: Sequence[Sequence[float]]
+) -> Layout:
+    first = np.concatenate(([0], np.cumsum([len(p) for p in places])))
+    joined = [(first[i + 1] - 1, first[j]) for i, j in skeleton.contacts]
+    labels = grouped(int(first[-1]), joined)
+    _, kept, number = np.unique(labels, return_index=True, return_inverse=True)
+    place_of = np.concatenate([np.array(p) for p in places])
+    nodes = list(place_of[kept])
+
+    def node_at(place: Place) -> int:
+        own = np.array(places[place.column])
+        return int(number[first[place.column] + int(np.abs(own - place.z_m).argmin())])
+
+    elements = [
+        Element(k, (own[e], own[e + 1]), (int(number[first[k] + e]), int(number[first[k] + e + 1])))
+        for k, own in enumerate(places)
+        for e in range(len(own) - 1)
+    ]
+    held = [[node_at(p) if p else -1 for p in (q.inner, q.outer)] for q in skeleton.plates]
+    rims: list[Rim] = []
+    of_interface = []
+    for interface, seat in zip(body.interfaces, seats, strict=True):
+        if seat.place is not None:
+            of_interface.append(node_at(seat.place))
+            continue
+        assert seat.edge is not None
+        plate, outer = seat.edge
+        own = held[plate][outer]
+        if own >= 0 and nodes[own] != interface.position_m[2]:
+            raise BeamLevelError(
+                f"body '{body.name}': interface '{interface.name}' sits on the rim of a disk that "
+                "has another interface; the beam level has one place there"
+            )
+        if own < 0:
+            nodes.append(interface.position_m[2])
+            own = held[plate][outer] = len(nodes) - 1
+            rims.append(Rim(plate, outer, own, interface.coupling == "rigid"))
+        of_interface.append(own)
+    layout = Layout(
+        skeleton=skeleton,
+        nodes_m=np.array(nodes),
+        elements=tuple(elements),
+        plate_nodes=tuple((a, b) for a, b in held),
+        rims=tuple(rims),
+        interfaces=tuple(of_interface),
+        ties=(),
+    )
+    return _with_ties(body, layout, seats)
+
+
+def _with_ties(body: Body, layout: Layout, seats: Sequence[_Seat]) -> Layout:
+    """Return the layout with the pieces under rigid interfaces made rigid."""
+    ties: dict[int, int] = {}
+    for interface, seat, leader in zip(body.interfaces, seats, layout.interfaces, strict=True):
+        if interface.coupling != "rigid" or not seat.columns:
+            continue
+        low, high = interface.start_m, interface.end_m
+        slack = layout.skeleton.tolerance_m
+        for element in layout.elements:
+            inside = low - slack <= element.ends_m[0] and element.ends_m[1] <= high + slack
+            if element.column not in seat.columns or not inside:
+                continue
+            for node in element.nodes:
+                if node == leader:
+                    continue
+                if ties.get(node, leader) != leader or node in layout.interfaces:
+                    raise BeamLevelError(
+                        f"body '{body.name}': the rigid interface '{interface.name}' meets another "
+                        f"interface at z = {layout.nodes_m[node]:.6g} m; the beam level can not "
+                        "hold both rigid"
+                    )
+                ties[node] = leader
+    return replace(layout, ties=tuple(sorted(ties.items())))
+
+
+def _seat(body: Body, skeleton: Skeleton, subdivision: Subdivision, interface: Interface) -> _Seat:
+    """Find the columns, or else the rim of a disk, that the curves of an interface lie on."""
+    curves = [subdivision.curves[k] for k in subdivision.interfaces[interface.name]]
+    lines = [subdivision.points[[c.start, c.end]] for c in curves]
+    slack = 1e3 * skeleton.tolerance_m
+    hit = [
+        k
+        for k, column in enumerate(skeleton.columns)
+        if any(_on_column(column, line, slack) for line in lines)
+    ]
+    if not hit:
+        return _Seat(None, (), _edge(body, skeleton.plates, interface, lines, slack))
+    z = interface.position_m[2]
+    pairs = [(hit.index(i), hit.index(j)) for i, j in skeleton.contacts if i in hit and j in hit]
+    under = [k for k in hit if skeleton.columns[k].start_m <= z <= skeleton.columns[k].end_m]
+    if len(set(grouped(len(hit), pairs))) > 1 or not under:
+        names = {layer.name for k in hit for layer in skeleton.columns[k].layers}
+        raise BeamLevelError(
+            f"body '{body.name}': interface '{interface.name}' lies on parts that bend apart "
+            f"({', '.join(sorted(names))}); limit it to one of them with its radial range"
+        )
+    return _Seat(Place(under[0], z), tuple(hit), None)
+
+
+def _on_column(column: Column, line: FloatArray, slack: float) -> bool:
+    """Return whether a line (2, 2) shares more than a point with the section of a column."""
+    (z0, r0), (z1, r1) = line
+    if abs(z1 - z0) <= slack:
+        if not column.start_m - slack <= z0 <= column.end_m + slack:
+            return False
+        z = min(max(z0, column.start_m), column.end_m)
+        return bool(min(r0, r1) < column.outer_m(z) - slack) and bool(
+            max(r0, r1) > column.inner_m(z) + slack
+        )
+    low, high = max(min(z0, z1), column.start_m), min(max(z0, z1), column.end_m)
+    if high - low <= slack:
+        return False
+    z = 0.5 * (low + high)
+    r = r0 + (r1 - r0) * (z - z0) / (z1 - z0)
+    return bool(column.inner_m(z) - slack <= r <= column.outer_m(z) + slack)
+
+
+def _edge(
+    body: Body,
+    plates: Sequence[Plate],
+    interface: Interface,
+    lines: Sequence[FloatArray],
+    slack: float,
+) -> tuple[int, bool]:
+    for k, plate in enumerate(plates):
+        ends = (plate.cells[0], plate.cells[0].inner_m), (plate.cells[-1], plate.cells[-1].outer_m)
+        for outer, (cell, radius) in enumerate(ends):
+            for z, r in (line.mean(axis=0) for line in lines):
+                inside = cell.start_m - slack <= z <= cell.end_m + slack
+                if inside and abs(r - radius) <= slack:
+                    return k, bool(outer)
+    raise BeamLevelError(
+        f"body '{body.name}': interface '{interface.name}' lies on the flat of a disk; the beam "
+        "level has places on the shaft and on rims only"
+    )

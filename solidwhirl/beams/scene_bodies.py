@@ -1,0 +1,94 @@
+"""Bodies of a scene on the beam level: elements, their variants, and when beams are enough."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from solidwhirl.beams.body import MODES, BeamLevelError, beam_element_of, beam_variants
+from solidwhirl.geometry import Body
+from solidwhirl.model.plan_records import Plan
+from solidwhirl.rotordyn import Superelement
+from solidwhirl.scene.records import Scene
+
+# The default length of a beam, over the body's: the estimate of its error halves it.
+_ELEMENTS = 60
+_MOTIONS = ("ux", "uy", "uz", "rx", "ry", "rz")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BeamBodies:
+    """Beam models of the bodies of a scene.
+
+    Attributes
+    ----------
+    elements
+        By name, those of the run.
+    variants
+        Models with other choices, each all bodies by name (see `error.VARIANTS`).
+    finer
+        With beams half as long; empty without estimates.
+    """
+
+    elements: Mapping[str, Superelement]
+    variants: tuple[Mapping[str, Superelement], ...]
+    finer: Mapping[str, Superelement]
+
+
+def beam_bodies(
+    scene: Scene, plan: Plan, bodies: Mapping[str, Body], *, estimated: bool
+) -> BeamBodies:
+    """Make the beam models of all bodies.
+
+    Parameters
+    ----------
+    estimated
+        Whether variants and finer models are wanted as well.
+
+    Raises
+    ------
+    BeamLevelError
+        A body is none of beams and plates.
+    """
+    elements: dict[str, Superelement] = {}
+    others: list[dict[str, Superelement]] = []
+    finer: dict[str, Superelement] = {}
+    for name, body in bodies.items():
+        modes = max(MODES, scene.bodies[name].modes or scene.model.modes or 0)
+        used = {m for own in plan.bodies[name].interface_components.values() for m in own}
+        used |= {"ux", "uy", "rx", "ry"}
+        components = tuple(m for m in _MOTIONS if m in used)
+        if not estimated:
+            made = beam_element_of(body, components=components, modes=modes)  # type: ignore[arg-type]
+            elements[name] = _with_effects(made, plan)
+            continue
+        models = beam_variants(body, components=components, modes=modes)  # type: ignore[arg-type]
+        models = tuple(_with_effects(m, plan) for m in models)
+        elements[name] = models[0]
+        others = others or [{} for _ in models[1:]]
+        for own, model in zip(others, models[1:], strict=True):
+            own[name] = model
+        length = max(s.end_m for s in body.sections) - min(s.start_m for s in body.sections)
+        half = beam_element_of(
+            body,
+            components=components,  # type: ignore[arg-type]
+            element_length_m=0.5 * length / _ELEMENTS,
+            modes=modes,
+        )
+        finer[name] = _with_effects(half, plan)
+    return BeamBodies(elements=elements, variants=tuple(others), finer=finer)
+
+
+def _with_effects(element: Superelement, plan: Plan) -> Superelement:
+    """The element without the matrices of effects that are off."""
+    zero = np.zeros((element.size, element.size))
+    if not plan.on("gyroscopic"):
+        element = replace(element, gyroscopic=zero)
+    if not plan.on("stress_stiffening"):
+        element = replace(element, stress_stiffening=zero, spin_softening=zero)
+    return element
+
+
+__all__ = ["BeamBodies", "BeamLevelError", "beam_bodies"]

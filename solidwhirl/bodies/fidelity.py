@@ -1,0 +1,62 @@
+"""Which level an accuracy needs, where the scene leaves the choice to the program."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from solidwhirl.beams.error import beam_theory_error
+from solidwhirl.beams.scene_bodies import BeamLevelError, beam_bodies
+from solidwhirl.bodies.refinement import asked_modes, sample_speeds
+from solidwhirl.geometry import Body
+from solidwhirl.model.effects import make_plan
+from solidwhirl.model.system_parts import engine_of, simple_elements
+from solidwhirl.rotordyn import modes_at_speed
+from solidwhirl.scene.records import Scene
+from solidwhirl.scene_checks.recovery_references import meshes_for
+
+# Beams are looked at from this accuracy on, and taken if their estimate is that much better than
+# what is asked: the estimate of beam theory is a spread of models, not a bound.
+_COARSE_ENOUGH, _RESERVE = 5e-3, 0.5
+
+
+def chosen_level(scene: Scene, bodies: Mapping[str, Body]) -> str:
+    """Choose the cheapest level that is accurate enough, where the scene says "auto".
+
+    Beams cost milliseconds and tell their own error; where that is not good enough, the harmonic
+    level is at least as accurate as a solid mesh for every body of revolution, and cheaper.
+    """
+    model = scene.model
+    if model.level != "auto":
+        return model.level
+    given = (model.order, model.size_m, model.corner_size_m, model.growth)
+    # beams can't be tried in an engine with meshes before these are reduced, and hold no stress
+    meshed = scene.mesh_bodies or meshes_for(scene)
+    wanted = model.estimates == "on" and model.accuracy >= _COARSE_ENOUGH and not meshed
+    if bodies and wanted and given == (None,) * 4 and _beams_suffice(scene, bodies):
+        return "beam"
+    return "harmonic"
+
+
+def _beams_suffice(scene: Scene, bodies: Mapping[str, Body]) -> bool:
+    trial = scene.model_copy(update={"model": scene.model.model_copy(update={"level": "beam"})})
+    plan = make_plan(trial, bodies)
+    try:
+        beams = beam_bodies(trial, plan, bodies, estimated=True)
+    except BeamLevelError:
+        return False
+    simple = simple_elements(trial, plan)
+    systems = [
+        engine_of(trial, plan, {**simple, **own}) for own in (beams.elements, *beams.variants)
+    ]
+    asked = asked_modes(trial)
+    for speed in sample_speeds(plan):
+        found = [modes_at_speed(s, speed).frequency_hz for s in systems]
+        count = asked.number_of(found[0])
+        if min(len(f) for f in found) < count:
+            return False
+        errors = beam_theory_error(np.array([f[:count] for f in found])) if count else np.zeros(1)
+        if errors.max() > _RESERVE * scene.model.accuracy:
+            return False
+    return True

@@ -1,0 +1,304 @@
+"""One body from its geometry to its superelement, with one discretisation."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from solidwhirl.core.displays import indented
+from solidwhirl.core.reduction_work import ReductionWork
+from solidwhirl.core.versions import package_versions
+from solidwhirl.geometry import Body, MassProperties, mass_properties
+from solidwhirl.meshing import LocalSize, Mesh, MeshSize, mesh_meridian, mesh_solid
+from solidwhirl.meshing.imported.records import MeshedBody
+from solidwhirl.model.mesh_bodies import made_mesh
+from solidwhirl.model.plan_records import BodyPlan, Plan
+from solidwhirl.model.resolution import is_adapted
+from solidwhirl.rotordyn import Superelement
+from solidwhirl.scene.records import Scene
+from solidwhirl.scene_checks.speeds_asked import top_speed_text
+from solidwhirl.scene_reading.reader import scene_hash
+
+if TYPE_CHECKING:
+    from solidwhirl.reduction import ReductionRequest
+
+# Speed of sound along bars of the usual metals [m/s].
+_SOUND = 5000.0
+# Modes to begin with where the error estimate decides, and where nothing does.
+_FIRST_MODES, _MODES_UNSEEN = 4, 12
+# Part of the accuracy that one combination of static answers to the spin may be worth, left out.
+_SPIN_SHARE = 0.05
+
+
+class Clock:
+    """Wall time by stage."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+
+    def stage(self, name: str) -> Clock:
+        """Charge what follows to a stage."""
+        self._name = name
+        return self
+
+    def __enter__(self) -> None:
+        self._start = time.perf_counter()
+
+    def __exit__(self, *_: object) -> None:
+        spent = time.perf_counter() - self._start
+        self.seconds[self._name] = self.seconds.get(self._name, 0.0) + spent
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Discretisation:
+    """How one body is discretised.
+
+    Attributes
+    ----------
+    local
+        Sizes over the meridian in their place; None: there are none.
+    speeds_between_rad_s
+        Speeds between rest and the top that the basis has modes of.
+    mesh_fixed, modes_fixed
+        Whether the scene fixes the mesh and the number of modes.
+    """
+
+    degree: int
+    size: MeshSize
+    local: LocalSize | None
+    modes: int
+    speeds_between_rad_s: tuple[float, ...]
+    mesh_fixed: bool
+    modes_fixed: bool
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BodyResult:
+    """One body after its reduction.
+
+    Attributes
+    ----------
+    properties
+        Mass properties in closed form, rigid disks included; None of a mesh, whose own are those
+        of its element.
+    """
+
+    body: Body | MeshedBody
+    discretisation: Discretisation
+    mesh: Mesh
+    element: Superelement
+    properties: MassProperties | None
+    work: ReductionWork
+
+    def __repr__(self) -> str:
+        mesh, used = self.mesh, self.discretisation
+        line = (
+            f"mesh: {len(mesh.points)} points, {len(mesh.cells)} cells; "
+            f"element order {used.degree}, {used.modes} modes per family"
+        )
+        return "\n".join(["BodyResult", *indented([*repr(self.element).split("\n"), line])])
+
+
+def first_discretisation(scene: Scene, plan: Plan, name: str) -> Discretisation:
+    """Where a body begins."""
+    own, model = plan.bodies[name], scene.model
+    assert own.resolution is not None
+    solids = scene.finite_element_bodies()
+    given = solids[name].modes or model.modes
+    estimated = model.estimates == "on"
+    # pairs that the diagram shows, evenly from all bodies, and two to spare
+    shown = -(-scene.campbell.branches // (2 * len(solids))) + 2
+    shown = max(shown, min(_passed(scene, plan, name) + 2, _MODES_UNSEEN * 4))
+    return Discretisation(
+        degree=own.resolution.degree,
+        size=own.resolution.size,
+        local=None,
+        modes=given or (max(_FIRST_MODES, shown) if estimated else _MODES_UNSEEN),
+        speeds_between_rad_s=(),
+        mesh_fixed=not is_adapted(own.level, model),
+        modes_fixed=given is not None or not estimated,
+    )
+
+
+def _passed(scene: Scene, plan: Plan, name: str) -> int:
+    """About how many pairs of modes of a body have their critical speed in the range.
+
+    Those of a free uniform bar, rigid ones included: ω = c ρ ((k - 1/2) π / L)² with the radius of
+    gyration ρ of its sections.
+    """
+    if name not in scene.bodies or not scene.bodies[name].sections:
+        return 0
+    parts = scene.bodies[name].sections
+    span = [(s.start_m, s.end_m) for s in parts]
+    square = [np.mean(s.outer_radius_m) ** 2 + np.mean(s.inner_radius_m) ** 2 for s in parts]
+    weight = [end - start for start, end in span]
+    gyration = 0.5 * np.sqrt(np.average(square, weights=weight))
+    length = max(end for _, end in span) - min(start for start, _ in span)
+    ratio = max(abs(r) for r in scene.speed_ratios().values())
+    top = ratio * float(plan.speeds_rad_s.max())
+    return int(length / np.pi * np.sqrt(top / (_SOUND * gyration)) + 1.5)
+
+
+def is_new_mesh(chosen: Discretisation, before: BodyResult | None) -> bool:
+    """Whether a discretisation asks for other sizes than the last one of the body."""
+    return before is None or before.discretisation.local is not chosen.local
+
+
+def mesh_body(
+    body: Body | MeshedBody, level: str, chosen: Discretisation, before: BodyResult | None = None
+) -> Mesh:
+    """Mesh a body for its level; the last mesh again where the sizes are still the same."""
+    if before is not None and not is_new_mesh(chosen, before):
+        return before.mesh
+    if isinstance(body, MeshedBody):
+        return made_mesh(body)
+    if level == "solid":
+        return mesh_solid(body, chosen.size)
+    return mesh_meridian(body, chosen.size, chosen.local)
+
+
+def reduce_meshed(
+    scene: Scene,
+    plan: Plan,
+    body: Body | MeshedBody,
+    mesh: Mesh | None,
+    chosen: Discretisation,
+    comm: Any,
+) -> BodyResult | None:
+    """Reduce a meshed body.
+
+    Parameters
+    ----------
+    mesh
+        On rank 0 of the communicator, None elsewhere.
+    chosen
+        The discretisation that the mesh was made with.
+    comm
+        Communicator; every rank of it must call.
+
+    Returns
+    -------
+    BodyResult, or None on ranks without a mesh.
+
+    Raises
+    ------
+    ReductionError
+        See `solidwhirl.reduction.reduce_body`.
+    """
+    from solidwhirl.reduction import ReductionError, reduce_body
+
+    own = plan.bodies[body.name]
+    request = request_of(scene, plan, body, chosen)
+    record = _provenance(scene, own, chosen, mesh) if mesh is not None else None
+    try:
+        element, work = reduce_body(body, mesh, comm, request, comm.bcast(record))
+    except ReductionError as error:
+        table = "mesh_bodies" if isinstance(body, MeshedBody) else "bodies"
+        raise ReductionError(
+            f"{table}.{body.name}: {error}{_whose_speed(scene, own, body.name, str(error))}"
+        ) from error
+    if mesh is None:
+        return None
+    return BodyResult(
+        body=body,
+        discretisation=chosen,
+        mesh=mesh,
+        element=element,
+        properties=closed_form(body),
+        work=work,
+    )
+
+
+def _whose_speed(scene: Scene, own: BodyPlan, name: str, message: str) -> str:
+    """Where a speed comes from that a body is refused at, if not from the scene's own speeds."""
+    if not message.startswith(f"at {own.maximum_speed_rad_s * 30.0 / np.pi:.6g} rpm "):
+        return ""
+    source = top_speed_text(scene, name)
+    return f"; {source}" if source else ""
+
+
+def request_of(
+    scene: Scene, plan: Plan, body: Body | MeshedBody, chosen: Discretisation
+) -> ReductionRequest:
+    """Return what is asked of the reduction of a body."""
+    from solidwhirl.reduction import ReductionRequest
+
+    own = plan.bodies[body.name]
+    estimates = ("mode_truncation", "mesh") if own.level == "harmonic" else ("mode_truncation",)
+    return ReductionRequest(
+        level=own.level,
+        orders=own.orders,
+        components=own.components,
+        interface_components=own.interface_components,
+        degree=chosen.degree,
+        modes=chosen.modes,
+        maximum_speed_rad_s=own.maximum_speed_rad_s,
+        gyroscopic=plan.on("gyroscopic") and own.shape != "any",
+        centrifugal=plan.on("stress_stiffening") and own.shape != "any",
+        speeds_between_rad_s=chosen.speeds_between_rad_s,
+        estimates=estimates if scene.model.estimates == "on" else (),
+        solver=own.solver,
+        spin_tolerance=0.0 if chosen.modes_fixed else _SPIN_SHARE * scene.model.accuracy,
+    )
+
+
+def solver_text(plan: BodyPlan, mesh: Mesh | None, comm: Any) -> str:
+    """Return why a body is solved iteratively, as far as its mesh tells; nothing if it is not.
+
+    Parameters
+    ----------
+    mesh
+        On rank 0 of the communicator.
+    comm
+        Communicator; every rank of it must call.
+    """
+    if plan.level != "solid" or plan.solver == "direct":
+        return ""
+    if plan.solver == "iterative":
+        return ", iteratively as the scene says"
+    from solidwhirl.reduction import expected_factor
+
+    halved = plan.orders == (1,) and plan.shape == "quartered"
+    nodes = comm.bcast(0 if mesh is None else len(mesh.points))
+    found = expected_factor(3 * nodes // (1 + halved), comm)
+    if found.fits or found.available_bytes is None:
+        return ""
+    return (
+        f", iteratively: a factor would need about {found.needed_bytes / 2.0**30:.3g} GiB, "
+        f"{found.available_bytes / 2.0**30:.3g} GiB are available"
+    )
+
+
+def closed_form(body: Body | MeshedBody) -> MassProperties | None:
+    """Mass properties of a profile in closed form; None of a body that has none."""
+    return None if isinstance(body, MeshedBody) else mass_properties(body)
+
+
+def _provenance(
+    scene: Scene, own: BodyPlan, chosen: Discretisation, mesh: Mesh
+) -> Mapping[str, Any]:
+    """How a superelement was made."""
+    return {
+        "scene": scene.name,
+        "scene_sha256": scene_hash(scene),
+        "level": own.level,
+        "orders": list(own.orders),
+        "mesh": {
+            "points": len(mesh.points),
+            "cells": len(mesh.cells),
+            "size_m": mesh.size.size_m,
+            "corner_size_m": mesh.size.corner_size_m,
+            "growth": mesh.size.growth,
+            "follows_error_estimate": chosen.local is not None,
+            "minimum_scaled_jacobian": mesh.quality.minimum_scaled_jacobian,
+        },
+        "element_order": chosen.degree,
+        "modes": chosen.modes,
+        "speeds_between_rad_s": list(chosen.speeds_between_rad_s),
+        "effects": scene.effects.model_dump(),
+        "packages": package_versions(),
+    }

@@ -1,0 +1,281 @@
+"""Frozen records as bytes and back, bit for bit, and fingerprints of them; no pickle.
+
+A record becomes JSON beside a list of raw blocks: arrays with their memory layout (BLAS adds up in
+another order where it is another), long lists of floats, bytes. Only frozen dataclasses of the
+packages that the reader names are made again, by their constructors, which check them.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import importlib
+import json
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence, Set
+from typing import Any
+
+import numpy as np
+
+_PLAIN = frozenset({type(None), bool, int, float, str})
+_FLOATS = frozenset({float})
+# Lists of floats from this length on become a block.
+_LONG = 8
+# A dataclass of a module: no private names, nothing nested, no `__main__`.
+_NAME = re.compile(r"([a-z][a-z0-9_]*(?:\.[a-z][a-z0-9_]*)*)\.([A-Za-z][A-Za-z0-9]*)")
+_DTYPE = re.compile(r"[<>|][biufcUS][1-9][0-9]{0,6}")
+_ALIGNMENT = 8
+_LENGTH = 8
+
+Block = bytes | memoryview
+PACKAGES = frozenset({"solidwhirl"})
+
+
+class CodecError(ValueError):
+    """A value that can not be packed, or bytes that hold none."""
+
+
+class _Packer:
+    """JSON nodes of values; blocks in the order in which the nodes mention them."""
+
+    def __init__(self, packages: Set[str] | None, left_out: Mapping[str, frozenset[str]]) -> None:
+        self.blocks: list[Block] = []
+        self._packages, self._left_out = packages, left_out
+
+    def node(self, value: Any) -> Any:
+        kind = type(value)
+        if kind in _PLAIN:
+            return value
+        if kind is list:
+            return self._list(value)
+        if kind is tuple:
+            return {"t": self._list(list(value))}
+        if isinstance(value, np.ndarray):
+            return {"a": self._array(value)}
+        if isinstance(value, np.generic):
+            return {"s": self._array(np.asarray(value))}
+        if kind is complex:
+            return {"c": [value.real, value.imag]}
+        if kind is bytes:
+            return {"b": self._block(value)}
+        if isinstance(value, Mapping):
+            return self._mapping(value)
+        return self._record(value)
+
+    def _list(self, values: list[Any]) -> Any:
+        kinds = set(map(type, values))
+        if len(values) >= _LONG and kinds == _FLOATS:
+            return {"f": self._block(np.array(values).tobytes())}
+        return values if kinds <= _PLAIN else [self.node(v) for v in values]
+
+    def _mapping(self, value: Mapping[Any, Any]) -> dict[str, Any]:
+        if all(type(k) is str for k in value):
+            return {"m": {k: self.node(v) for k, v in value.items()}}
+        return {"d": [[self.node(k), self.node(v)] for k, v in value.items()]}
+
+    def _record(self, value: Any) -> dict[str, Any]:
+        kind = type(value)
+        label = f"{kind.__module__}.{kind.__qualname__}"
+        if self._packages is not None and _kind_of(label, self._packages) is not kind:
+            raise CodecError(f"a {kind.__qualname__} can not be kept")
+        if dataclasses.is_dataclass(kind):
+            names = [f.name for f in dataclasses.fields(value) if f.init]
+        elif hasattr(kind, "model_fields"):  # pydantic
+            names = list(kind.model_fields)
+        else:
+            raise CodecError(f"a {kind.__qualname__} can not be kept")
+        skipped = self._left_out.get(label, frozenset())
+        return {"r": [label, {n: self.node(getattr(value, n)) for n in names if n not in skipped}]}
+
+    def _array(self, value: np.ndarray[Any, Any]) -> list[Any]:
+        """Block, type, shape, and axes by falling stride."""
+        if value.dtype.kind not in "biufcUS":
+            raise CodecError(f"an array of {value.dtype} can not be kept")
+        if value.dtype.itemsize == 0:
+            value = value.astype(f"{value.dtype.kind}1")
+        axes = list(range(value.ndim))
+        if not value.flags.c_contiguous:
+            value = value.copy(order="K")
+            axes = [int(a) for a in np.argsort([-s for s in value.strides], kind="stable")]
+            value = value.transpose(axes)
+        flat = np.ascontiguousarray(value)
+        data = flat.reshape(-1).view(np.uint8).data if flat.size else b""
+        return [self._block(data), value.dtype.str, list(value.shape), axes]
+
+    def _block(self, data: Block) -> int:
+        self.blocks.append(data)
+        return len(self.blocks) - 1
+
+
+def _kind_of(label: str, packages: Set[str]) -> Any:
+    """The frozen dataclass of a name; None where there is none in the packages."""
+    match = _NAME.fullmatch(label)
+    if match is None or label.split(".")[0] not in packages:
+        return None
+    try:
+        kind = getattr(importlib.import_module(match[1]), match[2], None)
+    except ImportError:
+        return None
+    params = getattr(kind, "__dataclass_params__", None)
+    if not isinstance(kind, type) or params is None or not params.frozen:
+        return None
+    return kind if f"{kind.__module__}.{kind.__qualname__}" == label else None
+
+
+def pack(value: Any, packages: Set[str] = PACKAGES) -> list[Block]:
+    """Return a value as pieces of bytes that belong one after the other.
+
+    Parameters
+    ----------
+    value
+        Frozen dataclasses of the packages, tuples, lists, mappings, arrays, numbers, texts, bytes,
+        None, nested as they like.
+
+    Raises
+    ------
+    CodecError
+        Something else occurs in it.
+    """
+    head, blocks = _pieces(value, _Packer(packages, {}))
+    out: list[Block] = [len(head).to_bytes(_LENGTH, "little"), head]
+    for block in blocks:
+        out += [block, bytes(-len(block) % _ALIGNMENT)]
+    return out
+
+
+def fingerprint(value: Any, left_out: Mapping[str, frozenset[str]] | None = None) -> str:
+    """SHA-256 of a value's content, the same for values whose every bit is the same.
+
+    Parameters
+    ----------
+    value
+        As in `pack`, any frozen dataclass and pydantic record.
+    left_out
+        Fields that do not count, by module and name of the record.
+    """
+    head, blocks = _pieces(value, _Packer(None, left_out or {}))
+    digest = hashlib.sha256(head)
+    for block in blocks:
+        digest.update(len(block).to_bytes(_LENGTH, "little"))
+        digest.update(block)
+    return digest.hexdigest()
+
+
+def _pieces(value: Any, packer: _Packer) -> tuple[bytes, list[Block]]:
+    try:
+        node = packer.node(value)
+        head = json.dumps([node, [len(b) for b in packer.blocks]], separators=(",", ":"))
+    except (RecursionError, ValueError) as error:
+        raise error if isinstance(error, CodecError) else CodecError(str(error)) from error
+    return head.encode("ascii"), packer.blocks
+
+
+def unpack(data: Block, packages: Set[str] = PACKAGES) -> Any:
+    """Return the value that `pack` was given.
+
+    Raises
+    ------
+    CodecError
+        The bytes are no such value, or hold a record that is not allowed.
+    """
+    view = memoryview(data)
+    if len(view) < _LENGTH:
+        raise CodecError("it is too short")
+    end = _LENGTH + int.from_bytes(view[:_LENGTH], "little")
+    if end > len(view):
+        raise CodecError("it is too short")
+    try:
+        node, lengths = json.loads(str(view[_LENGTH:end], "ascii"))
+        return _Reader(_blocks(view[end:], lengths), packages).value(node)
+    except CodecError:
+        raise
+    except (ValueError, TypeError, KeyError, IndexError, AttributeError, RecursionError) as error:
+        raise CodecError(f"it holds no record ({error})") from error
+
+
+def _blocks(view: memoryview, lengths: Sequence[int]) -> list[memoryview]:
+    out, place = [], 0
+    for length in lengths:
+        if type(length) is not int or not 0 <= length <= len(view) - place:
+            raise CodecError("its blocks are not whole")
+        out.append(view[place : place + length])
+        place += length + -length % _ALIGNMENT
+    if place != len(view):
+        raise CodecError("its blocks are not whole")
+    return out
+
+
+class _Reader:
+    """Values of JSON nodes."""
+
+    def __init__(self, blocks: list[memoryview], packages: Set[str]) -> None:
+        self._blocks, self._packages = blocks, packages
+
+    def value(self, node: Any) -> Any:
+        kind = type(node)
+        if kind in _PLAIN:
+            return node
+        if kind is list:
+            return [self.value(n) for n in node] if not set(map(type, node)) <= _PLAIN else node
+        ((tag, content),) = node.items()
+        if tag not in self._READ:
+            raise CodecError(f"it has an unknown part {tag!r}")
+        return self._READ[tag](self, content)
+
+    def _tuple(self, node: Any) -> tuple[Any, ...]:
+        return tuple(self.value(node))
+
+    def _mapping(self, node: Any) -> dict[str, Any]:
+        return {k: self.value(v) for k, v in node.items()}
+
+    def _dictionary(self, node: Any) -> dict[Any, Any]:
+        return {self.value(k): self.value(v) for k, v in node}
+
+    def _complex(self, node: Any) -> complex:
+        return complex(*node)
+
+    def _bytes(self, node: Any) -> bytes:
+        return bytes(self._blocks[node])
+
+    def _floats(self, node: Any) -> list[float]:
+        return list(np.frombuffer(self._blocks[node], dtype=np.float64).tolist())
+
+    def _array(self, node: Any) -> np.ndarray[Any, Any]:
+        number, kind, shape, axes = node
+        block = self._blocks[number]
+        if not _DTYPE.fullmatch(kind) or sorted(axes) != list(range(len(shape))):
+            raise CodecError("an array of it has no layout")
+        dtype = np.dtype(kind)
+        if min(shape, default=0) < 0 or math.prod(shape) * dtype.itemsize != len(block):
+            raise CodecError("an array of it has another size")
+        out = np.empty(shape, dtype=dtype)
+        if out.size:
+            out[...] = np.frombuffer(block, dtype=dtype).reshape(shape)
+        back = [axes.index(a) for a in range(len(axes))]
+        out.setflags(write=False)
+        return out.transpose(back)
+
+    def _scalar(self, node: Any) -> Any:
+        return self._array(node)[()]
+
+    def _record(self, node: Any) -> Any:
+        name, fields = node
+        kind = _kind_of(name, self._packages)
+        if kind is None:
+            raise CodecError(f"it holds a record {name!r}, which is none of this program")
+        if set(fields) != {f.name for f in dataclasses.fields(kind) if f.init}:
+            raise CodecError(f"a record {name!r} of it has other fields")
+        return kind(**self._mapping(fields))
+
+    _READ: Mapping[str, Callable[[_Reader, Any], Any]] = {
+        "t": _tuple,
+        "m": _mapping,
+        "d": _dictionary,
+        "c": _complex,
+        "b": _bytes,
+        "f": _floats,
+        "a": _array,
+        "s": _scalar,
+        "r": _record,
+    }

@@ -1,0 +1,94 @@
+"""How the checks of a run or a file are reported."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from solidwhirl.rotordyn.superelement.invariants import Invariant
+
+
+def failed(checks: Iterable[Invariant]) -> tuple[Invariant, ...]:
+    """Return the checks that do not hold."""
+    return tuple(check for check in checks if check.passed is False)
+
+
+def checks_line(checks: Iterable[Invariant]) -> str:
+    """Return how many checks failed, passed and do not apply, in words."""
+    listed = list(checks)
+    bad, open_ = len(failed(listed)), [c for c in listed if c.passed is None]
+    said = [f"{bad} FAILED"] if bad else []
+    said.append(f"{len(listed) - bad - len(open_)} passed")
+    if open_:
+        damped = all("damp" in check.reason for check in open_)
+        said.append(f"{len(open_)} not applicable{' (damped system)' if damped else ''}")
+    return ", ".join(said)
+
+
+def failure_lines(checks: Iterable[Invariant]) -> tuple[str, ...]:
+    """Say of every failed check, in a line, which numbers can't be trusted."""
+    return tuple(
+        f"check failed: {c.where}: {c.name}: {_number(c.value)}, allowed {_number(c.limit)}"
+        f"{_remark(c)}; can't be trusted: {c.concerns}"
+        for c in failed(checks)
+    )
+
+
+def checks_document(checks: Sequence[Invariant]) -> list[dict[str, Any]]:
+    """Return the checks as plain data; a value that is not finite is null."""
+    return [
+        {
+            "name": check.name,
+            "where": check.where,
+            "value": _finite(check.value),
+            "limit": check.limit,
+            "passed": check.passed,
+            "concerns": check.concerns,
+            "reason": check.reason,
+        }
+        for check in checks
+    ]
+
+
+def checks_text(checks: Sequence[Invariant]) -> str:
+    """Return the checks of a run in Markdown: what failed, then all of them by name."""
+    lines = [f"- **{line}**" for line in failure_lines(checks)]
+    open_ = [c for c in checks if c.passed is None]
+    head = f"{len(checks)} checks: {checks_line(checks)}."
+    if not lines:
+        head += " What can go wrong unseen otherwise is in docs/checks.md."
+    rows = ["| check | number | nearest to its limit | value | limit |", "|---|---|---|---|---|"]
+    names = dict.fromkeys(c.name for c in checks if c.passed is not None)
+    rows += [_row(name, [c for c in checks if c.name == name]) for name in names]
+    undecided = [f"- not applicable: {c.where}: {c.name}: {c.reason}" for c in open_]
+    blocks = [head, "\n".join(lines), "\n".join(rows), "\n".join(undecided)]
+    return "\n\n".join(block for block in blocks if block)
+
+
+def _row(name: str, same: list[Invariant]) -> str:
+    """Return one line for all checks of a name, with the worst of them."""
+    decided = [c for c in same if c.passed is not None]
+    worst = max(decided, key=_nearness)
+    cells = (name, str(len(decided)), worst.where, _number(worst.value), _number(worst.limit))
+    return "| " + " | ".join(cells) + " |"
+
+
+def _nearness(check: Invariant) -> float:
+    """Order checks of one name by how near they are to their limit, failed ones first."""
+    value, limit = check.value or 0.0, check.limit or 0.0
+    if not check.passed:
+        return float("inf")
+    return value / limit if limit > 0 else value - limit
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.1e}" if value else "0"
+
+
+def _remark(check: Invariant) -> str:
+    return f" ({check.reason})" if check.reason else ""

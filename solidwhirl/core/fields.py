@@ -1,0 +1,138 @@
+"""Kinds of numbers and names in a scene file, and the base of its records."""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationInfo,
+    WithJsonSchema,
+)
+
+# strict: whole numbers stand for floats, but texts and true or false for no number
+# far beyond every rotor, and far from where products of a few numbers overflow
+_LARGEST = 1e30
+
+
+def _not_tiny(value: float) -> float:
+    """Refuse what underflows in products of a few numbers."""
+    if 0.0 < value < 1.0 / _LARGEST:
+        raise ValueError(f"{value:g} is too small; allowed is {1.0 / _LARGEST:g} and more")
+    return value
+
+
+_Sized = AfterValidator(_not_tiny)
+Positive = Annotated[float, Field(gt=0, le=_LARGEST, allow_inf_nan=False, strict=True), _Sized]
+NotNegative = Annotated[float, Field(ge=0, le=_LARGEST, allow_inf_nan=False, strict=True), _Sized]
+Finite = Annotated[float, Field(ge=-_LARGEST, le=_LARGEST, allow_inf_nan=False, strict=True)]
+Count = Annotated[int, Field(ge=1, strict=True)]
+Place = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}\.[A-Za-z][A-Za-z0-9_-]{0,63}$")]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$")]
+Switch = Literal["auto", "on", "off"]
+Motion = Literal["ux", "uy", "uz", "rx", "ry", "rz"]
+
+
+def _switch(value: Any) -> Any:
+    """TOML's true and false are accepted for on and off."""
+    return {True: "on", False: "off"}.get(value, value) if isinstance(value, bool) else value
+
+
+def _pair(value: Any) -> Any:
+    """A number stands for the same value at both ends."""
+    return (value, value) if isinstance(value, int | float) else value
+
+
+def _matrix(value: Any) -> Any:
+    """A number k is k·I, a pair (kx, ky) is diagonal, a 2×2 list stands for itself."""
+    if isinstance(value, int | float):
+        return ((value, 0.0), (0.0, value))
+    if isinstance(value, list) and len(value) == 2 and not isinstance(value[0], list):
+        return ((value[0], 0.0), (0.0, value[1]))
+    return value
+
+
+def _one_line(value: str) -> str:
+    """Refuse what would steer a terminal, end a line, or show a text in another order."""
+    for character in value:
+        control = unicodedata.category(character) in ("Cc", "Cs", "Zl", "Zp")
+        if control or unicodedata.bidirectional(character) in _TURNING:
+            raise ValueError(f"the control character {character!r} is not allowed in a text")
+    return value
+
+
+def _lines(value: str) -> str:
+    _one_line(value.replace("\n", "").replace("\t", ""))
+    return value
+
+
+def alike_in_files(names: Sequence[str]) -> tuple[str, str] | None:
+    """Return two names that some file systems take for the same, None if there are none."""
+    first: dict[str, str] = {}
+    for name in names:
+        other = first.setdefault(name.lower(), name)
+        if other != name:
+            return other, name
+    return None
+
+
+def _file_name(value: str) -> str:
+    """Refuse names that some systems keep for devices."""
+    if value.upper() in _DEVICES:
+        raise ValueError(f"{value!r} can not be the name of a file on all systems; choose another")
+    return value
+
+
+def _beside_scene(value: str, info: ValidationInfo) -> str:
+    """Take the name of a file from the folder of the scene that names it, where that is known."""
+    folder = (info.context or {}).get("folder")
+    return value if folder is None else str((Path(folder) / value).absolute())
+
+
+# Entries of a list in a scene: far beyond every engine, and still read in seconds.
+MOST = 2001
+# Marks that turn the direction of writing.
+_TURNING = ("LRE", "RLE", "LRO", "RLO", "PDF", "LRI", "RLI", "FSI", "PDI")
+_DEVICES = ("CON", "PRN", "AUX", "NUL", *(f"{d}{k}" for d in ("COM", "LPT") for k in range(10)))
+Title = Annotated[str, Field(max_length=1000), AfterValidator(_one_line)]
+Note = Annotated[str, Field(max_length=4000), AfterValidator(_lines)]
+FileName = Annotated[Name, AfterValidator(_file_name)]
+#: A file that a scene reads: a name relative to the scene's folder, made absolute when it is read.
+BesideScene = Annotated[
+    str,
+    Field(min_length=1, max_length=1000),
+    AfterValidator(_one_line),
+    AfterValidator(_beside_scene),
+]
+EndText = Annotated[str, Field(max_length=129)]
+AutoSwitch = Annotated[
+    Switch,
+    BeforeValidator(_switch),
+    WithJsonSchema({"enum": ["auto", "on", "off", True, False]}),
+]
+_ANY = {"type": "number"}
+_TWO = {"type": "array", "items": _ANY, "minItems": 2, "maxItems": 2}
+Radii = Annotated[
+    tuple[NotNegative, NotNegative],
+    BeforeValidator(_pair),
+    WithJsonSchema({"anyOf": [{**_ANY, "minimum": 0}, _TWO]}),
+]
+Matrix = Annotated[
+    tuple[tuple[Finite, Finite], tuple[Finite, Finite]],
+    BeforeValidator(_matrix),
+    WithJsonSchema({"anyOf": [_ANY, _TWO, {**_TWO, "items": _TWO}]}),
+]
+ZERO_MATRIX = ((0.0, 0.0), (0.0, 0.0))
+
+
+class Record(BaseModel):
+    """Base of all scene records: frozen, no unknown keys."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=False)

@@ -1,0 +1,158 @@
+"""Refuse before the work begins what the memory that is left can not hold, and say what can."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+from solidwhirl.cost.work import Cost, CostError, estimated_errors, fineness_of, predict_body_cost
+from solidwhirl.geometry import Body
+from solidwhirl.meshing import MeshSize
+from solidwhirl.meshing.imported.records import MeshedBody
+from solidwhirl.model.plan_records import BodyPlan
+from solidwhirl.model.resolution import choose_resolution
+from solidwhirl.scene.records import ModelSpec
+
+# Factors by which the sizes of a mesh are tried larger.
+_COARSER = (1.25, 1.5, 2.0, 3.0, 4.0, 6.0, 10.0)
+_LOWEST_ORDER = 2
+
+
+class MemoryShortageError(CostError):
+    """A reduction that needs more memory than there is."""
+
+
+def refuse_what_does_not_fit(
+    bodies: Mapping[str, Body | MeshedBody],
+    plans: Mapping[str, BodyPlan],
+    model: ModelSpec,
+    *,
+    modes: Mapping[str, int],
+    available_gib: float,
+    estimates: bool = False,
+) -> None:
+    """Refuse bodies whose reduction needs more memory than is available, before they are meshed.
+
+    Parameters
+    ----------
+    bodies, plans
+        Geometry and plan of the solids by name.
+    model
+        The scene's, for the mesh of another level.
+    modes
+        Fixed-interface modes of each.
+    available_gib
+        Memory to be had (see `solidwhirl.core.machine.available_memory_gib`).
+    estimates
+        Whether errors are estimated.
+
+    Raises
+    ------
+    MemoryShortageError
+        With what is needed and available, and what would fit: without the estimate of the mesh's
+        error, the iterative solver, another element order, a coarser mesh, another level.
+    """
+    for name, body in bodies.items():
+        plan = plans[name]
+        wanted = estimated_errors(plan.level, estimates)
+        cost = predict_body_cost(body, plan, modes=modes[name], estimates=wanted)
+        if cost.peak_memory_gib <= available_gib:
+            continue
+        if isinstance(body, MeshedBody):
+            advice = "coarser mesh" if body.request.step is None else "larger size_m"
+            raise MemoryShortageError(
+                f"mesh_bodies.{name}: would have {_numbers(cost)}, {available_gib:.3g} GiB are "
+                f"available; take a {advice}"
+            )
+        found = [
+            f"{what} ({_numbers(c)})"
+            for what, c in _alternatives(body, plan, model, modes[name], wanted, available_gib)
+        ]
+        advice = f"What fits: {'; '.join(found)}" if found else "No coarser mesh of its rule fits"
+        raise MemoryShortageError(
+            f"bodies.{name}: level {plan.level}, element order {fineness_of(plan).degree}, "
+            f"would have {_numbers(cost)}, {available_gib:.3g} GiB are available. {advice}."
+        )
+
+
+def with_chosen_solvers(
+    bodies: Mapping[str, Body | MeshedBody],
+    plans: Mapping[str, BodyPlan],
+    *,
+    modes: Mapping[str, int],
+    available_gib: float,
+    estimates: bool = False,
+) -> dict[str, BodyPlan]:
+    """Return the plans with the solver in the place of "auto" that is expected to be taken."""
+    out = dict(plans)
+    for name, body in bodies.items():
+        plan = plans[name]
+        if plan.solver == "auto":
+            direct = replace(plan, solver="direct")
+            wanted = estimated_errors(plan.level, estimates)
+            cost = predict_body_cost(body, direct, modes=modes[name], estimates=wanted)
+            fits = cost.peak_memory_gib <= available_gib
+            out[name] = direct if fits else replace(plan, solver="iterative")
+    return out
+
+
+def _numbers(cost: Cost) -> str:
+    return f"about {cost.unknowns:.2g} unknowns and need about {cost.peak_memory_gib:.3g} GiB"
+
+
+def _alternatives(
+    body: Body,
+    plan: BodyPlan,
+    model: ModelSpec,
+    modes: int,
+    estimates: tuple[str, ...],
+    available_gib: float,
+) -> Iterator[tuple[str, Cost]]:
+    """What fits, in the order of what it gives up."""
+    resolution = fineness_of(plan)
+    size = resolution.size
+    tried: list[tuple[list[tuple[str, BodyPlan]], tuple[str, ...]]] = []
+    if "mesh" in estimates:
+        tried.append(([("estimates = 'off'", plan)], ()))
+    lower = [
+        (f"order = {degree}", replace(plan, resolution=replace(resolution, degree=degree)))
+        for degree in range(resolution.degree - 1, _LOWEST_ORDER - 1, -1)
+    ]
+    if plan.level == "solid" and plan.solver == "direct":
+        tried.append(([("solver = 'iterative'", replace(plan, solver="iterative"))], estimates))
+    tried.append((lower, estimates))
+    coarser = [
+        (
+            f"size_m = {factor * size.size_m:.3g} with corner_size_m = "
+            f"{factor * size.corner_size_m:.3g}",
+            replace(plan, resolution=replace(resolution, size=_larger(size, factor))),
+        )
+        for factor in _COARSER
+    ]
+    tried.append((coarser, estimates))
+    if plan.level == "solid":
+        tried.append(([("level = 'harmonic'", _harmonic(body, plan, model))], estimates))
+    for options, wanted in tried:
+        for what, other in options:
+            cost = predict_body_cost(body, other, modes=modes, estimates=wanted)
+            if cost.peak_memory_gib <= available_gib:
+                yield what, cost
+                break
+
+
+def _larger(size: MeshSize, factor: float) -> MeshSize:
+    return replace(size, size_m=factor * size.size_m, corner_size_m=factor * size.corner_size_m)
+
+
+def _harmonic(body: Body, plan: BodyPlan, model: ModelSpec) -> BodyPlan:
+    """The same body on its meridian; the counts of a solid are near enough."""
+    problems = len(plan.orders)
+    return replace(
+        plan,
+        level="harmonic",
+        solver="direct",
+        resolution=choose_resolution(body, "harmonic", model),
+        matrices=plan.matrices * problems,
+        factorisations=plan.factorisations * problems,
+        eigenproblems=plan.eigenproblems * problems,
+    )

@@ -1,0 +1,446 @@
+"""What a run will cost in unknowns, time and memory, from its plan alone.
+
+The mesh is predicted from the element sizes (`meshing.own.prediction`), the time of every
+stage from power laws of the unknowns that bench/scaling.py measures. Times are processor seconds of
+one process; another machine is faster or slower by one factor (`solidwhirl.core.machine`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from solidwhirl.core.errors import UserError
+from solidwhirl.core.fields import Matrix
+from solidwhirl.core.machine import MachineSpeed
+from solidwhirl.cost import coefficients as measured
+from solidwhirl.cost import scale_coefficients as scale
+from solidwhirl.cost.scale import ROADS, law
+from solidwhirl.geometry import Body
+from solidwhirl.meshing.imported.records import MeshedBody
+from solidwhirl.meshing.own.prediction import PredictedMesh, predict_mesh
+from solidwhirl.model.imported_bodies import imported_element
+from solidwhirl.model.plan_records import BodyPlan, Plan
+from solidwhirl.model.resolution import Resolution
+from solidwhirl.scene.records import Scene
+
+#: The machine that the coefficients were measured on.
+REFERENCE_MACHINE = MachineSpeed(gflops=measured.GFLOPS, gbytes_per_s=measured.GBYTES_PER_S)
+#: Stages in the order of a run.
+STAGES = (
+    "import_solvers",
+    "meshing",
+    "assembly",
+    "factorisations",
+    "static_solutions",
+    "eigensolutions",
+    "projection",
+    "error_estimate",
+    "campbell",
+    "critical_speeds",
+)
+#: Errors of a body that can be estimated, as `solidwhirl.reduction.ReductionRequest` has them.
+ESTIMATES = ("mode_truncation", "mesh")
+_UNKNOWNS, _COLUMNS, _COORDINATES = 1e5, 10.0, 100.0
+_AXIAL = ("uz", "rz")
+# Part of a solid's unknowns that is left by its symmetry: all motions, lateral motion alone, and
+# the centrifugal field.
+_ALL, _LATERAL, _CENTRIFUGAL = 1.0, 0.5, 0.25
+# What each circumferential order leaves in memory while the next one is solved.
+_KEPT = 0.5
+# Beams: some milliseconds, whatever they are, and making their variants.
+_BEAM_S, _BEAM_VARIANTS_S = 0.02, 0.4
+# Speeds that a diagram looks at beyond those asked for: meetings, beginnings, rest.
+_LOOKED_AT = 10
+# Diagrams of other models that estimates compare with: those of the coupling, and of beams.
+_COUPLINGS, _VARIANTS = 2, 7
+
+
+class CostError(UserError):
+    """A cost that can not be predicted."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cost:
+    """Predicted cost of one body, or of a run.
+
+    Attributes
+    ----------
+    unknowns
+        Displacements before reduction, of all families and circumferential orders (as
+        ``full_dofs`` in the results).
+    coordinates
+        Coordinates after reduction, at most.
+    seconds
+        Processor seconds by stage (see `STAGES`); stages that do not occur are left out.
+    peak_memory_gib
+        Largest memory of the process, the program itself included.
+    extrapolated
+        Whether the unknowns are beyond what was measured.
+    """
+
+    unknowns: int
+    coordinates: int
+    seconds: Mapping[str, float]
+    peak_memory_gib: float
+    extrapolated: bool
+
+    @property
+    def total_s(self) -> float:
+        """Sum over all stages [s]."""
+        return sum(self.seconds.values())
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunCost:
+    """Predicted cost of a scene.
+
+    Attributes
+    ----------
+    bodies
+        By name, without what the bodies share.
+    whole
+        Everything but the [[analyses]], whose cost their own settings decide.
+    """
+
+    bodies: Mapping[str, Cost]
+    whole: Cost
+
+
+def predict_body_cost(
+    body: Body | MeshedBody,
+    plan: BodyPlan,
+    *,
+    modes: int,
+    estimates: tuple[str, ...] = (),
+    machine: MachineSpeed = REFERENCE_MACHINE,
+    mesh: PredictedMesh | None = None,
+) -> Cost:
+    """Predict what meshing and reducing one body costs.
+
+    Parameters
+    ----------
+    plan
+        What is computed for it; level "beam" costs next to nothing.
+    modes
+        Fixed-interface modes per order, pairs counted once.
+    estimates
+        Errors to be estimated, of `ESTIMATES`; "mesh" on the harmonic level only.
+    mesh
+        Of the body; None: as the plan has it.
+
+    Raises
+    ------
+    CostError
+        An unknown level or estimate.
+
+    Notes
+    -----
+    One mesh and one reduction: if the mesh follows its error estimate, each round costs that of its
+    own mesh, and this is the first.
+    """
+    _refuse_unknown(plan, estimates)
+    if plan.level == "beam" and isinstance(body, Body):
+        return _beam_cost(body, plan, modes)
+    dimension = 3 if plan.level == "solid" else 2
+    if isinstance(body, MeshedBody):
+        mesh = body.expected
+    elif mesh is None:
+        mesh = predict_mesh(body, fineness_of(plan).size, dimension)
+    problems = [_problem(plan, order, modes) for order in _orders(plan)]
+    factor = 1.0 / machine.relative_to(REFERENCE_MACHINE)
+    given = isinstance(body, MeshedBody) and body.request.step is None
+    seconds = {} if given else {"meshing": _meshing_s(plan.level, mesh)}
+    for problem in problems:
+        for stage, spent in _problem_s(plan, mesh, problem, len(problems), estimates).items():
+            seconds[stage] = seconds.get(stage, 0.0) + spent
+    solved = mesh.unknowns(fineness_of(plan).degree)
+    return Cost(
+        unknowns=sum(p.families for p in problems) * solved,
+        coordinates=sum(p.families * p.columns for p in problems),
+        seconds={stage: factor * seconds[stage] for stage in STAGES if stage in seconds},
+        peak_memory_gib=measured.BASE_GIB
+        + (1.0 + _KEPT * (len(problems) - 1))
+        * max(_memory_gib(plan, solved, p, estimates) for p in problems),
+        extrapolated=solved > measured.LARGEST[plan.level],
+    )
+
+
+def predict_cost(
+    plan: Plan,
+    scene: Scene,
+    bodies: Mapping[str, Body | MeshedBody],
+    *,
+    modes: Mapping[str, int],
+    estimates: bool = False,
+    machine: MachineSpeed = REFERENCE_MACHINE,
+) -> RunCost:
+    """Predict what a scene costs, from its plan.
+
+    Parameters
+    ----------
+    plan, scene
+        The plan and its scene.
+    bodies
+        Geometry of the solids by name.
+    modes
+        Fixed-interface modes of each solid.
+    estimates
+        Whether errors are estimated: the truncation, and on the harmonic level the mesh.
+    machine
+        Speed of the machine that will run it.
+    """
+    costs = {}
+    for name, body in bodies.items():
+        own = plan.bodies[name]
+        costs[name] = predict_body_cost(
+            body,
+            own,
+            modes=modes[name],
+            estimates=estimated_errors(own.level, estimates),
+            machine=machine,
+        )
+    whole = _whole(plan, scene, costs, machine)
+    if estimates:
+        spent = whole.seconds.get("error_estimate", 0.0)
+        diagrams = _COUPLINGS if scene.model.compare_coupling == "on" else 0
+        if any(plan.bodies[name].level == "beam" for name in bodies):
+            spent += _BEAM_VARIANTS_S / machine.relative_to(REFERENCE_MACHINE)
+            diagrams += _VARIANTS
+        spent += diagrams * whole.seconds["campbell"]
+        whole = replace(whole, seconds={**whole.seconds, "error_estimate": spent})
+    return RunCost(bodies=costs, whole=whole)
+
+
+def _whole(plan: Plan, scene: Scene, costs: Mapping[str, Cost], machine: MachineSpeed) -> Cost:
+    """Sum of the bodies, the solvers' import and what the assembled engine costs."""
+    factor = 1.0 / machine.relative_to(REFERENCE_MACHINE)
+    coordinates = sum(c.coordinates for c in costs.values()) + _simple_coordinates(plan, scene)
+    solids = any(plan.bodies[name].level != "beam" for name in costs)
+    seconds = {"import_solvers": factor * measured.IMPORT_S if solids else 0.0}
+    for cost in costs.values():
+        for stage, spent in cost.seconds.items():
+            seconds[stage] = seconds.get(stage, 0.0) + spent
+    kind = _engine_kind(plan, scene)
+    per_speed = _cubic(f"campbell.{kind}", coordinates)
+    seconds["campbell"] = factor * (len(plan.speeds_rad_s) + _LOOKED_AT) * per_speed
+    searched = "damped" if plan.on("speed_dependent_bearings") else kind
+    seconds["critical_speeds"] = (
+        factor * _exciters(plan, scene) * _cubic(f"critical_speeds.{searched}", coordinates)
+    )
+    return Cost(
+        unknowns=sum(c.unknowns for c in costs.values()),
+        coordinates=coordinates,
+        seconds={stage: seconds[stage] for stage in STAGES if stage in seconds},
+        # bodies are reduced one after another
+        peak_memory_gib=max([measured.BASE_GIB, *(c.peak_memory_gib for c in costs.values())]),
+        extrapolated=any(c.extrapolated for c in costs.values()),
+    )
+
+
+def fineness_of(plan: BodyPlan) -> Resolution:
+    """Return the mesh and element order of a body that has a mesh; CostError for a beam."""
+    if plan.resolution is None:
+        raise CostError(f"level {plan.level} has no mesh")
+    return plan.resolution
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Problem:
+    """One circumferential order (None: the solid): sizes of what is solved per family."""
+
+    families: int
+    interface_columns: int
+    columns: int
+    pairs: int
+    share: float
+
+
+def _orders(plan: BodyPlan) -> tuple[int | None, ...]:
+    return (None,) if plan.level == "solid" else plan.orders
+
+
+def _problem(plan: BodyPlan, order: int | None, modes: int) -> _Problem:
+    """Columns of the basis, at most, and pairs that the eigenvalue solver is asked for."""
+    carried = [c for motions in plan.interface_components.values() for c in motions]
+    if order is None:
+        interface, kept, pairs, families = len(carried), 2 * modes, 3 * modes + 4, 1
+    elif order == 0:
+        interface, families = sum(c in _AXIAL for c in carried), 1
+        kept, pairs = modes, modes + 2
+    else:
+        interface, families = (len(carried) - sum(c in _AXIAL for c in carried)) // 2, 2
+        kept, pairs = modes, modes + 2
+    halved = order is None and plan.orders == (1,) and plan.shape == "quartered"
+    share = _LATERAL if halved else _ALL
+    speeds = plan.eigenproblems // len(_orders(plan))
+    return _Problem(
+        families=families,
+        interface_columns=interface,
+        columns=2 * interface + speeds * kept,
+        pairs=pairs,
+        share=share,
+    )
+
+
+def _problem_s(
+    plan: BodyPlan, mesh: PredictedMesh, problem: _Problem, problems: int, estimates: Iterable[str]
+) -> dict[str, float]:
+    """Reference seconds of one circumferential order, by stage."""
+    key = f"{plan.level}.{fineness_of(plan).degree}"
+    unknowns = mesh.unknowns(fineness_of(plan).degree)
+    solved = problem.share * unknowns
+    eigen = plan.eigenproblems // problems
+    # the first of several is that of the centrifugal field
+    static = int(plan.factorisations // problems > 1)
+    held = plan.factorisations // problems - static
+    quartered = plan.level == "solid" and plan.shape == "quartered"
+    iterative = plan.solver == "iterative"
+    field = (_CENTRIFUGAL if quartered else _ALL) * unknowns
+    once = law("iterative", "setup_s").at if iterative else partial(_law, f"{key}.factorisation")
+    modes_s = _law(f"{key}.eigensolutions", solved, problem.pairs)
+    if iterative:
+        modes_s = problem.pairs / scale.MODES * law("iterative", "modes_s").at(solved)
+    out = {
+        "assembly": plan.matrices / problems * _law(f"{key}.assembly", unknowns),
+        "factorisations": held * once(solved) + static * once(field),
+        "static_solutions": _solutions(key, solved, 2 * problem.interface_columns, iterative)
+        + static * _solutions(key, field, 1, iterative),
+        "eigensolutions": eigen * modes_s,
+        "projection": _law(f"{key}.projection", unknowns, problem.columns),
+    }
+    if estimates:
+        out["error_estimate"] = _estimate_s(plan, mesh, problem, tuple(estimates))
+    return out
+
+
+def _estimate_s(
+    plan: BodyPlan, mesh: PredictedMesh, problem: _Problem, estimates: tuple[str, ...]
+) -> float:
+    """Seconds of the residual solves, and of the mesh with elements one order higher."""
+    degree = fineness_of(plan).degree
+    key, finer = f"{plan.level}.{degree}", f"{plan.level}.{degree + 1}"
+    residuals = 3 * problem.columns
+    solved = problem.share * mesh.unknowns(degree)
+    spent = _solutions(key, solved, residuals, plan.solver == "iterative")
+    if "mesh" not in estimates:
+        return spent + _law(f"{key}.estimate", mesh.unknowns(degree), problem.columns)
+    unknowns = mesh.unknowns(degree + 1)
+    return (
+        spent
+        + _law(f"{key}.estimate", unknowns, problem.columns)
+        + _law(f"{finer}.factorisation", unknowns)
+        + _solutions(finer, unknowns, residuals + problem.interface_columns)
+    )
+
+
+def _law(name: str, unknowns: float, columns: float = _COLUMNS) -> float:
+    """Seconds by a measured power law."""
+    seconds, power, columns_power = measured.LAWS[name]
+    if not unknowns or not columns:
+        return 0.0
+    return float(seconds * (unknowns / _UNKNOWNS) ** power * (columns / _COLUMNS) ** columns_power)
+
+
+def _solutions(key: str, unknowns: float, columns: int, iterative: bool = False) -> float:
+    """Seconds of solutions with a factor or a hierarchy at hand."""
+    if iterative:
+        return columns * law("iterative", "static_s").at(unknowns)
+    return _law(f"{key}.static_solutions", unknowns, columns)
+
+
+def _meshing_s(level: str, mesh: PredictedMesh) -> float:
+    """Seconds of the mesher; every graded place is looked at for every element."""
+    once, cell, place = measured.MESHING[level]
+    return once + mesh.cells * (cell + place * mesh.graded_places)
+
+
+def _memory_gib(
+    plan: BodyPlan, unknowns: int, problem: _Problem, estimates: tuple[str, ...]
+) -> float:
+    """Memory of one order beyond the program: matrices and factors, vectors of the basis."""
+    what = "estimate" if "mesh" in estimates else "reduction"
+    gib, power, copies = measured.MEMORY[f"{plan.level}.{fineness_of(plan).degree}.{what}"]
+    # solids were measured for lateral motion
+    size = unknowns * (problem.share / _LATERAL if plan.level == "solid" else 1.0)
+    vectors = 8.0 * unknowns * problem.columns / 1024.0**3
+    own = gib * (size / _UNKNOWNS) ** power
+    if plan.level == "solid":
+        # the solver alone was measured up to larger sizes
+        solver = law(plan.solver if plan.solver in ROADS else "direct", "memory_gib")
+        alone = solver.at(problem.share * unknowns)
+        own = alone if plan.solver == "iterative" else max(own, alone)
+    return float(own + copies * vectors)
+
+
+def _beam_cost(body: Body, plan: BodyPlan, modes: int) -> Cost:
+    """Beams: one node per end of a section and interface, with all motions, and two planes."""
+    nodes = len(body.sections) + len(body.interfaces) + 1
+    carried = sum(len(motions) for motions in plan.interface_components.values())
+    return Cost(
+        unknowns=6 * nodes,
+        coordinates=carried + 2 * modes,
+        seconds={"assembly": _BEAM_S},
+        peak_memory_gib=measured.BASE_GIB,
+        extrapolated=False,
+    )
+
+
+def estimated_errors(level: str, wanted: bool) -> tuple[str, ...]:
+    """Return the errors that are estimated on a level where estimates are wanted."""
+    known = {"beam": (), "harmonic": ESTIMATES, "solid": ESTIMATES[:1]}
+    return known[level] if wanted else ()
+
+
+def _refuse_unknown(plan: BodyPlan, estimates: tuple[str, ...]) -> None:
+    if plan.level not in ("beam", "harmonic", "solid"):
+        raise CostError(f"level is {plan.level!r}; known are beam, harmonic and solid")
+    allowed = estimated_errors(plan.level, True)
+    for name in estimates:
+        if name not in allowed:
+            raise CostError(
+                f"estimate {name!r} of level {plan.level}: allowed are "
+                f"{', '.join(allowed) or 'none'}"
+            )
+
+
+def _cubic(name: str, coordinates: int) -> float:
+    """Seconds of dense linear algebra on the engine's coordinates."""
+    once, cubic = measured.ENGINE[name]
+    return once + cubic * (coordinates / _COORDINATES) ** 3
+
+
+def _simple_coordinates(plan: Plan, scene: Scene) -> int:
+    """Coordinates of beams, rigid and imported bodies, at most."""
+    out = 6 * len(scene.rigid_bodies)
+    for name, spec in scene.beams.items():
+        carried = {m for place in spec.interfaces for m in plan.carried[f"{name}.{place}"]}
+        nodes = len({*spec.stations_m, *spec.interfaces.values(), *(d.at_m for d in spec.disks)})
+        out += nodes * len({"ux", "uy", "rx", "ry", *carried})
+    return out + sum(imported_element(name, s).size for name, s in scene.imported.items())
+
+
+def _engine_kind(plan: Plan, scene: Scene) -> str:
+    """Which eigenproblem the engine has: damped, undamped with uneven supports, or even."""
+    if plan.on("bearing_damping") or plan.on("internal_damping"):
+        return "damped"
+    even = not scene.imported and all(
+        _is_even(bearing.stiffness_n_per_m) for bearing in scene.bearings
+    )
+    return "even" if even and not plan.on("speed_dependent_bearings") else "uneven"
+
+
+def _is_even(stiffness: Matrix) -> bool:
+    """Whether a stiffness is the same in all directions."""
+    (xx, xy), (yx, yy) = stiffness
+    return xx == yy and xy == -yx
+
+
+def _exciters(plan: Plan, scene: Scene) -> int:
+    """Different speeds at which unbalances turn."""
+    if float(np.max(plan.speeds_rad_s)) == 0.0:
+        return 0
+    return len({abs(ratio) for ratio in scene.speed_ratios().values() if ratio})

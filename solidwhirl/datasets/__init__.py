@@ -1,0 +1,5 @@
+"""Results as labelled xarray datasets.
+
+Named dimensions, units, errors as variables; netCDF files.
+In: results or a folder of a run. Out: datasets.
+"""

@@ -1,0 +1,194 @@
+"""Surfaces of the bodies and of their rigid disks, with their motion per coordinate."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import interp1d
+
+from solidwhirl.drawing.bodies import RigidDisk, Silhouette
+from solidwhirl.files.surface_files import shown_surface
+from solidwhirl.rotordyn import Superelement
+from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
+from solidwhirl.rotordyn.modes.centreline import centreline_motion
+from solidwhirl.rotordyn.superelement.surface import (
+    Surface,
+    beam_surface,
+    outline_chains,
+    plane_sections,
+)
+from solidwhirl.rotordyn.superelement.validation import MOTIONS
+
+# Turn [rad] at a corner of an outline; pieces along one that is turned about the axis.
+_CORNER, _STEPS = 0.12, 60
+# Points of a solid's surface.
+MOST_POINTS = 2500
+# Half the thickness of a rigid disk over its radius, as no scene tells it.
+_FLAT = 0.06
+
+
+class Piece(NamedTuple):
+    """A surface of a body, or of one of its rigid disks with the disk's name."""
+
+    body: str
+    surface: Surface
+    disk: str = ""
+
+
+def pieces_of(
+    elements: Mapping[str, Superelement], bodies: Sequence[Silhouette]
+) -> tuple[Piece, ...]:
+    """Return the surfaces of the bodies and of their rigid disks.
+
+    Parameters
+    ----------
+    elements
+        The bodies by name. Of one that knows no surface the profile is turned about the axis, its
+        sections square to the centre line; one without a profile has none.
+    bodies
+        What is seen of them.
+    """
+    found: list[Piece] = []
+    for body in bodies:
+        element = elements[body.name]
+        surface = shown_surface(element)
+        if surface is None and body.lines_m:
+            surface = _turned(element, body.lines_m)
+        if surface is not None:
+            found.append(Piece(body.name, surface))
+        for disk in body.disks:
+            turned = _disk_at_interface if disk.interface else _disk_on_beam
+            found += [Piece(body.name, s, disk.name) for s in turned(element, disk)]
+    return tuple(found)
+
+
+def _turned(element: Superelement, lines: Sequence[FloatArray]) -> Surface | None:
+    """An outline in (z, r) whose sections stay square to the centre line."""
+    axis = centreline_motion(element)
+    places, first = np.unique(axis.axial_m, return_index=True)
+    if places.size < 2:
+        return None
+    step = float(np.ptp(np.vstack(lines)[:, 0])) / _STEPS
+    points: list[FloatArray] = []
+    edges: list[IntArray] = []
+    for start, end in (pair for line in lines for pair in pairwise(line)):
+        count = max(1, int(np.ceil(abs(end[0] - start[0]) / step)))
+        number = sum(map(len, points)) + np.arange(count)
+        edges.append(np.column_stack([number, number + 1]))
+        points.append(start + np.linspace(0.0, 1.0, count + 1)[:, None] * (end - start))
+    meridian, moved = np.vstack(points), axis.modes[first]
+    at = [interp1d(places, f, axis=0, bounds_error=False, fill_value=(f[0], f[-1]))(meridian[:, 0])
+          for f in (moved, np.gradient(moved, places, axis=0))]  # fmt: skip
+    planes = [(at[0][:, c], at[1][:, c]) for c in (0, 1)]
+    return plane_sections(meridian, np.concatenate(edges), planes)
+
+
+def thinned(surface: Surface, spacing_m: float) -> Surface:
+    """Return a surface with fewer points: corners of a meridian, clusters of a solid.
+
+    Parameters
+    ----------
+    surface
+        The surface.
+    spacing_m
+        Largest distance of points along the outline of a meridian.
+    """
+    if surface.kind == "solid":
+        return _clustered(surface)
+    chains = outline_chains(surface.cells)
+    kept: list[IntArray] = [
+        chain[_kept_of_chain(surface.points_m[chain], spacing_m)] for chain in chains
+    ]
+    points = np.unique(np.concatenate(kept)) if kept else np.empty(0, dtype=np.int64)
+    new = np.full(len(surface.points_m), -1)
+    new[points] = np.arange(points.size)
+    cells = [np.column_stack([new[k[:-1]], new[k[1:]]]) for k in kept if k.size > 1]
+    return replace(
+        surface,
+        points_m=surface.points_m[points],
+        cells=np.concatenate(cells) if cells else np.empty((0, 2), dtype=np.int64),
+        amplitudes=surface.amplitudes[points],
+    )
+
+
+def _kept_of_chain(points: FloatArray, spacing: float) -> IntArray:
+    """Places along a chain that are its ends, corners, or far from the last one kept."""
+    last = len(points) - 1
+    step = np.diff(points, axis=0)
+    angle = np.arctan2(step[:, 1], step[:, 0])
+    kept, before, direction = [0], points[0], angle[0]
+    for k in range(1, last):
+        turn = abs((angle[k] - direction + np.pi) % (2.0 * np.pi) - np.pi)
+        if turn > _CORNER or np.hypot(*(points[k + 1] - before)) > spacing:
+            kept.append(k)
+            before, direction = points[k], angle[k]
+    return np.array([*kept, last])
+
+
+def _clustered(surface: Surface) -> Surface:
+    """A solid's surface with one point for each small box that has some."""
+    points = surface.points_m
+    if len(points) <= MOST_POINTS:
+        return surface
+    low, size = points.min(axis=0), float(np.ptp(points, axis=0).max())
+    box = size / 400.0
+    while True:
+        place = np.floor((points - low) / box).astype(np.int64)
+        _, first, group = np.unique(place, axis=0, return_index=True, return_inverse=True)
+        if first.size <= MOST_POINTS:
+            break
+        box *= 1.12
+    cells = group.reshape(-1)[surface.cells]
+    flat = (
+        (cells[:, 0] == cells[:, 1]) | (cells[:, 1] == cells[:, 2]) | (cells[:, 2] == cells[:, 0])
+    )
+    return replace(
+        surface,
+        points_m=points[first],
+        cells=cells[~flat],
+        amplitudes=surface.amplitudes[first],
+    )
+
+
+def _disk_at_interface(element: Superelement, disk: RigidDisk) -> list[Surface]:
+    node = element.interface_node(disk.interface)
+    rows: dict[str, FloatArray] = {c: np.zeros(element.size) for c in MOTIONS}
+    for component in element.components_at(node.name):
+        rows[component][element.interface_index(node.name, component)] = 1.0
+    return [_disk_surface(disk, float(node.position_m[2]), rows)]
+
+
+def _disk_on_beam(element: Superelement, disk: RigidDisk) -> list[Surface]:
+    """At the nearest point of the beam; none if its points do not rise along the axis."""
+    places = element.recovery_points_m[:, 2]
+    if places.size < 2 or not (np.diff(places) > 0.0).all():
+        return []
+    moved = element.recovery_modes
+    slopes = np.gradient(moved, places, axis=0)
+    at = int(np.abs(places - disk.at_m).argmin())
+    rows: dict[str, FloatArray] = dict(zip(MOTIONS[:3], moved[at], strict=True))
+    rows |= {"rx": -slopes[at, 1], "ry": slopes[at, 0], "rz": np.zeros(element.size)}
+    return [_disk_surface(disk, float(places[at]), rows)]
+
+
+def _disk_surface(disk: RigidDisk, carrier_m: float, rows: Mapping[str, FloatArray]) -> Surface:
+    """A disk that moves with a point of the axis, whose motions are "ux" to "rz", (n,) each."""
+    half = _FLAT * disk.radius_m * np.array([-1.0, 1.0])
+    planes = []
+    for moved, slope in ((rows["ux"], rows["ry"]), (rows["uy"], -rows["rx"])):
+        plane = np.zeros((4, moved.size))
+        plane[0::2] = moved + np.outer(disk.at_m - carrier_m + half, slope)
+        plane[1::2] = slope
+        planes.append(plane)
+    return beam_surface(
+        disk.at_m + half,
+        np.array([disk.radius_m]),
+        np.array([0.0]),
+        (planes[0], planes[1]),
+        np.tile(rows["uz"], (2, 1)),
+        np.tile(rows["rz"], (2, 1)),
+    )

@@ -1,0 +1,294 @@
+"""Other models of the same engine, whose results differ from its own by an error to be estimated.
+
+Harmonic bodies carry error forms and need none of these. A solid mesh is held against the harmonic
+level, on meridian elements of the same sizes (what is left is the circumference) and on ones fine
+enough for the accuracy; beams against other beams of the same profile; and how interfaces are
+coupled, which is a choice of the model, against the other choice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
+from solidwhirl.bodies.reduction import (
+    BodyResult,
+    Discretisation,
+    first_discretisation,
+    mesh_body,
+    reduce_meshed,
+)
+from solidwhirl.bodies.refinement import Judgement, next_discretisations, rounds_of
+from solidwhirl.cost.forecast import shortage_of
+from solidwhirl.geometry import Body, GeometryError, Interface
+from solidwhirl.meshing import MeshingError
+from solidwhirl.model.effects import make_plan
+from solidwhirl.model.plan_records import Plan
+from solidwhirl.rotordyn import AssembledSystem, Superelement
+from solidwhirl.scene.records import Scene
+from solidwhirl.scene_checks.interface_motions import places_of_joints
+
+# The fine reference of a solid is this much more accurate than what is asked of the solid.
+_FINER = 0.2
+# Accuracy of the pair of models that tell what the coupling of the interfaces does.
+_COARSE = 1e-2
+
+Assemble = Callable[[Mapping[str, Superelement]], AssembledSystem]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Comparison:
+    """Two models whose results differ by one part of the error.
+
+    Attributes
+    ----------
+    part
+        Name of the part.
+    first, second
+        Systems; None for the scene's own.
+    first_elements, second_elements
+        Their bodies, those that differ from the scene's own.
+    safety
+        Factor on the difference.
+    """
+
+    part: str
+    first: AssembledSystem | None
+    second: AssembledSystem
+    first_elements: Mapping[str, Superelement]
+    second_elements: Mapping[str, Superelement]
+    safety: float = 1.0
+
+
+def solid_comparisons(
+    scene: Scene,
+    plan: Plan,
+    solids: Mapping[str, BodyResult],
+    elements: Mapping[str, Superelement],
+    assemble: Assemble,
+) -> tuple[Comparison, ...]:
+    """Compare solid bodies with the harmonic level.
+
+    Parameters
+    ----------
+    scene, plan
+        As the run has them.
+    solids
+        Bodies of the solid level.
+    elements
+        All bodies of the engine.
+    assemble
+        Makes the engine of elements.
+
+    Returns
+    -------
+    Parts "circumferential" (own against harmonic elements of the same sizes and number of modes)
+    and "mesh" (those against a finer mesh, whose own estimate is to be added).
+    """
+    if not solids:
+        return ()
+    same_scene = _at_level(scene, "harmonic", scene.model.accuracy)
+    bodies = {name: r.body for name, r in solids.items() if isinstance(r.body, Body)}
+    same_plan = make_plan(same_scene, bodies)
+    same = {}
+    for name, result in solids.items():
+        own = result.discretisation
+        chosen = replace(own, mesh_fixed=True, modes_fixed=True)
+        same[name] = _reduced(same_scene, same_plan, bodies[name], chosen).element
+    fine = _within_accuracy(
+        _at_level(scene, "harmonic", max(_FINER * scene.model.accuracy, 1e-5)),
+        bodies,
+        elements,
+        assemble,
+    )
+    like_own = assemble({**elements, **same})
+    finer = assemble({**elements, **fine})
+    return (
+        Comparison(
+            part="circumferential",
+            first=None,
+            second=like_own,
+            first_elements={n: r.element for n, r in solids.items()},
+            second_elements=same,
+        ),
+        Comparison(
+            part="mesh",
+            first=like_own,
+            second=finer,
+            first_elements=same,
+            second_elements=fine,
+        ),
+    )
+
+
+def beam_comparison(
+    elements: Mapping[str, Superelement],
+    finer: Mapping[str, Superelement],
+    assemble: Assemble,
+) -> tuple[Comparison, ...]:
+    """Compare beams with ones half as long.
+
+    Parameters
+    ----------
+    elements
+        All bodies of the engine.
+    finer
+        Those made of beams, with beams half as long; the error of frequencies falls with the square
+        of the length, so 4/3 of the difference is the error.
+    assemble
+        Makes the engine of elements.
+    """
+    if not finer:
+        return ()
+    own = {name: elements[name] for name in finer}
+    return (
+        Comparison(
+            part="mesh",
+            first=None,
+            second=assemble({**elements, **finer}),
+            first_elements=own,
+            second_elements=finer,
+            safety=4.0 / 3.0,
+        ),
+    )
+
+
+def coupling_comparison(
+    scene: Scene,
+    bodies: Mapping[str, Body],
+    elements: Mapping[str, Superelement],
+    assemble: Assemble,
+) -> tuple[Comparison, ...]:
+    """Compare rigid with distributing coupling of the interfaces that joints act on.
+
+    Parameters
+    ----------
+    scene, bodies
+        The scene and the geometry of its meshed bodies.
+    elements
+        All bodies of the engine.
+    assemble
+        Makes the engine of elements.
+
+    Returns
+    -------
+    Part "interface_coupling", on the harmonic level and on coarse meshes; empty where no joint acts
+    on a meshed body, or the other coupling can not be had (surfaces that touch).
+    """
+    joints, looked_at = places_of_joints(scene), _places_of_responses(scene)
+    as_is, flipped = {}, {}
+    for name, body in bodies.items():
+        # interfaces that nothing acts on add no stiffness, but cost time
+        used = tuple(i for i in body.interfaces if f"{name}.{i.name}" in joints)
+        seen = tuple(i for i in body.interfaces if f"{name}.{i.name}" in looked_at)
+        kept = tuple(i for i in body.interfaces if i in (*used, *seen) or i.coupling == "rigid")
+        if used:
+            other = tuple(_flipped(i) if i in used else i for i in kept)
+            as_is[name] = replace(body, interfaces=kept)
+            flipped[name] = replace(body, interfaces=other)
+    if not flipped:
+        return ()
+    coarse = _at_level(scene, "harmonic", _COARSE)
+    from solidwhirl.reduction import ReductionError
+
+    plan = make_plan(coarse, as_is)
+    first, second = {}, {}
+    for name, body in flipped.items():
+        chosen = first_discretisation(coarse, plan, name)
+        try:
+            second[name] = _unestimated(coarse, plan, body, chosen)
+            first[name] = _unestimated(coarse, plan, as_is[name], chosen)
+        except (ReductionError, GeometryError, MeshingError):
+            second.pop(name, None)  # the other coupling is impossible there: nothing to compare
+    if not second:
+        return ()
+    return (
+        Comparison(
+            part="interface_coupling",
+            first=assemble({**elements, **first}),
+            second=assemble({**elements, **second}),
+            first_elements=first,
+            second_elements=second,
+        ),
+    )
+
+
+def _places_of_responses(scene: Scene) -> frozenset[str]:
+    """Places of unbalance responses, whose peaks are compared."""
+    found: set[str] = set()
+    for spec in scene.analyses:
+        if isinstance(spec, UnbalanceResponseSpec):
+            found |= {u.at for u in spec.unbalances} | set(spec.observe)
+    return frozenset(found)
+
+
+def _flipped(interface: Interface) -> Interface:
+    """The interface with the other coupling; as it is where its kind has but one."""
+    rigid = interface.coupling == "rigid"
+    try:
+        return replace(interface, coupling="distributing" if rigid else "rigid")
+    except GeometryError:
+        return interface
+
+
+def _at_level(scene: Scene, level: str, accuracy: float) -> Scene:
+    """The scene with another level and accuracy, mesh and basis free."""
+    model = scene.model.model_copy(
+        update={
+            "level": level,
+            "accuracy": accuracy,
+            "order": None,
+            "size_m": None,
+            "corner_size_m": None,
+            "growth": None,
+            "modes": None,
+        }
+    )
+    bodies = {n: b.model_copy(update={"modes": None}) for n, b in scene.bodies.items()}
+    return scene.model_copy(update={"model": model, "bodies": bodies})
+
+
+def _reduced(
+    scene: Scene,
+    plan: Plan,
+    body: Body,
+    chosen: Discretisation,
+    before: BodyResult | None = None,
+) -> BodyResult:
+    from mpi4py import MPI
+
+    mesh = mesh_body(body, plan.bodies[body.name].level, chosen, before)
+    result = reduce_meshed(scene, plan, body, mesh, chosen, MPI.COMM_SELF)
+    assert result is not None
+    return result
+
+
+def _unestimated(scene: Scene, plan: Plan, body: Body, chosen: Discretisation) -> Superelement:
+    """The element of a body without an error estimate of its own."""
+    model = scene.model.model_copy(update={"estimates": "off"})
+    return _reduced(scene.model_copy(update={"model": model}), plan, body, chosen).element
+
+
+def _within_accuracy(
+    scene: Scene,
+    bodies: Mapping[str, Body],
+    elements: Mapping[str, Superelement],
+    assemble: Assemble,
+) -> dict[str, Superelement]:
+    """Harmonic bodies by the accuracy dial."""
+    from mpi4py import MPI
+
+    plan = make_plan(scene, bodies)
+
+    def reduce_one(name: str, chosen: Discretisation, before: BodyResult | None) -> BodyResult:
+        return _reduced(scene, plan, bodies[name], chosen, before)
+
+    def judge(reduced: Mapping[str, BodyResult], _number: int) -> Judgement:
+        system = assemble({**elements, **{n: r.element for n, r in reduced.items()}})
+        return next_discretisations(scene, plan, reduced, system)
+
+    first = {name: first_discretisation(scene, plan, name) for name in bodies}
+    shortage = shortage_of(scene, plan, bodies)
+    reduced, _ = rounds_of(first, reduce_one, judge, MPI.COMM_SELF, shortage)
+    return {name: r.element for name, r in reduced.items()}

@@ -1,0 +1,209 @@
+"""Error estimates of the resonance peaks of unbalance responses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from solidwhirl.analyses.base import Analysis
+from solidwhirl.analyses.kinds.place_map import PlaceMapSpec
+from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
+from solidwhirl.analyses.unbalances import end_of, turning_at, unbalance_of
+from solidwhirl.core.outcome import Outcome
+from solidwhirl.estimates.comparators import Comparison
+from solidwhirl.rotordyn import AssembledSystem, End
+from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
+from solidwhirl.rotordyn.estimates.response_errors import unbalance_peak_errors
+from solidwhirl.rotordyn.response.orbit_peaks import orbit_peaks
+from solidwhirl.rotordyn.response.unbalance import (
+    Unbalance,
+    frequency_ratio,
+    resolving_speeds,
+    unbalance_response,
+)
+from solidwhirl.rotordyn.response.unbalance_peaks import ResonancePeak
+from solidwhirl.rotordyn.superelement.residual_energy import NOT_SUMMED
+
+# Peaks of two models further apart than this (relative) are not the same.
+_FARTHEST = 0.1
+# A sample is a peak's own if it is nearer than this (relative).
+_SAME_SPEED = 1e-12
+
+
+def with_peak_estimates(
+    outcome: Outcome,
+    spec: Analysis,
+    system: AssembledSystem,
+    comparisons: tuple[Comparison, ...],
+) -> Outcome:
+    """Put error estimates beside the peaks of an unbalance response or a place map.
+
+    Parameters
+    ----------
+    outcome, spec
+        The analysis; others than these two come back as they are.
+    system
+        The engine.
+    comparisons
+        Other models of it (see `solidwhirl.estimates.comparators`).
+    """
+    if isinstance(spec, UnbalanceResponseSpec):
+        return _of_response(outcome, spec, system, comparisons)
+    if isinstance(spec, PlaceMapSpec):
+        return _of_places(outcome, spec, system, comparisons)
+    return outcome
+
+
+def _of_response(
+    outcome: Outcome,
+    spec: UnbalanceResponseSpec,
+    system: AssembledSystem,
+    comparisons: tuple[Comparison, ...],
+) -> Outcome:
+    speeds = np.asarray(outcome.document["speed_rpm"]) * RAD_S_PER_RPM
+    placed = [unbalance_of(u) for u in spec.unbalances]
+    exciters = []
+    for exciter in outcome.document["exciters"]:
+        ratio = exciter["frequency_ratio"]
+        own = turning_at(system, placed, ratio)
+        peaks = {
+            place: _estimated(system, own, end_of(place), found, speeds, comparisons)
+            for place, found in exciter["peaks"].items()
+        }
+        exciters.append({**exciter, "peaks": peaks})
+    return replace(outcome, document={**outcome.document, "exciters": exciters})
+
+
+def _of_places(
+    outcome: Outcome,
+    spec: PlaceMapSpec,
+    system: AssembledSystem,
+    comparisons: tuple[Comparison, ...],
+) -> Outcome:
+    speeds = np.asarray(outcome.document["speed_rpm"]) * RAD_S_PER_RPM
+    peaks = {}
+    for place, found in outcome.document["peaks"].items():
+        at = end_of(place)
+        own = [Unbalance(body=at.body, interface=at.interface, moment_kg_m=spec.moment_kg_m)]
+        node = end_of(spec.observe or place)
+        peaks[place] = _estimated(system, own, node, found, speeds, comparisons)
+    return replace(outcome, document={**outcome.document, "peaks": peaks})
+
+
+def _estimated(
+    system: AssembledSystem,
+    unbalances: Sequence[Unbalance],
+    node: End,
+    found: Sequence[Mapping[str, Any]],
+    speeds_rad_s: Any,
+    comparisons: tuple[Comparison, ...],
+) -> list[dict[str, Any]]:
+    """Peaks of one place with relative errors of their frequency and height."""
+    if not found:
+        return []
+    ratio = frequency_ratio(system, unbalances[0])
+    peaks = [_as_peak(p, np.asarray(speeds_rad_s)) for p in found]
+    errors = unbalance_peak_errors(system, unbalances, node, peaks)
+    position = {part: values.copy() for part, values in errors.position.items()}
+    height = {part: values.copy() for part, values in errors.height.items()}
+    for pair in comparisons:
+        _add_difference(position, height, pair, unbalances, node, peaks, speeds_rad_s, ratio)
+    out = []
+    for k, peak in enumerate(found):
+        places = {part: float(values[k]) for part, values in position.items()}
+        heights = {part: float(values[k]) for part, values in height.items()}
+        out.append(
+            {
+                **peak,
+                "frequency_error_estimate": _sum(places),
+                "amplitude_error_estimate": _sum(heights),
+                "error_parts": places,
+            }
+        )
+    return out
+
+
+def _sum(parts: Mapping[str, float]) -> float:
+    return float(sum(v for part, v in parts.items() if part not in NOT_SUMMED))
+
+
+def _as_peak(document: Mapping[str, Any], speeds_rad_s: FloatArray) -> ResonancePeak:
+    """A peak over the speed, its flanks the samples beside it."""
+    speed = float(document["speed_rpm"]) * RAD_S_PER_RPM
+    amplification = document["amplification"]
+    known = amplification is not None and np.isfinite(amplification) and amplification > 0.0
+    below = speeds_rad_s[speeds_rad_s < speed * (1.0 - _SAME_SPEED)]
+    above = speeds_rad_s[speeds_rad_s > speed * (1.0 + _SAME_SPEED)]
+    return ResonancePeak(
+        position_rad_s=speed,
+        amplitude=float(document["amplitude_m"]),
+        prominence=np.inf,
+        half_power_low_rad_s=float(below[-1]) if below.size else np.nan,
+        half_power_high_rad_s=float(above[0]) if above.size else np.nan,
+        amplification=float(amplification) if known else np.nan,
+    )
+
+
+def _add_difference(
+    position: dict[str, Any],
+    height: dict[str, Any],
+    pair: Comparison,
+    unbalances: Sequence[Unbalance],
+    node: End,
+    peaks: Sequence[ResonancePeak],
+    speeds_rad_s: Any,
+    ratio: float,
+) -> None:
+    """Add how far the peaks of two models lie apart."""
+    second = _peaks_of(pair.second, unbalances, node, speeds_rad_s, ratio)
+    first = list(peaks)
+    if pair.first is not None:
+        first = _peaks_of(pair.first, unbalances, node, speeds_rad_s, ratio)
+    shift = np.full((2, len(peaks)), np.nan)
+    for k, peak in enumerate(peaks):
+        a, b = _nearest(first, peak), _nearest(second, peak)
+        if a is not None and b is not None:
+            shift[0, k] = abs(a.position_rad_s - b.position_rad_s) / peak.position_rad_s
+            shift[1, k] = abs(a.amplitude - b.amplitude) / peak.amplitude
+    for parts, values in ((position, shift[0]), (height, shift[1])):
+        parts[pair.part] = parts.get(pair.part, 0.0) + pair.safety * values
+
+
+def _peaks_of(
+    system: AssembledSystem,
+    unbalances: Sequence[Unbalance],
+    node: End,
+    speeds_rad_s: Any,
+    ratio: float,
+) -> list[ResonancePeak]:
+    """Peaks over the speed of another model at a place."""
+    rotors = system.system.rotors
+    known = {(name, n.name) for name in rotors for n in rotors[name].element.interfaces}
+    used = {(u.body, u.interface) for u in unbalances} | {(node.body, node.interface)}
+    if not used <= known:  # models of joints alone have no other interfaces
+        return []
+    speeds = resolving_speeds(system, unbalances, speeds_rad_s)
+    response = unbalance_response(system, unbalances, speeds)
+    exciter = response.exciters[0]
+    at = exciter.nodes.index(node)
+    moving = exciter.frequencies_rad_s > 0.0
+    found = orbit_peaks(
+        system,
+        unbalances,
+        node,
+        exciter.frequencies_rad_s[moving],
+        exciter.orbits().major_m[moving, at],
+    )
+    return [replace(p, position_rad_s=p.position_rad_s / ratio) for p in found]
+
+
+def _nearest(peaks: Sequence[ResonancePeak], like: ResonancePeak) -> ResonancePeak | None:
+    if not peaks:
+        return None
+    near = min(peaks, key=lambda p: abs(p.position_rad_s - like.position_rad_s))
+    gap = abs(near.position_rad_s - like.position_rad_s)
+    return near if gap <= _FARTHEST * like.position_rad_s else None

@@ -1,0 +1,74 @@
+"""The page that lists the pictures in a folder, those of earlier calls too."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from solidwhirl.core.errors import markdown_text
+from solidwhirl.files.picture_record import MOVING_FORMATS, STILL_FORMATS, Picture
+from solidwhirl.rotordyn.core.atomic import replacing
+
+INDEX = "pictures.md"
+_ENTRY = re.compile(r"- \*\*(?P<name>.+?)\*\* \((?P<files>\[.*?\]\(.*?\))\): (?P<caption>.*)")
+_FILE = re.compile(r"\[[^\]]*\]\((?P<file>[^)]*)\)")
+_FORMATS = STILL_FORMATS + MOVING_FORMATS
+
+
+def write_index(
+    index: Path, title: str, pictures: Sequence[Picture], drawn: Mapping[str, Sequence[Path]]
+) -> None:
+    """Write the list of pictures, with those that it had before and whose files are still there.
+
+    Parameters
+    ----------
+    index
+        The page, in the folder of the pictures.
+    pictures
+        All that the run has something for; they give captions and order.
+    drawn
+        Files by name of the picture, drawn now.
+    """
+    folder = index.parent
+    captions, files = _listed(index)
+    for name, own in drawn.items():
+        added = [path.relative_to(folder).as_posix() for path in own]
+        files[name] = list(dict.fromkeys([*files.get(name, ()), *added]))
+    captions |= {picture.name: picture.caption for picture in pictures}
+    known = [picture.name for picture in pictures]
+    names = [*(n for n in known if n in files), *(n for n in files if n not in known)]
+    lines = [f"# Pictures of {markdown_text(title)}", ""]
+    for name in names:
+        ordered = sorted(files[name], key=_rank)
+        links = ", ".join(f"[{file}]({file})" for file in ordered)
+        lines += [f"- **{name}** ({links}): {captions[name]}"]
+    with replacing(index) as temporary:
+        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def pictures_listed(folder: Path) -> frozenset[str]:
+    """Return the names of the pictures that a folder's page lists."""
+    return frozenset(file for files in _listed(folder / INDEX)[1].values() for file in files)
+
+
+def _listed(index: Path) -> tuple[dict[str, str], dict[str, list[str]]]:
+    """Captions and files of a page by name; nothing where there is none."""
+    captions: dict[str, str] = {}
+    files: dict[str, list[str]] = {}
+    if not index.is_file():
+        return captions, files
+    for line in index.read_text(encoding="utf-8", errors="replace").splitlines():
+        entry = _ENTRY.fullmatch(line)
+        if entry is None:
+            continue
+        linked = [found["file"] for found in _FILE.finditer(entry["files"])]
+        there = [file for file in linked if (index.parent / file).is_file()]
+        if there:
+            captions[entry["name"]], files[entry["name"]] = entry["caption"], there
+    return captions, files
+
+
+def _rank(file: str) -> int:
+    ending = Path(file).suffix.lstrip(".")
+    return _FORMATS.index(ending) if ending in _FORMATS else len(_FORMATS)

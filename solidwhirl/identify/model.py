@@ -1,0 +1,294 @@
+"""What the model of a problem's scene says for values of the parameters, remembered."""
+
+from __future__ import annotations
+
+import copy
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from solidwhirl.core.errors import OutputError, SceneError
+from solidwhirl.geometry import GeometryError, MassProperties, mass_properties
+from solidwhirl.identify.problem import DIGITS, Problem, is_mass_target
+from solidwhirl.model.bodies import build_bodies
+from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.atomic import replacing
+from solidwhirl.scene.records import Scene
+from solidwhirl.scene_reading.reader import parse_scene
+
+Progress = Callable[[str], None]
+# What a scene asks for beyond its model.
+_ANALYSES = ("speeds", "campbell", "analyses")
+
+
+class InfeasibleError(ValueError):
+    """Values of the parameters for which there is no model; the message says why."""
+
+
+class BudgetError(RuntimeError):
+    """The problem's maximum number of evaluations is used up."""
+
+
+class Model:
+    """Quantities of the targets for points of the unit cube of the parameters.
+
+    A point u in [0, 1]^n stands for the values lower + u (upper - lower), rounded to `DIGITS`
+    significant digits. Evaluations of the whole model are cached, in a state file if one is given,
+    so that a search that repeats the same points continues where it was interrupted.
+
+    Parameters
+    ----------
+    state
+        Path of the state file, read if it exists; None for none.
+    progress
+        Called with one line per evaluation.
+
+    Raises
+    ------
+    OutputError
+        The state file belongs to another problem, or can't be read or written.
+
+    Attributes
+    ----------
+    given
+        The problem's own start, (n,).
+    mass_rows
+        Which targets have closed forms, (targets,).
+    limit
+        Evaluations of the whole model that are allowed; None for any number.
+    infeasible
+        Messages of the points without a model, in order, mass evaluations included.
+    """
+
+    def __init__(
+        self, problem: Problem, state: Path | None = None, progress: Progress = lambda text: None
+    ) -> None:
+        spec = problem.spec
+        self.problem = problem
+        self.infeasible: list[str] = []
+        self.limit: int | None = spec.settings.maximum_evaluations
+        self.mass_rows = np.array([is_mass_target(t) for t in spec.targets])
+        self._progress = progress
+        self._lower = np.array([p.lower for p in spec.parameters])
+        self._range = np.array([p.upper - p.lower for p in spec.parameters])
+        self.given = self.point({p.name: p.start for p in spec.parameters})
+        self._wanted = np.array([t.value for t in spec.targets])
+        self._tolerance = np.array([t.tolerance for t in spec.targets])
+        self._state = state
+        self._known: dict[str, Any] = {} if state is None else _read_state(state, problem)
+        self._asked: set[str] = set()
+
+    @property
+    def evaluations(self) -> int:
+        """Evaluations of the whole model, those of an interrupted run that were repeated too."""
+        return len(self._asked)
+
+    def values(self, point: FloatArray) -> dict[str, float]:
+        """Return the values of the parameters by name."""
+        names = [p.name for p in self.problem.spec.parameters]
+        found = self._lower + point * self._range
+        return {n: float(f"{v:.{DIGITS}g}") for n, v in zip(names, found, strict=True)}
+
+    def point(self, values: Mapping[str, float]) -> FloatArray:
+        """Return the point of the unit cube for values of the parameters by name."""
+        found = np.array([values[p.name] for p in self.problem.spec.parameters])
+        return np.asarray((found - self._lower) / self._range)
+
+    def deviations(self, quantities: FloatArray) -> FloatArray:
+        """Return the deviations of the targets in units of their tolerances, (targets,)."""
+        return np.asarray((quantities / self._wanted - 1.0) / self._tolerance)
+
+    def masses(self, point: FloatArray) -> FloatArray:
+        """Return the targets' quantities with nan for those that are not in closed form.
+
+        Raises
+        ------
+        InfeasibleError
+            No body with these values.
+        """
+        try:
+            return _masses(self.problem, self.problem.scene_at(self.values(point)))
+        except (GeometryError, SceneError) as error:
+            self.infeasible.append(str(error))
+            raise InfeasibleError(str(error)) from error
+
+    def whole(self, point: FloatArray, accuracy: float) -> FloatArray:
+        """Return all targets' quantities, at a relative accuracy of the model.
+
+        Interfaces that nothing uses are left out; see `complete`.
+
+        Raises
+        ------
+        InfeasibleError
+            No model with these values.
+        BudgetError
+            After the problem's maximum number of evaluations.
+        """
+        key, values = self._key("whole", point, accuracy)
+        if key in self._asked:
+            return self._cached(key, values, accuracy, "whole")
+        if self.limit is not None and self.evaluations >= self.limit:
+            raise BudgetError
+        self._asked.add(key)
+        head = f"evaluation {self.evaluations}"
+        try:
+            found = self._cached(key, values, accuracy, "whole")
+        except InfeasibleError as error:
+            self.infeasible.append(str(error))
+            self._progress(f"{head}: no model: {error}")
+            raise
+        deviation = np.abs(found / self._wanted - 1.0)
+        worst = self.problem.spec.targets[int(deviation.argmax())].name
+        self._progress(
+            f"{head} at accuracy {accuracy:g}: {worst} deviates most, by {deviation.max():.2%}"
+        )
+        return found
+
+    def complete(self, point: FloatArray, accuracy: float) -> FloatArray:
+        """Return all targets' quantities of the scene with all of its interfaces, uncounted.
+
+        Raises
+        ------
+        InfeasibleError
+            No model with these values.
+        """
+        return self._cached(*self._key("complete", point, accuracy), accuracy, "complete")
+
+    def _key(self, kind: str, point: FloatArray, accuracy: float) -> tuple[str, dict[str, float]]:
+        values = self.values(point)
+        return json.dumps([kind, accuracy, *values.values()]), values
+
+    def _cached(
+        self, key: str, values: Mapping[str, float], accuracy: float, kind: str
+    ) -> FloatArray:
+        if key not in self._known:
+            self._known[key] = self._computed(values, accuracy, kind)
+            if self._state is not None and not isinstance(self._known[key], str):
+                write_text(
+                    self._state,
+                    json.dumps(
+                        {"problem": self.problem.fingerprint, "evaluations": self._known}, indent=0
+                    ),
+                )
+        found = self._known[key]
+        if isinstance(found, str):
+            raise InfeasibleError(found)
+        return np.array(found)
+
+    def _computed(
+        self, values: Mapping[str, float], accuracy: float, kind: str
+    ) -> list[float] | str:
+        """Quantities, or why there is no model."""
+        try:
+            data = self.problem.scene_at(values)
+            data = _lean(data) if kind == "whole" else data
+            found = _masses(self.problem, data)
+            if self.problem.needs_model:
+                _fill_frequencies(self.problem, data, accuracy, found)
+        except (ValueError, np.linalg.LinAlgError) as error:
+            # every stage refuses what it can not do with a ValueError of its own
+            return str(error) or type(error).__name__
+        return [float(value) for value in found]
+
+
+def _masses(problem: Problem, data: Mapping[str, Any]) -> FloatArray:
+    """Closed-form mass properties; nan for the other targets."""
+    bodies = build_bodies(parse_scene(dict(data), problem.path, folder=problem.folder))
+    wanted = {t.body for t in problem.spec.targets if is_mass_target(t)}
+    properties = {name: mass_properties(bodies[name]) for name in bodies if name in wanted}
+    return np.array(
+        [
+            _mass(properties[str(t.body)], t.quantity) if is_mass_target(t) else np.nan
+            for t in problem.spec.targets
+        ]
+    )
+
+
+def _mass(properties: MassProperties, quantity: str) -> float:
+    return float(np.atleast_1d(getattr(properties, quantity))[-1])
+
+
+def _fill_frequencies(
+    problem: Problem, data: Mapping[str, Any], accuracy: float, found: FloatArray
+) -> None:
+    """Compute the natural frequencies that targets ask for."""
+    from solidwhirl.pipeline.run import run_scene
+    from solidwhirl.rotordyn import modes_at_speed
+
+    targets = problem.spec.targets
+    asked = sorted({t.speed_rpm for t in targets if not is_mass_target(t)})
+    results = run_scene(_model_scene(problem, data, accuracy, asked))
+    assert results is not None
+    for speed in asked:
+        frequencies = modes_at_speed(results.system, speed * np.pi / 30.0).frequency_hz
+        for k, t in enumerate(targets):
+            if is_mass_target(t) or t.speed_rpm != speed or t.mode is None:
+                continue
+            if t.mode > len(frequencies):
+                raise InfeasibleError(
+                    f"target {t.name!r}: mode {t.mode} of {len(frequencies)} that the model has"
+                )
+            found[k] = frequencies[t.mode - 1]
+
+
+def _model_scene(
+    problem: Problem, data: Mapping[str, Any], accuracy: float, speeds_rpm: list[float]
+) -> Scene:
+    """The scene at these speeds without its analyses.
+
+    Meshes follow the rule for the accuracy, not their errors: differences of two models need the
+    same choices in both.
+    """
+    model = {**data.get("model", {}), "accuracy": accuracy, "estimates": "off"}
+    kept = {k: v for k, v in data.items() if k not in _ANALYSES}
+    data = {**kept, "model": model, "speeds": {"list_rpm": speeds_rpm}}
+    return parse_scene(data, problem.path, folder=problem.folder)
+
+
+def _lean(data: Mapping[str, Any]) -> dict[str, Any]:
+    """The scene without interfaces that nothing uses: they add no stiffness, but cost time."""
+    joints = [*data.get("bearings", []), *data.get("gears", [])]
+    used = {joint.get(end) for joint in joints for end in ("first", "second")}
+    lean = copy.deepcopy(dict(data))
+    lean.pop("analyses", None)  # they may name the interfaces that go
+    for name, body in lean.get("bodies", {}).items():
+        disks = {disk["interface"] for disk in body.get("rigid_disks", [])}
+        body["interfaces"] = [
+            i
+            for i in body.get("interfaces", [])
+            if f"{name}.{i['name']}" in used
+            or i["name"] in disks
+            or i.get("coupling", "distributing") == "rigid"
+        ]
+    return lean
+
+
+def _read_state(path: Path, problem: Problem) -> dict[str, Any]:
+    """Evaluations of an earlier run of the same problem."""
+    if not path.exists():
+        return {}
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        known, owner = dict(content["evaluations"]), content["problem"]
+    except OSError as error:
+        raise OutputError(f"{path}: can not be read: {error.strerror or error}") from error
+    except (ValueError, KeyError, TypeError) as error:
+        raise OutputError(f"{path}: is no state of an identification; remove it") from error
+    if owner != problem.fingerprint:
+        raise OutputError(
+            f"{path}: is the state of another problem, or of this one before it or its scene was "
+            "changed; remove it, or choose another output file"
+        )
+    return known
+
+
+def write_text(path: Path, content: str) -> None:
+    """Write a file in one piece; an `OutputError` says what failed."""
+    try:
+        with replacing(path) as temporary:
+            temporary.write_text(content, encoding="utf-8")
+    except OSError as error:
+        raise OutputError(f"{path}: can not be written: {error.strerror or error}") from error

@@ -1,0 +1,307 @@
+"""The identification problem: what is free, what is wanted, checked against its scene."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from solidwhirl.core.errors import SceneError
+from solidwhirl.core.fields import Count, Finite, Name, Note, NotNegative, Title
+from solidwhirl.scene_reading.paths import Place, PlaceError, choice, find_place, with_values
+from solidwhirl.scene_reading.reader import load_toml, parse_scene, shown_key, shown_value
+
+#: Significant digits of every value that is tried, and of those that are written.
+DIGITS = 7
+# Decimals of values that follow from parameters: cuts round-off, keeps the digits of a length.
+_DECIMALS = 10
+_LONGEST_KEY = 60
+_MASS = ("mass_kg", "center_of_gravity_m", "polar_inertia_kg_m2", "diametral_inertia_kg_m2")
+# Entries of a list.
+_MOST = 1000
+PlaceText = Annotated[str, Field(max_length=300)]
+Share = Annotated[float, Field(gt=0, le=0.5, strict=True)]
+
+
+class ProblemRecord(BaseModel):
+    """Base of all records of a problem file: frozen, no unknown keys."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=False)
+
+
+class ParameterSpec(ProblemRecord):
+    """A number that is free within bounds; it may stand in several places of the scene."""
+
+    name: Name
+    lower: Finite
+    upper: Finite
+    start: Finite
+    places: Annotated[tuple[PlaceText, ...], Field(max_length=_MOST)] = ()
+    why: Title = ""
+
+
+class DerivedSpec(ProblemRecord):
+    """Places whose number is constant + Σ factor · parameter."""
+
+    places: Annotated[tuple[PlaceText, ...], Field(min_length=1, max_length=_MOST)]
+    terms: Annotated[dict[Name, Finite], Field(min_length=1)]
+    constant: Finite = 0.0
+
+
+class TargetSpec(ProblemRecord):
+    """A quantity and the value that it should have."""
+
+    name: Name
+    quantity: Literal[
+        "mass_kg",
+        "center_of_gravity_m",
+        "polar_inertia_kg_m2",
+        "diametral_inertia_kg_m2",
+        "frequency_hz",
+    ]
+    value: Finite
+    tolerance: Share = 1e-3
+    body: Name | None = None
+    mode: Count | None = None
+    speed_rpm: NotNegative = 0.0
+    source: Title = ""
+
+
+class SettingsSpec(ProblemRecord):
+    """How the search goes."""
+
+    accuracy: Annotated[float, Field(ge=1e-5, le=0.1, strict=True)] = 1e-3
+    coarse_accuracy: Annotated[float, Field(ge=1e-5, le=0.1, strict=True)] = 2e-2
+    starts: Annotated[Count, Field(le=100)] = 1
+    seed: Annotated[int, Field(ge=0, strict=True)] = 1
+    step: Annotated[float, Field(ge=1e-4, le=0.2, strict=True)] = 2e-2
+    prior: NotNegative = 0.1
+    maximum_evaluations: Annotated[Count, Field(le=100_000)] = 500
+
+
+class ProblemSpec(ProblemRecord):
+    """A whole problem file."""
+
+    name: Name
+    scene: Title
+    title: Title = ""
+    notes: Annotated[tuple[Note, ...], Field(max_length=_MOST)] = ()
+    settings: SettingsSpec = SettingsSpec()
+    parameters: Annotated[tuple[ParameterSpec, ...], Field(min_length=1, max_length=_MOST)]
+    derived: Annotated[tuple[DerivedSpec, ...], Field(max_length=_MOST)] = ()
+    targets: Annotated[tuple[TargetSpec, ...], Field(min_length=1, max_length=_MOST)]
+    comments: Annotated[dict[PlaceText, Title], Field(max_length=_MOST)] = {}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Problem:
+    """A checked problem.
+
+    Attributes
+    ----------
+    path
+        The problem file.
+    spec
+        Its content.
+    scene
+        Content of its scene file.
+    places
+        Every place named in the file, by its text.
+    """
+
+    path: Path
+    spec: ProblemSpec
+    scene: Mapping[str, Any]
+    places: Mapping[str, Place]
+
+    @property
+    def folder(self) -> Path:
+        """Where files that the scene names are looked for."""
+        return (self.path.parent / self.spec.scene).parent
+
+    @property
+    def needs_model(self) -> bool:
+        """Whether a target needs more than closed-form mass properties."""
+        return any(t.quantity not in _MASS for t in self.spec.targets)
+
+    def numbers(self, values: Mapping[str, float]) -> dict[Place, float]:
+        """Return the number at every place for values of the parameters, by name."""
+        found = {}
+        for parameter in self.spec.parameters:
+            for text in parameter.places:
+                found[self.places[text]] = values[parameter.name]
+        for derived in self.spec.derived:
+            total = derived.constant + sum(f * values[n] for n, f in derived.terms.items())
+            for text in derived.places:
+                found[self.places[text]] = round(total, _DECIMALS)
+        return found
+
+    def scene_at(self, values: Mapping[str, float]) -> dict[str, Any]:
+        """Return the content of the scene file for values of the parameters, by name."""
+        return with_values(self.scene, self.numbers(values))
+
+    @property
+    def fingerprint(self) -> str:
+        """SHA-256 of problem and scene; places that are overwritten do not count."""
+        start = {p.name: p.start for p in self.spec.parameters}
+        content = [self.spec.model_dump(mode="json"), self.scene_at(start)]
+        return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def is_mass_target(target: TargetSpec) -> bool:
+    """Whether a target has a closed form in the geometry alone."""
+    return target.quantity in _MASS
+
+
+def read_problem(path: str | Path) -> Problem:
+    """Read and check an identification problem and its scene.
+
+    Parameters
+    ----------
+    path
+        A TOML file; the path of its scene is relative to it.
+
+    Raises
+    ------
+    SceneError
+        A file can't be read, is not TOML, or holds something that it may not; all problems of a
+        file at once.
+    """
+    path = Path(path)
+    data = load_toml(path)
+    try:
+        spec = ProblemSpec.model_validate(data)
+    except ValidationError as error:
+        problems = [_explain(e) for e in error.errors(include_url=False)]
+        raise SceneError(path, problems) from error
+    scene_path = path.parent / spec.scene
+    if (
+        scene_path.exists() and not scene_path.is_file()
+    ):  # a device or pipe that a file names would be waited for
+        raise SceneError(path, [f"scene: {spec.scene!r} is no file ({scene_path})"])
+    scene = load_toml(scene_path)
+    parse_scene(scene, scene_path)
+    places: dict[str, Place] = {}
+    problems = [*_parameter_problems(spec), *_place_problems(spec, scene, places)]
+    problems += _target_problems(spec, scene)
+    if problems:
+        raise SceneError(path, problems)
+    problem = Problem(path=path, spec=spec, scene=scene, places=places)
+    start = {p.name: p.start for p in spec.parameters}
+    parse_scene(problem.scene_at(start), f"{path}: the scene at the start", folder=problem.folder)
+    return problem
+
+
+def _parameter_problems(spec: ProblemSpec) -> Iterator[str]:
+    known = [p.name for p in spec.parameters]
+    used = {n for d in spec.derived for n in d.terms}
+    for k, p in enumerate(spec.parameters):
+        where = f"parameters[{k}]"
+        if known.index(p.name) != k:
+            yield f"{where}.name: {p.name!r} is the name of parameters[{known.index(p.name)}] too"
+        if not p.lower < p.upper:
+            yield f"{where}.upper: {p.upper:g} is not above lower = {p.lower:g} ({p.name})"
+        elif not p.lower <= p.start <= p.upper:
+            yield (
+                f"{where}.start: {p.start:g} lies outside the bounds {p.lower:g} to {p.upper:g} "
+                f"({p.name})"
+            )
+        if not p.places and p.name not in used:
+            yield f"{where}.places: {p.name!r} stands nowhere in the scene, and in no derived terms"
+    for k, d in enumerate(spec.derived):
+        for name in d.terms:
+            if name not in known:
+                yield f"derived[{k}].terms: no parameter {name!r}; {choice(name, known)}"
+    s = spec.settings
+    if s.coarse_accuracy < s.accuracy:
+        yield (
+            f"settings.coarse_accuracy: {s.coarse_accuracy:g} is finer than accuracy = "
+            f"{s.accuracy:g}; the coarse search comes first"
+        )
+
+
+def _place_problems(
+    spec: ProblemSpec, scene: Mapping[str, Any], places: dict[str, Place]
+) -> Iterator[str]:
+    """Find all places, and name those that are none or that two entries want to fill."""
+    filled: dict[tuple[str | int, ...], str] = {}
+    groups = [(f"parameters[{k}].places", p.places) for k, p in enumerate(spec.parameters)]
+    groups += [(f"derived[{k}].places", d.places) for k, d in enumerate(spec.derived)]
+    for where, texts in groups:
+        for text in texts:
+            try:
+                places[text] = find_place(scene, text)
+            except PlaceError as error:
+                yield f"{where}: {error}"
+                continue
+            first = filled.setdefault(places[text].steps, where)
+            if first != where or texts.count(text) > 1:
+                yield f"{where}: {text!r} is filled by {first} already; a place has one value"
+    for text in spec.comments:
+        try:
+            places[text] = find_place(scene, text)
+        except PlaceError as error:
+            yield f"comments: {error}"
+
+
+def _target_problems(spec: ProblemSpec, scene: Mapping[str, Any]) -> Iterator[str]:
+    bodies = list(scene.get("bodies", {}))
+    names: dict[str, int] = {}
+    wanted: dict[tuple[Any, ...], int] = {}
+    for k, t in enumerate(spec.targets):
+        where = f"targets[{k}]"
+        if names.setdefault(t.name, k) != k:
+            yield f"{where}.name: {t.name!r} is the name of targets[{names[t.name]}] too"
+        first = wanted.setdefault((t.quantity, t.body, t.mode, t.speed_rpm), k)
+        if first != k:
+            yield f"{where}: the same quantity as targets[{first}]; give it once"
+        if t.value == 0.0:
+            yield f"{where}.value: 0; deviations are relative, so the value may not be zero"
+        yield from (f"{where}.{text}" for text in _quantity_problems(t, bodies))
+
+
+def _quantity_problems(t: TargetSpec, bodies: list[str]) -> Iterator[str]:
+    if is_mass_target(t):
+        if t.body not in bodies:
+            found = "missing" if t.body is None else f"no body {t.body!r}"
+            yield f"body: {found}; {choice(t.body or '', bodies)}"
+        if t.mode is not None or t.speed_rpm:
+            yield f"mode: {t.quantity} has neither mode nor speed_rpm"
+    else:
+        if t.mode is None:
+            yield "mode: missing; frequency_hz needs the number of the mode, from 1"
+        if t.body is not None:
+            yield "body: frequency_hz is a quantity of the whole scene; leave body out"
+
+
+def _explain(error: Any) -> str:
+    """One line for one of pydantic's errors."""
+    where = "".join(
+        f"[{p}]" if isinstance(p, int) else f".{shown_key(p)}" for p in error["loc"]
+    ).lstrip(".")
+    if error["type"] == "missing":
+        return f"{where}: missing; this key is needed"
+    if error["type"] == "extra_forbidden":
+        key = str(error["loc"][-1])[:_LONGEST_KEY]
+        return f"{where}: unknown key; {choice(key, _siblings(error['loc']))}"
+    found = error.get("input")
+    value = found if isinstance(found, str) else shown_value(found)
+    shown = "" if isinstance(found, dict) else f", found {value[:_LONGEST_KEY]!r}"
+    return f"{where or 'problem'}: {error['msg']}{shown}"
+
+
+def _siblings(location: tuple[Any, ...]) -> list[str]:
+    """Keys that are allowed where an unknown one was found."""
+    kinds: dict[str, type[BaseModel]] = {
+        "parameters": ParameterSpec,
+        "derived": DerivedSpec,
+        "targets": TargetSpec,
+        "settings": SettingsSpec,
+    }
+    kind = kinds.get(str(location[0])) if len(location) > 1 else ProblemSpec
+    return list(kind.model_fields) if kind else []

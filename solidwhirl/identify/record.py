@@ -1,0 +1,272 @@
+"""What an identification found and how well the data determine it, as data and as text."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from solidwhirl.core.errors import markdown_row, markdown_text
+from solidwhirl.core.versions import package_versions
+from solidwhirl.identify.problem import Problem
+from solidwhirl.identify.search import Descent
+from solidwhirl.rotordyn.core.arrays import FloatArray
+
+SCHEMA = "solidwhirl-identification-1"
+# Share of a range within which a value counts as at its bound.
+_AT_BOUND = 1e-3
+# Variance of a value of which nothing but its bounds is known, in shares of the range.
+_UNIFORM = 1.0 / 12.0
+# Shares of a direction that are worth naming.
+_NAMED = 0.25
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Identification:
+    """The result of an identification.
+
+    Attributes
+    ----------
+    values
+        Identified values by parameter.
+    point
+        The same in the unit cube of the bounds, (n,).
+    reached
+        Quantities of the targets at the problem's accuracy, (t,).
+    slopes
+        d(deviation in units of the tolerance)/d(point), (t, n).
+    ended
+        Why the last search ended.
+    evaluations
+        Evaluations of the whole model.
+    infeasible
+        Messages of the points that had no model.
+    seconds
+        Wall time of this run, without what an earlier, interrupted one did.
+    """
+
+    problem: Problem
+    values: Mapping[str, float]
+    point: FloatArray
+    reached: FloatArray
+    slopes: FloatArray
+    starts: tuple[Descent, ...]
+    ended: str
+    evaluations: int
+    infeasible: tuple[str, ...]
+    seconds: float
+
+    @property
+    def deviations(self) -> FloatArray:
+        """Relative deviations of the targets, (t,)."""
+        value = np.array([t.value for t in self.problem.spec.targets])
+        return np.asarray(self.reached / value - 1.0)
+
+    @property
+    def met(self) -> bool:
+        """Whether every target is reached within its tolerance."""
+        tolerance = np.array([t.tolerance for t in self.problem.spec.targets])
+        return bool((np.abs(self.deviations) <= tolerance).all())
+
+
+def sensitivities_per_range(found: Identification) -> FloatArray:
+    """Return d ln(target)/d(parameter/(upper - lower)) at the result, (t, n)."""
+    tolerance = np.array([t.tolerance for t in found.problem.spec.targets])
+    share = 1.0 + found.deviations
+    return np.asarray(found.slopes * (tolerance / share)[:, None])
+
+
+def relative_sensitivities(found: Identification) -> FloatArray:
+    """Return d ln(target)/d ln(parameter) at the result, (t, n)."""
+    parameters = found.problem.spec.parameters
+    span = np.array([p.upper - p.lower for p in parameters])
+    value = np.array([found.values[p.name] for p in parameters])
+    return np.asarray(sensitivities_per_range(found) * value / span)
+
+
+def uncertainties(found: Identification) -> FloatArray:
+    """Return the standard deviation that the data leave each parameter, (n,), its own unit.
+
+    Each target is taken as known to its tolerance, each parameter beforehand as evenly spread
+    over its bounds, and the model as linear: 0.29 of the range says that the data tell nothing.
+    """
+    spec = found.problem.spec
+    span = np.array([p.upper - p.lower for p in spec.parameters])
+    information = found.slopes.T @ found.slopes + np.eye(len(span)) / _UNIFORM
+    return np.asarray(np.sqrt(np.diag(np.linalg.inv(information))) * span)
+
+
+def document(found: Identification) -> dict[str, Any]:
+    """Everything about an identification as plain data."""
+    problem = found.problem
+    _, singular, right = np.linalg.svd(found.slopes)
+    names = [p.name for p in problem.spec.parameters]
+    padded = np.concatenate([singular, np.zeros(len(names) - len(singular))])[: len(names)]
+    return {
+        "schema": SCHEMA,
+        "problem": {
+            "name": problem.spec.name,
+            "title": problem.spec.title,
+            "notes": list(problem.spec.notes),
+            "scene": problem.spec.scene,
+            "sha256": problem.fingerprint,
+            "settings": problem.spec.settings.model_dump(),
+        },
+        "met": found.met,
+        "targets": _targets(found),
+        "parameters": _parameters(found),
+        "sensitivities": {
+            "meaning": (
+                "values: d ln(target) / d ln(parameter), rows are targets, columns parameters; "
+                "per_range: d ln(target) / d(parameter / range), for parameters near zero"
+            ),
+            "targets": [t.name for t in problem.spec.targets],
+            "parameters": names,
+            "values": relative_sensitivities(found).tolist(),
+            "per_range": sensitivities_per_range(found).tolist(),
+        },
+        "identifiability": {
+            "meaning": (
+                "singular values of d(target / tolerance) / d(parameter / range); a step of "
+                "1 / value along a direction changes the targets by one tolerance"
+            ),
+            "undetermined_directions": int((padded < 1.0).sum()),
+            "directions": [
+                {"singular_value": float(s), "shares": dict(zip(names, v.tolist(), strict=True))}
+                for s, v in zip(padded, right, strict=True)
+            ],
+        },
+        "search": _search(found),
+        "packages": package_versions(),
+    }
+
+
+def _targets(found: Identification) -> list[dict[str, Any]]:
+    return [
+        {
+            **t.model_dump(exclude={"tolerance"}),
+            "reached": float(reached),
+            "deviation_percent": float(100.0 * deviation),
+            "tolerance_percent": 100.0 * t.tolerance,
+            "met": bool(abs(deviation) <= t.tolerance),
+        }
+        for t, reached, deviation in zip(
+            found.problem.spec.targets, found.reached, found.deviations, strict=True
+        )
+    ]
+
+
+def _parameters(found: Identification) -> list[dict[str, Any]]:
+    spread = uncertainties(found)
+    return [
+        {
+            "name": p.name,
+            "value": found.values[p.name],
+            "plus_minus": float(spread[k]),
+            "lower": p.lower,
+            "upper": p.upper,
+            "start": p.start,
+            "at_bound": _bound(float(found.point[k])),
+            "places": list(p.places),
+            "why": p.why,
+        }
+        for k, p in enumerate(found.problem.spec.parameters)
+    ]
+
+
+def _bound(share: float) -> str | None:
+    if share < _AT_BOUND:
+        return "lower"
+    return "upper" if share > 1.0 - _AT_BOUND else None
+
+
+def _search(found: Identification) -> dict[str, Any]:
+    return {
+        "starts": [
+            {
+                "cost": float(d.cost) if np.isfinite(d.cost) else None,
+                "largest_deviation_in_tolerances": (
+                    float(d.largest) if np.isfinite(d.largest) else None
+                ),
+                "ended": d.ended,
+                "distance_to_result": float(np.abs(d.point - found.point).max()),
+            }
+            for d in found.starts
+        ],
+        "ended": found.ended,
+        "evaluations": found.evaluations,
+        "infeasible": dict(Counter(found.infeasible)),
+        "seconds": found.seconds,
+    }
+
+
+def text(found: Identification) -> str:
+    """The record as Markdown."""
+    return "\n".join(_lines(document(found))) + "\n"
+
+
+def _lines(d: Mapping[str, Any]) -> Iterator[str]:
+    problem, search = d["problem"], d["search"]
+    yield f"# Identification of {markdown_text(problem['title'] or problem['name'])}"
+    yield ""
+    yield "All targets are met." if d["met"] else "**Not all targets are met.**"
+    yield ""
+    yield from (markdown_text(note) for note in problem["notes"])
+    yield ""
+    yield "| target | wanted | reached | deviation % | allowed % | source |"
+    yield "|---|---|---|---|---|---|"
+    for t in d["targets"]:
+        yield markdown_row(
+            (
+                *(t["name"], f"{t['value']:.7g}", f"{t['reached']:.7g}"),
+                *(f"{t['deviation_percent']:+.3f}", f"{t['tolerance_percent']:g}", t["source"]),
+            )
+        )
+    yield ""
+    yield "| parameter | value | ± | lower | upper | start | at bound | why |"
+    yield "|---|---|---|---|---|---|---|---|"
+    for p in d["parameters"]:
+        yield markdown_row(
+            (
+                *(p["name"], f"{p['value']:.7g}", f"{p['plus_minus']:.2g}", f"{p['lower']:g}"),
+                *(f"{p['upper']:g}", f"{p['start']:g}", p["at_bound"] or "", p["why"]),
+            )
+        )
+    yield ""
+    yield "±: what the targets leave open, each known to its tolerance (standard deviation)."
+    yield ""
+    yield from _sensitivity_lines(d["sensitivities"])
+    yield from _direction_lines(d["identifiability"])
+    without = sum(search["infeasible"].values())
+    yield (
+        f"{search['evaluations']} evaluations, {len(search['starts'])} starts, {without} points "
+        f"without a model, {search['seconds']:.0f} s; ended: {search['ended']}."
+    )
+
+
+def _sensitivity_lines(s: Mapping[str, Any]) -> Iterator[str]:
+    yield "## Sensitivities d ln(target) / d ln(parameter)"
+    yield ""
+    yield markdown_row(["", *s["targets"]])
+    yield "|---" * (len(s["targets"]) + 1) + "|"
+    for name, column in zip(s["parameters"], np.array(s["values"]).T, strict=True):
+        yield markdown_row([name, *(f"{v:+.3f}" for v in column)])
+    yield ""
+
+
+def _direction_lines(i: Mapping[str, Any]) -> Iterator[str]:
+    yield "## Identifiability"
+    yield ""
+    yield f"{i['meaning'][0].upper()}{i['meaning'][1:]}."
+    yield f"Undetermined directions: {i['undetermined_directions']}."
+    yield ""
+    yield "| singular value | direction, in shares of the ranges |"
+    yield "|---|---|"
+    for direction in i["directions"]:
+        large = sorted(direction["shares"].items(), key=lambda item: -abs(item[1]))
+        named = [f"{v:+.2f} {n}" for n, v in large if abs(v) >= _NAMED]
+        yield markdown_row([f"{direction['singular_value']:.3g}", ", ".join(named)])
+    yield ""

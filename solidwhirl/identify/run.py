@@ -1,0 +1,214 @@
+"""Parameter identification from measurements."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from solidwhirl.core.errors import OutputError, SceneError
+from solidwhirl.identify.model import InfeasibleError, Model, write_text
+from solidwhirl.identify.problem import Problem, read_problem
+from solidwhirl.identify.record import Identification, document, text
+from solidwhirl.identify.scene import Steps, scene_text, with_references
+from solidwhirl.identify.search import measured_slopes, search
+
+Progress = Callable[[str], None]
+# What a scene says in its head that a search has written.
+_WRITTEN = "Written by `solidwhirl identify"
+
+__all__ = ["Identified", "identified_scene", "identify", "identify_command", "read_problem"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Identified:
+    """Files of an identification.
+
+    Attributes
+    ----------
+    scene, record, report
+        The scene with the identified values, the record as JSON, and as Markdown.
+    found
+        One line per parameter: its value, what the targets leave open, and its bounds.
+    met
+        Whether every target is reached within its tolerance.
+    missed
+        One line per target that is not.
+    """
+
+    scene: Path
+    record: Path
+    report: Path
+    found: tuple[str, ...]
+    met: bool
+    missed: tuple[str, ...]
+
+
+def identify_command(
+    path: str | Path, out: str | Path, progress: Progress = lambda text: None
+) -> Identified:
+    """Identify the free numbers of a scene and write the scene with them, and the record.
+
+    Parameters
+    ----------
+    path
+        The problem file.
+    out
+        The scene file to write. Beside it go `<stem>.identification.json` and `.md`, and while
+        the search runs its state, `<stem>.state.json`: started again with the same problem, the
+        search continues where it was broken off. The state is removed at the end.
+    progress
+        Called with one line per step.
+
+    Raises
+    ------
+    SceneError
+        The problem or its scene can't be run.
+    OutputError
+        A file can't be written, or the state belongs to another problem.
+    """
+    problem = read_problem(path)
+    out = Path(out)
+    _refuse_target(problem, out)
+    state = out.with_suffix(".state.json")
+    found = identify(problem, state=state, progress=progress)
+    record, report = (out.with_suffix(f".identification.{kind}") for kind in ("json", "md"))
+    write_text(out, identified_scene(found))
+    write_text(report, text(found))
+    written = document(found)
+    write_text(record, json.dumps(written, indent=1, allow_nan=False) + "\n")
+    state.unlink(missing_ok=True)
+    return Identified(
+        scene=out,
+        record=record,
+        report=report,
+        found=tuple(_found_line(p) for p in written["parameters"]),
+        met=found.met,
+        missed=_missed(found),
+    )
+
+
+def _found_line(parameter: Mapping[str, Any]) -> str:
+    bound = f", at its {parameter['at_bound']} bound" if parameter["at_bound"] else ""
+    return (
+        f"{parameter['name']} = {parameter['value']:.6g} ± {parameter['plus_minus']:.2g} "
+        f"({parameter['lower']:g} to {parameter['upper']:g}{bound})"
+    )
+
+
+def _is_identified(path: Path) -> bool:
+    try:
+        return path.is_file() and _WRITTEN in path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return False
+
+
+def _refuse_target(problem: Problem, out: Path) -> None:
+    """Find out before the long work, not after, that the file can not be written."""
+    read = (problem.path, problem.path.parent / problem.spec.scene)
+    if out.resolve() in [p.resolve() for p in read]:
+        raise OutputError(f"{out}: is read by this problem; choose another file to write")
+    if out.is_dir():
+        raise OutputError(f"{out}: is a folder; the name of a file is needed")
+    if os.path.lexists(out) and not _is_identified(out):
+        raise OutputError(
+            f"{out}: is there already and `identify` did not write it; move it away or choose "
+            "another file"
+        )
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{out}: can not be written: {error.strerror or error}") from error
+    if not os.access(out.parent, os.W_OK | os.X_OK):
+        raise OutputError(f"{out}: can not be written: no permission in {out.parent}")
+
+
+def identify(
+    problem: Problem, *, state: Path | None = None, progress: Progress = lambda text: None
+) -> Identification:
+    """Find the values of the parameters that bring the targets nearest to their values.
+
+    Parameters
+    ----------
+    state
+        File that caches evaluations; None for none.
+    progress
+        Called with one line per step.
+
+    Returns
+    -------
+    The best that was found, with all targets met or not.
+
+    Raises
+    ------
+    SceneError
+        No start of the search has a model, or the slopes at the result can't be measured.
+    OutputError
+        The state belongs to another problem, or can't be read or written.
+
+    Notes
+    -----
+    Minimised is Σ ((q/q₀ - 1)/tolerance)² + Σ (prior (p - start)/(upper - lower))² over the
+    box of the bounds, by the trust region reflective method of Branch, Coleman and Li (1999).
+    """
+    begun = time.perf_counter()
+    model = Model(problem, state, progress)
+    settings = problem.spec.settings
+    try:
+        last, starts = search(model, progress)
+        progress("sensitivities at the result")
+        model.limit = None
+        slopes = measured_slopes(model, last.point)
+        reached = model.complete(last.point, settings.accuracy)
+    except InfeasibleError as error:
+        raise SceneError(problem.path, [str(error)]) from error
+    return Identification(
+        problem=problem,
+        values=model.values(last.point),
+        point=last.point,
+        reached=reached,
+        slopes=slopes,
+        starts=starts,
+        ended=last.ended,
+        evaluations=model.evaluations,
+        infeasible=tuple(model.infeasible),
+        seconds=time.perf_counter() - begun,
+    )
+
+
+def identified_scene(found: Identification) -> str:
+    """Return the scene with the identified values as TOML, with the origin of each number."""
+    problem = found.problem
+    comments: dict[Steps, str] = {}
+    for place, said in problem.spec.comments.items():
+        comments[problem.places[place].steps] = said
+    for parameter in problem.spec.parameters:
+        for place in parameter.places:
+            comments[problem.places[place].steps] = f"identified ({parameter.name})"
+    for derived in problem.spec.derived:
+        said = f"follows from {', '.join(derived.terms)}"
+        for place in derived.places:
+            comments[problem.places[place].steps] = said
+    header = (
+        problem.spec.title or problem.spec.name,
+        f"{_WRITTEN} {problem.path.name}`; see its record.",
+    )
+    data = with_references(problem.scene_at(found.values), problem.spec)
+    return scene_text(data, comments, header)
+
+
+def _missed(found: Identification) -> tuple[str, ...]:
+    return tuple(
+        f"{t.name}: {reached:.6g} instead of {t.value:g}, {100 * deviation:+.2f} % where "
+        f"{100 * t.tolerance:g} % is allowed"
+        for t, reached, deviation in zip(
+            found.problem.spec.targets, found.reached, found.deviations, strict=True
+        )
+        if np.abs(deviation) > t.tolerance
+    )

@@ -1,0 +1,310 @@
+"""The effects plan: what a scene calls for, what is left out, why, and what it costs.
+
+Nothing that the plan has off is assembled or solved; the ledger of a run can be held against it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from solidwhirl.geometry import Body
+from solidwhirl.model.mesh_bodies import build_mesh_bodies, mesh_plan
+from solidwhirl.model.plan_records import BodyPlan, Effect, Plan
+from solidwhirl.model.resolution import choose_resolution
+from solidwhirl.scene.joints import BearingSpec
+from solidwhirl.scene.records import Scene
+from solidwhirl.scene_checks.interface_motions import (
+    acting_on,
+    carried_motions,
+    is_off_axis,
+    places_of_joints,
+)
+from solidwhirl.scene_checks.recovery_references import meshes_for
+from solidwhirl.scene_checks.speeds_asked import scene_speeds, speeds_beyond, top_speed
+
+
+def make_plan(scene: Scene, bodies: Mapping[str, Body], level: str | None = None) -> Plan:
+    """Decide what a scene needs.
+
+    Parameters
+    ----------
+    bodies
+        Its geometry (see `solidwhirl.model.bodies.build_bodies`).
+    level
+        In the place of the scene's "auto" (see `solidwhirl.bodies.fidelity`).
+    """
+    speeds = scene_speeds(scene)
+    fastest = top_speed(scene)
+    top = {name: abs(ratio) * fastest for name, ratio in scene.speed_ratios().items()}
+    effects = (
+        *_rotation_effects(
+            scene,
+            turning=any(v > 0.0 for v in top.values()),
+            solid=bool(bodies) or _turning_imports(scene) or bool(scene.mesh_bodies),
+        ),
+        *_called_for(scene),
+        *_estimates(scene, meshed=bool(scene.finite_element_bodies())),
+        _recovery(scene),
+        *_never(scene),
+    )
+    on = {e.name for e in effects if e.on}
+    carried = carried_motions(scene, on)
+    if level is None:
+        level = "harmonic" if scene.model.level == "auto" else scene.model.level
+    plans = {
+        name: _body_plan(scene, body, level, top[name], on, carried)
+        for name, body in bodies.items()
+    }
+    plans |= {
+        name: replace(mesh_plan(body, top[name], on, carried), solver=scene.model.solver)
+        for name, body in build_mesh_bodies(scene).items()
+    }
+    return Plan(
+        effects=effects,
+        bodies=plans,
+        carried=carried,
+        speeds_rad_s=speeds,
+        analyses=tuple((a.label, a.kind) for a in scene.analyses),
+        speeds_beyond=speeds_beyond(scene),
+    )
+
+
+def _rotation_effects(scene: Scene, *, turning: bool, solid: bool) -> tuple[Effect, ...]:
+    """Gyroscopic matrix, stress stiffening, spin softening."""
+    costs = {
+        "gyroscopic": "1 matrix",
+        "stress_stiffening": "2 matrices, 1 static solution, modes at top speed if they matter",
+        "spin_softening": "1 matrix",
+    }
+    # the two centrifugal effects belong together: asking for one asks for both
+    pair = (scene.effects.stress_stiffening, scene.effects.spin_softening)
+    together = "on" if "on" in pair else pair[0]
+    out = []
+    for name, cost in costs.items():
+        asked = scene.effects.gyroscopic if name == "gyroscopic" else together
+        if asked == "auto":
+            why = "bodies turn" if turning else "nothing turns: all speeds are zero"
+        else:
+            why = f"the scene says {asked}"
+            if asked == "off" and turning:
+                why += "; the results at speed leave it out"
+        chosen = asked == "on" or (asked == "auto" and turning)
+        if chosen and not solid and name != "gyroscopic":
+            chosen, why = (
+                False,
+                f"{why}, but there is no solid body, and others have none",
+            )
+        out.append(Effect(name=name, on=chosen, why=why, cost=cost))
+    return tuple(out)
+
+
+def _needs(scene: Scene) -> tuple[tuple[str, list[str], str, str, str], ...]:
+    """Name of an effect, the entries that call for it, why they do, why none does, and its cost."""
+    general = "general instead of Hermitian eigenproblems of the assembled system"
+    order_0 = "circumferential order 0 of the bodies acted on: all matrices and modes once more"
+    internal = scene.internal_damping().items()
+    return (
+        (
+            "bearing_damping",
+            _damped_joints(scene),
+            "bearings or gears have damping",
+            "no bearing or gear has damping",
+            general,
+        ),
+        (
+            "internal_damping",
+            [name for name, d in internal if d.stiffness_coefficient_s or d.modal_ratio],
+            "bodies have internal damping",
+            "no body has internal damping",
+            general,
+        ),
+        (
+            "speed_dependent_bearings",
+            [b.name for b in scene.bearings if b.speed_law is not None],
+            "bearings have a speed law",
+            "no bearing has a speed law",
+            "critical speeds by root search instead of one linear eigenproblem",
+        ),
+        (
+            "tilt",
+            acting_on(scene, "tilt"),
+            "something acts on the tilt of an interface",
+            "nothing acts on the tilt of an interface",
+            "2 constraint modes per interface that is acted on",
+        ),
+        (
+            "axial",
+            acting_on(scene, "axial"),
+            "joints act along the axis",
+            "nothing acts along the axis, and lateral motion does not couple to it" + _kept(scene),
+            order_0,
+        ),
+        (
+            "torsion",
+            acting_on(scene, "torsion"),
+            "bearings or gears act on torsion",
+            "nothing acts on torsion, and lateral motion does not couple to it" + _kept(scene),
+            order_0,
+        ),
+    )
+
+
+def _called_for(scene: Scene) -> tuple[Effect, ...]:
+    """Effects that some entries of the scene call for."""
+    out = []
+    for name, needed, reason, absent, cost in _needs(scene):
+        asked, listed = getattr(scene.effects, name), ", ".join(needed)
+        if asked == "off":
+            why = "the scene says off" + (f", though {reason} ({listed})" if needed else "")
+        elif asked == "on" and not needed:
+            why = "the scene says on"
+        else:
+            why = f"{reason}: {listed}" if needed else absent
+        on = asked != "off" and (bool(needed) or asked == "on")
+        out.append(Effect(name=name, on=on, why=why, cost=cost))
+    return tuple(out)
+
+
+def _damped_joints(scene: Scene) -> list[str]:
+    """Names of bearings and gears that have damping."""
+    keys = [k for k in BearingSpec.model_fields if "damping" in k]
+    tables = {
+        name
+        for name, law in scene.speed_laws.items()
+        if law.kind == "table" and np.any(np.asarray(law.damping_n_s_per_m))
+    }
+    found = [
+        b.name
+        for b in scene.bearings
+        if b.speed_law in tables or any(np.any(np.asarray(getattr(b, key))) for key in keys)
+    ]
+    if scene.effects.torsion != "off":  # which leaves out the gears
+        found += [g.name for g in scene.gears if g.mesh_damping_n_s_per_m]
+    return found
+
+
+def _estimates(scene: Scene, *, meshed: bool) -> tuple[Effect, ...]:
+    """Error estimates, the comparison of couplings shown beside them, and the checks."""
+    asked = scene.model.estimates == "on"
+    why = "every number gets an error" if asked else "the scene says off"
+    if not meshed:
+        why = "there is no meshed body"
+    estimate = Effect(
+        name="error_estimate",
+        on=asked and meshed,
+        why=why,
+        cost="per order and round: matrices and 1 factorisation with elements one order higher, "
+        "3 solutions per column of the basis",
+    )
+    checks = Effect(
+        name="checks",
+        on=meshed,
+        why="every run checks its bodies" if meshed else "there is no meshed body",
+        cost="per order: 1 factorisation more on the meridian; of a solid: 2 matrices and "
+        "1 factorisation of a coarse meridian",
+    )
+    wanted = asked and bool(scene.bodies) and scene.model.compare_coupling == "on"
+    joined = bool(places_of_joints(scene))
+    if wanted:
+        why = "joints act on interfaces" if joined else "no joint acts on an interface"
+    elif scene.model.compare_coupling == "off":
+        why = "the scene says off"
+    elif asked and meshed:
+        why = "no meshed body has a profile"
+    coupling = Effect(
+        name="coupling_comparison",
+        on=wanted and joined,
+        why=why,
+        cost="2 coarse reductions per body, rigid and distributing interfaces exchanged",
+    )
+    return estimate, coupling, checks
+
+
+def _recovery(scene: Scene) -> Effect:
+    """Fields of the bodies whose displacement and stress are wanted."""
+    asked = meshes_for(scene)
+    why = "no analysis of kind recovery"
+    if asked:
+        why = f"displacement and stress in the solid are wanted: {', '.join(asked)}"
+    return Effect(
+        name="recovery",
+        on=bool(asked),
+        why=why,
+        cost="per body asked for: its last reduction once more, without error estimate and checks",
+    )
+
+
+def _turning_imports(scene: Scene) -> bool:
+    """Whether an imported body turns, which may bring its own centrifugal matrices."""
+    return any(spec.speed_ratio for spec in scene.imported.values())
+
+
+def _kept(scene: Scene) -> str:
+    """Which rigid and imported bodies keep uz and rz all the same."""
+    names = [name for name, body in scene.rigid_bodies.items() if is_off_axis(body)]
+    said = f", but in {', '.join(names)}: the centre of gravity is off the axis" if names else ""
+    standing = ", ".join(name for name, b in scene.mesh_bodies.items() if b.speed_ratio == 0.0)
+    said += f"; {standing}: a mesh that stands still moves in all directions" if standing else ""
+    given = ", ".join(scene.imported)
+    return said + (f"; {given}: an imported body keeps all motions of its file" if given else "")
+
+
+def _never(scene: Scene) -> tuple[Effect, ...]:
+    """What no scene of this version can ask for, said rather than kept silent."""
+    reasons = {
+        "nodal_diameter_modes": "order 2 and more of a body of revolution load no bearing",
+        "change_of_shape": "prestress is computed on the undeformed body (hoop strain is checked)",
+    }
+    return tuple(Effect(name=name, on=False, why=why) for name, why in reasons.items())
+
+
+def _body_plan(
+    scene: Scene,
+    body: Body,
+    level: str,
+    top_speed: float,
+    on: set[str],
+    carried: Mapping[str, tuple[str, ...]],
+) -> BodyPlan:
+    own = {i.name: carried[f"{body.name}.{i.name}"] for i in body.interfaces}
+    used = {motion for motions in own.values() for motion in motions} | {"ux", "uy"}
+    components = tuple(m for m in ("ux", "uy", "uz", "rx", "ry", "rz") if m in used)
+    orders = (1, 0) if {"uz", "rz"} & used else (1,)
+    if level == "beam":
+        return BodyPlan(
+            level=level,
+            orders=orders,
+            components=components,
+            interface_components=own,
+            resolution=None,
+            maximum_speed_rad_s=top_speed,
+            matrices=0,
+            factorisations=0,
+            eigenproblems=0,
+        )
+    solid = level == "solid"
+    problems = 1 if solid else len(orders)
+    # a solid needs the terms of the spin anyway, to tell the circumferential order of its modes
+    matrices = 4 if solid else (2 + ("gyroscopic" in on)) * problems
+    factorisations = eigenproblems = 1
+    turning = top_speed > 0.0
+    if "stress_stiffening" in on:
+        # order 1 needs the stiffness of order 0 for the static solution; order 0 has it
+        matrices += 1 if solid else 2 * problems + 1
+        factorisations += 1 + turning
+        eigenproblems += turning
+    return BodyPlan(
+        level=level,
+        orders=orders,
+        components=components,
+        interface_components=own,
+        resolution=choose_resolution(body, level, scene.model),
+        maximum_speed_rad_s=top_speed,
+        matrices=matrices,
+        factorisations=factorisations * problems,
+        eigenproblems=eigenproblems * problems,
+        solver=scene.model.solver if solid else "direct",
+    )

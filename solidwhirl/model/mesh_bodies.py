@@ -1,0 +1,260 @@
+"""From the mesh bodies of a scene to meshes and what the program needs to know of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+from solidwhirl.core.errors import clean
+from solidwhirl.core.machine import available_memory_gib
+from solidwhirl.geometry import GeometryError, Material, RigidDisk
+from solidwhirl.meshing import Mesh, MeshingError, MeshSize
+from solidwhirl.meshing.imported.body import body_of_mesh, mesh_from_file, mesh_of
+from solidwhirl.meshing.imported.records import (
+    MeshedBody,
+    MeshInterface,
+    MeshRequest,
+    StepSize,
+)
+from solidwhirl.meshing.imported.step import mesh_step, step_geometry
+from solidwhirl.model.bodies import scene_materials
+from solidwhirl.model.plan_records import BodyPlan
+from solidwhirl.model.resolution import Resolution
+from solidwhirl.scene.meshes import UNITS_M, MeshBodySpec, MeshInterfaceSpec, file_digest
+from solidwhirl.scene.records import Scene
+
+# Memory that reading a mesh takes over the size of its file.
+_READING = 12.0
+# Smallest edge that curvature may ask for in a STEP file, over the largest, unless it is given.
+_SMALLEST = 0.2
+_GIB = 1024.0**3
+
+
+def build_mesh_bodies(scene: Scene) -> dict[str, MeshedBody]:
+    """Read the mesh files of a scene, and look at its STEP files.
+
+    Parameters
+    ----------
+    scene
+        Files are named from the folder of its file.
+
+    Returns
+    -------
+    dict
+        By name; places of interfaces, mass and roundness are known of mesh files only, those of
+        STEP files when they are meshed.
+
+    Raises
+    ------
+    GeometryError, MeshingError
+        Unknown material, or a file that is no body; the message begins with the key.
+    """
+    return {name: _built(scene, name, spec) for name, spec in scene.mesh_bodies.items()}
+
+
+def made_mesh(body: MeshedBody) -> Mesh:
+    """Return the mesh of a body, which is made if its file is a geometry.
+
+    Raises
+    ------
+    MeshingError
+        gmsh failed, or the mesh is not good enough; the message begins with the key.
+    """
+    try:
+        return _mesh(body.request, body.name)
+    except MeshingError as error:
+        raise MeshingError(clean(f"mesh_bodies.{body.name}: {error}")) from error
+
+
+def described(body: MeshedBody, mesh: Mesh) -> MeshedBody:
+    """Return a body with all that its mesh tells: places of interfaces, mass, roundness.
+
+    Raises
+    ------
+    MeshingError
+        A turning body that is none of revolution, or an interface that can't be one.
+    """
+    if body.mass is not None:
+        return body
+    try:
+        return body_of_mesh(body.name, body.request, mesh, body.rigid_disks)
+    except MeshingError as error:
+        raise MeshingError(clean(f"mesh_bodies.{body.name}: {error}")) from error
+
+
+def mesh_plan(
+    body: MeshedBody,
+    top_speed: float,
+    on: set[str],
+    carried: Mapping[str, tuple[str, ...]],
+) -> BodyPlan:
+    """Plan a body from a mesh of its own, which is always a solid, all of it.
+
+    Parameters
+    ----------
+    top_speed
+        Its largest speed [rad/s].
+    """
+    shape = body.request.shape
+    own = {i.name: carried[f"{body.name}.{i.name}"] for i in body.interfaces}
+    used = {motion for motions in own.values() for motion in motions} | {"ux", "uy"}
+    orders: tuple[int, ...] = ()
+    if shape == "round":
+        orders = (1, 0) if {"uz", "rz"} & used else (1,)
+    prestressed = shape == "round" and "stress_stiffening" in on
+    spins = prestressed and top_speed > 0.0
+    return BodyPlan(
+        level="solid",
+        orders=orders,
+        components=tuple(m for m in ("ux", "uy", "uz", "rx", "ry", "rz") if m in used),
+        interface_components=own,
+        # the error of a given mesh is not known
+        resolution=Resolution(
+            degree=2,
+            size=MeshSize(size_m=body.longest_m, corner_size_m=body.shortest_m),
+            expected_error=float("nan"),
+        ),
+        maximum_speed_rad_s=top_speed,
+        matrices=4 + prestressed,
+        factorisations=1 + prestressed + spins,
+        eigenproblems=1 + spins,
+        shape=shape,
+    )
+
+
+def source_document(body: MeshedBody) -> dict[str, Any]:
+    """Where a body comes from, and how far it is from a body of revolution, as plain data."""
+    found = body.roundness
+    return {
+        "file": Path(body.request.path).name,
+        "sha256": body.request.digest,
+        "length_unit_m": body.request.unit_m,
+        "roundness": None
+        if found is None
+        else {
+            "static_unbalance": found.static_unbalance,
+            "uneven_mass": found.uneven_mass,
+            "surface": found.surface,
+        },
+    }
+
+
+def _built(scene: Scene, name: str, spec: MeshBodySpec) -> MeshedBody:
+    where = f"mesh_bodies.{name}"
+    try:
+        request = _request(spec, scene_materials(scene))
+        disks = tuple(RigidDisk(**d.model_dump()) for d in spec.rigid_disks)
+        return _body(name, request, disks)
+    except MeshingError as error:
+        raise MeshingError(clean(f"{where}: {error}")) from error
+    except GeometryError as error:
+        raise GeometryError(clean(f"{where}: {error}")) from error
+
+
+@lru_cache(maxsize=16)
+def _body(name: str, request: MeshRequest, disks: tuple[RigidDisk, ...]) -> MeshedBody:
+    """The body of a request, which a command asks for several times."""
+    if request.step is not None:
+        return _unmeshed(name, request, disks)
+    mesh = _mesh(request, name)
+    _refuse_same_surfaces(mesh)
+    return body_of_mesh(name, request, mesh, disks)
+
+
+@lru_cache(maxsize=4)
+def _mesh(request: MeshRequest, name: str) -> Mesh:
+    """The mesh of a request; a command asks for it several times."""
+    if request.step is None:
+        return mesh_from_file(request, name)
+    return mesh_of(mesh_step(request), request, name)
+
+
+def _request(spec: MeshBodySpec, materials: dict[str, Material]) -> MeshRequest:
+    def known(name: str, key: str) -> Material:
+        if name not in materials:
+            raise GeometryError(
+                f"{key}: unknown material {name!r}; known are {', '.join(sorted(materials))}"
+            )
+        return materials[name]
+
+    step = None
+    if spec.size_m is not None:
+        smallest = spec.smallest_m or _SMALLEST * spec.size_m
+        step = StepSize(size_m=spec.size_m, smallest_m=smallest, around=spec.around)
+    return MeshRequest(
+        path=spec.file,
+        digest=_digest(spec),
+        unit_m=UNITS_M[spec.length_unit],
+        origin=spec.axis.origin,
+        direction=spec.axis.direction,
+        x_direction=spec.axis.x_direction,
+        material=None if spec.material is None else known(spec.material, "material"),
+        materials=tuple((g, known(m, f"materials.{g}")) for g, m in spec.materials.items()),
+        interfaces=tuple(_interface(i) for i in spec.interfaces),
+        shape="round" if spec.speed_ratio != 0.0 else "any",
+        step=step,
+    )
+
+
+def _interface(spec: MeshInterfaceSpec) -> MeshInterface:
+    return MeshInterface(
+        name=spec.name,
+        coupling=spec.coupling,
+        group=spec.group,
+        box_m=spec.box_m,
+        node=spec.node if spec.node_m is None else spec.node_m,
+    )
+
+
+def _digest(spec: MeshBodySpec) -> str:
+    """SHA-256 of a file that fits into memory when it is read."""
+    path = Path(spec.file)
+    try:
+        if not path.is_file():
+            raise MeshingError(f"file: {path} is not a file")
+        size = path.stat().st_size / _GIB
+        if _READING * size > available_memory_gib():
+            raise MeshingError(
+                f"file: {path.name} has {size:.3g} GiB; reading it takes about "
+                f"{_READING * size:.3g} GiB of memory, {available_memory_gib():.3g} are available"
+            )
+        return spec.sha256 or file_digest(path)
+    except OSError as error:
+        raise MeshingError(f"file: {path} can not be read: {error.strerror or error}") from error
+
+
+def _unmeshed(name: str, request: MeshRequest, disks: tuple[RigidDisk, ...]) -> MeshedBody:
+    """A body whose mesh is to be made; the memory that it takes is known before."""
+    assert request.step is not None
+    found = step_geometry(request.path, request.step)
+    low, high = found.low_m, found.high_m
+    diagonal = max(b - a for a, b in zip(low, high, strict=True))
+    return MeshedBody(
+        name=name,
+        request=request,
+        interfaces=request.interfaces,
+        rigid_disks=disks,
+        expected=found.expected,
+        shortest_m=request.step.smallest_m,
+        longest_m=request.step.size_m,
+        length_m=diagonal,
+        radius_m=0.5 * sorted(b - a for a, b in zip(low, high, strict=True))[1],
+        volume_m3=found.volume_m3,
+    )
+
+
+def _refuse_same_surfaces(mesh: Mesh) -> None:
+    """Interfaces of one surface have the same motion: one is enough."""
+    surfaces = {
+        name: frozenset(map(tuple, facets[:, :3].tolist()))
+        for name, facets in mesh.interfaces.items()
+    }
+    for first, second in combinations(surfaces, 2):
+        if surfaces[first] == surfaces[second]:
+            raise MeshingError(
+                f"interfaces {first!r} and {second!r} are the same surface; keep one of them, any "
+                "number of bearings and rigid disks may use it"
+            )

@@ -1,0 +1,93 @@
+"""Records of the plan: effects, what is computed for each body, and the whole."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from solidwhirl.model.resolution import Resolution
+from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.scene_checks.speeds_asked import SpeedAsked
+
+
+@dataclass(frozen=True, kw_only=True)
+class Effect:
+    """One effect.
+
+    Attributes
+    ----------
+    name
+        As in the scene's [effects] table, or of what the scene can not ask for.
+    cost
+        What it adds, in matrices assembled, factorisations and eigenproblems per body.
+    """
+
+    name: str
+    on: bool
+    why: str
+    cost: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyPlan:
+    """What is computed for one body.
+
+    Attributes
+    ----------
+    orders
+        Circumferential orders that are solved (harmonic) or kept (solid); none in a body of any
+        shape, whose modes have no order.
+    components
+        Motions that one interface or another carries.
+    interface_components
+        Motions of each interface; each is one constraint mode.
+    resolution
+        Mesh and element order to begin with; None on the beam level.
+    matrices, factorisations, eigenproblems
+        How many, at most, the reduction will need.
+    shape
+        Of a solid, as `solidwhirl.reduction` tells them apart: "quartered" comes from a profile,
+        "round" and "any" from a mesh of its own.
+    solver
+        How systems of a solid are solved: "direct", "iterative", or "auto": by the memory there is.
+    """
+
+    level: str
+    orders: tuple[int, ...]
+    components: tuple[str, ...]
+    interface_components: Mapping[str, tuple[str, ...]]
+    resolution: Resolution | None
+    maximum_speed_rad_s: float
+    matrices: int
+    factorisations: int
+    eigenproblems: int
+    shape: str = "quartered"
+    solver: str = "direct"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """The plan of a run.
+
+    Attributes
+    ----------
+    carried
+        Motions of the interfaces of all bodies, by "body.interface".
+    speeds_rad_s
+        (s,) speeds of the reference shaft.
+    analyses
+        Name and kind of the analyses beyond modes, Campbell diagram and critical speeds.
+    speeds_beyond
+        Analyses that look to speeds above those, for which the bodies have to be good too.
+    """
+
+    effects: tuple[Effect, ...]
+    bodies: Mapping[str, BodyPlan]
+    carried: Mapping[str, tuple[str, ...]]
+    analyses: tuple[tuple[str, str], ...]
+    speeds_rad_s: FloatArray
+    speeds_beyond: tuple[SpeedAsked, ...] = ()
+
+    def on(self, name: str) -> bool:
+        """Whether an effect is computed."""
+        return next(e.on for e in self.effects if e.name == name)

@@ -1,0 +1,122 @@
+"""How fine a mesh and which element order an accuracy asks for, to begin with.
+
+On the harmonic level the mesh then follows its own error estimate (`bodies.refinement`). The rule
+is a-priori: at a re-entrant corner of 270° the error of a frequency falls with the corner's element
+size h as h^1.09 (twice the exponent 0.5445 of the stress singularity of plane elasticity), whatever
+the element order. The constants below were measured on the reference rotor of the verification page
+against its converged frequencies.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solidwhirl.geometry import Body
+from solidwhirl.meshing import CORNER_RATE, MeshSize
+from solidwhirl.scene.records import ModelSpec
+
+# Relative error of the first bending frequency per (corner size / thickness)^CORNER_RATE.
+_CORNER_ERROR = {2: 2.3e-2, 3: 8.9e-3, 4: 4.8e-3}
+# The measured error of the reference rotor stays below the asked one by this factor.
+_SAFETY = 2.0
+# Tetrahedra: relative error per (corner size / thickness)^rate, which the circumference slows down.
+_SOLID_ERROR, _SOLID_RATE = 2.5e-2, 0.8
+# Error that the first of several adapted meshes is made for.
+_FIRST_MESH = 5e-2
+#: Finest accuracy that the rule follows on the solid level: beyond it the number of tetrahedra
+#: around every corner explodes. Sizes given in the scene can go further.
+SOLID_FLOOR = 2e-3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Resolution:
+    """Discretisation of one body.
+
+    Attributes
+    ----------
+    expected_error
+        Relative error of the first bending frequencies that the rule expects; an expectation,
+        not an estimate from the solution.
+    """
+
+    degree: int
+    size: MeshSize
+    expected_error: float
+
+
+def is_adapted(level: str, model: ModelSpec) -> bool:
+    """Whether the mesh of a body follows its own error estimate.
+
+    Sizes that the scene gives are kept; without estimates there is nothing to follow.
+    """
+    given = (model.size_m, model.corner_size_m, model.growth)
+    return level == "harmonic" and model.estimates == "on" and given == (None, None, None)
+
+
+def choose_resolution(body: Body, level: str, model: ModelSpec) -> Resolution:
+    """Choose element order and sizes to begin with; sizes given in the scene win.
+
+    Parameters
+    ----------
+    model
+        The scene's accuracy, and sizes and order if given.
+    """
+    thinnest = min(_thickness(body))
+    if level == "solid":
+        degree, growth, through = 2, 0.6, 1.2
+        wanted, constant, rate = max(model.accuracy, SOLID_FLOOR), _SOLID_ERROR, _SOLID_RATE
+    elif is_adapted(level, model):
+        degree, growth, through = _adapted_order(model.accuracy), 0.8, 1.0
+        degree = model.order or degree
+        wanted = max(model.accuracy, _FIRST_MESH)
+        constant, rate = _SAFETY * _CORNER_ERROR[degree], CORNER_RATE
+    else:
+        degree, growth, through = _harmonic_order(model.accuracy)
+        degree = model.order or degree
+        wanted, constant, rate = model.accuracy, _SAFETY * _CORNER_ERROR[degree], CORNER_RATE
+    share = (wanted / constant) ** (1.0 / rate)
+    coarsest = 1.0 if is_adapted(level, model) else 0.3
+    corner = model.corner_size_m or thinnest * float(np.clip(share, 1e-5, coarsest))
+    if model.corner_size_m is None and model.size_m is not None:
+        corner = min(corner, model.size_m)
+    largest = model.size_m or 0.25 * _extent(body)
+    size = MeshSize(
+        size_m=max(largest, corner),
+        corner_size_m=corner,
+        growth=model.growth or growth,
+        through_thickness=through,
+        around=12,
+    )
+    expected = constant * (corner / thinnest) ** rate
+    return Resolution(degree=degree, size=size, expected_error=expected)
+
+
+def _adapted_order(accuracy: float) -> int:
+    """Element order of meshes that follow their error: the cheaper of 2 and 3, as measured."""
+    return 2 if accuracy >= 5e-3 else 3
+
+
+def _harmonic_order(accuracy: float) -> tuple[int, float, float]:
+    """Element order, growth and elements through the thickness for the meridian."""
+    if accuracy >= 1e-2:
+        return 2, 0.8, 1.0
+    if accuracy >= 1e-4:
+        return 3, 0.7, 1.0
+    return 4, 0.6, 1.0
+
+
+def _thickness(body: Body) -> list[float]:
+    """Smaller dimension of every section [m]."""
+    out = []
+    for s in body.sections:
+        radial = [o - i for i, o in zip(s.inner_radius_m, s.outer_radius_m, strict=True)]
+        out.append(min(s.end_m - s.start_m, max(radial)))
+    return out
+
+
+def _extent(body: Body) -> float:
+    """Largest dimension of the meridian [m]."""
+    length = max(s.end_m for s in body.sections) - min(s.start_m for s in body.sections)
+    return max(length, max(max(s.outer_radius_m) for s in body.sections))

@@ -1,0 +1,217 @@
+"""From the joints and simple bodies of a scene to the parts of the assembled system."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from solidwhirl.geometry import GeometryError
+from solidwhirl.model.bodies import scene_materials
+from solidwhirl.model.imported_bodies import imported_elements
+from solidwhirl.model.plan_records import Plan
+from solidwhirl.rotordyn import (
+    LEE_ANISOTROPIC,
+    LEE_ISOTROPIC,
+    AssembledSystem,
+    Bearing,
+    Disk,
+    End,
+    Gear,
+    InternalDamping,
+    PolynomialLaw,
+    Rotor,
+    SpeedLaw,
+    Superelement,
+    TableLaw,
+    assemble,
+    beam_superelement,
+    rigid_superelement,
+)
+from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.scene.joints import (
+    BeamSpec,
+    BearingSpec,
+    GearSpec,
+    PolynomialLawSpec,
+    SpeedLawSpec,
+    TableLawSpec,
+)
+from solidwhirl.scene.records import Scene
+from solidwhirl.scene_checks.interface_motions import is_off_axis
+
+_PRESETS: dict[str, SpeedLaw] = {
+    "lee_isotropic": LEE_ISOTROPIC,
+    "lee_anisotropic": LEE_ANISOTROPIC,
+}
+# What belongs to an effect: a part of the keys of a bearing, and rigid motions.
+_OF_EFFECT = {
+    "bearing_damping": ("damping", ()),
+    "tilt": ("tilt", ("rx", "ry")),
+    "axial": ("axial", ("uz",)),
+    "torsion": ("torsion", ("rz",)),
+}
+_MOTIONS = ("ux", "uy", "uz", "rx", "ry", "rz")
+
+
+def engine_of(scene: Scene, plan: Plan, elements: Mapping[str, Superelement]) -> AssembledSystem:
+    """Assemble bodies, bearings and gears of a scene."""
+    return assemble(rotors(scene, plan, elements), bearings(scene, plan), gears=gears(scene, plan))
+
+
+def simple_elements(scene: Scene, plan: Plan) -> dict[str, Superelement]:
+    """Superelements of the beams, rigid and imported bodies of a scene.
+
+    Raises
+    ------
+    SuperelementError, GeometryError
+        A beam, rigid or imported body that can not be.
+    """
+    elements = {name: _beam(scene, plan, name, spec) for name, spec in scene.beams.items()}
+    still = not plan.on("gyroscopic")
+    unused = {m for m, effect in (("uz", "axial"), ("rz", "torsion")) if not plan.on(effect)}
+    for name, body in scene.rigid_bodies.items():
+        # off the axis, lateral and tilting motion drag uz and rz along
+        held = set() if is_off_axis(body) else unused
+        elements[name] = rigid_superelement(
+            name,
+            body.mass_kg,
+            body.center_of_gravity_m,
+            body.inertia_kg_m2,
+            body.interfaces,
+            components=tuple(m for m in _MOTIONS if m not in held),  # type: ignore[misc]
+        )
+    if still:
+        elements = {k: replace(e, gyroscopic=np.zeros((e.size,) * 2)) for k, e in elements.items()}
+    return elements | imported_elements(scene, plan)
+
+
+def _beam(scene: Scene, plan: Plan, name: str, spec: BeamSpec) -> Superelement:
+    materials = scene_materials(scene)
+    if spec.material not in materials:
+        raise GeometryError(
+            f"beams.{name}: unknown material {spec.material!r}; known are "
+            f"{', '.join(sorted(materials))}"
+        )
+    material = materials[spec.material]
+    sections = len(spec.stations_m) - 1
+    carried = {m for place in spec.interfaces for m in plan.carried[f"{name}.{place}"]}
+    return beam_superelement(
+        name,
+        spec.stations_m,
+        np.broadcast_to(spec.outer_radius_m, sections),
+        np.broadcast_to(spec.inner_radius_m, sections),
+        material.youngs_modulus_pa,
+        material.poissons_ratio,
+        material.density_kg_per_m3,
+        spec.interfaces,
+        [
+            Disk(
+                name=d.name,
+                position_m=d.at_m,
+                mass_kg=d.mass_kg,
+                polar_kg_m2=d.polar_inertia_kg_m2,
+                diametral_kg_m2=d.diametral_inertia_kg_m2,
+            )
+            for d in spec.disks
+        ],
+        components=tuple(m for m in _MOTIONS if m in {"ux", "uy", "rx", "ry", *carried}),  # type: ignore[misc]
+    )
+
+
+def rotors(scene: Scene, plan: Plan, elements: Mapping[str, Superelement]) -> dict[str, Rotor]:
+    """Bodies with their speed ratios and, if the plan has it on, their internal damping."""
+    damped = scene.internal_damping() if plan.on("internal_damping") else {}
+    out = {}
+    for name, ratio in scene.speed_ratios().items():
+        damping = InternalDamping(**damped[name].model_dump()) if name in damped else None
+        out[name] = Rotor(element=elements[name], speed_ratio=ratio, internal_damping=damping)
+    return out
+
+
+def bearings(scene: Scene, plan: Plan) -> tuple[Bearing, ...]:
+    """Bearings of a scene without what belongs to effects that the plan has off."""
+    off = tuple(name for name in _OF_EFFECT if not plan.on(name))
+    damped = plan.on("bearing_damping")
+    laws = {name: _law(name, spec, damped) for name, spec in scene.speed_laws.items()}
+    if plan.on("speed_dependent_bearings"):
+        return tuple(_bearing(spec, off, laws) for spec in scene.bearings)
+    tables = {name: law for name, law in laws.items() if isinstance(law, TableLaw)}
+    return tuple(_at_rest(_bearing(spec, off, tables)) for spec in scene.bearings)
+
+
+def _at_rest(bearing: Bearing) -> Bearing:
+    """The bearing with the values of its table at rest, as the table has no others."""
+    if bearing.speed_law is None:
+        return bearing
+    zero = np.zeros((2, 2))
+    found = bearing.speed_law.coefficients(0.0, zero, zero)
+    return replace(
+        bearing,
+        speed_law=None,
+        stiffness_n_per_m=found.stiffness_n_per_m,
+        damping_n_s_per_m=found.damping_n_s_per_m,
+    )
+
+
+def _law(name: str, spec: SpeedLawSpec, damped: bool) -> SpeedLaw:
+    if isinstance(spec, PolynomialLawSpec):
+        return PolynomialLaw(name=name, **spec.model_dump(exclude={"kind"}))
+    if isinstance(spec, TableLawSpec):
+        return TableLaw(
+            name=name,
+            speeds_rad_s=np.array(spec.speed_rpm) * np.pi / 30.0,
+            stiffness_n_per_m=np.array(spec.stiffness_n_per_m),
+            damping_n_s_per_m=np.array(spec.damping_n_s_per_m) * float(damped),
+            interpolation=spec.interpolation,
+        )
+    return _PRESETS[spec.preset]
+
+
+def _bearing(spec: BearingSpec, off: tuple[str, ...], laws: Mapping[str, SpeedLaw]) -> Bearing:
+    values: dict[str, FloatArray | float] = {}
+    fixed = {c for name in off for c in _OF_EFFECT[name][1]}
+    for key in BearingSpec.model_fields:
+        if key in ("name", "first", "second", "rigid", "speed_law", "cross_coupling"):
+            continue
+        if any(_OF_EFFECT[n][0] in key for n in off):
+            continue
+        value = getattr(spec, key)
+        values[key] = value if isinstance(value, float) else np.array(value, dtype=float)
+    return Bearing(
+        name=spec.name,
+        first=_end(spec.first),
+        second=None if spec.second == "ground" else _end(spec.second),
+        rigid=tuple(c for c in spec.rigid if c not in fixed),
+        speed_law=laws.get(spec.speed_law or ""),
+        cross_coupling=spec.cross_coupling,
+        **values,  # type: ignore[arg-type]
+    )
+
+
+def gears(scene: Scene, plan: Plan) -> tuple[Gear, ...]:
+    """Gears of a scene; none where the plan has torsion off."""
+    if not plan.on("torsion"):
+        return ()
+    damped = plan.on("bearing_damping")
+    return tuple(_gear(spec, damped) for spec in scene.gears)
+
+
+def _gear(spec: GearSpec, damped: bool) -> Gear:
+    angle = spec.line_of_action_deg
+    return Gear(
+        name=spec.name,
+        first=_end(spec.first),
+        second=_end(spec.second),
+        ratio=spec.ratio,
+        mesh_stiffness_n_per_m=spec.mesh_stiffness_n_per_m,
+        mesh_damping_n_s_per_m=spec.mesh_damping_n_s_per_m * float(damped),
+        base_radius_first_m=spec.base_radius_first_m,
+        line_of_action_rad=None if angle is None else float(np.radians(angle)),
+    )
+
+
+def _end(text: str) -> End:
+    body, _, interface = text.partition(".")
+    return End(body=body, interface=interface)

@@ -1,0 +1,422 @@
+"""Results as JSON, the interface that other programs rely on, and the folder of a run."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from solidwhirl.analyses.base import decrements
+from solidwhirl.bodies.reduction import BodyResult
+from solidwhirl.core.check_report import checks_document
+from solidwhirl.core.outcome import is_picture
+from solidwhirl.core.plain_data import plain_data
+from solidwhirl.core.versions import package_versions
+from solidwhirl.cost.forecast import forecast_document
+from solidwhirl.estimates.documents import (
+    accuracy_document,
+    critical_speed_entry,
+    with_estimate,
+)
+from solidwhirl.estimates.results import Estimates
+from solidwhirl.files.run_folder import RunFolder, claimed, replacing_files, reserve
+from solidwhirl.meshing import write_gmsh, write_vtu
+from solidwhirl.meshing.imported.records import MeshedBody
+from solidwhirl.model.interface_documents import interfaces_document
+from solidwhirl.model.mesh_bodies import source_document
+from solidwhirl.model.plan_records import Plan
+from solidwhirl.model.resolution import Resolution
+from solidwhirl.output.comparison import compared
+from solidwhirl.output.report import report_text
+from solidwhirl.page.frame.operating import operating_rad_s
+from solidwhirl.page.frame.records import Run
+from solidwhirl.page.sections import write_report
+from solidwhirl.pipeline.cached_stages import Keeper, no_keeper
+from solidwhirl.pipeline.run import ExcitedCriticalSpeed, Results
+from solidwhirl.pipeline.verdict import verdict_document, verdict_of
+from solidwhirl.plausibility.supports import support_doubts
+from solidwhirl.plausibility.units import implausible
+from solidwhirl.rotordyn import Superelement, draw_campbell, write_superelement
+from solidwhirl.rotordyn.assembly.bearing_notes import note_lines
+from solidwhirl.rotordyn.campbell.branch_numbers import branch_numbers
+from solidwhirl.rotordyn.campbell.shape_prints import branch_prints, shape_print
+from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
+from solidwhirl.rotordyn.modes.excitation import unbalance_excitation
+from solidwhirl.rotordyn.plots.errors import (
+    draw_campbell_errors,
+    draw_critical_speed_errors,
+)
+from solidwhirl.rotordyn.storage.sidecar import superelement_document
+from solidwhirl.scene_checks.operating import operating_speeds
+from solidwhirl.scene_reading.reader import scene_hash
+
+SCHEMA = "solidwhirl-results-1"
+# Headers, attributes and provenance in a file of a superelement.
+_AROUND_BYTES = 65_536
+
+
+def results_document(results: Results) -> dict[str, Any]:
+    """Everything that `results.json` holds; units are in the keys, absent values are null."""
+    diagram, operating = results.campbell, operating_speeds(results.scene)
+    numbers = branch_numbers(results.system, diagram, results.at_rest)
+    document = {
+        "schema": SCHEMA,
+        "scene": {
+            "name": results.scene.name,
+            "title": results.scene.title,
+            "notes": list(results.scene.notes),
+            "sha256": scene_hash(results.scene),
+        },
+        "plan": plan_document(results.plan),
+        "bodies": _bodies(results),
+        "accuracy": accuracy_document(
+            results.scene, results.estimates, results.rounds, results.checks
+        ),
+        "modes_at_rest": {
+            "frequency_hz": results.at_rest.frequency_hz.tolist(),
+            "branch": [int(k) or None for k in numbers],
+        },
+        "campbell": {
+            "frame": "inertial",
+            "speed_rpm": (diagram.speeds_rad_s * RPM_PER_RAD_S).tolist(),
+            "frequency_hz": diagram.frequency_hz.tolist(),
+            "whirl": [[w or None for w in branch] for branch in diagram.whirl.tolist()],
+            "log_decrement": [decrements(branch) for branch in diagram.log_decrement],
+            "critically_damped": (
+                np.isfinite(diagram.eigenvalues)
+                & ~results.scene.criteria.rule.counts(diagram.eigenvalues)
+            ).tolist(),
+            "interface_motion": branch_prints(results.system, diagram),
+            "notes": [
+                {
+                    "kind": note.kind,
+                    "speed_rpm": float(note.speed_rad_s * RPM_PER_RAD_S),
+                    "branches": [int(b) for b in note.branches],
+                    "text": note.text,
+                }
+                for note in diagram.notes
+            ],
+        },
+        "critical_speeds": [critical_speed_document(results, c) for c in results.critical_speeds],
+        "operating": [own._asdict() for own in operating],
+        "doubts": [
+            *(
+                {"kind": "input", **asdict(doubt), "message": doubt.message}
+                for doubt in (
+                    *implausible(results.scene, results.geometry),
+                    *support_doubts(results.system),
+                )
+            ),
+            *(asdict(alarm) for alarm in results.alarms),
+        ],
+        "invariants": checks_document(results.checks),
+        "bearing_notes": list(note_lines(results.bearing_notes)),
+        "analyses": {
+            name: {"kind": outcome.kind, **outcome.document}
+            for name, outcome in results.analyses.items()
+        },
+        "predicted_cost": forecast_document(results.forecast),
+        "timings_s": dict(results.timings_s),
+        "peak_memory_gib": results.peak_memory_gib,
+        "packages": package_versions(),
+    }
+    if results.stages:
+        document["stages"] = dict(results.stages)
+    if results.estimates is not None:
+        _put_estimates(document, results.estimates)
+    verdict = verdict_of(plain_data(document), results.stability, operating)
+    document["verdict"] = verdict_document(verdict)
+    if results.scene.references:
+        document["references"] = compared(results.scene.references, document)
+    return plain_data(document)  # type: ignore[no-any-return]
+
+
+def critical_speed_document(results: Results, found: ExcitedCriticalSpeed) -> dict[str, Any]:
+    """A critical speed as plain data, whether it counts and what excites it."""
+    critical = found.critical
+    excitation = unbalance_excitation(results.system, critical.shape, found.excited_by)
+    return {
+        "speed_rpm": float(critical.speed_rad_s * RPM_PER_RAD_S),
+        "frequency_hz": float(critical.frequency_hz),
+        "whirl": str(critical.whirl),
+        "log_decrement": float(critical.log_decrement) or None,
+        "amplification_factor": critical.amplification_factor,
+        "critically_damped": not critical.counts(results.scene.criteria.rule),
+        "excited_by": list(found.excited_by),
+        "excited": excitation.excited,
+        "excited_why": excitation.why,
+        "interface_motion": shape_print(results.system, critical.shape),
+    }
+
+
+def _put_estimates(document: dict[str, Any], estimates: Estimates) -> None:
+    """Put the error estimates beside the numbers that they belong to."""
+    rest, branches = estimates.at_rest, estimates.campbell
+    document["modes_at_rest"] |= with_estimate(rest.parts, rest.total)
+    document["campbell"] |= with_estimate(branches.parts, branches.total)
+    for index, entry in enumerate(document["critical_speeds"]):
+        entry |= critical_speed_entry(estimates, index)
+    for name, values in estimates.free_frequencies.items():
+        document["bodies"][name]["free_frequency_error_estimate"] = values.tolist()
+
+
+def plan_document(plan: Plan) -> dict[str, Any]:
+    """The plan as plain data."""
+    return {
+        "effects": [
+            {"name": e.name, "on": e.on, "why": e.why, "cost": e.cost} for e in plan.effects
+        ],
+        "analyses": [{"name": name, "kind": kind} for name, kind in plan.analyses],
+        "speeds_beyond": [
+            {"analysis": a.analysis, "to_rpm": a.speed_rpm, "source": a.source}
+            for a in plan.speeds_beyond
+        ],
+        "bodies": {
+            name: {
+                "level": b.level,
+                "circumferential_orders": list(b.orders),
+                "interface_components": list(b.components),
+                "motions_by_interface": {k: list(v) for k, v in b.interface_components.items()},
+                **_fineness(b.resolution),
+                "maximum_speed_rpm": b.maximum_speed_rad_s * RPM_PER_RAD_S,
+                "matrices": b.matrices,
+                "factorisations_at_most": b.factorisations,
+                "eigenproblems_at_most": b.eigenproblems,
+                "solver": None if b.level == "beam" else b.solver,
+            }
+            for name, b in plan.bodies.items()
+        },
+    }
+
+
+def _fineness(found: Resolution | None) -> dict[str, Any]:
+    """Mesh to begin with; beams have none."""
+    return {
+        "element_order": None if found is None else found.degree,
+        "corner_size_m": None if found is None else found.size.corner_size_m,
+        "size_m": None if found is None else found.size.size_m,
+        "expected_relative_error": None if found is None else found.expected_error,
+    }
+
+
+def write_results(results: Results, out: str | Path, *, pictures: bool = True) -> Path:
+    """Write the folder of a run: all of it or nothing.
+
+    Parameters
+    ----------
+    results
+        What to write.
+    out
+        The folder; another run must not be writing there.
+    pictures
+        Whether to draw; the numbers are the same without.
+
+    Returns
+    -------
+    The folder.
+
+    Raises
+    ------
+    OutputError
+        The folder can't be written.
+    """
+    with claimed(out) as folder:
+        return write_into(results, folder, pictures=pictures)
+
+
+def write_into(
+    results: Results,
+    folder: RunFolder,
+    *,
+    pictures: bool = True,
+    page: bool = True,
+    keeper: Keeper | None = None,
+    scene_path: Path | None = None,
+    command: str = "",
+) -> Path:
+    """Write results into a folder that is claimed.
+
+    Everything is written to a temporary folder in it and moved into place file by file when it is
+    complete, `results.json` last but for the manifest.
+
+    Parameters
+    ----------
+    results, pictures
+        As in `write_results`.
+    page
+        Whether to write the page as well; it needs no pictures.
+    folder
+        From `solidwhirl.files.run_folder.claimed`.
+    keeper
+        Where pictures are kept; None: nowhere.
+    scene_path, command
+        For the page: the scene file, and the command line that repeats the run.
+
+    Returns
+    -------
+    The folder.
+
+    Raises
+    ------
+    OutputError
+        The folder can't be written.
+    """
+    document = results_document(results)
+    with replacing_files(folder) as scratch:
+        _write_all(results, document, scratch)
+        if pictures:
+            _draw_all(results, scratch, keeper or no_keeper())
+        if page:
+            run = Run(results=results, document=document, scene_path=scene_path, command=command)
+            write_report(run, scratch / "report.html")
+    return folder.path
+
+
+def _write_all(results: Results, document: dict[str, Any], folder: Path) -> None:
+    (folder / "bodies").mkdir()
+    (folder / "meshes").mkdir()
+    for name, result in results.bodies.items():
+        write_vtu(result.mesh, folder / "meshes" / f"{name}.vtu")
+        write_gmsh(result.mesh, folder / "meshes" / f"{name}.msh")
+    for name, element in results.elements.items():
+        path = folder / "bodies" / f"{name}.h5"
+        reserve(path, _size_bytes(element))
+        write_superelement(element, path)
+        sidecar = json.dumps(superelement_document(element), indent=1, allow_nan=False)
+        path.with_suffix(".json").write_text(sidecar + "\n", encoding="utf-8")
+    for outcome in results.analyses.values():
+        for file, write in outcome.files.items():
+            if not is_picture(file):
+                write(folder / file)
+    (folder / "report.md").write_text(report_text(results, document), encoding="utf-8")
+    text = json.dumps(document, indent=1, allow_nan=False)
+    (folder / "results.json").write_text(text + "\n", encoding="utf-8")
+
+
+def _size_bytes(element: Superelement) -> int:
+    """About the size of an element's file: its arrays, and what HDF5 puts around them."""
+    forms = sum(form.gram.nbytes + element.mass.nbytes for form in element.error_forms)
+    arrays = 9 * element.mass.nbytes + element.recovery_points_m.nbytes
+    if element.moments is not None:
+        arrays += element.moments.second_kg.nbytes
+    if element.surface is not None:
+        arrays += element.surface.amplitudes.nbytes + element.surface.cells.nbytes
+    return int(1.1 * (forms + arrays + element.recovery_modes.nbytes)) + _AROUND_BYTES
+
+
+def _draw_all(results: Results, folder: Path, keeper: Keeper) -> None:
+    """All pictures of a run."""
+    for outcome in results.analyses.values():
+        for file, write in outcome.files.items():
+            if is_picture(file):
+                write(folder / file)
+    title = results.scene.title or results.scene.name
+    critical = tuple(c.critical for c in results.critical_speeds)
+    ratios = results.scene.speed_ratios()
+    operating = operating_rad_s(results)
+    keeper.picture(
+        keeper.key("campbell.png", results.campbell, critical, title, ratios, operating),
+        lambda path: draw_campbell(
+            results.campbell,
+            critical,
+            path,
+            title=title,
+            excitation_ratios=ratios,
+            operating_rad_s=operating,
+        ),
+    )(folder / "campbell.png")
+    if results.estimates is not None:
+        _draw_estimates(results, results.estimates, folder, keeper)
+
+
+def _draw_estimates(results: Results, estimates: Estimates, folder: Path, keeper: Keeper) -> None:
+    """Diagram with error bands, critical speeds with error bars."""
+    title = results.scene.title or results.scene.name
+    names: dict[float, list[str]] = {}
+    for name, ratio in results.scene.speed_ratios().items():
+        names.setdefault(abs(ratio), []).append(name)
+    lines = {", ".join(own): ratio for ratio, own in names.items()}
+    branches = estimates.campbell
+    keeper.picture(
+        keeper.key("campbell_errors.png", branches, title, lines),
+        lambda path: draw_campbell_errors(branches, path, title, excitation_ratios=lines),
+    )(folder / "campbell_errors.png")
+    critical = [c.critical for c in results.critical_speeds]
+    errors = estimates.critical_speeds
+    if critical:
+        keeper.picture(
+            keeper.key("critical_speeds.png", critical, errors, title),
+            lambda path: draw_critical_speed_errors(critical, errors, path, title),
+        )(folder / "critical_speeds.png")
+
+
+def _bodies(results: Results) -> dict[str, Any]:
+    solids = results.bodies
+    return {
+        name: _solid(solids[name]) if name in solids else _simple(element)
+        for name, element in results.elements.items()
+    }
+
+
+def _body(element: Superelement) -> dict[str, Any]:
+    """What all bodies have."""
+    inertia = np.asarray(element.inertia_kg_m2)
+    return {
+        "level": element.level,
+        "mass_kg": element.mass_kg,
+        "center_of_gravity_m": np.asarray(element.center_of_gravity_m).tolist(),
+        "polar_inertia_kg_m2": inertia[2, 2],
+        "diametral_inertia_kg_m2": inertia[0, 0] if inertia[0, 0] == inertia[1, 1] else None,
+        "full_dofs": element.full_dofs,
+        "reduced_dofs": len(element.coordinates),
+        "free_frequencies_hz": element.free_frequencies_hz.tolist(),
+        "fixed_interface_frequencies_hz": element.fixed_interface_frequencies_hz.tolist(),
+        "interfaces": interfaces_document(element),
+        **({"import": element.provenance["import"]} if "import" in element.provenance else {}),
+    }
+
+
+def _simple(element: Superelement) -> dict[str, Any]:
+    """A beam or rigid body: no mesh and nothing assembled, but the whole tensor of inertia."""
+    return {**_body(element), "inertia_kg_m2": np.asarray(element.inertia_kg_m2).tolist()}
+
+
+def _solid(result: BodyResult) -> dict[str, Any]:
+    return {
+        **_body(result.element),
+        **_mass_properties(result),
+        "interfaces": interfaces_document(result.element, result.body, result.mesh),
+        "element_order": result.discretisation.degree,
+        "modes_per_family": result.discretisation.modes,
+        "mesh": {
+            "points": len(result.mesh.points),
+            "cells": len(result.mesh.cells),
+            "minimum_scaled_jacobian": result.mesh.quality.minimum_scaled_jacobian,
+            "straightened_elements": result.mesh.quality.straightened_elements,
+        },
+        "assembled": {k: list(v) for k, v in result.work.assembled.items()},
+        "solved": {k: list(v) for k, v in result.work.solved.items()},
+        "solver": result.work.solver,
+        "orthogonality_error": result.work.orthogonality_error,
+        "hoop_strain_at_top_speed": result.work.hoop_strain,
+    }
+
+
+def _mass_properties(result: BodyResult) -> dict[str, Any]:
+    """In closed form of a profile; of a mesh its whole tensor, and where it comes from."""
+    p = result.properties
+    if isinstance(result.body, MeshedBody) or p is None:
+        inertia = np.asarray(result.element.inertia_kg_m2)
+        out: dict[str, Any] = {"inertia_kg_m2": inertia.tolist()}
+        if isinstance(result.body, MeshedBody):
+            out["source"] = source_document(result.body)
+        return out
+    return {
+        "mass_kg": p.mass_kg,
+        "center_of_gravity_m": np.asarray(p.center_of_gravity_m).tolist(),
+        "polar_inertia_kg_m2": p.polar_inertia_kg_m2,
+        "diametral_inertia_kg_m2": p.diametral_inertia_kg_m2,
+    }

@@ -1,0 +1,5 @@
+"""The drawing of the engine on a page, to scale.
+
+Silhouettes, symbols, labels, materials.
+In: a scene and its bodies. Out: SVG.
+"""

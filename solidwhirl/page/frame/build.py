@@ -1,0 +1,104 @@
+"""The page of a run as one HTML file: everything that it shows and needs is inside it."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+
+from solidwhirl.page.frame.records import Block, Chart, ModeViewer, Section, Table
+from solidwhirl.page.frame.render import (
+    data_json,
+    inline_html,
+    picture_html,
+    table_html,
+    text_html,
+)
+
+_FOLDER = Path(__file__).parents[1] / "assets"
+
+
+def page_html(sections: Sequence[Section], *, title: str, name: str) -> str:
+    """Return a page as HTML.
+
+    Parameters
+    ----------
+    sections
+        From top to bottom.
+    title
+        Of the page.
+    name
+        Short name that stands beside the title.
+
+    Raises
+    ------
+    ValueError
+        If two sections or two charts have the same name.
+    """
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    blocks = [block for section in sections for block in section.every_block]
+    drawn = [block for block in blocks if isinstance(block, Chart | ModeViewer)]
+    _refuse_repeated([s.name for s in sections] + [b.name for b in drawn])
+    environment = Environment(
+        loader=FileSystemLoader(_FOLDER),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {
+        "line": inline_html,
+        "text": text_html,
+        "rows": table_html,
+        "picture": picture_html,
+        "data": data_json,
+    }
+    environment.tests["shown_in_fold"] = _is_folded
+    return environment.get_template("page.html").render(
+        sections=sections,
+        title=title,
+        name=name,
+        style=_file("style.css"),
+        library=_plotly() if drawn else "",
+        scripts=_scripts(blocks),
+        kind=lambda block: type(block).__name__,
+    )
+
+
+def _refuse_repeated(names: Sequence[str]) -> None:
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ValueError(f"sections or charts with the same name: {', '.join(twice)}")
+
+
+def _is_folded(block: Block) -> bool:
+    return isinstance(block, Table) and bool(block.folded)
+
+
+def _scripts(blocks: Sequence[Block]) -> list[str]:
+    """The page's own script, and the viewer's."""
+    scripts = [_file("page.js")]
+    if any(isinstance(block, ModeViewer) for block in blocks):
+        scripts.append(_file("shapes.js"))
+    return scripts
+
+
+@cache
+def _plotly() -> str:
+    """The drawing library, compressed, which takes a third of its size."""
+    # the file itself: importing the package to find it takes longer than the page
+    from importlib.util import find_spec
+
+    spec = find_spec("plotly")
+    if spec is None or spec.origin is None:
+        raise ModuleNotFoundError("plotly is not installed, which draws the charts of a page")
+    file = Path(spec.origin).parent / "package_data" / "plotly.min.js"
+    packed = gzip.compress(file.read_bytes(), compresslevel=6, mtime=0)
+    return base64.b64encode(packed).decode("ascii")
+
+
+def _file(name: str) -> str:
+    return (_FOLDER / name).read_text(encoding="utf-8")

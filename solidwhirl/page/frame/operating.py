@@ -1,0 +1,82 @@
+"""Operating speeds that a scene names in its analyses, for charts over the speed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from solidwhirl.analyses.base import Operating
+from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
+from solidwhirl.scene_checks.operating import margin_of
+from solidwhirl.scene_checks.operating import operating_speeds as scene_operating
+
+if TYPE_CHECKING:
+    from solidwhirl.pipeline.run import Results
+
+
+def operating_speeds(
+    document: Mapping[str, Any], ratios: Mapping[str, float]
+) -> tuple[Operating, ...]:
+    """Return the operating speeds of shafts, each once.
+
+    Parameters
+    ----------
+    document
+        The contents of `results.json`.
+    ratios
+        Speed ratio of every body.
+    """
+    return tuple(
+        Operating(o["shaft"], o["from_rpm"], o["to_rpm"], abs(ratios[o["shaft"]]))
+        for o in document["operating"]
+    )
+
+
+def operating_rad_s(results: Results) -> dict[str, tuple[float, float]]:
+    """Return the operating speeds as speeds of the reference shaft, for static diagrams.
+
+    Parameters
+    ----------
+    results
+        Of a run.
+
+    Returns
+    -------
+    dict
+        Lowest and highest speed, rad/s, by what a legend says.
+    """
+    return {
+        o.text: (o.from_rpm / o.ratio * RAD_S_PER_RPM, o.to_rpm / o.ratio * RAD_S_PER_RPM)
+        for o in scene_operating(results.scene)
+    }
+
+
+def margin_words(margin: float) -> str:
+    """Return the distance of a critical speed from operating speeds in words.
+
+    Parameters
+    ----------
+    margin
+        (N_c − N_op) / N_op, 0 inside.
+
+    Returns
+    -------
+    str
+        Such as "66.3 % below", or "inside".
+    """
+    if margin == 0.0:
+        return "inside"
+    size = 100.0 * abs(margin)
+    said = f"{size:.1f}" if round(size, 1) > 0.0 else "less than 0.1"
+    return f"{said} % {'above' if margin > 0.0 else 'below'}"
+
+
+def margin_text(
+    speed_rpm: float, shafts: Sequence[str], operating: Sequence[Operating]
+) -> str | None:
+    """Return the distance of `margin_of` in words; arguments as there."""
+    found = margin_of(speed_rpm, shafts, operating)
+    if found is None:
+        return None
+    margin, shaft = found
+    return f"**inside** {shaft}" if margin == 0.0 else f"{margin_words(margin)} {shaft}"

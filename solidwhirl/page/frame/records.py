@@ -1,0 +1,292 @@
+"""What a page is made of: what its sections read, and the blocks that they return.
+
+A section is a function ``section(run) -> Section | None`` in `solidwhirl.page.sections.SECTIONS`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+from solidwhirl.pipeline.run import Results
+
+# Colours that traces and layouts may name. The page puts in those of the light or the dark theme;
+# series c0 to c7 are Okabe and Ito's, lightened or darkened to be legible on the paper. A token may
+# have an opacity behind it, as in "@forward/0.2".
+COLOR_TOKENS = (
+    "@ink", "@muted", "@faint", "@paper", "@panel",
+    "@forward", "@backward", "@mixed", "@planar", "@band",
+    "@good", "@bad",
+    "@c0", "@c1", "@c2", "@c3", "@c4", "@c5", "@c6", "@c7",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Run:
+    """What a section reads.
+
+    Attributes
+    ----------
+    results
+        The run, as arrays.
+    document
+        The contents of `results.json`; absent numbers are None.
+    scene_path
+        The scene file; None where the scene was made in Python.
+    command
+        The command line that repeats the run; empty if not known.
+    """
+
+    results: Results
+    document: Mapping[str, Any]
+    scene_path: Path | None = None
+    command: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Text:
+    """Paragraphs and lists.
+
+    Attributes
+    ----------
+    text
+        Paragraphs parted by blank lines; lines that begin with "- " are a list. **bold**, `code`
+        and nothing else is marked up; HTML in it shows as it is written.
+    kind
+        "plain"; "note" and "warning" stand in a box with their name.
+    """
+
+    text: str
+    kind: Literal["plain", "note", "warning"] = "plain"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """A table; columns whose cells are all numbers, or begin with one, stand at the right.
+
+    Attributes
+    ----------
+    head
+        Titles of the columns, with units in brackets.
+    rows
+        Cells as text, marked up as in `Text`; floats are written with five digits, None as "–",
+        True and False as "yes" and "no".
+    title, caption
+        Above and below.
+    folded
+        Title of a fold that hides the table until it is asked for; empty: always shown.
+    """
+
+    head: Sequence[str]
+    rows: Sequence[Sequence[Any]]
+    title: str = ""
+    caption: str = ""
+    folded: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Listing:
+    """Text of a file, as it is written there.
+
+    Attributes
+    ----------
+    text
+        The text.
+    folded
+        Title of a fold that hides it until it is asked for; empty: always shown.
+    """
+
+    text: str
+    folded: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Picture:
+    """A still picture.
+
+    Attributes
+    ----------
+    data
+        SVG as text (its colours may be the CSS variables of the page, ``var(--ink)`` for "@ink"),
+        or the bytes of a PNG.
+    caption
+        What is to be seen.
+    alt
+        For those who can't see it.
+    title
+        Above the picture.
+    scroll_px
+        Least width; on a narrower screen the picture scrolls sideways. 0: shrinks.
+    height_px
+        Largest height; a higher picture shrinks. 0: any.
+    """
+
+    data: str | bytes
+    caption: str
+    alt: str
+    title: str = ""
+    scroll_px: int = 0
+    height_px: int = 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Toggle:
+    """A checkbox over a chart that shows or hides traces.
+
+    Attributes
+    ----------
+    label
+        Beside the box.
+    traces
+        Indices of the traces.
+    shown
+        At the start.
+    """
+
+    label: str
+    traces: Sequence[int]
+    shown: bool = True
+
+
+@dataclass(frozen=True, kw_only=True)
+class Option:
+    """One entry of a `Choice`.
+
+    Attributes
+    ----------
+    label
+        In the list.
+    traces
+        Indices of the traces shown with it, beside those that are in no option.
+    layout
+        Changes of the layout by plotly's dotted names, such as {"yaxis.title.text": "…"}.
+    """
+
+    label: str
+    traces: Sequence[int]
+    layout: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Choice:
+    """A list over a chart of which one entry is shown: the first at the start.
+
+    A trace shows if every toggle that names it is on, and of every choice that names it in an
+    option the chosen one does.
+    """
+
+    label: str
+    options: Sequence[Option]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Chart:
+    """A chart drawn by plotly in the browser.
+
+    Attributes
+    ----------
+    name
+        Identifier in the page: letters, digits, hyphens; one of its kind.
+    title
+        Above the chart (in HTML, not in the layout).
+    caption
+        Below: what is to be seen.
+    alt
+        For those who can't see it.
+    traces
+        Plotly traces as plain dictionaries. Numpy arrays stay arrays, which makes the page small;
+        nan in them is a gap. Colours may be `COLOR_TOKENS`.
+    layout
+        What differs from the page's layout, which has fonts, colours, margins, grid, legend above
+        the chart and automatic margins. Axes need titles with units.
+    height_px
+        Without the controls.
+    controls
+        Above the chart.
+    """
+
+    name: str
+    title: str
+    caption: str
+    alt: str
+    traces: Sequence[Mapping[str, Any]]
+    layout: Mapping[str, Any]
+    height_px: int = 420
+    controls: Sequence[Toggle | Choice] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModeViewer:
+    """The viewer of mode shapes in 3D, drawn by `shapes.js`.
+
+    The page makes ``<div id=name class="viewer">`` and, when it first comes near the screen (or is
+    printed), calls ``solidwhirl.modeViewer(host, data, theme)``. ``theme`` maps color tokens
+    without "@" to CSS colours and has ``dark`` (boolean). The function may return an object with
+    ``theme(theme)``, called when the theme changes, ``pause()``, called when the viewer leaves the
+    screen, and ``resume()``. ``solidwhirl.array(value)`` of `page.js` turns an array of ``data``
+    (numpy there) into ``{values: typed array, shape: [...]}``; ``solidwhirl.tokens(value, theme)``
+    puts colours in, ``solidwhirl.layout(layout, theme)`` gives the page's layout,
+    ``solidwhirl.config`` plotly's configuration. The host has the attribute ``data-drawn`` once
+    everything in it is drawn.
+
+    Attributes
+    ----------
+    name
+        Identifier in the page.
+    title, caption, alt
+        As those of a chart.
+    data
+        Plain data and numpy arrays, as `shapes.js` reads them.
+    height_px
+        Of the host, at least.
+    """
+
+    name: str
+    title: str
+    caption: str
+    alt: str
+    data: Mapping[str, Any]
+    height_px: int = 560
+
+
+Single = Text | Table | Chart | ModeViewer | Picture | Listing
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """Blocks side by side where the screen is wide enough, else one under the other."""
+
+    blocks: Sequence[Single]
+
+
+Block = Single | Row
+
+
+@dataclass(frozen=True, kw_only=True)
+class Section:
+    """A part of the page.
+
+    Attributes
+    ----------
+    name
+        Anchor: letters, digits, hyphens; one of its kind.
+    title
+        Heading, which also stands in the table of contents.
+    blocks
+        From top to bottom.
+    note
+        One sentence under the heading; empty: none.
+    """
+
+    name: str
+    title: str
+    blocks: Sequence[Block]
+    note: str = ""
+
+    @property
+    def every_block(self) -> tuple[Single, ...]:
+        """All blocks, those of rows one by one."""
+        rows = ((b.blocks if isinstance(b, Row) else (b,)) for b in self.blocks)
+        return tuple(block for row in rows for block in row)

@@ -1,0 +1,183 @@
+"""Critical speeds of a page: the table, their margins from operating speeds, the map."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from solidwhirl.page.frame.marks import whirl_text
+from solidwhirl.page.frame.operating import operating_rad_s
+from solidwhirl.page.frame.plotly_chart import page_chart
+from solidwhirl.page.frame.records import Chart, Run, Section, Table, Text
+from solidwhirl.page.frame.traces import analyses_of_kind, numbers
+from solidwhirl.page.modes.margins import margin_blocks
+from solidwhirl.rotordyn.plots import chart as charts
+from solidwhirl.rotordyn.plots.campbell import error_words
+from solidwhirl.rotordyn.plots.chart import operating_toggle
+from solidwhirl.rotordyn.plots.maps import MapCurves, map_chart
+from solidwhirl.scene_checks.operating import critical_speeds_that_count
+
+# Rows of a table that is not folded.
+_MOST = 15
+# Part of the axis below which an error bar lies within its mark.
+_SEEN = 0.008
+
+
+def section(run: Run) -> Section | None:
+    """Return critical speeds, margins and maps; None where nothing of it was computed."""
+    document, ratios = run.document, run.results.scene.speed_ratios()
+    found = critical_speeds_that_count(document)
+    damped = [c for c in document["critical_speeds"] if c not in found]
+    margins = analyses_of_kind(document, "separation_margins")
+    maps = analyses_of_kind(document, "critical_speed_map")
+    top = max(document["campbell"]["speed_rpm"], default=0.0)
+    if not (found or margins or maps) and not top > 0.0:
+        return None
+    blocks: list[Any] = []
+    if found:
+        drawn = critical_speed_chart(found, top, operating_rad_s(run.results))
+        blocks += [page_chart(drawn), critical_speed_table(found, ratios)]
+    elif top > 0.0:
+        blocks.append(Text(text=f"There is no resonance up to {top:g} rpm."))
+    if damped:
+        table = critical_speed_table(damped, ratios)
+        title = f"Critically damped, no resonances ({len(damped)})"
+        blocks.append(replace(table, folded=title, caption=""))
+    for name, entry in margins.items():
+        blocks += margin_blocks(name, entry)
+    blocks += [map_block(name, entry) for name, entry in maps.items()]
+    return Section(
+        name="critical-speeds",
+        title="Critical speeds",
+        blocks=blocks,
+        note="Speeds at which the unbalance of a shaft turns as fast as the engine vibrates.",
+    )
+
+
+def critical_speed_table(found: Sequence[Mapping[str, Any]], ratios: Mapping[str, float]) -> Table:
+    """Return the table of critical speeds.
+
+    Parameters
+    ----------
+    found
+        Entries of `critical_speeds` of `results.json`.
+    ratios
+        Speed ratio of every body.
+    """
+    estimated = any("frequency_error_estimate" in c for c in found)
+    own = any(abs(ratios[c["excited_by"][0]]) != 1.0 for c in found)
+    head = [
+        *("reference shaft [rpm]", "frequency [Hz]", "whirl", "excited by"),
+        *("log. decrement [1]", "amplification factor [1]"),
+    ]
+    if own:
+        head.insert(1, "exciting shaft [rpm]")
+    if estimated:
+        head.append("estimated error")
+    rows = []
+    for c in found:
+        row = [
+            f"{c['speed_rpm']:.1f}",
+            f"{c['frequency_hz']:.4g}",
+            whirl_text(c["whirl"]),
+            ", ".join(c["excited_by"]),
+            c["log_decrement"],
+            c["amplification_factor"],
+        ]
+        if own:
+            row.insert(1, f"{c['speed_rpm'] * abs(ratios[c['excited_by'][0]]):.1f}")
+        if estimated:
+            row.append(error_words(c.get("frequency_error_estimate")))
+        rows.append(row)
+    return Table(
+        head=head,
+        rows=rows,
+        folded=f"All critical speeds ({len(rows)})" if len(rows) > _MOST else "",
+        caption="The error is that of speed and frequency alike, relative. Unbalance of a rotor "
+        "that is the same in all directions excites forward whirl alone.",
+    )
+
+
+def critical_speed_chart(
+    found: Sequence[Mapping[str, Any]],
+    top_rpm: float,
+    operating_rad_s: Mapping[str, tuple[float, float]],
+) -> charts.Chart:
+    """Return the critical speeds along the speed with error bars, by exciting shaft.
+
+    Parameters
+    ----------
+    found
+        Entries of `critical_speeds` of `results.json`.
+    top_rpm
+        Highest speed.
+    operating_rad_s
+        See `solidwhirl.rotordyn.plots.chart.operating_toggle`.
+    """
+    exciters = list(dict.fromkeys(", ".join(c["excited_by"]) for c in found))
+    parts: list[charts.Part] = [*operating_toggle(operating_rad_s)]
+    for whirl in charts.WHIRL_LOOKS:
+        own = [c for c in found if (c["whirl"] or "planar") == whirl]
+        if not own:
+            continue
+        x = numbers([c["speed_rpm"] for c in own])
+        bars = x * np.array([c.get("frequency_error_estimate") or 0.0 for c in own])
+        parts.append(
+            charts.Curve(
+                x=x,
+                y=numbers([exciters.index(", ".join(c["excited_by"])) for c in own]),
+                name=charts.whirl_name(whirl),
+                look=replace(charts.whirl_look(whirl), dash="", size=12.0),
+                texts=[_critical_text(c) for c in own],
+                # bars that the mark covers would look like a part of it
+                errors=bars if (bars > _SEEN * top_rpm).any() else None,
+            )
+        )
+    return charts.Chart(
+        name="critical-speeds-chart",
+        title="Where the critical speeds lie",
+        caption="Critical speeds by the shaft that excites them, with their estimated errors as "
+        "bars (most are smaller than the mark); hatched bands are operating speeds.",
+        alt="Critical speeds along the speed of the reference shaft; the table below has the "
+        "numbers.",
+        x=replace(charts.speed_axis(0.0, 1.03 * top_rpm), digits=",.1f"),
+        y=charts.Axis(label="unbalance of", places=exciters, low=-0.5, high=len(exciters) - 0.5),
+        parts=parts,
+        height_px=190 + 46 * len(exciters),
+    )
+
+
+def _critical_text(c: Mapping[str, Any]) -> str:
+    words = [f"{c['frequency_hz']:.6g} Hz, {c['whirl']}"]
+    if c["log_decrement"]:
+        words.append(f"log. decrement {c['log_decrement']:.4g}")
+    if c["amplification_factor"]:
+        words.append(f"amplification factor {c['amplification_factor']:.3g}")
+    if "frequency_error_estimate" in c:
+        words.append(f"error {error_words(c['frequency_error_estimate'])}")
+    return "\n".join(words)
+
+
+def map_block(name: str, entry: Mapping[str, Any]) -> Chart:
+    """Return a critical speed map from its part of `results.json`."""
+    stiffness = numbers(entry["stiffness_n_per_m"])
+    speed = numbers(entry["shaft_speed_rpm"]).reshape(-1, stiffness.size)
+    # limits are of the reference shaft, branches of the shaft that excites
+    with np.errstate(invalid="ignore"):
+        ratios = speed / numbers(entry["critical_speed_rpm"]).reshape(speed.shape)
+    known = ratios[np.isfinite(ratios)]
+    ratio = float(np.median(known)) if known.size else np.nan
+    curves = MapCurves(
+        bearings=entry["bearings"],
+        stiffness_n_per_m=stiffness,
+        speed_rpm=speed,
+        whirl=entry["whirl"],
+        free_rpm=numbers(entry["free_rpm"]) * ratio,
+        rigid_rpm=numbers(entry["rigid_rpm"]) * ratio,
+    )
+    shaft, operating = entry["excited_by"], entry["operating_speed_rpm"]
+    drawn = map_chart(curves, {} if operating is None else {shaft: operating}, shaft)
+    return page_chart(drawn, name)

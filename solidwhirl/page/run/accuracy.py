@@ -1,0 +1,164 @@
+"""Section: how accurate the numbers are, and what they cost."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from solidwhirl.estimates.documents import (
+    coupling_effect,
+    coupling_text,
+    followed_by,
+    materials_text,
+)
+from solidwhirl.page.frame.records import Block, Chart, Run, Section, Table, Text
+
+_MET = {True: "met", False: "**not met**", None: "not known"}
+_PER_BAR = 30
+
+
+def section(run: Run) -> Section:
+    """Accuracy and cost.
+
+    Parameters
+    ----------
+    run
+        The run.
+    """
+    document = run.document
+    return Section(
+        name="accuracy",
+        title="Accuracy and cost",
+        blocks=(*_accuracy(document), *_cost(document)),
+        note="The estimates are of the discretisation: mesh, modes, and what is left out of the "
+        "basis. Errors of the input, such as a bearing's stiffness, are not in them.",
+    )
+
+
+def _accuracy(document: Mapping[str, Any]) -> Iterator[Block]:
+    found = document["accuracy"]
+    largest = found["largest_error_estimate"]
+    if largest is None and not found["rounds"]:
+        yield Text(
+            text="The scene has the error estimates off. What its mesh rule expects is in the "
+            "summary; how the estimates are made is in `docs/accuracy.md`."
+        )
+        return
+    said = "not known" if largest is None else f"{100 * largest:.2g} %"
+    lines = [
+        f"Asked: **{100 * found['asked']:.2g} %** relative error of every frequency. Largest "
+        f"estimate: **{said}**, {_MET[found['met']]}."
+    ]
+    lines += [
+        f"- `{name}` carries no error estimate; nothing of it is in these numbers"
+        for name in found["bodies_without_estimate"]
+    ]
+    lines += [
+        f"- the mesh of `{name}` was given: its error is not known and not in these numbers"
+        for name in found.get("meshes_without_estimate", ())
+    ]
+    lines += [
+        f"- `{name}` {materials_text(names)}"
+        for name, names in found.get("bodies_of_several_materials", {}).items()
+    ]
+    effect = coupling_effect(document)
+    if effect is not None:
+        lines.append(f"- {coupling_text(effect)}")
+    yield Text(text="\n".join(lines))
+    solids = [name for name, b in document["bodies"].items() if b["level"] == "solid"]
+    parts = document["campbell"].get("error_parts", {})
+    rows = [(part.replace("_", " "), _largest(v), _remark(part)) for part, v in parts.items()]
+    if rows:
+        yield Table(
+            title="Where the error comes from",
+            head=("part", "largest of all branches and speeds", ""),
+            rows=rows,
+        )
+    if found["rounds"] and (len(found["rounds"]) > 1 or solids):
+        yield _rounds(found["rounds"], solids)
+
+
+def _largest(values: Any) -> str | None:
+    known = [v for row in values for v in row if v is not None]
+    return f"{max(known):.1e}" if known else None
+
+
+def _remark(part: str) -> str:
+    return "a choice of the model, not summed" if part == "interface_coupling" else ""
+
+
+def _rounds(rounds: Any, solids: Sequence[str]) -> Table:
+    later = (
+        f" The mesh of {', '.join(solids)} is compared with a finer one after the last round: it "
+        "is in the largest estimate above and not in those of the rounds."
+    )
+    return Table(
+        title="Rounds of refinement",
+        head=("round", "largest estimate", "unknowns", "modes", "refined then"),
+        rows=[
+            (
+                k + 1,
+                f"{r['largest_error_estimate']:.1e}",
+                ", ".join(f"{n} {u}" for n, u in r["unknowns"].items()),
+                ", ".join(f"{n} {m}" for n, m in r["modes"].items()),
+                followed_by(rounds, k) or None,
+            )
+            for k, r in enumerate(rounds)
+        ],
+        caption="Meshes are refined where the estimate says that the error arises, and modes are "
+        "added, until the estimate is below what was asked or gets no better."
+        + (later if solids else ""),
+    )
+
+
+def _cost(document: Mapping[str, Any]) -> Iterator[Block]:
+    spent = {name: float(s) for name, s in document["timings_s"].items()}
+    kept = {name for name, origin in document.get("stages", {}).items() if origin == "kept"}
+    expected = document["predicted_cost"]
+    text = (
+        f"Together **{sum(spent.values()):.3g} s** of wall time, at most "
+        f"**{document['peak_memory_gib']:.2g} GiB** of memory. Predicted without the other "
+        f"analyses: {expected['cpu_s']:.2g} s of one core, {expected['peak_memory_gib']:.2g} GiB."
+    )
+    if kept:
+        text += f"\n\nKept from an earlier run, and not computed again: {', '.join(sorted(kept))}."
+    if spent:
+        yield _time_chart(spent)
+    yield Text(text=text)
+
+
+def _time_chart(spent: Mapping[str, float]) -> Chart:
+    names = [name.replace("_", " ") for name in spent][::-1]
+    seconds = np.array(list(spent.values()))[::-1]
+    rows = np.arange(len(names), dtype=float)
+    return Chart(
+        name="cost-time",
+        title="Time by stage",
+        caption="Wall time of the stages of this run [s], in their order from top to bottom.",
+        alt="Bars of the wall time in seconds by stage: "
+        + ", ".join(f"{name} {s:.2g}" for name, s in spent.items()),
+        traces=[
+            {
+                "type": "bar",
+                "orientation": "h",
+                "x": seconds,
+                "y": rows,
+                "customdata": names,
+                "text": [f"{s:.3g} s" for s in seconds],
+                "insidetextfont": {"color": "@paper"},
+                "textposition": "auto",
+                "cliponaxis": False,
+                "marker": {"color": "@c0"},
+                "hovertemplate": "%{customdata}: %{x:.3g} s<extra></extra>",
+            }
+        ],
+        layout={
+            "xaxis": {"title": {"text": "wall time [s]"}, "rangemode": "tozero"},
+            "yaxis": {"title": {"text": ""}, "ticks": "", "tickvals": rows, "ticktext": names},
+            "showlegend": False,
+            "bargap": 0.35,
+        },
+        height_px=90 + _PER_BAR * len(names),
+    )

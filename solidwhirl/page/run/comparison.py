@@ -1,0 +1,170 @@
+"""Section: published or measured values beside those of the run."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from solidwhirl.page.frame.records import Block, Chart, Run, Section, Table, Text
+
+_UNITS = (
+    ("_kg_m2", "kg m²"), ("_n_per_m", "N/m"), ("_rad_s", "rad/s"), ("_hz", "Hz"),
+    ("_rpm", "rpm"), ("_kg", "kg"), ("_pa", "Pa"), ("_m", "m"), ("_n", "N"), ("_s", "s"),
+)  # fmt: skip
+_PER_ROW = 26
+
+
+def section(run: Run) -> Section | None:
+    """References of the scene beside the results; None where it has none.
+
+    Parameters
+    ----------
+    run
+        The run.
+    """
+    found = run.document.get("references", ())
+    if not found:
+        return None
+    missed = [entry for entry in found if entry["met"] is False]
+    blocks: list[Block] = []
+    if missed:
+        said = "\n".join(f"- {_title(e)}: {_difference(e)}, allowed {_allowed(e)}" for e in missed)
+        blocks.append(Text(text=said, kind="warning"))
+    chart = _chart([e for e in found if e["relative_difference"] is not None])
+    blocks += [chart] if chart else []
+    blocks.append(_table(found))
+    return Section(
+        name="references",
+        title="Against published values",
+        blocks=blocks,
+        note="Values that the scene names with their source, beside what this run computed.",
+    )
+
+
+def unit_of(quantity: str) -> str:
+    """Unit of a place in the results, by the end of its last name; empty if it has none.
+
+    Parameters
+    ----------
+    quantity
+        The place.
+    """
+    last = re.sub(r"\[\d+\]", "", quantity).rsplit(".", 1)[-1]
+    return next((unit for ending, unit in _UNITS if last.endswith(ending)), "")
+
+
+def _title(entry: Mapping[str, Any]) -> str:
+    return str(entry["title"] or entry["quantity"])
+
+
+def _difference(entry: Mapping[str, Any]) -> str | None:
+    relative = entry["relative_difference"]
+    return None if relative is None else f"{100.0 * relative:+.2f} %"
+
+
+def _allowed(entry: Mapping[str, Any]) -> str | None:
+    tolerance = entry["tolerance"]
+    return None if tolerance is None else f"{100.0 * tolerance:.3g} %"
+
+
+def _table(found: Sequence[Mapping[str, Any]]) -> Table:
+    words = {True: "met", False: "**missed**", None: None}
+    head = ["quantity", "unit", "published", "this run", "difference", "source"]
+    rows = [
+        [
+            _title(e),
+            unit_of(e["quantity"]) or None,
+            e["value"],
+            e["result"],
+            _difference(e),
+            e["source"],
+        ]
+        for e in found
+    ]
+    if any(e["tolerance"] is not None for e in found):
+        head[5:5] = ["allowed", ""]
+        for row, e in zip(rows, found, strict=True):
+            row[5:5] = [_allowed(e), words[e["met"]]]
+    return Table(
+        head=head,
+        rows=rows,
+        caption="Difference of this run from what is published, over what is published. A result "
+        "that the run does not have is left open.",
+    )
+
+
+def _chart(found: Sequence[Mapping[str, Any]]) -> Chart | None:
+    """Differences from top to bottom, with what is allowed as bars behind them."""
+    if not found:
+        return None
+    names = [f"{_title(e)} · {e['source']}" for e in found]
+    percent = np.array([100.0 * e["relative_difference"] for e in found])
+    rows = np.arange(len(found), dtype=float)
+    missed = [e["met"] is False for e in found]
+    largest = found[int(np.argmax(np.abs(percent)))]
+    allowed = np.array([100.0 * e["tolerance"] if e["tolerance"] else np.nan for e in found])
+    traces: list[dict[str, Any]] = []
+    if np.isfinite(allowed).any():
+        traces.append(_allowed_bars(allowed, rows))
+    traces.append(
+        {
+            "type": "scatter",
+            "mode": "markers",
+            "name": "this run",
+            "x": percent,
+            "y": rows,
+            "marker": {
+                "color": ["@bad" if m else "@c0" for m in missed],
+                "symbol": ["x" if m else "circle" for m in missed],
+                "size": 10,
+            },
+            "text": [
+                f"{name}<br>{e['result']:.5g} instead of {e['value']:.5g} {unit_of(e['quantity'])}"
+                for name, e in zip(names, found, strict=True)
+            ],
+            "hovertemplate": "%{text}: %{x:+.3g} %<extra></extra>",
+        }
+    )
+    more = "; bars show what the scene allows, crosses are outside" if len(traces) > 1 else ""
+    return Chart(
+        name="references-difference",
+        title="Difference from what is published",
+        caption=f"Results of this run over the published values, less one, in per cent{more}.",
+        alt=f"{len(found)} differences; the largest is {_difference(largest)} at "
+        f"{_title(largest)}.",
+        traces=traces,
+        layout={
+            "xaxis": {
+                "title": {"text": "difference [%]"},
+                "zeroline": True,
+                "zerolinecolor": "@muted",
+            },
+            "yaxis": {
+                "title": {"text": ""},
+                "ticks": "",
+                "tickvals": rows,
+                "ticktext": names,
+                "range": [len(found) - 0.4, -0.6],
+            },
+            "showlegend": len(traces) > 1,
+        },
+        height_px=110 + _PER_ROW * len(found),
+    )
+
+
+def _allowed_bars(allowed: Any, rows: Any) -> dict[str, Any]:
+    """What is allowed on both sides of zero [%]."""
+    return {
+        "type": "bar",
+        "orientation": "h",
+        "name": "allowed",
+        "base": -allowed,
+        "x": 2.0 * allowed,
+        "y": rows,
+        "width": 0.7,
+        "marker": {"color": "@band/0.6", "line": {"width": 0}},
+        "hoverinfo": "skip",
+    }

@@ -1,0 +1,111 @@
+"""Section: the verdict, the drawing and the Campbell diagram at a glance."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from solidwhirl.analyses.base import Operating
+from solidwhirl.core.check_report import checks_line, failure_lines
+from solidwhirl.page.drawing.engine import small_picture
+from solidwhirl.page.frame.marks import whirl_text
+from solidwhirl.page.frame.operating import margin_text, operating_speeds
+from solidwhirl.page.frame.records import Block, Row, Run, Section, Table, Text
+from solidwhirl.page.modes.campbell import small_chart
+from solidwhirl.pipeline.verdict_text import answers
+from solidwhirl.scene_checks.operating import critical_speeds_that_count, nearest
+
+# Critical speeds that a reader in a hurry is shown.
+_MOST = 12
+
+
+def section(run: Run) -> Section:
+    """Summary of a run: the first screen of its page, warnings, critical speeds.
+
+    Parameters
+    ----------
+    run
+        The run.
+    """
+    operating = operating_speeds(run.document, run.results.scene.speed_ratios())
+    chart = small_chart(run.results)
+    blocks = [
+        *_failures(run),
+        Row(blocks=(verdict_table(run), *((chart,) if chart else ()))),
+        small_picture(run),
+        *_warnings(run),
+        _critical_speeds(critical_speeds_that_count(run.document), operating),
+    ]
+    return Section(name="summary", title="Summary", blocks=blocks)
+
+
+def verdict_table(run: Run) -> Table:
+    """Return the answers of the verdict, the checks, and how many warnings there are.
+
+    Parameters
+    ----------
+    run
+        The run.
+    """
+    rows = [(a.about, a.marked) for a in answers(run.document)]
+    rows.append(("Checks", checks_line(run.results.checks)))
+    count = len(_messages(run.document))
+    if count:
+        rows.append(("Warnings", f"{count}, below the drawing"))
+    return Table(head=("", ""), rows=rows)
+
+
+def _failures(run: Run) -> Iterator[Block]:
+    failed = failure_lines(run.results.checks)
+    if failed:
+        yield Text(text="\n".join(f"- {line}" for line in failed), kind="warning")
+
+
+def _messages(document: Mapping[str, Any]) -> list[str]:
+    """What is doubtful about the scene or its results, one line for each cause."""
+    every = [doubt["message"] for doubt in document.get("doubts", ())]
+    return list(dict.fromkeys([*every, *document.get("bearing_notes", ())]))
+
+
+def _warnings(run: Run) -> Iterator[Block]:
+    messages = _messages(run.document)
+    if messages:
+        yield Text(text="\n".join(f"- {line}" for line in messages), kind="warning")
+
+
+def _critical_speeds(found: Sequence[Mapping[str, Any]], operating: Sequence[Operating]) -> Block:
+    if not found:
+        return Text(text="**Critical speeds:** none in the speed range that is a resonance.")
+    entries, said = nearest(found, operating, _MOST)
+    head = [
+        *("speed [rpm]", "frequency [Hz]", "± [%]", "whirl"),
+        *("amplification [1]", "log. decrement", "unbalance of"),
+    ]
+    rows = [
+        [
+            f"{c['speed_rpm']:.1f}",
+            f"{c['frequency_hz']:.3f}",
+            _percent(c.get("frequency_error_estimate")),
+            whirl_text(c["whirl"]),
+            c.get("amplification_factor"),
+            c["log_decrement"],
+            ", ".join(c["excited_by"]),
+        ]
+        for c in entries
+    ]
+    if operating:
+        head.append("margin")
+        for row, c in zip(rows, entries, strict=True):
+            row.append(margin_text(c["speed_rpm"], c["excited_by"], operating))
+        said += "Margins are from the operating speeds of the shaft that excites. "
+    return Table(
+        title="Critical speeds",
+        head=head,
+        rows=rows,
+        caption=f"{said}Speeds of the reference shaft. ± is the estimated error of the "
+        "discretisation, not that of the input. ● forward, □ backward, ◆ mixed whirl.",
+    )
+
+
+def _percent(relative: float | None) -> str | None:
+    return None if relative is None else f"{100.0 * relative:.1g}"

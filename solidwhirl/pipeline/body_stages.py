@@ -1,0 +1,236 @@
+"""Bodies of a run from geometry to superelement: meshes, reductions and rounds of the dial."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any
+
+from solidwhirl.bodies.reduction import (
+    BodyResult,
+    Clock,
+    Discretisation,
+    closed_form,
+    first_discretisation,
+    mesh_body,
+    reduce_meshed,
+    solver_text,
+)
+from solidwhirl.bodies.refinement import Judgement, Round, next_discretisations, rounds_of
+from solidwhirl.core.reduction_work import ReductionWork
+from solidwhirl.core.stages import Progress, Stage, StageName
+from solidwhirl.cost.forecast import shortage_of
+from solidwhirl.geometry import Body
+from solidwhirl.meshing import Mesh
+from solidwhirl.meshing.imported.records import MeshedBody
+from solidwhirl.model.mesh_bodies import described
+from solidwhirl.model.plan_records import Plan
+from solidwhirl.model.system_parts import engine_of
+from solidwhirl.pipeline.cached_stages import Keeper, engine_part
+from solidwhirl.rotordyn import AssembledSystem, Superelement
+from solidwhirl.scene.records import Scene
+from solidwhirl.scene_reading.reader import scene_hash
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Job:
+    """What all stages of a run need.
+
+    Attributes
+    ----------
+    scene, plan
+        What is asked and what was decided.
+    comm
+        Communicator of the run.
+    progress, clock
+        Told what begins; how long it took.
+    keeper
+        Where stages come from and are kept; on rank 0 only.
+    """
+
+    scene: Scene
+    plan: Plan
+    comm: Any
+    progress: Progress
+    clock: Clock
+    keeper: Keeper
+
+
+def reduced_bodies(
+    job: Job, bodies: Mapping[str, Body | MeshedBody], simple: Mapping[str, Superelement]
+) -> tuple[dict[str, BodyResult], tuple[Round, ...]]:
+    """Reduce the bodies until the estimated error is within the accuracy, or can't get there."""
+    scene, plan = job.scene, job.plan
+    if job.comm.size > 1:
+        # the solvers talk to all ranks when they start, but some bodies are reduced by one
+        with job.clock.stage("import_solvers"):
+            import solidwhirl.reduction  # noqa: F401
+
+    def reduce_one(
+        name: str, chosen: Discretisation, before: BodyResult | None
+    ) -> BodyResult | None:
+        return _reduce(job, bodies[name], chosen, before)
+
+    def judge(reduced: Mapping[str, BodyResult], number: int) -> Judgement | None:
+        if scene.model.estimates == "off":
+            return None
+        key = _judgement_key(job, reduced, simple)
+
+        def compute() -> Judgement:
+            system = system_of(job, reduced, simple)
+            return next_discretisations(scene, plan, reduced, system)
+
+        with job.clock.stage("error_estimate"):
+            done, todo = job.keeper.stage(f"judgement of round {number}", key, compute)
+        later = [name for name in bodies if plan.bodies[name].level == "solid"]
+        left_out = f", the mesh of {', '.join(later)} not yet in it" if later else ""
+        job.progress(f"estimated error {done.estimate:.1e} after round {number}{left_out}")
+        return done, todo
+
+    first = {name: first_discretisation(scene, plan, name) for name in bodies}
+    shortage = shortage_of(scene, plan, bodies, job.progress)
+    return rounds_of(first, reduce_one, judge, job.comm, shortage)
+
+
+def system_of(
+    job: Job, reduced: Mapping[str, BodyResult], simple: Mapping[str, Superelement]
+) -> AssembledSystem:
+    """The engine of reduced and simple bodies."""
+    return engine_of(job.scene, job.plan, elements_of(reduced, simple))
+
+
+def elements_of(
+    reduced: Mapping[str, BodyResult], simple: Mapping[str, Superelement]
+) -> dict[str, Superelement]:
+    """Elements of all bodies by name."""
+    return {name: result.element for name, result in reduced.items()} | dict(simple)
+
+
+def _judgement_key(
+    job: Job, reduced: Mapping[str, BodyResult], simple: Mapping[str, Superelement]
+) -> str:
+    asked = (engine_part(job.scene), job.plan.bodies, job.plan.speeds_rad_s)
+    found = [(_content(r.body), r.discretisation, r.mesh, r.element) for r in reduced.values()]
+    return job.keeper.key("judgement", asked, found, simple)
+
+
+def _reduce(
+    job: Job, body: Body | MeshedBody, chosen: Discretisation, before: BodyResult | None
+) -> BodyResult | None:
+    """Mesh and reduce one body; None on ranks that have no part in the result."""
+    from mpi4py import MPI
+
+    plan = job.plan.bodies[body.name]
+    level = plan.level
+    if level == "harmonic" and job.comm.rank != 0:
+        return None
+    team = job.comm if level == "solid" else MPI.COMM_SELF
+    mesh = _mesh(job, body, level, chosen, before) if job.comm.rank == 0 else None
+    if isinstance(body, MeshedBody):
+        told = described(body, mesh) if mesh is not None else None
+        body = team.bcast(told)
+    key = "" if mesh is None else _reduction_key(job, body, mesh, chosen, team)
+    with job.keeper.alone(key) if key else nullcontext():
+        kept: tuple[Superelement, ReductionWork, bool] | None = None
+        if mesh is not None:
+            kept = job.keeper.find(key)
+            job.keeper.say(f"reduction {body.name}", "computed" if kept is None else "kept")
+        if team.bcast(kept is not None):
+            if mesh is None or kept is None:
+                return None
+            return _restored(job, body, mesh, chosen, *kept)
+        with job.clock.stage("import_solvers"):
+            import solidwhirl.reduction  # noqa: F401
+        why = solver_text(plan, mesh, team)
+        job.progress(Stage(name=StageName.REDUCTION, body=body.name, detail=why))
+        with job.clock.stage("reduction"):
+            result = reduce_meshed(job.scene, job.plan, body, mesh, chosen, team)
+        if result is not None:
+            if result.work.solver == "iterative" and not why:
+                job.progress(f"{body.name}: solved iteratively, MUMPS needs more memory")
+            work = replace(result.work, indicators=None)
+            kept = (result.element, work, result.work.indicators is not None)
+            job.keeper.keep(key, f"reduction {body.name}", kept)
+    return result
+
+
+def _mesh(
+    job: Job, body: Body | MeshedBody, level: str, chosen: Discretisation, before: BodyResult | None
+) -> Mesh:
+    """The mesh of a body, the last one again where the sizes are still the same."""
+    if before is not None and job.keeper.same(before.discretisation.local, chosen.local):
+        return before.mesh
+    key = job.keeper.key("mesh", _content(body), level, chosen.size, chosen.local)
+
+    def compute() -> Mesh:
+        job.progress(Stage(name=StageName.MESHING, body=body.name, detail=f" ({level})"))
+        return mesh_body(body, level, chosen)
+
+    with job.clock.stage("meshing"):
+        found: Mesh = job.keeper.stage(f"mesh {body.name}", key, compute)
+    return found
+
+
+def _content(body: Body | MeshedBody) -> Body | MeshedBody:
+    """A body without the folder that its file lies in; the content has a digest."""
+    if isinstance(body, MeshedBody):
+        return replace(body, request=replace(body.request, path=""))
+    return body
+
+
+def _reduction_key(
+    job: Job, body: Body | MeshedBody, mesh: Mesh, chosen: Discretisation, team: Any
+) -> str:
+    """All that a body's reduction sees, and a little more."""
+    scene, plan = job.scene, job.plan
+    return job.keeper.key(
+        "reduction",
+        _content(body),
+        mesh,
+        chosen,
+        plan.bodies[body.name],
+        [(effect.name, effect.on) for effect in plan.effects],
+        scene.model,
+        scene.effects,
+        scene.finite_element_bodies()[body.name].model_dump(exclude={"file"}),
+        team.size,
+    )
+
+
+def _restored(
+    job: Job,
+    body: Body | MeshedBody,
+    mesh: Mesh,
+    chosen: Discretisation,
+    element: Superelement,
+    work: ReductionWork,
+    has_indicators: bool,
+) -> BodyResult:
+    """A body as its reduction left it, with the scene of this run in its provenance."""
+    from mpi4py import MPI
+
+    @cache
+    def again() -> tuple[Any, ...]:
+        why = " again, for where its error arises"
+        job.progress(Stage(name=StageName.REDUCTION, body=body.name, detail=why))
+        result = reduce_meshed(job.scene, job.plan, body, mesh, chosen, MPI.COMM_SELF)
+        assert result is not None and result.work.indicators is not None
+        return result.work.indicators()
+
+    scene = job.scene
+    provenance = {
+        **element.provenance,
+        "scene": scene.name,
+        "scene_sha256": scene_hash(scene),
+        "effects": scene.effects.model_dump(),
+    }
+    return BodyResult(
+        body=body,
+        discretisation=chosen,
+        mesh=mesh,
+        element=replace(element, provenance=provenance),
+        properties=closed_form(body),
+        work=replace(work, indicators=again if has_indicators else None),
+    )

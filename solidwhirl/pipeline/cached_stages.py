@@ -1,0 +1,190 @@
+"""Stages of a run that are taken from a store where they are there, and kept where they are not."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, field, replace
+from functools import cache
+from pathlib import Path
+from typing import Any, Literal
+
+from solidwhirl.cache.codec import fingerprint
+from solidwhirl.cache.files import FreshStore, StageStore
+from solidwhirl.core.outcome import Outcome, Write, is_picture
+from solidwhirl.core.stages import Progress, silent
+from solidwhirl.files.run_folder import writing_problem
+from solidwhirl.scene.imports import without_folders
+from solidwhirl.scene.meshes import without_mesh_folders
+from solidwhirl.scene.records import Scene
+
+Origin = Literal["computed", "kept"]
+# Parts of a scene that no number of its engine depends on; analyses stand for themselves.
+_WORDS = frozenset({"name", "title", "notes", "operating", "analyses", "references", "sweep"})
+
+
+open_store, open_fresh_store = StageStore, FreshStore
+
+
+def engine_part(scene: Scene) -> dict[str, Any]:
+    """The parts of a scene that numbers of its engine depend on, its analyses left out."""
+    parts = {n: getattr(scene, n) for n in type(scene).model_fields if n not in _WORDS}
+    # by content, wherever the files lie
+    return {
+        **parts,
+        "imported": without_folders(scene.imported),
+        "mesh_bodies": without_mesh_folders(scene.mesh_bodies),
+    }
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Keeper:
+    """What a run asks for its stages.
+
+    Attributes
+    ----------
+    store
+        Where they are kept; None: nowhere.
+    progress
+        Told what is wrong with the store.
+    origins
+        Where each stage came from, filled as the run goes on; empty without a store.
+    """
+
+    store: StageStore | None
+    progress: Progress
+    origins: dict[str, Origin] = field(default_factory=dict)
+
+    def key(self, stage: str, *parts: Any) -> str:
+        """Key of a stage by what goes into it; nothing without a store."""
+        return "" if self.store is None else self.store.key(stage, *parts)
+
+    def digest(self, value: Any) -> str:
+        """Key of a value that goes into several stages; nothing without a store."""
+        return self.key("value", value)
+
+    def same(self, first: Any, second: Any) -> bool:
+        """Whether two values are the same; without a store only if they are one."""
+        if first is second:
+            return True
+        return self.store is not None and fingerprint(first) == fingerprint(second)
+
+    def find(self, key: str) -> Any | None:
+        """What is kept under a key, or None."""
+        return None if self.store is None else self.store.find(key, self.progress)
+
+    def keep(self, key: str, stage: str, value: Any) -> None:
+        """Keep a value."""
+        if self.store is not None:
+            self.store.keep(key, stage, value, self.progress)
+
+    def alone(self, key: str) -> AbstractContextManager[None]:
+        """Have a stage for this process alone, see `StageStore.alone`."""
+        return nullcontext() if self.store is None else self.store.alone(key, self.progress)
+
+    def say(self, stage: str, origin: Origin) -> None:
+        """Write down where a stage came from; further ones of the same name are numbered."""
+        if self.store is None:
+            return
+        name, number = stage, 1
+        while name in self.origins:
+            number += 1
+            name = f"{stage} ({number})"
+        self.origins[name] = origin
+
+    def stage(self, name: str, key: str, compute: Callable[[], Any]) -> Any:
+        """The value of a stage, kept or computed."""
+        with self.alone(key):
+            found = self.find(key)
+            self.say(name, "computed" if found is None else "kept")
+            if found is None:
+                found = compute()
+                self.keep(key, name, found)
+        return found
+
+    def analysis(self, label: str, title: str, key: str, compute: Callable[[], Outcome]) -> Outcome:
+        """An analysis, kept or computed; its pictures are kept when they are drawn.
+
+        Parameters
+        ----------
+        label, title
+            Of the analysis, and what stands over its pictures.
+        compute
+            Runs it; called later where it is kept but a picture of it is not.
+        """
+        if self.store is None:
+            return compute()
+        name = f"analysis {label}"
+        again = cache(compute)
+        with self.alone(key):
+            kept = self.find(key)
+            self.say(name, "computed" if kept is None else "kept")
+            if kept is None:
+                contents = self._contents(name, again())
+                if contents is None:
+                    return again()
+                kept = (replace(again(), files={}), contents)
+                self.keep(key, name, kept)
+        outcome, contents = kept
+
+        def later(file: str) -> Write:
+            return lambda path: again().files[file](path)
+
+        files: dict[str, Write] = {}
+        for file, content in contents.items():
+            if content is None:
+                files[file] = self.picture(self.key("picture", key, title, file), later(file))
+            else:
+                files[file] = _copy(content)
+        return replace(outcome, files=files)
+
+    def _contents(self, name: str, outcome: Outcome) -> dict[str, bytes | None] | None:
+        """Content of the files of an analysis, None of pictures; None if they can't be written."""
+        assert self.store is not None
+        data: dict[str, bytes | None] = dict.fromkeys(outcome.files)
+        try:
+            self.store.folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryDirectory(prefix=".writing-", dir=self.store.folder) as scratch:
+                for file, write in outcome.files.items():
+                    if not is_picture(file):
+                        write(Path(scratch) / file)
+                        data[file] = (Path(scratch) / file).read_bytes()
+        except Exception as error:
+            # libraries have their own errors for a full disk
+            problem = writing_problem(self.store.folder)
+            if problem is None and not isinstance(error, OSError):
+                raise
+            self.progress(f"{name} is not kept: {problem or error}")
+            return None
+        return data
+
+    def picture(self, key: str, draw: Write) -> Write:
+        """A function that writes a picture, from the store or by drawing it.
+
+        Each format of a picture is kept by itself: the ending of the file tells it.
+        """
+
+        def write(path: Path) -> None:
+            own = self.key("format of a picture", key, path.suffix)
+            kept = self.find(own)
+            if kept is None:
+                draw(path)
+                self.keep(own, path.name, path.read_bytes())
+            else:
+                path.write_bytes(kept)
+
+        return write
+
+
+def no_keeper() -> Keeper:
+    """A keeper that keeps nothing."""
+    return Keeper(store=None, progress=silent)
+
+
+def _copy(data: bytes) -> Write:
+    def write(path: Path) -> None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(data)
+
+    return write

@@ -1,0 +1,379 @@
+"""The engine of a run: modes, diagram, critical speeds, their errors, and the analyses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache, partial
+from typing import Any
+
+from solidwhirl.analyses import base as analyses
+from solidwhirl.analyses.stability_summary import Stability, at_operating, intervals_up_to
+from solidwhirl.beams.scene_bodies import BeamBodies
+from solidwhirl.bodies.reduction import BodyResult
+from solidwhirl.core.outcome import Outcome
+from solidwhirl.core.stages import Stage, StageName
+from solidwhirl.estimates.comparators import (
+    Comparison,
+    beam_comparison,
+    coupling_comparison,
+    solid_comparisons,
+)
+from solidwhirl.estimates.mesh_comparisons import step_comparisons
+from solidwhirl.estimates.peaks import with_peak_estimates
+from solidwhirl.estimates.results import BeamVariants, Estimates, estimate_errors
+from solidwhirl.geometry import Body
+from solidwhirl.model.balance_grades import with_moments
+from solidwhirl.model.system_parts import engine_of
+from solidwhirl.pipeline.body_stages import Job
+from solidwhirl.pipeline.cached_stages import engine_part
+from solidwhirl.pipeline.recovery_fields import recoveries_of
+from solidwhirl.rotordyn import (
+    AnalysisError,
+    AssembledSystem,
+    Campbell,
+    CriticalSpeed,
+    Modes,
+    Superelement,
+    campbell,
+    critical_speeds,
+    modes_at_speed,
+)
+from solidwhirl.scene.records import Scene
+from solidwhirl.scene_checks.operating import operating_speeds
+from solidwhirl.scene_checks.speeds_asked import range_top_rpm
+
+# Analyses that look at the operating speeds of the scene.
+_OPERATING = ("separation_margins", "stability")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ExcitedCriticalSpeed:
+    """A critical speed of the reference shaft and who excites it.
+
+    Attributes
+    ----------
+    excited_by
+        Bodies whose unbalance turns at this frequency.
+    critical
+        The critical speed.
+    """
+
+    excited_by: tuple[str, ...]
+    critical: CriticalSpeed
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Engine:
+    """The assembled engine of a run.
+
+    Attributes
+    ----------
+    job
+        The run.
+    reduced
+        Bodies that were meshed.
+    elements
+        Elements of all bodies.
+    beams
+        Those of the beam level, with their variants.
+    system
+        Assembled of the elements.
+    digest
+        Of all that its modes depend on.
+    """
+
+    job: Job
+    reduced: Mapping[str, BodyResult]
+    elements: Mapping[str, Superelement]
+    beams: BeamBodies
+    system: AssembledSystem
+    digest: str
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Diagram:
+    """What every run computes of its engine.
+
+    Attributes
+    ----------
+    at_rest
+        Modes at zero speed.
+    campbell
+        Tracked branches over the speeds of the scene.
+    critical_speeds
+        Within the scene's speed range, by excitation.
+    """
+
+    at_rest: Modes
+    campbell: Campbell
+    critical_speeds: tuple[ExcitedCriticalSpeed, ...]
+
+
+def assembled_engine(
+    job: Job,
+    reduced: Mapping[str, BodyResult],
+    elements: Mapping[str, Superelement],
+    beams: BeamBodies,
+) -> Engine:
+    """Assemble the engine.
+
+    Parameters
+    ----------
+    job, reduced, elements, beams
+        As in `Engine`.
+    """
+    job.progress(Stage(name=StageName.ASSEMBLY))
+    with job.clock.stage("assembly"):
+        system = engine_of(job.scene, job.plan, elements)
+        asked = (engine_part(job.scene), job.plan.speeds_rad_s)
+        digest = job.keeper.digest((asked, elements))
+    return Engine(
+        job=job, reduced=reduced, elements=elements, beams=beams, system=system, digest=digest
+    )
+
+
+def diagram_of(engine: Engine) -> Diagram:
+    """Compute modes at rest, Campbell diagram and critical speeds of an engine."""
+    job, system = engine.job, engine.system
+    scene, speeds, keeper = job.scene, job.plan.speeds_rad_s, job.keeper
+    job.progress(Stage(name=StageName.CAMPBELL, detail=f" at {len(speeds)} speeds"))
+    with job.clock.stage("campbell"):
+        at_rest, diagram = keeper.stage(
+            "Campbell diagram",
+            keeper.key("modes and Campbell diagram", engine.digest),
+            lambda: (modes_at_speed(system, 0.0), campbell(system, speeds, **_branches(scene))),
+        )
+    job.progress(Stage(name=StageName.CRITICAL_SPEEDS))
+    with job.clock.stage("critical_speeds"):
+        found = keeper.stage(
+            "critical speeds",
+            keeper.key("critical speeds", engine.digest),
+            lambda: _critical_speeds(scene, system, float(speeds.max())),
+        )
+    excited = tuple(ExcitedCriticalSpeed(excited_by=names, critical=c) for names, c in found)
+    return Diagram(at_rest=at_rest, campbell=diagram, critical_speeds=excited)
+
+
+def stability_of_engine(engine: Engine) -> Stability:
+    """Look for instability over the range of speeds of a scene, and at its operating speeds."""
+    scene, keeper = engine.job.scene, engine.job.keeper
+    top, operating = range_top_rpm(scene), operating_speeds(scene)
+    intervals = keeper.stage(
+        "stability",
+        keeper.key("unstable intervals", engine.digest, top),
+        lambda: intervals_up_to(engine.system, top),
+    )
+    return Stability(
+        low_rpm=0.0,
+        high_rpm=top,
+        intervals=tuple(intervals),
+        at_operating=at_operating(engine.system, operating, intervals),
+    )
+
+
+def estimates_of(engine: Engine, diagram: Diagram) -> Estimates | None:
+    """Estimate the errors of a diagram; None where the scene has its estimates off."""
+    job = engine.job
+    if job.scene.model.estimates == "off":
+        return None
+    job.progress(Stage(name=StageName.ERROR_ESTIMATES))
+    with job.clock.stage("error_estimate"):
+        comparisons = _comparisons(engine)
+        beams = (engine.beams.variants, engine.beams.finer)
+        key = job.keeper.key("error estimates", engine.digest, _seen(comparisons), beams)
+        rest, branches, speeds, free = job.keeper.stage(
+            "error estimates", key, lambda: _estimated(engine, diagram, comparisons)
+        )
+    return Estimates(
+        at_rest=rest,
+        campbell=branches,
+        critical_speeds=speeds,
+        free_frequencies=free,
+        comparisons=comparisons,
+        critical=tuple(c.critical for c in diagram.critical_speeds),
+        rule=job.scene.criteria.rule,
+    )
+
+
+def analyses_of(
+    engine: Engine, diagram: Campbell, estimates: Estimates | None
+) -> dict[str, Outcome]:
+    """Run the analyses of the scene.
+
+    Parameters
+    ----------
+    engine, diagram
+        The engine and its Campbell diagram.
+    estimates
+        Errors of these, or None.
+
+    Raises
+    ------
+    AnalysisError
+        One has no answer; the message names it.
+    """
+    job = engine.job
+    scene = with_moments(job.scene, {n: e.mass_kg for n, e in engine.elements.items()})
+    pairs = None if estimates is None else estimates.comparisons
+    seen = job.keeper.digest(None if pairs is None else _seen(pairs))
+    seen_by_analyses = analyses.Engine(
+        system=engine.system,
+        diagram=diagram,
+        title=scene.title or scene.name,
+        speed_ratios=scene.speed_ratios(),
+        operating=operating_speeds(scene),
+        operating_entries=scene.operating,
+        damping_rule=scene.criteria.rule,
+        campbell_max_hz=scene.campbell.frequency_max_hz,
+        analyses={a.label: a for a in scene.analyses},
+        recoveries=recoveries_of(job, engine.reduced),
+    )
+    outcomes: dict[str, Outcome] = {}
+    for k, spec in enumerate(scene.analyses):
+
+        def compute(spec: analyses.Analysis = spec) -> Outcome:
+            outcome = spec.run(seen_by_analyses)
+            if pairs is None:
+                return outcome
+            return with_peak_estimates(outcome, spec, engine.system, pairs)
+
+        job.progress(Stage(name=StageName.ANALYSIS, body=spec.label, detail=f" ({spec.kind})"))
+        named = [a for a in scene.analyses if a.label in getattr(spec, "refers_to", ())]
+        operating = [tuple(o) for o in operating_speeds(scene) if spec.kind in _OPERATING]
+        key = job.keeper.key("analysis", engine.digest, spec, seen, named, operating)
+        title = scene.title or scene.name
+        with job.clock.stage(f"analysis {spec.label}"):
+            try:
+                outcomes[spec.label] = job.keeper.analysis(spec.label, title, key, compute)
+            except AnalysisError as error:
+                raise AnalysisError(f"analyses[{k}] ({spec.label}): {error}") from error
+    return outcomes
+
+
+def _estimated(
+    engine: Engine, diagram: Diagram, comparisons: tuple[Comparison, ...]
+) -> tuple[Any, ...]:
+    found = estimate_errors(
+        engine.system,
+        engine.elements,
+        diagram.at_rest,
+        diagram.campbell,
+        [c.critical for c in diagram.critical_speeds],
+        comparisons,
+        _beam_variants(engine),
+    )
+    return found.at_rest, found.campbell, found.critical_speeds, dict(found.free_frequencies)
+
+
+def _beam_variants(engine: Engine) -> BeamVariants | None:
+    """The engine with the other choices of beam theory."""
+    job, variants = engine.job, engine.beams.variants
+    if not variants:
+        return None
+    made = (engine_of(job.scene, job.plan, {**engine.elements, **own}) for own in variants)
+    return BeamVariants(systems=tuple(made), elements=variants)
+
+
+def _comparisons(engine: Engine) -> tuple[Comparison, ...]:
+    """Other models whose results tell parts of the error, kept as the bodies that differ."""
+    job = engine.job
+    asked = [b.model_dump() for b in job.scene.analyses]
+    bodies = [(r.body, r.discretisation) for r in engine.reduced.values()]
+    key = job.keeper.key("comparisons", engine.digest, asked, bodies, engine.beams.finer)
+    if not engine.reduced:  # beams are compared in milliseconds
+        return _compared(engine)
+    computed: list[tuple[Comparison, ...]] = []
+
+    def compute() -> Any:
+        computed.append(_compared(engine))
+        return _packed(computed[0])
+
+    kept = job.keeper.stage("comparisons", key, compute)
+    return computed[0] if computed else _unpacked(engine, kept)
+
+
+def _compared(engine: Engine) -> tuple[Comparison, ...]:
+    job, elements = engine.job, engine.elements
+    scene, plan = job.scene, job.plan
+    made_of = partial(engine_of, scene, plan)
+    drawn = {n: r for n, r in engine.reduced.items() if isinstance(r.body, Body)}
+    solids = {n: r for n, r in drawn.items() if plan.bodies[n].level == "solid"}
+    found = solid_comparisons(scene, plan, solids, elements, made_of)
+    found += beam_comparison(elements, engine.beams.finer, made_of)
+    found += step_comparisons(scene, plan, engine.reduced, elements, made_of)
+    if scene.model.compare_coupling == "on":
+        bodies = {n: r.body for n, r in drawn.items() if isinstance(r.body, Body)}
+        found += coupling_comparison(scene, bodies, elements, made_of)
+    return found
+
+
+def _packed(pairs: tuple[Comparison, ...]) -> Any:
+    """Bodies of all models, each model once, and which of them are compared."""
+    models: dict[int, Mapping[str, Superelement]] = {}
+    for pair in pairs:
+        models[id(pair.first_elements)] = pair.first_elements
+        models[id(pair.second_elements)] = pair.second_elements
+    number = {key: k for k, key in enumerate(models)}
+    compared = [
+        (
+            pair.part,
+            pair.first is None,
+            number[id(pair.first_elements)],
+            number[id(pair.second_elements)],
+            pair.safety,
+        )
+        for pair in pairs
+    ]
+    return list(models.values()), compared
+
+
+def _unpacked(engine: Engine, kept: Any) -> tuple[Comparison, ...]:
+    """Comparisons of kept bodies; a model of several of them is assembled once."""
+    models, compared = kept
+
+    @cache
+    def system(number: int) -> AssembledSystem:
+        job = engine.job
+        return engine_of(job.scene, job.plan, {**engine.elements, **models[number]})
+
+    return tuple(
+        Comparison(
+            part=part,
+            first=None if is_own else system(first),
+            second=system(second),
+            first_elements=models[first],
+            second_elements=models[second],
+            safety=safety,
+        )
+        for part, is_own, first, second, safety in compared
+    )
+
+
+def _seen(pairs: tuple[Comparison, ...]) -> list[Any]:
+    """What results depend on in comparisons."""
+    return [(p.part, p.first is None, p.first_elements, p.second_elements, p.safety) for p in pairs]
+
+
+def _branches(scene: Scene) -> dict[str, Any]:
+    if scene.campbell.frequency_max_hz is not None:
+        return {"frequency_max_hz": scene.campbell.frequency_max_hz}
+    return {"branch_count": scene.campbell.branches}
+
+
+def _critical_speeds(
+    scene: Scene, system: AssembledSystem, top: float
+) -> tuple[tuple[tuple[str, ...], CriticalSpeed], ...]:
+    """Critical speeds up to the top speed, for the unbalance of every body that turns."""
+    if top == 0.0:
+        return ()
+    exciters: dict[float, list[str]] = {}
+    for name, ratio in scene.speed_ratios().items():
+        if ratio != 0.0:
+            exciters.setdefault(abs(ratio), []).append(name)
+    found = [
+        (tuple(names), c)
+        for ratio, names in exciters.items()
+        for c in critical_speeds(system, excitation_ratio=ratio, speed_max_rad_s=top)
+    ]
+    return tuple(sorted(found, key=lambda f: f[1].speed_rad_s))

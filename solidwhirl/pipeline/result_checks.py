@@ -1,0 +1,118 @@
+"""Checks of the analyses of a run: their documents against the system straight from its parts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solidwhirl.core.outcome import Outcome
+from solidwhirl.rotordyn import AssembledSystem, CriticalSpeed, End
+from solidwhirl.rotordyn.checks.plain_responses import (
+    Curve,
+    Load,
+    check_peaks,
+    check_stability,
+    check_unbalance_response,
+)
+from solidwhirl.rotordyn.checks.plain_system import PlainSystem
+from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
+from solidwhirl.rotordyn.superelement.invariants import Invariant
+
+# Speeds of a response that are solved again.
+_MOST = 24
+# A critical speed with less damping than this (decrement) has no height to look at.
+_DAMPED = 1e-6
+
+
+def analysis_result_checks(
+    system: AssembledSystem, critical: Sequence[CriticalSpeed], outcomes: Mapping[str, Outcome]
+) -> tuple[Invariant, ...]:
+    """Check stability and responses as they are written, and collect checks made on the way.
+
+    Parameters
+    ----------
+    system
+        Assembled engine.
+    critical
+        All its critical speeds that were found.
+    outcomes
+        Of the analyses, by name.
+    """
+    plain = PlainSystem.of(system)
+    found: list[Invariant] = []
+    for name, outcome in outcomes.items():
+        document = outcome.document
+        found += [Invariant(**check) for check in document.get("checks", ())]
+        if outcome.kind == "stability":
+            found += _stability(plain, document, name)
+        elif outcome.kind == "unbalance_response":
+            found += _responses(plain, document, critical, name)
+    return tuple(found)
+
+
+def _stability(plain: PlainSystem, document: Mapping[str, Any], name: str) -> tuple[Invariant, ...]:
+    speeds = np.array(document["speed_rpm"]) * RAD_S_PER_RPM
+    rows = document["unstable_intervals"]
+    keys = ("from_rpm", "to_rpm", "largest_growth_at_rpm")
+    intervals = [tuple(row[key] * RAD_S_PER_RPM for key in keys) for row in rows]
+    some = speeds[np.linspace(0, speeds.size - 1, min(speeds.size, _MOST)).astype(int)]
+    marks = [*some.tolist(), *plain.knots_rad_s]
+    return check_stability(plain, intervals, (0.0, float(speeds.max())), marks, name)
+
+
+def _responses(
+    plain: PlainSystem,
+    document: Mapping[str, Any],
+    critical: Sequence[CriticalSpeed],
+    name: str,
+) -> Iterator[Invariant]:
+    speeds = np.array(document["speed_rpm"]) * RAD_S_PER_RPM
+    doubtful = [
+        *plain.knots_rad_s,
+        *(c.speed_rad_s for c in critical if abs(c.log_decrement) > _DAMPED),
+    ]
+    for exciter in document["exciters"]:
+        loads = [
+            Load(_end(u["at"]), u["moment_kg_m"], float(np.radians(u["phase_deg"])))
+            for u in document["unbalances"]
+            if u["at"].partition(".")[0] in exciter["bodies"]
+        ]
+        if not any(load.moment_kg_m for load in loads):
+            continue
+        curves = [Curve(_end(at), _amplitude(found)) for at, found in exciter["places"].items()]
+        chosen = _chosen(speeds, exciter, plain.knots_rad_s)
+        for check in (
+            check_unbalance_response(plain, loads, speeds, curves, chosen, name),
+            check_peaks(plain, loads, speeds, curves, doubtful, name),
+        ):
+            if check is not None:
+                yield check
+
+
+def _end(place: str) -> End:
+    body, _, interface = place.partition(".")
+    return End(body=body, interface=interface)
+
+
+def _amplitude(found: Mapping[str, Any]) -> NDArray[np.complex128]:
+    """Complex ux and uy of a place, shape (s, 2)."""
+    parts = [
+        np.array(found[f"amplitude_{axis}_m"], dtype=float)
+        * np.exp(1j * np.radians(np.array(found[f"phase_{axis}_deg"], dtype=float)))
+        for axis in "xy"
+    ]
+    return np.stack(parts, axis=1)
+
+
+def _chosen(
+    speeds: NDArray[np.float64], exciter: Mapping[str, Any], knots: Sequence[float]
+) -> list[int]:
+    """Speeds to solve again: the highest peaks, knots, the ends and a spread."""
+    peaks = [p for found in exciter["peaks"].values() for p in found]
+    highest = sorted(peaks, key=lambda p: -p["amplitude_m"])[:_MOST]
+    wanted = [p["speed_rpm"] * RAD_S_PER_RPM for p in highest] + list(knots)[:_MOST]
+    spread = np.linspace(0, speeds.size - 1, min(speeds.size, _MOST)).astype(int).tolist()
+    return sorted({*spread, *(int(np.argmin(np.abs(speeds - at))) for at in wanted)})

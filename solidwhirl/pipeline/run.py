@@ -1,0 +1,195 @@
+"""The pipeline from a scene to its results: geometry, mesh, reduction, assembly, analyses."""
+
+from __future__ import annotations
+
+import resource
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from solidwhirl.beams.scene_bodies import BeamBodies, beam_bodies
+from solidwhirl.bodies.fidelity import chosen_level
+from solidwhirl.bodies.reduction import BodyResult, Clock
+from solidwhirl.bodies.refinement import Round
+from solidwhirl.cache.files import StageStore
+from solidwhirl.core.stages import Progress, silent
+from solidwhirl.cost.forecast import Forecast, forecast, refuse_too_large
+from solidwhirl.geometry import Body
+from solidwhirl.model.bodies import build_bodies
+from solidwhirl.model.effects import make_plan
+from solidwhirl.model.mesh_bodies import build_mesh_bodies
+from solidwhirl.model.plan_records import Plan
+from solidwhirl.model.system_parts import simple_elements
+from solidwhirl.pipeline.body_stages import Job, elements_of, reduced_bodies
+from solidwhirl.pipeline.cached_stages import Keeper, engine_part
+from solidwhirl.pipeline.engine_stages import (
+    ExcitedCriticalSpeed,
+    analyses_of,
+    assembled_engine,
+    diagram_of,
+    estimates_of,
+    stability_of_engine,
+)
+from solidwhirl.pipeline.result_checks import analysis_result_checks
+from solidwhirl.pipeline.results import Results
+from solidwhirl.pipeline.run_checks import run_checks
+from solidwhirl.rotordyn import (
+    Superelement,
+    bearing_notes,
+)
+from solidwhirl.scene.records import Scene
+from solidwhirl.scene_checks.recovery_references import meshes_for
+from solidwhirl.scene_checks.speeds_asked import top_speed
+from solidwhirl.scene_reading.weight import refuse_unsupported
+
+__all__ = ["ExcitedCriticalSpeed", "Results", "run_scene"]
+
+
+def run_scene(
+    scene: Scene,
+    *,
+    comm: Any = None,
+    progress: Progress = silent,
+    foreseen: Callable[[Plan, Forecast], None] = lambda plan, expected: None,
+    store: StageStore | None = None,
+    geometry: Mapping[str, Body] | None = None,
+) -> Results | None:
+    """Run a scene from geometry to Campbell diagram.
+
+    Parameters
+    ----------
+    scene
+        The scene (see `solidwhirl.scene_reading.reader`).
+    comm
+        mpi4py communicator; None for this process alone. Solid bodies are reduced on all of its
+        ranks, everything else on rank 0.
+    progress
+        Told each stage that begins, and remarks; both print as one line.
+    foreseen
+        Called once with what will be computed and what it will cost, before the long work.
+    store
+        Where completed stages are kept and taken from (see `cached_stages.open_store`);
+        None: nowhere. Only rank 0 uses it.
+    geometry
+        What `build_bodies` makes of the scene, where it is at hand.
+
+    Returns
+    -------
+    Results, or None on ranks other than 0.
+
+    Raises
+    ------
+    ValueError
+        `GeometryError`, `MeshingError`, `ReductionError`, `AssemblyError`, each with one message.
+    """
+    from mpi4py import MPI
+
+    comm = MPI.COMM_SELF if comm is None else comm
+    keeper = Keeper(store=store if comm.rank == 0 else None, progress=progress)
+    bodies = build_bodies(scene) if geometry is None else geometry
+    meshes = build_mesh_bodies(scene)
+    level, keep_level = _level(scene, bodies, comm, keeper)
+    plan = make_plan(scene, bodies, level)
+    simple = simple_elements(scene, plan)  # milliseconds, and refused before the long work
+    expected = forecast(scene, plan, {**bodies, **meshes})
+    refuse_too_large(scene, plan, {**bodies, **meshes}, expected)
+    progress(
+        f"level {level}: about {expected.seconds:.2g} s of one core without analyses and "
+        f"pictures, {expected.peak_memory_gib:.2g} GiB, {expected.unknowns} unknowns"
+    )
+    foreseen(plan, expected)
+    keep_level()  # not before: what is refused leaves nothing behind
+    job = Job(
+        scene=scene,
+        plan=plan,
+        comm=comm,
+        progress=progress,
+        clock=Clock(),
+        keeper=keeper,
+    )
+    beams = _beams(job, {n: b for n, b in bodies.items() if plan.bodies[n].level == "beam"})
+    simple |= beams.elements
+    meshed = {n: b for n, b in bodies.items() if n not in beams.elements}
+    reduced, rounds = reduced_bodies(job, {**meshed, **meshes}, simple)
+    if comm.rank != 0:
+        return None
+    return _analyse(job, bodies, reduced, rounds, simple, beams, expected)
+
+
+def _level(
+    scene: Scene, bodies: Mapping[str, Body], comm: Any, keeper: Keeper
+) -> tuple[str, Callable[[], None]]:
+    """The level of the bodies, and a function that keeps it; looking for it takes a second."""
+    if scene.model.level != "auto":
+        return scene.model.level, lambda: None
+    if meshes_for(scene):  # beams have no stress in a solid
+        return "harmonic", lambda: None
+    name = "choice of the level"
+    key = keeper.key("level", engine_part(scene), scene.analyses, bodies)
+    kept: str | None = comm.bcast(keeper.find(key))
+    if kept is not None:
+        keeper.say(name, "kept")
+        return kept, lambda: None
+    level = chosen_level(scene, bodies)
+    keeper.say(name, "computed")
+    return level, lambda: keeper.keep(key, name, level)
+
+
+def _beams(job: Job, bodies: Mapping[str, Body]) -> BeamBodies:
+    """Bodies of the beam level, their variants where errors are estimated."""
+    scene, plan, keeper = job.scene, job.plan, job.keeper
+    estimated = scene.model.estimates == "on"
+    if not bodies:
+        return BeamBodies(elements={}, variants=(), finer={})
+    effects = [(effect.name, effect.on) for effect in plan.effects]
+    key = keeper.key("beams", engine_part(scene), plan.bodies, effects, bodies)
+    found: BeamBodies = keeper.stage(
+        "beams", key, lambda: beam_bodies(scene, plan, bodies, estimated=estimated)
+    )
+    return found
+
+
+def _analyse(
+    job: Job,
+    geometry: Mapping[str, Body],
+    reduced: Mapping[str, BodyResult],
+    rounds: tuple[Round, ...],
+    simple: Mapping[str, Superelement],
+    beams: BeamBodies,
+    expected: Forecast,
+) -> Results:
+    """Assemble the engine and run everything that the scene asks for."""
+    engine = assembled_engine(job, reduced, elements_of(reduced, simple), beams)
+    refuse_unsupported(job.scene, engine.system)
+    diagram = diagram_of(engine)
+    estimates = estimates_of(engine, diagram)
+    with job.clock.stage("checks"):
+        checks = run_checks(job.scene, job.plan, reduced, engine.elements, engine.system, diagram)
+    with job.clock.stage("stability"):
+        stability = stability_of_engine(engine)
+    outcomes = analyses_of(engine, diagram.campbell, estimates)
+    found = [excited.critical for excited in diagram.critical_speeds]
+    with job.clock.stage("checks of the analyses"):
+        checks += analysis_result_checks(engine.system, found, outcomes)
+    return Results(
+        scene=job.scene,
+        plan=job.plan,
+        geometry=geometry,
+        bodies=reduced,
+        rounds=rounds,
+        forecast=expected,
+        elements=engine.elements,
+        system=engine.system,
+        bearing_notes=bearing_notes(engine.system, np.array([0.0, top_speed(job.scene)])),
+        at_rest=diagram.at_rest,
+        campbell=diagram.campbell,
+        critical_speeds=diagram.critical_speeds,
+        estimates=estimates,
+        analyses=outcomes,
+        timings_s=job.clock.seconds,
+        peak_memory_gib=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0**2,
+        stability=stability,
+        checks=checks,
+        stages=job.keeper.origins,
+    )

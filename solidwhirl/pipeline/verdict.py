@@ -1,0 +1,193 @@
+"""What a run comes to: the answers that a design review asks for, in one record."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from solidwhirl.analyses.base import Operating
+from solidwhirl.analyses.stability_summary import Stability, interval_document
+from solidwhirl.estimates.documents import coupling_effect
+from solidwhirl.pipeline.alarms import Alarm, alarms_of
+from solidwhirl.scene_checks.operating import critical_speeds_that_count, margin_of
+
+# Peak-to-peak limit of API 617 at the probes: 25.4 um, above 12000 rpm times sqrt(12000 / N).
+_LIMIT_UM, _LIMIT_RPM = 25.4, 12000.0
+_UM_PER_M = 1e6
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Verdict:
+    """Hold what matters of a run; every mapping is plain data with units in its keys.
+
+    Attributes
+    ----------
+    stability
+        Range of speeds, unstable intervals, decrements of the first modes at operating speeds.
+    critical_speeds
+        Those that count, with amplification and margin.
+    margins
+        `passed` (None without an analysis of margins), `method`, `why`, `analyses`.
+    vibration
+        Of each observed place of each unbalance response: largest amplitude within the operating
+        speeds and over the sweep.
+    accuracy
+        `asked`, `largest_error_estimate`, `met`, `covers`.
+    coupling_effect
+        Relative change of the critical speeds and modes that count by the other coupling of the
+        interfaces; None where it was not computed.
+    alarms
+        One for each cause.
+    """
+
+    stability: Stability
+    critical_speeds: tuple[Mapping[str, Any], ...]
+    margins: Mapping[str, Any]
+    vibration: tuple[Mapping[str, Any], ...]
+    accuracy: Mapping[str, Any]
+    coupling_effect: float | None
+    alarms: tuple[Alarm, ...]
+
+    @property
+    def stable(self) -> bool:
+        """Whether nothing grows at any speed of the range."""
+        return self.stability.stable
+
+
+def verdict_of(
+    document: Mapping[str, Any], stability: Stability, operating: Sequence[Operating]
+) -> Verdict:
+    """Judge a run.
+
+    Parameters
+    ----------
+    document
+        The contents of `results.json` but for the verdict.
+    stability
+        Of its range of speeds.
+    operating
+        From `operating_speeds`.
+    """
+    found = document["accuracy"]
+    return Verdict(
+        stability=stability,
+        critical_speeds=tuple(_critical_speeds(document, operating)),
+        margins=_margins(document["analyses"]),
+        vibration=tuple(_vibration(document["analyses"], operating)),
+        accuracy={
+            **{key: found[key] for key in ("asked", "largest_error_estimate", "met")},
+            "covers": "frequencies of the Campbell diagram and critical speeds, of modes that are "
+            "not critically damped; discretisation alone, neither the input nor the coupling",
+        },
+        coupling_effect=coupling_effect(document),
+        alarms=alarms_of(stability, operating, document["analyses"]),
+    )
+
+
+def verdict_document(verdict: Verdict) -> dict[str, Any]:
+    """Return the key `verdict` of `results.json`."""
+    stability = verdict.stability
+    return {
+        "stable": verdict.stable,
+        "speed_range_rpm": [stability.low_rpm, stability.high_rpm],
+        "unstable_from_rpm": stability.unstable_from_rpm,
+        "unstable_intervals": [interval_document(i) for i in stability.intervals],
+        "at_operating": list(stability.at_operating),
+        "critical_speeds": list(verdict.critical_speeds),
+        "margins": dict(verdict.margins),
+        "vibration": list(verdict.vibration),
+        "accuracy": dict(verdict.accuracy),
+        "coupling_effect": verdict.coupling_effect,
+        "alarms": [asdict(alarm) for alarm in verdict.alarms],
+    }
+
+
+def _critical_speeds(
+    document: Mapping[str, Any], operating: Sequence[Operating]
+) -> Iterator[dict[str, Any]]:
+    keys = ("speed_rpm", "frequency_hz", "whirl", "log_decrement", "amplification_factor")
+    for entry in critical_speeds_that_count(document):
+        margin = margin_of(entry["speed_rpm"], entry["excited_by"], operating)
+        yield {
+            **{key: entry[key] for key in (*keys, "excited_by", "excited", "excited_why")},
+            "margin": None if margin is None else margin[0],
+            "margin_of": None if margin is None else margin[1],
+        }
+
+
+def _margins(analyses: Mapping[str, Any]) -> dict[str, Any]:
+    """All analyses of margins together: the first that fails says why."""
+    found = {n: a["verdict"] for n, a in analyses.items() if a["kind"] == "separation_margins"}
+    if not found:
+        return {"passed": None, "method": None, "why": "no analysis of separation margins"}
+    decisive = next((v for v in found.values() if not v["passed"]), next(iter(found.values())))
+    return {
+        "passed": all(v["passed"] for v in found.values()),
+        "method": decisive["method"],
+        "why": decisive["why"],
+        "analyses": list(found),
+    }
+
+
+def _vibration(
+    analyses: Mapping[str, Any], operating: Sequence[Operating]
+) -> Iterator[dict[str, Any]]:
+    """Largest axis of the orbit, both sides, at each observed place.
+
+    The limit of a standard is that of scenes which have chosen the standard.
+    """
+    limited = any(
+        a["verdict"]["method"] == "api617" and a["verdict"].get("chosen")
+        for a in analyses.values()
+        if a["kind"] == "separation_margins"
+    )
+    for name, entry in analyses.items():
+        if entry["kind"] != "unbalance_response":
+            continue
+        speeds = np.array(entry["speed_rpm"], dtype=float)
+        for exciter in entry["exciters"]:
+            for place, orbit in exciter["places"].items():
+                size = 2.0 * _UM_PER_M * np.array(orbit["major_m"], dtype=float)
+                own = [o for o in operating if o.shaft == place.partition(".")[0]] or operating
+                yield {
+                    "analysis": name,
+                    "place": place,
+                    "unbalance_of": list(exciter["bodies"]),
+                    "over_sweep": _largest(speeds, size),
+                    "at_operating": _within(speeds, size, own),
+                    "api617_limit_um": _limit_um(own) if limited else None,
+                }
+
+
+def _within(
+    speeds: np.ndarray[Any, Any], size: np.ndarray[Any, Any], operating: Sequence[Operating]
+) -> dict[str, float] | None:
+    """Largest in the operating speeds that the sweep covers, their ends included."""
+    order = np.argsort(speeds)
+    at: list[float] = []
+    for own in operating:
+        low, high = np.clip(own.reference_rpm, speeds.min(), speeds.max())
+        if own.reference_rpm[0] <= speeds.max() and own.reference_rpm[1] >= speeds.min():
+            at += [low, high, *speeds[(speeds > low) & (speeds < high)]]
+    if not at:
+        return None
+    where = np.unique(at)
+    return _largest(where, np.interp(where, speeds[order], size[order]))
+
+
+def _largest(speeds: np.ndarray[Any, Any], size: np.ndarray[Any, Any]) -> dict[str, float] | None:
+    if not np.isfinite(size).any():
+        return None
+    k = int(np.nanargmax(size))
+    return {"peak_to_peak_um": float(size[k]), "speed_rpm": float(speeds[k])}
+
+
+def _limit_um(operating: Sequence[Operating]) -> float | None:
+    if not operating:
+        return None
+    fastest = max(o.to_rpm for o in operating)
+    return _LIMIT_UM * min(1.0, math.sqrt(_LIMIT_RPM / fastest))

@@ -1,0 +1,39 @@
+"""The records of a scene file, checked by pydantic.
+
+One module for each group of tables.
+In: plain data. Out: `Scene`.
+"""
+
+from __future__ import annotations
+
+from solidwhirl.scene.records import (
+    BodySpec,
+    CampbellSpec,
+    ConeSpec,
+    CriteriaSpec,
+    EffectsSpec,
+    InterfaceSpec,
+    MaterialSpec,
+    ModelSpec,
+    Scene,
+    SectionSpec,
+    SpeedSpec,
+    StageGroupSpec,
+    WebSpec,
+)
+
+__all__ = [
+    "BodySpec",
+    "CampbellSpec",
+    "ConeSpec",
+    "CriteriaSpec",
+    "EffectsSpec",
+    "InterfaceSpec",
+    "MaterialSpec",
+    "ModelSpec",
+    "Scene",
+    "SectionSpec",
+    "SpeedSpec",
+    "StageGroupSpec",
+    "WebSpec",
+]

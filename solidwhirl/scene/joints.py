@@ -1,0 +1,208 @@
+"""Scene records of what joins bodies, and of bodies that are no solids."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from solidwhirl.core.fields import (
+    MOST,
+    ZERO_MATRIX,
+    EndText,
+    Finite,
+    Matrix,
+    Motion,
+    Name,
+    NotNegative,
+    Positive,
+    Record,
+)
+
+# Rows of a table nearer to each other than this fraction of the highest speed are one speed.
+_ONE_SPEED = 1e-12
+Coefficients = Annotated[tuple[Finite, ...], Field(min_length=1, max_length=16)]
+Preset = Literal["lee_isotropic", "lee_anisotropic"]
+
+
+class InternalDampingSpec(Record):
+    """Damping of a body's material, which turns with it."""
+
+    stiffness_coefficient_s: NotNegative = 0.0
+    modal_ratio: Annotated[float, Field(ge=0, lt=1, strict=True)] = 0.0
+
+
+class BeamDiskSpec(Record):
+    """A rigid disk on a beam."""
+
+    name: Name
+    at_m: Finite
+    mass_kg: NotNegative
+    polar_inertia_kg_m2: NotNegative
+    diametral_inertia_kg_m2: NotNegative
+
+    @model_validator(mode="after")
+    def _possible(self) -> BeamDiskSpec:
+        if self.polar_inertia_kg_m2 > 2.0 * self.diametral_inertia_kg_m2 * (1.0 + 1e-9):
+            raise ValueError("polar_inertia_kg_m2 is above twice diametral_inertia_kg_m2")
+        return self
+
+
+class BeamSpec(Record):
+    """A rotor as a stepped Timoshenko beam with rigid disks."""
+
+    speed_ratio: Finite = 1.0
+    material: Name
+    stations_m: Annotated[tuple[Finite, ...], Field(min_length=2, max_length=MOST)]
+    outer_radius_m: Annotated[tuple[Positive, ...], Field(min_length=1, max_length=MOST)]
+    inner_radius_m: Annotated[tuple[NotNegative, ...], Field(max_length=MOST)] = (0.0,)
+    interfaces: Annotated[dict[Name, Finite], Field(min_length=1, max_length=MOST)]
+    disks: Annotated[tuple[BeamDiskSpec, ...], Field(max_length=MOST)] = ()
+    internal_damping: InternalDampingSpec | None = None
+
+    @model_validator(mode="after")
+    def _lengths(self) -> BeamSpec:
+        sections = len(self.stations_m) - 1
+        if list(self.stations_m) != sorted(set(self.stations_m)):
+            raise ValueError("stations_m must be increasing")
+        for key in ("outer_radius_m", "inner_radius_m"):
+            found = len(getattr(self, key))
+            if found not in (1, sections):
+                raise ValueError(f"{key} has {found} values; 1 or {sections}, one per section")
+        return self
+
+
+class RigidBodySpec(Record):
+    """A rigid body such as a casing; it does not turn unless speed_ratio says so."""
+
+    speed_ratio: Finite = 0.0
+    mass_kg: Positive
+    center_of_gravity_m: tuple[Finite, Finite, Finite]
+    inertia_kg_m2: tuple[Positive, Positive, Positive]
+    interfaces: Annotated[dict[Name, Finite], Field(min_length=1, max_length=MOST)]
+
+    @model_validator(mode="after")
+    def _possible(self) -> RigidBodySpec:
+        largest = max(self.inertia_kg_m2)
+        others = sum(self.inertia_kg_m2) - largest
+        if largest > others * (1.0 + 1e-9):
+            raise ValueError(
+                f"inertia_kg_m2 has {largest:.12g}, which is above the sum of the other two, "
+                f"{others:.12g}; no body is like that"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _turning(self) -> RigidBodySpec:
+        x, y, _ = self.center_of_gravity_m
+        round_body = x == y == 0.0 and self.inertia_kg_m2[0] == self.inertia_kg_m2[1]
+        if self.speed_ratio != 0.0 and not round_body:
+            raise ValueError(
+                "a body that turns needs its centre of gravity on the axis and equal inertia about "
+                "x and y; put an unbalance on it for what is off the axis"
+            )
+        return self
+
+
+class BearingSpec(Record):
+    """A linear bearing between two interfaces, or an interface and the ground."""
+
+    name: Name
+    first: EndText
+    second: EndText = "ground"
+    stiffness_n_per_m: Matrix = ZERO_MATRIX
+    damping_n_s_per_m: Matrix = ZERO_MATRIX
+    tilt_stiffness_n_m_per_rad: Matrix = ZERO_MATRIX
+    tilt_damping_n_m_s_per_rad: Matrix = ZERO_MATRIX
+    axial_stiffness_n_per_m: NotNegative = 0.0
+    axial_damping_n_s_per_m: NotNegative = 0.0
+    torsion_stiffness_n_m_per_rad: NotNegative = 0.0
+    torsion_damping_n_m_s_per_rad: NotNegative = 0.0
+    rigid: Annotated[tuple[Motion, ...], Field(max_length=MOST)] = ()
+    speed_law: Name | None = None
+    cross_coupling: Literal["with_spin", "as_given"] = "with_spin"
+
+
+class GearSpec(Record):
+    """A gear between two bodies; rz of `second` is ratio times rz of `first`."""
+
+    name: Name
+    first: EndText
+    second: EndText
+    ratio: Finite
+    mesh_stiffness_n_per_m: Positive | None = None
+    mesh_damping_n_s_per_m: NotNegative = 0.0
+    base_radius_first_m: Positive | None = None
+    line_of_action_deg: Finite | None = None
+
+    @model_validator(mode="after")
+    def _complete(self) -> GearSpec:
+        if self.ratio == 0.0:
+            raise ValueError("ratio is 0; a gear needs another one")
+        elastic = self.mesh_stiffness_n_per_m is not None or self.line_of_action_deg is not None
+        if elastic and self.base_radius_first_m is None:
+            raise ValueError(
+                "base_radius_first_m is needed with mesh_stiffness_n_per_m or line_of_action_deg"
+            )
+        if self.mesh_damping_n_s_per_m and self.mesh_stiffness_n_per_m is None:
+            raise ValueError("a rigid mesh has no damping; give mesh_stiffness_n_per_m too")
+        return self
+
+
+class PolynomialLawSpec(Record):
+    """Factors of a bearing's coefficients as polynomials of the speed, lowest order first."""
+
+    kind: Literal["polynomial"]
+    argument_unit: Literal["rad/s", "rpm", "Hz"]
+    argument_range: tuple[NotNegative, Positive]
+    stiffness_x: Coefficients
+    stiffness_y: Coefficients
+    damping_x: Coefficients = (1.0,)
+    damping_y: Coefficients = (1.0,)
+
+    @model_validator(mode="after")
+    def _rising(self) -> PolynomialLawSpec:
+        low, high = self.argument_range
+        if high <= low:
+            raise ValueError(f"argument_range has ({low:g}, {high:g}); the second must be higher")
+        return self
+
+
+class TableLawSpec(Record):
+    """Coefficients of a bearing at given speeds of its rotor."""
+
+    kind: Literal["table"]
+    interpolation: Literal["linear", "monotone"] = "monotone"
+    speed_rpm: Annotated[tuple[NotNegative, ...], Field(min_length=2, max_length=MOST)]
+    stiffness_n_per_m: Annotated[tuple[Matrix, ...], Field(max_length=MOST)]
+    damping_n_s_per_m: Annotated[tuple[Matrix, ...], Field(max_length=MOST)]
+
+    @model_validator(mode="after")
+    def _lengths(self) -> TableLawSpec:
+        count = len(self.speed_rpm)
+        for key in ("stiffness_n_per_m", "damping_n_s_per_m"):
+            if len(getattr(self, key)) != count:
+                found = len(getattr(self, key))
+                raise ValueError(f"{key} has {found} entries for {count} speeds")
+        if list(self.speed_rpm) != sorted(set(self.speed_rpm)):
+            raise ValueError("speed_rpm must be increasing")
+        for low, high in pairwise(self.speed_rpm):
+            if high - low <= _ONE_SPEED * self.speed_rpm[-1]:
+                raise ValueError(
+                    f"speed_rpm has {low:g} and {high:g}, which are one speed beside the highest, "
+                    f"{self.speed_rpm[-1]:g}; allowed is more than {_ONE_SPEED:g} of it between two"
+                )
+        return self
+
+
+class PresetLawSpec(Record):
+    """A law that comes with the program."""
+
+    kind: Literal["preset"]
+    preset: Preset
+
+
+SpeedLawSpec = Annotated[
+    PolynomialLawSpec | TableLawSpec | PresetLawSpec, Field(discriminator="kind")
+]

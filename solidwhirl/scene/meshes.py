@@ -1,0 +1,204 @@
+"""Scene records of bodies that come from a mesh or a geometry file."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path, PurePath
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from solidwhirl.core.fields import (
+    MOST,
+    BesideScene,
+    Count,
+    Finite,
+    Name,
+    NotNegative,
+    Positive,
+    Record,
+    Title,
+)
+from solidwhirl.scene.joints import InternalDampingSpec
+
+Direction = tuple[Finite, Finite, Finite]
+GroupName = Annotated[Title, Field(min_length=1, max_length=200)]
+#: Lengths of the units that a mesh may be in [m].
+UNITS_M = {"m": 1.0, "mm": 1e-3, "in": 0.0254}
+_MESHES = (".msh", ".inp", ".bdf", ".nas", ".dat", ".vtu")
+_GEOMETRIES = (".step", ".stp")
+
+
+class RigidDiskSpec(Record):
+    """A rigid disk fixed to an interface's master node."""
+
+    name: Name
+    interface: Name
+    mass_kg: NotNegative
+    polar_inertia_kg_m2: NotNegative
+    diametral_inertia_kg_m2: NotNegative
+    offset_m: Finite = 0.0
+
+
+class AxisSpec(Record):
+    """The axis of a body in the coordinates of its file; it becomes z, its origin z = 0."""
+
+    origin: Direction = (0.0, 0.0, 0.0)
+    direction: Direction = (0.0, 0.0, 1.0)
+    x_direction: Direction | None = None
+
+    @model_validator(mode="after")
+    def _directions(self) -> AxisSpec:
+        for key in ("direction", "x_direction"):
+            value = getattr(self, key)
+            if value is not None and not any(value):
+                raise ValueError(f"{key} has no length")
+        return self
+
+
+class MeshInterfaceSpec(Record):
+    """A surface of a mesh where bearings, gears or disks attach."""
+
+    name: Name
+    coupling: Literal["distributing", "rigid"] = "distributing"
+    group: GroupName | None = None
+    box_m: tuple[Direction, Direction] | None = None
+    node: Literal["axis", "centroid"] = "axis"
+    node_m: Direction | None = None
+
+    @model_validator(mode="after")
+    def _one_of(self) -> MeshInterfaceSpec:
+        if (self.group is None) == (self.box_m is None):
+            raise ValueError("give group or box_m, one of them")
+        if self.box_m is not None:
+            low, high = self.box_m
+            if any(b < a for a, b in zip(low, high, strict=True)):
+                raise ValueError("box_m is its lowest and its highest corner, in this order")
+        if self.node_m is not None and "node" in self.model_fields_set:
+            raise ValueError("give node or node_m, not both")
+        return self
+
+
+class MeshBodySpec(Record):
+    """A body from a mesh file, or from a STEP file that is meshed."""
+
+    file: BesideScene
+    sha256: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")] | None = None
+    length_unit: Literal["m", "mm", "in"]
+    axis: AxisSpec = AxisSpec()
+    speed_ratio: Finite = 1.0
+    material: Name | None = None
+    materials: dict[GroupName, Name] = Field(default_factory=dict, max_length=MOST)
+    interfaces: Annotated[tuple[MeshInterfaceSpec, ...], Field(max_length=MOST)] = ()
+    rigid_disks: Annotated[tuple[RigidDiskSpec, ...], Field(max_length=MOST)] = ()
+    modes: Annotated[Count, Field(le=500)] | None = None
+    internal_damping: InternalDampingSpec | None = None
+    size_m: Positive | None = None
+    smallest_m: Positive | None = None
+    around: Annotated[Count, Field(ge=4, le=400)] = 16
+
+    @property
+    def is_geometry(self) -> bool:
+        """Whether the file is a geometry that has to be meshed."""
+        return PurePath(self.file).suffix.lower() in _GEOMETRIES
+
+    @model_validator(mode="after")
+    def _fitting(self) -> MeshBodySpec:
+        suffix = PurePath(self.file).suffix.lower()
+        if suffix not in (*_MESHES, *_GEOMETRIES):
+            known = ", ".join((*_MESHES, *_GEOMETRIES))
+            raise ValueError(f"file has the suffix {suffix!r}; known are {known}")
+        sizes = self.model_fields_set & {"size_m", "smallest_m", "around"}
+        if self.is_geometry and self.size_m is None:
+            raise ValueError("a STEP file needs size_m, the largest element edge")
+        if not self.is_geometry and sizes:
+            raise ValueError(f"{', '.join(sorted(sizes))} is for STEP files; this one is a mesh")
+        if self.size_m and self.smallest_m and self.smallest_m > self.size_m:
+            raise ValueError(f"smallest_m = {self.smallest_m:g} is above size_m = {self.size_m:g}")
+        if self.material is None and not self.materials:
+            raise ValueError("material is needed, or materials by group")
+        if self.internal_damping is not None and self.speed_ratio == 0.0:
+            raise ValueError(
+                "internal_damping needs to know how the body turns; one that stands still "
+                "(speed_ratio = 0) may have any shape and does not say"
+            )
+        names = [interface.name for interface in self.interfaces]
+        for kind, found in (
+            ("interfaces", names),
+            ("rigid disks", [disk.name for disk in self.rigid_disks]),
+        ):
+            twice = sorted({n for n in found if found.count(n) > 1})
+            if twice:
+                raise ValueError(f"two {kind} are called {', '.join(twice)}; names must differ")
+        for disk in self.rigid_disks:
+            if disk.interface not in names:
+                raise ValueError(
+                    f"rigid disk {disk.name!r} sits on the interface {disk.interface!r}, which "
+                    f"does not exist; known: {', '.join(names) or 'none'}"
+                )
+        return self
+
+
+def with_digests(
+    bodies: Mapping[str, MeshBodySpec],
+) -> tuple[dict[str, MeshBodySpec], list[str]]:
+    """Put the SHA-256 of their files beside the names of them.
+
+    Parameters
+    ----------
+    bodies
+        As a scene file says; names of files are absolute.
+
+    Returns
+    -------
+    bodies : dict
+        With `sha256`.
+    problems : list of str
+        One line each, which begins with the key; empty if all is well.
+    """
+    found, problems = dict(bodies), []
+    for name, spec in bodies.items():
+        try:
+            digest = file_digest(Path(spec.file))
+        except OSError as error:
+            problems.append(
+                f"mesh_bodies.{name}.file: {spec.file} can not be read: {error.strerror or error}"
+            )
+            continue
+        if spec.sha256 not in (None, digest):
+            problems.append(
+                f"mesh_bodies.{name}.sha256: {PurePath(spec.file).name} has another content, "
+                f"{digest}; leave the key out"
+            )
+        found[name] = spec.model_copy(update={"sha256": digest})
+    return found, problems
+
+
+def without_mesh_folders(bodies: Mapping[str, MeshBodySpec]) -> dict[str, MeshBodySpec]:
+    """Return the bodies without the folders that their files lie in; the content has a digest.
+
+    Parameters
+    ----------
+    bodies
+        By name, with their digests.
+    """
+    return {
+        name: spec.model_copy(update={"file": PurePath(spec.file).name})
+        for name, spec in bodies.items()
+    }
+
+
+def file_digest(path: Path) -> str:
+    """SHA-256 of the content of a file.
+
+    Raises
+    ------
+    OSError
+        It can't be read.
+    """
+    found = hashlib.sha256()
+    with path.open("rb") as file:
+        while piece := file.read(1 << 20):
+            found.update(piece)
+    return found.hexdigest()

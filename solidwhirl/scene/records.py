@@ -1,0 +1,358 @@
+"""The scene file: what a user asks for, as checked records.
+
+Every number carries its unit in its key. Unknown keys are errors. `read_scene` turns a TOML file
+into a `Scene`; `solidwhirl.model.bodies` turns a scene's bodies into geometry.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from solidwhirl.analyses.base import OperatingSpec
+from solidwhirl.analyses.registry import AnalysisSpec
+from solidwhirl.core.displays import counted, heading, indented, table, titled
+from solidwhirl.core.fields import (
+    MOST,
+    AutoSwitch,
+    Count,
+    FileName,
+    Finite,
+    Name,
+    Note,
+    NotNegative,
+    Positive,
+    Radii,
+    Record,
+    Title,
+    alike_in_files,
+)
+from solidwhirl.rotordyn.modes.damping import CRITICALLY_DAMPED, DampingRule
+from solidwhirl.scene.imports import ImportedSpec
+from solidwhirl.scene.joints import (
+    BeamSpec,
+    BearingSpec,
+    GearSpec,
+    InternalDampingSpec,
+    RigidBodySpec,
+    SpeedLawSpec,
+)
+from solidwhirl.scene.meshes import MeshBodySpec, RigidDiskSpec
+from solidwhirl.scene.published import ReferenceSpec
+from solidwhirl.scene.sweep import SweepSpec
+
+
+class MaterialSpec(Record):
+    """An isotropic material."""
+
+    density_kg_per_m3: Positive
+    youngs_modulus_pa: Positive
+    poissons_ratio: Annotated[float, Field(gt=-1, lt=0.5, strict=True)]
+
+
+class SectionSpec(Record):
+    """A piece of the meridian between two planes z = const, radii linear in between."""
+
+    name: Name
+    start_m: Finite
+    end_m: Finite
+    outer_radius_m: Radii
+    inner_radius_m: Radii = (0.0, 0.0)
+    material: Name | None = None
+
+
+class WebSpec(Record):
+    """A radial disk of constant thickness between the shaft and a stage's ring."""
+
+    stage: Count
+    thickness_m: Positive
+    shaft_radius_m: Positive
+    position: Literal["centre", "front", "back"] = "centre"
+
+
+class ConeSpec(Record):
+    """A conical shell between a foot ring on the shaft and the free face of an end stage."""
+
+    stage: Count
+    thickness_m: Positive
+    shaft_radius_m: Positive
+    foot_start_m: Finite
+    foot_end_m: Finite
+
+
+class StageGroupSpec(Record):
+    """Stages by the rule value = origin · factor^(stage - 1) (Appendix C of the source)."""
+
+    name: Name
+    table: Literal["lp_compressor", "lp_turbine", "hp_compressor", "hp_turbine"]
+    start_m: Finite
+    direction: Literal[1, -1] = 1
+    spacer_thickness_m: Positive
+    material: Name | None = None
+    webs: Annotated[tuple[WebSpec, ...], Field(max_length=MOST)] = ()
+    cones: Annotated[tuple[ConeSpec, ...], Field(max_length=MOST)] = ()
+
+
+class InterfaceSpec(Record):
+    """A place where bearings, gears or disks attach."""
+
+    name: Name
+    kind: Literal["section", "outer", "inner", "face", "slab"]
+    coupling: Literal["distributing", "rigid"] = "distributing"
+    at_m: Finite | None = None
+    start_m: Finite | None = None
+    end_m: Finite | None = None
+    radius_m: tuple[NotNegative, NotNegative] | None = None
+
+    @model_validator(mode="after")
+    def _placed(self) -> InterfaceSpec:
+        plane = self.kind in ("section", "face")
+        span = self.start_m is not None and self.end_m is not None
+        if plane and (self.at_m is None or self.start_m is not None or self.end_m is not None):
+            raise ValueError(f"a {self.kind!r} interface needs at_m, not start_m and end_m")
+        if not plane and (not span or self.at_m is not None):
+            raise ValueError(f"kind {self.kind!r} of interface needs start_m and end_m, not at_m")
+        return self
+
+
+class BodySpec(Record):
+    """One rotor."""
+
+    speed_ratio: Finite = 1.0
+    material: Name | None = None
+    fillet_radius_m: NotNegative = 0.0
+    sections: Annotated[tuple[SectionSpec, ...], Field(max_length=MOST)] = ()
+    stage_groups: Annotated[tuple[StageGroupSpec, ...], Field(max_length=MOST)] = ()
+    interfaces: Annotated[tuple[InterfaceSpec, ...], Field(max_length=MOST)] = ()
+    rigid_disks: Annotated[tuple[RigidDiskSpec, ...], Field(max_length=MOST)] = ()
+    modes: Annotated[Count, Field(le=500)] | None = None
+    internal_damping: InternalDampingSpec | None = None
+
+
+# Speeds nearer than this part of them are one.
+_ONE_SPEED = 1e-12
+
+
+class SpeedSpec(Record):
+    """Speeds of the reference shaft (speed ratio 1)."""
+
+    from_rpm: NotNegative = 0.0
+    to_rpm: NotNegative = 0.0
+    count: Annotated[Count, Field(le=MOST)] = 1
+    list_rpm: Annotated[tuple[NotNegative, ...], Field(max_length=MOST)] | None = None
+
+    @model_validator(mode="after")
+    def _range(self) -> SpeedSpec:
+        if self.list_rpm is not None:
+            range_keys = sorted(self.model_fields_set - {"list_rpm"})
+            if range_keys:
+                raise ValueError(f"list_rpm stands alone, found {', '.join(range_keys)} beside it")
+            if not self.list_rpm or list(self.list_rpm) != sorted(set(self.list_rpm)):
+                raise ValueError("list_rpm must be increasing and not empty")
+        elif self.to_rpm < self.from_rpm:
+            raise ValueError(f"to_rpm = {self.to_rpm:g} is below from_rpm = {self.from_rpm:g}")
+        elif self.count == 1 and self.to_rpm != self.from_rpm:
+            raise ValueError("count = 1 allows one speed only: from_rpm and to_rpm must be equal")
+        elif self.to_rpm - self.from_rpm < (self.count - 1) * _ONE_SPEED * self.to_rpm or (
+            self.count > 1 and self.to_rpm == self.from_rpm
+        ):
+            raise ValueError(
+                f"count = {self.count} speeds from from_rpm = {self.from_rpm:g} to to_rpm = "
+                f"{self.to_rpm:g} are one; allowed is count = 1 or a larger to_rpm"
+            )
+        return self
+
+
+class CampbellSpec(Record):
+    """Which branches are followed."""
+
+    branches: Annotated[Count, Field(le=200)] = 8
+    frequency_max_hz: Positive | None = None
+
+    @model_validator(mode="after")
+    def _one_of(self) -> CampbellSpec:
+        if self.frequency_max_hz is not None and "branches" in self.model_fields_set:
+            raise ValueError("give branches or frequency_max_hz, not both")
+        return self
+
+
+class EffectsSpec(Record):
+    """Effects: auto (as the scene calls for), on or off."""
+
+    gyroscopic: AutoSwitch = "auto"
+    stress_stiffening: AutoSwitch = "auto"
+    spin_softening: AutoSwitch = "auto"
+    bearing_damping: AutoSwitch = "auto"
+    internal_damping: AutoSwitch = "auto"
+    speed_dependent_bearings: AutoSwitch = "auto"
+    tilt: AutoSwitch = "auto"
+    axial: AutoSwitch = "auto"
+    torsion: AutoSwitch = "auto"
+
+    @model_validator(mode="after")
+    def _together(self) -> EffectsSpec:
+        pair = (self.stress_stiffening, self.spin_softening)
+        if "off" in pair and pair != ("off", "off"):
+            raise ValueError(
+                f"stress_stiffening is {pair[0]!r} and spin_softening {pair[1]!r}: in the inertial "
+                "frame the two cancel for a rigid tilt, and one alone gives a false (negative or "
+                "positive) stiffness; switch both off or neither"
+            )
+        return self
+
+
+class ModelSpec(Record):
+    """How finely the bodies are modelled."""
+
+    level: Literal["auto", "beam", "harmonic", "solid"] = "auto"
+    accuracy: Annotated[float, Field(ge=1e-6, le=0.1, strict=True)] = 1e-3
+    estimates: Literal["on", "off"] = "on"
+    compare_coupling: Literal["on", "off"] = "on"
+    solver: Literal["auto", "direct", "iterative"] = "auto"
+    order: Annotated[int, Field(ge=2, le=4, strict=True)] | None = None
+    modes: Annotated[Count, Field(le=500)] | None = None
+    size_m: Positive | None = None
+    corner_size_m: Positive | None = None
+    growth: Positive | None = None
+    memory_gib: Positive | None = None
+
+    @model_validator(mode="after")
+    def _fitting(self) -> ModelSpec:
+        if self.level == "solid" and self.order not in (None, 2):
+            raise ValueError(f"order = {self.order} with level 'solid', which has order 2 only")
+        if self.size_m and self.corner_size_m and self.corner_size_m > self.size_m:
+            raise ValueError(
+                f"corner_size_m = {self.corner_size_m:g} is above size_m = {self.size_m:g}, the "
+                "largest element size"
+            )
+        return self
+
+
+class CriteriaSpec(Record):
+    """By which criteria results are judged."""
+
+    amplification_min: NotNegative = CRITICALLY_DAMPED
+
+    @property
+    def rule(self) -> DampingRule:
+        """Which roots are resonances."""
+        return DampingRule(amplification_min=self.amplification_min)
+
+
+class Scene(Record):
+    """A whole scene."""
+
+    name: Name
+    title: Title = ""
+    notes: Annotated[tuple[Note, ...], Field(max_length=MOST)] = ()
+    materials: dict[Name, MaterialSpec] = Field(default_factory=dict, max_length=MOST)
+    bodies: dict[FileName, BodySpec] = Field(default_factory=dict, max_length=MOST)
+    beams: dict[FileName, BeamSpec] = Field(default_factory=dict, max_length=MOST)
+    rigid_bodies: dict[FileName, RigidBodySpec] = Field(default_factory=dict, max_length=MOST)
+    imported: dict[FileName, ImportedSpec] = Field(default_factory=dict, max_length=MOST)
+    mesh_bodies: dict[FileName, MeshBodySpec] = Field(default_factory=dict, max_length=MOST)
+    bearings: Annotated[tuple[BearingSpec, ...], Field(max_length=MOST)] = ()
+    speed_laws: dict[Name, SpeedLawSpec] = Field(default_factory=dict, max_length=MOST)
+    gears: Annotated[tuple[GearSpec, ...], Field(max_length=MOST)] = ()
+    speeds: SpeedSpec = SpeedSpec()
+    campbell: CampbellSpec = CampbellSpec()
+    operating: Annotated[tuple[OperatingSpec, ...], Field(max_length=MOST)] = ()
+    criteria: CriteriaSpec = CriteriaSpec()
+    effects: EffectsSpec = EffectsSpec()
+    model: ModelSpec = ModelSpec()
+    analyses: Annotated[tuple[AnalysisSpec, ...], Field(max_length=MOST)] = ()
+    references: Annotated[tuple[ReferenceSpec, ...], Field(max_length=MOST)] = ()
+    # how to make cases of the scene, no part of any: neither hashed nor written out
+    sweep: SweepSpec | None = Field(default=None, exclude=True)
+
+    @model_validator(mode="after")
+    def _has_bodies(self) -> Scene:
+        tables = (self.bodies, self.beams, self.rigid_bodies, self.imported, self.mesh_bodies)
+        named = [name for table in tables for name in table]
+        if not named:
+            raise ValueError(
+                "a scene needs a body: [bodies.NAME], [beams.NAME], [rigid_bodies.NAME], "
+                "[imported.NAME] or [mesh_bodies.NAME]"
+            )
+        twice = sorted({name for name in named if named.count(name) > 1})
+        if twice:
+            raise ValueError(f"more than one body is named {', '.join(twice)}")
+        alike = alike_in_files(named)
+        if alike:
+            raise ValueError(
+                f"bodies {alike[0]!r} and {alike[1]!r} differ in upper and lower case only, and "
+                "each has a file; choose another name for one"
+            )
+        return self
+
+    def __repr__(self) -> str:
+        return _scene_text(self)
+
+    def __str__(self) -> str:
+        return _scene_text(self)
+
+    def _repr_html_(self) -> str:
+        return _scene_html(self)
+
+    def speed_ratio(self, body: str) -> float:
+        """Speed of a body over that of the reference shaft."""
+        return self.speed_ratios()[body]
+
+    def speed_ratios(self) -> dict[str, float]:
+        """Speed of every body over that of the reference shaft."""
+        ratios = {name: b.speed_ratio for name, b in self.bodies.items()}
+        ratios |= {name: b.speed_ratio for name, b in self.beams.items()}
+        ratios |= {name: b.speed_ratio for name, b in self.rigid_bodies.items()}
+        ratios |= {name: b.speed_ratio for name, b in self.imported.items()}
+        return ratios | {name: b.speed_ratio for name, b in self.mesh_bodies.items()}
+
+    def internal_damping(self) -> dict[str, InternalDampingSpec]:
+        """Internal damping of the bodies that have it."""
+        found = {name: b.internal_damping for name, b in self.bodies.items()}
+        found |= {name: b.internal_damping for name, b in self.beams.items()}
+        found |= {name: b.internal_damping for name, b in self.mesh_bodies.items()}
+        return {name: damping for name, damping in found.items() if damping is not None}
+
+    def interface_names(self) -> dict[str, tuple[str, ...]]:
+        """Interfaces of every body."""
+        names = {name: tuple(i.name for i in b.interfaces) for name, b in self.bodies.items()}
+        names |= {name: tuple(b.interfaces) for name, b in self.beams.items()}
+        names |= {name: tuple(b.interfaces) for name, b in self.rigid_bodies.items()}
+        names |= {name: tuple(b.interfaces) for name, b in self.imported.items()}
+        meshes = self.mesh_bodies.items()
+        return names | {name: tuple(i.name for i in b.interfaces) for name, b in meshes}
+
+    def finite_element_bodies(self) -> dict[str, BodySpec | MeshBodySpec]:
+        """Bodies that may become finite elements: those with a profile, and those with a mesh."""
+        return {**self.bodies, **self.mesh_bodies}
+
+
+def _scene_text(scene: Scene) -> str:
+    """What a scene holds, in a few lines."""
+    return "\n".join([f"Scene {scene.name!r}{titled(scene.title)}", *indented(_about(scene))])
+
+
+def _scene_html(scene: Scene) -> str:
+    """The same for a notebook."""
+    rows = [tuple(line.split(": ", 1)) for line in _about(scene)]
+    return heading(f"Scene {scene.name!r}{titled(scene.title)}") + table((), rows)
+
+
+def _about(scene: Scene) -> list[str]:
+    ratios = scene.speed_ratios()
+    names = [f"{name} (speed ratio {ratio:g})" for name, ratio in ratios.items()]
+    speeds = scene.speeds
+    if speeds.list_rpm is not None:
+        low, high, count = speeds.list_rpm[0], speeds.list_rpm[-1], len(speeds.list_rpm)
+    else:
+        low, high, count = speeds.from_rpm, speeds.to_rpm, speeds.count
+    lines = [
+        "bodies: " + ", ".join(counted(names)),
+        "bearings: " + (", ".join(counted([b.name for b in scene.bearings])) or "none"),
+    ]
+    lines += ["gears: " + ", ".join(counted([g.name for g in scene.gears]))] if scene.gears else []
+    lines.append(f"speeds: {count} from {low:g} to {high:g} rpm")
+    lines.append(f"model: level {scene.model.level}, accuracy {scene.model.accuracy:g}")
+    asked = [a.label for a in scene.analyses]
+    return lines + (["analyses: " + ", ".join(counted(asked))] if asked else [])

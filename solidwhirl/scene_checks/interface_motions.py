@@ -1,0 +1,117 @@
+"""Which motions each interface of a scene must carry: those that something acts on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from solidwhirl.scene.joints import BearingSpec, RigidBodySpec
+from solidwhirl.scene.records import Scene
+
+LATERAL = ("ux", "uy")
+# Keys of a bearing by the effect they belong to, and the motions they act on.
+_KEYS = {
+    "tilt": (("tilt_stiffness_n_m_per_rad", "tilt_damping_n_m_s_per_rad"), ("rx", "ry")),
+    "axial": (("axial_stiffness_n_per_m", "axial_damping_n_s_per_m"), ("uz",)),
+    "torsion": (("torsion_stiffness_n_m_per_rad", "torsion_damping_n_m_s_per_rad"), ("rz",)),
+}
+EFFECT_OF = {"rx": "tilt", "ry": "tilt", "uz": "axial", "rz": "torsion"}
+
+
+def motions_acted_on(scene: Scene) -> dict[str, tuple[tuple[str, str], ...]]:
+    """What acts on more than the lateral motion of an interface.
+
+    Returns
+    -------
+    dict
+        By place "body.interface": pairs of a motion and the name of what acts on it.
+    """
+    found: dict[str, list[tuple[str, str]]] = {}
+    for place, motion, why in _actions(scene):
+        found.setdefault(place, []).append((motion, why))
+    return {place: tuple(dict.fromkeys(pairs)) for place, pairs in found.items()}
+
+
+def places_of_joints(scene: Scene) -> frozenset[str]:
+    """Interfaces "body.interface" that a bearing, gear or rigid disk holds or loads."""
+    found = {place for bearing in scene.bearings for place in (bearing.first, bearing.second)}
+    found |= {place for gear in scene.gears for place in (gear.first, gear.second)}
+    for name, body in scene.finite_element_bodies().items():
+        found |= {f"{name}.{disk.interface}" for disk in body.rigid_disks}
+    return frozenset(found - {"ground"})
+
+
+def is_off_axis(body: RigidBodySpec) -> bool:
+    """Whether a rigid body's lateral motion couples to uz and rz: its c.g. is off the axis."""
+    return any(body.center_of_gravity_m[:2])
+
+
+def acting_on(scene: Scene, effect: str) -> list[str]:
+    """Names of what acts on the motions of an effect ("tilt", "axial", "torsion"), each once."""
+    names = [why for _, motion, why in _actions(scene) if EFFECT_OF[motion] == effect]
+    return list(dict.fromkeys(names))
+
+
+def _actions(scene: Scene) -> Iterator[tuple[str, str, str]]:
+    for bearing in scene.bearings:
+        for motion in _of_bearing(bearing):
+            for place in (bearing.first, bearing.second):
+                if place != "ground":
+                    yield place, motion, bearing.name
+    for gear in scene.gears:
+        for place in (gear.first, gear.second):
+            yield place, "rz", gear.name
+    for analysis in scene.analyses:
+        for place in getattr(analysis, "drives", ()):
+            yield place, "rz", f"drive of {analysis.label}"
+    for name, body in scene.finite_element_bodies().items():
+        for disk in body.rigid_disks:
+            for motion in ("rx", "ry"):
+                yield f"{name}.{disk.interface}", motion, disk.name
+
+
+def _of_bearing(bearing: BearingSpec) -> Iterator[str]:
+    for keys, motions in _KEYS.values():
+        acts = any(np.any(np.asarray(getattr(bearing, key))) for key in keys)
+        yield from (m for m in motions if acts or m in bearing.rigid)
+
+
+def carried_motions(scene: Scene, on: set[str]) -> dict[str, tuple[str, ...]]:
+    """Motions that every interface carries under the effects that are on.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    on
+        Names of the effects that are on. An effect that the scene switches on itself, not by
+        what acts, is carried by all interfaces.
+
+    Returns
+    -------
+    dict
+        By place "body.interface", in the order ux, uy, uz, rx, ry, rz.
+    """
+    acted = motions_acted_on(scene)
+    everywhere = {
+        motion
+        for motion, effect in EFFECT_OF.items()
+        if effect in on and getattr(scene.effects, effect) == "on"
+    }
+    solids = scene.finite_element_bodies().items()
+    disks = {f"{n}.{disk.interface}" for n, b in solids for disk in b.rigid_disks}
+    out = {}
+    for body, names in scene.interface_names().items():
+        places = [f"{body}.{name}" for name in names]
+        # a rigid disk takes part in all that its body can do: it has mass and polar inertia
+        moved = {m for at in places for m, _ in acted.get(at, ()) if EFFECT_OF[m] in on}
+        moved &= {"uz", "rz"}
+        for place in places:
+            motions = {m for m, _ in acted.get(place, ()) if EFFECT_OF[m] in on}
+            motions |= everywhere | set(LATERAL) | (moved if place in disks else set())
+            if motions & {"rx", "ry"}:  # both, so that the body stays the same in all directions
+                motions |= {"rx", "ry"}
+            order = ("ux", "uy", "uz", "rx", "ry", "rz")
+            out[place] = tuple(m for m in order if m in motions)
+    return out

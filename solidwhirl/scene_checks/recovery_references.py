@@ -1,0 +1,76 @@
+"""What a recovery names and can not have, found before anything is meshed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from solidwhirl.analyses.kinds.recovery import RecoverySpec
+from solidwhirl.analyses.kinds.recovery_states import RecoveryStateSpec
+from solidwhirl.analyses.kinds.run_up import RunUpSpec
+from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
+from solidwhirl.core.errors import unknown
+from solidwhirl.scene.records import Scene
+
+
+def recovery_problems(scene: Scene) -> list[str]:
+    """What the recoveries of a scene name and can not have: a line each, key first."""
+    problems = []
+    written: set[str] = set()
+    for k, spec in enumerate(scene.analyses):
+        if not isinstance(spec, RecoverySpec):
+            continue
+        problems += [f"analyses[{k}].{text}" for text in _problems(scene, spec)]
+        for file in (f"{spec.label}_{b}_{s.label}" for b in spec.bodies for s in spec.states):
+            if file.lower() in written:
+                problems.append(f"analyses[{k}].states: {file} would be written twice; rename one")
+            written.add(file.lower())
+    return problems
+
+
+def meshes_for(scene: Scene) -> tuple[str, ...]:
+    """Bodies whose solid a recovery of the scene asks for."""
+    asked = [b for spec in scene.analyses if isinstance(spec, RecoverySpec) for b in spec.bodies]
+    return tuple(dict.fromkeys(asked))
+
+
+def _problems(scene: Scene, spec: RecoverySpec) -> Iterator[str]:
+    known = scene.interface_names()
+    for k, body in enumerate(spec.bodies):
+        if body in known and body not in scene.finite_element_bodies():
+            yield (
+                f"bodies[{k}]: {body!r} is no solid; only [bodies.NAME] and [mesh_bodies.NAME] "
+                "have stress in a solid"
+            )
+    if scene.model.level == "beam" and set(spec.bodies) & set(scene.bodies):
+        yield (
+            'bodies: with model.level = "beam" there is no solid to recover; choose "auto", '
+            '"harmonic" or "solid"'
+        )
+    for k, state in enumerate(spec.states):
+        for text in _state_problems(scene, state):
+            yield f"states[{k}].{text}"
+
+
+def _state_problems(scene: Scene, state: RecoveryStateSpec) -> Iterator[str]:
+    places = [f"{body}.{i}" for body, names in scene.interface_names().items() for i in names]
+    if state.peak is not None and state.peak not in places:
+        yield f"peak: {unknown('interface', state.peak, places)}"
+    for key, kind, words in (
+        ("response", UnbalanceResponseSpec, "unbalance_response"),
+        ("run_up", RunUpSpec, "run_up"),
+    ):
+        name = getattr(state, key)
+        if name is None:
+            continue
+        named = {a.label: a for a in scene.analyses if isinstance(a, kind)}
+        if name not in named:
+            yield f"{key}: {unknown(f'analysis of kind {words}', name, list(named))}"
+            continue
+        found = named[name]
+        if isinstance(found, RunUpSpec):
+            end = found.ramp_s + found.hold_s
+            late = [t for t in state.time_s or () if t > end]
+            if late:
+                yield f"time_s: {late[0]:g} is after the end of {name!r} at {end:g} s"
+        if state.between_rpm is not None and state.between_rpm[0] >= found.to_rpm:
+            yield f"between_rpm: {state.between_rpm[0]:g} is not below to_rpm of {name!r}"

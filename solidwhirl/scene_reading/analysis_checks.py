@@ -1,0 +1,233 @@
+"""What the analyses of a scene ask for and can not have, found before anything is meshed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from solidwhirl.analyses.base import number_text
+from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
+from solidwhirl.analyses.kinds.mode_shapes import ModeShapesSpec
+from solidwhirl.analyses.kinds.run_up import RunUpSpec
+from solidwhirl.analyses.kinds.separation_margins import SeparationMarginsSpec
+from solidwhirl.analyses.kinds.stiffness_study import StiffnessStudySpec
+from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
+from solidwhirl.analyses.registry import AnalysisSpec
+from solidwhirl.core.errors import unknown
+from solidwhirl.core.outcome import MOST_CURVES, MOST_ORBITS
+from solidwhirl.scene.records import Scene
+from solidwhirl.scene_checks.interface_motions import acting_on, is_off_axis
+from solidwhirl.scene_reading.weight import weight_problems
+
+# Keys of analyses by what they name.
+_PLACES = ("at", "observe", "excite", "places", "inputs", "outputs", "drives")
+_BODIES = ("bodies", "excited_by", "shaft", "compare_flexible")
+_BEARINGS = ("bearings", "mount")
+# Keys by kind whose bodies must turn, and why.
+_TURNING = {
+    "place_map": {"places": "an unbalance needs a turning body"},
+    "critical_speed_map": {"excited_by": "an unbalance needs a turning body"},
+    "stiffness_study": {"excite": "an unbalance needs a turning body"},
+    "unbalance_response": {"at": "an unbalance needs a turning body"},
+    "rotating_campbell": {"bodies": "its frame is the inertial one"},
+    "separation_margins": {"shaft": "it has no operating speed"},
+    "run_up": {
+        "at": "an unbalance needs a turning body",
+        "compare_flexible": "bodies at rest stay flexible in all models",
+    },
+}
+# What a run-up must record and step per turn of an unbalance.
+_RECORDS_PER_TURN = 2.5
+_LARGEST_ANGLE_RAD = 1.0
+# Suffixes of the files of an analysis after its name, where it writes more than a picture.
+_SUFFIXES = {
+    "run_up": (".png", ".npz", "_spectrogram.png", "_response.png", "_complexity.png"),
+    "state_space": (".h5", ".npz", ".mat"),
+    "stability": (),
+    "recovery": (),
+}
+
+
+def analysis_problems(scene: Scene) -> list[str]:
+    """What the analyses name and can not have: one line each, which begins with the key."""
+    places = [f"{body}.{i}" for body, names in scene.interface_names().items() for i in names]
+    problems = []
+    for k, analysis in enumerate(scene.analyses):
+        found = [*_name_problems(scene, analysis, places)]
+        if not found:
+            found = [*_turning_problems(scene, analysis), *_further_problems(scene, analysis)]
+        problems += [f"analyses[{k}]{'' if text[0] == ':' else '.'}{text}" for text in found]
+    return [*problems, *_operating_problems(scene), *_file_problems(scene)]
+
+
+def _operating_problems(scene: Scene) -> Iterator[str]:
+    """Operating speeds of shafts that are not there or stand still."""
+    ratios = scene.speed_ratios()
+    for k, own in enumerate(scene.operating):
+        if own.shaft not in ratios:
+            yield f"operating[{k}].shaft: {unknown('body', own.shaft, list(ratios))}"
+        elif ratios[own.shaft] == 0.0:
+            yield f"operating[{k}].shaft: {own.shaft!r} does not turn; it has no operating speed"
+
+
+def _name_problems(scene: Scene, spec: AnalysisSpec, places: list[str]) -> Iterator[str]:
+    bodies = list(scene.interface_names())
+    bearings = [b.name for b in scene.bearings]
+    for key, value in _named(spec):
+        kind = _last(key)
+        if kind in _PLACES and value not in places:
+            yield f"{key}: {unknown('interface', value, places)}"
+        elif kind in _BODIES and value not in bodies:
+            yield f"{key}: {unknown('body', value, bodies)}"
+        elif kind in _BEARINGS and value not in bearings:
+            yield f"{key}: {unknown('bearing', value, bearings)}"
+
+
+def _turning_problems(scene: Scene, spec: AnalysisSpec) -> Iterator[str]:
+    reasons = _TURNING.get(spec.kind, {})
+    for key, value in _named(spec):
+        body = value.partition(".")[0]
+        if _last(key) in reasons and scene.speed_ratio(body) == 0.0:
+            yield f"{key}: {body!r} does not turn; {reasons[_last(key)]}"
+
+
+def _further_problems(scene: Scene, spec: AnalysisSpec) -> Iterator[str]:
+    if isinstance(spec, CriticalSpeedMapSpec | StiffnessStudySpec):
+        yield from _support_problems(scene, spec)
+    if isinstance(spec, RunUpSpec):
+        yield from _run_up_problems(scene, spec)
+    if isinstance(spec, SeparationMarginsSpec) and not (spec.operating or scene.operating):
+        yield "operating: missing; give it here or as [[operating]] of the scene"
+
+
+def _support_problems(
+    scene: Scene, spec: CriticalSpeedMapSpec | StiffnessStudySpec
+) -> Iterator[str]:
+    """Bearings whose stiffness a map can not vary."""
+    named = {b.name: b for b in scene.bearings}
+    for k, name in enumerate(spec.bearings):
+        bearing = named[name]
+        if {"ux", "uy"} & set(bearing.rigid):
+            yield f"bearings[{k}]: {name!r} is rigid in ux or uy; it has no stiffness to vary"
+        elif bearing.speed_law and scene.speed_laws[bearing.speed_law].kind == "table":
+            yield (
+                f"bearings[{k}]: {name!r} has the table {bearing.speed_law!r}, which gives its "
+                "stiffness; name bearings without a table"
+            )
+    if isinstance(spec, CriticalSpeedMapSpec):
+        for bearing in scene.bearings:
+            matrix = bearing.stiffness_n_per_m
+            if bearing.name not in spec.bearings and matrix[0][1] != matrix[1][0]:
+                yield (
+                    f": bearing {bearing.name!r} has unequal cross terms of stiffness_n_per_m; a "
+                    "critical speed map is that of an undamped engine with symmetric stiffness"
+                )
+
+
+def _run_up_problems(scene: Scene, spec: RunUpSpec) -> Iterator[str]:
+    ratios = [abs(scene.speed_ratio(u.at.partition(".")[0])) for u in spec.unbalances]
+    fastest = max(ratios, default=0.0) * spec.to_rpm / 60.0
+    if spec.record_hz < _RECORDS_PER_TURN * fastest:
+        yield (
+            f"record_hz: {spec.record_hz:g}, but the fastest unbalance turns at {fastest:.6g} Hz; "
+            f"at least {_RECORDS_PER_TURN} records per turn are needed"
+        )
+    if 2.0 * np.pi * fastest > _LARGEST_ANGLE_RAD * spec.sampling_hz:
+        yield (
+            f"sampling_hz: {spec.sampling_hz:g}, but the fastest unbalance turns at {fastest:.6g} "
+            f"Hz; at least {2.0 * np.pi * fastest / _LARGEST_ANGLE_RAD:.6g} is needed"
+        )
+    gravity = spec.gravity_m_per_s2
+    if gravity is not None and gravity[2] != 0.0 and not _moves_axially(scene):
+        yield (
+            f"gravity_m_per_s2: {gravity[2]:g} along z, but no body can move along the axis; "
+            "nothing acts on uz or the effect axial is off"
+        )
+    elif gravity is not None:
+        yield from (f"gravity_m_per_s2: {text}" for text in weight_problems(scene, gravity))
+    if spec.compare_flexible and (spec.drives or gravity is not None):
+        yield (
+            "compare_flexible: models are compared without weight and drives; give "
+            "gravity_m_per_s2 and drives in a run_up of their own"
+        )
+    if spec.drives and scene.effects.torsion == "off":
+        yield "drives: they act on rz, and the effect torsion is off"
+
+
+def _moves_axially(scene: Scene) -> bool:
+    asked = scene.effects.axial
+    kept = bool(scene.imported) or any(is_off_axis(b) for b in scene.rigid_bodies.values())
+    return kept or asked == "on" or (asked == "auto" and bool(acting_on(scene, "axial")))
+
+
+def _file_problems(scene: Scene) -> Iterator[str]:
+    """Files that two analyses, or one of them twice, would write."""
+    owner: dict[str, int] = {}
+    for k, spec in enumerate(scene.analyses):
+        for file in possible_files(scene, spec):
+            first = owner.setdefault(file, k)
+            if first != k and scene.analyses[first].label != spec.label:
+                yield (
+                    f"analyses[{k}].name: {spec.label!r} would write {file}, as "
+                    f"{scene.analyses[first].label!r} does (analyses[{first}]); choose another name"
+                )
+                break
+        names = list(possible_files(scene, spec))
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            yield f"analyses[{k}]: {twice[0]} would be written twice; name speeds and bodies once"
+
+
+def possible_files(scene: Scene, spec: AnalysisSpec) -> tuple[str, ...]:
+    """Files that an analysis writes, or would with other results."""
+    name = spec.label
+    if isinstance(spec, ModeShapesSpec):
+        ends = ("", "_participation", *(f"_{body}" for body in spec.bodies))
+        return tuple(
+            f"{name}_{number_text(rpm)}rpm{end}.png" for rpm in spec.speeds_rpm for end in ends
+        )
+    if spec.kind == "bearing_laws":
+        return tuple(f"{name}_{b.name}.png" for b in scene.bearings if b.speed_law)
+    if isinstance(spec, UnbalanceResponseSpec):
+        return _response_files(scene, spec)
+    return tuple(f"{name}{suffix}" for suffix in _SUFFIXES.get(spec.kind, (".png",)))
+
+
+def _response_files(scene: Scene, spec: UnbalanceResponseSpec) -> tuple[str, ...]:
+    """Pictures, each with the curves that have room in it."""
+    places = math.ceil(len(spec.observe) / MOST_CURVES)
+    counts = {
+        "": places,
+        "_bearing_forces": math.ceil(len(scene.bearings) / MOST_CURVES),
+        "_orbits": places * math.ceil(len(spec.orbits_at_rpm) / MOST_ORBITS),
+    }
+    return tuple(
+        f"{spec.label}{what}{f'_{k + 1}' if k else ''}.png"
+        for what, count in counts.items()
+        for k in range(count)
+    )
+
+
+def _last(key: str) -> str:
+    return key.rpartition(".")[2].partition("[")[0]
+
+
+def _named(record: Any, prefix: str = "") -> Iterator[tuple[str, str]]:
+    """Keys of a record that name something, with the name."""
+    for key in type(record).model_fields:
+        if key in ("name", "kind", "direction"):
+            continue
+        yield from _texts(getattr(record, key), f"{prefix}{key}")
+
+
+def _texts(value: Any, key: str) -> Iterator[tuple[str, str]]:
+    if isinstance(value, str):
+        yield key, value
+    elif isinstance(value, tuple):
+        for k, item in enumerate(value):
+            yield from _texts(item, f"{key}[{k}]")
+    elif hasattr(type(value), "model_fields"):
+        yield from _named(value, f"{key}.")

@@ -1,0 +1,323 @@
+"""Reading a scene file, with messages that name file, key, finding and what is allowed."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import tomllib
+import types
+import typing
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from solidwhirl.core.errors import Problem, SceneError, clean, meant
+from solidwhirl.model.imported_bodies import with_files_read
+from solidwhirl.scene.imports import without_folders
+from solidwhirl.scene.meshes import with_digests, without_mesh_folders
+from solidwhirl.scene.records import Scene
+from solidwhirl.scene.sweep import sweep_problems
+from solidwhirl.scene_reading.paths import place_problems
+from solidwhirl.scene_reading.references import reference_problems
+
+_MAXIMUM_BYTES = 4_000_000
+_MAXIMUM_PROBLEMS = 100
+_TOML_WORDS = {"tuple": "array", "Tuple": "Array", "dictionary": "table", "Dictionary": "Table"}
+# Keys joined by more dots than any table has levels; the time to read them grows with their square.
+_KEY = r"""(?:[A-Za-z0-9_-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')"""
+_LONG_KEY = re.compile(rf"(?:\.[ \t]*{_KEY}[ \t]*){{16}}")
+_BARE_KEY = re.compile(r"[\w-]{1,64}")
+_BYTE_ORDER_MARK = "\ufeff"
+# Where tomllib says that an error is.
+_AT, _AT_END = re.compile(r" ?\(at line (\d+), column (\d+)\)$"), " (at end of document)"
+# What it says behind the whole part of a number with a decimal comma, and the text there.
+_BEHIND_NUMBER = (
+    ("Expected newline or end of document", re.compile(r"\d$"), re.compile(r",\d")),
+    ("Expected '=' after a key", re.compile(r"\d,\d[\w+-]*\s*$"), re.compile("")),
+)
+_COMMA = "; a decimal point is wanted, not a comma"
+# Whole numbers of more bits than a double can hold are not written out.
+_LONGEST_WHOLE = 1100
+_LONGEST_VALUE = 60
+
+
+def read_scene(path: str | Path) -> Scene:
+    """Read and check a scene file.
+
+    Raises
+    ------
+    SceneError
+        The file can't be read, is not TOML, or holds something that a scene may not; all problems
+        at once.
+    """
+    return parse_scene(load_toml(path), path)
+
+
+def load_toml(path: str | Path) -> dict[str, Any]:
+    """Read the content of a TOML file that a user wrote.
+
+    Raises
+    ------
+    SceneError
+        The file can't be read, is larger than 4 MB, is not UTF-8 text, or is not TOML.
+    """
+    path = Path(path)
+    try:
+        with path.open("rb") as file:  # no more than that of a device that never ends
+            content = file.read(_MAXIMUM_BYTES + 1)
+    except OSError as error:
+        raise SceneError(path, [f"can not be read: {error.strerror or error}"]) from error
+    except ValueError as error:  # a path with a null character
+        raise SceneError(clean(str(path)), [f"can not be read: {error}"]) from error
+    if len(content) > _MAXIMUM_BYTES:
+        raise SceneError(path, [f"larger than {_MAXIMUM_BYTES} bytes; such a file is small"])
+    try:
+        text = content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        said, before = f"is not UTF-8 text (byte {error.start})", content[: error.start]
+        raise SceneError(path, [said], [_place(before.decode("utf-8"))]) from error
+    if text.startswith(_BYTE_ORDER_MARK):
+        raise SceneError(path, ["begins with a byte order mark; save it as UTF-8 without one"])
+    long = _LONG_KEY.search(text)
+    if long is not None:
+        said = "a key of more than 16 names joined by dots"
+        raise SceneError(path, [said], [_place(text[: long.start()])])
+    try:
+        return tomllib.loads(text)
+    except RecursionError as error:
+        raise SceneError(path, ["is not valid TOML: nested too deeply"]) from error
+    except ValueError as error:  # of tomllib, and of Python for numbers of thousands of digits
+        said, place = _syntax(str(error), text)
+        raise SceneError(path, [f"is not valid TOML: {said}"], [place]) from error
+
+
+def _place(before: str) -> str:
+    """Line and column of what follows a text."""
+    return f"{before.count(chr(10)) + 1}:{len(before) - before.rfind(chr(10))}"
+
+
+def _syntax(said: str, text: str) -> tuple[str, str]:
+    """What the parser says without its place, and that; with a hint where a number has a comma."""
+    if said.endswith(_AT_END):
+        return said.removesuffix(_AT_END) + " at the end", _place(text)
+    found = _AT.search(said)
+    if found is None:
+        return said, ""
+    said, lines = said[: found.start()], text.split("\n")
+    line, at = lines[int(found[1]) - 1] if int(found[1]) <= len(lines) else "", int(found[2]) - 1
+    is_comma = any(
+        words in said and before.search(line[:at]) and behind.match(line[at:])
+        for words, before, behind in _BEHIND_NUMBER
+    )
+    return said + (_COMMA if is_comma else ""), f"{found[1]}:{found[2]}"
+
+
+def parse_scene(
+    data: dict[str, Any], path: str | Path = "scene", *, folder: Path | None = None
+) -> Scene:
+    """Check the content of a scene file.
+
+    Parameters
+    ----------
+    data
+        The content.
+    path
+        What messages name.
+    folder
+        Where files that the scene names are looked for; the folder of `path` if not given.
+
+    Raises
+    ------
+    SceneError
+        All problems at once.
+    """
+    try:
+        scene = Scene.model_validate(data, context={"folder": folder or Path(path).parent})
+    except ValidationError as error:
+        found = error.errors(include_url=False)
+        problems = [line for e in found[:_MAXIMUM_PROBLEMS] for line in _explained(e)]
+        left = len(found) - _MAXIMUM_PROBLEMS
+        problems += [f"and {left} more problems"] if left > 0 else []
+        raise SceneError(path, problems) from error
+    scene, problems = with_files_read(scene)
+    if problems:
+        raise SceneError(path, problems)
+    if scene.mesh_bodies:
+        meshes, problems = with_digests(scene.mesh_bodies)
+        if problems:
+            raise SceneError(path, problems)
+        scene = scene.model_copy(update={"mesh_bodies": meshes})
+    problems = reference_problems(scene)
+    if scene.sweep is not None:
+        problems += [*sweep_problems(scene.sweep), *place_problems(data, scene.sweep)]
+    if problems:
+        raise SceneError(path, problems)
+    return scene
+
+
+def scene_hash(scene: Scene) -> str:
+    """SHA-256 of the scene's content, the same for files that say the same."""
+    # imported and mesh bodies count by the content of their files, wherever these lie
+    update = {
+        "imported": without_folders(scene.imported),
+        "mesh_bodies": without_mesh_folders(scene.mesh_bodies),
+    }
+    alike = scene.model_copy(update=update)
+    absent = {key for key, found in update.items() if not found}
+    absent |= set() if scene.references else {"references"}
+    text = alike.model_dump_json(exclude=absent)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def with_model(scene: Scene, *, level: str | None, accuracy: float | None) -> Scene:
+    """The scene with another level or accuracy.
+
+    Raises
+    ------
+    pydantic.ValidationError
+        A value that a scene file could not have either.
+    """
+    changes = {"level": level, "accuracy": accuracy}
+    model = scene.model.model_dump() | {k: v for k, v in changes.items() if v is not None}
+    return scene.model_copy(update={"model": type(scene.model).model_validate(model)})
+
+
+# Why no table of numbers is allowed.
+_ISOTROPIC = {"materials": ": materials are isotropic and the same at all speeds"}
+
+
+def _explained(error: Any) -> list[str]:
+    """Lines for one of pydantic's errors; where a kind is missing, its key may be misspelt."""
+    location, union = _in_file(error["loc"])
+    path = tuple(part for part in location if part != "[key]")
+    lines: list[str] = [Problem(_explain(error), path)]
+    if error["type"] == "union_tag_not_found" and isinstance(error.get("input"), dict):
+        known = {key for record in _kinds(union).values() for key in record.model_fields}
+        for key in [k for k in error["input"] if k not in known][:_MAXIMUM_PROBLEMS]:
+            text = f"{_key((*location, key))}: unknown key; {meant(key, known)}"
+            lines.append(Problem(text.rstrip("; "), (*path, key)))
+    return lines
+
+
+def _explain(error: Any) -> str:
+    """One line for one of pydantic's errors."""
+    location, record = _in_file(error["loc"])
+    where = _key(location)
+    found = error.get("input")
+    kind = error["type"]
+    if kind == "extra_forbidden":
+        _, holder = _in_file(error["loc"][:-1])
+        names = list(holder.model_fields) if _is_record(holder) else []
+        hint = meant(str(location[-1]), names) or ("allowed are " + ", ".join(names))
+        return f"{where}: unknown key" + (f"; {hint.strip()}" if names else "")
+    if kind == "missing":
+        return f"{where}: missing; this key is needed"
+    if kind in ("union_tag_not_found", "union_tag_invalid"):
+        return f"{where}.kind: {_explain_kind(error, list(_kinds(record)))}"
+    message = str(error["msg"]).removeprefix("Value error, ")
+    for word, said in _TOML_WORDS.items():
+        message = message.replace(word, said)
+    if kind == "float_type" and isinstance(found, list | tuple | dict):
+        # such as moduli by direction, which a reader of manuals may expect
+        message = "one number is allowed here" + _ISOTROPIC.get(str(location[0]), "")
+        found = list(found)
+    shown = "" if isinstance(found, dict) else f", found {shown_value(found)}"
+    return f"{where}: {message}{shown}"
+
+
+def _explain_kind(error: Any, kinds: list[str]) -> str:
+    allowed = "allowed are " + ", ".join(repr(k) for k in kinds)
+    if error["type"] == "union_tag_not_found":
+        return f"missing; {allowed}"
+    tag = str(error["ctx"]["tag"])
+    return f"no kind {shown_value(tag)}; {meant(tag, kinds)}{allowed}"
+
+
+def _key(location: tuple[Any, ...]) -> str:
+    out = ""
+    for part in location:
+        if isinstance(part, int):
+            out += f"[{part}]"
+        elif part != "[key]":
+            text = shown_key(part)
+            out += f".{text}" if out else text
+    return out or "scene"
+
+
+def shown_key(key: str) -> str:
+    """Return a key for a message: as it is, or in quotes where TOML needs them, and short."""
+    return key if _BARE_KEY.fullmatch(key) else shown_value(key)
+
+
+def shown_value(value: Any) -> str:
+    """Return a value of a TOML file for a message, short whatever it is."""
+    if isinstance(value, dict):
+        return "a table"
+    if isinstance(value, list):
+        if len(value) > 4 or any(isinstance(v, dict | list) for v in value):
+            return f"an array of {len(value)}"
+        return f"[{', '.join(shown_value(v) for v in value)}]"
+    if isinstance(value, int) and value.bit_length() > _LONGEST_WHOLE:
+        return f"a whole number of {value.bit_length()} bits"
+    text = repr(value[: _LONGEST_VALUE + 1] if isinstance(value, str) else value)
+    return clean(text if len(text) <= _LONGEST_VALUE else text[: _LONGEST_VALUE - 3] + "...")
+
+
+def _in_file(location: tuple[Any, ...]) -> tuple[tuple[Any, ...], Any]:
+    """Keys of the file in a location of pydantic's, which has the kinds of records between them.
+
+    The second value is the type of what lies there, None if that is not known.
+    """
+    current: Any = Scene
+    keys = []
+    for part in location:
+        kinds = _kinds(current)
+        if part in kinds:
+            current = kinds[part]
+            continue
+        keys.append(part)
+        if _is_record(current):
+            field = current.model_fields.get(str(part))
+            current = _bare(field.annotation) if field is not None else None
+        else:
+            current = _element(current)
+    return tuple(keys), current
+
+
+def _is_record(annotation: Any) -> bool:
+    return isinstance(annotation, type) and issubclass(annotation, BaseModel)
+
+
+def _bare(annotation: Any) -> Any:
+    """Type without its notes, and without None beside it."""
+    while typing.get_origin(annotation) is typing.Annotated:
+        annotation = typing.get_args(annotation)[0]
+    if typing.get_origin(annotation) in (typing.Union, types.UnionType):
+        members = [a for a in typing.get_args(annotation) if a is not type(None)]
+        if len(members) == 1:
+            return _bare(members[0])
+    return annotation
+
+
+def _kinds(annotation: Any) -> dict[Any, Any]:
+    """Records of a union by their kind; empty for other types."""
+    if typing.get_origin(annotation) not in (typing.Union, types.UnionType):
+        return {}
+    records = [a for a in typing.get_args(annotation) if _is_record(a)]
+    return {
+        kind: record
+        for record in records
+        if "kind" in record.model_fields
+        for kind in typing.get_args(record.model_fields["kind"].annotation)
+    }
+
+
+def _element(annotation: Any) -> Any:
+    """Type of the elements of a container; None for other types."""
+    arguments = [a for a in typing.get_args(annotation) if a is not Ellipsis]
+    if typing.get_origin(annotation) is dict:
+        return _bare(arguments[1])
+    if typing.get_origin(annotation) in (tuple, list) and arguments:
+        return _bare(arguments[0])
+    return None

@@ -1,0 +1,252 @@
+"""A study as plain data, as a summary in Markdown and as one picture."""
+
+from __future__ import annotations
+
+import math
+import os
+import platform
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from solidwhirl.core.errors import markdown_row, markdown_text
+from solidwhirl.core.machine import machine_speed
+from solidwhirl.core.plain_data import plain_data
+from solidwhirl.core.versions import package_versions
+from solidwhirl.rotordyn.plots.frame import (
+    COLORS,
+    TITLE_PT,
+    TWO_COLUMNS_MM,
+    add_legend,
+    draw_grid,
+    new_figure,
+    number_text,
+    styled,
+    write_figure,
+)
+from solidwhirl.scene.records import Scene
+from solidwhirl.scene_reading.reader import scene_hash
+from solidwhirl.study.table import LEVEL_SPAN, Outcome, StudyRow, StudyTable
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SCHEMA = "solidwhirl-study-2"
+# Axes that span less than this factor have more numbers than powers of ten.
+_PLAIN = 100.0
+
+_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Study:
+    """A whole study; the reference is the first of its outcomes."""
+
+    scene: Scene
+    quick: bool
+    outcomes: tuple[Outcome, ...]
+    table: StudyTable
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """One sentence per case that is missing and per level that is not shown."""
+        notes = [
+            f"{o.case.name}: {o.status}, {o.message}" for o in self.outcomes if o.status != "done"
+        ]
+        notes += [
+            f"Level {level} is not shown: its unknowns span a factor {span:.3g}, a ladder has "
+            f"{LEVEL_SPAN:g}"
+            for level, span in self.table.spans.items()
+            if level != "beam" and span < LEVEL_SPAN
+        ]
+        lost = [r.outcome.case.name for r in self.table.rows if r.campbell.unmatched]
+        if lost:
+            notes.append(
+                "Branches that are off by more than 25 % or missing, no error is given: "
+                f"{', '.join(lost)}"
+            )
+        return tuple(notes)
+
+
+def study_document(study: Study) -> dict[str, Any]:
+    """Return everything that study.json holds; units are in the keys, absent values are null."""
+    table, reference = study.table, study.outcomes[0]
+    assert reference.measured is not None
+    speed = machine_speed()
+    document = {
+        "schema": SCHEMA,
+        "scene": {
+            "name": study.scene.name,
+            "title": study.scene.title,
+            "sha256": scene_hash(study.scene),
+        },
+        "quick": study.quick,
+        "machine": {
+            "system": platform.platform(),
+            "processor": platform.processor() or platform.machine(),
+            "cores": os.cpu_count(),
+            "memory_gib": os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 1024.0**3,
+            **asdict(speed),
+        },
+        "packages": package_versions(),
+        "notes": study.notes,
+        "reference": {
+            "accuracy": reference.case.settings["accuracy"],
+            "estimate": table.floor,
+            "speed_rad_s": reference.measured.campbell.speeds_rad_s,
+            "frequency_hz": reference.measured.campbell.frequency_hz,
+            "critical_speed_rad_s": [c.speed_rad_s for c in reference.measured.critical_speeds],
+        },
+        "cases": [_case(row) for row in table.rows],
+        "pareto": {"error_cpu_s": table.time_front, "error_peak_memory": table.memory_front},
+        "spans": table.spans,
+        "slopes": [asdict(s) for s in table.slopes],
+    }
+    return plain_data(document)  # type: ignore[no-any-return]
+
+
+def _case(row: StudyRow) -> dict[str, Any]:
+    case, found = row.outcome.case, row.outcome.measured
+    head = {
+        "name": case.name,
+        "series": case.series,
+        "settings": case.settings,
+        "status": row.outcome.status,
+        "message": row.outcome.message,
+    }
+    if found is None:
+        return head
+    return {
+        **head,
+        **{k: getattr(found, k) for k in ("unknowns", "coordinates", "bodies", "wall_s")},
+        **{
+            k: None if used is None else asdict(used)
+            for k, used in (
+                ("startup", found.startup),
+                ("without_estimates", found.plain),
+                ("with_estimates", found.estimated),
+            )
+        },
+        "campbell": asdict(row.campbell),
+        "critical_speeds": asdict(row.critical_speeds),
+        "estimated_parts": found.parts,
+    }
+
+
+def summary(study: Study, document: Mapping[str, Any]) -> str:
+    """Return the summary of a study in Markdown."""
+    table, machine = study.table, document["machine"]
+    lines = [
+        f"# Accuracy against cost: {markdown_text(study.scene.title or study.scene.name)}",
+        "",
+        f"Errors are the largest of all branches and speeds, relative to the harmonic level at "
+        f"accuracy {document['reference']['accuracy']:g}, whose own estimate is {table.floor:.1e}. "
+        f"Time is processor time of the whole process, its start included, without error estimates "
+        f"except for adaptive runs, which need them. Machine: {machine['processor']}, "
+        f"{machine['gflops']:.3g} GFLOP/s, {machine['gbytes_per_s']:.3g} GB/s on one core.",
+        "",
+        "![Error against cost](study.png)",
+        "",
+        *(f"- {markdown_text(note)}" for note in study.notes),
+        "",
+        "## Cases",
+        "",
+        "| case | unknowns | CPU [s] | memory [GiB] | error | estimate | effectivity | "
+        "critical speeds | fronts |",
+        "|---|---|---|---|---|---|---|---|---|",
+        *(_row(row, table) for row in table.rows if row.outcome.measured),
+        "",
+        "Fronts: T, no case is both faster and more accurate; M, none needs both less memory and "
+        "is more accurate. Effectivity: estimated over true error.",
+        "",
+        "## Slopes over the unknowns",
+        "",
+        "| series | quantity | slope | ± | scatter [decades] | points | left out |",
+        "|---|---|---|---|---|---|---|",
+        *(
+            markdown_row(
+                (
+                    *(s.series, s.quantity, f"{s.slope:.2f}", f"{s.standard_error:.2f}"),
+                    *(f"{s.scatter_log10:.2f}", s.points, s.left_out),
+                )
+            )
+            for s in table.slopes
+        ),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _row(row: StudyRow, table: StudyTable) -> str:
+    found, name = row.outcome.measured, row.outcome.case.name
+    assert found is not None
+    reference = row.outcome.case.ladder == "reference"
+    return markdown_row(
+        (
+            *(name, found.unknowns, f"{found.usage.cpu_s:.2f}"),
+            f"{found.usage.peak_memory_gib:.3f}",
+            "" if reference else _short(row.campbell.true),
+            _short(table.floor if reference else row.campbell.estimate),
+            _short(row.campbell.effectivity, ".2g"),
+            "" if reference else _short(row.critical_speeds.true),
+            "T" * (name in table.time_front) + "M" * (name in table.memory_front),
+        )
+    )
+
+
+def _short(value: float, kind: str = ".1e") -> str:
+    return format(value, kind) if math.isfinite(value) else ""
+
+
+@styled
+def draw_study(study: Study, path: Path) -> None:
+    """Draw error against processor time, memory and unknowns, a line for each ladder."""
+    table = study.table
+    figure = new_figure(path, TWO_COLUMNS_MM, 110.0)
+    frames = list(figure.subplots(1, 3, sharey=True))
+    rows = [row for row in table.rows if table.shown(row)]
+    series = dict.fromkeys(row.outcome.case.series for row in rows)
+    for k, name in enumerate(series):
+        own = [r for r in rows if r.outcome.case.series == name]
+        label = name + "".join(
+            f", error ~ N^{s.slope:.2f}"
+            for s in table.slopes
+            if (s.series, s.quantity) == (name, "error")
+        )
+        error = np.array([max(r.campbell.true, table.floor) for r in own])
+        for axes, cost in zip(frames, zip(*map(_costs, own), strict=True), strict=True):
+            order = np.argsort(cost)
+            style = {"color": COLORS[k % len(COLORS)], "marker": _MARKERS[k % len(_MARKERS)]}
+            axes.plot(np.array(cost)[order], error[order], label=label, markersize=4.5,
+                      linewidth=0.8, **style)  # fmt: skip
+    names = ("processor time [s]", "peak memory [GiB]", "unknowns before reduction [1]")
+    for axes, label in zip(frames, names, strict=True):
+        _finish(axes, label, table.floor)
+    frames[0].set_ylabel("largest relative error\nof all branches and speeds [1]")
+    figure.suptitle(f"Error against cost: {study.scene.title or study.scene.name}",
+                    fontsize=TITLE_PT)  # fmt: skip
+    add_legend(figure, frames, place="outside lower center", columns=2)
+    write_figure(figure, path)
+
+
+def _costs(row: StudyRow) -> tuple[float, float, float]:
+    found = row.outcome.measured
+    assert found is not None
+    return found.usage.cpu_s, found.usage.peak_memory_gib, float(found.unknowns)
+
+
+def _finish(axes: Axes, label: str, floor: float) -> None:
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    if floor > 0.0:
+        axes.axhline(floor, color="#999999", linestyle=(0, (1, 2)), linewidth=1.2,
+                     label="estimated error of the reference")  # fmt: skip
+    axes.set(xscale="log", yscale="log", xlabel=label)
+    low, high = axes.get_xlim()
+    if high < _PLAIN * low:  # powers of ten would be too few
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.xaxis.set_minor_formatter(NullFormatter())
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: number_text(value)))
+    draw_grid(axes, "both", "both")

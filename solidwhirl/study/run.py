@@ -1,0 +1,258 @@
+"""Error against cost: one scene with ladders of settings, each held against the same truth."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from solidwhirl.cache.files import StageStore
+from solidwhirl.core.errors import OutputError
+from solidwhirl.core.machine import MachineSpeed, available_memory_gib, machine_speed
+from solidwhirl.cost.work import predict_cost
+from solidwhirl.model.bodies import build_bodies
+from solidwhirl.model.effects import make_plan
+from solidwhirl.rotordyn.core.atomic import replacing
+from solidwhirl.scene_reading.reader import read_scene, scene_hash
+from solidwhirl.study.cases import FULL, QUICK, Ladders, StudyCase, study_cases
+from solidwhirl.study.measure import measured_apart
+from solidwhirl.study.report import Study, draw_study, study_document, summary
+from solidwhirl.study.table import Outcome, study_table
+
+Progress = Callable[[str], None]
+
+# Part of the available memory that a case may be predicted to need.
+_MEMORY_SHARE = 0.8
+# Modes where nothing says how many; starting a process; iterations of an adaptive run.
+_MODES, _START_S, _ITERATIONS = 12, 2.5, 2.0
+# A process that takes this many times what is allowed by prediction is ended.
+_PATIENCE = 15.0
+
+
+class StudyError(ValueError):
+    """A study that can't be made."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyDone:
+    """Files of a study, numbers of its cases, and what a reader must know.
+
+    Attributes
+    ----------
+    document, report, picture
+        study.json, study.md and study.png.
+    notes
+        One sentence per case that is missing or level that is not shown.
+    """
+
+    out: Path
+    document: Path
+    report: Path
+    picture: Path
+    done: int
+    failed: int
+    skipped: int
+    notes: tuple[str, ...]
+
+
+def study_command(
+    scene_path: str | Path,
+    out: str | Path,
+    progress: Progress = lambda text: None,
+    *,
+    quick: bool = False,
+) -> StudyDone:
+    """Measure error against processor time and memory over levels, orders, meshes and modes.
+
+    Parameters
+    ----------
+    scene_path
+        The scene file. It needs a body with a profile; its analyses are left out.
+    out
+        Folder for study.json, study.md and study.png. Results of finished cases are cached in its
+        folder cases/: a study that was interrupted continues where it stopped.
+    progress
+        Called with one line per case, with the time to go.
+    quick
+        Short ladders, under a minute for a small scene.
+
+    Raises
+    ------
+    SceneError
+        The scene can't be read.
+    StudyError
+        There is no body with a profile, or the reference fails.
+    OutputError
+        The folder can't be written.
+    """
+    scene, out = read_scene(scene_path), Path(out)
+    if not scene.bodies:
+        raise StudyError("a study needs a body with a profile, [bodies.NAME]; the scene has none")
+    files = tuple(out / f"study.{kind}" for kind in ("json", "md", "png"))
+    if os.path.lexists(files[0]) and not _is_study(files[0]):
+        raise OutputError(f"{files[0]}: is there already and no study wrote it")
+    try:
+        ladders = QUICK if quick else FULL
+        cases = study_cases(scene, ladders)  # a scene that is refused leaves no folder
+        (out / "cases").mkdir(parents=True, exist_ok=True)
+        outcomes = run_cases(cases, out / "cases", ladders, progress)
+        progress("picture")
+        study = Study(scene=scene, quick=quick, outcomes=outcomes, table=study_table(outcomes))
+        document = study_document(study)
+        draw_study(study, files[2])
+        _write(files[1], summary(study, document))
+        _write(files[0], json.dumps(document, indent=1, allow_nan=False) + "\n")
+    except OSError as error:
+        raise OutputError(f"{out}: can not be written: {error.strerror or error}") from error
+    count = Counter(o.status for o in outcomes)
+    return StudyDone(
+        out=out,
+        document=files[0],
+        report=files[1],
+        picture=files[2],
+        done=count["done"],
+        failed=count["failed"],
+        skipped=count["skipped"],
+        notes=study.notes,
+    )
+
+
+def _is_study(path: Path) -> bool:
+    try:
+        return path.is_file() and "solidwhirl-study-" in path.read_text(encoding="utf-8")[:1000]
+    except (OSError, UnicodeDecodeError):
+        return False
+
+
+def _write(path: Path, text: str) -> None:
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def run_cases(
+    cases: Sequence[StudyCase], folder: Path, ladders: Ladders, progress: Progress
+) -> tuple[Outcome, ...]:
+    """Run the cases that have no result yet, in their order, each in a process of its own.
+
+    Parameters
+    ----------
+    cases
+        The reference first.
+    folder
+        Where results are cached; failed cases are run again.
+
+    Raises
+    ------
+    StudyError
+        The reference fails: nothing can be held against it.
+    """
+    store = StageStore(folder)
+    machine = machine_speed()
+    planned = [_planned(case, machine) for case in cases]
+    keys = [
+        store.key("study", scene_hash(c.scene), c.estimates, c.ladder == "reference")
+        for c in (plan.case for plan in planned)
+    ]
+    found = [store.find(key, progress) for key in keys]
+    to_go = _TimeToGo(
+        [
+            0.0 if f is not None or _too_large(p, ladders) else p.cpu_s
+            for f, p in zip(found, planned, strict=True)
+        ]
+    )
+    outcomes: list[Outcome] = []
+    for k, (plan, known) in enumerate(zip(planned, found, strict=True)):
+        case, said = plan.case, f"case {k + 1} of {len(cases)}, {plan.case.name}"
+        reason = "" if known is not None else _too_large(plan, ladders)
+        if reason:
+            progress(f"{said}: skipped, {reason}")
+            outcomes.append(Outcome(case=case, status="skipped", message=reason))
+            continue
+        if known is None:
+            progress(f"{said}; {to_go.text(k)}")
+            known = measured_apart(case, _PATIENCE * _allowed_s(case, ladders))
+        if isinstance(known, str):
+            progress(f"{case.name} failed: {known}")
+            outcomes.append(Outcome(case=case, status="failed", message=known))
+        else:
+            if found[k] is None:
+                store.keep(keys[k], case.name, known, progress)
+            outcomes.append(Outcome(case=case, status="done", measured=known))
+        if outcomes[0].measured is None:
+            raise StudyError(f"the reference can not be computed: {outcomes[0].message}")
+    return tuple(outcomes)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Planned:
+    """A case with its predicted cost."""
+
+    case: StudyCase
+    cpu_s: float
+    memory_gib: float
+
+
+def _planned(case: StudyCase, machine: MachineSpeed) -> _Planned:
+    """Predict a case, adaptive runs from the a-priori mesh rule; without estimates if it must."""
+    if case.level == "beam":
+        return _Planned(case=case, cpu_s=_START_S, memory_gib=0.0)
+    # without estimates the plan holds the mesh of the a-priori rule, not the first adaptive one
+    model = case.scene.model.model_copy(update={"estimates": "off"})
+    scene = case.scene.model_copy(update={"model": model})
+    bodies = build_bodies(scene)
+    plan = make_plan(scene, bodies)
+    modes = dict.fromkeys(bodies, scene.model.modes or _MODES)
+    plain, estimated = (
+        predict_cost(plan, scene, bodies, modes=modes, estimates=e, machine=machine).whole
+        for e in (False, True)
+    )
+    if case.estimates == "on":
+        cost, memory = _ITERATIONS * estimated.total_s, estimated.peak_memory_gib
+    elif estimated.peak_memory_gib > _MEMORY_SHARE * available_memory_gib():
+        case = replace(case, estimates="off")
+        cost, memory = plain.total_s, plain.peak_memory_gib
+    else:
+        cost, memory = plain.total_s + estimated.total_s, estimated.peak_memory_gib
+    return _Planned(case=case, cpu_s=_START_S + cost, memory_gib=memory)
+
+
+def _allowed_s(case: StudyCase, ladders: Ladders) -> float:
+    return ladders.solid_longest_s if case.level == "solid" else ladders.longest_s
+
+
+def _too_large(plan: _Planned, ladders: Ladders) -> str:
+    """Why a case is skipped; the reference is always tried, as nothing goes without it."""
+    if plan.case.ladder == "reference":
+        return ""
+    available, allowed = available_memory_gib(), _allowed_s(plan.case, ladders)
+    if plan.memory_gib > _MEMORY_SHARE * available:
+        return (
+            f"it would need about {plan.memory_gib:.3g} GiB, more than {_MEMORY_SHARE:.0%} of the "
+            f"{available:.3g} that are available"
+        )
+    if plan.cpu_s > allowed:
+        return (
+            f"it would take about {plan.cpu_s:.0f} s of processor time, more than the {allowed:g} "
+            "allowed"
+        )
+    return ""
+
+
+class _TimeToGo:
+    """Time to go, from predicted times and how those of the cases so far turned out."""
+
+    def __init__(self, predicted_s: list[float]) -> None:
+        self._predicted = predicted_s
+        self._begun = time.perf_counter()
+
+    def text(self, number: int) -> str:
+        """Return "about 4 min to go", before a case is run."""
+        done = sum(self._predicted[:number])
+        slowness = (time.perf_counter() - self._begun) / done if done else 1.0
+        seconds = slowness * sum(self._predicted[number:])
+        amount = f"{seconds / 60.0:.0f} min" if seconds > 90.0 else f"{seconds:.0f} s"
+        return f"about {amount} to go"

@@ -1,0 +1,245 @@
+"""Pictures of a batch: at its end, again without computing, and where drawing fails."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+
+import pytest
+from rich.console import Console
+from typer.testing import CliRunner
+
+from solidwhirl.batch.journal import open_journal
+from solidwhirl.batch.pictures import draw_at_end, redraw
+from solidwhirl.batch.table import write_table
+from solidwhirl.cli import app
+from solidwhirl.identify.scene import scene_text
+from solidwhirl.scene.sweep import SweepSpec, case_count
+from solidwhirl.sweep.records import BatchRow
+
+# A point mass of 20 kg on springs of k each side, in both directions: 60 / (2 pi) sqrt(2 k / m).
+MASS = 20.0
+RING = {
+    "name": "ring",
+    "speeds": {"to_rpm": 6000, "count": 4},
+    "campbell": {"branches": 4},
+    "rigid_bodies": {
+        "ring": {
+            "speed_ratio": 1.0,
+            "mass_kg": MASS,
+            "center_of_gravity_m": [0, 0, 0],
+            "inertia_kg_m2": [0.2, 0.2, 0.3],
+            "interfaces": {"left": -0.1, "right": 0.1},
+        }
+    },
+    "bearings": [
+        {"name": end, "first": f"ring.{end}", "stiffness_n_per_m": 1e6} for end in ("left", "right")
+    ],
+    "sweep": {
+        "method": "grid",
+        "parameters": [
+            {
+                "name": "stiffness_n_per_m",
+                "places": [f"bearings[{e}].stiffness_n_per_m" for e in ("left", "right")],
+                "values": [0.5e6, 1e6, 2e6],
+            }
+        ],
+    },
+}
+
+
+def critical_rpm(stiffness):
+    return 30.0 / math.pi * math.sqrt(2.0 * stiffness / MASS)
+
+
+def row(number, stiffness, status="done"):
+    rpm = critical_rpm(stiffness)
+    found = (rpm,) if status == "done" else ()
+    return BatchRow(
+        case=f"ring-{number:04d}",
+        scene="ring",
+        status=status,
+        message="" if status == "done" else "no room",
+        values={"stiffness_n_per_m": stiffness},
+        critical_speed_rpm=found,
+        critical_frequency_hz=tuple(v / 60.0 for v in found),
+        critical_whirl=("forward",) * len(found),
+        critical_error_estimate=(1e-4,) * len(found),
+        campbell_speed_rpm=(0.0, 6000.0) if found else (),
+        campbell_frequency_hz=((rpm / 60.0, rpm / 60.0),) if found else (),
+        campbell_log_decrement=((0.0, 0.0),) if found else (),
+    )
+
+
+def batch_of(folder, rows):
+    folder.mkdir(exist_ok=True)
+    (folder / "batch.jsonl").unlink(missing_ok=True)
+    with open_journal(folder) as journal:
+        for one in rows:
+            journal.append(one)
+    write_table(folder)
+    return folder
+
+
+@pytest.fixture
+def batch(tmp_path):
+    """Three cases of one parameter, and one that failed."""
+    rows = [row(n, k) for n, k in enumerate((0.5e6, 1e6, 2e6), 1)]
+    return batch_of(tmp_path / "out", [*rows, row(4, 4e6, "failed")])
+
+
+@pytest.fixture
+def ring(tmp_path):
+    path = tmp_path / "ring.toml"
+    path.write_text(scene_text(RING, {}), encoding="utf-8")
+    return path
+
+
+def invoke(*words):
+    return CliRunner().invoke(app, [str(w) for w in words])
+
+
+def test_pictures_are_drawn_again_without_computing(batch):
+    done = invoke("batch-pictures", batch, "--operating-rpm", 4000, 5000)
+    assert done.exit_code == 0, done.output
+    files = sorted(p.name for p in (batch / "pictures").iterdir())
+    # neither map (one parameter) nor bands (a grid)
+    assert files == [
+        "ring-critical-speeds.png", "ring-parallel.html", "ring-tornado.png", "sweep.json",
+    ]  # fmt: skip
+    assert sorted(line.rsplit("/")[-1] for line in done.stdout.split()) == files
+    document = json.loads((batch / "pictures" / "sweep.json").read_text(encoding="utf-8"))
+    assert document["operating_rpm"] == [4000.0, 5000.0]
+    # the failed case is counted, and said
+    assert document["cases"] == {"done": 3, "failed": 1}
+    assert document["scenes"][0]["left_out"][0]["message"] == "no room"
+    assert "1 of 4 cases left out: failed" in document["scenes"][0]["notes"]
+    page = (batch / "pictures" / "ring-parallel.html").read_text(encoding="utf-8")
+    assert "3 cases, 1 left out" in page
+
+
+def test_pictures_of_part_of_a_batch_say_so(tmp_path):
+    """Rows 2, 3 and 5 of a batch of six cases that runs."""
+    rows = [replace(row(n, k), sweep_cases=6) for n, k in ((2, 1e6), (3, 2e6), (5, 4e6))]
+    redraw(batch_of(tmp_path / "out", rows))
+    folder = tmp_path / "out" / "pictures"
+    (scene,) = json.loads((folder / "sweep.json").read_text(encoding="utf-8"))["scenes"]
+    assert any(n.startswith("3 cases left out: no row yet") for n in scene["notes"])
+    page = (folder / "ring-parallel.html").read_text(encoding="utf-8")
+    assert "3 cases, 3 missing" in page
+
+
+def test_pictures_that_no_longer_apply_go_and_others_stay(batch):
+    folder = batch / "pictures"
+    folder.mkdir()
+    for name in ("old-margins.png", "ring-parallel.png", "mine.png"):
+        (folder / name).write_text("before", encoding="utf-8")
+    redraw(batch)
+    assert (folder / "mine.png").read_text(encoding="utf-8") == "before"
+    assert not (folder / "old-margins.png").exists() and (folder / "sweep.json").exists()
+    batch_of(batch, [row(1, 1e6)])
+    assert redraw(batch) == ()
+    assert [p.name for p in folder.iterdir()] == ["mine.png"]
+    done = invoke("batch-pictures", batch)
+    assert done.exit_code == 0 and "no scene has a sweep of two cases" in done.stdout
+
+
+def test_what_can_not_be_drawn_is_refused_in_one_message(batch, tmp_path):
+    for words, said in (
+        ((batch, "--operating-rpm", 5000, 4000), "--operating-rpm: operating_rpm is 5000.0 to"),
+        ((batch, "--operating-rpm", 0, 4000), "--operating-rpm"),
+        ((tmp_path / "none",), "it is no batch"),
+    ):
+        done = invoke("batch-pictures", *words)
+        assert done.exit_code == 2 and said in done.stderr, done.output
+        assert "Traceback" not in done.stderr
+    assert not (batch / "pictures").exists()
+    (batch / "pictures").write_text("a file", encoding="utf-8")
+    done = invoke("batch-pictures", batch)
+    assert done.exit_code == 2 and "can not be written" in done.stderr
+
+
+@pytest.mark.parametrize("failure", [RuntimeError("no fonts"), MemoryError()])
+def test_a_failure_to_draw_is_said_and_loses_nothing(batch, monkeypatch, capsys, failure):
+    before = {p.name: p.read_bytes() for p in batch.iterdir()}
+
+    def fail(*_):
+        raise failure
+
+    monkeypatch.setattr("solidwhirl.batch.pictures.redraw", fail)
+    assert draw_at_end(batch, None, Console(quiet=True)) == ()
+    said = capsys.readouterr().err
+    assert type(failure).__name__ in said and str(failure) in said
+    assert {p.name: p.read_bytes() for p in batch.iterdir()} == before
+
+
+def test_batch_draws_at_its_end(ring, tmp_path, monkeypatch):
+    """Exit code and table are the same whether pictures are drawn, left out, or fail."""
+    out = tmp_path / "batch"
+    done = invoke("batch", ring, "--out", out, "--operating-rpm", 4000, 5000)
+    assert done.exit_code == 0, done.output
+    document = json.loads((out / "pictures" / "sweep.json").read_text(encoding="utf-8"))
+    (scene,) = document["scenes"]
+    found = [s["speed_rpm"][1] for s in scene["critical_speeds"]]
+    # one of them at least is the mass on its springs; the other tilts
+    assert any(rpm == pytest.approx(critical_rpm(1e6), rel=1e-9) for rpm in found)
+    power = scene["sensitivities"][0]["one_at_a_time"][0]["elasticity"]
+    assert power == pytest.approx(0.5, abs=1e-9)
+    table = (out / "batch.jsonl").read_bytes()
+
+    monkeypatch.setattr("solidwhirl.sweep_pictures.lines.new_figure", None)
+    done = invoke("batch", ring, "--out", out, "--resume")
+    assert done.exit_code == 0 and "no pictures: TypeError" in done.stderr, done.output
+    assert (out / "batch.jsonl").read_bytes() == table
+
+    other = tmp_path / "numbers"
+    done = invoke("batch", ring, "--out", other, "--no-pictures", "--quiet")
+    assert done.exit_code == 0 and not done.output
+    assert not (other / "pictures").exists() and (other / "table.h5").exists()
+
+
+def test_wrong_speeds_are_refused_before_the_cases(ring, tmp_path):
+    out = tmp_path / "batch"
+    done = invoke("batch", ring, "--out", out, "--operating-rpm", 5000, 4000)
+    assert done.exit_code == 2 and "--operating-rpm" in done.stderr
+    assert not out.exists()
+
+
+def test_slurm_script_draws_with_the_same_speeds(ring, tmp_path):
+    script = tmp_path / "job.sh"
+    words = ("batch", ring, "--out", tmp_path / "batch", "--slurm", script)
+    done = invoke(*words, "--operating-rpm", 4000, 5000.5)
+    assert done.exit_code == 0, done.output
+    assert "--operating-rpm 4000.0 5000.5" in script.read_text(encoding="utf-8")
+
+
+def test_run_and_plan_say_that_a_sweep_is_left_out(ring, tmp_path):
+    said = "nominal case: values as in the scene file"
+    for words in (("plan", ring), ("run", ring, "--out", tmp_path / "run", "--no-pictures")):
+        done = invoke(*words)
+        assert done.exit_code == 0, done.output
+        text = " ".join((done.stdout if words[0] == "plan" else done.stderr).split())
+        assert said in text and "computes the 3 cases of [sweep]" in text
+    results = json.loads((tmp_path / "run" / "results.json").read_text(encoding="utf-8"))
+    speeds = [c["speed_rpm"] for c in results["critical_speeds"]]
+    assert any(rpm == pytest.approx(critical_rpm(1e6), rel=1e-9) for rpm in speeds)
+    done = invoke("run", ring, "--out", tmp_path / "run", "--no-pictures", "--quiet")
+    assert done.exit_code == 0 and not done.output
+
+
+@pytest.mark.parametrize(
+    ("sweep", "cases"),
+    [
+        ({"method": "sobol", "samples": 16}, 16),
+        ({"method": "grid"}, 12),
+        ({"method": "list"}, 3),
+    ],
+)
+def test_number_of_cases(sweep, cases):
+    """A grid multiplies, also ranges of a count; a list stands side by side."""
+    listed = {"name": "a", "places": ["a"], "values": [1, 2, 3]}
+    range_of = {"name": "b", "places": ["b"], "lower": 1.0, "upper": 2.0, "count": 4}
+    other = {**listed, "name": "b"} if sweep["method"] == "list" else range_of
+    spec = SweepSpec.model_validate({**sweep, "parameters": [listed, other]})
+    assert case_count(spec) == cases

@@ -1,0 +1,666 @@
+"""Journal, table and rows of a batch: what is written is there, whatever ends the writer."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import asdict, replace
+
+import h5py
+import numpy as np
+import pytest
+
+from solidwhirl.batch.journal import (
+    JOURNAL,
+    BatchTableError,
+    open_journal,
+    read_journal,
+    row_document,
+)
+from solidwhirl.batch.rows import (
+    failed_row,
+    responses_of,
+    row_of_document,
+    row_of_folder,
+    row_of_results,
+)
+from solidwhirl.batch.table import TABLE, read_batch, read_table, write_table
+from solidwhirl.console.exit_handling import Terminated
+from solidwhirl.core.errors import OutputError
+from solidwhirl.identify.scene import scene_text
+from solidwhirl.sweep.cases import batch_cases, case_scene
+from solidwhirl.sweep.records import BatchRow
+
+NAN = float("nan")
+# Rows that differ in all lengths, with texts that files may stumble over.
+ROWS = (
+    BatchRow(
+        case="a-0001",
+        scene="a",
+        status="done",
+        values={"k_n_per_m": 1e7, "level": "harmonic"},
+        digest="ab" * 32,
+        method="sobol",
+        sweep_cases=8,
+        seconds=1.5,
+        peak_memory_gib=0.25,
+        ranks=2,
+        critical_speed_rpm=(1000.0, 1 / 3),
+        critical_frequency_hz=(16.0, 5e-324),
+        critical_whirl=("forward", ""),
+        critical_error_estimate=(1e-9, NAN),
+        campbell_speed_rpm=(0.0, 500.0, 1000.0),
+        campbell_frequency_hz=((1.0, 2.0, NAN), (3.0, 4.0, 5.0)),
+        campbell_log_decrement=((0.0, -0.1, NAN), (0.1, 0.2, 0.3)),
+        responses={"unbalance.rotor.disk.peak_amplitude_m": 1e-6},
+    ),
+    BatchRow(
+        case="a-0002",
+        scene="a",
+        status="failed",
+        message='größer als "Ω"; Zeile 2\n日本語 \\',
+        values={"k_n_per_m": -1e30, "level": "beam"},
+    ),
+    BatchRow(
+        case="b",
+        scene="b",
+        status="checks_failed",
+        message="check failed",
+        critical_speed_rpm=(7.0,),
+        critical_frequency_hz=(8.0,),
+        critical_whirl=("backward",),
+        critical_error_estimate=(0.5,),
+        campbell_speed_rpm=(0.0,),
+        campbell_frequency_hz=((9.0,), (10.0,), (11.0,)),
+        campbell_log_decrement=((NAN,), (0.0,), (0.0,)),
+        responses={"margins.rotor.smallest_margin": 0.2},
+    ),
+)
+
+
+def same(first, second):
+    """Equal rows; nan equals nan."""
+    return repr([asdict(r) for r in first]) == repr([asdict(r) for r in second])
+
+
+@pytest.fixture
+def batch(tmp_path):
+    """A folder with a journal, written in another order than that of the cases."""
+    with open_journal(tmp_path) as journal:
+        for row in ROWS[::-1]:
+            journal.append(row)
+    return tmp_path
+
+
+# -- journal --------------------------------------------------------------------------------------
+
+
+def test_journal_holds_what_was_appended(batch):
+    assert same(read_journal(batch), ROWS[::-1])
+    assert same(read_batch(batch), ROWS)
+    assert read_batch(batch) == read_batch(batch)  # absent numbers too
+    for line in (batch / JOURNAL).read_text(encoding="utf-8").splitlines():
+        assert json.loads(line)["schema"] == "solidwhirl-batch-1"
+
+
+def test_each_row_is_on_the_disk_when_append_returns(tmp_path, monkeypatch):
+    sizes = []
+    monkeypatch.setattr(os, "fsync", lambda file: sizes.append(os.fstat(file).st_size))
+    with open_journal(tmp_path) as journal:
+        for count, row in enumerate(ROWS, 1):
+            journal.append(row)
+            assert len(sizes) == count
+            assert sizes[-1] == (tmp_path / JOURNAL).stat().st_size  # nothing was left to write
+            assert same(read_journal(tmp_path), ROWS[:count])
+
+
+def test_last_row_of_a_case_counts(batch):
+    better = replace(ROWS[1], status="done", message="")
+    with open_journal(batch) as journal:
+        journal.append(better)
+        assert len(journal.rows) == 3
+    assert same(read_batch(batch), (ROWS[0], better, ROWS[2]))
+
+
+@pytest.mark.parametrize("kept", [0.0, 0.1, 0.9, 1.0])
+def test_torn_last_line_is_ignored_and_written_over(batch, kept):
+    """Cut anywhere in the last line, before its line end at the latest."""
+    path = batch / JOURNAL
+    lines = path.read_bytes().splitlines(keepends=True)
+    path.write_bytes(b"".join(lines[:-1]) + lines[-1][: int(kept * (len(lines[-1]) - 1))])
+    assert same(read_journal(batch), (ROWS[2], ROWS[1]))
+    with open_journal(batch) as journal:
+        assert same(journal.rows, (ROWS[2], ROWS[1]))
+        journal.append(ROWS[0])
+    assert path.read_bytes() == b"".join(lines)
+
+
+def test_last_line_whose_blocks_never_came_is_ignored(batch):
+    path = batch / JOURNAL
+    lines = path.read_bytes().splitlines(keepends=True)
+    path.write_bytes(b"".join(lines[:-1]) + bytes(len(lines[-1]) - 1) + b"\n")
+    assert same(read_journal(batch), (ROWS[2], ROWS[1]))
+    with open_journal(batch) as journal:
+        journal.append(ROWS[0])
+    assert path.read_bytes() == b"".join(lines)
+
+
+def test_damage_before_the_last_line_is_told(batch):
+    path = batch / JOURNAL
+    lines = path.read_bytes().splitlines(keepends=True)
+    path.write_bytes(lines[0] + lines[1][:20] + b"\n" + lines[2])
+    with pytest.raises(BatchTableError, match=rf"^{path}: line 2: is damaged$"):
+        read_batch(batch)
+    with pytest.raises(BatchTableError, match="line 2"), open_journal(batch):
+        pass
+    assert path.read_bytes() == lines[0] + lines[1][:20] + b"\n" + lines[2]  # left as it was
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("schema", "solidwhirl-batch-0", r"line 2: is no row of a batch \(solidwhirl-batch-1\)"),
+        (
+            "status",
+            "perhaps",
+            "line 2: status: 'perhaps': Input should be 'done', 'failed' or 'checks_failed'",
+        ),
+        ("seconds", "1.5", "line 2: seconds: '1.5': Input should be a valid number"),
+        ("case", 5, "line 2: case: 5: Input should be a valid string"),
+        ("critical_speed_rpm", 10**400, "line 2: critical_speed_rpm: "),
+        ("method", None, "line 2: method: None: Input should be a valid string"),
+        ("campbell_frequency_hz", [[10**400]], "line 2: campbell_frequency_hz: "),
+        ("values", [], "line 2: values: "),
+    ],
+)
+def test_wrong_row_is_told_with_its_key(batch, key, value, message):
+    path = batch / JOURNAL
+    lines = path.read_text(encoding="utf-8").splitlines()
+    lines[1] = json.dumps(json.loads(lines[1]) | {key: value})
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    with pytest.raises(BatchTableError, match=message):
+        read_batch(batch)
+
+
+def test_there_is_one_writer(batch):
+    with (
+        open_journal(batch) as journal,
+        pytest.raises(OutputError, match="another batch is writing it"),
+        open_journal(batch),
+    ):
+        pass
+    with open_journal(batch) as journal:  # free again
+        journal.append(ROWS[0])
+    assert same(read_batch(batch), ROWS)
+
+
+WRITER = """
+import sys
+from solidwhirl.batch.journal import open_journal
+from solidwhirl.sweep.records import BatchRow
+with open_journal(sys.argv[1]) as journal:
+    for number in range(10**6):
+        name = f"k-{number:04d}"
+        journal.append(BatchRow(case=name, scene="k", status="done", message="x" * 5000))
+        print(number, flush=True)
+"""
+
+
+def test_killed_writer_leaves_every_row_that_it_told_of(tmp_path):
+    """SIGKILL at some moment of the writing; then the journal is free, and whole."""
+    with subprocess.Popen(
+        [sys.executable, "-c", WRITER, str(tmp_path)], stdout=subprocess.PIPE, text=True
+    ) as writer:
+        assert writer.stdout.readline() == "0\n"
+        with pytest.raises(OutputError, match="another batch"), open_journal(tmp_path):
+            pass
+        time.sleep(0.2)
+        writer.send_signal(signal.SIGKILL)
+        told = [0, *map(int, writer.stdout.read().split("\n")[:-1])]
+    with open_journal(tmp_path) as journal:
+        names = [row.case for row in journal.rows]
+    # one more may have reached the disk before it was told of
+    assert names in [[f"k-{n:04d}" for n in range(len(told) + more)] for more in (0, 1)]
+
+
+def test_full_disk_leaves_the_rows_before(batch, monkeypatch):
+    def full(file, data, offset):
+        pwrite(file, data[:50], offset)
+        raise OSError(28, "No space left on device")
+
+    pwrite, before = os.pwrite, (batch / JOURNAL).read_bytes()
+    with open_journal(batch) as journal:
+        monkeypatch.setattr(os, "pwrite", full)
+        with pytest.raises(OutputError, match=rf"{batch / JOURNAL}: .*No space left"):
+            journal.append(replace(ROWS[0], case="c"))
+        monkeypatch.undo()
+        assert (batch / JOURNAL).read_bytes() == before
+        assert len(journal.rows) == 3
+        journal.append(replace(ROWS[0], case="c"))
+    assert len(read_batch(batch)) == 4
+
+
+def test_interrupted_append_leaves_no_part_of_a_line(batch, monkeypatch):
+    """SIGTERM raises an exception wherever the program is."""
+
+    def interrupted(file):
+        raise Terminated
+
+    before = (batch / JOURNAL).read_bytes()
+    with open_journal(batch) as journal:
+        monkeypatch.setattr(os, "fsync", interrupted)
+        with pytest.raises(Terminated):
+            journal.append(replace(ROWS[0], case="c"))
+        assert (batch / JOURNAL).read_bytes() == before
+        assert len(journal.rows) == 3
+
+
+def test_no_batch_is_told(tmp_path):
+    with pytest.raises(BatchTableError, match=f"{tmp_path}: has neither {JOURNAL} nor {TABLE}"):
+        read_batch(tmp_path)
+    with (
+        pytest.raises(OutputError, match="No such file or directory"),
+        open_journal(tmp_path / "none"),
+    ):
+        pass
+
+
+# -- table ----------------------------------------------------------------------------------------
+
+
+def test_table_equals_the_journal(batch):
+    path = write_table(batch)
+    assert same(read_table(path), ROWS)
+    (batch / JOURNAL).unlink()
+    assert same(read_batch(batch), ROWS)
+
+
+def test_table_is_made_again_from_the_journal(batch):
+    write_table(batch)
+    with open_journal(batch) as journal:
+        journal.append(replace(ROWS[2], status="done", message="", responses={}))
+    again = write_table(batch)
+    assert same(read_table(again), read_batch(batch))
+    again.write_bytes(b"damaged")
+    assert same(read_table(write_table(batch)), read_batch(batch))
+    assert sorted(p.name for p in batch.iterdir()) == [JOURNAL, TABLE]
+
+
+def test_table_of_no_rows_and_of_rows_without_results(tmp_path):
+    with open_journal(tmp_path) as journal:
+        assert read_table(write_table(tmp_path)) == ()
+        journal.append(ROWS[1])
+        assert same(read_table(write_table(tmp_path)), ROWS[1:2])
+
+
+def test_table_that_can_not_be_written_stays_as_it_was(batch, monkeypatch):
+    path = write_table(batch)
+    before = path.read_bytes()
+
+    def full(*arguments, **more):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(h5py.File, "create_group", full)
+    with pytest.raises(OutputError, match=rf"{path}: can not be written: No space left"):
+        write_table(batch)
+    assert path.read_bytes() == before
+    assert sorted(p.name for p in batch.iterdir()) == [JOURNAL, TABLE]
+
+
+@pytest.mark.parametrize("damage", ["text", "schema", "missing", "status"])
+def test_damaged_table_is_told(batch, damage):
+    path = write_table(batch)
+    (batch / JOURNAL).unlink()
+    if damage == "text":
+        path.write_text("no HDF5")
+    else:
+        with h5py.File(path, "r+") as file:
+            if damage == "schema":
+                file.attrs["schema"] = "else"
+            elif damage == "missing":
+                del file["critical_count"]
+            else:
+                file["status"][0] = "perhaps"
+    with pytest.raises(BatchTableError, match=f"^{path}: "):
+        read_batch(batch)
+
+
+READER = """
+import sys
+import h5py
+import numpy as np
+with h5py.File(sys.argv[1]) as f:
+    assert f.attrs["schema"] == "solidwhirl-batch-1"
+    assert f["case"].asstr()[:].tolist() == ["a-0001", "a-0002", "b"]
+    assert f["message"].asstr()[1].startswith('größer als "Ω"')
+    assert f["status"].asstr()[:].tolist() == ["done", "failed", "checks_failed"]
+    k = f["values/k_n_per_m"][:]
+    assert k[0] == 1e7 and k[1] == -1e30 and np.isnan(k[2])
+    assert f["value_texts/level"].asstr()[:].tolist() == ["harmonic", "beam", ""]
+    np.testing.assert_array_equal(
+        f["critical_speed_rpm"][:], [[1000, 1 / 3], [np.nan] * 2, [7, np.nan]]
+    )
+    assert f["critical_whirl"].asstr()[:].tolist() == [["forward", ""], ["", ""], ["backward", ""]]
+    assert f["critical_count"][:].tolist() == [2, 0, 1]
+    branches = f["campbell_frequency_hz"]
+    assert branches.shape == (3, 3, 3)
+    np.testing.assert_array_equal(branches[0], [[1, 2, np.nan], [3, 4, 5], [np.nan] * 3])
+    assert np.isnan(branches[1]).all()
+    np.testing.assert_array_equal(branches[2, :, 0], [9, 10, 11])
+    peak = f["responses/unbalance.rotor.disk.peak_amplitude_m"][:]
+    assert peak[0] == 1e-6 and np.isnan(peak[1:]).all()
+    told = {}
+    f.visititems(lambda name, node: told.update({name: dict(node.attrs)}))
+    assert all(a["holds"] for a in told.values()), told
+    assert told["seconds"]["unit"] == "s" and told["critical_speed_rpm"]["unit"] == "rpm"
+    assert told["responses/unbalance.rotor.disk.peak_amplitude_m"]["unit"] == "m"
+    assert told["case"]["unit"] == ""
+    listed = []
+    f.visititems(lambda name, node: listed.append(name) if isinstance(node, h5py.Dataset) else None)
+print(sorted(m for m in sys.modules if m.startswith("solidwhirl")), *listed)
+"""
+
+
+def test_h5py_and_numpy_alone_read_the_table(batch, root):
+    """In a process that knows nothing of the program; and the page lists every dataset."""
+    done = subprocess.run(
+        [sys.executable, "-I", "-c", READER, str(write_table(batch))],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    imported, *listed = done.stdout.split()
+    assert imported == "[]"
+    page = (root / "docs" / "batch.md").read_text(encoding="utf-8")
+    for name in listed:
+        group = name.split("/")[0]
+        shown = f"{group}/<" if "/" in name else f"`{name}`"
+        assert shown in page, name
+
+
+# -- rows -----------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def rigid_case(tmp_path):
+    """A rigid, turning ring on two equal bearings, each case with another mass and stiffness."""
+    data = {
+        "name": "ring",
+        "speeds": {"to_rpm": 6000, "count": 4},
+        "campbell": {"branches": 4},
+        "rigid_bodies": {
+            "ring": {
+                "speed_ratio": 1.0,
+                "mass_kg": 5.0,
+                "center_of_gravity_m": [0, 0, 0],
+                "inertia_kg_m2": [0.02, 0.02, 0.03],
+                "interfaces": {"left": -0.1, "right": 0.1},
+            }
+        },
+        "bearings": [
+            {"name": end, "first": f"ring.{end}", "stiffness_n_per_m": 1e5}
+            for end in ("left", "right")
+        ],
+        "analyses": [
+            {"kind": "stability", "to_rpm": 6000, "count": 5},
+            {
+                "name": "margins",
+                "kind": "separation_margins",
+                "operating": [{"shaft": "ring", "from_rpm": 2500, "to_rpm": 3000}],
+            },
+        ],
+        "sweep": {
+            "method": "list",
+            "parameters": [
+                {
+                    "name": "k",
+                    "places": [f"bearings[{e}].stiffness_n_per_m" for e in ("left", "right")],
+                    "values": [1e5, 4e5],
+                },
+                {"name": "m", "places": ["rigid_bodies.ring.mass_kg"], "values": [5, 4]},
+            ],
+        },
+    }
+    path = tmp_path / "ring.toml"
+    path.write_text(scene_text(data, {}), encoding="utf-8")
+    return batch_cases([path])
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize("number", [0, 1])
+def test_row_of_a_rigid_body_on_springs_in_closed_form(rigid_case, number):
+    """Translation at sqrt(2 k / m); tilt, with c = 2 k a^2: Id w^2 -+ Ip W w - c = 0.
+
+    At W = w backward tilt is met where (Id + Ip) W^2 = c, forward never: Ip > Id.
+    """
+    from solidwhirl.pipeline.run import run_scene
+
+    case = rigid_case[number]
+    row = row_of_results(case, run_scene(case_scene(case)), 2.5, 3)
+    k, m = case.values["k"], case.values["m"]
+    level = np.sqrt(2 * k / m)
+    tilt, inertia, polar = 2 * k * 0.1**2, 0.02, 0.03
+    backward = np.sqrt(tilt / (inertia + polar))
+    speeds = np.linspace(0.0, 6000.0, 4) * np.pi / 30
+    half, root = 0.5 * polar * speeds, np.sqrt((0.5 * polar * speeds) ** 2 + inertia * tilt)
+    expected = np.array(
+        [(root - half) / inertia, (root + half) / inertia, *[0 * speeds + level] * 2]
+    )
+    found = np.array(row.campbell_frequency_hz)
+    # the same matrices in other coordinates: round-off alone
+    np.testing.assert_allclose(
+        np.sort(found, axis=0), np.sort(expected / 2 / np.pi, axis=0), rtol=1e-9
+    )
+    wanted = sorted([(level, "backward"), (level, "forward"), (backward, "backward")])
+    np.testing.assert_allclose(
+        row.critical_speed_rpm, [s * 30 / np.pi for s, _ in wanted], rtol=1e-9
+    )
+    np.testing.assert_allclose(
+        row.critical_frequency_hz, [s / 2 / np.pi for s, _ in wanted], rtol=1e-9
+    )
+    assert sorted(row.critical_whirl) == sorted(w for _, w in wanted)
+    np.testing.assert_allclose(row.campbell_speed_rpm, [0, 2000, 4000, 6000], rtol=1e-12)
+    assert np.abs(row.campbell_log_decrement).max() < 1e-9
+    assert (row.status, row.message, row.seconds, row.ranks) == ("done", "", 2.5, 3)
+    assert (row.case, row.scene, row.digest) == (f"ring-000{number + 1}", "ring", case.digest)
+    # only the forward one is excited by unbalance; search ends at 1.3 times 3000 rpm
+    rpm = level * 30 / np.pi
+    off = 1 - rpm / 2500 if rpm < 2500 else np.nan  # one case is below, the other beyond the search
+    smallest = row.responses.get("margins.ring.smallest_margin", np.nan)
+    assert smallest == pytest.approx(off, rel=1e-7, nan_ok=True)
+    assert row.responses["stability.smallest_log_decrement"] == 0.0
+    assert row.responses["verdict.stable"] == 1.0
+    assert row.responses["verdict.first_forward_log_decrement"] == 0.0
+    assert "stability.threshold_speed_rpm" not in row.responses
+
+
+@pytest.mark.solver
+def test_row_of_a_folder_is_that_of_the_results(rigid_case, tmp_path):
+    from solidwhirl.output.documents import write_results
+    from solidwhirl.pipeline.run import run_scene
+
+    results = run_scene(case_scene(rigid_case[0]))
+    write_results(results, tmp_path / "out", pictures=False)
+    found = row_of_folder(rigid_case[0], tmp_path / "out", 1.0, 1)
+    assert same([found], [row_of_results(rigid_case[0], results, 1.0, 1)])
+    (tmp_path / "out" / "results.json").write_text('{"invariants": []}')
+    with pytest.raises(BatchTableError, match=r"results\.json: holds no results"):
+        row_of_folder(rigid_case[0], tmp_path / "out", 1.0, 1)
+
+
+DOCUMENT = {
+    "critical_speeds": [
+        {"speed_rpm": 900.0, "frequency_hz": 15.0, "whirl": "forward"},
+        {"speed_rpm": 600.0, "frequency_hz": 10.0, "whirl": None, "frequency_error_estimate": 1e-3},
+    ],
+    "campbell": {"speed_rpm": [0.0], "frequency_hz": [[None]], "log_decrement": [[None]]},
+    "invariants": [
+        {"name": "mass symmetric", "where": "rotor", "passed": False},
+        {"name": "open", "where": "rotor", "passed": None},
+    ],
+    "analyses": {},
+    "verdict": {
+        "stable": False,
+        "unstable_from_rpm": 700.0,
+        "at_operating": [
+            {"first_forward": {"log_decrement": 0.2, "frequency_hz": 9.0}},
+            {"first_forward": {"log_decrement": -0.1, "frequency_hz": 9.0}},
+        ],
+        "margins": {"passed": None},
+        "vibration": [
+            {"at_operating": {"peak_to_peak_um": 30.0}},
+            {"at_operating": None},
+        ],
+        "alarms": [{"message": "700 rpm: unstable"}],
+    },
+    "peak_memory_gib": None,
+}
+
+
+def test_row_of_a_document_with_nulls_and_a_failed_check(rigid_case):
+    row = row_of_document(rigid_case[0], DOCUMENT, 1.0, 1)
+    said = "check failed: rotor: mass symmetric; 700 rpm: unstable"
+    assert (row.status, row.message) == ("checks_failed", said)
+    assert row.responses == {
+        "verdict.stable": 0.0,
+        "verdict.unstable_from_rpm": 700.0,
+        "verdict.first_forward_log_decrement": -0.1,
+        "verdict.largest_vibration_um": 30.0,
+    }
+    assert row.critical_speed_rpm == (600.0, 900.0)
+    assert row.critical_whirl == ("", "forward")
+    np.testing.assert_array_equal(row.critical_error_estimate, [1e-3, NAN])
+    np.testing.assert_array_equal(row.campbell_frequency_hz, [[NAN]])
+    assert np.isnan(row.peak_memory_gib)
+
+
+def test_row_of_a_failure(rigid_case, tmp_path):
+    row = failed_row(rigid_case[1], "no\x00t \x1b[31mred\nsecond line", 3.0, 2)
+    assert row.status == "failed"
+    assert row.message == "no\\x00t \\x1b[31mred\nsecond line"
+    assert (row.values, row.seconds, row.ranks) == ({"k": 4e5, "m": 4}, 3.0, 2)
+    with open_journal(tmp_path) as journal:
+        journal.append(row)
+        journal.append(replace(row, case="raw", message="nul \x00 and \udcff"))
+    assert same(read_table(write_table(tmp_path)), read_batch(tmp_path))
+    assert json.loads(json.dumps(row_document(row)))["message"] == row.message
+
+
+def test_responses_of_all_kinds():
+    """Of documents as docs/scene.md describes them."""
+    peak = {"frequency_hz": 10.0, "speed_rpm": 600.0, "amplitude_m": 2e-6, "amplification": None}
+    lower = {**peak, "amplitude_m": 1e-6, "speed_rpm": 300.0}
+
+    def exciter(body):
+        return {
+            "bodies": [body],
+            "places": {"r.d": {"major_m": [None, 1e-6, 3e-6]}},
+            "peaks": {"r.d": [lower, peak]},
+            "bearing_force_n": {"front": [1.0, 5.0, None]},
+        }
+
+    margin = {
+        **{"shaft": "r", "margin": -0.3, "required_api_617": 0.1, "verdict_api_617": "ok"},
+        "excited": True,
+    }
+    # no unbalance excites this one, which is the nearest
+    backward = {**margin, "margin": 0.01, "verdict_api_617": "inside margin", "excited": False}
+    inside = {
+        "shaft": "s",
+        "excited": True,
+        "margin": 0.0,
+        "required_api_617": None,
+        "verdict_api_617": "inside margin",
+    }
+    analyses = {
+        "one": {"kind": "unbalance_response", "exciters": [exciter("r")]},
+        "two": {"kind": "unbalance_response", "exciters": [exciter("r"), exciter("s")]},
+        "map": {
+            "kind": "place_map",
+            "places": ["r.a", "r.b"],
+            "amplitude_m": [[1.0, 2.0], [3.0, None]],
+            "peaks": {"r.a": [peak], "r.b": []},
+        },
+        "fall": {"kind": "waterfall", "observed": "r.a", "highest_m": [[1.0, None], [4.0, 2.0]]},
+        "choice": {
+            "kind": "stiffness_study",
+            "chosen_stiffness_n_per_m": 1e7,
+            "chosen_amplitude_m": 1e-5,
+        },
+        "margins": {
+            "kind": "separation_margins",
+            "operating": [{"shaft": "r"}, {"shaft": "s"}, {"shaft": "t"}],
+            "verdict": {"passed": False},
+            "margins": [
+                *(margin, backward, inside),
+                {**margin, "margin": 0.15, "required_api_617": 0.2},
+            ],
+        },
+        "stable": {
+            "kind": "stability",
+            "smallest_log_decrement": [0.1, -0.2],
+            "frequency_hz": [10.0, 10.0],
+            "largest_growth_rate_per_s": [-1.0, 2.0],
+            "threshold": {"speed_rpm": 5000.0},
+        },
+        "start": {"kind": "run_up", "mount": "front", "largest_mount_force_n": 7.0},
+        "stress": {
+            "kind": "recovery",
+            "states": [
+                {
+                    "state": "mode 1/x",
+                    "bodies": {
+                        "r": {
+                            "largest_displacement_m": 1e-3,
+                            "dynamic": {"largest_von_mises_pa": 1e6},
+                            "steady": None,
+                            "total": {"largest_von_mises_pa": 2e6},
+                        }
+                    },
+                }
+            ],
+        },
+        "shapes": {"kind": "mode_shapes", "speeds": []},
+    }
+    assert responses_of(analyses) == {
+        "one.r.d.largest_amplitude_m": 3e-6,
+        "one.r.d.peak_amplitude_m": 2e-6,
+        "one.r.d.peak_speed_rpm": 600.0,
+        "one.front.largest_force_n": 5.0,
+        **{
+            f"two.{body}.{key}": value
+            for body in "rs"
+            for key, value in {
+                "r.d.largest_amplitude_m": 3e-6,
+                "r.d.peak_amplitude_m": 2e-6,
+                "r.d.peak_speed_rpm": 600.0,
+                "front.largest_force_n": 5.0,
+            }.items()
+        },
+        "map.r.a.largest_amplitude_m": 2.0,
+        "map.r.a.peak_amplitude_m": 2e-6,
+        "map.r.a.peak_speed_rpm": 600.0,
+        "map.r.b.largest_amplitude_m": 3.0,
+        "fall.r.a.largest_amplitude_m": 4.0,
+        "choice.chosen_stiffness_n_per_m": 1e7,
+        "choice.chosen_amplitude_m": 1e-5,
+        "margins.passed": 0.0,
+        "margins.r.smallest_margin": 0.15,
+        "margins.r.missed_margins_api_617": 0.0,
+        "margins.r.smallest_excess_api_617": pytest.approx(-0.05),
+        "margins.s.smallest_margin": 0.0,
+        "margins.s.missed_margins_api_617": 1.0,
+        "margins.t.missed_margins_api_617": 0.0,
+        "stable.smallest_log_decrement": -0.2,
+        "stable.largest_growth_rate_per_s": 2.0,
+        "stable.threshold_speed_rpm": 5000.0,
+        "start.front.largest_force_n": 7.0,
+        "stress.mode 1_x.r.largest_displacement_m": 1e-3,
+        "stress.mode 1_x.r.dynamic_largest_von_mises_pa": 1e6,
+        "stress.mode 1_x.r.total_largest_von_mises_pa": 2e6,
+    }

@@ -1,0 +1,306 @@
+"""Refinement ends: rounds that get no better, small machines, rotors that nothing holds."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from solidwhirl.bodies import refinement as dial
+from solidwhirl.bodies.contributions import Contributions
+from solidwhirl.bodies.reduction import first_discretisation
+from solidwhirl.bodies.refinement import Round, rounds_of
+from solidwhirl.cost import forecast as forecasts
+from solidwhirl.cost.forecast import forecast, refuse_too_large, shortage_of
+from solidwhirl.cost.work import predict_cost
+from solidwhirl.model.bodies import build_bodies
+from solidwhirl.model.effects import make_plan
+from solidwhirl.scene_reading.reader import parse_scene
+
+SHAFT = {
+    "material": "steel",
+    "sections": [
+        {"name": "a", "start_m": 0.0, "end_m": 0.5, "outer_radius_m": 0.03},
+        {"name": "b", "start_m": 0.5, "end_m": 1.0, "outer_radius_m": 0.045},
+    ],
+    "interfaces": [{"name": "seat", "kind": "section", "at_m": 0.1}],
+}
+
+
+def free_shaft(to_rpm=3000.0, from_rpm=0.0, support=(), **model):
+    """A shaft of two sections, free or on springs at its one interface."""
+    return parse_scene(
+        {
+            "name": "free",
+            "model": {"level": "harmonic", "accuracy": 2e-3, "compare_coupling": "off", **model},
+            "speeds": {"from_rpm": from_rpm, "to_rpm": to_rpm, "count": 3},
+            "campbell": {"branches": 6},
+            "bodies": {"shaft": SHAFT},
+            "bearings": [{"name": "seat", "first": "shaft.seat", **s} for s in support],
+        }
+    )
+
+
+class Alone:
+    """A communicator of one rank."""
+
+    rank = 0
+
+    @staticmethod
+    def bcast(value, root):
+        return value
+
+
+def rounds(estimates, looked_at=None, shortage=None):
+    """Bodies and rounds of a judge that always wants more and finds these estimates."""
+    looked_at = looked_at or [6] * len(estimates)
+
+    def judge(reduced, number):
+        found = Round(
+            unknowns={"a": number},
+            modes={"a": 4},
+            estimate=estimates[number - 1],
+            parts={},
+            refined=("a: mesh",),
+            looked_at=looked_at[number - 1],
+        )
+        return found, {"a": number + 1}
+
+    def reduce_one(name, chosen, before):
+        assert before is None or before == chosen - 1  # goes on from the last round
+        return chosen
+
+    more = {} if shortage is None else {"shortage": shortage}
+    return rounds_of({"a": 1}, reduce_one, judge, Alone, **more)
+
+
+@pytest.mark.parametrize("worse", [0.2, np.nan, np.inf])
+def test_a_rising_estimate_is_not_followed_by_a_finer_round(worse):
+    bodies, found = rounds([0.3, 0.1, worse, 0.0])
+    assert [r.estimate for r in found[:2]] == [0.3, 0.1]
+    assert len(found) == 3
+    assert bodies == {"a": 2}
+    assert [r.kept for r in found] == [False, True, False]
+    assert [r.stopped for r in found] == ["", "", "the estimate rises"]
+    assert found[2].refined == ()
+
+
+def test_an_estimate_of_more_modes_may_be_larger():
+    """The first basis has not all modes below the excitation; nothing says that meshes do harm."""
+    bodies, found = rounds([0.1, 0.2, 0.05, 0.1], looked_at=[6, 8, 8, 8])
+    assert len(found) == 4
+    assert bodies == {"a": 3}
+    assert [r.kept for r in found] == [False, False, True, False]
+
+
+def test_rounds_without_end_end():
+    bodies, found = rounds(list(0.5 ** np.arange(50)))
+    assert len(found) == 8
+    assert bodies == {"a": 8}
+    assert found[-1].stopped == "8 rounds"
+
+
+def test_a_round_that_memory_can_not_hold_is_not_begun():
+    bodies, found = rounds([0.3, 0.1, 0.05], shortage=lambda todo, _: "full" * (todo["a"] > 2))
+    assert bodies == {"a": 2}
+    assert [r.stopped for r in found] == ["", "full"]
+    assert found[-1].kept
+
+
+@pytest.mark.parametrize(("available", "allowed"), [(1e-3, None), (100.0, 0.2), (100.0, 100.0)])
+def test_memory_is_forecast_before_every_round(monkeypatch, available, allowed):
+    monkeypatch.setattr(forecasts, "available_memory_gib", lambda: available)
+    monkeypatch.setattr(forecasts, "resident_memory_gib", lambda: 0.19)
+    scene = free_shaft(**({} if allowed is None else {"memory_gib": allowed}))
+    bodies = build_bodies(scene)
+    plan = make_plan(scene, bodies, "harmonic")
+    said = []
+    shortage = shortage_of(scene, plan, bodies, said.append)
+    why = shortage({"shaft": first_discretisation(scene, plan, "shaft")}, {})
+    assert said[0].startswith("next round: about ")
+    if min(available, allowed or available) < 1.0:
+        assert why.startswith("the next round needs about ")
+        assert why.endswith(" GiB are left")
+    else:
+        assert why == ""
+
+
+def test_a_solid_leaves_its_mesh_a_share_of_the_accuracy(monkeypatch):
+    """Its mesh is compared later: a truncation of half the accuracy is too much."""
+    scene = free_shaft(level="solid", accuracy=4e-3)
+    bodies = build_bodies(scene)
+    plan = make_plan(scene, bodies, "solid")
+    chosen = first_discretisation(scene, plan, "shaft")
+    result = SimpleNamespace(
+        body=bodies["shaft"], discretisation=chosen, element=SimpleNamespace(full_dofs=9)
+    )
+
+    def refined(error):
+        found = Contributions(
+            shares={("shaft", "mode_truncation"): np.array([error])},
+            speeds_rad_s=np.zeros(1),
+            rates=np.array([1j]),
+            motions={},
+            spin_rad_s={},
+        )
+        monkeypatch.setattr(dial, "error_contributions", lambda *_: found)
+        return dial.next_discretisations(scene, plan, {"shaft": result}, None)[1]
+
+    assert refined(2e-3)["shaft"].modes > chosen.modes
+    assert refined(4e-4) == {}
+
+
+@pytest.mark.parametrize(("level", "others"), [("harmonic", 2), ("beam", 2 + 7)])
+def test_diagrams_of_other_models_are_forecast(level, others):
+    scene = free_shaft(level=level, compare_coupling="on")
+    bodies = build_bodies(scene)
+    plan = make_plan(scene, bodies, level)
+    found = [
+        predict_cost(plan, scene, bodies, modes={"shaft": modes}, estimates=True)
+        for modes in (50, 100)
+    ]
+    spent = [
+        f.whole.seconds["error_estimate"] - f.bodies["shaft"].seconds.get("error_estimate", 0.0)
+        for f in found
+    ]
+    drawn = [f.whole.seconds["campbell"] for f in found]
+    assert spent[1] > spent[0]
+    assert spent[1] - spent[0] == pytest.approx(others * (drawn[1] - drawn[0]))
+
+
+def test_a_first_mesh_above_the_memory_of_the_scene_is_refused():
+    scene = free_shaft(memory_gib=0.01)
+    bodies = build_bodies(scene)
+    plan = make_plan(scene, bodies, "harmonic")
+    with pytest.raises(ValueError, match=r"0\.01 GiB are available"):
+        refuse_too_large(scene, plan, bodies, forecast(scene, plan, bodies))
+
+
+SUPPORTS = {
+    "free": (),
+    "once held": ({"stiffness_n_per_m": 1e7},),
+    "soft": ({"stiffness_n_per_m": 1e2},),
+}
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize("from_rpm", [0.0, 3000.0])
+@pytest.mark.parametrize("support", SUPPORTS)
+def test_rotors_that_nothing_holds_are_refined_as_others_are(support, from_rpm):
+    """Their precession is slow and strains nothing: it has no error that calls for elements."""
+    from solidwhirl.pipeline.run import run_scene
+
+    results = run_scene(free_shaft(6000.0, from_rpm, SUPPORTS[support]))
+    assert results.estimates.largest <= 2e-3
+    assert len(results.rounds) <= 3
+    assert sum(results.rounds[-1].unknowns.values()) < 6000
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize("corner_size_m", [5e-3, 1e-3])
+def test_rigid_motions_have_no_error_of_strain_on_any_mesh(corner_size_m):
+    """K R = 0 and (Kgeo - S) R = 0 in every space, so neither elements nor modes miss anything."""
+    from solidwhirl.bodies.contributions import AskedModes, error_contributions
+    from solidwhirl.pipeline.run import run_scene
+
+    results = run_scene(free_shaft(corner_size_m=corner_size_m, size_m=0.02, order=2, modes=5))
+    element = results.elements["shaft"]
+    rigid = element.rigid_body_modes[:, element.rigid_body_present]
+    n = len(rigid)
+    for form in element.error_forms:
+        blocks = form.gram.reshape(4, n, 4, n)
+        for term in (0, 3):
+            whole = max(np.abs(blocks[term, :, term]).max(), 1e-300)
+            assert np.abs(rigid.T @ blocks[term, :, term] @ rigid).max() <= 1e-14 * whole
+    asked = AskedModes(count=6, frequency_max_hz=None)
+    found = error_contributions(results.system, (300.0,), asked)
+    # forward precession at (Ip / It) Ω of the rigid body, and nothing else, is that slow
+    inertia = element.inertia_kg_m2
+    slow = np.isclose(np.abs(found.rates), 300.0 * inertia[2, 2] / inertia[0, 0], rtol=1e-3)
+    assert slow.sum() == 1
+    assert found.total[slow] < 1e-6
+
+
+@pytest.mark.solver
+def test_modes_whose_critical_speed_is_passed_are_refined_too():
+    """The diagram shows two branches, the accuracy is asked of every critical speed."""
+    from solidwhirl.pipeline.run import run_scene
+
+    scene = free_shaft(60_000.0, 0.0, ({"stiffness_n_per_m": 1e7},))
+    scene = scene.model_copy(update={"campbell": scene.campbell.model_copy(update={"branches": 2})})
+    results = run_scene(scene)
+    assert len(results.critical_speeds) > 4
+    assert results.estimates.critical_speeds.total.max() <= 2e-3
+
+
+@pytest.mark.solver
+def test_bases_of_slender_bodies_lose_no_mode():
+    """Two more modes far above leave the lowest where they are, and Ritz values do not rise."""
+    from solidwhirl.pipeline.run import run_scene
+
+    def lowest(modes):
+        shaft = {"start_m": 0.0, "end_m": 0.0277, "outer_radius_m": 3.2e-4, "name": "shaft"}
+        at = [{"name": n, "kind": "section", "at_m": z} for n, z in (("a", 1.66e-3), ("b", 0.0257))]
+        data = {
+            "name": "slender",
+            "model": {"level": "harmonic", "accuracy": 1.5e-5, "modes": modes, "size_m": 1.5e-4},
+            "bodies": {"wire": {"material": "steel", "sections": [shaft], "interfaces": at}},
+        }
+        data["model"] |= {"corner_size_m": 1.5e-4, "order": 4, "compare_coupling": "off"}
+        return run_scene(parse_scene(data)).elements["wire"].free_frequencies_hz[:6]
+
+    few, more = lowest(7), lowest(9)
+    np.testing.assert_allclose(few, more, rtol=1e-6)
+    assert np.all(more <= few * (1.0 + 1e-8))
+
+
+def wire(**model):
+    """A wire on one spring whose ninth critical speed lies in the range."""
+    ends = ((0.0, 7.33e-3, 1.19e-4), (7.33e-3, 0.01466, 1.242e-4))
+    sections = [
+        {"name": f"s{k}", "start_m": a, "end_m": b, "outer_radius_m": r}
+        for k, (a, b, r) in enumerate(ends)
+    ]
+    at = [{"name": n, "kind": "section", "at_m": z} for n, z in (("a", 8.8e-4), ("b", 0.01363))]
+    size = {"order": 4, "size_m": 2e-4, "corner_size_m": 2e-4}
+    return parse_scene(
+        {
+            "name": "wire",
+            "model": {"level": "harmonic", "compare_coupling": "off", **size, **model},
+            "speeds": {"to_rpm": 9.9e6, "count": 2},
+            "campbell": {"branches": 4},
+            "bodies": {"wire": {"material": "steel", "sections": sections, "interfaces": at}},
+            "bearings": [{"name": "a", "first": "wire.a", "stiffness_n_per_m": 550.0}],
+        }
+    )
+
+
+def frequencies_at_speed(scene):
+    """Results, and the modes at the top speed up to it."""
+    from solidwhirl.pipeline.run import run_scene
+    from solidwhirl.rotordyn import modes_at_speed
+
+    results = run_scene(scene)
+    top = float(results.plan.speeds_rad_s.max())
+    found = modes_at_speed(results.system, top).frequency_hz
+    return results, found[found < top / (2.0 * np.pi)]
+
+
+@pytest.mark.solver
+def test_directions_that_only_fast_modes_need_stay_in_the_basis():
+    """The lowest mode bends a thousand times softer: a trace of it is no trace to the tenth."""
+    few, more = (frequencies_at_speed(wire(modes=m, estimates="off"))[1] for m in (28, 50))
+    np.testing.assert_allclose(few, more, rtol=5e-6)
+
+
+@pytest.mark.solver
+def test_static_answers_to_the_spin_stand_for_modes_of_thickness_shear():
+    """Dozens of bending modes lie below those that warp the sections."""
+    results, few = frequencies_at_speed(wire(accuracy=3e-5))
+    solved = results.bodies["wire"].work.solved["n=1"]
+    assert any(text.startswith("static answers to the spin") for text in solved)
+    assert results.rounds[-1].modes["wire"] <= 30
+    assert results.rounds[-1].parts["mode_truncation"] < 6e-6
+    hundred = frequencies_at_speed(wire(modes=100, estimates="off"))[1]
+    np.testing.assert_allclose(few, hundred, rtol=1e-5)

@@ -1,0 +1,292 @@
+"""What the command refuses besides a wrong scene, its help and the examples in it, completion."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import typer.main
+from typer.testing import CliRunner
+
+from solidwhirl.cli import app
+
+COMMANDS = typer.main.get_command(app).commands
+PROGRAM = Path(sys.executable).parent / "solidwhirl"
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"", ["name: missing", "name: missing"]),
+        (b"name = = 3", ["bad.toml:1:8: is not valid TOML"]),
+        (b'name = "a"\nname = "b"', ["is not valid TOML"]),
+        (b'name = "\xff"', ["bad.toml:1:9: is not UTF-8 text (byte 8)"]),
+        (b"\x00\x01\x02", ["is not valid TOML"]),
+        (b"[" * 100_000, ["is not valid TOML"]),
+        (b"#" * 4_000_001, ["larger than 4000000 bytes"]),
+    ],
+)
+def test_file_that_is_no_scene(invoke, content, said, refusal):
+    done, written = invoke(content)
+    message = refusal(done, "bad.toml")
+    for text in said:
+        assert text in message
+    assert not written
+
+
+def test_file_that_can_not_be_read(tmp_path, refusal):
+    for path, said in ((tmp_path / "none.toml", "No such file"), (tmp_path, "Is a directory")):
+        for command in (["run", str(path), "--out", str(tmp_path / "out")], ["plan", str(path)]):
+            message = refusal(CliRunner().invoke(app, command), path.name)
+            assert f"can not be read: {said}" in message
+            assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--level", "plate"), ["--level", "'auto', 'beam', 'harmonic' or", "found 'plate'"]),
+        (("--accuracy", "5"), ["--accuracy", "less than or equal to 0.1", "found 5.0"]),
+        (("--accuracy", "0"), ["--accuracy", "greater than or equal to 0.000001", "found 0.0"]),
+        (("--accuracy", "nan"), ["--accuracy", "found nan"]),
+    ],
+)
+def test_bad_option(invoke, ferraris, options, said, refusal):
+    done, written = invoke(ferraris, *options)
+    message = refusal(done, "command line")
+    for text in said:
+        assert text in message
+    assert not written
+
+
+def test_option_that_contradicts_the_scene(invoke, ferraris, changed, refusal):
+    done, _ = invoke(changed(ferraris, "[model]", "[model]\norder = 4"), "--level", "solid")
+    assert "--level: order = 4 with level 'solid'" in refusal(done, "command line")
+
+
+def test_option_that_is_no_number(invoke, ferraris):
+    """typer's own message."""
+    done, written = invoke(ferraris, "--accuracy", "fine")
+    assert done.exit_code == 2
+    assert "--accuracy" in done.stderr
+    assert "valid number" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not written
+
+
+def test_output_that_is_no_folder(invoke, ferraris, tmp_path, refusal):
+    (tmp_path / "taken").write_text("kept", encoding="utf-8")
+    for out in ("taken", "taken/below/it"):
+        done, _ = invoke(ferraris, out=out)
+        message = refusal(done, out)
+        assert "can not be written" in message
+        assert "is not a folder" in message
+        assert "mesh " not in message
+    assert (tmp_path / "taken").read_text(encoding="utf-8") == "kept"
+
+
+def test_output_without_permission(invoke, ferraris, tmp_path, monkeypatch, refusal):
+    """By a stand-in for the system's answer, since root may write everywhere."""
+    real = os.access
+
+    def access(path, mode, **options):
+        return Path(path) != tmp_path and real(path, mode, **options)
+
+    monkeypatch.setattr(os, "access", access)
+    done, written = invoke(ferraris)
+    message = refusal(done, "results")
+    assert "can not be written: no permission in" in message
+    assert "mesh " not in message
+    assert not written
+
+
+def test_installed_command(tmp_path, ferraris, changed):
+    """As a user starts it: exit code 2, one line on stderr, no traceback, no folder."""
+    (tmp_path / "bad.toml").write_text(changed(ferraris, "1e10", "-inf"), encoding="utf-8")
+    command = [str(PROGRAM), "run", "bad.toml", "--out", "out"]
+    done = subprocess.run(
+        command,
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONWARNINGS": "error"},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert len(done.stderr.strip().splitlines()) <= 2  # both diagonal entries of the matrix
+    line = 1 + ferraris[: ferraris.index("1e10")].count("\n")
+    assert f"bad.toml:{line}:1: bearings[0].stiffness_n_per_m" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def shown_examples(name):
+    """Lines of the examples in a command's help."""
+    help_text = COMMANDS[name].epilog if name else typer.main.get_command(app).epilog
+    head, *lines = help_text.split("\n\n")
+    assert head == "Examples:"
+    return lines
+
+
+@pytest.mark.parametrize("name", [*COMMANDS, ""])
+def test_every_command_has_help_with_examples(name):
+    done = CliRunner().invoke(app, [*([name] if name else []), "--help"], env={"COLUMNS": "80"})
+    assert done.exit_code == 0
+    shown = done.stdout
+    assert "Usage: " in shown
+    for line in shown_examples(name):
+        assert f" {line} " in shown.replace("\n", " \n"), "broken over two lines"
+        words = shlex.split(line)
+        at = words.index("solidwhirl")
+        assert words[at + 1] == name or not name
+    assert shown_examples(name)
+
+
+def test_help_keeps_brackets():
+    """They are no markup: of a batch, the scenes may have a table [sweep]."""
+    assert "[sweep]" in CliRunner().invoke(app, ["batch", "--help"]).stdout
+
+
+@pytest.mark.parametrize("words", [("--help",), ("plan", "--help"), ("plan", "--leve")])
+def test_a_plain_terminal_gets_plain_help(words):
+    environment = {**os.environ, "TERM": "dumb", "COLUMNS": "80"}
+    environment.pop("FORCE_COLOR", None)
+    done = subprocess.run(
+        [PROGRAM, *words], env=environment, capture_output=True, text=True, check=False
+    )
+    shown = done.stdout + done.stderr
+    assert shown.isascii(), "boxes or colours"
+    assert "\x1b" not in shown
+    assert "solidwhirl" in shown
+    if words[-1] == "--help":
+        assert "--help" in shown
+        assert "\n\n  Examples:\n\n  solidwhirl " in shown
+
+
+# In an order in which what one example writes is there for the next; those that search or compute
+# many cases take a minute.
+QUICK = ("init", "run", "check", "geometry", "export", "formats", "schema", "plan", "version")
+LONG = ("doctor", "batch batch-pictures", "study", "identify", "pictures")
+
+
+def run_examples(names, folder, root):
+    (folder / "scenes").symlink_to(root / "scenes", target_is_directory=True)
+    environment = {**os.environ, "PATH": f"{PROGRAM.parent}{os.pathsep}{os.environ['PATH']}"}
+    for name in names:
+        for line in shown_examples(name):
+            words = shlex.split(line)
+            if words[0] == "solidwhirl" and name in QUICK:
+                done = CliRunner().invoke(app, words[1:])
+                code, said = done.exit_code, done.output
+            else:
+                mpi = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+                done = subprocess.run(
+                    words,
+                    cwd=folder,
+                    env={**environment, **mpi, "OMPI_MCA_rmaps_base_oversubscribe": "1"},
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.STDOUT,
+                    text=True,
+                    check=False,
+                )
+                code, said = done.returncode, done.stdout
+            assert code == 0, f"{line}: {said}"
+
+
+@pytest.mark.solver
+def test_examples_run(tmp_path, monkeypatch, root):
+    """As they are typed, in a folder with the scenes of the project."""
+    monkeypatch.chdir(tmp_path)
+    run_examples(QUICK, tmp_path, root)
+    assert (tmp_path / "out" / "laval" / "results.json").is_file()
+
+
+@pytest.mark.verify
+@pytest.mark.solver
+@pytest.mark.mpi
+@pytest.mark.parametrize("name", LONG)
+def test_long_examples_run(tmp_path, root, name):
+    run_examples(name.split(), tmp_path, root)
+
+
+def test_all_examples_are_run():
+    assert sorted([*QUICK, *" ".join(LONG).split()]) == sorted(COMMANDS)
+
+
+@pytest.fixture(scope="module")
+def completed(tmp_path_factory):
+    """Function: what bash proposes after a line, by the script that the program gives."""
+    folder = tmp_path_factory.mktemp("completion")
+    (folder / "mine.toml").touch()
+    # as --show-completion prints it, without a look at which shell this is
+    script = subprocess.run(
+        [str(PROGRAM)],
+        env={**os.environ, "_SOLIDWHIRL_COMPLETE": "source_bash"},
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    (folder / "complete.sh").write_text(script, encoding="utf-8")
+
+    def propose(line):
+        words = line.split(" ")
+        asked = (
+            "source ./complete.sh\n"
+            f"COMP_WORDS=({' '.join(shlex.quote(w) for w in words)})\n"
+            f"COMP_CWORD={len(words) - 1}\n"
+            "_solidwhirl_completion solidwhirl\n"
+            'printf "%s\\n" "${COMPREPLY[@]}"\n'
+        )
+        path = f"{PROGRAM.parent}{os.pathsep}{os.environ['PATH']}"
+        done = subprocess.run(
+            ["bash", "--norc", "-c", asked],
+            cwd=folder,
+            env={**os.environ, "PATH": path},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.stderr == ""
+        return done.stdout.split()
+
+    propose.script = script
+    return propose
+
+
+def test_completion_in_bash(completed):
+    assert "complete -o default -F _solidwhirl_completion solidwhirl" in completed.script
+    assert set(completed("solidwhirl ")) == set(COMMANDS)
+    assert "--accuracy" in completed("solidwhirl run --")
+    assert completed("solidwhirl export --format s") == ["sid"]
+
+
+@pytest.mark.verify
+def test_more_completion_in_bash(completed):
+    assert completed("solidwhirl pl") == ["plan"]
+    assert completed("solidwhirl run --level ha") == ["harmonic"]
+    assert completed("solidwhirl init --kind t") == ["twin"]
+
+
+@pytest.mark.verify
+def test_completion_is_installed_for_bash(tmp_path):
+    done = subprocess.run(
+        ["bash", "-c", f"{shlex.quote(str(PROGRAM))} --install-completion bash"],
+        env={
+            **os.environ,
+            "HOME": str(tmp_path),
+            "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1",
+        },
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "solidwhirl" in (tmp_path / ".bashrc").read_text(encoding="utf-8")
+    scripts = list((tmp_path / ".bash_completions").iterdir())
+    assert [path.name for path in scripts] == ["solidwhirl.sh"]

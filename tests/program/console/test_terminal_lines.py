@@ -1,0 +1,360 @@
+"""Messages about a scene file point at the line and column they are about."""
+
+from __future__ import annotations
+
+import random
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from solidwhirl.core.errors import SceneError
+from solidwhirl.scene_reading.lines import line_of, with_lines
+from solidwhirl.scene_reading.reader import parse_scene, read_scene
+from solidwhirl.scene_reading.toml_places import Places
+
+FOLDER = Path(__file__).resolve().parents[3] / "scenes"
+SCENES = sorted(FOLDER.glob("**/*.toml"))
+ADDED = "zz"
+
+
+def paths(value, path=()):
+    """Paths of everything in a document."""
+    items = value.items() if isinstance(value, dict) else enumerate(value)
+    for key, inner in items:
+        yield (*path, key)
+        if isinstance(inner, dict | list):
+            yield from paths(inner, (*path, key))
+
+
+def at(data, path):
+    for part in path:
+        data = data[part]
+    return data
+
+
+def index_of(text, place):
+    """Index of a line and column, counted without the program's help."""
+    lines = text.split("\n")
+    return sum(len(line) + 1 for line in lines[: place.line - 1]) + place.column - 1
+
+
+def renamed(text, place):
+    """The text with its key at a place called otherwise."""
+    index = index_of(text, place)
+    index += text[index] in "\"'"  # into the quotes
+    return text[:index] + ADDED + text[index:]
+
+
+@pytest.mark.parametrize("scene", SCENES, ids=lambda p: p.stem)
+def test_every_key_of_a_scene_has_a_place(scene):
+    """Where a place says a key stands, another name changes that key and nothing else.
+
+    The judge is Python's own TOML parser.
+    """
+    text = scene.read_text(encoding="utf-8")
+    data = tomllib.loads(text)
+    places = Places(text)
+    own = [path for path in paths(data) if isinstance(path[-1], str)]
+    assert all(places.position(path) for path in paths(data))
+    # keys of tables whose name stands in more headers than one can not be renamed by one change
+    leaves = [path for path in own if not isinstance(at(data, path), dict | list)]
+    for path in random.Random(1).sample(leaves, min(12, len(leaves))):
+        changed = tomllib.loads(renamed(text, places.position(path)))
+        holder = at(changed, path[:-1])
+        assert holder.pop(ADDED + path[-1]) == at(data, path)
+        expected = dict(at(data, path[:-1]))
+        del expected[path[-1]]
+        assert holder == expected
+
+
+def test_elements_of_lists_stand_where_their_values_begin():
+    text = 'a = [1, [ 22,\n 333 ], "x # y", { k = 4 }]\n[[b]]\n\n[[b]]\n  c.d = [5]\n'
+    places = Places(text)
+    begins = {
+        ("a", 0): "1",
+        ("a", 1): "[ 22",
+        ("a", 1, 1): "333",
+        ("a", 2): '"x #',
+        ("a", 3): "{ k",
+        ("a", 3, "k"): "k = 4",
+        ("b", 0): "[[b]]\n\n",
+        ("b", 1): "[[b]]\n  c",
+        ("b", 1, "c", "d"): "d = [",
+        ("b", 1, "c", "d", 0): "5",
+    }
+    for path, begin in begins.items():
+        assert text[index_of(text, places.position(path)) :].startswith(begin), path
+    assert places.position(("a", 4)) is None
+    assert places.position(()) is None
+
+
+KEYS = st.one_of(
+    st.from_regex(r"[A-Za-z0-9_-]{1,6}", fullmatch=True),
+    st.text(st.characters(codec="utf-8", exclude_categories=("Cc", "Cs")), max_size=5),
+)
+ODD = (
+    '"a = 1 # no"',
+    "'[[x]]'",
+    '"""\n"quoted"\nb = 2\n"""',
+    "'''\n''x''\n'''",
+    "1979-05-27 07:32:00",
+    "-1.5e3",
+    "true",
+    '"\\"]"',
+)
+VALUES = st.recursive(
+    st.sampled_from(ODD),
+    lambda inner: st.one_of(st.lists(inner, max_size=3), st.dictionaries(KEYS, inner, max_size=3)),
+    max_leaves=6,
+)
+GAPS = st.sampled_from(["", " ", "  "])
+LINES = st.sampled_from(["", "# [t]\n", "\n", "  # a = 1\n\t\n"])
+
+
+class Writer:
+    """Writes a document as TOML and notes where everything begins."""
+
+    def __init__(self, draw):
+        self.draw, self.text, self.places = draw, "", {}
+
+    def key(self, name):
+        bare = re.fullmatch(r"[A-Za-z0-9_-]+", name)
+        escaped = name.replace("\\", "\\\\").replace('"', '\\"')
+        self.text += name if bare else f'"{escaped}"'
+
+    def value(self, value, path):
+        if isinstance(value, str):
+            self.text += value
+            return
+        is_table = isinstance(value, dict)
+        self.text += "{" if is_table else "["
+        for k, (key, inner) in enumerate(value.items() if is_table else enumerate(value)):
+            gap = "" if is_table else "\n " * self.draw(st.integers(0, 1))
+            self.text += (", " if k else "") + gap + self.draw(GAPS)
+            self.places[(*path, key)] = len(self.text)
+            if is_table:
+                self.key(key)
+                self.text += self.draw(GAPS) + "="
+                self.text += self.draw(GAPS)
+            self.value(inner, (*path, key))
+        self.text += self.draw(GAPS) + ("}" if is_table else "]")
+
+    def table(self, table, path):
+        for key, value in table.items():
+            self.text += self.draw(LINES) + self.draw(GAPS)
+            self.places[(*path, key)] = len(self.text)
+            self.key(key)
+            self.text += " = "
+            self.value(value, (*path, key))
+            self.text += self.draw(st.sampled_from(["\n", " # b = 3\n"]))
+
+
+TABLES = st.dictionaries(KEYS, VALUES, max_size=3)
+
+
+@st.composite
+def documents(draw):
+    """A text, and the index where each key and element begins."""
+    writer = Writer(draw)
+    top = draw(TABLES)
+    writer.table(top, ())
+    names = draw(st.lists(KEYS.filter(lambda k: k not in top), max_size=3, unique=True))
+    for name in names:
+        elements = draw(st.one_of(st.none(), st.lists(TABLES, min_size=1, max_size=3)))
+        for k, table in enumerate([draw(TABLES)] if elements is None else elements):
+            writer.text += draw(LINES)
+            path = (name,) if elements is None else (name, k)
+            writer.places[path] = len(writer.text)
+            writer.places.setdefault((name,), len(writer.text))
+            writer.text += "[" if elements is None else "[["
+            writer.key(name)
+            writer.text += "]\n" if elements is None else "]]\n"
+            writer.table(table, path)
+    return writer.text, writer.places
+
+
+@settings(max_examples=20, deadline=None)
+@given(documents())
+def test_places_are_those_of_the_writer(found):
+    text, written = found
+    assert set(paths(tomllib.loads(text))) == set(written)  # the writer writes TOML
+    places = Places(text)
+    told = {path: index_of(text, places.position(path)) for path in written}
+    assert told == written
+
+
+@pytest.mark.parametrize("scene", [p for p in SCENES if p.parent == FOLDER], ids=lambda p: p.stem)
+def test_a_wrong_key_is_found_again(tmp_path, scene):
+    """A key of the scene is called otherwise: the message points at it, to the column."""
+    text = scene.read_text(encoding="utf-8")
+    data = tomllib.loads(text)
+    places = Places(text)
+    fixed = [
+        path
+        for path in paths(data)
+        if isinstance(path[-1], str)
+        and not isinstance(at(data, path), dict | list)
+        and not {"materials", "interfaces", "values"} & {*path[:-1]}
+    ]
+    for path in random.Random(2).sample(fixed, 6):
+        place = places.position(path)
+        with pytest.raises(SceneError) as caught:
+            parse_scene(tomllib.loads(renamed(text, place)), tmp_path / "s.toml", folder=FOLDER)
+        (tmp_path / "s.toml").write_text(renamed(text, place), encoding="utf-8")
+        message = str(with_lines(caught.value))
+        wanted = rf"^.*s\.toml:{place.line}:{place.column}: \S*{ADDED}{path[-1]}: unknown key"
+        assert re.search(wanted, message, re.MULTILINE), (path, message)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "spot", "said"),
+    [
+        ("end_m = 0.4, outer", "end_m = -0.4, outer", '{ name = "shaft"', "bodies.inner: "),
+        ("start_m = 0.0, end_m", "end_m", '{ name = "shaft"', "start_m: missing"),
+        ("stiffness_n_per_m = 1e10", 'stiffness_n_per_m = "hard"', "stiffness_n_per_m", "valid"),
+        ('second = "outer.C"', 'second = "outer.Z"', 'second = "outer.Z"', "no interface"),
+        ("[speeds]", "[speeds]\ncolour = 1", "colour", "unknown key"),
+        ('observe = ["inner.disk"]', 'observe = ["inner.disc"]', '"inner.disc"', "inner.disc"),
+        ("branches = 6", "branches = = 6", "= 6", "is not valid TOML"),
+    ],
+)
+def test_place_of_a_refusal(invoke, ferraris, changed, refusal, old, new, spot, said):
+    text = changed(ferraris, old, new)
+    message = refusal(invoke(text)[0], "bad.toml").splitlines()[0]
+    found = re.search(r"bad\.toml:(\d+):(\d+): (.*)", message)
+    assert found, message
+    assert said in found[3]
+    begin = text.split("\n")[int(found[1]) - 1][int(found[2]) - 1 :]
+    assert begin.startswith(spot), begin
+
+
+LAVAL = (FOLDER / "laval.toml").read_text(encoding="utf-8")
+SHAFT = '{ name = "shaft", start_m = 0.0, end_m = 1.0, outer_radius_m = 0.01 }'
+MIDDLE = '{ name = "middle", kind = "section", at_m = 0.5 }'
+OVER = '{ name = "over", start_m = 0.5, end_m = 0.8, outer_radius_m = 0.02 }'
+AWAY = '{ name = "away", start_m = 1.5, end_m = 1.8, outer_radius_m = 0.02 }'
+GEOMETRY = {
+    "interface outside": (MIDDLE, MIDDLE.replace("0.5", "1.5"), '{ name = "middle"', "outside"),
+    "two of a name": (
+        MIDDLE,
+        MIDDLE.replace("middle", "left"),
+        '{ name = "left", kind = "section", at_m = 0.5',
+        "two interfaces",
+    ),
+    "same surface": (MIDDLE, MIDDLE.replace("0.5", "0.0"), '{ name = "middle"', "same surface"),
+    "overlap": (SHAFT, f"{SHAFT},\n  {OVER}", '{ name = "over"', "overlap"),
+    "pieces": (SHAFT, f"{SHAFT},\n  {AWAY}", '{ name = "away"', "2 pieces"),
+    "radii": (
+        SHAFT,
+        SHAFT.replace("0.01", "0.01, inner_radius_m = 0.02"),
+        '{ name = "shaft"',
+        "crossing",
+    ),
+    "material of the body": (
+        '"light_steel"\n',
+        '"cheese"\n',
+        'material = "cheese"',
+        "unknown material",
+    ),
+    "material of a section": (
+        SHAFT,
+        SHAFT.replace(" }", ', material = "cheese" }'),
+        'material = "cheese"',
+        "unknown material",
+    ),
+    "no material": ('material = "light_steel"\n', "", '{ name = "shaft"', "no material"),
+    "disk": ('interface = "middle"', 'interface = "muddle"', '{ name = "disk"', "'muddle'"),
+    "fillet radius": (
+        'material = "light_steel"\n',
+        'material = "steel"\nfillet_radius_m = 1e-12\n',
+        "[bodies.rotor]",
+        "fillet",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", GEOMETRY)
+def test_place_of_a_refused_geometry(invoke, changed, refusal, case):
+    """The entry of the body that does not fit, not the header of the body."""
+    old, new, spot, said = GEOMETRY[case]
+    text = changed(LAVAL, old, new)
+    if case == "fillet radius":  # needs a corner
+        text = changed(
+            text, SHAFT, f"{SHAFT},\n  {OVER.replace('outer', 'inner_radius_m = 0.01, outer')}"
+        )
+    message = refusal(invoke(text)[0], "bad.toml").splitlines()[0]
+    found = re.search(r"bad\.toml:(\d+):(\d+): bodies\.rotor: (.*)", message)
+    assert found and said in found[3], message
+    begin = text.split("\n")[int(found[1]) - 1][int(found[2]) - 1 :]
+    assert begin.startswith(spot), begin
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "is_comma"),
+    [
+        ("to_rpm = 6000", "to_rpm = 0,14", True),
+        ("to_rpm = 6000", "to_rpm = -0,14e3  # x", True),
+        ("end_m = 1.0,", "end_m = 1,0,", True),
+        ("mass_kg = 5.0,", "mass_kg = 5,14e-1 ,", True),
+        ("to_rpm = 6000", "to_rpm = 6000, 5", False),
+        ("to_rpm = 6000", "to_rpm = [0,14 3]", False),
+        ("to_rpm = 6000", "to_rpm = [0,14;", False),
+        ("to_rpm = 6000", "to_rpm = 6000 count", False),
+        ("end_m = 1.0,", "end_m 1.0,", False),
+        ("end_m = 1.0,", "end_m = 1.0,, ", False),
+    ],
+)
+def test_syntax_is_said_with_one_place(tmp_path, changed, old, new, is_comma):
+    """And a decimal comma with a hint, where the text there is one."""
+    path = tmp_path / "s.toml"
+    path.write_text(changed(LAVAL, old, new), encoding="utf-8")
+    with pytest.raises(SceneError) as caught:
+        read_scene(path)
+    message = str(caught.value)
+    place = re.search(r"\(at line (\d+), column (\d+)\)", str(caught.value.__cause__))
+    assert message.startswith(f"{path}:{place[1]}:{place[2]}: is not valid TOML: ")
+    assert str(with_lines(caught.value)) == message
+    assert "(at" not in message
+    assert message.endswith("a decimal point is wanted, not a comma") == is_comma
+
+
+def test_further_problems_stand_below_the_first(invoke, changed, refusal):
+    text = changed(LAVAL, "count = 13", "count = 13.5\ncolour = 3")
+    first, *others = refusal(invoke(text)[0], "bad.toml").splitlines()
+    assert first.startswith("error: ")
+    assert len(others) == 1
+    assert re.match(r" {7}\S*bad\.toml:\d+:1: speeds\.colour: ", others[0])
+
+
+def test_text_that_is_not_utf8(tmp_path):
+    path = tmp_path / "s.toml"
+    path.write_bytes('name = "a"\ntitle = "ä'.encode() + b'\xff"\n')
+    with pytest.raises(SceneError) as caught:
+        read_scene(path)
+    # after ä, which is two bytes and one character
+    assert str(with_lines(caught.value)).startswith(f"{path}:2:11: is not UTF-8 text (byte 22)")
+
+
+def test_end_of_the_text(tmp_path):
+    path = tmp_path / "s.toml"
+    path.write_text('name = "a"\nnotes = [\n', encoding="utf-8")
+    with pytest.raises(SceneError) as caught:
+        read_scene(path)
+    assert str(with_lines(caught.value)).startswith(f"{path}:3:1: is not valid TOML")
+
+
+def test_what_has_no_place_stays_as_it_is(tmp_path):
+    path = tmp_path / "s.toml"
+    path.write_text("a = 1\n", encoding="utf-8")
+    for message in ("b: unknown", "a lot is wrong", "scene: needs a body", "nothing"):
+        assert line_of(path, message) == f"{path}: {message}"
+    assert line_of(path, "a.b[3]: missing") == f"{path}:1:1: a.b[3]: missing"
+    for other in (tmp_path, tmp_path / "none.toml", Path("/dev/zero"), Path("a\0b")):
+        assert line_of(other, "a: wrong") == f"{other}: a: wrong"
+    long = SceneError(path, ["a: wrong " + "x" * 300] * 90)
+    assert len(str(with_lines(long))) < 3200
+    assert str(with_lines(long)).splitlines()[-1].endswith("more like these")

@@ -1,0 +1,249 @@
+"""Predicted unknowns, time and memory against runs, scaling laws, and refusals made of them."""
+
+from __future__ import annotations
+
+import re
+import time
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from solidwhirl.core.machine import MachineSpeed, machine_speed
+from solidwhirl.cost import coefficients as cost_coefficients
+from solidwhirl.cost.forecast import cost_rows
+from solidwhirl.cost.memory import MemoryShortageError, refuse_what_does_not_fit
+from solidwhirl.cost.work import (
+    ESTIMATES,
+    REFERENCE_MACHINE,
+    STAGES,
+    CostError,
+    predict_body_cost,
+    predict_cost,
+)
+from solidwhirl.meshing import mesh_meridian
+from solidwhirl.model.bodies import build_bodies
+from solidwhirl.model.effects import make_plan
+from solidwhirl.scene_reading.reader import parse_scene
+
+MODES = 8
+
+
+@pytest.fixture
+def planned():
+    """Function: scene, bodies and plan of scene data."""
+
+    def plan(data, **model):
+        scene = parse_scene({**data, "model": {**data.get("model", {}), **model}})
+        bodies = build_bodies(scene)
+        return scene, bodies, make_plan(scene, bodies)
+
+    return plan
+
+
+@pytest.fixture
+def rotor(planned, small_scene):
+    """The small scene's rotor: its body, and the plan with a finer mesh."""
+    _, bodies, plan = planned(small_scene(), level="harmonic", order=3, corner_size_m=1e-4)
+    return bodies["rotor"], plan.bodies["rotor"]
+
+
+def sized(plan, factor=1.0, degree=None):
+    """The plan with sizes multiplied by a factor."""
+    size = plan.resolution.size
+    size = replace(size, size_m=factor * size.size_m, corner_size_m=factor * size.corner_size_m)
+    degree = degree or plan.resolution.degree
+    return replace(plan, resolution=replace(plan.resolution, size=size, degree=degree))
+
+
+@pytest.mark.parametrize("name", ["uhbr_lp", "uhbr_fan", "ferraris", "laval"])
+def test_unknowns_of_scenes_within_a_factor_of_one_and_a_half(planned, scene_data, name):
+    _, bodies, plan = planned(scene_data(name), level="harmonic")
+    for key, body in bodies.items():
+        own = plan.bodies[key]
+        cells = mesh_meridian(body, own.resolution.size).cells[:, :3]
+        pairs = np.vstack([cells[:, [0, 1]], cells[:, [1, 2]], cells[:, [2, 0]]])
+        edges = len(np.unique(np.sort(pairs, axis=1), axis=0))
+        families = sum(2 if order else 1 for order in own.orders)
+        for p in (2, 3, 4):
+            inside = (p - 1) * (p - 2) // 2
+            nodes = len(np.unique(cells)) + (p - 1) * edges + inside * len(cells)
+            cost = predict_body_cost(body, sized(own, degree=p), modes=MODES)
+            assert 1 / 1.5 < cost.unknowns / (3 * families * nodes) < 1.5, (key, p)
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize(
+    ("level", "extra", "factor"),
+    [("harmonic", {}, 1.5), ("harmonic", {"axial_stiffness_n_per_m": 1e7}, 1.5), ("solid", {}, 2)],
+)
+def test_prediction_of_a_run(planned, small_scene, level, extra, factor):
+    """Unknowns as in the results; coordinates are an upper bound that is not far off."""
+    from solidwhirl.pipeline.run import run_scene
+
+    data = small_scene(bearing=extra)
+    data["model"] = {"level": level, "accuracy": 0.1, "modes": MODES, "corner_size_m": 6e-3}
+    data["model"]["estimates"] = "off"
+    data["campbell"] = {"branches": 4}
+    scene, bodies, plan = planned(data)
+    cost = predict_cost(plan, scene, bodies, modes={"rotor": MODES}).whole
+    results = run_scene(scene)
+    made = results.bodies["rotor"].element
+    assert 1.0 / factor < cost.unknowns / made.full_dofs < factor
+    # modes at rest and at the top speed may be the same vectors, so there can be fewer
+    assert 0.6 * cost.coordinates <= len(made.coordinates) <= cost.coordinates
+
+
+def test_nothing_is_negative_and_stages_are_in_order(rotor):
+    body, plan = rotor
+    cost = predict_body_cost(body, plan, modes=MODES, estimates=ESTIMATES)
+    assert all(spent >= 0.0 for spent in cost.seconds.values())
+    assert list(cost.seconds) == [stage for stage in STAGES if stage in cost.seconds]
+    assert {"meshing", "assembly", "factorisations", "eigensolutions"} <= set(cost.seconds)
+    assert cost.total_s == pytest.approx(sum(cost.seconds.values()))
+    for table in (cost_coefficients.LAWS, cost_coefficients.MEMORY, cost_coefficients.MESHING):
+        assert all(value >= 0.0 for row in table.values() for value in row)
+
+
+@pytest.mark.parametrize("level", ["harmonic", "solid"])
+def test_finer_meshes_cost_more(planned, small_scene, level):
+    _, bodies, plan = planned(small_scene(), level=level, size_m=0.02)
+    costs = [
+        predict_body_cost(bodies["rotor"], sized(plan.bodies["rotor"], f), modes=MODES)
+        for f in (1.0, 0.5, 0.25)
+    ]
+    for coarse, fine in pairwise(costs):
+        assert fine.unknowns > coarse.unknowns
+        assert fine.peak_memory_gib > coarse.peak_memory_gib
+        for stage, spent in coarse.seconds.items():
+            assert fine.seconds[stage] > spent, stage
+
+
+def test_more_modes_interfaces_and_estimates_cost_more(rotor):
+    body, plan = rotor
+    base = predict_body_cost(body, plan, modes=MODES)
+    modes = predict_body_cost(body, plan, modes=4 * MODES)
+    assert modes.seconds["eigensolutions"] > base.seconds["eigensolutions"]
+    assert modes.seconds["factorisations"] == base.seconds["factorisations"]
+    assert modes.coordinates > base.coordinates
+    tilting = dict.fromkeys(plan.interface_components, ("ux", "uy", "rx", "ry"))
+    tilt = predict_body_cost(body, replace(plan, interface_components=tilting), modes=MODES)
+    # each of the 4 further motions brings a constraint mode and its inertia correction
+    assert tilt.coordinates == base.coordinates + 8
+    assert tilt.seconds["static_solutions"] > base.seconds["static_solutions"]
+    truncation = predict_body_cost(body, plan, modes=MODES, estimates=ESTIMATES[:1])
+    both = predict_body_cost(body, plan, modes=MODES, estimates=ESTIMATES)
+    assert 0.0 < truncation.seconds["error_estimate"] < both.seconds["error_estimate"]
+    assert both.peak_memory_gib > base.peak_memory_gib
+
+
+def test_factorisations_and_matrices_as_planned(rotor):
+    """Counts of the plan multiply what one costs."""
+    body, plan = rotor
+    base = predict_body_cost(body, plan, modes=MODES)
+    twice = replace(plan, matrices=2 * plan.matrices, factorisations=plan.factorisations + 1)
+    cost = predict_body_cost(body, twice, modes=MODES)
+    assert cost.seconds["assembly"] == pytest.approx(2.0 * base.seconds["assembly"])
+    share = (plan.factorisations + 1) / plan.factorisations
+    assert cost.seconds["factorisations"] == pytest.approx(share * base.seconds["factorisations"])
+
+
+def test_engine_grows_with_the_cube_of_its_coordinates(planned, small_scene):
+    scene, bodies, plan = planned(small_scene(rpm=np.linspace(0.0, 3e4, 11)), level="harmonic")
+    costs = [predict_cost(plan, scene, bodies, modes={"rotor": m}).whole for m in (400, 800, 1600)]
+    n = [c.coordinates for c in costs]
+    drawn = [c.seconds["campbell"] for c in costs]
+    # differences take out the part that does not grow
+    ratio = (drawn[2] - drawn[1]) / (drawn[1] - drawn[0])
+    assert ratio == pytest.approx((n[2] ** 3 - n[1] ** 3) / (n[1] ** 3 - n[0] ** 3), rel=1e-9)
+    still = planned(small_scene(rpm=(0.0,)), level="harmonic")
+    assert (
+        predict_cost(still[2], still[0], still[1], modes={"rotor": 8}).whole.seconds[
+            "critical_speeds"
+        ]
+        == 0.0
+    )
+
+
+def test_a_machine_twice_as_fast_takes_half_the_time(rotor):
+    body, plan = rotor
+    fast = MachineSpeed(
+        gflops=2.0 * REFERENCE_MACHINE.gflops, gbytes_per_s=2.0 * REFERENCE_MACHINE.gbytes_per_s
+    )
+    base = predict_body_cost(body, plan, modes=MODES)
+    cost = predict_body_cost(body, plan, modes=MODES, machine=fast)
+    assert cost.total_s == pytest.approx(0.5 * base.total_s)
+    assert cost.peak_memory_gib == base.peak_memory_gib
+
+
+def test_this_machine_is_measured_quickly():
+    start = time.process_time()
+    speed = machine_speed()
+    assert time.process_time() - start < 0.1
+    # between a slow single-board computer and several times today's fastest core
+    assert 0.1 < speed.gflops < 1000.0
+    assert 0.1 < speed.gbytes_per_s < 1000.0
+
+
+def test_estimate_of_the_mesh_is_for_the_meridian(rotor):
+    body, plan = rotor
+    solid = replace(plan, level="solid", resolution=replace(plan.resolution, degree=2))
+    with pytest.raises(CostError, match=r"'mesh' of level solid: allowed are mode_truncation$"):
+        predict_body_cost(body, solid, modes=MODES, estimates=ESTIMATES)
+
+
+def test_beams_cost_next_to_nothing(rotor):
+    body, plan = rotor
+    cost = predict_body_cost(body, replace(plan, level="beam"), modes=MODES)
+    assert cost.unknowns < 100
+    assert cost.total_s < 0.1
+
+
+def test_what_does_not_fit_is_refused_with_what_does(planned, small_scene):
+    scene, bodies, plan = planned(small_scene(), level="solid", size_m=2e-3, corner_size_m=2e-3)
+    asked = {"modes": {"rotor": MODES}}
+    refuse_what_does_not_fit(bodies, plan.bodies, scene.model, available_gib=1e3, **asked)
+    with pytest.raises(MemoryShortageError) as refused:
+        refuse_what_does_not_fit(bodies, plan.bodies, scene.model, available_gib=1.5, **asked)
+    text = str(refused.value)
+    assert text.startswith("bodies.rotor: level solid, element order 2, would have about ")
+    assert "1.5 GiB are available" in text
+    assert "level = 'harmonic'" in text
+    # every alternative is said to need less than there is
+    needed = [float(v) for v in re.findall(r"need about ([\d.e+]+) GiB", text)]
+    assert needed[0] > 1.5
+    assert len(needed) == 3
+    assert max(needed[1:]) <= 1.5
+    # and the sizes that it names are accepted
+    size, corner = re.search(r"size_m = (\S+) with corner_size_m = (\S+) ", text).groups()
+    scene, bodies, plan = planned(
+        small_scene(), level="solid", size_m=float(size), corner_size_m=float(corner)
+    )
+    refuse_what_does_not_fit(bodies, plan.bodies, scene.model, available_gib=1.5, **asked)
+
+
+def test_refusal_when_nothing_fits(planned, small_scene):
+    scene, bodies, plan = planned(small_scene(), level="harmonic", corner_size_m=1e-4)
+    with pytest.raises(MemoryShortageError, match="No coarser mesh of its rule fits"):
+        refuse_what_does_not_fit(
+            bodies,
+            plan.bodies,
+            scene.model,
+            modes={"rotor": MODES},
+            available_gib=0.5 * cost_coefficients.BASE_GIB,
+        )
+
+
+def test_table(planned, small_scene):
+    scene, bodies, plan = planned(small_scene(), level="harmonic")
+    cost = predict_cost(plan, scene, bodies, modes={"rotor": MODES}, estimates=True)
+    rows = cost_rows(cost)
+    assert rows[0] == ("what", "unknowns", "predicted s", "predicted GiB")
+    assert rows[1][:2] == ("rotor", str(cost.bodies["rotor"].unknowns))
+    assert any("error estimate" in row[0] for row in rows)
+    assert rows[-1][0] == "all"
+    assert float(rows[-1][2]) == pytest.approx(cost.whole.total_s, rel=0.06)  # two digits
+    # parts add up to all: shown with two digits each
+    parts = [row for row in rows[2:-1] if row[0].startswith("  ") or not row[3]]
+    assert sum(float(row[2]) for row in parts) == pytest.approx(cost.whole.total_s, rel=0.06)

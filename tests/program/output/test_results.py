@@ -1,0 +1,386 @@
+"""The folder of a run: names and shapes that other programs rely on, and that it is whole."""
+
+from __future__ import annotations
+
+import json
+import math
+import struct
+
+import meshio
+import numpy as np
+import pytest
+
+from solidwhirl.scene_reading.reader import parse_scene, scene_hash
+
+pytestmark = pytest.mark.solver
+
+FILES = {
+    "SHA256SUMS",
+    "results.json",
+    "report.md",
+    "report.html",
+    "campbell.png",
+    "campbell_errors.png",
+    "critical_speeds.png",
+    "unbalance_response.png",
+    "unbalance_response_bearing_forces.png",
+    "bodies/inner.h5",
+    "bodies/inner.json",
+    "bodies/outer.h5",
+    "bodies/outer.json",
+    "meshes/inner.vtu",
+    "meshes/inner.msh",
+    "meshes/outer.vtu",
+    "meshes/outer.msh",
+}
+TOP = {
+    "schema",
+    "scene",
+    "plan",
+    "accuracy",
+    "bodies",
+    "modes_at_rest",
+    "campbell",
+    "critical_speeds",
+    "bearing_notes",
+    "operating",
+    "verdict",
+    "doubts",
+    "invariants",
+    "predicted_cost",
+    "analyses",
+    "timings_s",
+    "peak_memory_gib",
+    "packages",
+}
+ESTIMATE = ("frequency_error_estimate", "error_parts")
+PARTS = {
+    "mesh",
+    "mode_truncation",
+    "speed_interpolation",
+    "interface_coupling",
+    "eigen_solver",
+}
+BODY = {
+    "mass_kg",
+    "center_of_gravity_m",
+    "polar_inertia_kg_m2",
+    "diametral_inertia_kg_m2",
+    "level",
+    "full_dofs",
+    "reduced_dofs",
+    "free_frequencies_hz",
+    "fixed_interface_frequencies_hz",
+}
+BODY_RECORDS = {
+    "interfaces",
+    "element_order",
+    "modes_per_family",
+    "free_frequency_error_estimate",
+    "mesh",
+    "assembled",
+    "solved",
+    "solver",
+    "orthogonality_error",
+    "hoop_strain_at_top_speed",
+}
+
+
+@pytest.fixture(scope="session")
+def folder(computed, tmp_path_factory):
+    """The written results of the ferraris scene."""
+    from solidwhirl.output.documents import write_results
+
+    return write_results(computed("ferraris"), tmp_path_factory.mktemp("run") / "deep" / "out")
+
+
+@pytest.fixture(scope="session")
+def document(folder):
+    def refuse(text):
+        raise AssertionError(f"{text} is no JSON")
+
+    return json.loads((folder / "results.json").read_text(encoding="utf-8"), parse_constant=refuse)
+
+
+def numbers(value):
+    """All numbers in a document."""
+    if isinstance(value, dict):
+        value = list(value.values())
+    if isinstance(value, list):
+        return [n for item in value for n in numbers(item)]
+    return [value] if isinstance(value, int | float) and not isinstance(value, bool) else []
+
+
+# -- names ----------------------------------------------------------------------------------------
+
+
+def test_files(folder):
+    found = {str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file()}
+    assert found == FILES
+    assert not [p for p in folder.rglob("*") if p.name.startswith(".")]
+
+
+def test_top_level(document, scene_data):
+    assert set(document) == TOP | {"references"}  # which this scene has
+    assert document["schema"] == "solidwhirl-results-1"
+    data = scene_data("ferraris")
+    assert set(document["scene"]) == {"name", "title", "notes", "sha256"}
+    assert document["scene"]["name"] == "ferraris"
+    assert document["scene"]["title"] == data["title"]
+    assert document["scene"]["notes"] == data["notes"]
+    assert document["scene"]["sha256"] == scene_hash(parse_scene(data))
+    assert document["packages"].keys() >= {"python", "solidwhirl", "numpy", "gmsh"}
+
+
+def test_all_numbers_are_finite(document):
+    found = numbers(document)
+    assert len(found) > 2 * 6 * 21
+    assert all(math.isfinite(n) for n in found)
+
+
+def test_plan(document):
+    plan = document["plan"]
+    assert set(plan) == {"effects", "bodies", "analyses", "speeds_beyond"}
+    for effect in plan["effects"]:
+        assert set(effect) == {"name", "on", "why", "cost"}
+        assert isinstance(effect["on"], bool)
+    assert {e["name"] for e in plan["effects"] if e["on"]} == {
+        "gyroscopic",
+        "stress_stiffening",
+        "spin_softening",
+        "error_estimate",
+        "checks",
+        "coupling_comparison",
+    }
+    for body in plan["bodies"].values():
+        assert body["circumferential_orders"] == [1]
+        assert body["maximum_speed_rpm"] == pytest.approx(20000.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["inner", "outer"])
+def test_bodies(document, name):
+    assert set(document["bodies"]) == {"inner", "outer"}
+    body = document["bodies"][name]
+    assert set(body) == BODY | BODY_RECORDS
+    assert len(body["center_of_gravity_m"]) == 3
+    assert body["center_of_gravity_m"][:2] == [0.0, 0.0]
+    assert body["level"] == "harmonic"
+    assert isinstance(body["full_dofs"], int)
+    assert isinstance(body["reduced_dofs"], int)
+    assert body["full_dofs"] > 10 * body["reduced_dofs"]
+    assert len(body["free_frequencies_hz"]) == 10
+    for key in ("free_frequencies_hz", "fixed_interface_frequencies_hz"):
+        values = np.array(body[key])
+        assert np.all(values > 0.0)
+        assert np.all(np.diff(values) >= -1e-9 * values[1:])
+        # cos and sin families are the same problem
+        np.testing.assert_allclose(values[0::2], values[1::2], rtol=1e-9)
+    assert body["orthogonality_error"] < 1e-10
+
+
+def test_mass_properties_by_hand(document):
+    """Rings in closed form: m = rho pi (R^2 - r^2) b, Ip = m (R^2 + r^2)/2, Id about the centre."""
+    rings = [(0.0, 0.02, 0.0, 0.4), (0.02, 0.15, 2 * 0.2 / 3 - 0.015, 2 * 0.2 / 3 + 0.015)]
+    mass, polar, moment, about_origin = 0.0, 0.0, 0.0, 0.0
+    for inner, outer, start, end in rings:
+        m = 7800.0 * np.pi * (outer**2 - inner**2) * (end - start)
+        squares = outer**2 + inner**2
+        mass, moment = mass + m, moment + m * (start + end) / 2
+        polar += m * squares / 2
+        about_origin += m * (squares / 4 + (start**2 + start * end + end**2) / 3)
+    body = document["bodies"]["inner"]
+    place = moment / mass
+    assert body["mass_kg"] == pytest.approx(mass, rel=1e-9)
+    assert body["center_of_gravity_m"][2] == pytest.approx(place, rel=1e-9)
+    assert body["polar_inertia_kg_m2"] == pytest.approx(polar, rel=1e-9)
+    diametral = about_origin - mass * place**2
+    assert body["diametral_inertia_kg_m2"] == pytest.approx(diametral, rel=1e-9)
+
+
+def test_campbell(document):
+    diagram = document["campbell"]
+    assert set(diagram) == {
+        "frame",
+        "speed_rpm",
+        "frequency_hz",
+        "whirl",
+        "log_decrement",
+        "critically_damped",
+        "interface_motion",
+        "notes",
+        *ESTIMATE,
+    }
+    assert diagram["frame"] == "inertial"
+    np.testing.assert_allclose(diagram["speed_rpm"], np.linspace(0, 20000, 21), rtol=1e-12)
+    for key in ("frequency_hz", "whirl", "log_decrement"):
+        assert [len(branch) for branch in diagram[key]] == [21] * 6, key
+    senses = {sense for branch in diagram["whirl"] for sense in branch}
+    assert senses <= {"forward", "backward", "mixed", "planar"}
+    assert {"forward", "backward"} <= senses
+    # the first column is the spectrum at rest, computed apart from it
+    first = [branch[0] for branch in diagram["frequency_hz"]]
+    np.testing.assert_allclose(first, document["modes_at_rest"]["frequency_hz"][:6], rtol=1e-9)
+
+
+def test_estimates_stand_beside_the_frequencies(document):
+    """Same shape as the frequencies; the total is the sum of the parts but the coupling."""
+    for table in (document["campbell"], document["modes_at_rest"], *document["critical_speeds"]):
+        parts, total = table["error_parts"], np.array(table["frequency_error_estimate"])
+        assert set(parts) <= PARTS
+        assert total.shape == np.shape(table["frequency_hz"])
+        summed = sum(np.array(v) for part, v in parts.items() if part != "interface_coupling")
+        np.testing.assert_allclose(summed, total, rtol=1e-12)
+    assert set(document["campbell"]["error_parts"]) == PARTS
+
+
+def test_accuracy_is_met_and_said(document):
+    found = document["accuracy"]
+    assert found["asked"] == 5e-3
+    assert found["met"] is True
+    largest = np.max(document["campbell"]["frequency_error_estimate"])
+    speeds = [c["frequency_error_estimate"] for c in document["critical_speeds"]]
+    assert found["largest_error_estimate"] == pytest.approx(max(largest, *speeds), rel=1e-12)
+    assert found["bodies_without_estimate"] == []
+    last = found["rounds"][-1]
+    assert last["refined"] == []
+    assert last["largest_error_estimate"] <= 5e-3
+    assert last["unknowns"] == {n: b["full_dofs"] for n, b in document["bodies"].items()}
+
+
+def test_modes_at_rest(document):
+    assert set(document["modes_at_rest"]) == {"frequency_hz", "branch", *ESTIMATE}
+    values = document["modes_at_rest"]["frequency_hz"]
+    assert values == sorted(values)
+    # 2 x 4 x reduced coordinates at most, fewer by the rigid joints
+    assert 20 < len(values) <= sum(b["reduced_dofs"] for b in document["bodies"].values())
+
+
+def test_critical_speeds(document):
+    speeds = [c["speed_rpm"] for c in document["critical_speeds"]]
+    assert speeds == sorted(speeds)
+    for entry in document["critical_speeds"]:
+        assert set(entry) == {
+            "speed_rpm",
+            "frequency_hz",
+            "whirl",
+            "log_decrement",
+            "amplification_factor",
+            "critically_damped",
+            "excited_by",
+            "excited",
+            "excited_why",
+            "interface_motion",
+            *ESTIMATE,
+        }
+        # both shafts turn at the reference speed: synchronous means f = rpm / 60
+        assert entry["frequency_hz"] == pytest.approx(entry["speed_rpm"] / 60.0, rel=1e-12)
+        assert 0.0 < entry["speed_rpm"] <= 20000.0
+        assert entry["whirl"] in ("forward", "backward", "mixed", "planar")
+
+
+def test_cost(document):
+    assert document["timings_s"].keys() >= {"meshing", "reduction", "assembly", "campbell"}
+    assert all(0.0 <= spent < 600.0 for spent in document["timings_s"].values())
+    assert 0.05 < document["peak_memory_gib"] < 8.0
+
+
+# -- the other files ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["inner", "outer"])
+def test_superelement_file(folder, document, name):
+    from solidwhirl.rotordyn import check_superelement, read_superelement
+
+    element = read_superelement(folder / "bodies" / f"{name}.h5")
+    checks = check_superelement(element)
+    assert len(checks) >= 10
+    assert [c for c in checks if not c.passed] == []
+    body = document["bodies"][name]
+    assert len(element.coordinates) == body["reduced_dofs"]
+    assert element.mass_kg == pytest.approx(body["mass_kg"], rel=1e-9)
+    assert element.provenance["scene_sha256"] == document["scene"]["sha256"]
+    assert element.provenance["scene"] == "ferraris"
+
+
+def test_results_follow_from_the_files(folder, document):
+    """The superelements as read, put on the scene's bearings by hand, give the same spectrum."""
+    from solidwhirl.rotordyn import (
+        Bearing,
+        End,
+        Rotor,
+        assemble,
+        modes_at_speed,
+        read_superelement,
+    )
+
+    rotors = {
+        name: Rotor(element=read_superelement(folder / "bodies" / f"{name}.h5"), speed_ratio=ratio)
+        for name, ratio in (("inner", 1.0), ("outer", -1.0))
+    }
+    stiff, soft = 1e10 * np.eye(2), np.diag([8e6, 0.0])
+    inner_c = End(body="inner", interface="C")
+    bearings = (
+        Bearing(name="A", first=End(body="inner", interface="A"), stiffness_n_per_m=stiff),
+        Bearing(name="B", first=End(body="inner", interface="B"), stiffness_n_per_m=stiff),
+        Bearing(
+            name="C",
+            first=inner_c,
+            second=End(body="outer", interface="C"),
+            stiffness_n_per_m=stiff,
+        ),
+        Bearing(name="kxx", first=inner_c, stiffness_n_per_m=soft),
+        Bearing(name="D", first=End(body="outer", interface="D"), stiffness_n_per_m=stiff),
+    )
+    modes = modes_at_speed(assemble(rotors, bearings), 20000.0 * np.pi / 30.0, 6)
+    last = sorted(branch[-1] for branch in document["campbell"]["frequency_hz"])
+    np.testing.assert_allclose(modes.frequency_hz[:4], last[:4], rtol=1e-9)
+
+
+def test_picture(folder):
+    data = (folder / "campbell.png").read_bytes()
+    assert data[:8] == b"\x89PNG\r\n\x1a\n"
+    width, height = struct.unpack(">II", data[16:24])
+    assert width >= 800
+    assert height >= 500
+    assert data[-8:-4] == b"IEND"
+
+
+@pytest.mark.parametrize("kind", ["vtu", "msh"])
+def test_meshes(folder, document, kind):
+    for name, volume in (
+        ("inner", np.pi * (0.02**2 * 0.4 + (0.15**2 - 0.02**2) * 0.03)),
+        ("outer", np.pi * ((0.035**2 - 0.03**2) * 0.4 / 3 + (0.1**2 - 0.035**2) * 0.03)),
+    ):
+        mesh = meshio.read(folder / "meshes" / f"{name}.{kind}")
+        cells = np.vstack([block.data for block in mesh.cells if block.type == "triangle6"])
+        assert len(mesh.points) == document["bodies"][name]["mesh"]["points"]
+        assert len(cells) == document["bodies"][name]["mesh"]["cells"]
+        # straight-sided triangles turned about the axis: 2 pi times radius times area (Pappus)
+        r, z = mesh.points[:, 0][cells[:, :3]], mesh.points[:, 2][cells[:, :3]]
+        area = 0.5 * np.abs(
+            (r[:, 1] - r[:, 0]) * (z[:, 2] - z[:, 0]) - (r[:, 2] - r[:, 0]) * (z[:, 1] - z[:, 0])
+        )
+        assert 2 * np.pi * area @ r.mean(axis=1) == pytest.approx(volume, rel=1e-9)
+
+
+def test_report(folder, document):
+    text = (folder / "report.md").read_text(encoding="utf-8")
+    assert text.startswith(f"# {document['scene']['title']}\n")
+    for note in document["scene"]["notes"]:
+        assert note in text
+    for effect in document["plan"]["effects"]:
+        assert effect["name"] in text
+        assert effect["why"] in text
+    for found in document["critical_speeds"]:
+        assert f"{found['speed_rpm']:.1f}" in text
+    assert "nan" not in text.split("## Cost")[0].split("## Bodies")[1]
+
+
+def test_same_scene_gives_the_same_numbers(document, scene_data):
+    """A second run from scratch: bit-equal but for times and memory."""
+    from solidwhirl.output.documents import results_document
+    from solidwhirl.pipeline.run import run_scene
+
+    again = results_document(run_scene(parse_scene(scene_data("ferraris"))))
+    for key in TOP - {"timings_s", "peak_memory_gib", "predicted_cost"}:
+        assert again[key] == document[key], key

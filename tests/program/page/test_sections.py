@@ -1,0 +1,228 @@
+"""All sections about physics: charts that plotly knows, with units, words and known colours."""
+
+from __future__ import annotations
+
+import re
+import typing
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from everything import everything
+
+from solidwhirl.analyses.registry import AnalysisSpec
+from solidwhirl.page.frame.records import (
+    COLOR_TOKENS,
+    Chart,
+    Choice,
+    ModeViewer,
+    Run,
+    Section,
+    Text,
+    Toggle,
+)
+from solidwhirl.page.frame.traces import slug
+from solidwhirl.page.responses import recovery
+from solidwhirl.page.sections import SECTIONS
+from solidwhirl.rotordyn.plots.chart import metric
+
+# Sections about physics, that is all but those about the run itself and the drawing.
+PHYSICS = [section for section, _ in SECTIONS if ".page.run" not in section.__module__
+           and ".drawing" not in section.__module__]  # fmt: skip
+SHOWN = {kind for _, kinds in SECTIONS for kind in kinds}
+# What stands at an axis without a unit: names, and numbers of modes.
+UNITLESS = {"unbalance of", "shaft", "mode", "quantity", "state and body", "unbalance at"}
+
+
+def _stress(pascals):
+    return {
+        "largest_von_mises_pa": pascals,
+        "at_m": [0.01, 0.0, 0.1],
+        "material": "steel",
+        "largest_principal_pa": pascals,
+        "smallest_principal_pa": -pascals,
+    }
+
+
+def recovery_run():
+    """A page's view of a recovery: one mode, whose stress has no sum, and one response."""
+    common = {
+        "largest_displacement_m": 2e-5,
+        "strain_energy_j": 1.0,
+        "strain_energy_error": 1e-12,
+    }
+    states = [
+        {
+            "state": "first",
+            "source": "mode",
+            "speed_rpm": 3000.0,
+            "frequency_hz": 50.0,
+            "bodies": {
+                "rotor": {**common, "dynamic": _stress(3e6), "steady": _stress(5e6), "total": None}
+            },
+        },
+        {
+            "state": "peak",
+            "source": "response",
+            "speed_rpm": 3100.0,
+            "frequency_hz": 51.0,
+            "bodies": {
+                "rotor": {
+                    **common,
+                    "dynamic": _stress(4e6),
+                    "steady": _stress(5e6),
+                    "total": _stress(7e6),
+                }
+            },
+        },
+    ]
+    entry = {"kind": "recovery", "states": states, "checks": []}
+    outcome = SimpleNamespace(kind="recovery", files={"recovery/s_rotor_first.vtu": None})
+    results = SimpleNamespace(analyses={"stress": outcome})
+    return Run(results=results, document={"analyses": {"stress": entry}})
+
+
+def sections() -> list[Section]:
+    run = everything()
+    found = [section(run) for section in PHYSICS]
+    found.append(recovery.section(recovery_run()))
+    return [s for s in found if s is not None]
+
+
+def charts() -> list[Chart]:
+    return [b for s in sections() for b in s.blocks if isinstance(b, Chart)]
+
+
+def test_every_kind_of_analysis_is_shown():
+    union = typing.get_args(AnalysisSpec)[0]
+    kinds = {typing.get_args(m.model_fields["kind"].annotation)[0] for m in typing.get_args(union)}
+    assert kinds == SHOWN
+    run = everything()
+    asked = {spec.kind: spec.label for spec in run.results.scene.analyses}
+    assert set(asked) == SHOWN - {"recovery"}  # the scene of these tests has no solid
+    names = " ".join(c.name for c in charts())
+    texts = " ".join(b.text for s in sections() for b in s.blocks if isinstance(b, Text))
+    for kind, label in asked.items():
+        # modes are shown whether an analysis asks for them or not
+        shown = kind == "mode_shapes" or slug(label) in names
+        # torsion of this scene is undamped: its decrement of zero has no curve
+        assert shown or (kind == "stability" and "motion that nothing damps" in texts), kind
+
+
+def test_blocks_have_one_name_each_and_words():
+    drawn = [b for s in sections() for b in s.blocks if isinstance(b, Chart | ModeViewer)]
+    names = [b.name for b in drawn] + [s.name for s in sections()]
+    assert len(names) == len(set(names))
+    for block in drawn:
+        assert re.fullmatch(r"[A-Za-z0-9-]+", block.name)
+        assert block.title
+        assert len(block.caption) > 40 and block.caption.endswith(".")
+        assert len(block.alt) > 20
+
+
+def test_axes_have_units():
+    for chart in charts():
+        layout = chart.layout
+        axes = layout.get("scene", layout)
+        wanted = [k for k in axes if re.fullmatch(r"[xyz]axis\d*", k)]
+        assert len(wanted) >= 2, chart.name
+        titles = [axes[k]["title"]["text"] for k in wanted]
+        for control in chart.controls:
+            for option in getattr(control, "options", ()):
+                titles += [v for k, v in option.layout.items() if k.endswith("title.text")]
+        for title in titles:
+            plain = chart.name.startswith("orbits-") and title in "xy"
+            assert title in UNITLESS or plain or re.search(r"\[.+\]", title), (chart.name, title)
+
+
+def _colored(value):
+    """The same with tokens as colours, and a list of the tokens."""
+    if isinstance(value, str) and value.startswith("@"):
+        name = value.split("/")[0]
+        assert name in COLOR_TOKENS, value
+        return "#123456"
+    if isinstance(value, dict):
+        return {k: _colored(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_colored(v) for v in value]
+    return value
+
+
+def test_plotly_accepts_every_trace_and_layout():
+    import plotly.graph_objects as go
+
+    for chart in charts():
+        go.Figure(data=_colored(list(chart.traces)), layout=_colored(dict(chart.layout)))
+
+
+def test_a_key_that_plotly_does_not_know_is_refused():
+    # else the test above could not fail
+    import plotly.graph_objects as go
+
+    with pytest.raises(ValueError, match="fillpatern"):
+        go.Figure(data=[{"type": "scatter", "fillpatern": {}}])
+
+
+def test_controls_name_traces_that_exist():
+    for chart in charts():
+        everywhere = set(range(len(chart.traces)))
+        for control in chart.controls:
+            if isinstance(control, Toggle):
+                assert set(control.traces) <= everywhere and control.traces, chart.name
+            else:
+                assert isinstance(control, Choice) and control.options
+                assert {t for o in control.options for t in o.traces} <= everywhere
+                labels = [o.label for o in control.options]
+                assert len(labels) == len(set(labels)), chart.name
+
+
+def test_nothing_is_told_by_colour_alone():
+    """Curves of one chart that show together differ in dashes, marks, patterns or place."""
+    for chart in charts():
+        choices = [c for c in chart.controls if isinstance(c, Choice)]
+        for option in [o for c in choices for o in c.options] or [None]:
+            hidden = {t for c in choices for o in c.options for t in o.traces}
+            shown = [
+                t
+                for k, t in enumerate(chart.traces)
+                if t["type"] == "scatter"
+                and t.get("mode") == "lines"
+                and "fill" not in t
+                and t.get("showlegend") is not False
+                and (option is None or k in option.traces or k not in hidden)
+            ]
+            if len(shown) < 2 or len({t["line"]["color"] for t in shown}) < 2:
+                continue
+            if any(t.get("mode") == "markers+text" for t in chart.traces):
+                continue  # each curve has its name beside it
+            dashes = [t["line"]["dash"] for t in shown]
+            assert len(set(dashes)) > 1, chart.name
+
+
+def test_recovered_stresses_are_the_ones_of_the_document():
+    found = recovery.section(recovery_run())
+    bars = {t["name"]: t["y"] for t in found.blocks[0].traces}
+    np.testing.assert_allclose(bars["of the state"], [3.0, 4.0])  # MPa
+    np.testing.assert_allclose(bars["both together"], [np.nan, 7.0])
+
+
+@pytest.mark.parametrize(
+    ("size", "unit", "number"),
+    [
+        (2.5e-5, "µm", 25.0),
+        (3e-3, "mm", 3.0),
+        (0.0, "µm", 0.0),
+        (4e-11, "pm", 40.0),
+        (2e4, "km", 20),
+    ],
+)
+def test_units_make_numbers_of_few_digits(size, unit, number):
+    found, factor = metric(size, "m")
+    assert found == unit
+    assert size * factor == pytest.approx(number)
+
+
+def test_identifiers_of_two_names_differ():
+    names = ["a b", "a_b", "a-b", "a.b", "ä b", "A b"]
+    assert len({slug(n) for n in names}) >= 5
+    assert all(re.fullmatch(r"[A-Za-z0-9-]+", slug(n)) for n in names)

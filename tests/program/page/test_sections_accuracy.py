@@ -1,0 +1,93 @@
+"""What the page and the report say of the estimate and of what it leaves out."""
+
+from __future__ import annotations
+
+import copy
+
+import pytest
+from everything import everything
+
+from solidwhirl.estimates.documents import coupling_effect, coupling_text, several_materials
+from solidwhirl.output.report import report_text
+from solidwhirl.page.frame.records import Table, Text
+from solidwhirl.page.frame.render import table_html
+from solidwhirl.page.run import accuracy
+from solidwhirl.scene_reading.reader import parse_scene
+
+
+@pytest.fixture
+def document(laval):
+    return copy.deepcopy(dict(laval.document))
+
+
+def texts(found):
+    return "\n".join(b.text for b in found if isinstance(b, Text))
+
+
+def tables(found):
+    return {b.title: b for b in found if isinstance(b, Table)}
+
+
+def test_bodies_of_several_materials_are_named(document, laval):
+    assert document["accuracy"]["bodies_of_several_materials"] == {}
+    document["accuracy"]["bodies_of_several_materials"] = {"rotor": ["steel", "titanium"]}
+    said = "is of several materials (steel, titanium): the estimate has not been checked"
+    assert f"- `rotor` {said}" in texts(accuracy._accuracy(document))
+    assert f"- rotor {said}" in report_text(laval.results, document)
+    assert several_materials(everything().results.scene) == {}
+
+
+def test_materials_of_sections_and_stages_count():
+    section = {"name": "a", "start_m": 0.0, "end_m": 1.0, "outer_radius_m": 0.1}
+    other = {**section, "name": "b", "start_m": 1.0, "end_m": 2.0, "material": "titanium"}
+    data = {
+        "name": "two",
+        "speeds": {"list_rpm": [0.0, 100.0]},
+        "bodies": {
+            name: {
+                "material": "steel",
+                "sections": sections,
+                "interfaces": [{"name": "i", "kind": "section", "at_m": 0.0}],
+            }
+            for name, sections in (("one", [section]), ("both", [section, other]))
+        },
+        "bearings": [
+            {"name": name, "first": f"{name}.i", "stiffness_n_per_m": 1e7}
+            for name in ("one", "both")
+        ],
+    }
+    assert several_materials(parse_scene(data)) == {"both": ["steel", "titanium"]}
+
+
+def test_choice_of_the_coupling_has_its_size(document, laval):
+    parts = document["campbell"]["error_parts"]
+    document["critical_speeds"] = []
+    parts["interface_coupling"] = [[0.01, None], [0.032, 0.02]]
+    assert coupling_effect(document) == 0.032
+    for said in (texts(accuracy._accuracy(document)), report_text(laval.results, document)):
+        assert "move by up to 3.2 %" in said and "rigid where a stiff ring" in said
+    del parts["interface_coupling"]
+    assert coupling_effect(document) is None
+    assert "1.5e-05" not in coupling_text(1.5e-5)
+
+
+def test_rounds_of_solids_say_what_they_leave_out(document, laval):
+    entry = {
+        "unknowns": {"rotor": 1000},
+        "modes": {"rotor": 8},
+        "largest_error_estimate": 2.1e-5,
+        "refined": [],
+    }
+    document["accuracy"]["rounds"] = [entry]
+    (body,) = document["bodies"].values()
+    title, said = "Rounds of refinement", "is compared with a finer one after the last round"
+    assert title not in tables(accuracy._accuracy(document))
+    assert said not in report_text(laval.results, document)
+    body["level"] = "solid"
+    assert said in tables(accuracy._accuracy(document))[title].caption
+    assert said in report_text(laval.results, document)
+
+
+def test_a_table_without_titles_has_no_empty_line():
+    assert "<thead>" not in table_html(Table(head=("", ""), rows=[("a", "b")]))
+    assert "<thead>" in table_html(Table(head=("", "x"), rows=[("a", "b")]))

@@ -1,0 +1,181 @@
+"""Drawings show what they are given, in files that can be printed and searched."""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+
+from solidwhirl.pictures.engine import draw_engine
+from solidwhirl.pictures.series import draw_checks, draw_cost, draw_stability, draw_waterfall
+from solidwhirl.rotordyn import AnalysisError
+from solidwhirl.rotordyn.plots.frame import (
+    TEXT_PT,
+    WHIRL_STYLES,
+    new_figure,
+    styled,
+    write_figure,
+)
+from solidwhirl.rotordyn.superelement.invariants import compared
+
+
+def test_engine_is_drawn_to_scale_with_all_names(geared, tmp_path, drawn):
+    draw_engine(geared, tmp_path / "e.svg", "Geared")
+    (axes,) = drawn[0].axes
+    assert axes.get_aspect() == 1.0
+    texts = [t.get_text() for t in axes.texts]
+    nodes = [f"slow.{n}" for n in ("front", "seat")] + [f"fast.{n}" for n in ("seat", "rear")]
+    nodes += [f"casing.{n}" for n in ("front", "middle", "rear")]
+    joints = [f"b{k}: 1e7 N/m" for k in range(1, 5)] + ["mount: rigid", "gear: gear, ratio 0.5"]
+    assert {*nodes, *joints, "slow (speed × 0.5)", "casing (speed × 0)"} <= {*texts}
+    # the ruler below tells how many units of the drawing are a metre
+    ruler = {t.get_text(): t.get_position() for t in axes.texts if t.get_ha() == "center"}
+    metre = ruler["1000"][0] - ruler["0"][0]
+    # the thick part of the fast shaft is 250 mm long and reaches from 10 to 30 mm
+    paths = [p.get_path().vertices for p in axes.patches]
+    assert any(
+        np.ptp(v[:, 0]) == pytest.approx(0.25 * metre)
+        and np.ptp(v[:, 1]) == pytest.approx(0.02 * metre)
+        for v in paths
+    )
+    said = " ".join(t.get_text() for t in drawn[0].texts).replace("\n", " ")
+    assert "dark: rigid" in said and "Toothed circles: gear" in said
+
+
+def test_names_of_the_drawing_do_not_overlap(twin, tmp_path, drawn):
+    """Measured from the boxes of the text as it is drawn."""
+    draw_engine(twin, tmp_path / "e.png", "Twin")
+    (axes,) = drawn[0].axes
+    boxes = [t.get_window_extent() for t in axes.texts]
+    for k, first in enumerate(boxes):
+        for second in boxes[:k]:
+            assert not (
+                first.x0 < second.x1 - 1
+                and second.x0 < first.x1 - 1
+                and first.y0 < second.y1 - 1
+                and second.y0 < first.y1 - 1
+            )
+
+
+def _one_line(path):
+    figure = new_figure(path)
+    axes = figure.add_subplot()
+    axes.plot([0, 1], [0, 1], label="a")
+    axes.set_xlabel("speed [rpm]")
+    write_figure(figure, path)
+
+
+def test_svg_holds_text_and_pdf_holds_fonts(tmp_path):
+    draw = styled(_one_line)
+    draw(tmp_path / "a.svg")
+    texts = ["".join(e.itertext()) for e in ET.parse(tmp_path / "a.svg").iter()
+             if e.tag.endswith("}text")]  # fmt: skip
+    assert "speed [rpm]" in texts
+    draw(tmp_path / "a.pdf")
+    data = (tmp_path / "a.pdf").read_bytes()
+    # Type 42 (TrueType) with its file, not Type 3 glyph procedures that journals refuse
+    assert b"/FontFile2" in data and b"/Type3" not in data
+    assert b"CreationDate" not in data
+
+
+@pytest.mark.parametrize("kind", ["svg", "pdf", "png"])
+def test_same_figure_gives_same_file(tmp_path, kind):
+    draw = styled(_one_line)
+    for name in ("a", "b"):
+        draw(tmp_path / f"{name}.{kind}")
+    assert (tmp_path / f"a.{kind}").read_bytes() == (tmp_path / f"b.{kind}").read_bytes()
+
+
+def test_width_of_a_picture_is_that_of_two_columns(tmp_path):
+    styled(_one_line)(tmp_path / "a.svg")
+    root = ET.parse(tmp_path / "a.svg").getroot()
+    points = float(re.sub("pt", "", root.attrib["width"]))
+    assert points * 25.4 / 72.0 == pytest.approx(180.0, abs=0.1)
+
+
+def test_settings_end_with_the_picture():
+    import matplotlib
+
+    before = matplotlib.rcParams["font.size"]
+    assert styled(lambda: matplotlib.rcParams["font.size"])() == TEXT_PT
+    assert matplotlib.rcParams["font.size"] == before != TEXT_PT
+
+
+def test_whirl_is_told_apart_without_colour():
+    marks = [(s.dashes, s.marker, s.is_open) for s in WHIRL_STYLES.values()]
+    assert len(set(marks)) == len(marks)
+    assert WHIRL_STYLES["forward"].face == WHIRL_STYLES["forward"].color
+    assert WHIRL_STYLES["backward"].face == "white"
+
+
+def test_unknown_kind_is_refused(geared, tmp_path):
+    with pytest.raises(AnalysisError, match=r"suffix '.bmp'"):
+        draw_engine(geared, tmp_path / "e.bmp", "t")
+
+
+def test_stability_shows_first_modes_and_unstable_speeds(tmp_path, drawn):
+    document = {
+        "speed_rpm": [0.0, 1000.0, 2000.0],
+        "first_forward": {"log_decrement": [0.4, 0.1, -0.2], "frequency_hz": [18.0, 19.0, 20.0]},
+        "first_backward": {"log_decrement": [0.4, 0.5, None], "frequency_hz": [18.0, 17.0, None]},
+        "unstable_intervals": [{"from_rpm": 1333.0, "to_rpm": 2000.0}],
+        "smallest_log_decrement": [0.4, 0.1, -0.2],
+        "frequency_hz": [18.0, 19.0, 20.0],
+        "frequency_max_hz": 100.0,
+        "largest_growth_rate_per_s": [-1.0, -0.5, 1.0],
+    }
+    draw_stability(document, tmp_path / "s.png", "t")
+    (axes,) = drawn[0].axes
+    labels = [t.get_text() for t in drawn[0].legends[0].get_texts()]
+    assert {"first forward mode", "first backward mode", "unstable"} <= {*labels}
+    assert labels[-2:] == [
+        "first forward mode: 20 Hz where least damped",
+        "first backward mode: 18 Hz where least damped",
+    ]
+    low, high = axes.get_ylim()
+    assert low < -0.2 and high > 0.5
+
+
+def test_waterfall_stands_where_the_frequency_is(tmp_path, drawn):
+    """A tone of 40 Hz: every spectrum is highest there."""
+    time = np.arange(0.0, 6.0, 1e-3)
+
+    def record(path):
+        force = np.vstack((3.0 * np.cos(2 * np.pi * 40.0 * time), 0 * time, 0 * time))
+        speed = 2 * np.pi * 20.0 * time / 6.0
+        with path.open("wb") as file:
+            np.savez(file, time_s=time, speed_rad_s=speed, mount_force_n=force)
+
+    draw_waterfall(record, 100.0, tmp_path / "w.png", "t")
+    axes = drawn[0].axes[0]
+    curves = [line for line in axes.lines if line.get_linestyle() == "-"]
+    assert len(curves) >= 10
+    for line in curves:
+        # lines of a spectrum of 0.25 s are 4 Hz apart
+        assert line.get_xdata()[np.argmax(line.get_ydata())] == pytest.approx(40.0, abs=2.0)
+        # none leaves the frame
+        assert line.get_ydata().max() <= axes.get_ylim()[1]
+    # the shaft runs up by 200 rpm in a second: round speeds stand where they are reached
+    (side,) = axes.child_axes
+    for place, label in zip(side.get_yticks(), side.get_yticklabels(), strict=True):
+        speed = float(label.get_text())
+        assert speed % 100.0 == 0.0
+        assert place == pytest.approx(speed / 200.0, abs=2e-3)
+
+
+def test_checks_stand_on_their_side_of_the_limit(tmp_path, drawn):
+    good = compared("mass", "a", 1e-9, 1e-8, "x")
+    bad = compared("stiffness", "a", 1e-3, 1e-4, "x")
+    draw_checks([good, bad], tmp_path / "c.png", "t")
+    (axes,) = drawn[0].axes
+    by_label = {line.get_label(): line for line in axes.lines}
+    assert by_label["holds"].get_xdata() == pytest.approx([0.1])
+    assert by_label["does not hold"].get_xdata() == pytest.approx([10.0])
+
+
+def test_cost_has_a_bar_for_each_stage(tmp_path, drawn):
+    draw_cost({"mesh": 1.0, "modes": 3.0}, tmp_path / "c.png", "t")
+    (axes,) = drawn[0].axes
+    assert [p.get_width() for p in axes.patches] == [1.0, 3.0]

@@ -1,0 +1,267 @@
+"""Analyses of scenes: results.json, pictures, files and their names."""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+import tomllib
+
+import pytest
+
+from solidwhirl.scene_reading.analysis_checks import possible_files
+from solidwhirl.scene_reading.reader import parse_scene
+
+pytestmark = pytest.mark.solver
+
+STIFFNESS, DAMPING = 2e6, 400.0
+SPAN = {"stiffness_from_n_per_m": 1e6, "stiffness_to_n_per_m": 4e6, "stiffness_count": 3}
+
+
+def run(data, *analyses):
+    from solidwhirl.pipeline.run import run_scene
+
+    return run_scene(parse_scene({**copy.deepcopy(data), "analyses": list(analyses)}))
+
+
+# one of every kind; "; " stands for a new line
+ALL = """
+unbalance_response: observe = ["lp.m", "casing.a"]; to_rpm = 6e3; count = 21; \
+unbalances = [{at = "lp.m", moment_kg_m = 1e-5}, {at = "hp.a", moment_kg_m = 1e-5}]; \
+orbits_at_rpm = [3e3, 4e3]
+place_map: places = ["lp.m", "hp.a"]; moment_kg_m = 1e-5; frequency_max_hz = 90.0; \
+frequency_count = 9
+waterfall: observe = "lp.m"; frequency_max_hz = 90.0; frequency_count = 9; to_rpm = 6e3; \
+speed_count = 4
+critical_speed_map: bearings = ["A", "B"]; excited_by = "hp"; search_to_rpm = 1e4; branches = 2; \
+operating_speed_rpm = 9e3
+stiffness_study: bearings = ["A", "B"]; excite = "lp.m"; observe = "lp.a"; moment_kg_m = 1e-5; \
+frequency_max_hz = 90.0; frequency_count = 30; operating_speed_rpm = 3e3
+rotating_campbell: bodies = ["lp", "hp"]
+mode_shapes: speeds_rpm = [6e3]; bodies = ["lp"]; modes = 3
+separation_margins: search_factor = 1.5; operating = [{shaft = "lp", from_rpm = 5e3, \
+to_rpm = 6e3}, {shaft = "hp", from_rpm = 9e3, to_rpm = 9e3}]
+stability: to_rpm = 6e3; count = 5
+bearing_laws: to_rpm = 6e3
+run_up: ramp_s = 1.0; hold_s = 0.2; to_rpm = 6e3; sampling_hz = 2.5e3; record_hz = 2.5e3; \
+mount = "mount"; unbalances = [{at = "lp.m", moment_kg_m = 1e-5}]; \
+compare_flexible = [["hp"]]; bands_hz = [[10.0, 90.0]]
+state_space: inputs = ["lp.m"]; outputs = ["lp.a", "hp.a"]; to_rpm = 6e3
+"""
+ALL = dict(line.split(": ", 1) for line in ALL.strip().splitlines())
+ALL = {k: {"kind": k, **tomllib.loads(text.replace("; ", "\n"))} for k, text in ALL.items()}
+ALL = {k: {**spec, **(SPAN if "bearings" in spec else {})} for k, spec in ALL.items()}
+# suffixes of the files of each analysis after its name
+FILES = {
+    "unbalance_response": [".png", "_bearing_forces.png", "_orbits.png"],
+    "mode_shapes": [f"_6000rpm{t}.png" for t in ("", "_participation", "_lp")],
+    "run_up": [f"{t}.png" for t in ("", "_spectrogram", "_response", "_complexity")] + [".npz"],
+    "state_space": [".h5", ".npz", ".mat"],
+    "stability": [],
+    "bearing_laws": ["_A.png"],
+}
+# lengths of what keys hold; none where that is a number, or of any length
+SHAPES = tomllib.loads("""
+unbalance_response = { unbalances = [2], exciters = [2] }
+place_map = { frequency_hz = [2], amplitude_m = [2], peaks = [2] }
+waterfall = { speed_rpm = [4], frequency_hz = [9], amplitude_m = [4, 9], highest_m = [4, 9], \
+    peaks = [] }
+critical_speed_map = { stiffness_n_per_m = [3], free_rpm = [], rigid_rpm = [], whirl = [] }
+stiffness_study = { stiffness_n_per_m = [3], frequency_hz = [31], amplitude_m = [3, 31], \
+    highest_m = [3, 31] }
+rotating_campbell = { speed_rpm = [3], bodies = [2] }
+mode_shapes = { speeds = [1] }
+separation_margins = { operating = [2], margins = [] }
+bearing_laws = { bearings = [1], notes = [] }
+run_up = { largest_mount_force_n = [], force_spectrum_peaks = [], energy = [5] }
+state_space = { inputs = [4], outputs = [24], speed_rpm = [], files = [3] }
+stability = { speed_rpm = [5], smallest_log_decrement = [5], growing_motions = [5], threshold = [] }
+""")
+
+
+def engine():
+    """Two shafts in a casing."""
+    shaft = {"material": "steel", "outer_radius_m": [0.03], "stations_m": [0.0, 0.5, 1.0]}
+    law = {"kind": "polynomial", "argument_unit": "rpm", "argument_range": [0.0, 2e4]}
+    spring = {"stiffness_n_per_m": STIFFNESS, "damping_n_s_per_m": DAMPING}
+    casing = {"mass_kg": 90.0, "center_of_gravity_m": [0.0, 0.0, 0.0]}
+    casing |= {"inertia_kg_m2": [0.5, 0.5, 0.3], "interfaces": {"a": -0.4, "m": 0.0, "b": 0.4}}
+    data = {"name": "engine", "speeds": {"to_rpm": 6e3, "count": 3}, "campbell": {"branches": 4}}
+    data["beams"] = {
+        "lp": {**shaft, "interfaces": {"a": 0.0, "m": 0.5, "b": 1.0}},
+        "hp": {**shaft, "speed_ratio": -1.5, "interfaces": {"a": 0.2, "b": 0.8}},
+    }
+    data["rigid_bodies"] = {"casing": casing}
+    data["speed_laws"] = {"law": {**law, "stiffness_x": [1.0, 1e-5], "stiffness_y": [1.0]}}
+    joints = {"A": ("lp.a", "casing.a"), "B": ("lp.b", "casing.b"), "C": ("hp.a", "casing.a")}
+    joints |= {"D": ("hp.b", "casing.b"), "mount": ("casing.m", "ground")}
+    data["bearings"] = [
+        {"name": name, "first": first, "second": second, **spring}
+        for name, (first, second) in joints.items()
+    ]
+    data["bearings"][0]["speed_law"] = "law"
+    data["bearings"][4]["tilt_stiffness_n_m_per_rad"] = 1e6
+    return data
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    from solidwhirl.output.documents import write_results
+
+    results = run(engine(), *ALL.values())
+    return write_results(results, tmp_path_factory.mktemp("engine") / "out")
+
+
+@pytest.fixture(scope="module")
+def document(folder):
+    def refuse(text):
+        raise AssertionError(f"{text} is no JSON")
+
+    return json.loads((folder / "results.json").read_text(encoding="utf-8"), parse_constant=refuse)
+
+
+def numbers(value, keys=()):
+    """All numbers in a document, with the keys that lead to them; true and false are none."""
+    if isinstance(value, bool):
+        return []
+    if isinstance(value, dict):
+        return [n for key, item in value.items() for n in numbers(item, (*keys, key))]
+    if isinstance(value, list):
+        return [n for item in value for n in numbers(item, keys)]
+    return [(value, keys)] if isinstance(value, int | float) else []
+
+
+UNITS = ("_m", "_m_per_s", "_hz", "_rpm", "_n", "_deg", "_kg_m", "_s", "_per_s", "_j")
+PURE = """
+    amplification amplification_factor frequency_ratio speed_ratio orders share mirrored margin
+    share_of_kinetic_energy kinetic_energy strain_energy_of_bodies strain_energy_of_joints
+    interface_deflection required required_api_617 branch checks
+    log_decrement smallest_log_decrement growing_motions
+    largest_relative_residual states steps steps_per_frozen_speed_at_most force_per_force
+    frequency_error_estimate amplitude_error_estimate sampling_error_estimate error_parts
+    coordinates peak_force_error response_error_by_band choice_is_at_the_end_of_the_range
+"""
+
+
+@pytest.mark.parametrize("kind", ALL)
+def test_document(document, kind):
+    """Lengths as asked, numbers finite, their units in the keys."""
+    entry = document["analyses"][kind]
+    assert entry["kind"] == kind
+    assert numbers(entry)
+    for number, keys in numbers(entry):
+        assert math.isfinite(number)
+        assert any(key.endswith(UNITS) or key in PURE.split() for key in keys), keys
+    for key, shape in SHAPES[kind].items():
+        value = entry[key]
+        for length in shape:
+            assert len(value) == length, key
+            value = value[0] if isinstance(value, list) else None
+    assert document["plan"]["analyses"] == [{"name": k, "kind": k} for k in ALL]
+
+
+@pytest.mark.parametrize("kind", ALL)
+def test_files(folder, kind):
+    starts = {".png": b"\x89PNG\r\n\x1a\n", ".npz": b"PK", ".h5": b"\x89HDF", ".mat": b"MATLAB 5.0"}
+    found = {p.name for p in folder.iterdir() if p.name.startswith(kind)}
+    assert found == {kind + suffix for suffix in FILES.get(kind, [".png"])}
+    report = (folder / "report.md").read_text(encoding="utf-8")
+    for name in found:
+        path = folder / name
+        assert path.read_bytes().startswith(starts[path.suffix])
+        assert path.stat().st_size > 1000
+        assert name in report
+
+
+def test_simple_bodies_have_files_too(folder):
+    from solidwhirl.rotordyn import check_superelement, read_superelement
+
+    for name in ("lp", "hp", "casing"):
+        element = read_superelement(folder / "bodies" / f"{name}.h5")
+        assert [c for c in check_superelement(element) if not c.passed] == []
+
+
+# steps of every run with analyses; each analysis is one more
+STAGES = {"assembly", "campbell", "critical_speeds", "error_estimate", "stability", "checks"}
+STAGES |= {"checks of the analyses"}
+
+
+@pytest.mark.parametrize(
+    "analyses",
+    [
+        [{**ALL["stability"], "name": "assembly"}],
+        [{**ALL["rotating_campbell"], "name": "campbell"}],
+        [{**ALL["unbalance_response"], "name": "a"}, {**ALL["place_map"], "name": "a_orbits"}],
+        [{"kind": "mode_shapes", "speeds_rpm": [99.8, 100.2], "modes": 2}],
+    ],
+    ids=["stage", "diagram", "orbits", "speeds"],
+)
+def test_nothing_is_overwritten(analyses):
+    """Two results of one name are refused, or both are kept."""
+    try:
+        results = run(engine(), *analyses)
+    except ValueError:
+        return
+    assert set(results.timings_s) > STAGES
+    assert len(results.timings_s) == len(STAGES) + len(analyses)
+    files = [name for entry in results.analyses.values() for name in entry.files]
+    assert len({*files, "campbell.png"}) == 1 + len(files)
+    pictures = {"unbalance_response": 3, "place_map": 1, "mode_shapes": 4, "rotating_campbell": 1}
+    assert len(files) == sum(pictures.get(a["kind"], 0) for a in analyses)
+
+
+def many_of_everything():
+    """More places, speeds and bearings than one picture has room for."""
+    data = engine()
+    places = [f"lp.{n}" for n in "amb"] + ["hp.a", "hp.b"] + [f"casing.{n}" for n in "amb"]
+    more = [{**data["bearings"][1], "name": f"more_{k}"} for k in range(3)]
+    data["bearings"] += more
+    asked = {**ALL["unbalance_response"], "observe": places}
+    asked["orbits_at_rpm"] = [500.0 * (k + 1) for k in range(9)]
+    return data, asked
+
+
+def test_what_has_no_room_in_a_picture_is_in_the_next(tmp_path):
+    """Eight places, nine speeds and eight bearings: 2 pictures, 2 x 2 and 2."""
+    data, asked = many_of_everything()
+    files = run(data, asked, {**ALL["mode_shapes"], "modes": 20}).analyses
+    suffixes = ["", "_2", "_bearing_forces", "_bearing_forces_2"]
+    suffixes += ["_orbits", "_orbits_2", "_orbits_3", "_orbits_4"]
+    assert set(files["unbalance_response"].files) == {
+        f"unbalance_response{s}.png" for s in suffixes
+    }
+    assert len(files["mode_shapes"].document["speeds"][0]["frequency_hz"]) > 12
+    for entry in files.values():
+        for name, write in entry.files.items():
+            write(tmp_path / name)
+            assert (tmp_path / name).stat().st_size > 1000
+
+
+def test_names_of_files_are_known_beforehand(folder):
+    """What is written is among what is checked for equal names."""
+    scene = parse_scene({**engine(), "analyses": list(ALL.values())})
+    for spec in scene.analyses:
+        found = {p.name for p in folder.iterdir() if p.name.startswith(spec.label)}
+        assert found <= set(possible_files(scene, spec))
+    data, asked = many_of_everything()
+    scene = parse_scene({**data, "analyses": [asked]})
+    written = run(data, asked).analyses["unbalance_response"].files
+    assert set(written) <= set(possible_files(scene, scene.analyses[0]))
+
+
+def test_beams_and_rigid_bodies_are_in_the_results(document, folder):
+    """7800 pi 0.03^2 kg for a shaft of steel; the casing as the scene has it."""
+    bodies = document["bodies"]
+    assert list(bodies) == ["lp", "hp", "casing"]
+    assert bodies["casing"]["mass_kg"] == 90.0
+    assert bodies["casing"]["polar_inertia_kg_m2"] == 0.3
+    assert bodies["casing"]["inertia_kg_m2"][0] == [0.5, 0.0, 0.0]
+    for name in ("lp", "hp"):
+        mass = bodies[name]["mass_kg"]
+        assert bodies[name]["polar_inertia_kg_m2"] == pytest.approx(mass * 0.03**2 / 2, rel=1e-9)
+        assert bodies[name]["center_of_gravity_m"] == pytest.approx([0.0, 0.0, 0.5])
+    effects = {e["name"]: e for e in document["plan"]["effects"]}
+    for name in ("stress_stiffening", "spin_softening"):
+        assert not effects[name]["on"]
+        assert "no solid body" in effects[name]["why"]
+    assert "| casing |" in (folder / "report.md").read_text(encoding="utf-8")

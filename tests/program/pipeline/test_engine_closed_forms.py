@@ -1,0 +1,389 @@
+"""Scenes of beams, rigid bodies, gears, speed laws and internal damping against closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from solidwhirl.model.effects import make_plan
+from solidwhirl.model.system_parts import bearings, gears, rotors, simple_elements
+from solidwhirl.rotordyn import assemble
+from solidwhirl.scene_reading.reader import parse_scene
+
+RPM = np.pi / 30.0
+E_PA, NU = 2e11, 0.3
+# Next to no mass: what is on a shaft of it moves as on a spring.
+MATERIALS = {
+    "light": {"density_kg_per_m3": 1e-2, "youngs_modulus_pa": E_PA, "poissons_ratio": NU},
+    "plain": {"density_kg_per_m3": 7800.0, "youngs_modulus_pa": E_PA, "poissons_ratio": NU},
+}
+MASS, POLAR, DIAMETRAL = 12.0, 0.9, 0.5
+RISING = {
+    "kind": "polynomial",
+    "argument_unit": "rad/s",
+    "argument_range": [0.0, 2000.0],
+    "stiffness_x": [1.0, 0.0, 4e-7],
+    "stiffness_y": [1.0, 0.0, 4e-7],
+}
+TABLE = {
+    "kind": "table",
+    "speed_rpm": [0.0, 9549.296585513721],  # 1000 rad/s
+    "stiffness_n_per_m": [2e6, 5e6],
+    "damping_n_s_per_m": [0.0, 0.0],
+}
+
+
+def rigid_rotor(first=2e6, second=2e6, a=-0.4, b=0.4, rpm=(0.0,), **changes):
+    """A rigid rotor on two bearings, its centre of gravity at 0."""
+    return {
+        "name": "rigid",
+        "speeds": {"list_rpm": list(rpm)},
+        "campbell": {"branches": 4},
+        "rigid_bodies": {
+            "rotor": {
+                "speed_ratio": 1.0,
+                "mass_kg": MASS,
+                "center_of_gravity_m": [0.0, 0.0, 0.0],
+                "inertia_kg_m2": [DIAMETRAL, DIAMETRAL, POLAR],
+                "interfaces": {"a": a, "m": 0.0, "b": b},
+            }
+        },
+        "bearings": [
+            {"name": "A", "first": "rotor.a", "stiffness_n_per_m": first},
+            {"name": "B", "first": "rotor.b", "stiffness_n_per_m": second},
+        ],
+        **changes,
+    }
+
+
+def rotor_on_shaft(**changes):
+    """A disk in the middle of a pinned shaft that weighs next to nothing."""
+    disk = {"name": "d", "at_m": 0.5, "mass_kg": MASS}
+    disk |= {"polar_inertia_kg_m2": POLAR, "diametral_inertia_kg_m2": DIAMETRAL}
+    shaft = {
+        "material": "light",
+        "stations_m": [0.0, 0.25, 0.5, 0.75, 1.0],
+        "outer_radius_m": [0.02],
+        "interfaces": {"a": 0.0, "m": 0.5, "b": 1.0},
+        "disks": [disk],
+    }
+    return {
+        "name": "flexible",
+        "materials": MATERIALS,
+        "speeds": {"list_rpm": [0.0, 3000.0]},
+        "beams": {"rotor": shaft},
+        "bearings": [
+            {"name": "A", "first": "rotor.a", "rigid": ["ux", "uy"]},
+            {"name": "B", "first": "rotor.b", "rigid": ["ux", "uy"]},
+        ],
+        **changes,
+    }
+
+
+def shaft_stiffness(radius=0.02, length=1.0):
+    """Force in the middle of a pinned Timoshenko shaft; shear after Cowper (1966)."""
+    bending = E_PA * np.pi * radius**4 / 4.0
+    shear = 6 * (1 + NU) / (7 + 6 * NU) * E_PA / (2 * (1 + NU)) * np.pi * radius**2
+    return 1.0 / (length**3 / (48.0 * bending) + length / (4.0 * shear))
+
+
+def joined(data):
+    """The assembled system of a scene without solids."""
+    scene = parse_scene(data)
+    plan = make_plan(scene, {})
+    parts = rotors(scene, plan, simple_elements(scene, plan))
+    return assemble(parts, bearings(scene, plan), gears=gears(scene, plan))
+
+
+def run(data):
+    from solidwhirl.pipeline.run import run_scene
+
+    return run_scene(parse_scene(data))
+
+
+def lowest(data, count=4):
+    return run(data).at_rest.frequency_hz[:count]
+
+
+# -- closed forms ---------------------------------------------------------------------------------
+
+
+def whirl_hz(speed, first, second, a, b):
+    """Frequencies of a rigid rotor on two isotropic bearings, from 2×2 matrices written by hand.
+
+    In z = x + iy and the tilt of the axis: diag(m, Id) q'' - i W diag(0, Ip) q' + K q = 0.
+    """
+    stiffness = np.array(
+        [[first + second, first * a + second * b], [0.0, first * a**2 + second * b**2]]
+    )
+    stiffness[1, 0] = stiffness[0, 1]
+    inverse = np.diag([1.0 / MASS, 1.0 / DIAMETRAL])
+    spin = 1j * speed * inverse @ np.diag([0.0, POLAR])
+    state = np.block([[np.zeros((2, 2)), np.eye(2)], [-inverse @ stiffness, spin]])
+    return np.sort(np.abs(np.linalg.eigvals(state).imag)) / (2 * np.pi)
+
+
+@pytest.mark.solver
+def test_rigid_rotor():
+    """Unequal bearings at unequal distances: lateral and tilting motion couple."""
+    case = {"first": 2e6, "second": 3e6, "a": -0.3, "b": 0.5}
+    diagram = run(rigid_rotor(rpm=(0.0, 4e3, 9e3), **case)).campbell
+    for at, speed in enumerate(diagram.speeds_rad_s):
+        found = np.sort(diagram.frequency_hz[:, at])
+        np.testing.assert_allclose(found, whirl_hz(speed, **case), rtol=1e-9)
+
+
+@pytest.mark.solver
+def test_rigid_rotor_along_and_about_its_axis():
+    data = rigid_rotor()
+    data["bearings"][0] |= {"axial_stiffness_n_per_m": 7e5, "torsion_stiffness_n_m_per_rad": 8e4}
+    found = run(data).at_rest.frequency_hz * 2 * np.pi
+    for wanted in (np.sqrt(7e5 / MASS), np.sqrt(8e4 / POLAR)):
+        assert np.abs(found / wanted - 1.0).min() < 1e-9
+
+
+def run_or_refuse(data):
+    """None for a scene that the program does not take on."""
+    try:
+        return run(data)
+    except ValueError:
+        return None
+
+
+@pytest.mark.solver
+def test_casing_with_its_mass_off_the_axis():
+    """On springs at 0, c.g. at (x, 0, 0): uy drags rz along, which nothing holds.
+
+    Then w^2 = k / (m Izz / (Izz + m x^2)), from m (y'' + x r'') = -k y, (Izz + m x^2) r'' =
+    -m x y''. Held within the body, torsion would make that k / m.
+    """
+    data = rigid_rotor(a=-0.4, b=0.4)
+    data["rigid_bodies"]["rotor"] |= {"speed_ratio": 0.0, "center_of_gravity_m": [0.3, 0.0, 0.0]}
+    results = run_or_refuse(data)
+    if results is not None:
+        wanted = np.sqrt(4e6 / (MASS * POLAR / (POLAR + MASS * 0.3**2))) / (2 * np.pi)
+        assert np.abs(results.at_rest.frequency_hz / wanted - 1.0).min() < 1e-9
+
+
+@pytest.mark.parametrize(
+    "odd", [{"center_of_gravity_m": [0.1, 0.0, 0.0]}, {"inertia_kg_m2": [0.5, 0.8, 0.9]}]
+)
+def test_turning_body_that_is_not_the_same_all_round_is_refused(odd):
+    """Its mass matrix would turn in the inertial frame, which the equations do not have."""
+    data = rigid_rotor(rpm=(0.0, 3e3))
+    data["rigid_bodies"]["rotor"] |= odd
+    with pytest.raises(ValueError, match="rotor"):
+        joined(data)
+
+
+def geared(ratio=-2.5, **gear):
+    """Two rigid wheels with a gear between them."""
+    data = rigid_rotor(gears=[{"name": "g", "first": "rotor.m", "second": "wheel.m", **gear}])
+    data["gears"][0]["ratio"] = ratio
+    wheel = {**data["rigid_bodies"]["rotor"], "speed_ratio": ratio, "mass_kg": 5.0}
+    data["rigid_bodies"]["wheel"] = {**wheel, "inertia_kg_m2": [0.3, 0.3, 0.2]}
+    data["bearings"] += [{"name": "C", "first": "wheel.m", "stiffness_n_per_m": 4e6}]
+    return data
+
+
+@pytest.mark.solver
+def test_rigid_gear():
+    """Inertia seen from the spring: J1 + n^2 J2."""
+    data = geared()
+    data["bearings"][0]["torsion_stiffness_n_m_per_rad"] = 5e4
+    wanted = np.sqrt(5e4 / (POLAR + 2.5**2 * 0.2)) / (2 * np.pi)
+    assert np.abs(run(data).at_rest.frequency_hz / wanted - 1.0).min() < 1e-9
+
+
+@pytest.mark.solver
+def test_elastic_gear_with_a_line_of_action():
+    """Along y, by hand: teeth see y1 + r1 rz1 - y2 - (r1 / n) rz2; across it nothing changes."""
+    mesh = {"base_radius_first_m": 0.2, "mesh_stiffness_n_per_m": 3e6, "line_of_action_deg": 90.0}
+    found = run(geared(**mesh)).at_rest.frequency_hz * 2 * np.pi
+    teeth = np.array([1.0, 0.2, -1.0, 0.2 / 2.5])
+    stiffness = np.diag([4e6, 0.0, 4e6, 0.0]) + 3e6 * np.outer(teeth, teeth)
+    squares = np.linalg.eigvals(np.diag(1.0 / np.array([MASS, POLAR, 5.0, 0.2])) @ stiffness).real
+    for square in (*np.sort(squares)[1:], 4e6 / MASS, 4e6 / 5.0):  # the first turns freely
+        assert np.abs(found / np.sqrt(square) - 1.0).min() < 1e-9
+
+
+def rod(hertz, length, radius):
+    """Exact dynamic stiffness of a shaft in torsion: an end on itself and on the other."""
+    shear, polar = E_PA / (2 * (1 + NU)), 0.5 * np.pi * radius**4
+    x = 2 * np.pi * hertz * length * np.sqrt(7800.0 / shear)
+    return shear * polar / length * x / np.tan(x), -shear * polar / length * x / np.sin(x)
+
+
+@pytest.mark.solver
+def test_geared_shafts_in_torsion():
+    """Disk, shaft, gear of ratio n, shaft, disk: the determinant of exact dynamic stiffnesses."""
+    disks, ratio, radii = (0.6, 0.05), 3.0, (0.03, 0.02)
+
+    def at_the_gear(hertz):
+        sides = []
+        for inertia, radius in zip(disks, radii, strict=True):
+            own, across = rod(hertz, 0.8, radius)
+            sides.append(own - across**2 / (own - (2 * np.pi * hertz) ** 2 * inertia))
+        return sides[0] + ratio**2 * sides[1]
+
+    data = {"name": "geared", "materials": MATERIALS, "beams": {}}
+    for name, inertia, radius in zip("xy", disks, radii, strict=True):
+        disk = {"name": "d", "at_m": 0.0, "mass_kg": 5.0, "polar_inertia_kg_m2": inertia}
+        data["beams"][name] = {
+            "material": "plain",
+            "speed_ratio": ratio if name == "y" else 1.0,
+            "stations_m": np.linspace(0.0, 0.8, 33).tolist(),
+            "outer_radius_m": [radius],
+            "interfaces": {"seat": 0.8},
+            "disks": [{**disk, "diametral_inertia_kg_m2": inertia}],
+        }
+    data["gears"] = [{"name": "g", "first": "x.seat", "second": "y.seat", "ratio": ratio}]
+    # between the disks on their own shafts, 72 and 110 Hz; lumped it is 88 Hz
+    wanted = brentq(at_the_gear, 75.0, 105.0)
+    # 32 elements linear in z: far below (w l / c)^2 / 24 = 1e-3, over 32^2
+    assert np.abs(run(data).at_rest.frequency_hz / wanted - 1.0).min() < 1e-6
+
+
+# -- speed laws -----------------------------------------------------------------------------------
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize("ratio", [1.0, -2.0])
+@pytest.mark.parametrize("name", ["rising", "table"])
+def test_law_shifts_the_critical_speed(name, ratio):
+    """m W^2 = 2 k(W) at the shaft's own speed W; the reference shaft turns at W / |ratio|."""
+    data = rigid_rotor(rpm=(0.0, 12e3), speed_laws={"rising": RISING, "table": TABLE})
+    data["rigid_bodies"]["rotor"]["speed_ratio"] = ratio
+    for bearing in data["bearings"]:
+        bearing["speed_law"] = name
+        if name == "table":
+            del bearing["stiffness_n_per_m"]
+    if name == "rising":
+        wanted = np.sqrt(4e6 / (MASS - 4e6 * 4e-7))
+    else:
+        wanted = max(np.roots([MASS, -2 * 3e3, -4e6]))  # 2e6 N/m and 3e3 N s/(m rad) per bearing
+    found = np.array([c.critical.speed_rad_s for c in run(data).critical_speeds])
+    assert np.abs(found * abs(ratio) / wanted - 1.0).min() < 1e-9
+    assert np.abs(found * abs(ratio) / np.sqrt(4e6 / MASS) - 1.0).min() > 0.01
+
+
+@pytest.mark.solver
+def test_laws_switched_off_are_not_there():
+    """The same as with constant bearings, bit for bit."""
+    data = rigid_rotor(rpm=(0.0, 3e3, 9e3))
+    plain = run(data)
+    data["speed_laws"] = {"rising": RISING}
+    data["bearings"][0]["speed_law"] = "rising"
+    off = run({**data, "effects": {"speed_dependent_bearings": "off"}})
+    assert np.array_equal(off.campbell.frequency_hz, plain.campbell.frequency_hz)
+    assert [c.critical.speed_rad_s for c in off.critical_speeds] == [
+        c.critical.speed_rad_s for c in plain.critical_speeds
+    ]
+    assert not np.array_equal(run(data).campbell.frequency_hz, plain.campbell.frequency_hz)
+
+
+@pytest.mark.solver
+def test_table_switched_off_leaves_a_bearing():
+    """At rest nothing depends on the speed, so the law on or off is the same there."""
+    data = rigid_rotor(speed_laws={"table": TABLE})
+    data["bearings"][0] = {"name": "A", "first": "rotor.a", "speed_law": "table"}
+    off = run_or_refuse({**data, "effects": {"speed_dependent_bearings": "off"}})
+    if off is not None:
+        np.testing.assert_allclose(off.at_rest.frequency_hz[:4], lowest(data), rtol=1e-12)
+
+
+@pytest.mark.solver
+def test_law_of_a_bearing_written_from_its_casing():
+    """The ends in the other order: the same engine, or refused, but not a law without effect."""
+    data = rigid_rotor(rpm=(0.0, 9e3), speed_laws={"rising": RISING})
+    casing = {**data["rigid_bodies"]["rotor"], "speed_ratio": 0.0}
+    data["rigid_bodies"]["casing"] = casing
+    data["bearings"] += [{"name": "M", "first": "casing.m", "stiffness_n_per_m": 1e7}]
+    data["bearings"][0] |= {"second": "casing.a", "speed_law": "rising"}
+    wanted = run(data).campbell.frequency_hz
+    data["bearings"][0] |= {"first": "casing.a", "second": "rotor.a"}
+    turned = run_or_refuse(data)
+    if turned is not None:
+        np.testing.assert_allclose(turned.campbell.frequency_hz, wanted, rtol=1e-9)
+
+
+# -- internal damping -----------------------------------------------------------------------------
+
+
+def threshold(data, to_rpm):
+    data["analyses"] = [{"kind": "stability", "to_rpm": to_rpm, "count": 3}]
+    found = run(data).analyses["stability"].document["threshold"]
+    return found["speed_rpm"] * RPM, found["frequency_hz"] * 2 * np.pi
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize("external", [0.0, 30.0])
+def test_threshold_of_internal_damping(external):
+    """W = w (1 + c_e / c_i), c_i = beta k: Genta, Dynamics of Rotating Systems, section 2.5."""
+    data = rotor_on_shaft()
+    data["beams"]["rotor"]["internal_damping"] = {"stiffness_coefficient_s": 1e-4}
+    data["bearings"] += [{"name": "C", "first": "rotor.m", "damping_n_s_per_m": external}]
+    frequency = np.sqrt(shaft_stiffness() / MASS)
+    speed, whirl = threshold(data, 6e3)
+    wanted = frequency * (1.0 + external / (1e-4 * shaft_stiffness()))
+    # the shaft itself weighs 1e-6 of the disk; beta k is damping of 1 % and less, in the square
+    assert speed == pytest.approx(wanted, rel=1e-5)
+    assert whirl == pytest.approx(frequency, rel=1e-5)
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize(
+    "damping", [{"modal_ratio": 0.01}, {"stiffness_coefficient_s": 1e-6, "modal_ratio": 0.02}]
+)
+def test_damping_that_turns_with_a_solid_is_neutral_at_the_critical_speed(small_scene, damping):
+    """At W = w forward the body sees a deflection at rest, whatever the damping."""
+    data = small_scene(rpm=(0.0, 15e3), body={"internal_damping": damping})
+    plain = run({**data, "effects": {"internal_damping": "off"}}).critical_speeds
+    forward = [c.critical.speed_rad_s for c in plain if c.critical.whirl == "forward"]
+    speed, whirl = threshold(data, 15e3)
+    assert speed == pytest.approx(forward[0], rel=1e-6)
+    assert whirl == pytest.approx(speed, rel=1e-6)
+
+
+# -- levels in one scene --------------------------------------------------------------------------
+
+
+@pytest.mark.solver
+def test_solid_and_beam_of_one_shaft_in_one_scene():
+    """1 m of 10 mm radius on springs: beam theory and the solid agree to 0.3 % and mix freely."""
+    section = {"name": "s", "start_m": 0.0, "end_m": 1.0, "outer_radius_m": 0.01}
+    ends = [{"name": n, "kind": "section", "at_m": z} for n, z in (("a", 0.0), ("b", 1.0))]
+    solid = {"material": "plain", "sections": [section], "interfaces": ends}
+    beam = {"material": "plain", "stations_m": np.linspace(0.0, 1.0, 21).tolist()}
+    beam |= {"outer_radius_m": [0.01], "interfaces": {"a": 0.0, "b": 1.0}}
+    data = {"name": "mixed", "materials": MATERIALS, "bodies": {"s": solid}, "beams": {"b": beam}}
+    data["bearings"] = [
+        {"name": f"{n}{z}", "first": f"{n}.{z}", "stiffness_n_per_m": 1e6}
+        for n in "sb"
+        for z in "ab"
+    ]
+    parts = []
+    for drop, n in (("beams", "s"), ("bodies", "b")):
+        own = [b for b in data["bearings"] if b["first"].startswith(n)]
+        parts.append(lowest({**{k: v for k, v in data.items() if k != drop}, "bearings": own}, 8))
+    np.testing.assert_allclose(parts[0], parts[1], rtol=3e-3)
+    np.testing.assert_allclose(lowest(data, 16), np.sort(np.concatenate(parts)), rtol=1e-9)
+
+
+@pytest.mark.solver
+def test_modes_of_one_body(small_scene):
+    """Two of the modes, each in both planes, less than [model] says for all."""
+    few, many = (
+        run(small_scene(rpm=None, model={"modes": 4}, body=body)).elements["rotor"]
+        for body in ({"modes": 2}, {})
+    )
+    assert many.size - few.size == 2 * 2
+
+
+@pytest.mark.solver
+def test_more_modes_than_a_body_has(small_scene):
+    """As many as the record allows, of a mesh that has fewer: a message, or all there are."""
+    section = {"name": "shaft", "start_m": 0.0, "end_m": 0.4, "outer_radius_m": 0.02}
+    results = run_or_refuse(small_scene(rpm=None, body={"sections": [section], "modes": 500}))
+    assert results is None or results.at_rest.frequency_hz[0] > 0.0

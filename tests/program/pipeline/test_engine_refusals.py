@@ -1,0 +1,409 @@
+"""What a scene with beams, rigid bodies, gears, speed laws and analyses may not say."""
+
+from __future__ import annotations
+
+import copy
+import json
+import re
+import tomllib
+
+import pytest
+from typer.testing import CliRunner
+
+from solidwhirl.cli import app
+from solidwhirl.core.errors import SceneError
+from solidwhirl.model.bodies import build_bodies
+from solidwhirl.model.effects import make_plan
+from solidwhirl.scene_reading.reader import parse_scene
+
+ENGINE = tomllib.loads("""
+name = "engine"
+speeds = { to_rpm = 6000.0, count = 3 }
+campbell = { branches = 4 }
+gears = [{ name = "box", first = "lp.a", second = "hp.a", ratio = -1.5 }]
+bearings = [
+  { name = "A", first = "lp.a", second = "casing.a", stiffness_n_per_m = 1e7, speed_law="rising" },
+  { name = "B", first = "lp.b", second = "casing.b", stiffness_n_per_m = 1e7 },
+  { name = "C", first = "hp.a", second = "casing.c", speed_law = "table" },
+  { name = "D", first = "hp.b", second = "casing.d", stiffness_n_per_m = 2e7 },
+  { name = "mount", first = "casing.a", stiffness_n_per_m = 5e7, damping_n_s_per_m = 1e3 },
+]
+[beams.lp]
+material = "steel"
+stations_m = [0.0, 0.5, 1.0]
+outer_radius_m = [0.03]
+interfaces = { a = 0.0, m = 0.5, b = 1.0 }
+internal_damping = { modal_ratio = 1e-4 }
+disks = [
+  { name = "d", at_m = 0.5, mass_kg = 20, polar_inertia_kg_m2 = 0.4, diametral_inertia_kg_m2 = 0.2 }
+]
+[beams.hp]
+material = "steel"
+speed_ratio = -1.5
+stations_m = [0.3, 0.7]
+outer_radius_m = [0.06]
+inner_radius_m = [0.045]
+interfaces = { a = 0.3, b = 0.7 }
+[rigid_bodies.casing]
+mass_kg = 100.0
+center_of_gravity_m = [0.0, 0.0, 0.5]
+inertia_kg_m2 = [20.0, 20.0, 10.0]
+interfaces = { a = 0.0, b = 1.0, c = 0.3, d = 0.7 }
+[speed_laws.rising]
+kind = "polynomial"
+argument_unit = "rpm"
+argument_range = [0.0, 20000.0]
+stiffness_x = [1.0, 1e-5]
+stiffness_y = [1.0, 1e-5]
+[speed_laws.table]
+kind = "table"
+speed_rpm = [0.0, 20000.0]
+stiffness_n_per_m = [2e7, [2e7, 3e7]]
+damping_n_s_per_m = [500.0, [[500.0, 0.0], [0.0, 400.0]]]
+[speed_laws.printed]
+kind = "preset"
+preset = "lee_isotropic"
+""")
+KINDS = tomllib.loads("""
+place_map = { places = ["lp.m"], observe = "lp.a", moment_kg_m = 1e-5, frequency_max_hz = 150.0 }
+waterfall = { observe = "lp.m", to_rpm = 6000.0, speed_count = 3, frequency_max_hz = 150.0 }
+rotating_campbell = { bodies = ["lp", "hp"] }
+mode_shapes = { speeds_rpm = [0.0, 6000.0], modes = 4, bodies = ["lp"] }
+stability = { to_rpm = 6000.0, count = 5 }
+bearing_laws = { to_rpm = 6000.0 }
+state_space = { inputs = ["lp.m"], outputs = ["lp.a"], to_rpm = 6000.0 }
+[unbalance_response]
+unbalances = [{ at = "lp.m", moment_kg_m = 1e-5 }]
+observe = ["lp.m"]
+to_rpm = 6000.0
+[critical_speed_map]
+bearings = ["B"]
+excited_by = "lp"
+search_to_rpm = 9000.0
+stiffness_from_n_per_m = 1e6
+stiffness_to_n_per_m = 1e8
+[stiffness_study]
+bearings = ["B"]
+excite = "lp.m"
+observe = "lp.m"
+moment_kg_m = 1e-5
+operating_speed_rpm = 4000.0
+stiffness_from_n_per_m = 1e6
+stiffness_to_n_per_m = 1e8
+frequency_max_hz = 150.0
+[separation_margins]
+operating = [{ shaft = "lp", from_rpm = 5000.0, to_rpm = 6000.0 }]
+search_factor = 1.5
+[run_up]
+ramp_s = 0.3
+hold_s = 0.2
+to_rpm = 6000.0
+sampling_hz = 5000.0
+record_hz = 2500.0
+mount = "mount"
+observe = ["lp.m"]
+unbalances = [{ at = "lp.m", moment_kg_m = 1e-5 }]
+compare_flexible = [["lp"], []]
+bands_hz = [[10.0, 90.0]]
+""")
+ENGINE["analyses"] = [{"kind": kind, **analysis} for kind, analysis in KINDS.items()]
+
+# path = value, null takes a key away; then what the message must say
+WRONG = """
+gears.0.first = "lp.x" | gears[0].first: no interface 'lp.x' | 'lp.m'? | casing.d
+gears.0.second = "ground" | gears[0].second: no interface 'ground' | allowed are lp.a
+gears.0.second = "lp.a" | gears[0].second: 'lp.a' is the first end too
+gears.0.second = "lp.b" | gears[0].second: both seats are on body 'lp'
+gears.0.second = "casing.a" | gears[0].ratio: -1.5, but 'lp' has speed_ratio 1 | 'casing' 0
+gears.0.ratio = 1.5 | gears[0].ratio: 1.5, but 'lp' | which is -1.5
+gears.0.ratio = 0 | gears[0]: ratio is 0
+gears.0.mesh_stiffness_n_per_m = 1e8 | gears[0]: base_radius_first_m is needed
+gears.0.mesh_damping_n_s_per_m = 5 | gears[0]: a rigid mesh has no damping
+bearings.0.speed_law = "rsing" | bearings[0].speed_law: no speed law 'rsing' | 'rising'?
+speed_laws = null; bearings.2.speed_law = null | bearings[0].speed_law | has no [speed_laws]
+bearings.2.stiffness_n_per_m = 1e7 | bearings[2].speed_law: 'table' is a table of absolute values
+bearings.2.damping_n_s_per_m = 1e2 | bearings[2].speed_law | leave out stiffness_n_per_m and dam
+bearings.0.stiffness_n_per_m = [[1e7, 1], [1, 1e7]] | bearings[0].speed_law | cross terms must be 0
+bearings.0.damping_n_s_per_m = [[1, 0], [1, 1]] | bearings[0].speed_law: 'rising' | cross terms
+bearings.0.speed_law = "printed"; bearings.0.damping_n_s_per_m = [[1, 0], [1, 1]] | cross terms
+bearings.2.rigid = ["uy"] | bearings[2].speed_law: ux or uy is rigid
+speed_laws.table.damping_n_s_per_m = [5] | damping_n_s_per_m has 1 entries for 2 speeds
+speed_laws.table.speed_rpm = [0] | speed_rpm | at least 2 items | found [0]
+speed_laws.table.speed_rpm = [5, 5] | speed_laws.table | speed_rpm must be increasing
+speed_laws.table.speed_rpm = [-5, 5] | speed_rpm[0] | greater than or equal to 0 | found -5
+speed_laws.table.interpolation = "cubic" | 'linear' or 'monotone' | found 'cubic'
+speed_laws.rising.kind = "spline" | speed_laws.rising | 'spline' | 'polynomial', 'table', 'preset'
+speed_laws.printed.preset = "lee" | preset | 'lee_isotropic' or 'lee_anisotropic' | found 'lee'
+beams.lp.stations_m = [0, 1, 0.5] | beams.lp: stations_m must be increasing
+beams.lp.outer_radius_m = [1, 1, 1] | beams.lp: outer_radius_m has 3 values; 1 or 2, one per sec
+beams.lp.inner_radius_m = [] | beams.lp: inner_radius_m has 0 values; 1 or 2
+beams.lp.interfaces = {} | beams.lp.interfaces | at least 1 item
+beams.lp.interfaces = {"a.b": 0} | beams.lp.interfaces.'a.b' | match pattern
+beams.lp.material = null | beams.lp.material: missing
+rigid_bodies.casing.mass_kg = 0 | rigid_bodies.casing.mass_kg | greater than 0 | found 0
+rigid_bodies.casing.inertia_kg_m2 = [1, 1, -1] | rigid_bodies.casing.inertia_kg_m2[2] | found -1
+rigid_bodies.casing.internal_damping = {} | internal_damping: unknown key | speed_ratio, mass_kg
+beams.lp.internal_damping.modal_ratio = 1.0 | modal_ratio | less than 1 | found 1.0
+beams.lp.internal_damping.beta = 1.0 | beta: unknown key | stiffness_coefficient_s, modal_ratio
+bodies = {"hp": {"material": "steel"}} | more than one body is named hp
+"""
+
+# kind of analysis: path = value; then what the message must say
+WRONG_ANALYSES = """
+stability: kind = "stable" | analyses[0] | 'stable' | 'unbalance_response', 'place_map'
+stability: to_rpm = null | analyses[0] | to_rpm: missing
+stability: cuont = 5 | cuont: unknown key; did you mean 'count'?
+stability: from_rpm = 7000 | analyses[0] | to_rpm = 6000 is not above from_rpm = 7000
+stability: name = "../up" | name | match pattern | found '../up'
+stability: name = "a\\n" | name | match pattern
+unbalance_response: observe = ["lp.q"] | analyses[0].observe[0]: no interface 'lp.q' | 'lp.m'?
+unbalance_response: unbalances.0.at = "casing.a" | analyses[0].unbalances[0].at: 'casing' does not
+unbalance_response: unbalances.0.angle = 0 | unbalances[0].angle: unknown key
+unbalance_response: orbits_at_rpm = [-1] | orbits_at_rpm[0] | found -1
+unbalance_response: count = 1 | count | greater than or equal to | found 1
+waterfall: observe = "lp" | observe | match pattern | found 'lp'
+place_map: places = ["lp.m", "hp.z"] | analyses[0].places[1]: no interface 'hp.z'
+state_space: outputs = ["lp.z"] | analyses[0].outputs[0]: no interface 'lp.z'
+stiffness_study: excite = "lp.z" | analyses[0].excite: no interface 'lp.z'
+stiffness_study: bearings = [] | bearings | at least 1 item
+stiffness_study: margin = 1.0 | margin | less than 1 | found 1.0
+stiffness_study: stiffness_to_n_per_m = 1e6 | stiffness_to_n_per_m is not above stiffness_from
+critical_speed_map: bearings = ["B", "E"] | analyses[0].bearings[1]: no bearing 'E' | A, B, C, D
+critical_speed_map: excited_by = "fan" | analyses[0].excited_by: no body 'fan'
+critical_speed_map: excited_by = "casing" | analyses[0].excited_by: 'casing' does not turn
+rotating_campbell: bodies = ["lp", "hpp"] | analyses[0].bodies[1]: no body 'hpp' | 'hp'? | casing
+mode_shapes: modes = 61 | modes | less than or equal to 60
+separation_margins: operating.0.shaft = "fan" | analyses[0].operating[0].shaft: no body 'fan' | hp
+separation_margins: operating.0.to_rpm = 2 | operating[0] | to_rpm = 2 is below from_rpm = 5000
+run_up: mount = "mont" | analyses[0].mount: no bearing 'mont' | did you mean 'mount'?
+run_up: unbalances.0.at = "ip.m" | analyses[0].unbalances[0].at: no interface 'ip.m' | 'lp.m'?
+run_up: unbalances.0.at = "casing.a" | analyses[0].unbalances[0].at: 'casing' does not turn
+run_up: drives = ["lp.z"] | analyses[0].drives[0]: no interface 'lp.z'
+run_up: compare_flexible = [["lp"], ["lp", "fan"]] | analyses[0].compare_flexible[1][1]: no body
+run_up: unbalances = [] | analyses[0] | compare_flexible needs unbalances
+run_up: bands_hz = [] | analyses[0] | compare_flexible needs bands_hz
+run_up: bands_hz = [[9, 9]] | analyses[0] | bands_hz has (9, 9)
+run_up: record_hz = 6000 | analyses[0] | record_hz = 6000 is above sampling_hz = 5000
+run_up: gravity_m_per_s2 = [0, 1] | gravity_m_per_s2[2]: missing
+"""
+
+# found out from the geometry: refused before anything is meshed all the same
+MISFITS = """
+beams.lp.material = "stel" | beams.lp | 'stel' | steel
+beams.lp.inner_radius_m = [0.04] | 0.04 | 0.03
+beams.lp.interfaces.a = -1 | 'a'
+beams.lp.interfaces.m = 0.0 | 'a' | 'm'
+beams.lp.disks.0.at_m = 2 | 'd'
+speed_laws.rising.argument_range = [9, 1] | argument_range
+"""
+
+# kind of analysis: path = value; done, or refused with the key of the analysis
+DOUBTFUL = """
+separation_margins: operating.0.shaft = "casing"
+critical_speed_map: search_to_rpm = 1
+critical_speed_map: bearings = ["C"]
+place_map: places = ["casing.a"]
+place_map: frequency_count = 2
+unbalance_response: count = 3
+unbalance_response: observe = ["lp.a", "lp.b", "lp.m", "hp.a", "hp.b", "casing.a", "casing.b", \
+"casing.c"]
+unbalance_response: orbits_at_rpm = [1, 2, 3, 4, 5, 6, 7, 8, 9]; count = 9
+waterfall: from_rpm = 6000
+state_space: from_rpm = 7000
+stiffness_study: operating_speed_rpm = 9e4; stiffness_count = 2
+stiffness_study: excite = "casing.a"
+rotating_campbell: bodies = ["casing"]
+mode_shapes: modes = 20
+run_up: ramp_s = 1e9
+run_up: ramp_s = 0.02; hold_s = 0
+run_up: hold_s = 0.20001
+run_up: record_hz = 10
+run_up: drives = ["lp.m"]
+run_up: gravity_m_per_s2 = [0, 0, 9.81]
+"""
+
+
+def lines(text):
+    return [line for line in text.splitlines() if line]
+
+
+def value_text(value):
+    """Plain data as TOML, every table inline."""
+    if isinstance(value, dict):
+        items = (f"{json.dumps(k)} = {value_text(v)}" for k, v in value.items())
+        return "{" + ", ".join(items) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(value_text(v) for v in value) + "]"
+    return json.dumps(value)
+
+
+def toml(data):
+    return "".join(f"{key} = {value_text(value)}\n" for key, value in data.items())
+
+
+def changed(data, changes):
+    """A copy with the changes of one line above."""
+    data = copy.deepcopy(data)
+    for change in filter(None, changes.split("; ")):
+        path, _, text = change.partition(" = ")
+        *keys, last = [int(part) if part.isdigit() else part for part in path.strip().split(".")]
+        holder = data
+        for key in keys:
+            holder = holder[key]
+        value = json.loads(text)
+        if value is None:
+            del holder[last]
+        else:
+            holder[last] = value
+    return data
+
+
+def scene_of(case):
+    """The engine, changed; after the kind of an analysis with that one alone, changed."""
+    kind, _, changes = case.partition(": ")
+    if kind not in KINDS:
+        return changed(ENGINE, case)
+    return {**ENGINE, "analyses": [changed({"kind": kind, **KINDS[kind]}, changes)]}
+
+
+# The file, and line and column of what belongs to a key that is there.
+PLACE = re.compile(r"bad\.toml(?::\d+:\d+)?: ([^:]*)")
+
+
+def key_in(line):
+    """The key that a line of a message is about."""
+    return PLACE.search(line)[1]
+
+
+@pytest.fixture
+def refused(invoke, refusal):
+    """Function: the message of a scene that is refused before anything is done."""
+
+    def check(data):
+        done, written = invoke(toml(data))
+        message = refusal(done, "bad.toml")
+        assert all(PLACE.search(line) for line in lines(message)), "something was begun"
+        assert not written
+        return message
+
+    return check
+
+
+@pytest.mark.parametrize(
+    "case", lines(WRONG + WRONG_ANALYSES + MISFITS), ids=lambda case: case.split(" | ")[0]
+)
+def test_wrong_entry_is_refused_before_the_work(refused, case):
+    changes, *said = case.split(" | ")
+    message = refused(scene_of(changes))
+    for text in said:
+        assert text in message, (text, message)
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize("case", lines(DOUBTFUL), ids=lambda case: case[:60])
+def test_doubtful_analysis_is_done_or_refused_with_its_key(invoke, refusal, case):
+    """No traceback, no folder left behind, and no message that leaves the user guessing."""
+    done, written = invoke(toml(scene_of(case)), "--quiet")
+    assert done.exception is None or isinstance(done.exception, SystemExit), repr(done.exception)
+    if done.exit_code != 0:
+        assert "analyses[0]" in refusal(done, "bad.toml")
+        assert not written
+
+
+def test_key_is_that_of_the_file(refused):
+    """No part of a key that the file does not have, such as the kind of the record."""
+    assert key_in(refused(scene_of("stability: count = 1"))) == "analyses[0].count"
+    message = refused(scene_of("speed_laws.rising.stiffness_x = []"))
+    assert key_in(message) == "speed_laws.rising.stiffness_x"
+
+
+def test_allowed_keys_are_those_of_the_kind(refused):
+    message = refused(scene_of("stability: zzz = 1"))
+    assert "allowed are" in message
+    assert "unbalances" not in message
+    message = refused(scene_of("speed_laws.table.zzz = 1"))
+    assert "interpolation" in message
+    assert "argument_unit" not in message
+
+
+def test_missing_kind_says_which_there_are(refused):
+    assert "'waterfall'" in refused(scene_of("stability: kind = null"))
+    assert "'polynomial'" in refused(scene_of("speed_laws.table.kind = null"))
+
+
+def test_numbers_in_a_message_differ_where_the_values_do(refused):
+    message = refused(scene_of("gears.0.ratio = -1.50000001"))
+    assert "gears[0].ratio: -1.50000001, but " in message
+
+
+def test_gears_of_one_name(refused):
+    data = {**ENGINE, "gears": [ENGINE["gears"][0], {**ENGINE["gears"][0], "second": "hp.b"}]}
+    assert "gears[1].name: 'box' is the name of gears[0] too" in refused(data)
+
+
+@pytest.mark.parametrize("name", [None, "twice"])
+def test_analyses_of_one_name(refused, name):
+    """Without a name the kind is the name; with names two of a kind are fine."""
+    first = {"kind": "stability", **KINDS["stability"], **({"name": name} if name else {})}
+    message = refused({**ENGINE, "analyses": [first, first]})
+    assert f"analyses[1].name: {name or 'stability'!r} is the name of analyses[0] too" in message
+    scene = parse_scene({**ENGINE, "analyses": [first, {**first, "name": "other"}]})
+    assert [a.label for a in scene.analyses] == [name or "stability", "other"]
+
+
+def test_all_problems_of_joints_and_analyses_at_once(refused):
+    message = refused(
+        changed(ENGINE, 'gears.0.ratio = 2; bearings.0.speed_law = "x"; analyses.11.mount = "M"')
+    )
+    keys = [key_in(line) for line in lines(message)]
+    assert keys == ["bearings[0].speed_law", "gears[0].ratio", "analyses[11].mount"]
+
+
+def test_engine_is_accepted(tmp_path):
+    """What the cases above start from has no fault of its own."""
+    path = tmp_path / "good.toml"
+    path.write_text(toml(ENGINE), encoding="utf-8")
+    done = CliRunner().invoke(app, ["plan", str(path)])
+    assert done.exit_code == 0, done.stderr
+    assert "speed_dependent_bearings" in done.stdout
+    assert parse_scene(ENGINE).model_dump() == parse_scene(tomllib.loads(toml(ENGINE))).model_dump()
+
+
+# -- whatever it says -----------------------------------------------------------------------------
+
+
+def places(value, path=()):
+    """Paths of everything inside a scene."""
+    for key, inner in value.items() if isinstance(value, dict) else enumerate(value):
+        yield (*path, key)
+        if isinstance(inner, dict | list):
+            yield from places(inner, (*path, key))
+
+
+def holder_of(data, path):
+    for key in path[:-1]:
+        data = data[key]
+    return data
+
+
+def refused_or_planned(data):
+    try:
+        scene = parse_scene(data)
+    except SceneError as error:
+        return str(error)
+    return str(make_plan(scene, build_bodies(scene)).analyses)
+
+
+def test_every_single_key_dropped():
+    for path in places(ENGINE):
+        data = copy.deepcopy(ENGINE)
+        del holder_of(data, path)[path[-1]]
+        assert refused_or_planned(data).strip()
+
+
+@pytest.mark.parametrize("value", [None, True, "", "lp.a", [], {}, [[]], -1, 10**400, float("nan")])
+def test_every_single_value_replaced(value):
+    for path in places(ENGINE):
+        data = copy.deepcopy(ENGINE)
+        holder_of(data, path)[path[-1]] = value
+        assert refused_or_planned(data).strip()

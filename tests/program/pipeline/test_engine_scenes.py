@@ -1,0 +1,282 @@
+"""Scenes of beams, rigid bodies, gears, speed laws and damping: what is planned and assembled."""
+
+from __future__ import annotations
+
+import copy
+
+import numpy as np
+import pytest
+
+from solidwhirl.model.bodies import build_bodies
+from solidwhirl.model.effects import make_plan
+from solidwhirl.model.system_parts import bearings, gears, rotors, simple_elements
+from solidwhirl.rotordyn import assemble
+from solidwhirl.scene_checks.speeds_asked import top_speed
+from solidwhirl.scene_reading.reader import parse_scene
+
+RPM = np.pi / 30.0
+E_PA, NU = 2e11, 0.3
+# Next to no mass: what is on a shaft of it moves as on a spring.
+MATERIALS = {
+    "light": {"density_kg_per_m3": 1e-2, "youngs_modulus_pa": E_PA, "poissons_ratio": NU},
+    "plain": {"density_kg_per_m3": 7800.0, "youngs_modulus_pa": E_PA, "poissons_ratio": NU},
+}
+MASS, POLAR, DIAMETRAL = 12.0, 0.9, 0.5
+RISING = {
+    "kind": "polynomial",
+    "argument_unit": "rad/s",
+    "argument_range": [0.0, 2000.0],
+    "stiffness_x": [1.0, 0.0, 4e-7],
+    "stiffness_y": [1.0, 0.0, 4e-7],
+}
+TABLE = {
+    "kind": "table",
+    "speed_rpm": [0.0, 9549.296585513721],  # 1000 rad/s
+    "stiffness_n_per_m": [2e6, 5e6],
+    "damping_n_s_per_m": [0.0, 0.0],
+}
+
+
+def rigid_rotor(first=2e6, second=2e6, a=-0.4, b=0.4, rpm=(0.0,), **changes):
+    """A rigid rotor on two bearings, its centre of gravity at 0."""
+    return {
+        "name": "rigid",
+        "speeds": {"list_rpm": list(rpm)},
+        "campbell": {"branches": 4},
+        "rigid_bodies": {
+            "rotor": {
+                "speed_ratio": 1.0,
+                "mass_kg": MASS,
+                "center_of_gravity_m": [0.0, 0.0, 0.0],
+                "inertia_kg_m2": [DIAMETRAL, DIAMETRAL, POLAR],
+                "interfaces": {"a": a, "m": 0.0, "b": b},
+            }
+        },
+        "bearings": [
+            {"name": "A", "first": "rotor.a", "stiffness_n_per_m": first},
+            {"name": "B", "first": "rotor.b", "stiffness_n_per_m": second},
+        ],
+        **changes,
+    }
+
+
+def rotor_on_shaft(**changes):
+    """A disk in the middle of a pinned shaft that weighs next to nothing."""
+    disk = {"name": "d", "at_m": 0.5, "mass_kg": MASS}
+    disk |= {"polar_inertia_kg_m2": POLAR, "diametral_inertia_kg_m2": DIAMETRAL}
+    shaft = {
+        "material": "light",
+        "stations_m": [0.0, 0.25, 0.5, 0.75, 1.0],
+        "outer_radius_m": [0.02],
+        "interfaces": {"a": 0.0, "m": 0.5, "b": 1.0},
+        "disks": [disk],
+    }
+    return {
+        "name": "flexible",
+        "materials": MATERIALS,
+        "speeds": {"list_rpm": [0.0, 3000.0]},
+        "beams": {"rotor": shaft},
+        "bearings": [
+            {"name": "A", "first": "rotor.a", "rigid": ["ux", "uy"]},
+            {"name": "B", "first": "rotor.b", "rigid": ["ux", "uy"]},
+        ],
+        **changes,
+    }
+
+
+def planned(data):
+    scene = parse_scene(data)
+    return make_plan(scene, build_bodies(scene))
+
+
+def joined(data):
+    """The assembled system of a scene without solids."""
+    scene = parse_scene(data)
+    plan = make_plan(scene, {})
+    parts = rotors(scene, plan, simple_elements(scene, plan))
+    return assemble(parts, bearings(scene, plan), gears=gears(scene, plan))
+
+
+# -- plan -----------------------------------------------------------------------------------------
+
+
+def two_solids(small_scene):
+    """Two solids and a beam; rotor.left tilts, rotor.right has a gear and an axial spring."""
+    data = small_scene(bearing={"tilt_stiffness_n_m_per_rad": 1e4})
+    data["bodies"]["other"] = copy.deepcopy(data["bodies"]["rotor"])
+    data["materials"], data["beams"] = MATERIALS, {"shaft": rotor_on_shaft()["beams"]["rotor"]}
+    data["bearings"][1]["axial_stiffness_n_per_m"] = 1e6
+    data["bearings"] += [{"name": "o", "first": "other.left", "second": "rotor.left"}]
+    data["gears"] = [{"name": "g", "first": "rotor.right", "second": "shaft.a", "ratio": 1.0}]
+    return data
+
+
+LATERAL = ("ux", "uy")
+
+
+def test_interfaces_carry_what_acts_on_them(small_scene):
+    plan = planned(two_solids(small_scene))
+    assert plan.bodies["rotor"].interface_components == {
+        "left": (*LATERAL, "rx", "ry"),
+        "right": (*LATERAL, "uz", "rz"),
+    }
+    assert plan.bodies["rotor"].orders == (1, 0)
+    assert plan.bodies["other"].interface_components == {"left": LATERAL, "right": LATERAL}
+    assert plan.bodies["other"].orders == (1,)
+    shaft = {place: motions for place, motions in plan.carried.items() if "shaft" in place}
+    assert shaft == {"shaft.a": (*LATERAL, "rz"), "shaft.m": LATERAL, "shaft.b": LATERAL}
+    assert "g" in next(e.why for e in plan.effects if e.name == "torsion")
+
+
+def test_both_ends_of_a_joint_carry_its_motions(small_scene):
+    data = two_solids(small_scene)
+    data["bearings"][2]["rigid"] = ["ry"]
+    assert planned(data).carried["other.left"] == (*LATERAL, "rx", "ry")
+
+
+@pytest.mark.parametrize(
+    ("effect", "motions"), [("tilt", {"rx", "ry"}), ("axial", {"uz"}), ("torsion", {"rz"})]
+)
+def test_effect_of_motions_on_everywhere_and_off_nowhere(small_scene, effect, motions):
+    data = two_solids(small_scene)
+    data["bearings"][0]["rigid"] = ["uz", "rz"]
+    for asked in ("on", "off"):
+        data["effects"] = {effect: asked}
+        scene, plan = parse_scene(data), planned(data)
+        for place, carried in plan.carried.items():
+            assert motions & set(carried) == (motions if asked == "on" else set()), place
+        rows = {"tilt": slice(3, 5), "axial": 2, "torsion": 5}[effect]
+        for bearing in bearings(scene, plan) if asked == "off" else ():
+            assert not np.any([matrix[rows] for matrix in bearing.matrices()]), bearing.name
+            assert not motions & set(bearing.rigid)
+        assert bool(gears(scene, plan)) == (effect != "torsion" or asked == "on")
+    data["effects"] = {"axial": "off", "torsion": "off"}
+    assert planned(data).bodies["rotor"].orders == (1,)
+
+
+def test_drive_of_a_run_up_calls_for_torsion():
+    analysis = {"kind": "run_up", "ramp_s": 1.0, "to_rpm": 9e3, "mount": "A"}
+    plan = planned(rigid_rotor(analyses=[{**analysis, "drives": ["rotor.m"]}]))
+    assert plan.on("torsion")
+    assert plan.carried["rotor.m"] == (*LATERAL, "rz")
+    assert not planned(rigid_rotor(analyses=[analysis])).on("torsion")
+
+
+def test_rigid_disk_tilts_its_interface_alone(small_scene):
+    disk = {"name": "hub", "interface": "right", "mass_kg": 1.0}
+    disk |= {"polar_inertia_kg_m2": 0.02, "diametral_inertia_kg_m2": 0.01}
+    own = planned(small_scene(body={"rigid_disks": [disk]})).bodies["rotor"].interface_components
+    assert own == {"left": LATERAL, "right": (*LATERAL, "rx", "ry")}
+
+
+@pytest.mark.parametrize(
+    ("effect", "names"), [("internal_damping", "rotor"), ("speed_dependent_bearings", "A")]
+)
+def test_damping_and_laws_follow_the_scene(effect, names):
+    plain = rotor_on_shaft()
+    called = rotor_on_shaft(speed_laws={"rising": RISING})
+    called["beams"]["rotor"]["internal_damping"] = {"modal_ratio": 0.01}
+    called["bearings"][0] = {"name": "A", "first": "rotor.a", "stiffness_n_per_m": 1e6}
+    called["bearings"][0]["speed_law"] = "rising"
+    for asked, on in (("auto", (False, True)), ("on", (True, True)), ("off", (False, False))):
+        plans = [planned({**data, "effects": {effect: asked}}) for data in (plain, called)]
+        assert tuple(plan.on(effect) for plan in plans) == on
+        assert names in next(e.why for e in plans[1].effects if e.name == effect)
+    plain["beams"]["rotor"]["internal_damping"] = {"modal_ratio": 0.0}
+    assert not planned(plain).on("internal_damping")
+
+
+TIMES = {"frequency_max_hz": 200.0}
+STIFFNESS = {"bearings": ["soft"], "stiffness_from_n_per_m": 1.0, "stiffness_to_n_per_m": 2.0}
+FASTER = {
+    "waterfall": ({"observe": "rotor.m", "to_rpm": 9e3, **TIMES}, 9e3),
+    "stability": ({"to_rpm": 9e3}, 9e3),
+    "bearing_laws": ({"to_rpm": 9e3}, 9e3),
+    "state_space": ({"inputs": ["rotor.m"], "outputs": ["rotor.m"], "to_rpm": 9e3}, 9e3),
+    "mode_shapes": ({"speeds_rpm": [0.0, 9e3]}, 9e3),
+    "run_up": ({"ramp_s": 1.0, "to_rpm": 9e3, "mount": "A"}, 9e3),
+    "unbalance_response": (
+        {
+            "unbalances": [{"at": "rotor.m", "moment_kg_m": 1.0}],
+            "observe": ["rotor.m"],
+            "to_rpm": 9e3,
+            "orbits_at_rpm": [9.5e3],
+        },
+        9.5e3,
+    ),
+    # one turn of the body, at half the speed of the reference shaft, per period of 200 Hz
+    "place_map": ({"places": ["rotor.m"], "moment_kg_m": 1.0, **TIMES}, 24e3),
+    # the search goes up to a speed of the shaft itself
+    "critical_speed_map": ({"excited_by": "rotor", "search_to_rpm": 9e3, **STIFFNESS}, 18e3),
+    "separation_margins": (
+        {
+            "operating": [{"shaft": "rotor", "from_rpm": 1.0, "to_rpm": 6e3}],
+            "search_factor": 1.5,
+        },
+        18e3,
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", FASTER)
+def test_bases_are_made_for_the_speeds_of_all_analyses(kind):
+    """Speeds of the reference shaft, of which the rotor makes half."""
+    analysis, rpm = FASTER[kind]
+    data = rotor_on_shaft(analyses=[{"kind": kind, **analysis}])
+    data["beams"]["rotor"]["speed_ratio"] = -0.5
+    data["bearings"] += [{"name": "soft", "first": "rotor.m", "stiffness_n_per_m": 1.0}]
+    assert top_speed(parse_scene(data)) == pytest.approx(rpm * RPM, rel=1e-12)
+
+
+def everything():
+    """Two rotors with a gear, and all that an effect can switch off."""
+    data = rigid_rotor(speed_laws={"rising": RISING, "table": {**TABLE}})
+    data["speed_laws"]["table"]["damping_n_s_per_m"] = [30.0, 30.0]
+    shaft = rotor_on_shaft()
+    data["materials"], data["beams"] = MATERIALS, {"shaft": shaft["beams"]["rotor"]}
+    data["beams"]["shaft"]["internal_damping"] = {"stiffness_coefficient_s": 1e-6}
+    data["bearings"][0] |= {"speed_law": "rising", "damping_n_s_per_m": 20.0}
+    data["bearings"] += [
+        {"name": "C", "first": "shaft.a", "speed_law": "table"},
+        {"name": "D", "first": "shaft.b", "stiffness_n_per_m": 1e6, "damping_n_s_per_m": 9.0},
+    ]
+    data["gears"] = [{"name": "g", "first": "rotor.m", "second": "shaft.m", "ratio": 1.0}]
+    return data
+
+
+ASSEMBLED = {
+    "gyroscopic": lambda system: system.gyroscopic.any(),
+    "internal_damping": lambda system: system.circulatory_stiffness.any(),
+    "speed_dependent_bearings": lambda system: bool(system.law_joints),
+    "bearing_damping": lambda system: (
+        any(
+            joint.coefficients(speed)[1].any()
+            for joint in system.law_joints
+            for speed in (0.0, 9e2)
+        )
+        or system.damping.any()
+    ),
+    "torsion": lambda system: any(
+        c.component == "rz" for r in system.system.rotors.values() for c in r.element.coordinates
+    ),
+}
+
+
+@pytest.mark.parametrize("effect", ASSEMBLED)
+def test_nothing_switched_off_is_assembled(effect):
+    data = {**everything(), "speeds": {"list_rpm": [0.0, 3e3]}}
+    if effect == "bearing_damping":
+        del data["beams"]["shaft"]["internal_damping"]
+    if effect == "speed_dependent_bearings":
+        data["bearings"][2] = {"name": "C", "first": "shaft.a", "stiffness_n_per_m": 2e6}
+    assert ASSEMBLED[effect](joined(data))
+    assert not ASSEMBLED[effect](joined({**data, "effects": {effect: "off"}}))
+
+
+def test_plan_knows_the_damping_of_gears():
+    data = rigid_rotor(gears=[{"name": "g", "first": "rotor.m", "second": "disk.m", "ratio": 1.0}])
+    data["gears"][0] |= {"base_radius_first_m": 0.1, "mesh_stiffness_n_per_m": 1e6}
+    data["gears"][0]["mesh_damping_n_s_per_m"] = 5.0
+    data["rigid_bodies"]["disk"] = {**data["rigid_bodies"]["rotor"]}
+    assert joined(data).damping.any() == planned(data).on("bearing_damping")
+    assert not joined({**data, "effects": {"bearing_damping": "off"}}).damping.any()

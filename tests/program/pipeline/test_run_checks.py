@@ -1,0 +1,174 @@
+"""The checks of a run: all hold for good scenes, and what fails is said with what it spoils."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+from solidwhirl.core.check_report import checks_document, checks_text, failed, failure_lines
+from solidwhirl.rotordyn.checks.plain_checks import COUNT_SPEEDS, ROOTS
+from solidwhirl.rotordyn.superelement.invariants import Invariant, compared, undecided
+
+pytestmark = pytest.mark.solver
+
+
+def checked(results, **changes):
+    """Checks of results, with some of them changed."""
+    from solidwhirl.pipeline.engine_stages import Diagram
+    from solidwhirl.pipeline.run_checks import run_checks
+
+    diagram = {
+        name: changes.get(name, getattr(results, name))
+        for name in ("at_rest", "campbell", "critical_speeds")
+    }
+    return run_checks(
+        results.scene,
+        results.plan,
+        changes.get("bodies", results.bodies),
+        changes.get("elements", results.elements),
+        changes.get("system", results.system),
+        Diagram(**diagram),
+    )
+
+
+def bad(checks):
+    return {(check.where, check.name) for check in failed(checks)}
+
+
+@pytest.fixture(scope="module")
+def small(small_scene):
+    from solidwhirl.pipeline.run import run_scene
+    from solidwhirl.scene_reading.reader import parse_scene
+
+    return run_scene(parse_scene(small_scene(rpm=(0.0, 20000.0, 40000.0))))
+
+
+CASES = {
+    "damped": {"bearing": {"damping_n_s_per_m": 500.0}},
+    "stiffer in x": {"bearing": {"stiffness_n_per_m": [1e7, 3e6]}},
+    "torsion": {"effects": {"torsion": "on", "axial": "on"}},
+    "at rest": {"rpm": None},
+    "by frequency": {"campbell": {"frequency_max_hz": 3000.0, "branches": None}},
+    "beam": {"model": {"level": "beam"}},
+    "disk": {
+        "body": {
+            "rigid_disks": [
+                {
+                    "name": "wheel",
+                    "interface": "right",
+                    "mass_kg": 2.0,
+                    "polar_inertia_kg_m2": 0.01,
+                    "diametral_inertia_kg_m2": 0.006,
+                }
+            ]
+        }
+    },
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_good_scenes_pass(small_scene, case):
+    from solidwhirl.pipeline.run import run_scene
+    from solidwhirl.scene_reading.reader import parse_scene
+
+    data = small_scene(**CASES[case])
+    data["campbell"] = {k: v for k, v in data["campbell"].items() if v is not None}
+    if "frequency_max_hz" in data["campbell"]:
+        data["campbell"].pop("branches", None)
+    checks = checked(run_scene(parse_scene(data)))
+    assert not bad(checks)
+    assert len(checks) > 20
+    if case == "damped":
+        assert any("damping" in check.reason for check in checks if check.passed is None)
+    else:
+        assert not [check for check in checks if check.passed is None]
+
+
+def test_a_good_run_reports_all_kinds(small):
+    checks = checked(small)
+    assert not bad(checks)
+    critical = {check.name for check in checks if check.where.startswith("critical speeds")}
+    assert critical == {ROOTS, COUNT_SPEEDS}
+    names = {check.name for check in checks}
+    assert {
+        "residual of every held eigenpair",
+        "no held mode is missing",
+        "interface forces are reciprocal",
+        "modes of the basis are M-orthonormal",
+        "mass properties",
+        "modal frequencies",
+        "residual of every eigenpair",
+        "no mode is missing",
+        "orthogonality of the modes",
+        "no critical speed is missing",
+    } <= names
+    assert all(check.concerns and check.where for check in checks)
+    assert failure_lines(checks) == ()
+
+
+def test_what_fails_is_said_with_what_it_spoils(small):
+    """One thing wrong in the results: its own check fails, and names what can't be trusted."""
+    values = np.array(small.campbell.eigenvalues)
+    values[0, 1] *= 1.0 + 1e-6
+    wrong = dataclasses.replace(small.campbell, eigenvalues=values)
+    checks = checked(small, campbell=wrong)
+    assert bad(checks) == {("Campbell diagram", ROOTS)}
+    (line,) = failure_lines(checks)
+    assert line.startswith(f"check failed: Campbell diagram: {ROOTS}: ")
+    assert line.endswith("can't be trusted: branches of the Campbell diagram")
+    assert "20000 rpm" in line
+
+    checks = checked(small, critical_speeds=small.critical_speeds[1:])
+    assert {name for _, name in bad(checks)} == {"no critical speed is missing"}
+
+    element = small.elements["rotor"]
+    heavy = dataclasses.replace(element, mass_kg=1.01 * element.mass_kg)
+    checks = checked(small, elements={"rotor": heavy})
+    assert bad(checks) == {("rotor", "mass properties")}
+
+    result = small.bodies["rotor"]
+    lost = compared("no held mode is missing", "rotor, n=1", 1.0, 0.0, "held modes")
+    work = dataclasses.replace(result.work, checks=(lost,))
+    checks = checked(small, bodies={"rotor": dataclasses.replace(result, work=work)})
+    assert bad(checks) == {("rotor, n=1", "no held mode is missing")}
+
+
+CHECKS = (
+    compared("a", "one", 1e-12, 1e-10, "nothing"),
+    compared("a", "two", 5e-11, 1e-10, "nothing"),
+    compared("a", "three", float("nan"), 1e-10, "frequencies", "because"),
+    compared("b", "one", 0.0, 0.0, "counts"),
+    compared("c", "one", -1e-3, -1e-14, "mass"),
+    undecided("d", "system", "counts", "there is damping"),
+)
+
+
+def test_nan_fails():
+    assert CHECKS[2].passed is False
+    assert failed(CHECKS) == (CHECKS[2],)
+    assert len(failure_lines(CHECKS)) == 1
+
+
+def test_report_and_document():
+    text = checks_text(CHECKS)
+    assert text.startswith("6 checks: 1 FAILED, 4 passed, 1 not applicable (damped system).")
+    assert (
+        "**check failed: three: a: nan, allowed 1.0e-10 (because); can't be trusted: freq" in text
+    )
+    # the failed one is shown of its name, not the largest that passed
+    assert "| a | 3 | three | nan | 1.0e-10 |" in text
+    assert "| b | 1 | one | 0 | 0 |" in text
+    assert "- not applicable: system: d: there is damping" in text
+    good = checks_text(CHECKS[:2])
+    assert "| a | 2 | two | 5.0e-11 | 1.0e-10 |" in good
+    assert "failed:" not in good
+    document = checks_document(CHECKS)
+    assert [entry["passed"] for entry in document] == [True, True, False, True, True, None]
+    assert document[5]["value"] is None
+    back = [Invariant(**entry) for entry in document[3:]]
+    assert back == list(CHECKS[3:])
+    assert document[2]["value"] is None
+    json.dumps(document, allow_nan=False)

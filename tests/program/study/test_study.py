@@ -1,0 +1,261 @@
+"""The study end to end on a small scene: cases in their own processes, files, resumption."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from solidwhirl.scene_reading.reader import parse_scene
+from solidwhirl.study import run as study_run
+from solidwhirl.study.cases import FULL, QUICK, study_cases
+from solidwhirl.study.measure import measured_apart, usage
+from solidwhirl.study.report import SCHEMA
+from solidwhirl.study.run import StudyError, run_cases, study_command
+
+SCENE = """
+name = "small"
+title = "Small rotor"
+
+[model]
+accuracy = 0.05
+
+[speeds]
+list_rpm = [0.0, 15000.0]
+
+[campbell]
+branches = 4
+
+[bodies.rotor]
+material = "steel"
+sections = [
+    { name = "shaft", start_m = 0.0, end_m = 0.4, outer_radius_m = 0.02 },
+    { name = "disk", start_m = 0.1, end_m = 0.14, inner_radius_m = 0.02, outer_radius_m = 0.12 },
+]
+interfaces = [
+    { name = "left", kind = "section", at_m = 0.0 },
+    { name = "right", kind = "section", at_m = 0.4 },
+]
+
+[[bearings]]
+name = "left"
+first = "rotor.left"
+stiffness_n_per_m = 1e7
+
+[[bearings]]
+name = "right"
+first = "rotor.right"
+stiffness_n_per_m = 1e7
+"""
+
+
+@pytest.fixture(scope="module")
+def scene_path(tmp_path_factory):
+    path = tmp_path_factory.mktemp("scene") / "small.toml"
+    path.write_text(SCENE, encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def quick(scene_path, tmp_path_factory):
+    """Record, document and what was said of one quick study."""
+    said = []
+    done = study_command(scene_path, tmp_path_factory.mktemp("study"), said.append, quick=True)
+    return done, json.loads(done.document.read_text(encoding="utf-8")), said
+
+
+def case(document, name):
+    return next(c for c in document["cases"] if c["name"] == name)
+
+
+@pytest.mark.solver
+def test_every_case_ran_and_the_level_has_a_real_ladder(quick):
+    done, document, said = quick
+    assert (done.failed, done.skipped) == (0, 0), done.notes
+    assert done.done == len(document["cases"]) == sum("to go" in line for line in said)
+    assert document["schema"] == SCHEMA
+    assert document["quick"]
+    assert document["spans"]["harmonic"] >= 30.0
+    assert not [n for n in document["notes"] if "is not shown" in n]
+
+
+@pytest.mark.solver
+def test_errors_fall_along_the_ladder_and_estimates_bound_them(quick):
+    """Second-order elements: each rung of the ladder is more accurate and has more unknowns."""
+    _, document, _ = quick
+    rungs = [case(document, f"harmonic, order 2, graded, rung {k}") for k in (-1, 0, 2)]
+    errors = [r["campbell"]["true"] for r in rungs]
+    unknowns = [r["unknowns"] for r in rungs]
+    assert errors == sorted(errors, reverse=True)
+    assert errors[0] > 3.0 * errors[2]
+    assert unknowns == sorted(unknowns)
+    for rung in rungs:
+        # an upper bound that is not useless: the corner's error is estimated to a factor of a few
+        assert 1.0 <= rung["campbell"]["effectivity"] < 10.0
+        assert 1.0 <= rung["critical_speeds"]["effectivity"] < 10.0
+    slope = next(s for s in document["slopes"] if s["quantity"] == "error")
+    assert slope["points"] >= 3
+    assert slope["slope"] < -0.5
+    assert case(document, "harmonic, accuracy 0.01")["campbell"]["true"] < 1e-2
+
+
+@pytest.mark.solver
+def test_cost_is_that_of_the_case(quick):
+    """More than the start of the program; estimates cost on top."""
+    _, document, _ = quick
+    for row in document["cases"]:
+        used = row["without_estimates"] or row["with_estimates"]
+        assert 0.0 < row["startup"]["cpu_s"] < used["cpu_s"]
+        assert 0.0 < row["startup"]["peak_memory_gib"] <= used["peak_memory_gib"] < 2.0
+
+
+@pytest.mark.solver
+def test_fronts_hold_what_no_other_case_beats(quick):
+    _, document, _ = quick
+    rows = [r for r in document["cases"] if r["name"] != "reference"]
+    for front, key in (("error_cpu_s", "cpu_s"), ("error_peak_memory", "peak_memory_gib")):
+        names = document["pareto"][front]
+        assert names
+        for own in (case(document, name) for name in names):
+            cheaper = [r for r in rows if cost(r, key) < cost(own, key)]
+            assert not [r for r in cheaper if r["campbell"]["true"] < own["campbell"]["true"]]
+
+
+def cost(row, key):
+    return (row["without_estimates"] or row["with_estimates"])[key]
+
+
+@pytest.mark.solver
+def test_files_tell_every_case(quick):
+    done, document, _ = quick
+    assert done.picture.read_bytes().startswith(b"\x89PNG")
+    text = done.report.read_text(encoding="utf-8")
+    for row in document["cases"]:
+        assert f"| {row['name']} |" in text
+
+
+@pytest.mark.solver
+def test_study_again_runs_nothing(quick, scene_path, monkeypatch):
+    """All results are cached; the same document but for the machine's speed of the moment."""
+    done, document, _ = quick
+    monkeypatch.setattr(study_run, "measured_apart", lambda *_: pytest.fail("was run"))
+    again = study_command(scene_path, done.out, quick=True)
+    assert again.done == done.done
+    second = json.loads(again.document.read_text(encoding="utf-8"))
+    assert {**second, "machine": None} == {**document, "machine": None}
+    assert not [p.name for p in done.out.rglob(".*")]
+
+
+def test_scene_without_a_profile_is_refused(tmp_path):
+    path = tmp_path / "rigid.toml"
+    path.write_text(
+        'name = "rigid"\n[rigid_bodies.block]\nmass_kg = 1.0\n'
+        "center_of_gravity_m = [0.0, 0.0, 0.0]\n"
+        "inertia_kg_m2 = [1.0, 1.0, 1.0]\ninterfaces = { middle = 0.0 }\n",
+        encoding="utf-8",
+    )
+    with pytest.raises(StudyError, match="needs a body with a profile"):
+        study_command(path, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+# -- running cases --------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def cases(small_scene):
+    return study_cases(parse_scene(small_scene()), QUICK)
+
+
+@pytest.fixture
+def process(monkeypatch, measurement):
+    """Stand-in for the process of a case: the cases that were run, and what one says by number."""
+    asked, said = [], {}
+
+    def run(case, patience_s):
+        asked.append(case)
+        answer = said.get(len(asked), measurement())
+        if isinstance(answer, BaseException):
+            raise answer
+        return answer
+
+    monkeypatch.setattr(study_run, "measured_apart", run)
+    return asked, said
+
+
+def test_interrupted_study_continues(cases, process, tmp_path):
+    asked, said = process
+    said[3] = KeyboardInterrupt()
+    with pytest.raises(KeyboardInterrupt):
+        run_cases(cases, tmp_path, QUICK, lambda text: None)
+    assert not list(tmp_path.glob(".*"))
+    found = run_cases(cases, tmp_path, QUICK, lambda text: None)
+    assert len(asked) == 3 + len(cases) - 2
+    assert [o.status for o in found] == ["done"] * len(cases)
+
+
+def test_failed_case_is_recorded_and_tried_again(cases, process, tmp_path):
+    asked, said = process
+    said[2] = "the disk fell off"
+    lines = []
+    found = run_cases(cases, tmp_path, QUICK, lines.append)
+    assert [o.status for o in found] == ["done", "failed"] + ["done"] * (len(cases) - 2)
+    assert found[1].message == "the disk fell off"
+    assert f"{cases[1].name} failed: the disk fell off" in lines
+    again = run_cases(cases, tmp_path, QUICK, lambda text: None)
+    assert len(asked) == len(cases) + 1
+    assert again[1].status == "done"
+
+
+def test_without_the_reference_there_is_no_study(cases, process, tmp_path):
+    process[1][1] = "no such thing"
+    with pytest.raises(StudyError, match="reference can not be computed: no such thing"):
+        run_cases(cases, tmp_path, QUICK, lambda text: None)
+
+
+def test_too_large_cases_are_skipped_and_said(small_scene, process, tmp_path, monkeypatch):
+    """Without memory for estimates a case runs without them, and not at all with less."""
+    cases = study_cases(parse_scene(small_scene()), FULL)
+    monkeypatch.setattr(study_run, "available_memory_gib", lambda: 0.5)
+    lines = []
+    found = run_cases(cases, tmp_path, FULL, lines.append)
+    assert found[0].status == "done"
+    skipped = [o for o in found if o.status == "skipped"]
+    assert any(o.case.level == "solid" for o in skipped)
+    for o in skipped:
+        assert "GiB" in o.message or "s of processor time" in o.message
+        assert any(o.case.name in line and "skipped" in line for line in lines)
+    assert {"both", "off"} <= {o.case.estimates for o in found if o.status == "done"}
+
+
+def test_case_scenes_are_what_their_settings_say(small_scene):
+    scene = parse_scene(small_scene(body={"modes": 7}))
+    cases = study_cases(scene, FULL)
+    assert len({c.name for c in cases}) == len(cases)
+    for c in cases:
+        assert c.scene.bodies["rotor"].modes is None
+        assert c.scene.speeds == scene.speeds
+        assert c.scene.model.compare_coupling == "off"
+        for key, value in c.settings.items():
+            assert getattr(c.scene.model, key) == value
+
+
+@pytest.mark.solver
+def test_case_that_can_not_be_run_tells_why(small_scene, cases):
+    """A real process: an interface beyond the end of the shaft."""
+    data = small_scene()
+    data["bodies"]["rotor"]["interfaces"][1]["at_m"] = 0.9
+    answer = measured_apart(replace(cases[0], scene=parse_scene(data)), 100.0)
+    assert "interface 'right'" in answer
+
+
+def test_process_that_takes_too_long_is_ended(cases):
+    assert measured_apart(cases[0], 0.05) == "ended after 0 s"
+
+
+def test_peak_memory_is_read_from_the_kernel(tmp_path):
+    status = tmp_path / "status"
+    status.write_text("Name:\tx\nVmHWM:\t  2097152 kB\nVmRSS:\t 10 kB\n", encoding="ascii")
+    assert usage(status).peak_memory_gib == 2.0
+    assert 0.0 < usage(tmp_path / "none").peak_memory_gib < 100.0

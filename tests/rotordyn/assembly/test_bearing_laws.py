@@ -1,0 +1,396 @@
+"""Speed laws of bearings against hand-evaluated numbers, and the notes on where they are used."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from solidwhirl.rotordyn import (
+    AnalysisError,
+    AssemblyError,
+    Bearing,
+    End,
+    Rotor,
+    assemble,
+    matrices_at_speed,
+)
+from solidwhirl.rotordyn.assembly.bearing_laws import (
+    LEE,
+    LEE_ANISOTROPIC,
+    LEE_ISOTROPIC,
+    PolynomialLaw,
+    TableLaw,
+)
+from solidwhirl.rotordyn.assembly.bearing_notes import bearing_notes, note_lines
+
+RPM = np.pi / 30.0
+ONE, ZERO = np.eye(2), np.zeros((2, 2))
+
+
+def _parts(law, speed, base=ONE):
+    """k_xx, k_yy, d_xx, d_yy at a spin speed."""
+    stiffness, damping = law.coefficients(speed, base, base)
+    assert stiffness[0, 1] == stiffness[1, 0] == damping[0, 1] == damping[1, 0] == 0
+    return [stiffness[0, 0], stiffness[1, 1], damping[0, 0], damping[1, 1]]
+
+
+# Lee's polynomials.
+
+
+@pytest.mark.parametrize(
+    ("speed", "by_hand"),
+    [
+        (0.0, [1.0, 0.25, 1.0, 0.25]),
+        # 1 − 3.52 + 7.06 − 6.77 + 2.46 and so on: every power of 1000 is a shift of the point.
+        (1000.0, [0.23, 1.342 / 4, 0.09, 0.37 / 4]),
+        (
+            100.0,
+            [
+                1 - 0.352 + 0.0706 - 0.00677 + 0.000246,
+                (1 + 0.0967 - 0.0131 + 0.00102 - 0.0000335) / 4,
+                1 - 0.36 + 0.0507 - 0.00238,
+                (1 - 0.23 + 0.0306 - 0.00139) / 4,
+            ],
+        ),
+    ],
+)
+def test_lee_by_hand(speed, by_hand):
+    np.testing.assert_allclose(_parts(LEE_ANISOTROPIC, speed), by_hand, rtol=1e-13)
+    isotropic = [by_hand[0], by_hand[0], by_hand[2], by_hand[2]]
+    np.testing.assert_allclose(_parts(LEE_ISOTROPIC, speed), isotropic, rtol=1e-13)
+    assert LEE[LEE_ISOTROPIC.name] is LEE_ISOTROPIC
+
+
+# Müller and Hennings, table 5 and the speeds of section 5.1.
+_DESIGN = {"LP": (13690, 3.0 / 4.53), "HP": (18049, 35.0 / 5.54), "fan": (4346, 70.0 / 8.54)}
+
+
+@pytest.mark.parametrize(
+    ("unit", "ratios"),
+    [
+        ("rad/s", {"LP": 0.9075, "HP": 5.251, "fan": 0.3277}),
+        ("rpm", {"LP": 7.031e4, "HP": 2.235e5, "fan": 440.9}),
+        ("Hz", {"LP": 0.4906, "HP": 0.4158, "fan": 0.7796}),
+    ],
+)
+def test_units_of_lee_against_table_5(unit, ratios):
+    """No unit of Ω gives the three ratios of the paper; only rad/s comes near for two of them."""
+    law = dataclasses.replace(LEE_ISOTROPIC, argument_unit=unit)
+    near = set()
+    for name, (rpm, published) in _DESIGN.items():
+        ratio = _parts(law, rpm * RPM)[0]
+        assert ratio == pytest.approx(ratios[name], rel=2e-4)
+        if 1 / 1.4 < ratio / published < 1.4:
+            near.add(name)
+    assert near == {"rad/s": {"LP", "HP"}, "rpm": set(), "Hz": {"LP"}}[unit]
+
+
+def test_rounding_of_the_printed_coefficients_does_not_explain_table_5():
+    """Three digits are printed: half a unit of the last one in every coefficient."""
+    half = [0.0, 0.005e-3, 0.005e-6, 0.005e-9, 0.005e-12]
+    for rpm, published in _DESIGN.values():
+        speed = rpm * RPM
+        open_by = sum(h * speed**power for power, h in enumerate(half))
+        assert abs(_parts(LEE_ISOTROPIC, speed)[0] - published) > 3 * open_by
+
+
+def test_lee_damping_is_negative_at_the_design_points():
+    """What the polynomials give in rad/s; the figures are those of the comment in the module."""
+    for rpm, expected in ((13690, -0.754), (18049, -3.76)):
+        assert _parts(LEE_ISOTROPIC, rpm * RPM)[2] == pytest.approx(expected, rel=2e-3)
+    crossings = [1106.274, 1380.247, 2150.678]
+    for part, at in zip((2, 3, 1), crossings, strict=True):
+        before, after = (_parts(LEE_ANISOTROPIC, at + step)[part] for step in (-0.01, 0.01))
+        assert before > 0 > after
+    # k_xx has no real root and is positive at rest.
+    assert np.abs(np.roots(LEE_ANISOTROPIC.stiffness_x[::-1]).imag).min() > 100
+
+
+# Polynomials in general.
+
+
+@pytest.mark.parametrize(
+    ("unit", "argument"), [("rad/s", 62.83185307179586), ("rpm", 600.0), ("Hz", 10.0)]
+)
+def test_argument_unit(unit, argument):
+    law = PolynomialLaw(
+        name="linear",
+        argument_unit=unit,
+        argument_range=(0.0, 2 * argument),
+        stiffness_x=(1.0, 1.0),
+        stiffness_y=(2.0,),
+        damping_x=(0.0, 0.0, 1.0),
+        damping_y=(3.0,),
+    )
+    speed = 20 * np.pi
+    expected = [1 + argument, 2.0, argument**2, 3.0]
+    np.testing.assert_allclose(_parts(law, speed), expected, rtol=1e-14)
+    np.testing.assert_allclose(law.speed_range_rad_s, (0.0, 2 * speed), rtol=1e-14)
+
+
+def test_polynomial_scales_the_coefficients_of_the_bearing():
+    stiffness, damping = LEE_ANISOTROPIC.coefficients(
+        1000.0, np.diag([2e7, 3e7]), np.diag([100.0, 50.0])
+    )
+    np.testing.assert_allclose(np.diag(stiffness), [2e7 * 0.23, 3e7 * 0.3355], rtol=1e-13)
+    np.testing.assert_allclose(np.diag(damping), [9.0, 50 * 0.0925], rtol=1e-13)
+
+
+def test_polynomial_refuses_cross_terms():
+    with pytest.raises(AssemblyError, match="stiffness_n_per_m of the bearing has the cross terms"):
+        LEE_ISOTROPIC.coefficients(1.0, np.array([[1.0, 0.2], [0.0, 1.0]]), ZERO)
+    with pytest.raises(AssemblyError, match="damping_n_s_per_m of the bearing"):
+        LEE_ISOTROPIC.coefficients(1.0, ONE, np.array([[1.0, 0.0], [-0.1, 1.0]]))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"argument_unit": "Hertz"}, "argument_unit 'Hertz'; use"),
+        ({"argument_range": (5.0, 5.0)}, r"argument_range is \(5.0, 5.0\)"),
+        ({"argument_range": (-1.0, 5.0)}, "0 <= low < high"),
+        ({"argument_range": (0.0, np.inf)}, "finite"),
+        ({"damping_y": ()}, r"damping_y is \(\)"),
+        ({"stiffness_x": (1.0, np.nan)}, "stiffness_x"),
+    ],
+)
+def test_faults_of_polynomials_are_named(change, message):
+    with pytest.raises(AssemblyError, match=message):
+        dataclasses.replace(LEE_ISOTROPIC, **change)
+
+
+# Tables.
+
+
+def _table(values, interpolation, speeds=(100.0, 200.0, 400.0)):
+    stiffness = np.multiply.outer(np.asarray(values), np.array([[1.0, 0.5], [-0.5, 2.0]]))
+    return TableLaw(
+        name="measured",
+        speeds_rad_s=np.array(speeds),
+        stiffness_n_per_m=stiffness,
+        damping_n_s_per_m=10 * stiffness,
+        interpolation=interpolation,
+    )
+
+
+@pytest.mark.parametrize("interpolation", ["linear", "monotone"])
+def test_table_meets_its_values_and_holds_the_ends(interpolation):
+    law = _table([1.0, 5.0, 4.0], interpolation)
+    shape = np.array([[1.0, 0.5], [-0.5, 2.0]])
+    for speed, value in ((100, 1), (200, 5), (400, 4), (0, 1), (99, 1), (401, 4), (1e6, 4)):
+        stiffness, damping = law.coefficients(float(speed), ZERO, ZERO)
+        np.testing.assert_allclose(stiffness, value * shape, rtol=1e-14)
+        np.testing.assert_allclose(damping, 10 * value * shape, rtol=1e-14)
+    assert law.speed_range_rad_s == (100.0, 400.0)
+
+
+def test_linear_table_between_its_values():
+    law = _table([1.0, 5.0, 4.0], "linear")
+    found = [law.coefficients(s, ZERO, ZERO)[0][0, 0] for s in (125.0, 150.0, 300.0, 350.0)]
+    np.testing.assert_allclose(found, [2.0, 3.0, 4.5, 4.25], rtol=1e-14)
+
+
+def test_monotone_table_does_not_overshoot():
+    """Values 0, 1, 1 at equal steps: flat on the right, and by hand on the left.
+
+    The end slope of the three-point rule is (3·1 − 0)/2 = 1.5 per step, at the middle it is 0, so
+    that with x in steps the cubic is 1.5 x (1 − x)² + x² (3 − 2x).
+    """
+    law = _table([0.0, 1.0, 1.0], "monotone", (0.0, 1.0, 2.0))
+    for x in (0.2, 0.5, 0.9):
+        value = law.coefficients(x, ZERO, ZERO)[0][0, 0]
+        assert value == pytest.approx(1.5 * x * (1 - x) ** 2 + x**2 * (3 - 2 * x), rel=1e-13)
+        assert law.coefficients(1.0 + x, ZERO, ZERO)[0][0, 0] == pytest.approx(1.0, rel=1e-14)
+
+
+@pytest.mark.parametrize("interpolation", ["linear", "monotone"])
+def test_table_of_a_straight_line(interpolation):
+    law = _table([3.0, 5.0, 9.0], interpolation)
+    speeds = np.linspace(100, 400, 37)
+    found = [law.coefficients(float(s), ZERO, ZERO)[0][0, 0] for s in speeds]
+    np.testing.assert_allclose(found, 1 + speeds / 50, rtol=1e-13)
+
+
+def test_table_refuses_a_bearing_with_coefficients():
+    law = _table([1.0, 2.0, 3.0], "linear")
+    with pytest.raises(AssemblyError, match="absolute values, but the bearing has stiffness"):
+        law.coefficients(1.0, ONE, ZERO)
+    with pytest.raises(AssemblyError, match="absolute values, but the bearing has damping"):
+        law.coefficients(1.0, ZERO, ONE)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"speeds_rad_s": np.array([1.0])}, "two or more"),
+        ({"speeds_rad_s": np.array([0.0, 2.0, 2.0])}, "first < second"),
+        ({"speeds_rad_s": np.array([-1.0, 0.0, 2.0])}, "0 <= first"),
+        ({"stiffness_n_per_m": np.zeros((2, 2, 2))}, r"stiffness_n_per_m has shape \(2, 2, 2\)"),
+        ({"damping_n_s_per_m": np.full((3, 2, 2), np.nan)}, "damping_n_s_per_m has entries"),
+        ({"interpolation": "spline"}, "interpolation 'spline'; use"),
+    ],
+)
+def test_faults_of_tables_are_named(change, message):
+    with pytest.raises(AssemblyError, match=message):
+        dataclasses.replace(_table([1.0, 2.0, 3.0], "linear"), **change)
+
+
+# In a system.
+
+
+@pytest.fixture
+def two_hubs(hub):
+    """Shaft at Ω, a second one at −2Ω, and a casing; each on a bearing with a law."""
+
+    def build(law, stiffness=1e7 * ONE, damping=300.0 * ONE):
+        ratios = {"inner": 1.0, "outer": -2.0, "casing": 0.0}
+        rotors = {name: Rotor(element=hub(), speed_ratio=r) for name, r in ratios.items()}
+        bearings = tuple(
+            Bearing(
+                name=f"{name} bearing",
+                first=End(body=name, interface="hub"),
+                stiffness_n_per_m=stiffness,
+                damping_n_s_per_m=damping,
+                tilt_stiffness_n_m_per_rad=1e5 * ONE,
+                speed_law=law,
+            )
+            for name in ratios
+        )
+        return assemble(rotors, bearings)
+
+    return build
+
+
+def test_law_is_taken_at_the_speed_of_the_first_body(two_hubs):
+    for speed in (700.0, -700.0):
+        m, c, _, k = matrices_at_speed(two_hubs(LEE_ISOTROPIC), speed)
+        lateral = np.flatnonzero(np.diag(m) == 10.0)
+        spins = np.repeat([700.0, 1400.0, 0.0], 2)
+        expected = [_parts(LEE_ISOTROPIC, float(spin)) for spin in spins]
+        np.testing.assert_allclose(np.diag(k)[lateral], [1e7 * e[0] for e in expected], rtol=1e-12)
+        np.testing.assert_allclose(np.diag(c)[lateral], [300 * e[2] for e in expected], rtol=1e-12)
+
+
+def test_notes_name_bearing_kind_and_speeds(two_hubs):
+    notes = bearing_notes(two_hubs(LEE_ISOTROPIC), np.linspace(0, 1500, 11))
+    by_place = {(note.bearing, note.kind): note for note in notes}
+    # The inner shaft stays in the range of 2000 rad/s; the outer one, twice as fast, does not.
+    assert set(by_place) == {
+        ("inner bearing", "negative damping"),
+        ("outer bearing", "negative damping"),
+        ("outer bearing", "outside range"),
+    }
+    inner = by_place["inner bearing", "negative damping"]
+    outer = by_place["outer bearing", "negative damping"]
+    # Real root of 1 − 3.6e-3 Ω + 5.07e-6 Ω² − 2.38e-9 Ω³.
+    roots = np.roots([-2.38e-9, 5.07e-6, -3.6e-3, 1.0])
+    exact = roots[np.isreal(roots)].real[0]
+    assert inner.speed_low_rad_s == pytest.approx(exact, rel=1e-12)
+    assert outer.speed_low_rad_s == pytest.approx(exact / 2, rel=1e-12)
+    assert inner.speed_high_rad_s == outer.speed_high_rad_s == 1500.0
+    assert inner.speed_low_rpm == pytest.approx(10564.14, abs=0.01)
+    assert inner.speed_high_rpm == pytest.approx(1500 / RPM, rel=1e-12)
+    assert inner.message.startswith(
+        "10564.1 to 14323.9 rpm: negative damping by law 'lee_isotropic'"
+    )
+    assert inner.message.endswith("(bearing inner bearing)")
+    outside = by_place["outer bearing", "outside range"]
+    assert (outside.speed_low_rad_s, outside.speed_high_rad_s) == (1000.0, 1500.0)
+    assert outside.message == (
+        "9549.3 to 14323.9 rpm: law 'lee_isotropic' covers 0 to 19098.6 rpm of 'outer'; its "
+        "polynomials go on outside (bearing outer bearing)"
+    )
+
+
+def test_no_notes_where_all_is_well(two_hubs):
+    assert bearing_notes(two_hubs(LEE_ISOTROPIC), [0.0, 550.0]) == ()
+    # Backward running shafts are at |Ω|.
+    signed, positive = (bearing_notes(two_hubs(LEE_ISOTROPIC), s) for s in ([-900, 0], [0, 900]))
+    assert signed == positive != ()
+
+
+def test_speeds_below_the_range_are_noted(two_hubs):
+    law = _table([1e7, 2e7, 3e7], "linear")
+    notes = bearing_notes(two_hubs(law, ZERO, ZERO), [0.0, 150.0])
+    # The outer shaft turns backward, and the table has cross terms.
+    assert [n.bearing for n in notes if n.kind == "mirrored"] == ["outer bearing"]
+    outside = {
+        n.bearing: (n.speed_low_rad_s, n.speed_high_rad_s) for n in notes if n.kind != "mirrored"
+    }
+    assert {n.kind for n in notes} == {"outside range", "mirrored"}
+    assert outside == {
+        "inner bearing": (0.0, 100.0),
+        "outer bearing": (0.0, 50.0),
+        # The casing stands still, below the table at all speeds.
+        "casing bearing": (0.0, 150.0),
+    }
+
+
+def test_bearings_of_one_table_share_a_line(one_rotor, hub, ground):
+    law = dataclasses.replace(_table([1e7, 2e7, 3e7], "linear"), name="tpj")
+    pads = [
+        dataclasses.replace(ground("rotor", "hub", 0.0, 0.0, speed_law=law), name=name)
+        for name in ("de", "nde")
+    ]
+    low, high = law.speed_range_rad_s
+    notes = bearing_notes(one_rotor(hub(), pads), [0.0, 2.0 * high])
+    assert len(notes) == 4  # both ends of the table
+    (line,) = note_lines(notes)
+    rpm = [f"{v / RPM:.6g}" for v in (low, high, 2.0 * high)]
+    assert line == (
+        f"0 to {rpm[0]} and {rpm[1]} to {rpm[2]} rpm: table 'tpj' covers {rpm[0]} to {rpm[1]} rpm; "
+        "end values are held outside (bearings de, nde)"
+    )
+
+
+def test_dip_between_two_speeds_is_found(two_hubs):
+    """(x − 0.3)² − 1e-6 with x = Ω/1000 is negative over 2 rad/s only."""
+    narrow = PolynomialLaw(
+        name="dip",
+        argument_unit="rad/s",
+        argument_range=(0.0, 4000.0),
+        stiffness_x=(1.0,),
+        stiffness_y=(1.0,),
+        damping_x=(0.09 - 1e-6, -0.6e-3, 1e-6),
+        damping_y=(1.0,),
+    )
+    notes = bearing_notes(two_hubs(narrow), [0.0, 1999.0])
+    found = {n.bearing: (n.speed_low_rad_s, n.speed_high_rad_s) for n in notes}
+    assert set(found) == {"inner bearing", "outer bearing"}
+    # The depth is 1e-6 of the other coefficients, so that rounding is 1e-10 of the width.
+    np.testing.assert_allclose(found["inner bearing"], (299.0, 301.0), rtol=1e-9)
+    np.testing.assert_allclose(found["outer bearing"], (149.5, 150.5), rtol=1e-9)
+
+
+def test_cross_terms_can_make_damping_negative(two_hubs):
+    """The symmetric part of [[1, c], [c, 1]] is negative for |c| > 1; a skew part never is."""
+    speeds = np.array([0.0, 1000.0])
+    for skew, expected in ((1.0, 1), (-1.0, 0)):
+        damping = np.array([np.eye(2), np.array([[1.0, 2.0], [skew * 2.0, 1.0]])])
+        law = TableLaw(
+            name="cross",
+            speeds_rad_s=speeds,
+            stiffness_n_per_m=np.stack([1e7 * ONE] * 2),
+            damping_n_s_per_m=damping,
+            interpolation="linear",
+        )
+        notes = [n for n in bearing_notes(two_hubs(law, ZERO, ZERO), speeds)
+                 if n.bearing == "inner bearing"]  # fmt: skip
+        assert [n.kind for n in notes] == ["negative damping"] * expected
+        if expected:
+            assert notes[0].speed_low_rad_s == pytest.approx(500.0, rel=1e-9)
+
+
+def test_constant_bearings_are_looked_at_too(one_rotor, hub, ground):
+    weak = ground("rotor", "hub", -1e3, 1e6, -5.0, 1.0)
+    notes = bearing_notes(one_rotor(hub(), [weak]), [100.0])
+    assert [n.kind for n in notes] == ["negative damping", "negative stiffness"]
+    assert all(n.speed_low_rad_s == n.speed_high_rad_s == 100.0 for n in notes)
+
+
+def test_speeds_without_meaning_are_refused(two_hubs):
+    for speeds in ([], [np.nan], [np.inf]):
+        with pytest.raises(AnalysisError, match="finite speeds"):
+            bearing_notes(two_hubs(LEE_ISOTROPIC), speeds)

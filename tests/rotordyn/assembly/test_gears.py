@@ -1,0 +1,280 @@
+"""Gears: torsion of two shafts as one, elastic teeth, and the line of action that bends shafts."""
+
+import numpy as np
+import pytest
+
+from solidwhirl.rotordyn import (
+    AssemblyError,
+    Bearing,
+    Disk,
+    End,
+    Gear,
+    Rotor,
+    assemble,
+    beam_superelement,
+    matrices_at_speed,
+    modes_at_speed,
+)
+from solidwhirl.rotordyn.superelement.rigid_body import rigid_superelement
+
+ALL = ("ux", "uy", "uz", "rx", "ry", "rz")
+RATIO = 0.315
+# Light, slender shafts with a wheel at the far end: torsion springs k = G J / L.
+LENGTH, SHEAR = 0.5, 8e10
+RADII = {"fast": 0.02, "slow": 0.04}
+INERTIA = {"fast": 0.5, "slow": 9.0}
+
+
+def _stiffness(name):
+    return SHEAR * np.pi * RADII[name] ** 4 / 2 / LENGTH
+
+
+def _shaft(name, seat_inertia):
+    def wheel(at, polar):
+        return Disk(
+            name=f"wheel at {at}",
+            position_m=at,
+            mass_kg=1.0,
+            polar_kg_m2=polar,
+            diametral_kg_m2=0.5 * polar,
+        )
+
+    return beam_superelement(
+        name,
+        [0.0, LENGTH],
+        RADII[name],
+        0.0,
+        2.6 * SHEAR,
+        0.3,
+        1e-3,
+        {"seat": 0.0, "far": LENGTH},
+        [wheel(0.0, seat_inertia), wheel(LENGTH, INERTIA[name])],
+        components=ALL,
+    )
+
+
+def _pair(ratio=RATIO, seat_inertia=1e-9, **options):
+    bearings = [
+        Bearing(
+            name=f"{name} {end}",
+            first=End(body=name, interface=end),
+            rigid=("ux", "uy", "uz"),
+        )
+        for name in RADII
+        for end in ("seat", "far")
+    ]
+    # one axial support is enough
+    bearings = [
+        b
+        if b.first.interface == "seat"
+        else Bearing(name=b.name, first=b.first, rigid=("ux", "uy"))
+        for b in bearings
+    ]
+    rotors = {
+        "fast": Rotor(element=_shaft("fast", seat_inertia), speed_ratio=1.0),
+        "slow": Rotor(element=_shaft("slow", seat_inertia), speed_ratio=ratio),
+    }
+    gear = Gear(
+        name="gear",
+        first=End(body="fast", interface="seat"),
+        second=End(body="slow", interface="seat"),
+        ratio=ratio,
+        **options,
+    )
+    return assemble(rotors, tuple(bearings), gears=(gear,))
+
+
+def _torsion(assembled):
+    """Frequencies (rad/s) of modes that turn the far wheel."""
+    modes = modes_at_speed(assembled, 0.0)
+    index = assembled.system.rotors["fast"].element.interface_index("far", "rz")
+    shapes = np.abs(assembled.transformation[index] @ modes.shapes)
+    return 2 * np.pi * modes.frequency_hz[shapes > 1e-3]
+
+
+@pytest.mark.parametrize("ratio", [RATIO, -RATIO, -2.5])
+def test_torsion_of_a_geared_pair_is_that_of_the_equivalent_shaft(ratio):
+    # Refer the slow side to the fast one: inertia and stiffness times ratio² (any textbook on
+    # torsional vibration, Nestorides 1958); two inertias on the springs in series. Shaft inertia
+    # 1e-3 kg/m³ leaves 1e-9 of it.
+    series = 1 / (1 / _stiffness("fast") + 1 / (ratio**2 * _stiffness("slow")))
+    reduced = 1 / (1 / INERTIA["fast"] + 1 / (ratio**2 * INERTIA["slow"]))
+    found = _torsion(_pair(ratio))
+    assert found[0] == pytest.approx(np.sqrt(series / reduced), rel=1e-7)
+
+
+def test_geared_pair_turns_freely():
+    modes = modes_at_speed(_pair(), 0.0)
+    # one rigid motion: both shafts turning together, position and velocity
+    assert modes.zero_count == 2
+
+
+def test_elastic_teeth_are_a_spring_in_series():
+    stiffness, radius = 3e6, 0.07
+    series = 1 / (
+        1 / _stiffness("fast") + 1 / (stiffness * radius**2) + 1 / (RATIO**2 * _stiffness("slow"))
+    )
+    reduced = 1 / (1 / INERTIA["fast"] + 1 / (RATIO**2 * INERTIA["slow"]))
+    found = _torsion(_pair(mesh_stiffness_n_per_m=stiffness, base_radius_first_m=radius))
+    assert found[0] == pytest.approx(np.sqrt(series / reduced), rel=1e-6)
+
+
+@pytest.mark.parametrize("stiffness", [1e8, 1e13, 1e16])
+def test_very_stiff_teeth_become_rigid_ones_and_keep_their_digits(stiffness):
+    stiff = _torsion(_pair(mesh_stiffness_n_per_m=stiffness, base_radius_first_m=0.07))[0]
+    shafts = 1 / (1 / _stiffness("fast") + 1 / (RATIO**2 * _stiffness("slow")))
+    slower = 1 / np.sqrt(1 + shafts / (stiffness * 0.07**2))
+    assert stiff == pytest.approx(slower * _torsion(_pair())[0], rel=1e-9)
+
+
+def test_line_of_action_couples_bending_and_torsion_and_keeps_the_energy_even():
+    assembled = _pair(
+        -RATIO, mesh_stiffness_n_per_m=1e7, base_radius_first_m=0.07, line_of_action_rad=0.4
+    )
+    matrices = matrices_at_speed(assembled, 0.0)
+    assert np.array_equal(matrices.stiffness, matrices.stiffness.T)
+    torsion_only = _pair(-RATIO, mesh_stiffness_n_per_m=1e7, base_radius_first_m=0.07)
+    # seats are held laterally here, so the line of action changes nothing
+    assert _torsion(assembled)[0] == pytest.approx(_torsion(torsion_only)[0], rel=1e-10)
+
+
+def test_teeth_press_along_the_line_of_action():
+    # A force along the line of action pulls seat 1 and turns it: k δ with δ = n·u1 + r θ1.
+    stiffness, radius, angle = 1e7, 0.07, 0.4
+    rotors = {
+        name: Rotor(element=_shaft(name, 1.0), speed_ratio=ratio)
+        for name, ratio in (("fast", 1.0), ("slow", -RATIO))
+    }
+    gear = Gear(
+        name="gear",
+        first=End(body="fast", interface="seat"),
+        second=End(body="slow", interface="seat"),
+        ratio=-RATIO,
+        mesh_stiffness_n_per_m=stiffness,
+        base_radius_first_m=radius,
+        line_of_action_rad=angle,
+    )
+    held = tuple(
+        Bearing(
+            name=name,
+            first=End(body=name, interface="seat"),
+            stiffness_n_per_m=np.eye(2) * 1e5,
+        )
+        for name in rotors
+    )
+    with_gear = assemble(rotors, held, gears=(gear,))
+    without = assemble(rotors, held)
+    # the same motion of the bodies in both: q = T x, and K summed over the bodies
+    spread = np.linalg.pinv(with_gear.transformation)
+    free = np.linalg.pinv(without.transformation)
+    difference = spread.T @ with_gear.stiffness @ spread - free.T @ without.stiffness @ free
+    fast = with_gear.system.rotors["fast"].element
+    slow = with_gear.system.rotors["slow"].element
+    start = with_gear.body_slices["slow"].start
+    row = np.zeros(difference.shape[0])
+    for name, value in {"ux": np.cos(angle), "uy": np.sin(angle), "rz": radius}.items():
+        row[fast.interface_index("seat", name)] = value
+    for name, value in {"ux": -np.cos(angle), "uy": -np.sin(angle), "rz": radius / RATIO}.items():
+        row[start + slow.interface_index("seat", name)] = value
+    # rounding is that of the shafts' own stiffness, 1e10 N/m
+    assert difference == pytest.approx(stiffness * np.outer(row, row), abs=1e-2)
+
+
+def test_axial_motion_and_torsion_of_a_beam_are_those_of_a_rod():
+    # free-free rod: ω = π c / L, c² = E/ρ or G/ρ; linear elements err by (π h / L)² / 24
+    count, length = 40, 0.8
+    rod = beam_superelement(
+        "rod", np.linspace(0, length, count + 1), 0.02, 0.01, 2e11, 0.3, 7800.0,
+        {"a": 0.0, "b": length}, components=ALL,
+    )  # fmt: skip
+    free = assemble({"rod": Rotor(element=rod, speed_ratio=0.0)}, ())
+    found = 2 * np.pi * modes_at_speed(free, 0.0).frequency_hz
+    for modulus in (2e11, 2e11 / 2.6):
+        exact = np.pi / length * np.sqrt(modulus / 7800)
+        assert np.abs(found / exact - 1).min() < 1.1 * (np.pi / count) ** 2 / 24
+    assert modes_at_speed(free, 0.0).zero_count == 12
+
+
+REFUSALS = {
+    "ratio of speeds": ({"ratio": 0.5}, "ratio is 0.5, but 'fast' turns at 1 and 'slow' at 0.315"),
+    "no radius": ({"ratio": RATIO, "mesh_stiffness_n_per_m": 1e8}, "base_radius_first_m is needed"),
+    "zero ratio": ({"ratio": 0.0}, "ratio is 0.0; finite and not 0"),
+    "damping without stiffness": (
+        {"ratio": RATIO, "mesh_damping_n_s_per_m": 1.0},
+        "a rigid mesh has no damping",
+    ),
+    "one body": (
+        {"ratio": 1.0, "second": End(body="fast", interface="far")},
+        "both seats are on body 'fast'",
+    ),
+    "no such seat": (
+        {"ratio": RATIO, "second": End(body="slow", interface="middle")},
+        "slow.middle: rotor 'slow' has interfaces",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSALS)
+def test_gear_that_can_not_be(name):
+    changes, message = REFUSALS[name]
+    values = {
+        "first": End(body="fast", interface="seat"),
+        "second": End(body="slow", interface="seat"),
+    }
+    rotors = {
+        "fast": Rotor(element=_shaft("fast", 1e-9), speed_ratio=1.0),
+        "slow": Rotor(element=_shaft("slow", 1e-9), speed_ratio=RATIO),
+    }
+    with pytest.raises(AssemblyError, match=message):
+        assemble(rotors, (), gears=(Gear(name="gear", **{**values, **changes}),))
+
+
+def test_gear_needs_torsion():
+    lateral = beam_superelement("s", [0.0, 1.0], 0.02, 0.0, 2e11, 0.3, 7800.0, {"seat": 0.0})
+    rotors = {name: Rotor(element=lateral, speed_ratio=1.0) for name in ("a", "b")}
+    gear = Gear(
+        name="gear",
+        first=End(body="a", interface="seat"),
+        second=End(body="b", interface="seat"),
+        ratio=1.0,
+    )
+    with pytest.raises(AssemblyError, match=r"needs components \['rz'\]"):
+        assemble(rotors, (), gears=(gear,))
+
+
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+@pytest.mark.parametrize("mesh", [{}, {"mesh_stiffness_n_per_m": 1e8, "base_radius_first_m": 0.1}])
+def test_a_consistent_loop_holds_nothing_more(order, mesh):
+    """Two shafts of one speed tied in rz, geared twice to a third: the second gear says nothing."""
+    ratios = {"one": 1.0, "idler": -1.0, "other": 1.0}
+    rotors = {
+        name: Rotor(
+            element=rigid_superelement(
+                name, 10.0, (0.0, 0.0, 0.1), (0.1, 0.1, 0.15), {"a": 0.0, "b": 0.3}
+            ),
+            speed_ratio=ratio,
+        )
+        for name, ratio in ratios.items()
+    }
+    bearings = [
+        Bearing(
+            name=f"{name} {place}",
+            first=End(body=name, interface=place),
+            stiffness_n_per_m=1e6 * np.eye(2),
+            axial_stiffness_n_per_m=1e6,
+        )
+        for name in rotors
+        for place in "ab"
+    ]
+    ends = [End(body=name, interface="a") for name in rotors]
+    tie = Bearing(name="tie", first=ends[0], second=ends[2], rigid=("rz",))
+    gears = [
+        Gear(name="in", first=ends[0], second=ends[1], ratio=-1.0, **mesh),
+        Gear(name="out", first=ends[1], second=ends[2], ratio=-1.0),
+    ]
+    closed = assemble(rotors, (*bearings, tie), gears=tuple(gears[at] for at in order))
+    open_chain = assemble(rotors, (*bearings, tie), gears=(gears[1],))
+    # the whole train turns freely: 18 coordinates, one tie, one gear
+    assert closed.size == open_chain.size == 16
+    found, wanted = (modes_at_speed(s, 100.0).eigenvalues for s in (closed, open_chain))
+    np.testing.assert_allclose(found, wanted, rtol=1e-10)

@@ -1,0 +1,290 @@
+"""Bearing forces against statics, equilibrium, and stiff springs in place of exact joints."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from solidwhirl.rotordyn import (
+    AnalysisError,
+    Bearing,
+    End,
+    Gear,
+    InternalDamping,
+    Rotor,
+    assemble,
+)
+from solidwhirl.rotordyn.assembly.bearing_laws import PolynomialLaw
+from solidwhirl.rotordyn.assembly.reactions import bearing_forces, joint_forces
+from solidwhirl.rotordyn.response.harmonic_response import harmonic_response, independent_loads
+from solidwhirl.rotordyn.response.unbalance import Unbalance, turning_load, unbalance_response
+
+GRAVITY = 9.81
+
+
+@pytest.fixture(scope="module")
+def engine(twin_bodies, ground, pinned):
+    """Counter-rotating shafts with internal damping; joints exact (None) or of a given stiffness.
+
+    A and B hold the inner shaft, D the outer one, C joins both.
+    """
+
+    def build(stiffness=None, extra=()):
+        inner, outer = twin_bodies()
+        damped = InternalDamping(stiffness_coefficient_s=1e-6)
+        rotors = {
+            "inner": Rotor(element=inner, speed_ratio=1.0, internal_damping=damped),
+            "outer": Rotor(element=outer, speed_ratio=-1.4),
+        }
+        joint = {"first": End(body="inner", interface="C")}
+        joint["second"] = End(body="outer", interface="C")
+        ends = (("inner", "B"), ("outer", "D"))
+        if stiffness is None:
+            stiff = [pinned(*end) for end in ends]
+            stiff.append(Bearing(name="C", **joint, rigid=("ux", "uy")))
+        else:
+            stiff = [ground(*end, stiffness) for end in ends]
+            stiff.append(Bearing(name="C", **joint, stiffness_n_per_m=stiffness * np.eye(2)))
+        soft = ground("inner", "A", 4e7, 3e7, 800.0)
+        return assemble(rotors, (soft, *stiff, *extra), "inner")
+
+    return build
+
+
+def _weights(system, direction):
+    """Loads of gravity on all bodies along x (0) or y (1)."""
+    return {
+        name: GRAVITY * rotor.element.mass @ rotor.element.rigid_body_modes[:, direction]
+        for name, rotor in system.system.rotors.items()
+    }
+
+
+def _static(system, loads):
+    force = independent_loads(system, loads)
+    return harmonic_response(system, 0.0, 0.0, force[None, :, None]).displacement[0, :, 0].real
+
+
+@pytest.mark.parametrize("rigid", [True, False])
+@pytest.mark.parametrize("direction", [0, 1])
+def test_weight_of_a_shaft_splits_by_the_lever_rule(
+    three_disk_element, one_rotor, pinned, ground, rigid, direction
+):
+    element = three_disk_element()
+    held = pinned if rigid else lambda *end: ground(*end, 3e6, 8e6)
+    system = one_rotor(element, [held("rotor", end) for end in ("left", "right")])
+    loads = _weights(system, direction)
+    q, still = _static(system, loads), np.zeros(system.size)
+    forces = bearing_forces(system, 0.0, q, still, still, loads)
+    weight = element.mass_kg * GRAVITY
+    share = element.center_of_gravity_m[2] / 1.3
+    assert forces["rotor.right"][direction] == pytest.approx(share * weight, rel=1e-9)
+    assert forces["rotor.left"][direction] == pytest.approx((1 - share) * weight, rel=1e-9)
+    others = np.delete(np.array([*forces.values()]), direction, axis=1)
+    assert np.abs(others).max() < 1e-9 * weight
+
+
+def test_exact_joints_are_the_limit_of_stiff_ones(engine):
+    speeds = np.array([150.0, 600.0, 1300.0, 2500.0])
+    parts = [
+        Unbalance(body="inner", interface="C", moment_kg_m=1e-5),
+        Unbalance(body="outer", interface="D", moment_kg_m=2e-5, phase_rad=0.7),
+    ]
+    exact = unbalance_response(engine(), parts, speeds)
+    misses = []
+    for stiffness in (1e12, 1e14):
+        stiff = unbalance_response(engine(stiffness), parts, speeds)
+        for one, other in zip(exact.exciters, stiff.exciters, strict=True):
+            scale = max(np.abs(force).max() for force in one.bearing_forces.values())
+            difference = [
+                np.abs(force - other.bearing_forces[name]).max() / scale
+                for name, force in one.bearing_forces.items()
+            ]
+            misses.append(max(difference))
+    assert max(misses[:2]) < 1e-3
+    # What a spring gives way falls with its stiffness; both exciters, all bearings.
+    np.testing.assert_allclose(np.array(misses[:2]) / misses[2:], 100.0, rtol=0.02)
+
+
+@pytest.mark.parametrize("stiffness", [None, 2e8])
+def test_forces_on_the_ground_and_inertia_balance_the_loads(engine, stiffness):
+    system = engine(stiffness)
+    # Loads on every coordinate of both bodies, the eliminated ones too.
+    random = np.random.default_rng(5)
+    speeds, omega = np.array([0.0, 400.0, 1900.0]), np.array([300.0, 700.0, 1900.0])
+    loads = {
+        name: random.standard_normal((3, rotor.element.size, 2)) @ np.array([1.0, 1j])
+        for name, rotor in system.system.rotors.items()
+    }
+    force = independent_loads(system, loads)[:, :, None]
+    q = harmonic_response(system, speeds, omega, force).displacement[:, :, 0]
+    v, a = 1j * omega[:, None] * q, -(omega[:, None] ** 2) * q
+    found = bearing_forces(system, speeds, q, v, a, loads)
+    total = sum(found[name][:, :2] for name in found if name != "C")
+    applied, inertia = np.zeros((3, 2), complex), np.zeros((3, 2), complex)
+    moment = np.zeros((3, 2), complex)
+    for name, rotor in system.system.rotors.items():
+        element = rotor.element
+        motion = system.transformation[system.body_slices[name]]
+        carried = element.rigid_body_modes[:, :2]
+        applied += loads[name] @ carried
+        inertia += a @ motion.T @ element.mass @ carried
+        # Tilts about the origin: angular momentum has the gyroscopic part.
+        tilt = element.rigid_body_modes[:, 3:5]
+        moment += loads[name] @ tilt - a @ motion.T @ element.mass @ tilt
+        spin = (rotor.speed_ratio * speeds)[:, None]
+        moment -= spin * (v @ motion.T @ element.gyroscopic.T @ tilt)
+    # Rounding: the stiffness forces that cancel are about 1e4 times the loads.
+    scale = np.abs(inertia).max()
+    np.testing.assert_allclose(total + inertia, applied, rtol=0, atol=1e-9 * scale)
+    places = {"inner.A": 0.0, "inner.B": 0.4, "outer.D": 0.4}
+    # Moment about the origin of a force at z: (−z Fy, z Fx).
+    held = sum(z * found[name][:, [1, 0]] * [-1, 1] for name, z in places.items())
+    np.testing.assert_allclose(held, moment, rtol=0, atol=1e-9 * np.abs(moment).max())
+
+
+def test_histories_are_the_real_parts_of_amplitudes(engine):
+    system = engine()
+    speed, omega = 500.0, 500.0
+    load = {"inner": turning_load(system, Unbalance(body="inner", interface="B", moment_kg_m=1e-4))}
+    load["inner"] = omega**2 * load["inner"]
+    force = independent_loads(system, load)[None, :, None]
+    q = harmonic_response(system, speed, omega, force).displacement[0, :, 0]
+    amplitudes = bearing_forces(system, speed, q, 1j * omega * q, -(omega**2) * q, load)
+    times = np.exp(1j * omega * np.linspace(0.0, 0.02, 12)).reshape(3, 4, 1)
+    history = [(times * part).real for part in (q, 1j * omega * q, -(omega**2) * q)]
+    loads = {"inner": (times * load["inner"]).real}
+    found = bearing_forces(system, np.full((3, 4), speed), *history, loads)
+    assert amplitudes["inner.B"].shape == (6,)
+    for name, force in found.items():
+        assert force.shape == (3, 4, 6) and force.dtype == float
+        expected = (times * amplitudes[name]).real
+        np.testing.assert_allclose(force, expected, rtol=0, atol=1e-10 * np.abs(expected).max())
+
+
+def test_joint_of_two_disks_carries_gyroscopic_and_run_up_moments(hub, plane_spring):
+    # Disk 2 (Ip = 0.1) is joined to disk 1 in all motions; the equation of disk 2 alone gives what
+    # the joint carries: M q'' + Ω2 G q' + Ω2² Kgeo q + ½ Ω2' G q, the last while speed varies.
+    geometric = np.diag([3.0, 5.0, 0.2, 0.4])
+    second = hub(mass_kg=4.0, present=np.zeros(6, dtype=bool))
+    rotors = {
+        "one": Rotor(element=hub(stiffness=plane_spring(1e6, 2e4, 3e4)), speed_ratio=1.0),
+        "two": Rotor(
+            element=dataclasses.replace(second, stress_stiffening=geometric), speed_ratio=2.0
+        ),
+    }
+    joint = Bearing(
+        name="joint", first=End(body="one", interface="hub"),
+        second=End(body="two", interface="hub"), rigid=("ux", "uy", "rx", "ry"),
+    )  # fmt: skip
+    system = assemble(rotors, (joint,))
+    random = np.random.default_rng(2)
+    q, v, a = random.standard_normal((3, 5, 4))
+    speed, rate = np.linspace(10.0, 50.0, 5), np.linspace(3.0, 4.0, 5)
+    # The motion is any; the loads on disk 1 are what it needs, and do not enter the other side.
+    element = rotors["one"].element
+    moved = [part @ system.transformation[:4].T for part in (q, v, a)]
+    two = rotors["two"].element
+    other = [part @ system.transformation[4:].T for part in (q, v, a)]
+    spin, rise = 2.0 * speed[:, None], 2.0 * rate[:, None]
+    through = other[2] @ two.mass + spin * other[1] @ two.gyroscopic.T
+    through = through + 0.5 * rise * other[0] @ two.gyroscopic.T + spin**2 * other[0] @ geometric
+    needed = moved[2] @ element.mass + speed[:, None] * moved[1] @ element.gyroscopic.T
+    needed = needed + 0.5 * rate[:, None] * moved[0] @ element.gyroscopic.T
+    needed = needed + moved[0] @ element.stiffness + through
+    found = bearing_forces(system, speed, q, v, a, {"one": needed}, rate)["joint"]
+    np.testing.assert_allclose(found[:, [0, 1, 3, 4]], through, rtol=1e-9, atol=1e-8)
+    assert not found[:, [2, 5]].any()
+
+
+def test_bearing_with_a_speed_law(hub, one_rotor, ground):
+    law = PolynomialLaw(
+        name="rising", argument_unit="rad/s", argument_range=(0.0, 1000.0),
+        stiffness_x=(1.0, 1e-3), stiffness_y=(1.0,), damping_x=(1.0,), damping_y=(1.0, 0.0, 1e-6),
+    )  # fmt: skip
+    support = ground(
+        "rotor", "hub", 1e6, 2e6, 10.0, 30.0, speed_law=law,
+        tilt_stiffness_n_m_per_rad=5e3 * np.eye(2), tilt_damping_n_m_s_per_rad=np.diag([1.0, 2.0]),
+    )  # fmt: skip
+    system = one_rotor(hub(), [support], ratio=-2.0)
+    random = np.random.default_rng(4)
+    speed = np.array([0.0, 100.0, 250.0, 100.0])
+    q, v, a = random.standard_normal((3, 4, 4))
+    found = bearing_forces(system, speed, q, v, a)["rotor.hub"]
+    rising = 1.0 + 1e-3 * 2.0 * speed
+    damping = 1.0 + 1e-6 * (2.0 * speed) ** 2
+    place, rate = (part @ system.transformation.T for part in (q, v))
+    np.testing.assert_allclose(found[:, 0], 1e6 * rising * place[:, 0] + 10.0 * rate[:, 0])
+    np.testing.assert_allclose(found[:, 1], 2e6 * place[:, 1] + 30.0 * damping * rate[:, 1])
+    np.testing.assert_allclose(found[:, 3], 5e3 * place[:, 2] + 1.0 * rate[:, 2])
+    np.testing.assert_allclose(found[:, 4], 5e3 * place[:, 3] + 2.0 * rate[:, 3])
+
+
+@pytest.mark.parametrize("mesh", [None, 1e15])
+def test_gear_carries_the_torque_and_its_mates_carry_the_rest(
+    with_axial_and_torsion, twin_bodies, mesh
+):
+    # A torque on the far end of shaft 1, geared 1 : −3 to shaft 2, whose far end is held.
+    inner, _ = twin_bodies()
+    shaft = with_axial_and_torsion(inner, 0.4, 0.02, "A", "B")
+    rotors = {
+        "one": Rotor(element=shaft, speed_ratio=1.0),
+        "two": Rotor(element=dataclasses.replace(shaft, name="two"), speed_ratio=-3.0),
+    }
+    held = ("ux", "uy", "uz")
+    bearings = [
+        Bearing(name=f"{body}.{end}", first=End(body=body, interface=end), rigid=motions)
+        for body, end, motions in (
+            ("one", "A", held),
+            ("one", "B", ("ux", "uy")),
+            ("two", "A", (*held, "rz")),
+            ("two", "B", ("ux", "uy")),
+        )
+    ]
+    gear = Gear(
+        name="gear", first=End(body="one", interface="B"), second=End(body="two", interface="B"),
+        ratio=-3.0, mesh_stiffness_n_per_m=mesh, base_radius_first_m=0.06, line_of_action_rad=0.3,
+    )  # fmt: skip
+    system = assemble(rotors, tuple(bearings), "one", (gear,))
+    load = np.zeros(shaft.size)
+    load[shaft.interface_index("A", "rz")] = 120.0
+    q = _static(system, {"one": load})
+    still = np.zeros(system.size)
+    found = joint_forces(system, 0.0, q, still, still, {"one": load})
+    # Positive along the tooth motion: n·(u1 − u2) + r1 rz1 + (r1/3) rz2; torque over base radius.
+    tooth = 120.0 / 0.06
+    # A mesh of 1e15 N/m keeps 1e-6 of its force to rounding in its compression of 1e-12 m.
+    assert found.gears["gear"] == pytest.approx(tooth, rel=1e-6)
+    assert found.bearings["two.A"][5] == pytest.approx(-120.0 / 3.0, rel=1e-6)
+    push = -tooth * np.array([np.cos(0.3), np.sin(0.3)])
+    for body, sign in (("one", 1.0), ("two", -1.0)):
+        total = found.bearings[f"{body}.A"] + found.bearings[f"{body}.B"]
+        np.testing.assert_allclose(total[:2], sign * push, rtol=1e-6)
+
+
+def test_joints_that_hold_a_motion_twice_are_refused(engine):
+    twice = Bearing(name="again", first=End(body="inner", interface="B"), rigid=("ux",))
+    system = engine(extra=(twice,))
+    q = np.zeros(system.size)
+    with pytest.raises(AnalysisError, match=r"joints \['again', 'inner.B'\] hold the same motion"):
+        bearing_forces(system, 0.0, q, q, q)
+
+
+def test_wrong_arguments_are_refused(engine):
+    system = engine()
+    q = np.zeros((3, system.size))
+    for motion, message in [
+        ((q, q[:2], q), "velocity has shape"),
+        ((q[:, 1:], q[:, 1:], q[:, 1:]), "displacement has shape"),
+    ]:
+        with pytest.raises(AnalysisError, match=message):
+            bearing_forces(system, 0.0, *motion)
+    with pytest.raises(AnalysisError, match=r"speed_rad_s needs finite numbers of shape \(\) or"):
+        bearing_forces(system, [1.0, 2.0], q, q, q)
+    with pytest.raises(AnalysisError, match="speed_rate_rad_s2 needs finite"):
+        bearing_forces(system, 1.0, q, q, q, None, np.inf)
+    with pytest.raises(AnalysisError, match="body_loads names 'fan'"):
+        bearing_forces(system, 1.0, q, q, q, {"fan": np.zeros(4)})
+    with pytest.raises(AnalysisError, match=r"body_loads\['inner'\] has shape \(4,\)"):
+        bearing_forces(system, 1.0, q, q, q, {"inner": np.zeros(4)})

@@ -1,0 +1,283 @@
+"""Frequencies in the frame of a body: closed forms, a rotating-frame formulation, round trips."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from solidwhirl.rotordyn import (
+    AnalysisError,
+    AssemblyError,
+    Rotor,
+    assemble,
+    campbell,
+    modes_at_speed,
+)
+from solidwhirl.rotordyn.campbell.body_frames import campbell_seen_by_body
+from solidwhirl.rotordyn.campbell.frames import (
+    campbell_in_rotating_frame,
+    inertial_frequency,
+)
+from solidwhirl.rotordyn.superelement.circumferential_orders import body_turns
+from solidwhirl.rotordyn.superelement.rigid_body import rigid_superelement
+
+MASS, TRANSLATION, COUPLING, TILT, DIAMETRAL, POLAR = 10.0, 5e5, -1.2e5, 4e4, 0.05, 0.08
+# Speeds of the overhung disk: from below to above its forward mode, so that it is mirrored.
+SPEEDS = np.array([20.0, 100.0, 300.0, 900.0])
+
+# L on ux, uy, rx, ry.
+TURN = np.zeros((4, 4))
+TURN[1, 0] = TURN[3, 2] = 1.0
+TURN[0, 1] = TURN[2, 3] = -1.0
+
+
+@pytest.fixture(scope="module")
+def overhung(hub, plane_spring):
+    """Rigid disk on a massless shaft, with or without the knowledge of how it turns."""
+
+    def build(ratio=1.0, turn=TURN, **options):
+        values = {"mass_kg": MASS, "diametral_kg_m2": DIAMETRAL, "polar_kg_m2": POLAR}
+        spring = plane_spring(TRANSLATION, COUPLING, TILT)
+        disk = hub(**{**values, "stiffness": spring, **options})
+        disk = dataclasses.replace(disk, spin_generator=turn)
+        return assemble({"disk": Rotor(element=disk, speed_ratio=ratio)}, ())
+
+    return build
+
+
+def _in_rotating_coordinates(speed):
+    """Signed frequencies σ of ζ, ψ ~ e^{iσt}, z = ζ e^{iΩt}, φ = ψ e^{iΩt}, rad/s.
+
+    m (ζ'' + 2iΩζ' − Ω²ζ) + k ζ − ic ψ = 0,
+    Id (ψ'' + 2iΩψ' − Ω²ψ) − iΩIp (ψ' + iΩψ) + kr ψ + ic ζ = 0: Coriolis and centrifugal terms
+    instead of a gyroscopic term alone.
+    """
+    velocity = np.diag([2j * speed * MASS, 1j * speed * (2 * DIAMETRAL - POLAR)])
+    stiffness = np.array(
+        [
+            [TRANSLATION - MASS * speed**2, -1j * COUPLING],
+            [1j * COUPLING, TILT - (DIAMETRAL - POLAR) * speed**2],
+        ]
+    )
+    inverse = np.diag([1 / MASS, 1 / DIAMETRAL])
+    state = np.block([[np.zeros((2, 2)), np.eye(2)], [-inverse @ stiffness, -inverse @ velocity]])
+    return np.sort(np.linalg.eigvals(state).imag)
+
+
+@pytest.mark.parametrize("ratio", [1.0, -1.3])
+def test_rotating_frame_formulation(overhung, ratio):
+    system = overhung(ratio)
+    for seen in (
+        campbell_in_rotating_frame(campbell(system, SPEEDS, branch_count=4), ratio),
+        campbell_seen_by_body(system, campbell(system, SPEEDS, branch_count=4), "disk"),
+    ):
+        assert (seen.dominant >= 0).all()
+        signed = np.take_along_axis(seen.signed_hz, seen.dominant[None], axis=0)[0]
+        for place, speed in enumerate(SPEEDS):
+            exact = _in_rotating_coordinates(ratio * speed) / (2 * np.pi)
+            # Both are eigenvalues of 4 × 4 matrices; the smallest |σ| is a difference of
+            # numbers up to 1e3 times it.
+            np.testing.assert_allclose(np.sort(signed[:, place]), exact, rtol=0, atol=1e-9)
+
+
+def test_forward_mode_is_mirrored_above_its_critical_speed(overhung):
+    diagram = campbell(overhung(), SPEEDS, branch_count=4)
+    seen = campbell_in_rotating_frame(diagram, 1.0)
+    forward = int(np.flatnonzero(diagram.whirl[:, 0] == "forward")[0])
+    slower = diagram.frequency_hz[forward] < SPEEDS / (2 * np.pi)
+    assert slower.tolist() == [False, False, True, True]
+    np.testing.assert_array_equal(seen.is_mirrored[0, forward], slower)
+
+
+def test_equations_of_the_source():
+    """Ω/2π = 60 Hz: a backward whirl of 40 Hz, forward ones of 160 and 20 Hz."""
+    spin = 60 * 2 * np.pi
+    for rotating, kind, inertial in ((100, "backward", 40), (100, "forward", 160)):
+        assert inertial_frequency(rotating, spin, kind) == pytest.approx(inertial, rel=1e-14)
+    assert inertial_frequency(40, spin, "mirrored") == pytest.approx(20, rel=1e-14)
+    # Below Ω/2π equation 15 has its absolute value.
+    assert inertial_frequency(35, spin, "backward") == pytest.approx(25, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((-1.0, 10.0, "forward"), "rotating_hz is -1.0; finite numbers of 0 or more"),
+        ((1.0, np.inf, "forward"), "spin_rad_s is inf"),
+        ((1.0, 1.0, "sideways"), "kind is 'sideways', allowed are"),
+        ((100.0, 10.0, "mirrored"), "above spin_rad_s / 2π"),
+    ],
+)
+def test_frequencies_without_meaning_are_refused(arguments, message):
+    with pytest.raises(AnalysisError, match=message):
+        inertial_frequency(*arguments)
+
+
+@pytest.mark.parametrize("polar", [0.09, 0.02])
+def test_free_rigid_rotor(overhung, polar):
+    """Nutation at Ω Ip/Id; in the body Euler's free precession, Ω (Ip/Id − 1)."""
+    system = overhung(stiffness=None, polar_kg_m2=polar)
+    speeds = np.array([100.0, 500.0, 1000.0])
+    diagram = campbell(system, speeds, branch_count=1)
+    seen = campbell_seen_by_body(system, diagram, "disk")
+    np.testing.assert_allclose(seen.share[0], 1.0, rtol=1e-12)
+    precession = speeds * (polar / DIAMETRAL - 1) / (2 * np.pi)
+    np.testing.assert_allclose(seen.signed_hz[0, 0], precession, rtol=1e-10)
+    assert seen.is_mirrored[0].all() == (polar < DIAMETRAL)
+
+
+def test_round_trip_of_a_diagram(twin):
+    system = twin()
+    diagram = campbell(system, np.linspace(0, 2000, 9), branch_count=6)
+    for body, ratio in (("inner", 1.0), ("outer", -1.0)):
+        for seen in (
+            campbell_seen_by_body(system, diagram, body),
+            campbell_in_rotating_frame(diagram, ratio),
+        ):
+            assert seen.speed_ratio == ratio
+            orders, sign = (
+                seen.orders[:, None, None],
+                np.where(seen.orders == 0, 1, np.sign(seen.orders)),
+            )
+            turn = np.abs(orders) * seen.spin_rad_s / (2 * np.pi)
+            back = sign[:, None, None] * (seen.signed_hz + turn)
+            wanted = np.broadcast_to(diagram.frequency_hz, back.shape)
+            np.testing.assert_allclose(back, wanted, rtol=0, atol=1e-12)
+            np.testing.assert_array_equal(seen.growth_rate_1_s, diagram.eigenvalues.real)
+
+
+def test_shares_of_an_elliptic_mode(twin):
+    """The forward part of q is (1 − iL) q / 2; its kinetic energy against the whole."""
+    system = twin()
+    diagram = campbell(system, [0.0, 700.0, 1500.0], branch_count=4)
+    for body in ("inner", "outer"):
+        seen = campbell_seen_by_body(system, diagram, body)
+        assert seen.share_source == "kinetic energy"
+        np.testing.assert_allclose(seen.share.sum(axis=0), 1.0, rtol=1e-12)
+    element = system.system.rotors["inner"].element
+    shapes = modes_at_speed(system, 700.0, 4).shapes
+    own = system.transformation[system.body_slices["inner"]] @ shapes
+    forward = 0.5 * (own - 1j * element.spin_generator @ own)
+    energy = [np.einsum("im,ij,jm->m", q.conj(), element.mass, q).real for q in (forward, own)]
+    share = energy[0] / energy[1]
+    # Neither pure circles nor lines, so the test means something.
+    assert 0.1 < share[0] < 0.49
+    found = campbell_seen_by_body(system, diagram, "inner").share[0, :, 1]
+    np.testing.assert_allclose(found, share, rtol=1e-7)
+
+
+def test_body_shares_add_up(twin):
+    system = twin()
+    diagram = campbell(system, [300.0, 1500.0], branch_count=6)
+    parts = [campbell_seen_by_body(system, diagram, body).body_share for body in ("inner", "outer")]
+    np.testing.assert_allclose(sum(parts), 1.0, rtol=1e-12)
+
+
+def test_planar_orbit_has_two_equal_circles(one_rotor, hub, ground):
+    """x = cos ωt is half a forward and half a backward circle: f ± Ω/2π, seen at equal size."""
+    system = one_rotor(hub(polar_kg_m2=0.0), [ground("rotor", "hub", 1e6, 2e6)])
+    diagram = campbell(system, [0.0, 50.0, 400.0], branch_count=2)
+    assert (diagram.whirl == "planar").all()
+    seen = campbell_seen_by_body(system, diagram, "rotor")
+    # This body does not know its generator, so the path of its axis is taken.
+    assert seen.share_source == "orbits"
+    np.testing.assert_allclose(seen.share, 0.5, rtol=1e-12)
+    omega = np.sqrt(np.array([1e6, 2e6]) / 10.0)[:, None]
+    for component, signed in enumerate(
+        (omega - diagram.speeds_rad_s, -omega - diagram.speeds_rad_s)
+    ):
+        np.testing.assert_allclose(seen.signed_hz[component] * 2 * np.pi, signed, rtol=1e-12)
+    labels = campbell_in_rotating_frame(diagram, 1.0)
+    assert np.isnan(labels.share).all() and (labels.dominant == -1).all()
+
+
+def test_orbits_agree_with_energies_where_orbits_are_circles(overhung):
+    diagram = campbell(overhung(), SPEEDS, branch_count=4)
+    known = campbell_seen_by_body(overhung(), diagram, "disk")
+    unknown = campbell_seen_by_body(overhung(turn=None), diagram, "disk")
+    assert (known.share_source, unknown.share_source) == ("kinetic energy", "orbits")
+    np.testing.assert_allclose(known.share, unknown.share, atol=1e-12)
+    assert set(np.round(known.share, 10).ravel()) == {0.0, 1.0}
+
+
+def test_modes_of_equal_frequency_are_parted_by_their_labels(overhung):
+    """Without gyroscopic effect forward and backward whirl have one frequency at all speeds."""
+    system = overhung(polar_kg_m2=0.0)
+    diagram = campbell(system, [0.0, 100.0, 200.0], branch_count=4)
+    whirl = np.array([["forward"], ["backward"]] * 2)
+    named = dataclasses.replace(diagram, whirl=np.repeat(whirl, 3, axis=1))
+    share = campbell_seen_by_body(system, named, "disk").share[0]
+    np.testing.assert_allclose(share, np.repeat([[1.0], [0.0]] * 2, 3, axis=1), atol=1e-9)
+    same = dataclasses.replace(diagram, whirl=np.full((4, 3), "planar"))
+    np.testing.assert_allclose(campbell_seen_by_body(system, same, "disk").share, 0.5, rtol=1e-9)
+
+
+def test_disk_modes_are_shifted_by_their_diameters(general):
+    """A pattern of two diameters that turns at ω/2 is seen at ω − 2Ω by its body."""
+    turn = np.zeros((6, 6))
+    turn[:4, :4], turn[4:, 4:] = TURN, 2.0 * TURN[:2, :2]
+    gyroscopic = np.zeros((6, 6))
+    gyroscopic[4, 5], gyroscopic[5, 4] = 1.0, -1.0
+    body = general(np.eye(6), np.diag([1e4] * 4 + [9e4] * 2), gyroscopic)
+    body = dataclasses.replace(body, spin_generator=turn)
+    assert body_turns(body).orders.tolist() == [-2, -1, -1, 1, 1, 2]
+    system = assemble({"disk": Rotor(element=body, speed_ratio=1.0)}, ())
+    speeds = np.array([40.0, 200.0])
+    diagram = campbell(system, speeds, branch_count=6)
+    seen = campbell_seen_by_body(system, diagram, "disk")
+    assert seen.orders.tolist() == [1, -1, 2, -2]
+    # q'' − iΩ q' + 9e4 q = 0 for the pattern q e^{iωt}.
+    omega = np.sqrt(9e4 + 0.25 * speeds**2)
+    for branch, order, whirl in ((4, 3, -1), (5, 2, 1)):
+        np.testing.assert_allclose(seen.share[order, branch], 1.0, rtol=1e-10)
+        signed = whirl * (omega + whirl * 0.5 * speeds) - 2 * speeds
+        found = seen.signed_hz[order, branch] * 2 * np.pi
+        np.testing.assert_allclose(found, signed, rtol=1e-10)
+
+
+def test_rigid_body_with_two_seats(ground):
+    """Its six coordinates are tied to one rigid motion: M is singular, its parts are not."""
+    body = rigid_superelement(
+        "fan", 10.0, [0.0, 0.0, 0.25], [0.6, 0.6, 1.0], {"a": 0.0, "b": 0.6},
+        components=("ux", "uy", "rx", "ry"),
+    )  # fmt: skip
+    parts = body_turns(body)
+    assert parts.orders.tolist() == [-1, -1, 1, 1]
+    motion = body.constraint @ np.array([1.0, 2.0, 0.3, 0.1])
+    size = np.sum(np.abs(parts.amplitudes @ motion) ** 2)
+    assert size == pytest.approx(motion @ body.mass @ motion, rel=1e-12)
+    np.testing.assert_allclose(parts.lateral() @ motion, motion, rtol=1e-12)
+    held = tuple(ground("fan", end, 1e6) for end in ("a", "b"))
+    system = assemble({"fan": Rotor(element=body, speed_ratio=1.0)}, held)
+    diagram = campbell(system, [100.0, 400.0], branch_count=4)
+    seen = campbell_seen_by_body(system, diagram, "fan")
+    np.testing.assert_allclose(seen.body_share, 1.0, rtol=1e-12)
+    forward = (diagram.whirl == "forward").astype(float)
+    np.testing.assert_allclose(seen.share[0], forward, atol=1e-9)
+    # A seat off the axis is turned to another place, which has no coordinates.
+    aside = rigid_superelement(
+        "casing", 1.0, [0, 0, 0], [1, 1, 1], {"a": 0.0, "p": [0.0, 0.5, 0.0]}
+    )
+    assert body_turns(aside) is None
+
+
+def test_negative_speed_is_the_mirror_image(overhung):
+    up, down = (campbell(overhung(), s * SPEEDS, branch_count=4) for s in (1, -1))
+    seen = [campbell_in_rotating_frame(diagram, 1.0) for diagram in (up, down)]
+    # +z and −z change their places.
+    np.testing.assert_allclose(seen[1].signed_hz[0], -seen[0].signed_hz[1], rtol=1e-9)
+    np.testing.assert_array_equal(seen[1].share[0], seen[0].share[1])
+    measured = campbell_seen_by_body(overhung(), down, "disk")
+    np.testing.assert_allclose(measured.share, seen[1].share, atol=1e-9)
+
+
+def test_wrong_arguments_are_refused(overhung, twin):
+    diagram = campbell(overhung(), SPEEDS, branch_count=4)
+    with pytest.raises(AnalysisError, match="speed_ratio is nan"):
+        campbell_in_rotating_frame(diagram, np.nan)
+    with pytest.raises(AnalysisError, match="no mode of this system"):
+        campbell_seen_by_body(overhung(polar_kg_m2=0.07), diagram, "disk")
+    with pytest.raises(AssemblyError, match="there is no body 'fan'"):
+        campbell_seen_by_body(twin(), diagram, "fan")

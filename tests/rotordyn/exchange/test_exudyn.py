@@ -1,0 +1,498 @@
+"""The written files in Exudyn 1.13.6: its eigenvalues, forces and time steps against ours."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import exudyn as exu
+import numpy as np
+import pytest
+from exudyn.FEM import ObjectFFRFreducedOrderInterface
+from exudyn.itemInterface import (
+    MarkerNodeCoordinate,
+    NodePointGround,
+    ObjectConnectorCoordinateSpringDamper,
+)
+from exudyn_states import Equations, spinning_frequencies
+from plain_run_up import run_up_newmark
+from python_exports import (
+    HOSTILE,
+    check_text,
+    code_of,
+    module_of,
+    on_springs,
+    with_hostile_names,
+)
+
+from solidwhirl.rotordyn import (
+    Bearing,
+    End,
+    Rotor,
+    SuperelementError,
+    assemble,
+    modes_at_speed,
+    rigid_superelement,
+)
+from solidwhirl.rotordyn.assembly.coordinates import interface_row
+from solidwhirl.rotordyn.exchange.multibody.body_fixed import BodyFixedForm, body_fixed_form
+from solidwhirl.rotordyn.exchange.python.exudyn import write_exudyn
+from solidwhirl.rotordyn.exchange.python.exudyn_frame import frame_arrays, write_exudyn_frame
+from solidwhirl.rotordyn.response.unbalance import Unbalance
+from solidwhirl.rotordyn.run_up.integration import ramp_and_hold, run_up
+from solidwhirl.rotordyn.run_up.record import MotionState
+
+BODIES = ["disk_shaft", "lateral_shaft", pytest.param("harmonic_rotor", marks=pytest.mark.solver)]
+WRITERS = [write_exudyn, write_exudyn_frame]
+# Springs of the first and last interface; the last set is not symmetric, as in an oil film.
+SPRINGS = {
+    "free": None,
+    "even": (5e7, 3e7),
+    "uneven": ((5e7, 2e7), (3e7, 4e7)),
+    "crossed": ([[5e7, 1e7], [-1e7, 4e7]], 3e7),
+}
+
+
+@pytest.fixture
+def body(request, tmp_path):
+    """Body, its ends and its two files, imported."""
+    element = request.getfixturevalue(request.param)
+    ends = (element.interfaces[0].name, element.interfaces[-1].name)
+    return SimpleNamespace(element=element, ends=ends, folder=tmp_path)
+
+
+@pytest.fixture
+def shaft(lateral_shaft, tmp_path):
+    return SimpleNamespace(element=lateral_shaft, ends=("a", "b"), folder=tmp_path)
+
+
+def system():
+    return exu.SystemContainer().AddSystem()
+
+
+def write(body, writer=write_exudyn, **options):
+    return module_of(writer(body.element, body.folder / "body.py", **options).files[0])
+
+
+def held(body, kind):
+    return {} if SPRINGS[kind] is None else dict(zip(body.ends, SPRINGS[kind], strict=True))
+
+
+@pytest.mark.parametrize("kind", SPRINGS)
+@pytest.mark.parametrize("speed", [0.0, 900.0])
+@pytest.mark.parametrize("body", BODIES, indirect=True)
+def test_linear_frequencies(body, speed, kind):
+    """Eigenvalues, growth of the unstable ones included, of all oscillating modes."""
+    file, mbs = write(body), system()
+    added = file.add_body(mbs, speed)
+    for name, stiffness in held(body, kind).items():
+        file.add_bearing(mbs, added, name, stiffness)
+    theirs = file.eigenvalues(mbs)
+    modes = modes_at_speed(on_springs(body.element, held(body, kind)), speed)
+    ours = modes.eigenvalues[np.argsort(modes.eigenvalues.imag, kind="stable")]
+    assert theirs.size == ours.size
+    # Exudyn inverts M, so an error is of the size of the highest mode's square. Seen: 1e-9.
+    np.testing.assert_allclose(theirs.imag, ours.imag, rtol=1e-7)
+    np.testing.assert_allclose(np.sort(theirs.real), np.sort(ours.real), atol=1e-7 * 1e4)
+
+
+def printed(path, *arguments):
+    """What the file prints, run as a program from elsewhere; numbers by block."""
+    done = subprocess.run(
+        [sys.executable, "-W", "error", path, *arguments],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+        cwd=path.parent.parent,
+    )
+    assert done.returncode == 0, done.stderr
+    blocks, title = {}, ""
+    for line in done.stdout.splitlines():
+        if line[0].isdigit():
+            blocks[title].append(float(line.split()[0]))
+        else:
+            title = line.split(",")[0]
+            blocks.setdefault(title, [])
+    return blocks, done.stdout
+
+
+def test_linear_file_runs(shaft):
+    """As told in its head, under a hostile name."""
+    element = with_hostile_names(shaft.element)
+    exported = write_exudyn(element, shaft.folder / "two words.py")
+    assert [f.name for f in exported.files] == ["two words.py", "two words.npz"]
+    blocks, _ = printed(
+        exported.files[0], "--speed", "1000", "--spring", f"{HOSTILE}=5e7", "--spring", "b=5e7,4e7"
+    )
+    for title, springs in (("free", {}), ("on springs", {HOSTILE: 5e7, "b": (5e7, 4e7)})):
+        ours = modes_at_speed(on_springs(element, springs), 1000.0).frequency_hz[:12]
+        np.testing.assert_allclose(blocks[title], ours, rtol=1e-7)
+    assert not list(shaft.folder.rglob("harm")) and not list(shaft.folder.parent.glob("harm"))
+
+
+@pytest.mark.parametrize("writer", WRITERS)
+def test_names_are_data(shaft, writer):
+    """Python reads the same code whatever the names are: they stand in comments and numbers."""
+    plain = writer(shaft.element, shaft.folder / "plain.py").files[0]
+    hostile = writer(with_hostile_names(shaft.element), shaft.folder / "hostile").files[0]
+    assert code_of(plain) == code_of(hostile)
+    assert ascii(HOSTILE) in hostile.read_text(encoding="ascii")
+    check_text(plain)
+
+
+@pytest.mark.parametrize("writer", WRITERS)
+def test_other_endings_are_refused(shaft, writer):
+    with pytest.raises(SuperelementError, match=r"ends with \.py, not with '\.h5'"):
+        writer(shaft.element, shaft.folder / "body.h5")
+    assert not list(shaft.folder.iterdir())
+
+
+def test_ordinary_connectors(shaft):
+    """Exudyn's own spring on a marker does what add_bearing does."""
+    file, values = write(shaft), []
+    for own in (False, True):
+        mbs = system()
+        body = file.add_body(mbs, 500.0)
+        if own:
+            ground = mbs.AddNode(NodePointGround())
+            zero = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=ground, coordinate=0))
+            for component in ("ux", "uy"):
+                ends = [zero, file.marker(mbs, body, "a", component)]
+                mbs.AddObject(
+                    ObjectConnectorCoordinateSpringDamper(markerNumbers=ends, stiffness=2e7)
+                )
+        else:
+            file.add_bearing(mbs, body, "a", 2e7)
+        values.append(file.eigenvalues(mbs).imag)
+    np.testing.assert_allclose(values[0], values[1], rtol=1e-7)
+
+
+def test_tied_body_and_two_bodies(shaft):
+    """A casing of one piece carries the shaft: its places follow one motion, q = B r."""
+    seats = {"front": (0.0, 0.0, 0.1), "rear": (0.0, 0.1, 0.4), "foot": (0.2, -0.3, 0.2)}
+    casing = rigid_superelement("casing", 30.0, (0.0, 0.0, 0.2), (1.0, 1.5, 2.0), seats)
+    rotor = write(shaft)
+    tied = module_of(write_exudyn(casing, shaft.folder / "casing.py").files[0])
+    mbs = system()
+    first, second = rotor.add_body(mbs, 800.0), tied.add_body(mbs)
+    assert second.M.shape == (6, 6)
+    bearings = []
+    for seat, other in zip(("a", "b"), ("front", "rear"), strict=True):
+        rotor.add_bearing(mbs, first, seat, 5e7, 1e3, (second, other))
+        bearings.append(
+            Bearing(
+                name=seat,
+                first=End(body="r", interface=seat),
+                second=End(body="c", interface=other),
+                stiffness_n_per_m=5e7 * np.eye(2),
+                damping_n_s_per_m=1e3 * np.eye(2),
+            )
+        )
+    tied.add_bearing(mbs, second, "foot", (2e7, 1e7))
+    bearings.append(
+        Bearing(
+            name="foot",
+            first=End(body="c", interface="foot"),
+            stiffness_n_per_m=np.diag([2e7, 1e7]),
+        )
+    )
+    with pytest.raises(ValueError, match="is no coordinate of its own"):
+        tied.marker(mbs, second, "foot", "ux")
+    with pytest.raises(ValueError, match="there are"):
+        tied.add_bearing(mbs, second, "nowhere", 1.0)
+    rotors = {
+        "r": Rotor(element=shaft.element, speed_ratio=1.0),
+        "c": Rotor(element=casing, speed_ratio=0.0),
+    }
+    ours = modes_at_speed(assemble(rotors, tuple(bearings)), 800.0).eigenvalues
+    theirs = rotor.eigenvalues(mbs)
+    np.testing.assert_allclose(theirs.imag, ours.imag, rtol=1e-7)
+    # damping of 1e3 N s/m: decay rates from 1 to 1e3
+    np.testing.assert_allclose(theirs.real, ours.real, atol=1e-4)
+
+
+def exudyn_run_up(file, body, springs, unbalance, top, duration, steps):
+    """ux, uy of an interface at all steps."""
+    spin, mbs = file.ramp(0.0, top, duration), system()
+    added = file.add_body(mbs, spin)
+    for name, stiffness in springs.items():
+        file.add_bearing(mbs, added, name, stiffness)
+    place, moment, phase = unbalance
+    file.add_force(mbs, added, place, file.unbalance(moment, spin, phase))
+    rows, record = added.motion(place), []
+
+    def keep(mbs, t):
+        kind = exu.OutputVariableType.Coordinates
+        record.append(rows @ mbs.GetNodeOutput(added.node, kind))
+        return True
+
+    mbs.SetPostStepUserFunction(keep)
+    mbs.Assemble()
+    settings = exu.SimulationSettings()
+    settings.timeIntegration.numberOfSteps = steps
+    settings.timeIntegration.endTime = duration
+    # the equations are linear, but change with time
+    settings.timeIntegration.newton.useModifiedNewton = False
+    # the average acceleration of Newmark
+    settings.timeIntegration.generalizedAlpha.useNewmark = True
+    settings.solution.file.write = False
+    mbs.SolveDynamic(settings)
+    return np.array(record)
+
+
+@pytest.mark.parametrize("body", BODIES[1:], indirect=True)
+def test_run_up(body):
+    """Through the first resonance in 0.3 s, by the same method step by step, and by another."""
+    springs, top, duration, steps = held(body, "uneven"), 900.0, 0.3, 1500
+    place, moment, phase = body.ends[0], 1e-4, 0.3
+    theirs = exudyn_run_up(write(body), body, springs, (place, moment, phase), top, duration, steps)
+    assembled, profile = on_springs(body.element, springs), ramp_and_hold(top, duration)
+    unbalance = Unbalance(body="r", interface=place, moment_kg_m=moment, phase_rad=phase)
+    rest = MotionState(displacement=np.zeros(assembled.size), velocity=np.zeros(assembled.size))
+    same = run_up_newmark(assembled, profile, [unbalance], duration / steps, rest).displacement
+    rows = [interface_row(assembled, "r", place, component) for component in ("ux", "uy")]
+    # Seen: 3e-12.
+    size = np.abs(theirs).max()
+    np.testing.assert_allclose(theirs, same @ np.transpose(rows), rtol=0, atol=1e-9 * size)
+    better = (
+        run_up(
+            assembled,
+            profile,
+            [unbalance],
+            step_s=duration / 3000,
+            record_every=10,
+            outputs=[End(body="r", interface=place)],
+            phase_error_rad=1e-5,
+        )
+        .translation_m[0, :2]
+        .T
+    )
+    # The average acceleration lowers a frequency by (ωh)²/12. Seen: 1.2e-2 and 6e-3.
+    np.testing.assert_allclose(theirs[::5], better, rtol=0, atol=0.03 * size)
+
+
+@pytest.mark.parametrize("body", BODIES, indirect=True)
+def test_frame_at_rest(body):
+    """Free and on springs; with fewer modes the free ones stay."""
+    file = write(body, write_exudyn_frame)
+    for kind, tolerance in (("free", 1e-9), ("even", 2e-7), ("uneven", 2e-7)):
+        # Exudyn takes the springs' stiffness by differences of forces: seen 6e-9 to 3e-8
+        mbs = system()
+        added = file.add_body(mbs)
+        for name, stiffness in held(body, kind).items():
+            file.add_bearing(mbs, added, name, stiffness)
+        ours = modes_at_speed(on_springs(body.element, held(body, kind)), 0.0).frequency_hz
+        theirs = file.frequencies(mbs)
+        np.testing.assert_allclose(theirs[-ours.size :], ours, rtol=tolerance)
+    few = write(body, write_exudyn_frame, modes=6)
+    mbs = system()
+    few.add_body(mbs)
+    free = file.frequencies(mbs)[6:]
+    expected = body_fixed_form(body.element).frequencies_hz[:6]
+    np.testing.assert_allclose(free[:6], expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["free", "even"])
+@pytest.mark.parametrize("body", BODIES, indirect=True)
+def test_frame_at_speed(body, kind):
+    """Modes about the steady spin, by differences of what Exudyn says the forces are."""
+    speed, springs = 900.0, held(body, kind)
+    file, mbs = write(body, write_exudyn_frame, speed_rad_s=speed), system()
+    added = file.add_body(mbs)
+    for name, stiffness in springs.items():
+        file.add_bearing(mbs, added, name, stiffness)
+    mbs.Assemble()
+    shapes = body_fixed_form(body.element).shapes
+    generator = shapes.T @ body.element.mass @ body.element.spin_generator @ shapes
+    theirs = spinning_frequencies(mbs, speed, generator)
+    ours = modes_at_speed(on_springs(body.element, springs), speed).frequency_hz
+    theirs = theirs[theirs > 1.0]
+    assert theirs.size == ours.size
+    # Seen: 1e-9, and 5e-8 at the nutation, where differences of f near a rigid motion count.
+    np.testing.assert_allclose(theirs, ours, rtol=1e-6)
+
+
+def test_stiffening_follows_the_option(harmonic_frame):
+    """add_body takes another spin than the one of the file, and without it the modes are off."""
+    element, file, written_at = harmonic_frame
+    kept = [stiffness_of(file, stiffened_at) for stiffened_at in (None, written_at, 0.0)]
+    form = body_fixed_form(element)
+    np.testing.assert_allclose(kept[0], kept[1], rtol=0, atol=1e-12 * kept[0].max())
+    np.testing.assert_allclose(kept[2], form.stiffness, rtol=0, atol=1e-12 * kept[0].max())
+    change = written_at**2 * form.stress_stiffening
+    np.testing.assert_allclose(kept[0] - kept[2], change, rtol=0, atol=1e-12 * kept[0].max())
+    # at this spin the stress changes the first modes by more than 1e-4 of their stiffness
+    assert np.abs(change[:4, :4]).max() > 1e-4 * form.stiffness[0, 0]
+
+
+@pytest.fixture
+def harmonic_frame(lateral_shaft, tmp_path):
+    exported = write_exudyn_frame(lateral_shaft, tmp_path / "frame.py", speed_rad_s=700.0)
+    return lateral_shaft, module_of(exported.files[0]), 700.0
+
+
+def stiffness_of(file, stiffened_at):
+    mbs = system()
+    added = file.add_body(mbs, stiffened_at=stiffened_at)
+    found = mbs.GetObjectParameter(added["oFFRFreducedOrder"], "stiffnessMatrixReduced")
+    return found.Convert2DenseMatrix()
+
+
+@pytest.mark.parametrize("body", BODIES, indirect=True)
+def test_frame_forces(body):
+    """Forces on the modes of a body that spins, at any amplitude: the formulas of the moments.
+
+    f = −K q − 2 Ω n·I5 q' + Ω² (∂J/∂q)_zz / 2, with J = J0 + Σ (I8 + I8ᵀ) q − Σ Σ I9 q q.
+    """
+    speed, stiffened = 400.0, 300.0
+    file = write(body, write_exudyn_frame, speed_rad_s=stiffened)
+    form, mbs = body_fixed_form(body.element), system()
+    file.add_body(mbs)
+    mbs.Assemble()
+    equations = Equations(mbs)
+    m = form.frequencies_hz.size
+    random = np.random.default_rng(7)
+    # each mode with the same energy, so that no force drowns in that of the highest mode
+    q = random.normal(size=m) * 1e-3 * form.frequencies_hz[0] / form.frequencies_hz
+    rate = random.normal(size=m)
+    coordinates, velocities = np.zeros((2, 7 + m))
+    coordinates[7:], velocities[7:] = q, rate
+    velocities[6] = speed / 2.0  # of the Euler parameter of z
+    _, force = equations.at(coordinates, velocities)
+    elastic = -form.stiffness @ q - stiffened**2 * form.stress_stiffening @ q
+    coriolis = -2.0 * speed * form.I5[2].T @ rate
+    centrifugal = speed**2 * (form.I8[2, 2] - form.I9[2, 2] @ q)
+    size = np.abs(coriolis).max()
+    np.testing.assert_allclose(
+        force[7:], elastic + coriolis + centrifugal, rtol=0, atol=1e-9 * size
+    )
+
+
+def points_form(places, masses, modes, stiffness):
+    """The record of a body of points, its integrals as sums."""
+    at, m = places, modes.shape[2]
+    tilde = np.cross(at[:, None], np.eye(3)).transpose(0, 2, 1)
+    moved = np.cross(modes.transpose(2, 0, 1)[:, :, None], np.eye(3)).transpose(0, 1, 3, 2)
+    return BodyFixedForm(
+        name="points",
+        frequencies_hz=np.ones(m),
+        shapes=np.zeros((0, m)),
+        mass_kg=float(masses.sum()),
+        center_of_gravity_m=masses @ at / masses.sum(),
+        inertia_kg_m2=-np.einsum("p,pab,pbc->ac", masses, tilde, tilde),
+        mass=np.einsum("p,paj,pak->jk", masses, modes, modes),
+        stiffness=stiffness,
+        I3=np.einsum("p,paj->aj", masses, modes),
+        I4=np.einsum("p,pab,pbj->aj", masses, tilde, modes),
+        I5=np.einsum("p,jpab,pbk->ajk", masses, moved, modes),
+        I8=-np.einsum("p,pab,jpbc->acj", masses, tilde, moved),
+        I9=np.einsum("p,jpab,kpbc->acjk", masses, moved, moved),
+        stress_stiffening=np.zeros((m, m)),
+        nodes=(),
+        points_m=at,
+        point_modes=modes,
+    )
+
+
+def test_frame_of_mass_points(tmp_path):
+    """Kinetic energy and forces at any state, against Newton's law of six points.
+
+    Every array is at work here: elastic modes of a free body leave some of them zero.
+    """
+    random = np.random.default_rng(3)
+    places, masses, modes = (
+        random.normal(size=(6, 3)),
+        random.uniform(1.0, 2.0, 6),
+        random.normal(size=(6, 3, 4)),
+    )
+    stiffness = np.diag([1.0, 2.0, 3.0, 4.0])
+    form = points_form(places, masses, modes, stiffness)
+    np.savez(tmp_path / "points.npz", **frame_arrays(form, 0.0, 1.0))
+    body, mbs = ObjectFFRFreducedOrderInterface(), system()
+    body.LoadFromFile(str(tmp_path / "points.npz"), mode="NPZ")
+    body.AddObjectFFRFreducedOrder(mbs)
+    mbs.Assemble()
+    equations = Equations(mbs)
+    for _ in range(5):
+        q, rate = random.normal(size=(2, 4))
+        travel, spin = random.normal(size=(2, 3))
+        s, relative = places + modes @ q, modes @ rate
+        coordinates = np.concatenate([np.zeros(7), q])
+        # Euler parameters at no turn: their rates are half the spin
+        velocities = np.concatenate([travel, [0.0], spin / 2.0, rate])
+        mass, force = equations.at(coordinates, velocities)
+        velocity = travel + np.cross(spin, s) + relative
+        energy = 0.5 * masses @ (velocity**2).sum(axis=1)
+        assert 0.5 * velocities @ mass @ velocities == pytest.approx(energy, rel=1e-12)
+        # forces of inertia while spin, travel and rates keep their values
+        inertia = -masses[:, None] * (
+            np.cross(spin, np.cross(spin, s)) + 2.0 * np.cross(spin, relative)
+        )
+        expected = np.concatenate(
+            [
+                inertia.sum(axis=0),
+                [0.0],
+                2.0 * np.cross(s, inertia).sum(axis=0),
+                np.einsum("paj,pa->j", modes, inertia) - stiffness @ q,
+            ]
+        )
+        np.testing.assert_allclose(force, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+
+
+def test_frame_rings(body_ring):
+    """Three points more than an axis: a rigid marker turns as the interface does."""
+    file, form, mbs = body_ring
+    added = file.add_body(mbs)
+    markers = [file.interface_marker(mbs, added, node.name) for node in form.nodes]
+    mbs.Assemble()
+    amplitude = 1e-6
+    for mode in range(4):
+        coordinates = np.zeros(7 + form.frequencies_hz.size)
+        coordinates[7 + mode] = amplitude
+        mbs.systemData.SetODE2Coordinates(coordinates, exu.ConfigurationType.Current)
+        for marker, node in zip(markers, form.nodes, strict=True):
+            place = mbs.GetMarkerOutput(marker, exu.OutputVariableType.Position)
+            turn = mbs.GetMarkerOutput(marker, exu.OutputVariableType.RotationMatrix)
+            turn = np.asarray(turn).reshape(3, 3)
+            moved = (np.asarray(place) - node.position_m) / amplitude
+            turned = np.array([turn[2, 1], turn[0, 2], turn[1, 0]]) / amplitude
+            # differences of places of 1 m, taken 1e6 times: 1e-10 of rounding
+            np.testing.assert_allclose(moved, node.translations[:, mode], rtol=0, atol=1e-8)
+            scale = np.abs(node.rotations[:, :4]).max()
+            np.testing.assert_allclose(turned, node.rotations[:, mode], rtol=0, atol=1e-7 * scale)
+
+
+@pytest.fixture
+def body_ring(disk_shaft, tmp_path):
+    file = module_of(write_exudyn_frame(disk_shaft, tmp_path / "ring.py").files[0])
+    return file, body_fixed_form(disk_shaft), system()
+
+
+def test_frame_file_runs(shaft):
+    exported = write_exudyn_frame(with_hostile_names(shaft.element), shaft.folder / "frame.py")
+    blocks, text = printed(
+        exported.files[0], "--spring", f"{HOSTILE}=5e7", "--spring", "b=4e7,3e7", "--speed", "300"
+    )
+    for title, springs in (("free", {}), ("on springs", {"a": 5e7, "b": (4e7, 3e7)})):
+        ours = modes_at_speed(on_springs(shaft.element, springs), 0.0).frequency_hz[:12]
+        np.testing.assert_allclose(blocks[title], ours, rtol=2e-7)
+    # a free body keeps its spin; Newton's iteration stops at 1e-6
+    assert abs(float(text.split()[-1])) < 1e-6
+    assert any("axial" in sentence for sentence in exported.left_out)
+
+
+def test_frame_refusals(shaft, harmonic_limits):
+    with pytest.raises(SuperelementError, match="speed_rad_s is nan"):
+        write_exudyn_frame(shaft.element, shaft.folder / "f.py", speed_rad_s=np.nan)
+    with pytest.raises(SuperelementError, match="allowed is up to 1500 rad/s"):
+        write_exudyn_frame(harmonic_limits, shaft.folder / "f.py", speed_rad_s=1501.0)
+    assert not list(shaft.folder.iterdir())
+
+
+@pytest.fixture
+def harmonic_limits(lateral_shaft):
+    import dataclasses
+
+    return dataclasses.replace(lateral_shaft, maximum_speed_rad_s=1500.0)

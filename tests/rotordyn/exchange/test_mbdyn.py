@@ -1,0 +1,263 @@
+"""MBDyn's modal body, read back by a strict parser of the format, and its equations."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+from floating_frame import compare_with_inertial, floating_body, floating_frame_modes
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from mbdyn_file import FemError, fields, lumped_integrals, parse_fem, parse_input
+from point_bodies import point_form, some_points
+
+from solidwhirl.rotordyn import SuperelementError, rigid_superelement
+from solidwhirl.rotordyn.exchange.multibody.body_fixed import body_fixed_form
+from solidwhirl.rotordyn.exchange.multibody.mass_points import equivalent_mass_points
+from solidwhirl.rotordyn.exchange.multibody.mbdyn import fem_text, node_labels, write_mbdyn
+
+LEVELS = (13, 18, 19)
+_SMALL = point_form(some_points(2, count=3), stiffening=1.0, shown=1)
+
+
+def written(element, folder, **options):
+    """Parse what the writer wrote: body, input, report."""
+    exported = write_mbdyn(element, folder / "body.fem", **options)
+    assert exported.files == (folder / "body.fem", folder / "body_example.mbd")
+    body, start = (file.read_text(encoding="utf-8") for file in exported.files)
+    return parse_fem(body), parse_input(start), exported
+
+
+@pytest.mark.parametrize("stiffness", [0.0, 1e7])
+@pytest.mark.parametrize(
+    "body",
+    ["disk_shaft", "lateral_shaft", pytest.param("harmonic_rotor", marks=pytest.mark.solver)],
+)
+def test_frequencies_of_a_body(body, stiffness, request, tmp_path, inertial_modes):
+    """The numbers in the file alone give the frequencies of the system in the inertial frame.
+
+    Of a solid stress stiffens the disk, and orders 0 and 1 are in one file.
+    """
+    element = request.getfixturevalue(body)
+    fem, _, _ = written(element, tmp_path)
+    compare_with_inertial(element, partial(fields, fem), inertial_modes, stiffness)
+
+
+@pytest.mark.parametrize("level", [13, 18])
+def test_lower_levels_lack_the_stiffening_alone(disk_shaft, level, tmp_path, inertial_modes):
+    """With the stiffening added by hand they give the same frequencies, and without it others."""
+    fem, _, exported = written(disk_shaft, tmp_path, level=level)
+    assert any(text.startswith("Stiffening by spin is not written") for text in exported.left_out)
+    names = [node.name for node in disk_shaft.interfaces]
+    springs = dict.fromkeys(names, (10000000.0, 10000000.0))
+    wanted = inertial_modes(disk_shaft, springs, 1200.0).eigenvalues.imag
+    stated = fields(fem, names)
+    assert not stated["stress_stiffening"].any()
+    whole = stated | {"stress_stiffening": body_fixed_form(disk_shaft).stress_stiffening}
+    found = floating_frame_modes(floating_body(whole), springs, 1200.0).frequencies
+    # the inertia of points is that of the body to the rounding of a decomposition
+    np.testing.assert_allclose(found, wanted, rtol=1e-8)
+    found = floating_frame_modes(floating_body(stated), springs, 1200.0).frequencies
+    assert found.size != wanted.size or np.abs(found / wanted - 1.0).max() > 1e-5
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("body", ["disk_shaft", "lateral_shaft", "points"])
+def test_numbers(body, level, request):
+    """All 17 digits come back."""
+    if body == "points":
+        form = point_form(some_points(5), stiffening=3.0)
+    else:
+        form = body_fixed_form(request.getfixturevalue(body))
+    fem = parse_fem(fem_text(form, level=level, modal_damping=0.01))
+    k = len(form.nodes)
+    assert np.array_equal(fem.places[:k], [node.position_m for node in form.nodes])
+    assert np.array_equal(fem.shapes[:k, :3], [node.translations for node in form.nodes])
+    assert np.array_equal(fem.shapes[:k, 3:], [node.rotations for node in form.nodes])
+    points = form.points_m.shape[0]
+    assert np.array_equal(fem.places[k : k + points], form.points_m)
+    assert np.array_equal(fem.shapes[k : k + points, :3], form.point_modes)
+    assert not fem.shapes[k:, 3:].any() and not fem.amplitudes.any() and not fem.rates.any()
+    assert np.array_equal(fem.mass, form.mass) and np.array_equal(fem.stiffness, form.stiffness)
+    wanted = 2.0 * 0.01 * np.sqrt(np.diag(form.stiffness))
+    np.testing.assert_allclose(np.diag(fem.damping), wanted, rtol=1e-15)
+    if level >= 18:
+        for key in ("I3", "I4", "I5", "I8", "I9"):
+            assert np.array_equal(getattr(fem, key), getattr(form, key)), key
+    assert list(fem.stiffening) == ([3] if level == 19 else [])
+    if level == 19:
+        assert np.array_equal(fem.stiffening[3], form.stress_stiffening)
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_rigid_body(disk_shaft, level, tmp_path):
+    """Mass, centre of gravity and inertia are those of cylinder and disk."""
+    fem, _, _ = written(disk_shaft, tmp_path, level=level)
+    shaft = 7850.0 * np.pi * 0.02**2 * 0.4
+    mass, centre = shaft + 5.0, (0.2 * shaft + 0.15 * 5.0) / (shaft + 5.0)
+    tilt = shaft * (0.02**2 / 4 + 0.4**2 / 3) + 0.021 + 5.0 * 0.15**2
+    wanted = np.diag([tilt, tilt, 0.5 * shaft * 0.02**2 + 0.04])
+    found = fields(fem, [])
+    assert found["mass_kg"] == pytest.approx(mass, rel=1e-12)
+    np.testing.assert_allclose(found["center_of_gravity_m"], [0, 0, centre], atol=1e-12)
+    np.testing.assert_allclose(found["inertia_kg_m2"], wanted, atol=1e-12 * tilt)
+    if level > 13:  # group 12 has the inertia about the centre of gravity
+        about = tilt - mass * centre**2
+        np.testing.assert_allclose(np.diag(fem.inertia[2])[:2], about, rtol=1e-12)
+
+
+@settings(max_examples=30, deadline=None)
+@given(modes=st.integers(1, 12), count=st.integers(4, 9), seed=st.integers(0, 999))
+def test_equivalent_points(modes, count, seed):
+    """Points of equal mass that have the moments of other points, however many those were."""
+    form = point_form(some_points(modes, count=count, seed=seed))
+    points = equivalent_mass_points(form)
+    # no more than functions, and no more than the body has points
+    assert points.masses_kg.size <= min(3 * modes + 4, count)
+    assert np.ptp(points.masses_kg) == 0.0
+    fem = parse_fem(fem_text(form, level=13))
+    found = lumped_integrals(fem)
+    for key, value in found.items():
+        wanted = getattr(form, key)
+        np.testing.assert_allclose(value, wanted, atol=1e-10 * np.abs(wanted).max() + 1e-11)
+    moving = np.einsum("p,paj,pak->jk", fem.lumped[:, 0], fem.shapes[:, :3], fem.shapes[:, :3])
+    np.testing.assert_allclose(moving, form.mass, atol=1e-11)
+
+
+def test_moments_of_nothing_are_refused():
+    """Inertia that no masses can have needs a level without points."""
+    form = replace(_SMALL, inertia_kg_m2=np.diag([1.0, 1.0, 3.0]) + _SMALL.inertia_kg_m2 * 1e-3)
+    with pytest.raises(SuperelementError, match="contradict each other"):
+        fem_text(form, level=13)
+    parse_fem(fem_text(form, level=18))
+
+
+def test_lines_and_order_of_the_manual(disk_shaft):
+    """At most six values stand in a line, record groups come in order, as the manual wants."""
+    form = body_fixed_form(disk_shaft)
+    for level in LEVELS:
+        text = fem_text(form, level=level)
+        assert max(len(line.split()) for line in text.split("\n") if line[:2] != "**") <= 6
+        groups = parse_fem(text).groups
+        with_inertia = {13: (11,), 18: (12,), 19: (12,)}[level]
+        later = tuple(range(14, level + 1))
+        assert groups == (*range(1, 11), *with_inertia, 13, *later)
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("damping", [0.0, 0.01])
+def test_example_input(disk_shaft, level, damping, tmp_path):
+    """The input beside the file names what is in it."""
+    fem, start, _ = written(disk_shaft, tmp_path, level=level, modal_damping=damping)
+    joint = start.modal
+    assert joint["file"] == "body.fem" and joint["modes"] == fem.mass.shape[0]
+    assert joint["damping"] == ("damping from file" if damping else "no damping")
+    assert joint["use invariant 9"] == (level == 13)
+    assert [label for label, _, _ in joint["interfaces"]] == ["front", "rear"]
+    nodes = {words[0]: words for key, words in start.blocks["nodes"] if key == "structural"}
+    assert nodes["BODY"][1:] == ["modal", "null", "eye", "null", "0.", "0.", "SPIN"]
+    for label, node, offset in joint["interfaces"]:
+        kind, *place = nodes[node][1:5]
+        assert kind == "static" and offset == "null"
+        at = fem.labels.index(label)
+        assert [float(value) for value in place] == [*fem.places[at]]
+    counts = dict(start.blocks["control data"])
+    assert sum(map(int, counts["structural nodes"][0].split("+")[1:])) == len(nodes)
+    joints = [words for key, words in start.blocks["elements"] if key == "joint"]
+    assert sum(map(int, counts["joints"][0].split("+")[1:])) == len(joints)
+    springs = [words for words in joints if words[1] == "deformable displacement joint"]
+    assert len(springs) == 2 and {words[7] for words in springs} == {
+        "INTERFACE + 1",
+        "INTERFACE + 2",
+    }
+    assert ("use automatic differentiation" in counts) == (level == 19)
+    assert start.variables["SPIN"] > 0.0
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.lists(st.text(min_size=1, max_size=90), min_size=1, max_size=5, unique=True))
+def test_labels(names):
+    """Any names give labels that stay apart, and files that are read as meant."""
+    labels = node_labels(names)
+    assert len(set(labels)) == len(names)
+    form = replace(_SMALL, nodes=tuple(replace(_SMALL.nodes[0], name=name) for name in names))
+    assert parse_fem(fem_text(form)).labels[: len(names)] == labels
+
+
+@pytest.mark.parametrize("name", ['a; "b"', "käfig # 1", "end: data;", "** END OF FILE"])
+def test_names_in_the_input(disk_shaft, name, tmp_path):
+    """The name of the body is in a comment and cannot leave it."""
+    named = replace(disk_shaft, name=name)
+    _, start, _ = written(named, tmp_path)
+    assert start.modal["modes"] > 0
+
+
+def test_what_is_missing_is_said(lateral_shaft, disk_shaft, tmp_path):
+    """No axial motion, no torsion, truncated modes, renamed interfaces, what MBDyn must be told."""
+    _, _, lateral = written(lateral_shaft, tmp_path, modes=4)
+    text = " ".join(lateral.left_out)
+    for words in ("rigid in axial", "rigid in torsion", "4 of 24 elastic", "automatic differentia"):
+        assert words in text
+    node = replace(disk_shaft.interfaces[0], name="vorn ö")
+    coordinates = tuple(
+        replace(c, interface="vorn ö") if c.interface == "front" else c
+        for c in disk_shaft.coordinates
+    )
+    named = replace(
+        disk_shaft, interfaces=(node, disk_shaft.interfaces[1]), coordinates=coordinates
+    )
+    fem, _, exported = written(named, tmp_path)
+    assert fem.labels[:2] == ("vorn_o", "rear")
+    assert "The interface 'vorn ö' is written as 'vorn_o'." in exported.left_out
+
+
+def test_refused(disk_shaft, tmp_path):
+    """Bodies that have no such form, and arguments out of their range; nothing is written."""
+    path = tmp_path / "body.fem"
+    ends = {"a": (0.0, 0.0, 0.0), "b": (0.0, 0.0, 0.1)}
+    rigid = rigid_superelement("disk", 1.0, (0.0, 0.0, 0.0), np.diag([0.01, 0.01, 0.02]), ends)
+    with pytest.raises(SuperelementError, match="constraint"):
+        write_mbdyn(rigid, path)
+    with pytest.raises(SuperelementError, match="moments"):
+        write_mbdyn(replace(disk_shaft, moments=None), path)
+    with pytest.raises(
+        SuperelementError, match=r"the last record group is 12, allowed are \(13, 18, 19\)"
+    ):
+        write_mbdyn(disk_shaft, path, level=12)
+    with pytest.raises(SuperelementError, match="modal_damping is -1"):
+        write_mbdyn(disk_shaft, path, modal_damping=-1)
+    for name in ('a"b.fem', "a\\b.fem", "a\nb.fem", "body.mbd"):
+        with pytest.raises(SuperelementError, match="cannot be called"):
+            write_mbdyn(disk_shaft, tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
+CHANGES = {
+    "a value missing": ("0.0000000000000000e+00 ", ""),
+    "an exponent D": ("e+00", "D+00"),
+    "fewer digits": ("0.0000000000000000e+00", "0.000000000000000e+00"),
+    "a group missing": ("** RECORD GROUP 9,", "** GROUP 9,"),
+    "groups out of order": ("RECORD GROUP 14,", "RECORD GROUP 4,"),
+    "a group unknown": ("RECORD GROUP 19,", "RECORD GROUP 20,"),
+    "a mode not announced": ("NORMAL MODE SHAPE #  2", "NORMAL MODE SHAPE #  3"),
+    "more nodes": ("REV0  2  2", "REV0  3  2"),
+    "more modes": ("REV0  2  2", "REV0  2  3"),
+    "a label with a blank": ("\np1\n", "\np 1\n"),
+    "labels twice": ("\np1\n", "\nnode_0\n"),
+    "text outside": ("**\n** RECORD GROUP 5", "what\n** RECORD GROUP 5"),
+    "no end": ("** END OF FILE\n", ""),
+    "more": ("** END OF FILE\n", "** END OF FILE\n**\n"),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_the_parser_is_strict(change):
+    """What these tests rely on: the parser takes the file, and no other."""
+    text = fem_text(_SMALL)
+    parse_fem(text)
+    before, after = CHANGES[change]
+    assert before in text
+    with pytest.raises(FemError):
+        parse_fem(text.replace(before, after))

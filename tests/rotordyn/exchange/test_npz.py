@@ -1,0 +1,188 @@
+"""Numpy arrays of a body, read by numpy alone and by this program; hostile files."""
+
+from __future__ import annotations
+
+import io
+import pickle
+import zipfile
+
+import numpy as np
+import pytest
+from matrix_body import SPEED, body, compare, expected, tied
+
+from solidwhirl.rotordyn import SuperelementError
+from solidwhirl.rotordyn.exchange.matrices.arrays_npz import read_npz, write_npz
+from solidwhirl.rotordyn.exchange.matrices.foreign_body import ROLES
+
+# All digits are kept: what is left is the rounding of two eigenvalue solvers.
+LIMIT = 1e-8
+
+
+def test_numpy_reads_all_digits(tmp_path):
+    path, element = tmp_path / "shaft.npz", body()
+    write_npz(element, path, speed_rad_s=SPEED)
+    with np.load(path, allow_pickle=False) as found:
+        by_role = {role: found[ROLES[role].name] for role in expected(element)}
+        for role, matrix in expected(element).items():
+            np.testing.assert_array_equal(by_role[role], matrix)
+        places = [n.position_m for n in element.interfaces]
+        np.testing.assert_array_equal(found["node_position"], places)
+        compare(element, by_role, LIMIT)
+        assert str(found["length_unit"]) == "m" and str(found["mass_unit"]) == "kg"
+        motions = ("q", "ux", "uy", "uz", "rx", "ry", "rz")
+        assert [motions[k] for k in found["dof_component"]] == [
+            c.component for c in element.coordinates
+        ]
+
+
+@pytest.mark.parametrize("make", [body, tied])
+def test_this_program_reads_it_back_bit_for_bit(tmp_path, make):
+    path, element = tmp_path / "body.npz", make()
+    write_npz(element, path)
+    found = read_npz(path)
+    np.testing.assert_array_equal(found.matrices["M"], element.mass)
+    np.testing.assert_array_equal(found.matrices["L"], element.spin_generator)
+    np.testing.assert_array_equal(found.points, element.recovery_points_m)
+    np.testing.assert_array_equal(found.point_modes, element.recovery_modes)
+    assert found.maximum_speed_rad_s == element.maximum_speed_rad_s
+    assert list(found.names.values()) == [n.name for n in element.interfaces]
+    if element.constraint is not None:
+        np.testing.assert_array_equal(found.matrices["constraint"], element.constraint)
+
+
+def plain(**changes):
+    """Arrays of a small body with some changed; None leaves one out."""
+    arrays = {
+        "M": np.eye(2),
+        "K0": np.eye(2),
+        "dof_node": np.array([1, 1]),
+        "dof_component": np.array([1, 2]),
+        "node_id": np.array([1]),
+        "node_position": np.zeros((1, 3)),
+    }
+    return {name: array for name, array in (arrays | changes).items() if array is not None}
+
+
+def test_a_small_body_as_docs_say(tmp_path):
+    np.savez(tmp_path / "a.npz", **plain(K0=np.asfortranarray([[2.0, 1.0], [0.5, 3.0]])))
+    found = read_npz(tmp_path / "a.npz")
+    np.testing.assert_array_equal(found.matrices["K0"], [[2.0, 1.0], [0.5, 3.0]])
+    assert found.length_unit is None and found.names == {}
+
+
+WRONG = {
+    "array 'M'.*row 1, column 1 is nan": {"M": np.full((2, 2), np.nan)},
+    r"array 'dof_component' has shape \(3,\), allowed is \(2\)": {"dof_component": np.ones(3, int)},
+    "array 'dof_component' has 9; 0 to 6": {"dof_component": np.array([1, 9])},
+    "has no array 'node_id'": {"node_id": None},
+    "array 'node_id' needs": {"node_id": np.array([1, 1]), "node_position": np.zeros((2, 3))},
+    "'dof_node' has 7, which is no node_id": {"dof_node": np.array([1, 7])},
+    "whole numbers from 0 are needed": {"dof_node": np.array([1.0, 1.5])},
+    "holds complex128": {"M": np.eye(2, dtype=complex)},
+    "has 3000 coordinates": {"dof_node": np.ones(3000, int)},
+    "frame is 'rotating'": {"frame": np.array("rotating")},
+    "'maximum_speed_rad_s' is nan": {"maximum_speed_rad_s": np.array(np.nan)},
+    "'node_name' holds": {"node_name": np.array([3])},
+    "is no name": {"node_name": np.array(["a\nb"])},
+}
+
+
+@pytest.mark.parametrize("message", WRONG)
+def test_wrong_arrays_are_named(tmp_path, message):
+    path = tmp_path / "a.npz"
+    np.savez(path, **plain(**WRONG[message]))
+    with pytest.raises(SuperelementError, match=message) as caught:
+        read_npz(path)
+    assert str(path) in str(caught.value)
+
+
+class Trap:
+    """Unpickled, it would leave a trace."""
+
+    def __reduce__(self):
+        return (pytest.fail, ("a pickle was loaded",))
+
+
+def archive(members):
+    """Bytes of a zip archive."""
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as made:
+        for name, data in members:
+            made.writestr(name, data)
+    return content.getvalue()
+
+
+def header(text, data=b""):
+    """An array file with a header of one's own."""
+    body_text = text.encode().ljust(118) + b"\n"
+    return b"\x93NUMPY\x01\x00" + len(body_text).to_bytes(2, "little") + body_text + data
+
+
+def array(value):
+    content = io.BytesIO()
+    np.save(content, value)
+    return content.getvalue()
+
+
+def of_objects():
+    content = io.BytesIO()
+    np.save(content, np.array([Trap()], dtype=object), allow_pickle=True)
+    return content.getvalue()
+
+
+GOOD = [(f"{name}.npy", array(value)) for name, value in plain().items()]
+HUGE = "{'descr': '<f8', 'fortran_order': False, 'shape': (1000000000, 2), }"
+HOSTILE = {
+    "is not an .npz file": b"PK nonsense",
+    "is not an .npz": b"",
+    "objects are never read": archive([("dof_node.npy", of_objects()), *GOOD[3:]]),
+    "which is too large": archive([("dof_node.npy", header(HUGE)), *GOOD[3:]]),
+    "occurs twice": archive([*GOOD, ("M", array(np.eye(2)))]),
+    "holds 300 arrays": archive([(f"a{k}.npy", b"") for k in range(300)]),
+    "is damaged": archive([("dof_node.npy", b"\x93NUMPY\x01\x00\xff\xff{"), *GOOD[3:]]),
+    "has no array 'dof_node'": archive(GOOD[:2]),
+    "expected 16 bytes got 8": archive(
+        [
+            (
+                "dof_node.npy",
+                header("{'descr': '<i8', 'fortran_order': False, 'shape': (2,), }", b"\1" * 8),
+            )
+        ]
+    ),
+    "is damaged: ": archive([("dof_node.npy", pickle.dumps(Trap()))]),
+}
+
+
+@pytest.mark.filterwarnings("ignore:Duplicate name:UserWarning")
+@pytest.mark.parametrize("message", HOSTILE)
+def test_hostile_files_are_refused(tmp_path, message):
+    path = tmp_path / "a.npz"
+    path.write_bytes(HOSTILE[message])
+    with pytest.raises(SuperelementError, match=message):
+        read_npz(path)
+
+
+def test_a_bomb_is_refused(tmp_path):
+    """A directory that declares far more than deflate can hold."""
+    path = tmp_path / "a.npz"
+    content = bytearray(archive([("dof_node.npy", b"x" * 100)]))
+    at = content.rindex(b"PK\x01\x02")
+    content[at + 24 : at + 28] = (4_000_000_000).to_bytes(4, "little")
+    path.write_bytes(content)
+    with pytest.raises(SuperelementError, match="refused as a bomb"):
+        read_npz(path)
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_changed_bytes_never_crash_the_reader(tmp_path, seed):
+    path = tmp_path / "a.npz"
+    write_npz(tied(), path)
+    rng = np.random.default_rng(seed)
+    content = np.frombuffer(path.read_bytes(), np.uint8).copy()
+    at = rng.integers(0, content.size, 3)
+    content[at] = rng.integers(0, 256, 3)
+    path.write_bytes(content.tobytes())
+    try:
+        read_npz(path)  # bytes that nothing depends on
+    except SuperelementError as error:
+        assert str(path) in str(error)

@@ -1,0 +1,333 @@
+"""Modes on the surface: the record, its group in the file, VTU and VTKHDF with foreign readers."""
+
+from __future__ import annotations
+
+import dataclasses
+import shutil
+
+import h5py
+import meshio
+import numpy as np
+import pytest
+
+from solidwhirl.files.surface_files import write_surface_vtkhdf, write_surface_vtu
+from solidwhirl.rotordyn import SuperelementError, read_superelement, write_superelement
+from solidwhirl.rotordyn.superelement.surface import Surface, beam_surface
+
+NODES = np.array([0.0, 0.1, 0.2, 0.4])
+OUTER, INNER = np.array([0.02, 0.03, 0.015]), np.array([0.0, 0.01, 0.01])
+
+
+def rigid_planes():
+    """Deflection and slope of a shaft that moves by ux, uy, uz, rx, ry, rz."""
+    planes = np.zeros((2, 2 * len(NODES), 6))
+    planes[0, 0::2, 0] = planes[1, 0::2, 1] = 1.0
+    planes[0, 0::2, 4], planes[0, 1::2, 4] = NODES, 1.0  # ry
+    planes[1, 0::2, 3], planes[1, 1::2, 3] = -NODES, -1.0  # rx: (w, θ) = (uy, −rx)
+    axial, torsion = np.zeros((2, len(NODES), 6))
+    axial[:, 2] = torsion[:, 5] = 1.0
+    return (planes[0], planes[1]), axial, torsion
+
+
+@pytest.fixture
+def shaft():
+    return beam_surface(NODES, OUTER, INNER, *rigid_planes())
+
+
+def volume(faces):
+    """Volume inside a surface whose normals show outward (divergence theorem)."""
+    quads = faces.quadrangles
+    triangles = np.vstack([faces.triangles, quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    a, b, c = (faces.points_m[triangles[:, k]] for k in range(3))
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+
+
+def assert_rigid(surface, motions, sectors):
+    """Every rigid motion t + θ × x at every point of the surface."""
+    points = surface.faces(sectors).points_m
+    for k, motion in motions.items():
+        unit = np.eye(3)[k % 3]
+        exact = np.broadcast_to(unit, points.shape) if k < 3 else np.cross(unit, points)
+        moved = surface.displacement(motion, sectors)
+        # a solid's surface is kept in single precision
+        tolerance = 1e-12 if surface.kind == "meridian" else 1e-6
+        assert np.abs(moved - exact).max() < tolerance * np.abs(exact).max()
+
+
+@pytest.mark.parametrize("sectors", [3, 7, 64])
+def test_a_shaft_moves_rigidly_and_its_surface_is_closed(shaft, sectors):
+    assert_rigid(shaft, dict(enumerate(np.eye(6))), sectors)
+    around = 0.5 * sectors * np.sin(2.0 * np.pi / sectors)  # area of a polygon in a unit circle
+    exact = around * ((OUTER**2 - INNER**2) * np.diff(NODES)).sum()
+    assert volume(shaft.faces(sectors)) == pytest.approx(exact, rel=1e-12)
+    whirl = np.array([1.0, -1.0j, 0.0, 0.0, 0.0, 0.0])
+    moved = shaft.displacement(whirl, sectors)
+    assert moved == pytest.approx(np.broadcast_to([1.0, -1.0j, 0.0], moved.shape), abs=1e-12)
+
+
+def test_orders_are_what_their_formula_says():
+    """Order 3, both families, at angles that are no multiples of anything."""
+    ring = Surface(
+        points_m=np.array([[0.1, 0.5]]),
+        cells=np.empty((0, 2)),
+        amplitudes=np.array([[[1.0, 1.0], [2.0, 2.0], [3.0, 3.0]]]),
+        coordinate=np.array([0, 1]),
+        order=np.array([3, 3]),
+        family=np.array([0, 1]),
+        size=2,
+    )
+    theta = 2.0 * np.pi * np.arange(11) / 11
+    cos, sin = np.cos(theta), np.sin(theta)
+    for k, (along, across) in enumerate(
+        [(np.cos(3 * theta), np.sin(3 * theta)), (np.sin(3 * theta), -np.cos(3 * theta))]
+    ):
+        exact = [along * cos - 2 * across * sin, along * sin + 2 * across * cos, 3 * along]
+        assert ring.displacement(np.eye(2)[k], 11) == pytest.approx(np.array(exact).T)
+
+
+def test_a_body_that_keeps_some_coordinates_moves_as_before(shaft):
+    kept = [4, -1, 0]
+    fewer = shaft.of_coordinates(kept)
+    moved = fewer.displacement([2.0, 5.0, 3.0], 9)
+    assert moved == pytest.approx(shaft.displacement([3.0, 0.0, 0.0, 0.0, 2.0, 0.0], 9))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"points_m": np.zeros((2, 4))}, "4 columns"),
+        ({"points_m": np.array([[0.0, -1.0]])}, "negative radius"),
+        ({"cells": np.array([[0, 99]])}, "cells"),
+        ({"coordinate": np.array([0, 6])}, "coordinate"),
+        ({"order": np.array([0.5])}, "order"),
+        ({"family": np.array([2])}, "family"),
+        ({"amplitudes": np.zeros((1, 3, 1))}, "amplitudes"),
+    ],
+)
+def test_surfaces_that_are_none_are_refused(shaft, change, words):
+    with pytest.raises(SuperelementError, match=words):
+        dataclasses.replace(shaft, **change)
+
+
+@pytest.fixture
+def element(lateral_shaft):
+    """A shaft with a surface, whatever it had before."""
+    nodes = lateral_shaft.recovery_points_m[:, 2]
+    size, n = lateral_shaft.size, len(nodes)
+    planes = np.zeros((2, 2 * n, size))
+    for axis in (0, 1):
+        planes[axis, 0::2] = lateral_shaft.recovery_modes[:, axis]
+        planes[axis, 1::2] = np.gradient(planes[axis, 0::2], nodes, axis=0)
+    surface = beam_surface(nodes, np.full(n - 1, 0.02), np.zeros(n - 1), tuple(planes))
+    return dataclasses.replace(lateral_shaft, surface=surface)
+
+
+def test_the_file_keeps_a_surface_bit_for_bit(element, tmp_path):
+    write_superelement(element, tmp_path / "body.h5")
+    again = read_superelement(tmp_path / "body.h5").surface
+    for field in dataclasses.fields(Surface):
+        left, right = getattr(element.surface, field.name), getattr(again, field.name)
+        assert np.asarray(left).tobytes() == np.asarray(right).tobytes(), field.name
+    bare = dataclasses.replace(element, surface=None)
+    write_superelement(bare, tmp_path / "bare.h5")
+    assert read_superelement(tmp_path / "bare.h5").surface is None
+
+
+def test_a_surface_of_another_body_is_refused(element, shaft):
+    with pytest.raises(SuperelementError, match="surface is of 6 coordinates"):
+        dataclasses.replace(element, surface=shaft)
+    with pytest.raises(SuperelementError, match="surface is a str"):
+        dataclasses.replace(element, surface="round")
+
+
+def _delete(name):
+    return lambda group: group.__delitem__(name)
+
+
+def _put(name, value):
+    def change(group):
+        del group[name]
+        group[name] = value
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("damage", "words"),
+    [
+        (lambda group: group.attrs.__setitem__("kind", "cloud"), "kind 'cloud'"),
+        (lambda group: group.attrs.__delitem__("kind"), "kind None"),
+        (_delete("points"), "surface/points is missing"),
+        (_delete("family"), "surface/family is missing"),
+        (_put("points", np.zeros((4, 3))), "surface/points has shape"),
+        (_put("order", np.array([-1.0])), "surface/order"),
+        (_put("cells", np.full((1, 2), 10**9)), "cells"),
+        (_put("coordinate", h5py.SoftLink("/dof/node")), "links are not followed"),
+    ],
+)
+def test_a_damaged_surface_is_refused_with_its_place(element, tmp_path, damage, words):
+    write_superelement(element, tmp_path / "body.h5")
+    path = shutil.copy(tmp_path / "body.h5", tmp_path / "copy.h5")
+    with path.open("r+b") as file:
+        file.write(bytes(512))  # without the checksum, which would refuse every change
+    with h5py.File(path, "r+") as file:
+        damage(file["surface"])
+    with pytest.raises(SuperelementError, match=words) as refusal:
+        read_superelement(path)
+    assert str(path) in str(refusal.value)
+
+
+def test_modes_read_by_meshio_are_those_of_the_body(element, tmp_path):
+    found = write_surface_vtu(element, tmp_path / "modes.vtu", shapes=("free", "fixed_interface"))
+    assert found.files == (tmp_path / "modes.vtu",)
+    mesh = meshio.read(tmp_path / "modes.vtu")
+    frequencies = np.ravel(mesh.field_data["frequency_hz"])
+    free = element.free_frequencies_hz
+    assert frequencies[:10] == pytest.approx(free, rel=1e-9)
+    fixed = np.sort(element.fixed_interface_frequencies_hz)[:12]
+    assert frequencies[12:] == pytest.approx(fixed, rel=1e-6)
+    assert len(mesh.point_data) == len(frequencies) == 24
+    for name, f in zip(mesh.point_data, frequencies, strict=True):
+        assert name.endswith(f"{f:.6g} Hz")
+        assert np.linalg.norm(mesh.point_data[name], axis=1).max() == pytest.approx(1.0, rel=1e-6)
+    # the mean over the ring around an interface that is held is at rest
+    for name in list(mesh.point_data)[12:]:
+        for z in (0.1, 0.4):
+            ring = np.abs(mesh.points[:, 2] - z) < 1e-12
+            assert ring.sum() == 48
+            assert np.abs(mesh.point_data[name][ring].mean(axis=0)).max() < 1e-6
+
+
+def test_vtkhdf_has_the_layout_of_its_format(element, tmp_path):
+    """VTKHDF 2.0, UnstructuredGrid, as its description has it, read with h5py alone."""
+    write_surface_vtu(element, tmp_path / "modes.vtu", sectors=16)
+    write_surface_vtkhdf(element, tmp_path / "modes.vtkhdf", sectors=16)
+    other = meshio.read(tmp_path / "modes.vtu")
+    with h5py.File(tmp_path / "modes.vtkhdf") as file:
+        root = file["VTKHDF"]
+        kind = root.attrs.get_id("Type")
+        # a text of fixed length in ASCII, else ParaView does not open the file
+        assert kind.dtype.kind == "S" and root.attrs["Type"] == b"UnstructuredGrid"
+        assert root.attrs["Version"].tolist() == [2, 0]
+        names = ("NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds")
+        points, cells, numbers = (root[name][()] for name in names)
+        assert points.shape == cells.shape == numbers.shape == (1,)
+        assert root["Points"].shape == (points[0], 3)
+        assert root["Offsets"].shape == (cells[0] + 1,) and root["Types"].shape == (cells[0],)
+        assert root["Types"].dtype == np.uint8
+        assert root["Offsets"][0] == 0 and root["Offsets"][-1] == numbers[0]
+        assert (np.diff(root["Offsets"]) == np.where(root["Types"][()] == 9, 4, 3)).all()
+        assert root["Connectivity"].shape == (numbers[0],)
+        assert root["Connectivity"][()].max() < points[0]
+        assert np.array_equal(root["Points"], other.points)
+        assert list(root["PointData"]) == list(other.point_data)
+        for name, field in other.point_data.items():
+            assert np.array_equal(root["PointData"][name], field)
+        assert len(root["FieldData/frequency_hz"]) == len(other.point_data)
+
+
+def test_a_shaft_is_drawn_by_its_radii(lateral_shaft, tmp_path):
+    found = write_surface_vtu(lateral_shaft, tmp_path / "tube.vtu", modes=2, sectors=24)
+    assert "square to its bent centre line" in found.left_out[0]
+    mesh = meshio.read(tmp_path / "tube.vtu")
+    radius = np.hypot(*mesh.points[:, :2].T)
+    provenance = lateral_shaft.provenance
+    radii = {*provenance["outer_radius_m"], *provenance["inner_radius_m"]}
+    assert sorted(set(radius.round(9))) == pytest.approx(sorted(radii))
+    # a ring moves with the centre line: Fourier's zeroth order of its points
+    shapes = lateral_shaft.recovery_modes
+    k = int(np.argmax(lateral_shaft.recovery_points_m[:, 2] >= 0.3))
+    z = lateral_shaft.recovery_points_m[k, 2]
+    ring = (np.abs(mesh.points[:, 2] - z) < 1e-12) & (radius < 0.0101)
+    (name, field), *_ = mesh.point_data.items()
+    assert name.startswith("free 01") and ring.sum() == 24
+    centre = field[ring].mean(axis=0)
+    assert np.linalg.norm(centre) > 0.01 and shapes.shape[1] == 3
+    assert np.abs(field[ring] - centre)[:, :2].max() < 1e-6
+
+
+def test_a_body_without_surface_is_a_line_and_says_so(disk_shaft, tmp_path):
+    bare = dataclasses.replace(disk_shaft, surface=None, provenance={})
+    found = write_surface_vtu(bare, tmp_path / "line.vtu", modes=2)
+    assert "centre line" in found.left_out[0]
+    mesh = meshio.read(tmp_path / "line.vtu")
+    assert len(mesh.points) == len(bare.recovery_points_m)
+    (lines,) = mesh.cells
+    along = mesh.points[lines.data, 2]
+    assert lines.type == "line" and (np.diff(along, axis=1) > 0.0).all()
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        ({"shapes": ("loud",)}, "shapes are"),
+        ({"shapes": ()}, "shapes are"),
+        ({"modes": 0}, "modes is 0"),
+        ({"sectors": 2}, "sectors"),
+    ],
+)
+def test_meaningless_arguments_are_refused(element, tmp_path, asked, words):
+    with pytest.raises(SuperelementError, match=words):
+        write_surface_vtu(element, tmp_path / "modes.vtu", **asked)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.solver
+def test_a_reduced_rotor_brings_the_surface_of_its_outline(harmonic_rotor, tmp_path):
+    surface = harmonic_rotor.surface
+    assert surface is not None and surface.kind == "meridian"
+    assert_rigid(surface, dict(enumerate(harmonic_rotor.rigid_body_modes.T)), 12)
+    around = 0.5 * 64 * np.sin(2.0 * np.pi / 64)
+    exact = around * (0.02**2 * 0.4 + (0.12**2 - 0.02**2) * 0.03)
+    assert volume(surface.faces(64)) == pytest.approx(exact, rel=1e-9)
+    # the outline at θ = 0 and 90° is that of the points for pictures
+    q = np.random.default_rng(2).normal(size=harmonic_rotor.size)
+    moved, faces = surface.displacement(q, 4), surface.faces(4)
+    shown = harmonic_rotor.recovery_modes @ q
+    for point, exact in zip(harmonic_rotor.recovery_points_m, shown, strict=True):
+        gap = np.linalg.norm(faces.points_m - point, axis=1)
+        if gap.min() < 1e-12:  # points on the axis are no surface but at the ends
+            assert moved[gap.argmin()] == pytest.approx(exact, abs=1e-12 * np.abs(shown).max())
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize("orders", [(1,), (1, 0)])
+def test_a_reduced_solid_brings_its_triangles(orders):
+    from mpi4py import MPI
+
+    from solidwhirl.geometry import MATERIALS, Body, Interface, Section
+    from solidwhirl.meshing import MeshSize, mesh_solid
+    from solidwhirl.reduction import ReductionRequest, reduce_body
+
+    places = tuple(
+        Interface(name=n, kind="section", coupling="distributing", start_m=z, end_m=z)
+        for n, z in (("front", 0.0), ("rear", 0.1))
+    )
+    tube = Section(
+        name="tube",
+        start_m=0.0,
+        end_m=0.1,
+        inner_radius_m=(0.02, 0.02),
+        outer_radius_m=(0.04, 0.04),
+        material=MATERIALS["steel"],
+    )
+    body = Body(name="tube", sections=(tube,), interfaces=places)
+    request = ReductionRequest(
+        level="solid",
+        orders=orders,
+        components=("ux", "uy") if orders == (1,) else ("ux", "uy", "uz", "rz"),
+        degree=2,
+        modes=1,
+        maximum_speed_rad_s=0.0,
+        gyroscopic=False,
+        centrifugal=False,
+    )
+    mesh = mesh_solid(body, MeshSize(size_m=0.04, corner_size_m=0.04, around=8))
+    element, _ = reduce_body(body, mesh, MPI.COMM_SELF, request, {})
+    surface = element.surface
+    assert surface is not None and surface.kind == "solid"
+    there = np.flatnonzero(element.rigid_body_present)
+    assert_rigid(surface, {k: element.rigid_body_modes[:, k] for k in there}, 1)
+    # triangles between the corners of curved elements: inside the tube, measured 10 % less
+    exact = np.pi * (0.04**2 - 0.02**2) * 0.1
+    assert 0.8 * exact < volume(surface.faces(1)) < exact

@@ -1,0 +1,322 @@
+"""Harmonic response against direct solutions, modal sums, and laws any linear structure obeys."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+import scipy.linalg as la
+
+from solidwhirl.rotordyn import (
+    AnalysisError,
+    Bearing,
+    End,
+    InternalDamping,
+    Rotor,
+    assemble,
+    critical_speeds,
+    matrices_at_speed,
+)
+from solidwhirl.rotordyn.assembly.bearing_laws import PolynomialLaw
+from solidwhirl.rotordyn.modes.complex_form import complex_form
+from solidwhirl.rotordyn.response.harmonic_response import (
+    harmonic_response,
+    independent_loads,
+    solve_split,
+    split_system,
+)
+
+# Points (Ω, ω) in rad/s: synchronous, below, above, and with the shaft at rest.
+SPEEDS = np.array([0.0, 0.0, 150.0, 700.0, 700.0, 2600.0])
+FREQUENCIES = np.array([90.0, 800.0, 150.0, 300.0, 1100.0, 3400.0])
+
+
+@pytest.fixture(scope="module")
+def engine(twin_bodies, ground):
+    """Counter-rotating shafts on damped bearings, internal damping; `ky` breaks the isotropy."""
+
+    def build(ky=3e7, c=900.0):
+        inner, outer = twin_bodies()
+        rotors = {
+            "inner": Rotor(
+                element=inner,
+                speed_ratio=1.0,
+                internal_damping=InternalDamping(stiffness_coefficient_s=2e-6),
+            ),
+            "outer": Rotor(element=outer, speed_ratio=-1.4),
+        }
+        between = Bearing(
+            name="between",
+            first=End(body="inner", interface="C"),
+            second=End(body="outer", interface="C"),
+            stiffness_n_per_m=2e8 * np.eye(2),
+            damping_n_s_per_m=400.0 * np.eye(2),
+        )
+        held = [ground("inner", "A", 3e7, ky, c), ground("inner", "B", 3e7, 3e7, c)]
+        return assemble(rotors, (*held, ground("outer", "D", 5e7, 5e7, c), between), "inner")
+
+    return build
+
+
+def _loads(system, count=2, points=SPEEDS.size):
+    random = np.random.default_rng(7)
+    shape = (points, system.size, count)
+    return random.standard_normal(shape) + 1j * random.standard_normal(shape)
+
+
+def _dynamic_stiffness(system, speed, omega):
+    m = matrices_at_speed(system, speed)
+    return m.stiffness + 1j * omega * (m.damping + m.gyroscopic) - omega**2 * m.mass
+
+
+@pytest.mark.parametrize("ky", [3e7, 2e7])
+def test_solution_is_that_of_the_full_equations(engine, ky):
+    system = engine(ky)
+    # Isotropic: in circles, half of the coordinates; else all at once.
+    assert (complex_form(system) is None) == (ky != 3e7)
+    loads = _loads(system)
+    found = harmonic_response(system, SPEEDS, FREQUENCIES, loads)
+    for speed, omega, load, q in zip(SPEEDS, FREQUENCIES, loads, found.displacement, strict=True):
+        direct = la.solve(_dynamic_stiffness(system, speed, omega), load)
+        # Condition 1e4 to 1e6 here; 1e-10 is what the half form must keep.
+        np.testing.assert_allclose(q, direct, rtol=0, atol=1e-10 * np.abs(direct).max())
+    assert found.relative_residual.max() < 1e-11
+
+
+def _law(name):
+    return PolynomialLaw(
+        name=name, argument_unit="rad/s", argument_range=(0.0, 3000.0),
+        stiffness_x=(1.0, 2e-4), stiffness_y=(0.4, 0.0, 1e-7),
+        damping_x=(1.0, -1e-4), damping_y=(0.5,),
+    )  # fmt: skip
+
+
+def _odd_bearing(kind, ground):
+    """Bearing at D that is not the same in all directions."""
+    if kind == "law":
+        return ground("outer", "D", 4e7, 4e7, 700.0, speed_law=_law("D"))
+    bearing = ground("outer", "D", 6e7, 4e7, 900.0, 100.0)
+    if kind == "cross":
+        return dataclasses.replace(
+            bearing,
+            stiffness_n_per_m=np.array([[4e7, 1e7], [-2e7, 4e7]]),
+            damping_n_s_per_m=np.array([[500.0, 80.0], [90.0, 500.0]]),
+        )
+    if kind == "tilt":
+        return dataclasses.replace(
+            bearing,
+            tilt_stiffness_n_m_per_rad=np.diag([1e5, 4e5]),
+            tilt_damping_n_m_s_per_rad=np.array([[5.0, 1.0], [0.0, 2.0]]),
+        )
+    return bearing
+
+
+@pytest.mark.parametrize("kind", ["planes", "cross", "tilt", "law"])
+def test_circles_coupled_by_bearings_solve_the_full_equations(engine, ground, kind):
+    system = engine(2e7)
+    bearings = [b for b in system.system.bearings if b.name != "outer.D"]
+    odd = _odd_bearing(kind, ground)
+    system = assemble(system.system.rotors, (*bearings, odd), "inner")
+    assert complex_form(system) is None and split_system(system, 500.0) is not None
+    random = np.random.default_rng(11)
+    speeds, frequencies = random.uniform(0.0, 3000.0, (2, 40))
+    speeds[:8] = speeds[0]
+    loads = _loads(system, 2, 40)
+    found = harmonic_response(system, speeds, frequencies, loads)
+    for at in range(40):
+        direct = la.solve(_dynamic_stiffness(system, speeds[at], frequencies[at]), loads[at])
+        error = np.abs(found.displacement[at] - direct).max()
+        assert error < 1e-9 * np.abs(direct).max()
+    assert found.relative_residual.max() < 1e-10
+
+
+def test_bearing_law_that_is_the_same_in_all_directions(engine, ground):
+    system = engine()
+    law = dataclasses.replace(_law("D"), stiffness_y=(1.0, 2e-4), damping_y=(1.0, -1e-4))
+    odd = ground("outer", "D", 4e7, 4e7, 700.0, speed_law=law)
+    bearings = [b for b in system.system.bearings if b.name != "outer.D"]
+    system = assemble(system.system.rotors, (*bearings, odd), "inner")
+    assert complex_form(system) is not None
+    loads = _loads(system)
+    found = harmonic_response(system, SPEEDS, FREQUENCIES, loads).displacement
+    for speed, omega, load, q in zip(SPEEDS, FREQUENCIES, loads, found, strict=True):
+        direct = la.solve(_dynamic_stiffness(system, speed, omega), load)
+        np.testing.assert_allclose(q, direct, rtol=0, atol=1e-10 * np.abs(direct).max())
+
+
+def test_resonance_of_the_isotropic_part_alone_is_passed(twin_bodies, one_rotor, ground):
+    # The mean of the two planes has a resonance where the system has none.
+    shaft = twin_bodies()[0]
+
+    def system(kx, ky):
+        return one_rotor(shaft, [ground("rotor", end, kx, ky) for end in ("A", "B")])
+
+    odd = system(6e7, 4e7)
+    at = critical_speeds(system(5e7, 5e7), 1.0, 3000.0)[0].speed_rad_s
+    points = np.concatenate((np.linspace(100.0, 200.0, 30), at * (1 + np.array([0.0, 1e-12]))))
+    loads = _loads(odd, 1, 32)
+    found = harmonic_response(odd, points, points, loads).displacement
+    assert solve_split(split_system(odd, 1.0), points, points, loads).unsolved[-2:].all()
+    for point, load, q in zip(points, loads, found, strict=True):
+        direct = la.solve(_dynamic_stiffness(odd, point, point), load)
+        np.testing.assert_allclose(q, direct, rtol=0, atol=1e-9 * np.abs(direct).max())
+
+
+def test_forward_load_of_an_isotropic_system_moves_in_circles(engine):
+    system = engine()
+    load = np.zeros((1, system.size, 1), complex)
+    generator = system.spin_generator
+    load[0, 0, 0] = 1.0
+    load[0, :, 0] += -1j * (generator @ load[0, :, 0].real)
+    q = harmonic_response(system, 300.0, [100.0, 200.0], load).displacement[:, :, 0]
+    # Turning the motion by 90° is the same as waiting a quarter period: L q = i q.
+    np.testing.assert_allclose(q @ generator.T, 1j * q, rtol=0, atol=1e-20)
+
+
+def test_response_is_the_sum_over_modes(engine):
+    system = engine(2e7)
+    speed, n = 700.0, system.size
+    m = matrices_at_speed(system, speed)
+    velocity = m.damping + m.gyroscopic
+    zero, one = np.zeros((n, n)), np.eye(n)
+    inverse_mass = la.inv(m.mass)
+    state = np.block([[zero, one], [-inverse_mass @ m.stiffness, -inverse_mass @ velocity]])
+    values, left, right = la.eig(state, left=True, right=True)
+    load = _loads(system, 1, 1)
+    omega = np.array([40.0, 300.0, 1500.0])
+    found = harmonic_response(system, speed, omega, load).displacement[..., 0]
+    push = np.concatenate((np.zeros(n), inverse_mass @ load[0, :, 0]))
+    share = (left.conj().T @ push) / np.einsum("im,im->m", left.conj(), right)
+    modal = np.array([(right * (share / (1j * w - values))).sum(axis=1)[:n] for w in omega])
+    # The eigenvectors of the unbalanced state matrix carry about 9 digits.
+    np.testing.assert_allclose(found, modal, rtol=0, atol=1e-7 * np.abs(modal).max())
+
+
+@pytest.mark.parametrize("ky", [3e7, 2e7])
+def test_reciprocity(engine, ky, three_disk):
+    # Without spin the receptance is symmetric; with spin that at −Ω is the transposed one (no
+    # internal damping in this rotor, whose circulatory part would break that).
+    system = three_disk()
+    unit = np.eye(system.size)[None]
+    for speed in (0.0, 400.0):
+        forth = harmonic_response(system, speed, 500.0, unit).displacement[0]
+        back = harmonic_response(system, -speed, 500.0, unit).displacement[0]
+        scale = np.sqrt(np.outer(np.abs(np.diag(forth)), np.abs(np.diag(forth))))
+        assert (np.abs(forth - back.T) / scale).max() < 1e-10
+    with_spin = engine(ky)
+    still = harmonic_response(with_spin, 0.0, 500.0, np.eye(with_spin.size)[None]).displacement[0]
+    scale = np.sqrt(np.outer(np.abs(np.diag(still)), np.abs(np.diag(still))))
+    assert (np.abs(still - still.T) / scale).max() < 1e-10
+
+
+def test_damping_takes_the_power_of_the_load(engine):
+    system = engine(2e7)
+    load = _loads(system)
+    found = harmonic_response(system, SPEEDS, FREQUENCIES, load).displacement
+    for speed, omega, f, q in zip(SPEEDS, FREQUENCIES, load, found, strict=True):
+        m = matrices_at_speed(system, speed)
+        given = -0.5 * omega * np.einsum("ir,ir->r", f.conj(), q).imag
+        # Internal damping takes what its circulatory part draws from the spin.
+        skew = 0.5 * (m.stiffness - m.stiffness.T)
+        drawn = 0.5 * omega * np.einsum("ir,ij,jr->r", q.conj(), skew, q).imag
+        taken = 0.5 * omega**2 * np.einsum("ir,ij,jr->r", q.conj(), m.damping, q).real
+        np.testing.assert_allclose(given, taken + drawn, rtol=1e-9)
+
+
+def test_static_limit(three_disk, ground):
+    system = three_disk(0.0, 0.0)
+    load = np.eye(system.size)[None, :, :3]
+    q = harmonic_response(system, 0.0, 0.0, load).displacement[0]
+    np.testing.assert_allclose(q, la.solve(system.stiffness, load[0]), rtol=1e-9, atol=1e-16)
+
+
+def test_axial_motion_and_torsion_are_solved_beside_the_circles(
+    with_axial_and_torsion, twin_bodies, one_rotor, ground
+):
+    shaft = with_axial_and_torsion(twin_bodies()[0], 0.4, 0.02, "A", "B")
+    free = shaft.interface_index("B", "uz"), shaft.interface_index("B", "rz")
+    bearings = [
+        ground("rotor", "A", 1e7, cx=50.0, axial_stiffness_n_per_m=1e6, rigid=("rz",)),
+        ground("rotor", "B", 1e7, cx=50.0),
+    ]
+    system = one_rotor(shaft, bearings)
+    body = np.zeros((1, shaft.size), complex)
+    body[0, list(free)] = 3.0, 2.0j
+    body[0, shaft.interface_index("A", "ux")] = 5.0
+    load = independent_loads(system, {"rotor": body})
+    q = harmonic_response(system, 200.0, 700.0, load[:, :, None]).displacement[0, :, 0]
+    direct = la.solve(_dynamic_stiffness(system, 200.0, 700.0), load[0])
+    np.testing.assert_allclose(q, direct, rtol=0, atol=1e-11 * np.abs(direct).max())
+
+
+def test_stiff_supports_cost_no_digits(twin):
+    # Bearings of 1e16 N/m beside rigid ones: what remains is their own softness, 1e-8 of the shaft.
+    points = np.array([300.0, 900.0, 1500.0])
+
+    def response(system):
+        element = system.system.rotors["inner"].element
+        load = np.zeros((1, element.size), complex)
+        load[0, element.size - 2] = 1.0
+        force = independent_loads(system, {"inner": load})[:, :, None]
+        q = harmonic_response(system, points, points, force).displacement[..., 0]
+        return q @ system.transformation[system.body_slices["inner"]][-2]
+
+    np.testing.assert_allclose(
+        response(twin(support=1e16)), response(twin(support=None)), rtol=1e-8
+    )
+
+
+def test_no_load_means_no_motion_even_where_the_system_drifts(twin_bodies, one_rotor):
+    free = one_rotor(twin_bodies()[0], [])
+    none = harmonic_response(free, 100.0, [0.0, 50.0], np.zeros((1, free.size, 1)))
+    assert not none.displacement.any()
+    load = np.zeros((1, free.size, 1))
+    load[0, 0] = 1.0
+    with pytest.raises(AnalysisError, match=r"speed 100 rad/s and frequency 0 rad/s.*drift"):
+        harmonic_response(free, 100.0, 0.0, load)
+
+
+@pytest.mark.parametrize("name", ["twin", "three_disk"])
+def test_undamped_resonance_is_refused(name, request):
+    build = request.getfixturevalue(name)
+    system = build() if name == "twin" else build(0.0, 0.0)
+    critical = critical_speeds(system, 1.0, 2000.0)[0].speed_rad_s
+    load = np.zeros((1, system.size, 1), complex)
+    load[0, :2, 0] = 1.0, -1j
+    with pytest.raises(AnalysisError, match=rf"speed {critical:.6g}\d* rad/s .*undamped resonance"):
+        harmonic_response(system, [50.0, critical], [50.0, critical], load)
+    with pytest.raises(AnalysisError, match=rf"speed {critical:.6g}\d* rad/s .*undamped resonance"):
+        many = np.append(np.linspace(10.0, 50.0, 40), critical)
+        harmonic_response(system, many, many, load)
+    # One part in a million beside it there is an answer.
+    beside = harmonic_response(system, critical * 1.000001, critical * 1.000001, load)
+    assert beside.relative_residual.max() < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("speeds", "frequencies", "shape", "message"),
+    [
+        (np.nan, 1.0, (1, "n", 1), "speeds_rad_s needs finite"),
+        ([1.0, 2.0], [1.0, 2.0, 3.0], (1, "n", 1), "speeds_rad_s needs finite numbers, one or 3"),
+        (1.0, -1.0, (1, "n", 1), "frequencies_rad_s holds -1.0"),
+        (1.0, 1.0, ("n",), "loads has shape"),
+        (1.0, [1.0, 2.0], (3, "n", 1), "loads has shape"),
+        (1.0, 1.0, (1, 5, 1), "loads has shape"),
+    ],
+)
+def test_wrong_arguments_are_refused(three_disk, speeds, frequencies, shape, message):
+    system = three_disk()
+    load = np.ones([system.size if length == "n" else length for length in shape])
+    with pytest.raises(AnalysisError, match=message):
+        harmonic_response(system, speeds, frequencies, load)
+
+
+def test_loads_on_bodies_are_checked(three_disk):
+    system = three_disk()
+    with pytest.raises(AnalysisError, match="body_loads is empty"):
+        independent_loads(system, {})
+    with pytest.raises(AnalysisError, match=r"body_loads\['rotor'\] has shape \(3,\)"):
+        independent_loads(system, {"rotor": np.ones(3)})
+    with pytest.raises(AnalysisError, match="not finite"):
+        harmonic_response(system, 1.0, 1.0, np.full((1, system.size, 1), np.inf))

@@ -1,0 +1,434 @@
+"""Response maps against single responses, closed forms, and loading by bearing forces."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+
+from solidwhirl.rotordyn import (
+    AnalysisError,
+    Bearing,
+    End,
+    InternalDamping,
+    Rotor,
+    assemble,
+    beam_superelement,
+    modes_at_speed,
+)
+from solidwhirl.rotordyn.assembly.coordinates import interface_row, joint_motion
+from solidwhirl.rotordyn.assembly.system import with_bearing_stiffness
+from solidwhirl.rotordyn.response.harmonic_response import harmonic_response
+from solidwhirl.rotordyn.response.map_peaks import ground_motion_peaks, stiffness_map_peaks
+from solidwhirl.rotordyn.response.maps import ground_motion_map, place_map, shown_range
+from solidwhirl.rotordyn.response.stiffness_maps import (
+    choose_stiffness,
+    stiffness_map_at_speed,
+    synchronous_stiffness_map,
+)
+from solidwhirl.rotordyn.response.unbalance import Unbalance, unbalance_response
+
+MASS, STIFFNESS, DAMPING, MOMENT = 10.0, 4e6, 200.0, 3e-4
+INNER_C = End(body="inner", interface="C")
+
+
+@pytest.fixture(scope="module")
+def engine(twin_bodies, ground):
+    """Counter-rotating shafts of which one has internal damping, on damped bearings."""
+    inner, outer = twin_bodies()
+    rotors = {
+        "inner": Rotor(
+            element=inner,
+            speed_ratio=1.0,
+            internal_damping=InternalDamping(stiffness_coefficient_s=1e-6),
+        ),
+        "outer": Rotor(element=outer, speed_ratio=-1.4),
+    }
+
+    def build(*more):
+        joint = Bearing(
+            name="C", first=INNER_C, second=End(body="outer", interface="C"),
+            stiffness_n_per_m=2e8 * np.eye(2), damping_n_s_per_m=400.0 * np.eye(2),
+        )  # fmt: skip
+        held = (
+            ground("inner", "A", 3e7, 2e7, 900.0),
+            ground("inner", "B", 3e7, 3e7, 900.0, 700.0),
+            ground("outer", "D", 5e7, 4e7, 500.0),
+        )
+        return assemble(rotors, (*held, joint, *more), "inner")
+
+    return build
+
+
+@pytest.fixture(scope="module")
+def laval(hub, ground, one_rotor):
+    def build(stiffness=STIFFNESS, damping=DAMPING, polar=0.1):
+        support = ground(
+            "rotor", "hub", stiffness, cx=damping, tilt_stiffness_n_m_per_rad=1e5 * np.eye(2)
+        )
+        return one_rotor(hub(mass_kg=MASS, polar_kg_m2=polar), [support])
+
+    return build
+
+
+HUB = End(body="rotor", interface="hub")
+HUB_UNBALANCE = Unbalance(body="rotor", interface="hub", moment_kg_m=MOMENT)
+
+
+def test_each_row_of_the_place_map_is_one_unbalance_response(engine):
+    system, speeds = engine(), np.array([0.0, 200.0, 650.0])
+    places = [INNER_C, End(body="outer", interface="D"), End(body="inner", interface="A")]
+    found = place_map(system, places, 2e-5, speeds)
+    assert found.translation_m.shape == (3, 3, 5, 2)
+    for row, place in enumerate(places):
+        unbalance = Unbalance(body=place.body, interface=place.interface, moment_kg_m=2e-5)
+        (exciter,) = unbalance_response(system, [unbalance], speeds).exciters
+        np.testing.assert_array_equal(found.frequencies_rad_s[row], exciter.frequencies_rad_s)
+        np.testing.assert_allclose(
+            found.translation_m[row], exciter.translation_m, rtol=1e-9, atol=1e-24
+        )
+        np.testing.assert_allclose(
+            found.major_m()[row], exciter.orbits().major_m, rtol=1e-9, atol=1e-24
+        )
+    assert found.nodes[1] == INNER_C and not found.translation_m[:, 0].any()
+
+
+def test_place_and_response_can_be_exchanged_without_spin_effects(twin_bodies, ground, one_rotor):
+    # Symmetric receptance holds for a system at rest; a force turning with a shaft that has no
+    # gyroscopic moment is the same thing.
+    element = twin_bodies()[0]
+    still = dataclasses.replace(element, gyroscopic=np.zeros_like(element.gyroscopic))
+    system = one_rotor(still, [ground("rotor", e, 2e7, 2e7, 300.0) for e in ("A", "B")])
+    places = [End(body="rotor", interface=e) for e in ("A", "C", "B")]
+    found = place_map(system, places, 1e-5, [300.0, 900.0]).translation_m[..., 0]
+    order = [["A", "C", "B"].index(node.name) for node in element.interfaces]
+    matrix = found[order]
+    scale = np.abs(matrix).max()
+    np.testing.assert_allclose(matrix, matrix.transpose(2, 1, 0), rtol=0, atol=1e-10 * scale)
+
+
+def test_ground_motion_of_a_laval_rotor(laval):
+    omega = np.array([0.0, 100.0, np.sqrt(STIFFNESS / MASS), 2000.0])
+    found = ground_motion_map(laval(), 2e-6, "x", [0.0, 300.0], omega, HUB)
+    through = STIFFNESS + 1j * omega * DAMPING
+    expected = 2e-6 * through / (through - MASS * omega**2)
+    for row in found.translation_m:
+        np.testing.assert_allclose(row[:, 0], expected, rtol=1e-10)
+        assert not row[:, 1].any()
+    np.testing.assert_allclose(found.major_m()[1], np.abs(expected), rtol=1e-10)
+
+
+@pytest.mark.parametrize("direction", ["x", "y"])
+def test_ground_motion_is_loading_by_the_bearings_on_the_ground(engine, direction):
+    system = engine()
+    speeds, omega = np.array([0.0, 400.0, 1500.0]), np.array([5.0, 300.0, 900.0, 1100.0])
+    found = ground_motion_map(system, 3e-6, direction, speeds, omega, INNER_C)
+    column = ("x", "y").index(direction)
+    # Absolute coordinates: bearings on the ground push with k x_g + c x_g'.
+    load = np.zeros((omega.size, system.size), complex)
+    for bearing in system.system.bearings:
+        if bearing.second is None:
+            k, c = bearing.matrices()
+            motion = joint_motion(system, bearing)
+            dynamic = k[:, column] + 1j * omega[:, None] * c[:, column]
+            load += 3e-6 * dynamic @ motion
+    rows = [interface_row(system, "inner", "C", component) for component in ("ux", "uy")]
+    for at, speed in enumerate(speeds):
+        q = harmonic_response(system, speed, omega, load[:, :, None]).displacement[:, :, 0]
+        expected = q @ np.array(rows).T
+        np.testing.assert_allclose(
+            found.translation_m[at], expected, rtol=0, atol=1e-10 * np.abs(expected).max()
+        )
+
+
+def test_exact_supports_carry_the_ground_motion_on(engine, pinned):
+    # At low frequency everything follows; an exactly held seat follows at any.
+    system = engine(pinned("outer", "C"))
+    seat = End(body="outer", interface="C")
+    found = ground_motion_map(system, 1e-6, "y", [0.0, 500.0], [0.01, 300.0], seat)
+    np.testing.assert_array_equal(found.translation_m[..., 1], 1e-6)
+    free = ground_motion_map(system, 1e-6, "y", [500.0], [0.01, 300.0], INNER_C)
+    np.testing.assert_allclose(free.translation_m[0, 0], [0.0, 1e-6], rtol=1e-6, atol=1e-13)
+    assert abs(free.translation_m[0, 1, 1] - 1e-6) > 1e-9
+
+
+def test_ground_motion_in_blocks_is_the_same(engine, monkeypatch):
+    import solidwhirl.rotordyn.response.maps as maps
+
+    system = engine()
+    speeds, omega = np.linspace(0.0, 900.0, 7), np.linspace(0.0, 800.0, 5)
+    whole = ground_motion_map(system, 1e-6, "x", speeds, omega, INNER_C)
+    monkeypatch.setattr(maps, "_BLOCK_BYTES", 16 * system.size * omega.size * 2)
+    blocks = ground_motion_map(system, 1e-6, "x", speeds, omega, INNER_C)
+    np.testing.assert_allclose(blocks.translation_m, whole.translation_m, rtol=1e-9, atol=1e-20)
+
+
+def test_other_bearing_stiffness(engine):
+    system = engine()
+    changed = with_bearing_stiffness(system, ["inner.A", "outer.D"], 7e7)
+    assert dict(changed.system.rotors) == dict(system.system.rotors)
+    before = {b.name: b for b in system.system.bearings}
+    for bearing in changed.system.bearings:
+        old = before[bearing.name]
+        if bearing.name in ("inner.A", "outer.D"):
+            np.testing.assert_array_equal(bearing.stiffness_n_per_m, 7e7 * np.eye(2))
+            np.testing.assert_array_equal(bearing.damping_n_s_per_m, old.damping_n_s_per_m)
+        else:
+            assert bearing is old
+    np.testing.assert_array_equal(before["inner.A"].stiffness_n_per_m, np.diag([3e7, 2e7]))
+
+
+def test_other_bearing_stiffness_gives_the_frequencies_of_that_system(
+    three_disk_element, ground, one_rotor
+):
+    ends = ("left", "right")
+    element = three_disk_element()
+    soft = one_rotor(element, [ground("rotor", end, 1e6) for end in ends])
+    direct = one_rotor(element, [ground("rotor", end, 3e8) for end in ends])
+    changed = with_bearing_stiffness(soft, ["rotor.left", "rotor.right"], 3e8)
+    found, expected = (modes_at_speed(s, 500.0, 6).frequency_hz for s in (changed, direct))
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
+
+
+def test_stiffness_map_of_a_laval_rotor(laval):
+    stiffness, omega = np.array([1e5, 4e6, 1e9]), np.linspace(0.0, 1500.0, 40)
+    found = synchronous_stiffness_map(laval(), ["rotor.hub"], stiffness, HUB_UNBALANCE, omega, HUB)
+    dynamic = stiffness[:, None] - MASS * omega**2 + 1j * omega * DAMPING
+    expected = MOMENT * omega**2 / dynamic
+    np.testing.assert_allclose(found.translation_m[..., 0], expected, rtol=1e-9, atol=1e-25)
+    np.testing.assert_allclose(found.translation_m[..., 1], -1j * expected, rtol=1e-9, atol=1e-25)
+    np.testing.assert_array_equal(found.speeds_rad_s, omega)
+
+
+def test_stiffness_map_at_a_speed_keeps_the_gyroscopic_moment(engine):
+    system, omega = engine(), np.array([100.0, 400.0, 700.0])
+    unbalance = Unbalance(body="outer", interface="D", moment_kg_m=1e-5, phase_rad=0.3)
+    names, values = ["inner.A", "inner.B"], np.array([1e7, 1e9])
+    synchronous = synchronous_stiffness_map(system, names, values, unbalance, omega, INNER_C)
+    np.testing.assert_allclose(synchronous.speeds_rad_s, omega / 1.4)
+    # Where the fixed speed is the synchronous one, both are the same, and elsewhere not.
+    speed = float(omega[1] / 1.4)
+    fixed = stiffness_map_at_speed(system, names, values, unbalance, omega, INNER_C, speed)
+    same = [np.abs(m.translation_m[:, 1]) for m in (fixed, synchronous)]
+    np.testing.assert_allclose(*same, rtol=1e-9)
+    away = np.abs(fixed.translation_m[:, 2] / synchronous.translation_m[:, 2] - 1)
+    assert away.min() > 1e-4
+    for at, value in enumerate(values):
+        changed = with_bearing_stiffness(system, names, value)
+        (exciter,) = unbalance_response(changed, [unbalance], [speed]).exciters
+        np.testing.assert_allclose(
+            fixed.translation_m[at, 1], exciter.at_node("inner", "C")[0], rtol=1e-9
+        )
+
+
+def test_chosen_stiffness_keeps_resonance_out_of_the_band(laval):
+    # For a rigid rotor well above resonance softer is better, down to self-centring; a stiff one
+    # is better still: MOMENT ω²/k. Between, the band holds a resonance.
+    stiffness, omega = np.logspace(5, 9, 33), np.linspace(0.0, 900.0, 361)
+    found = synchronous_stiffness_map(laval(), ["rotor.hub"], stiffness, HUB_UNBALANCE, omega, HUB)
+    choice = choose_stiffness(found, 600.0, 0.2)
+    assert choice.band_rad_s == pytest.approx((480.0, 720.0))
+    inside = np.linspace(480.0, 720.0, 97)
+    dynamic = stiffness[:, None] - MASS * inside**2 + 1j * inside * DAMPING
+    peaks = np.abs(MOMENT * inside**2 / dynamic).max(axis=1)
+    np.testing.assert_allclose(choice.candidates_m, peaks, rtol=1e-6)
+    assert choice.stiffness_n_per_m == stiffness[peaks.argmin()] == 1e9
+    assert choice.is_at_end and choice.amplitude_m == pytest.approx(peaks.min())
+    resonant = (stiffness > MASS * 480.0**2) & (stiffness < MASS * 720.0**2)
+    assert choice.candidates_m[resonant].min() > 3 * MOMENT / MASS
+    # Without the stiff end the softest is best.
+    soft = synchronous_stiffness_map(
+        laval(), ["rotor.hub"], stiffness[:14], HUB_UNBALANCE, omega, HUB
+    )
+    assert choose_stiffness(soft, 600.0, 0.15).stiffness_n_per_m == stiffness[0]
+
+
+def test_best_stiffness_inside_the_range(one_rotor, ground):
+    # Flexible shaft at 1400 rad/s: on soft bearings the second rigid mode, on stiff ones the
+    # nearness of the first bending mode, and between them the smallest response.
+    ends = {"left": 0.0, "middle": 0.65, "right": 1.3}
+    shaft = beam_superelement("shaft", np.linspace(0.0, 1.3, 9), 0.05, 0.0, 2e11, 0.3, 7800.0, ends)
+    system = one_rotor(shaft, [ground("rotor", e, 1e7, cx=500.0) for e in ("left", "right")])
+    omega, stiffness = np.linspace(0.0, 1800.0, 181), np.logspace(6, 10, 17)
+    middle = End(body="rotor", interface="middle")
+    unbalance = Unbalance(body="rotor", interface="middle", moment_kg_m=1e-5)
+    found = synchronous_stiffness_map(
+        system, ["rotor.left", "rotor.right"], stiffness, unbalance, omega, middle
+    )
+    choice = choose_stiffness(found, 1400.0)
+    assert not choice.is_at_end and 5e6 < choice.stiffness_n_per_m < 5e7
+    # Each neighbour is worse, found by responses of their own.
+    at = int(np.argmin(np.abs(stiffness - choice.stiffness_n_per_m)))
+    band = omega[(omega >= 1120.0) & (omega <= 1680.0)]
+    worst = []
+    for value in stiffness[at - 1 : at + 2]:
+        other = with_bearing_stiffness(system, ["rotor.left", "rotor.right"], value)
+        (exciter,) = unbalance_response(other, [unbalance], band).exciters
+        worst.append(np.abs(exciter.at_node("rotor", "middle")[:, 0]).max())
+    assert worst[1] == min(worst)
+    assert choice.amplitude_m == pytest.approx(worst[1], rel=1e-9)
+
+
+def test_wrong_arguments_are_refused(engine, laval, pinned, one_rotor, twin_bodies, hub):
+    system = engine()
+    with pytest.raises(AnalysisError, match="places is empty"):
+        place_map(system, [], 1e-5, [1.0])
+    with pytest.raises(AnalysisError, match=r"unbalance at inner.X: body 'inner' has no interface"):
+        place_map(system, [End(body="inner", interface="X")], 1e-5, [1.0])
+    for options, message in [
+        ({"direction": "z"}, "direction is 'z'; allowed are 'x' and 'y'"),
+        ({"amplitude_m": np.nan}, "amplitude_m is nan"),
+        ({"frequencies_rad_s": [-1.0]}, "frequencies_rad_s needs a list"),
+        ({"node": End(body="inner", interface="X")}, "node of the response: body 'inner' has no"),
+    ]:
+        arguments = {
+            "amplitude_m": 1e-6, "direction": "x", "speeds_rad_s": [1.0],
+            "frequencies_rad_s": [1.0], "node": INNER_C, **options,
+        }  # fmt: skip
+        with pytest.raises(AnalysisError, match=message):
+            ground_motion_map(system, **arguments)
+    held = one_rotor(hub(stiffness=1e6 * np.eye(4)), [])
+    with pytest.raises(AnalysisError, match="body 'rotor' cannot move along x as a whole"):
+        ground_motion_map(held, 1e-6, "x", [1.0], [1.0], HUB)
+    for names, value, message in [
+        (["A"], 1e6, r"names is \['A'\]; a sequence of one or more of the bearings \['inner.A'"),
+        ("inner.A", 1e6, "names is 'inner.A'"),
+        ([], 1e6, r"names is \[\]"),
+        (["inner.A"], -1.0, "stiffness_n_per_m is -1.0"),
+        (["inner.A"], np.inf, "stiffness_n_per_m is inf"),
+    ]:
+        with pytest.raises(AnalysisError, match=message):
+            with_bearing_stiffness(system, names, value)
+    rigid = one_rotor(twin_bodies()[0], [pinned("rotor", end) for end in ("A", "B")])
+    with pytest.raises(AnalysisError, match=r"bearing 'rotor.A' joins \['ux', 'uy'\] rigidly"):
+        with_bearing_stiffness(rigid, ["rotor.A"], 1e6)
+
+
+def test_wrong_choices_are_refused(laval):
+    omega = np.linspace(0.0, 900.0, 91)
+    found = synchronous_stiffness_map(laval(), ["rotor.hub"], [1e6], HUB_UNBALANCE, omega, HUB)
+    for center, margin, message in [
+        (-1.0, 0.2, "operating_frequency_rad_s is -1.0"),
+        (500.0, 0.0, "margin 0.0"),
+        (800.0, 0.2, r"the band 640 to 960 rad/s .* within 0 to 900"),
+        (500.0, 0.01, "needs 5 frequencies"),
+    ]:
+        with pytest.raises(AnalysisError, match=message):
+            choose_stiffness(found, center, margin)
+    with pytest.raises(AnalysisError, match="needs a rising list"):
+        synchronous_stiffness_map(laval(), ["rotor.hub"], [2.0, 1.0], HUB_UNBALANCE, omega, HUB)
+    with pytest.raises(AnalysisError, match="speed_rad_s is -1"):
+        stiffness_map_at_speed(
+            laval(), ["rotor.hub"], [1e6], HUB_UNBALANCE, omega, HUB, speed_rad_s=-1.0
+        )
+
+
+@pytest.mark.parametrize("count", [2, 7, 40, 300])
+@pytest.mark.parametrize("damping", [20.0, 0.2])
+def test_peaks_of_ground_motion_do_not_hang_on_the_frequencies(laval, count, damping):
+    # Damping ratios of 1.6e-3 and 1.6e-5: a resonance of 2 and 0.02 rad/s in steps of 5 to 1500.
+    omega = np.linspace(0.0, 1500.0, count)
+    system = laval(damping=damping)
+    found = ground_motion_map(system, 2e-6, "y", [0.0, 300.0], omega, HUB)
+    peaks = ground_motion_peaks(system, found)
+    assert peaks.height_m.shape == peaks.frequency_rad_s.shape == (2, count)
+    natural = np.sqrt(STIFFNESS / MASS)
+    near = natural * (1.0 + np.linspace(-3e-5, 3e-5, 6001))
+    through = STIFFNESS + 1j * near * damping
+    highest = np.abs(2e-6 * through / (through - MASS * near**2)).max()
+    for height, place in zip(peaks.height_m, peaks.frequency_rad_s, strict=True):
+        at = int(height.argmax())
+        assert height[at] == pytest.approx(highest, rel=1e-4)
+        assert place[at] == pytest.approx(natural, rel=1e-5)
+        assert at == np.abs(omega - natural).argmin()
+    assert (peaks.height_m >= found.major_m()).all()
+
+
+@pytest.mark.parametrize("count", [2, 40, 300])
+def test_maps_without_sharp_resonances_need_no_more_frequencies(laval, count):
+    # A damping ratio of 0.8, and no mode of tilt in the range: none is narrower than a few steps.
+    omega, system = np.linspace(0.0, 300.0, count), laval(damping=1e4)
+    shaken = ground_motion_map(system, 2e-6, "x", [0.0, 300.0], omega, HUB)
+    tried = synchronous_stiffness_map(system, ["rotor.hub"], [3e6], HUB_UNBALANCE, omega, HUB)
+    for map_, peaks in (
+        (shaken, ground_motion_peaks(system, shaken)),
+        (tried, stiffness_map_peaks(system, tried)),
+    ):
+        assert (peaks.height_m >= map_.major_m()).all()
+        if count == 300:
+            np.testing.assert_allclose(peaks.height_m.max(), map_.major_m().max(), rtol=1e-3)
+
+
+def test_a_sharp_resonance_between_two_frequencies_is_not_chosen(laval):
+    # The supports of 3.6e6 N/m resonate at 600 rad/s, 1 rad/s away from the nearest frequency.
+    stiffness, omega = np.array([3.6e6, 6e6]), np.linspace(0.5, 900.5, 451)
+    system = laval(damping=2.0)
+    map_ = synchronous_stiffness_map(system, ["rotor.hub"], stiffness, HUB_UNBALANCE, omega, HUB)
+    peaks = stiffness_map_peaks(system, map_)
+    for row, value in zip(peaks.height_m, stiffness, strict=True):
+        natural = np.sqrt(value / MASS)
+        assert row.max() == pytest.approx(MOMENT * natural / 2.0, rel=1e-4)  # u ω² / (c ω)
+    with_peaks = choose_stiffness(map_, 600.0, 0.2, peaks)
+    np.testing.assert_allclose(with_peaks.candidates_m[0], MOMENT * 600.0 / 2.0, rtol=1e-4)
+    assert choose_stiffness(map_, 600.0, 0.2).candidates_m[0] < 0.5 * with_peaks.candidates_m[0]
+    # at one speed alone the resonance is the same
+    fixed = stiffness_map_at_speed(
+        system, ["rotor.hub"], stiffness, HUB_UNBALANCE, omega, HUB, 300.0
+    )
+    same = stiffness_map_peaks(system, fixed)
+    np.testing.assert_allclose(same.height_m.max(axis=1), peaks.height_m.max(axis=1), rtol=1e-6)
+
+
+def test_colours_of_a_map_leave_room_for_what_is_not_resonant():
+    quiet = np.geomspace(0.1, 10.0, 101)  # its median is 1
+    assert shown_range(quiet) == pytest.approx((0.1, 10.0))
+    with_peak = np.append(quiet, [1e9, 0.0, np.nan])
+    low, high = shown_range(with_peak)
+    assert low == pytest.approx(0.1) and high == pytest.approx(1e3, rel=0.1)
+    assert shown_range([1e-9, *quiet, *quiet])[0] == pytest.approx(1e-5 * 10.0)
+    assert shown_range([2.0, 2.0]) == pytest.approx((1.998, 2.0))
+    with pytest.raises(AnalysisError, match="all responses of the map are zero"):
+        shown_range([0.0, np.nan])
+
+
+@pytest.mark.parametrize("count", [12, 61, 400])
+@pytest.mark.parametrize("damping", [2.0, 200.0, 2500.0])
+def test_heights_of_peaks_are_off_by_less_than_they_say(laval, count, damping):
+    """Damping ratios of 1.6e-4 to 0.2: sharp, and so broad that the frequencies show them."""
+    system, omega = laval(damping=damping), np.linspace(100.0, 1500.0, count)
+    shaken = ground_motion_map(system, 2e-6, "y", [0.0, 300.0], omega, HUB)
+    turned = synchronous_stiffness_map(
+        system, ["rotor.hub"], [STIFFNESS], HUB_UNBALANCE, omega, HUB
+    )
+
+    def ground(rate):
+        through = STIFFNESS + 1j * rate * damping
+        return np.abs(2e-6 * through / (through - MASS * rate**2))
+
+    def unbalance(rate):
+        through = STIFFNESS + 1j * rate * damping - MASS * rate**2
+        return np.abs(MOMENT * rate**2 / through)
+
+    for peaks, curve in (
+        (ground_motion_peaks(system, shaken), ground),
+        (stiffness_map_peaks(system, turned), unbalance),
+    ):
+        natural = np.sqrt(STIFFNESS / MASS)  # offsets from it, as the search needs their digits
+        found = minimize_scalar(
+            lambda offset, curve=curve, natural=natural: -curve(natural + offset),
+            bounds=(-0.25 * natural, 0.25 * natural), method="bounded", options={"xatol": 1e-9},
+        )  # fmt: skip
+        for heights, errors in zip(peaks.height_m, peaks.sampling_error, strict=True):
+            at = heights.argmax()
+            off = abs(heights[at] / -found.fun - 1.0)
+            assert off <= errors[at] + 1e-11
+            assert off < 1e-6 and errors[at] < 1e-4
+
+
+def test_peaks_without_damping_have_no_height(laval):
+    omega = np.linspace(100.0, 1500.0, 61)
+    system = laval(damping=0.0)
+    peaks = ground_motion_peaks(system, ground_motion_map(system, 1e-6, "x", [0.0], omega, HUB))
+    assert peaks.sampling_error[0, peaks.height_m[0].argmax()] == np.inf

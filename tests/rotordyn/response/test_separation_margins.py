@@ -1,0 +1,213 @@
+"""Separation margins against the formulas by hand, and amplification of a rotor in closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from solidwhirl.rotordyn import AnalysisError, Rotor, assemble, critical_speeds
+from solidwhirl.rotordyn.assembly.coordinates import interface_row
+from solidwhirl.rotordyn.assembly.system import matrices_at_speed
+from solidwhirl.rotordyn.modes.damping import amplification_factor
+from solidwhirl.rotordyn.modes.excitation import unbalance_excitation
+from solidwhirl.rotordyn.response.separation_margins import (
+    MarginMethod,
+    OperatingRange,
+    Resonance,
+    format_margins,
+    margin_verdict,
+    required_margin_api_617,
+    resonances_of_modes,
+    separation_margins,
+)
+
+RPM = np.pi / 30.0
+
+
+@pytest.mark.parametrize(
+    ("factor", "below", "above"),
+    [
+        # 17 (1 − 1/(AF − 1.5)): AF 2.5 → 0, 3.5 → 8.5, 11.5 → 15.3, ∞ → 17 per cent.
+        (2.49, 0.0, 0.0),
+        (2.5, 0.0, 0.10),
+        (3.5, 0.085, 0.185),
+        (11.5, 0.153, 0.253),
+        (np.inf, 0.17, 0.27),
+    ],
+)
+def test_required_margin_by_hand(factor, below, above):
+    assert required_margin_api_617(factor, "below") == pytest.approx(below, abs=1e-15)
+    assert required_margin_api_617(factor, "above") == pytest.approx(above, abs=1e-15)
+
+
+def test_no_margin_is_enough_inside_or_when_unstable():
+    assert required_margin_api_617(2.0, "inside") == 0.0
+    assert required_margin_api_617(5.0, "inside") == np.inf
+    assert required_margin_api_617(-50.0, "below") == np.inf
+    with pytest.raises(AnalysisError, match="position is 'under'"):
+        required_margin_api_617(5.0, "under")
+
+
+@pytest.mark.parametrize("damping_ratio", [1e-3, 0.05, 0.2])
+def test_amplification_from_the_log_decrement(damping_ratio):
+    decrement = 2 * np.pi * damping_ratio / np.sqrt(1 - damping_ratio**2)
+    assert amplification_factor(decrement) == pytest.approx(0.5 / damping_ratio, rel=1e-13)
+    # π/δ is the same to first order: they differ by ζ²/2.
+    near = amplification_factor(decrement) / (np.pi / decrement) - 1
+    assert near == pytest.approx(damping_ratio**2 / 2, rel=0.05)
+    assert amplification_factor(-decrement) == pytest.approx(-0.5 / damping_ratio, rel=1e-13)
+
+
+def test_amplification_without_damping():
+    assert amplification_factor(0.0) == np.inf
+
+
+def test_margins_below_inside_and_above():
+    operating = OperatingRange(shaft="LP", speed_low_rad_s=800.0, speed_high_rad_s=1000.0)
+    speeds = [400.0, 672.0, 688.0, 800.0, 1000.0, 1160.0, 1240.0, 1300.0]
+    found = separation_margins(
+        operating,
+        [Resonance(speed_rad_s=s, amplification_factor=11.5) for s in reversed(speeds)],
+    )
+    assert [m.resonance.speed_rad_s for m in found] == speeds
+    margins = [-0.5, -0.16, -0.14, 0.0, 0.0, 0.16, 0.24, 0.30]
+    np.testing.assert_allclose([m.margin for m in found], margins, rtol=1e-12, atol=0)
+    assert [m.position for m in found] == ["below"] * 3 + ["inside"] * 2 + ["above"] * 3
+    ends = [800.0] * 4 + [1000.0] * 4
+    assert [m.operating_speed_rad_s for m in found] == ends
+    # Asked: 15.3 % below and 25.3 % above by the formulas, then 15 and 20 %.
+    no, yes = "inside margin", "ok"
+    assert [m.verdict_api_617 for m in found] == [yes, yes, no, no, no, no, no, yes]
+    assert [m.verdict_15_percent for m in found] == [yes, yes, no, no, no, yes, yes, yes]
+    assert [m.verdict_20_percent for m in found] == [yes, no, no, no, no, no, yes, yes]
+
+
+def test_critically_damped_resonance_may_be_inside_and_an_unstable_one_nowhere():
+    operating = OperatingRange(shaft="LP", speed_low_rad_s=800.0, speed_high_rad_s=1000.0)
+    damped, unstable = separation_margins(
+        operating,
+        [
+            Resonance(speed_rad_s=900.0, amplification_factor=2.0),
+            Resonance(speed_rad_s=3000.0, amplification_factor=-20.0),
+        ],
+    )
+    assert damped.verdict_api_617 == "ok"
+    # A fixed margin does not look at the damping.
+    assert damped.verdict_15_percent == "inside margin"
+    verdicts = {unstable.verdict_api_617, unstable.verdict_15_percent, unstable.verdict_20_percent}
+    assert verdicts == {"unstable"}
+
+
+def test_shafts_are_compared_at_their_own_speed(twin):
+    """A shaft at ratio n meets a resonance at |n|Ω, its own speed, which is the frequency."""
+    system = twin(ratio=-1.5)
+    found = critical_speeds(system, -1.5, 2000.0)
+    for resonance, critical in zip(resonances_of_modes(found), found, strict=True):
+        assert resonance.speed_rad_s == pytest.approx(1.5 * critical.speed_rad_s, rel=1e-14)
+        assert resonance.whirl == critical.whirl
+        assert resonance.amplification_factor == np.inf
+
+
+def test_damped_rotor_from_critical_speeds_to_margins(three_disk):
+    """Three-disk rotor of the book: ζ ≈ δ/2π of the modes carries through to AF."""
+    found = critical_speeds(three_disk(), 1.0, 12000 * RPM)
+    operating = OperatingRange(
+        shaft="rotor", speed_low_rad_s=4200 * RPM, speed_high_rad_s=9000 * RPM
+    )
+    margins = separation_margins(operating, resonances_of_modes(found))
+    # Published critical speeds 3620.4, 3798.3, 10018, 11279 rpm to 0.1 %.
+    expected = [3620.4 / 4200 - 1, 3798.3 / 4200 - 1, 10018 / 9000 - 1, 11279 / 9000 - 1]
+    np.testing.assert_allclose([m.margin for m in margins], expected, atol=2e-3)
+    for margin, critical in zip(margins, found, strict=True):
+        assert margin.resonance.amplification_factor == pytest.approx(
+            np.pi / critical.log_decrement, rel=1e-4
+        )
+    # Light damping: 17 % below and nearly 27 % above are asked for.
+    assert {m.verdict_api_617 for m in margins} == {"inside margin"}
+    assert [m.verdict_20_percent for m in margins] == ["inside margin"] * 3 + ["ok"]
+
+
+def test_table_has_a_line_for_each():
+    operating = OperatingRange(shaft="HP", speed_low_rad_s=1000.0, speed_high_rad_s=1000.0)
+    margins = separation_margins(
+        operating,
+        [
+            Resonance(speed_rad_s=900.0, amplification_factor=11.5, whirl="forward"),
+            Resonance(speed_rad_s=1500.0, amplification_factor=np.inf),
+        ],
+    )
+    lines = format_margins(margins).splitlines()
+    assert len(lines) == 4
+    assert lines[2].split()[:7] == ["HP", "forward", "8594.4", "9549.3", "11.5", "-10.0", "15.3"]
+    assert lines[3].split()[:5] == ["HP", "-", "14323.9", "9549.3", "inf"]
+    assert "guide" in lines[1]
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.0, 5.0), (6.0, 5.0), (5.0, np.inf), (np.nan, 5.0)])
+def test_ranges_without_meaning_are_refused(low, high):
+    with pytest.raises(AnalysisError, match="operating range of 'LP' is"):
+        OperatingRange(shaft="LP", speed_low_rad_s=low, speed_high_rad_s=high)
+
+
+# -- what an unbalance excites, and the verdict ---------------------------------------------------
+
+
+@pytest.mark.parametrize("ratio", [1.0, -1.5])
+@pytest.mark.parametrize("stretch", [1.0, 1.0 + 1e-3, 1.3])
+def test_excited_is_what_an_unbalance_drives_without_bound(hub, ground, ratio, stretch):
+    """A hair from an undamped critical speed the response is large, or it is not excited."""
+    tilt = np.diag([1e5, 1e5 * stretch])
+    bearing = ground("rotor", "hub", 1e6, 1e6 * stretch, tilt_stiffness_n_m_per_rad=tilt)
+    system = assemble({"rotor": Rotor(element=hub(), speed_ratio=ratio)}, (bearing,))
+    # off the centre of gravity, so that it drives tilts too
+    found = [c for c in critical_speeds(system, ratio, 2000.0) if c.whirl]
+    assert len(found) >= 2
+    for critical in found:
+        near = critical.speed_rad_s * (1.0 + 1e-7)
+        matrices = matrices_at_speed(system, near)
+        omega = abs(ratio) * near
+        turn = 1j * np.sign(ratio)
+        force = np.zeros(system.size, dtype=complex)
+        for component, own in (("ux", 1.0), ("uy", -turn), ("rx", 0.1 * turn), ("ry", 0.1)):
+            force += own * interface_row(system, "rotor", "hub", component)
+        dynamic = (
+            matrices.stiffness
+            - omega**2 * matrices.mass
+            + 1j * omega * (matrices.damping + matrices.gyroscopic)
+        )
+        # its own part: another mode may be critical at the same speed
+        row = critical.shape.conj() @ matrices.mass
+        size = abs(row @ np.linalg.solve(dynamic, force))
+        quiet = abs(row) @ abs(np.linalg.solve(dynamic + 0.1 * matrices.stiffness, force))
+        excitation = unbalance_excitation(system, critical.shape, ["rotor"])
+        assert excitation.excited is bool(size > 1e3 * quiet), (critical.whirl, size / quiet)
+        if stretch == 1.0:
+            forward = "forward" if ratio > 0 else "backward"
+            assert excitation.excited is (critical.whirl == forward)
+
+
+def _margins(*resonances):
+    operating = OperatingRange(shaft="LP", speed_low_rad_s=800.0, speed_high_rad_s=1000.0)
+    return separation_margins(operating, resonances)
+
+
+def test_the_method_decides_and_says_why():
+    near = Resonance(speed_rad_s=1200.0, amplification_factor=3.5, whirl="forward")
+    far = Resonance(speed_rad_s=400.0, amplification_factor=np.inf)
+    silent = Resonance(speed_rad_s=900.0, amplification_factor=np.inf, excited=False)
+    found = _margins(near, far, silent)
+    # 18.5 % asked by the standard
+    by_standard = margin_verdict(found, MarginMethod())
+    assert (by_standard.passed, by_standard.missed) == (True, ())
+    assert by_standard.worst.resonance == near
+    assert "11459 rpm (amplification factor 3.5) is 20.0 % above" in by_standard.why
+    plain = margin_verdict(found, MarginMethod(kind="percent", percent=25.0))
+    assert not plain.passed
+    assert [m.resonance for m in plain.missed] == [near]
+    assert "25.0 % asked" in plain.why
+    assert margin_verdict(_margins(silent), MarginMethod()).passed
+    inside = Resonance(speed_rad_s=900.0, amplification_factor=2.6)
+    for kind in ("api617", "percent"):
+        verdict = margin_verdict(_margins(inside), MarginMethod(kind=kind))
+        assert not verdict.passed
+        assert "no margin is enough" in verdict.why

@@ -1,0 +1,400 @@
+"""State-space models against direct responses, modes and statics; their files."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import h5py
+import numpy as np
+import pytest
+import scipy.io
+import scipy.signal
+from direct_responses import frequency_response, response_error
+
+from solidwhirl.rotordyn import (
+    AnalysisError,
+    AssemblyError,
+    Bearing,
+    Disk,
+    End,
+    InternalDamping,
+    Rotor,
+    assemble,
+    beam_superelement,
+    matrices_at_speed,
+    modes_at_speed,
+)
+from solidwhirl.rotordyn.assembly.bearing_laws import PolynomialLaw
+from solidwhirl.rotordyn.modes.modal_truncation import truncated_system
+from solidwhirl.rotordyn.state_space.channels import (
+    BearingForceOutput,
+    ForceInput,
+    GroundInput,
+    MotionOutput,
+)
+from solidwhirl.rotordyn.state_space.file import (
+    export_mat,
+    export_npz,
+    read_state_space,
+    write_state_space,
+)
+from solidwhirl.rotordyn.state_space.model import state_space, tabulated_state_space
+
+SPEEDS = (0.0, 700.0, 2500.0)
+HERTZ = np.array([10.0, 59.0, 61.0, 150.0, 220.0, 400.0])
+INPUTS = (
+    ForceInput(body="rotor", interface="left", component="ux"),
+    ForceInput(body="rotor", interface="right", component="ry"),
+)
+OUTPUTS = (
+    MotionOutput(body="rotor", interface="right", component="ux"),
+    MotionOutput(body="rotor", interface="left", component="uy", quantity="velocity"),
+    MotionOutput(body="rotor", interface="right", component="ry", quantity="acceleration"),
+)
+
+
+@pytest.fixture(scope="module")
+def system(three_disk_element, ground):
+    """Every constant term: damping, internal damping, circulation, cross-coupling."""
+    seal = Bearing(
+        name="seal",
+        first=End(body="rotor", interface="left"),
+        stiffness_n_per_m=np.array([[1e6, 4e5], [-4e5, 1e6]]),
+        damping_n_s_per_m=300.0 * np.eye(2),
+    )
+    inside = InternalDamping(stiffness_coefficient_s=1e-6)
+    rotor = Rotor(element=three_disk_element(), speed_ratio=1.0, internal_damping=inside)
+    held = [ground("rotor", end, 7e7, 5e7, 700.0, 500.0) for end in ("left", "right")]
+    return assemble({"rotor": rotor}, (*held, seal))
+
+
+@pytest.fixture(scope="module")
+def model(system):
+    return state_space(system, INPUTS, OUTPUTS, (-100.0, 2600.0))
+
+
+def _direct(system, speed, hertz):
+    """Responses of OUTPUTS to INPUTS from the dynamic stiffness, written out by hand."""
+    m, c, g, k = matrices_at_speed(system, speed)
+    index = system.system.rotors["rotor"].element.interface_index
+    rows = {key: system.transformation[index(*key)] for key in
+            (("left", "ux"), ("left", "uy"), ("right", "ux"), ("right", "ry"))}  # fmt: skip
+    loads = np.column_stack((rows["left", "ux"], rows["right", "ry"]))
+    found = []
+    for w in 2 * np.pi * hertz:
+        q = np.linalg.solve(k + 1j * w * (c + g) - w**2 * m, loads)
+        found.append([rows["right", "ux"] @ q, 1j * w * rows["left", "uy"] @ q,
+                      -(w**2) * rows["right", "ry"] @ q])  # fmt: skip
+    return np.array(found)
+
+
+def _assert_near(found, exact):
+    """Equal to 1e-9 of the largest response of each channel.
+
+    Rounding of the stiffest coordinates: ω² of the highest mode is 1e9 times (2π 10 Hz)².
+    """
+    scale = np.abs(exact).max(axis=0)
+    # At rest the planes of x and y may not couple; then nothing is to come out at all.
+    scale = np.where(scale > 0, scale, 1e-12)
+    np.testing.assert_allclose(found / scale, exact / scale, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("speed", SPEEDS)
+def test_frequency_response_is_the_direct_one(system, model, speed):
+    found, exact = frequency_response(model, speed, HERTZ), _direct(system, speed, HERTZ)
+    _assert_near(found, exact)
+
+
+@pytest.mark.parametrize("speed", SPEEDS)
+def test_eigenvalues_are_those_of_the_modes(system, model, speed):
+    values = np.linalg.eigvals(model.at_speed(speed).a)
+    for value in modes_at_speed(system, speed, 12).eigenvalues:
+        assert np.abs(values - value).min() < 1e-10 * abs(value)
+
+
+def test_published_damped_frequencies(ground, one_rotor):
+    """Friswell et al. 2010, example 5.9.5: 13.89, 46.54, 103.22 Hz at rest."""
+    disks = []
+    for name, place, diameter in (("1", 0.5, 0.28), ("2", 1.0, 0.35)):
+        mass = 7810 * np.pi / 4 * (diameter**2 - 0.05**2) * 0.07
+        polar = mass * (diameter**2 + 0.05**2) / 8
+        disks.append(
+            Disk(name=name, position_m=place, mass_kg=mass, polar_kg_m2=polar,
+                 diametral_kg_m2=polar / 2 + mass * 0.07**2 / 12)
+        )  # fmt: skip
+    shaft = beam_superelement(
+        "friswell", np.linspace(0, 1.5, 7), 0.025, 0.0, 211e9, 211 / 162.4 - 1, 7810.0,
+        {"left": 0.0, "right": 1.5}, disks,
+    )  # fmt: skip
+    system = one_rotor(shaft, [ground("rotor", e, 1e6, 1e6, 3e3) for e in ("left", "right")])
+    found = state_space(system, INPUTS, OUTPUTS, (0.0, 500.0)).at_speed(0.0)
+    hertz = np.linalg.eigvals(found.a).imag / (2 * np.pi)
+    hertz = np.sort(hertz[hertz > 1])
+    # Printed to two decimals; each twice.
+    np.testing.assert_allclose(hertz[:6], np.repeat([13.89, 46.54, 103.22], 2), atol=0.006)
+
+
+def test_polynomial_and_table_agree(system, model):
+    table = tabulated_state_space(system, INPUTS, OUTPUTS, SPEEDS)
+    for speed in SPEEDS:
+        exact, found = (frequency_response(m, speed, HERTZ) for m in (model, table))
+        _assert_near(found, exact)
+
+
+def test_table_converges_with_the_square_of_its_step(system, model):
+    """Linear between two speeds: exact for a beam (K2 = 0), of second order with a K2."""
+    table = tabulated_state_space(system, INPUTS, OUTPUTS, [0.0, 2500.0])
+    exact, found = (frequency_response(m, 1000.0, HERTZ) for m in (model, table))
+    _assert_near(found, exact)
+    softened = dataclasses.replace(system, centrifugal_stiffness=-1e-2 * system.mass)
+    exact = frequency_response(state_space(softened, INPUTS, OUTPUTS, (0, 800)), 300.0, HERTZ[:1])
+    errors = []
+    for step in (200.0, 100.0, 50.0):
+        speeds = [300.0 - step, 300.0 + step]
+        table = tabulated_state_space(softened, INPUTS, OUTPUTS, speeds)
+        found = frequency_response(table, 300.0, HERTZ[:1])
+        errors.append(np.abs(found - exact).max() / np.abs(exact).max())
+    rates = np.log2(np.array(errors[:-1]) / errors[1:])
+    np.testing.assert_allclose(rates, 2.0, atol=0.1)
+
+
+def test_speed_dependent_bearings(three_disk_element, ground):
+    law = PolynomialLaw(
+        name="film",
+        argument_unit="rad/s",
+        argument_range=(0.0, 3000.0),
+        stiffness_x=(1.0, 1e-3, -2e-7),
+        stiffness_y=(0.5, 2e-4),
+        damping_x=(1.0, -1e-4),
+        damping_y=(1.0,),
+    )
+    bearings = tuple(
+        dataclasses.replace(ground("rotor", end, 7e7, 5e7, 700.0), speed_law=law)
+        for end in ("left", "right")
+    )
+    system = assemble({"rotor": Rotor(element=three_disk_element(), speed_ratio=1.0)}, bearings)
+    table = tabulated_state_space(system, INPUTS, OUTPUTS, SPEEDS)
+    for speed in SPEEDS:
+        found, exact = frequency_response(table, speed, HERTZ), _direct(system, speed, HERTZ)
+        _assert_near(found, exact)
+    with pytest.raises(AnalysisError, match="use tabulated_state_space"):
+        state_space(system, INPUTS, OUTPUTS, (0.0, 100.0))
+
+
+def test_bearing_forces_hold_static_loads(system):
+    """A constant force of 1 N in x is carried by the three bearings."""
+    outputs = [
+        BearingForceOutput(bearing=name, component="ux")
+        for name in ("rotor.left", "rotor.right", "seal")
+    ]
+    model = state_space(system, INPUTS[:1], outputs, (0.0, 1000.0))
+    for speed in (0.0, 1000.0):
+        found = frequency_response(model, speed, [0.0])[0, :, 0]
+        # Internal damping at speed adds a circulatory couple, but no net force.
+        assert found.sum() == pytest.approx(1.0, rel=1e-8)
+    # At rest nearly all of it goes to ground where it acts.
+    assert abs(found[0]) > 0.5
+
+
+def test_ground_motion(system):
+    """A ground that moves under every bearing carries the rotor along when it moves slowly."""
+    names = ("rotor.left", "rotor.right", "seal")
+    inputs = [GroundInput(bearing=name, component="ux") for name in names]
+    outputs = [OUTPUTS[0], *(BearingForceOutput(bearing=n, component="ux") for n in names)]
+    model = state_space(system, inputs, outputs, (0.0, 100.0))
+    assert model.input_units == ("m", "m/s") * 3
+    hertz = np.array([0.1, 20.0])
+    response = frequency_response(model, 0.0, hertz)
+    # u = e^{iωt}, u' = iω e^{iωt} under all three.
+    drive = np.tile([1.0, 0.0], 3) + np.outer(2j * np.pi * hertz, np.tile([0.0, 1.0], 3))
+    found = np.einsum("fpm,fm->fp", response, drive)
+    # 0.1 Hz is (0.1/60)² from static: 3e-6.
+    assert found[0, 0] == pytest.approx(1.0, abs=1e-5)
+    # Newton: the bearings push the rotor with the mass times the acceleration of its centre;
+    # what they exert on the ground is the opposite, and −ω² m for the slow rigid motion.
+    element = system.system.rotors["rotor"].element
+    force = (2 * np.pi * 0.1) ** 2 * element.mass_kg
+    assert found[0, 1:].sum() == pytest.approx(force, rel=1e-5)
+    # The same from the relative motion of the dynamic stiffness at 20 Hz: M w'' as a load.
+    m, c, g, k = matrices_at_speed(system, 0.0)
+    w = 2 * np.pi * hertz[1]
+    rigid = np.linalg.lstsq(system.transformation, element.rigid_body_modes[:, 0], rcond=None)[0]
+    relative = np.linalg.solve(k + 1j * w * (c + g) - w**2 * m, w**2 * m @ rigid)
+    row = system.transformation[element.interface_index("right", "ux")]
+    # Internal damping acts on the deformation alone, which the rigid motion has none of.
+    assert found[1, 0] == pytest.approx(1.0 + row @ relative, rel=1e-6)
+
+
+def test_truncation_error_is_measured(system):
+    """Displacement and velocity converge; the acceleration under its own load needs all modes."""
+    outputs, range_ = OUTPUTS[:2], (0.0, 2500.0)
+    whole = state_space(system, INPUTS, outputs, range_)
+    grid = np.linspace(5, 250, 20)
+    exact = response_error(whole, system, INPUTS, outputs, SPEEDS, grid)
+    assert exact.worst < 1e-9 and exact.relative.shape == (2, 2)
+    errors = []
+    for count in (16, 24, 40):
+        small = state_space(truncated_system(system, count), INPUTS, outputs, range_)
+        assert small.state_count == 2 * count
+        found = response_error(small, system, INPUTS, outputs, SPEEDS, grid)
+        assert found.speed_rad_s in SPEEDS and found.frequency_hz in grid
+        errors.append(found.worst)
+    assert errors[0] > 2 * errors[1] > 4 * errors[2] and errors[2] < 1e-2
+    with pytest.raises(AnalysisError, match="the model has"):
+        response_error(whole, system, INPUTS[:1], outputs, SPEEDS, grid)
+
+
+def test_scipy_takes_it(system):
+    output = MotionOutput(body="rotor", interface="left", component="ux")
+    model = state_space(truncated_system(system, 16), INPUTS[:1], [output], (0.0, 2500.0))
+    speed = 300.0
+    linear = model.to_scipy(speed)
+    poles = np.linalg.eigvals(linear.A)
+    exact = modes_at_speed(truncated_system(system, 16), speed).eigenvalues
+    assert np.abs(poles[:, None] - exact).min(axis=0).max() < 1e-8 * np.abs(exact).max()
+    # A constant force, integrated by scipy, settles at the static response.
+    static = frequency_response(model, speed, [0.0])[0, 0, 0].real
+    _, motion = scipy.signal.step(linear, T=np.linspace(0, 40, 4001))
+    assert motion[-1] == pytest.approx(static, rel=1e-3)
+
+
+def test_scale_is_of_powers_of_two(system, model):
+    np.testing.assert_array_equal(np.log2(model.state_scale) % 1, 0)
+    # Balancing stops where a power of two gains nothing; over (q, q') rows and columns differ by
+    # orders of magnitude.
+    a = np.abs(sum(2600.0**p * np.abs(term) for p, term in enumerate(model.a)))
+    np.fill_diagonal(a, 0.0)
+    plain = a * model.state_scale[:, None] / model.state_scale
+    balanced, raw = (m.sum(axis=0) / m.sum(axis=1) for m in (a, plain))
+    assert balanced.max() < 16 and balanced.min() > 1 / 16
+    assert raw.max() > 1e4
+    # The physical state: x · scale = (q, q'), so q' of one half is the derivative of the other.
+    n = system.size
+    kinematic = model.a[0][:n, n:] * model.state_scale[:n, None] / model.state_scale[n:]
+    np.testing.assert_array_equal(kinematic, np.eye(n))
+
+
+def test_names_and_units(model):
+    assert model.input_names == ("force rotor.left.ux", "force rotor.right.ry")
+    assert model.input_units == ("N", "N m")
+    assert model.output_names[1:] == (
+        "velocity rotor.left.uy",
+        "acceleration rotor.right.ry",
+    )
+    assert model.output_units == ("m", "m/s", "rad/s2")
+
+
+@pytest.mark.parametrize(
+    ("inputs", "outputs", "error", "message"),
+    [
+        ((), OUTPUTS, AnalysisError, "there are 0 and 3"),
+        ((GroundInput(bearing="x", component="ux"),), OUTPUTS, AnalysisError, "no bearing 'x'"),
+        ((GroundInput(bearing="seal", component="q"),), OUTPUTS, AnalysisError, "component is 'q'"),
+        (
+            (ForceInput(body="rotor", interface="middle", component="ux"),),
+            OUTPUTS,
+            AssemblyError,
+            "no interface 'middle'",
+        ),
+        (
+            INPUTS,
+            (MotionOutput(body="rotor", interface="left", component="ux", quantity="jerk"),),
+            AnalysisError,
+            "quantity is 'jerk'",
+        ),
+    ],
+)
+def test_wrong_channels_are_refused(system, inputs, outputs, error, message):
+    with pytest.raises(error, match=message):
+        state_space(system, inputs, outputs, (0.0, 1.0))
+
+
+def test_joints_without_a_motion_are_refused(twin):
+    force = [ForceInput(body="inner", interface="C", component="ux")]
+    with pytest.raises(AnalysisError, match="bearing 'C' is rigid in ux"):
+        state_space(twin(), force, [BearingForceOutput(bearing="C", component="ux")], (0.0, 1.0))
+    joint = twin(joint=1e8)
+    with pytest.raises(AnalysisError, match="bearing 'C' joins two bodies"):
+        state_space(joint, [GroundInput(bearing="C", component="ux")], OUTPUTS, (0.0, 1.0))
+
+
+def test_wrong_speeds_are_refused(system, model):
+    with pytest.raises(AnalysisError, match=r"speed_range_rad_s is \(5.0, 5.0\)"):
+        state_space(system, INPUTS, OUTPUTS, (5.0, 5.0))
+    with pytest.raises(AnalysisError, match="two or more rising speeds"):
+        tabulated_state_space(system, INPUTS, OUTPUTS, [1.0])
+    with pytest.raises(AnalysisError, match="holds from -100 to 2600"):
+        model.at_speed(3000.0)
+    with pytest.raises(AnalysisError, match="b has shape"):
+        dataclasses.replace(model, b=model.b[:2])
+
+
+def _fields(model):
+    return [getattr(model, field.name) for field in dataclasses.fields(model)]
+
+
+@pytest.mark.parametrize("kind", ["polynomial", "table"])
+def test_file_keeps_every_bit(system, tmp_path, kind):
+    build = {"polynomial": state_space, "table": tabulated_state_space}[kind]
+    model = build(truncated_system(system, 8), INPUTS, OUTPUTS, (0.0, 900.0))
+    path = tmp_path / "model.h5"
+    write_state_space(model, path)
+    assert [p.name for p in tmp_path.iterdir()] == ["model.h5"]
+    for found, written in zip(_fields(read_state_space(path)), _fields(model), strict=True):
+        np.testing.assert_array_equal(found, written)
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (lambda f: f.attrs.update({"format": "other"}), "'format' is 'other'"),
+        (lambda f: f.attrs.update({"format_version": "2.0.0"}), "'format_version' is '2.0.0'"),
+        (lambda f: f.attrs.update({"form": "spline"}), "'form' is 'spline'"),
+        (lambda f: f.__delitem__("B"), "B is missing"),
+        (lambda f: f["D"].write_direct(np.full(f["D"].shape, np.nan)), "D has nan"),
+        (lambda f: f.move("C", "C2"), "C is missing"),
+    ],
+)
+def test_damaged_files_are_refused(model, tmp_path, damage, message):
+    path = tmp_path / "model.h5"
+    write_state_space(model, path)
+    with h5py.File(path, "r+") as file:
+        damage(file)
+    with pytest.raises(AnalysisError, match=message) as caught:
+        read_state_space(path)
+    assert str(caught.value).startswith(str(path))
+
+
+def test_missing_file_is_refused(tmp_path):
+    with pytest.raises(AnalysisError, match="no such file"):
+        read_state_space(tmp_path / "nothing.h5")
+
+
+def test_npz_and_mat_of_a_polynomial(model, tmp_path):
+    export_npz(model, tmp_path / "m.npz")
+    export_mat(model, tmp_path / "m.mat")
+    mat = scipy.io.loadmat(tmp_path / "m.mat", simplify_cells=True)
+    speed = 700.0
+    exact = model.at_speed(speed)
+    with np.load(tmp_path / "m.npz") as npz:
+        assert npz["input_names"].tolist() == list(model.input_names)
+        for stored in (npz, mat):
+            for name, value in zip("ABCD", exact, strict=True):
+                found = sum(speed**k * stored[f"{name}{k}"] for k in range(3))
+                np.testing.assert_allclose(found, value, rtol=1e-14)
+            np.testing.assert_array_equal(stored["speed_range"].ravel(), [-100.0, 2600.0])
+    assert list(mat["output_units"]) == list(model.output_units)
+    assert mat["form"] == "polynomial"
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["m.mat", "m.npz"]
+
+
+def test_npz_and_mat_of_a_table(system, tmp_path):
+    model = tabulated_state_space(truncated_system(system, 8), INPUTS, OUTPUTS, SPEEDS)
+    export_npz(model, tmp_path / "m.npz")
+    export_mat(model, tmp_path / "m.mat")
+    mat = scipy.io.loadmat(tmp_path / "m.mat", simplify_cells=True)
+    with np.load(tmp_path / "m.npz") as npz:
+        np.testing.assert_array_equal(npz["A"], model.a)
+        np.testing.assert_array_equal(npz["speeds"], SPEEDS)
+    # In Matlab the third axis is the speed.
+    np.testing.assert_array_equal(mat["A"][:, :, 1], model.a[1])

@@ -1,0 +1,344 @@
+"""Superelement files: bit-exact round trip, and refusal of everything that is not in order."""
+
+from __future__ import annotations
+
+import dataclasses
+import shutil
+
+import h5py
+import numpy as np
+import pytest
+
+from solidwhirl.rotordyn import (
+    Superelement,
+    SuperelementError,
+    attach_rigid_disk,
+    read_superelement,
+    write_superelement,
+)
+
+
+@pytest.fixture(scope="module")
+def element(twin_bodies):
+    body = attach_rigid_disk(twin_bodies()[0], "B", "hub", 3.0, 0.02, 0.01, 0.03)
+    rng = np.random.default_rng(3)
+    noise = rng.standard_normal((body.size, body.size))
+    return dataclasses.replace(
+        body,
+        name="Läufer 1/2 – Ω",
+        level="harmonic",
+        harmonics=(1, 2),
+        stress_stiffening=noise + noise.T,
+        spin_softening=noise @ noise.T,
+        maximum_speed_rad_s=1234.5,
+        frequency_error_estimate=1e-4 * np.ones(body.fixed_interface_frequencies_hz.size),
+        provenance={"mesh": {"order": 2, "note": "Kσ"}, "list": [1, 2.5, None, True]},
+    )
+
+
+@pytest.fixture(scope="module")
+def written(element, tmp_path_factory):
+    path = tmp_path_factory.mktemp("files") / "body.h5"
+    write_superelement(element, path)
+    return path
+
+
+@pytest.fixture
+def copy(written, tmp_path):
+    """As from elsewhere: without the checksum, which would refuse every change."""
+    path = shutil.copy(written, tmp_path / "copy.h5")
+    with path.open("r+b") as file:
+        file.write(bytes(512))
+    return path
+
+
+def _assert_same(first: Superelement, second: Superelement):
+    for field in dataclasses.fields(Superelement):
+        left, right = getattr(first, field.name), getattr(second, field.name)
+        if isinstance(left, np.ndarray):
+            assert left.dtype == right.dtype and left.tobytes() == right.tobytes(), field.name
+        elif field.name == "interfaces":
+            for a, b in zip(left, right, strict=True):
+                assert (a.name, a.coupling) == (b.name, b.coupling)
+                assert a.position_m.tobytes() == b.position_m.tobytes()
+        elif field.name == "moments" and left is not None:
+            for part in dataclasses.fields(left):
+                a, b = getattr(left, part.name), getattr(right, part.name)
+                assert a.tobytes() == b.tobytes(), part.name
+        else:
+            assert left == right, field.name
+
+
+def test_round_trip_is_bit_exact(element, written):
+    _assert_same(read_superelement(written), element)
+
+
+def test_round_trip_of_bodies_without_points_speed_limit_or_interfaces(general, hub, tmp_path):
+    modal = general(np.eye(6), np.eye(6), np.zeros((6, 6)))
+    for index, body in enumerate((hub(), modal)):
+        path = tmp_path / f"{index}.h5"
+        write_superelement(body, str(path))
+        _assert_same(read_superelement(str(path)), body)
+
+
+def test_long_provenance_is_kept(hub, tmp_path):
+    body = dataclasses.replace(hub(), provenance={"nodes": list(range(30_000))})
+    write_superelement(body, tmp_path / "long.h5")
+    _assert_same(read_superelement(tmp_path / "long.h5"), body)
+
+
+def test_writing_replaces_and_leaves_nothing_behind(hub, tmp_path):
+    path = tmp_path / "body.h5"
+    path.write_bytes(b"old")
+    write_superelement(hub(), path)
+    assert read_superelement(path).name == "disk"
+    assert [p.name for p in tmp_path.iterdir()] == ["body.h5"]
+
+
+def test_failed_writing_keeps_the_old_file(hub, tmp_path, monkeypatch):
+    path = tmp_path / "body.h5"
+    path.write_bytes(b"old")
+
+    def fail(*_):
+        raise OSError("disk full")
+
+    monkeypatch.setattr("solidwhirl.rotordyn.storage.files._write_body", fail)
+    with pytest.raises(OSError, match="disk full"):
+        write_superelement(hub(), path)
+    assert path.read_bytes() == b"old"
+    assert [p.name for p in tmp_path.iterdir()] == ["body.h5"]
+
+
+def test_datasets_do_not_vary_between_runs(element, written, tmp_path):
+    again = tmp_path / "again.h5"
+    write_superelement(element, again)
+
+    def content(path):
+        found = {}
+        with h5py.File(path) as file:
+
+            def visit(name, item):
+                if isinstance(item, h5py.Dataset):
+                    found[name] = item[()].tobytes() if item.dtype != object else list(item[()])
+
+            file.visititems(visit)
+        return found
+
+    assert content(again) == content(written)
+
+
+def test_layout_follows_the_published_schema(element, written):
+    with h5py.File(written) as file:
+        assert file.attrs["format"] == "ROTOR-SUPERELEMENT"
+        assert file.attrs["frame"] == "inertial"
+        assert file.attrs["created_utc"].endswith("Z")
+        operators = file["operators"]
+        kspin = operators["Kspin"]
+        assert (kspin.attrs["acts_on"], kspin.attrs["omega_power"]) == ("q", 2)
+        np.testing.assert_array_equal(kspin[()], -element.spin_softening)
+        euler = operators["Keul"]
+        assert (euler.attrs["acts_on"], euler.attrs["omega_dot_power"]) == ("q", 1)
+        np.testing.assert_array_equal(euler[()], 0.5 * element.gyroscopic)
+        # The generic rule of the format: A(Ω) = Σ term Ω^power, grouped by what it acts on.
+        stiffness = sum(
+            item[()] * 300.0 ** item.attrs["omega_power"]
+            for item in operators.values()
+            if item.attrs["acts_on"] == "q" and item.attrs["omega_dot_power"] == 0
+        )
+        expected = element.stiffness + 300.0**2 * (
+            element.stress_stiffening - element.spin_softening
+        )
+        np.testing.assert_allclose(stiffness, expected, rtol=1e-12)
+        moment = file["body/J_origin"][()] - file["body/J_com"][()]
+        arm = element.center_of_gravity_m
+        np.testing.assert_allclose(
+            moment, element.mass_kg * (arm @ arm * np.eye(3) - np.outer(arm, arm)), atol=1e-12
+        )
+
+
+# Refusal. Each damage is made to a good file; the message names the file and the place.
+
+
+def _replace(place, data, **options):
+    def damage(file):
+        attributes = dict(file[place].attrs)
+        del file[place]
+        file.create_dataset(place, data=data, **options).attrs.update(attributes)
+
+    return damage
+
+
+def _edit(place, index, value):
+    def damage(file):
+        file[place][index] = value
+
+    return damage
+
+
+def _attribute(name, value, place="/"):
+    def damage(file):
+        file[place].attrs[name] = value
+
+    return damage
+
+
+def _delete(place):
+    def damage(file):
+        del file[place]
+
+    return damage
+
+
+def _soft_link(file):
+    file.move("operators", "elsewhere")
+    file["operators"] = h5py.SoftLink("/elsewhere")
+
+
+def _damping(file):
+    n = file["operators/M"].shape[0]
+    file.create_dataset("operators/D0", data=np.eye(n))
+
+
+DAMAGES = {
+    "other format": (_attribute("format", "MODES"), "attribute 'format' is 'MODES'"),
+    "newer major version": (
+        _attribute("format_version", "2.0.0"),
+        "is '2.0.0'; this program reads",
+    ),
+    "odd version": (_attribute("format_version", "one"), "is 'one'; this program reads 1.x.y"),
+    "no version": (lambda f: f.attrs.__delitem__("format_version"), "'format_version' is None"),
+    "other units": (_attribute("unit_system", "mm-t-s"), "attribute 'unit_system' is 'mm-t-s'"),
+    "millimetres": (_attribute("units", '{"length": "mm"}'), "attribute 'units' is"),
+    "broken units": (_attribute("units", "{"), "attribute 'units' is not JSON"),
+    "rotating frame": (_attribute("frame", "rotating"), "attribute 'frame' is 'rotating'"),
+    "other axis": (_attribute("spin_axis", [1.0, 0.0, 0.0]), "attribute 'spin_axis' is"),
+    "bad level": (_attribute("level", "shell"), "level is 'shell'"),
+    "bad harmonics": (_attribute("harmonics", "one"), "'harmonics' is not a list of integers"),
+    "missing operator": (_delete("operators/G"), "operators/G is missing"),
+    "missing group": (_delete("operators"), "operators/M is missing"),
+    "missing mass": (_delete("body/mass"), "body/mass is missing"),
+    "group for dataset": (
+        lambda f: (_delete("body/com")(f), f.create_group("body/com")),
+        "body/com is not a dataset",
+    ),
+    "wrong shape": (_replace("operators/K0", np.eye(3)), r"operators/K0 has shape \(3, 3\)"),
+    "wrong length": (_replace("dof/kind", np.zeros(2)), r"dof/kind has shape \(2,\)"),
+    "no coordinates": (_replace("dof/component", np.zeros(0)), "has 0 entries"),
+    "scalar for list": (_replace("dof/component", 1.0), r"dof/component has shape \(\)"),
+    "nan": (_edit("operators/G", (0, 1), np.nan), r"operators/G has nan at \[0, 1\]"),
+    "inf": (_edit("body/com", 2, np.inf), r"body/com has inf at \[2\]"),
+    "not symmetric": (_edit("operators/M", (0, 1), 1e9), "mass is not symmetric"),
+    "text for numbers": (
+        _replace("body/com", ["a", "b", "c"], dtype=h5py.string_dtype()),
+        "body/com has type object; numbers are needed",
+    ),
+    "numbers for text": (_replace("interface/name", np.zeros(3)), "3 texts needed"),
+    "bad coupling": (
+        _replace("interface/coupling", ["x"] * 3, dtype=h5py.string_dtype()),
+        "interface/coupling is 'x'",
+    ),
+    "bad component": (_edit("dof/component", 0, 9), "component 9"),
+    "bad kind": (_edit("dof/kind", 0, 4), "kind 4"),
+    "bad node": (_edit("dof/node", 0, 77), "node 77"),
+    "other meaning": (
+        _attribute("omega_power", np.int32(1), "operators/Kgeo"),
+        "operators/Kgeo has omega_power 1, needed is 2",
+    ),
+    "no meaning": (
+        lambda f: f["operators/K0"].attrs.__delitem__("acts_on"),
+        "operators/K0 has acts_on None",
+    ),
+    "damping": (_damping, "operators/D0 is a term this program does not evaluate"),
+    "soft link": (_soft_link, "operators is a link"),
+    "broken provenance": (_attribute("json", "[1", "provenance"), "provenance is not JSON"),
+    "list for provenance": (_attribute("json", "[1]", "provenance"), "not a JSON object"),
+    "lacking moments": (_delete("moments/first"), "moments/first is missing"),
+    "moments of another size": (
+        _replace("moments/displacement", np.zeros((3, 2))),
+        r"moments/displacement has shape \(3, 2\)",
+    ),
+    "moments that are no fields": (
+        _edit("moments/second", (0, 0, 1), 1e9),
+        "mass moments: second_kg.* differs from",
+    ),
+    "nan in moments": (_edit("moments/second", (3, 0, 1), np.nan), "moments/second has nan"),
+    "dataset for moments": (
+        lambda f: (_delete("moments")(f), f.create_dataset("moments", data=1.0)),
+        "moments is not a group",
+    ),
+    "negative mass": (_replace("body/mass", -1.0), "mass_kg is -1.0"),
+}
+
+
+@pytest.mark.parametrize("case", DAMAGES)
+def test_damage_is_refused_with_file_and_place(copy, case):
+    damage, message = DAMAGES[case]
+    with h5py.File(copy, "r+") as file:
+        damage(file)
+    with pytest.raises(SuperelementError, match=message) as caught:
+        read_superelement(copy)
+    assert str(caught.value).startswith(f"{copy}: ")
+    assert str(caught.value).count(str(copy)) == 1
+
+
+def test_older_files_have_no_moments(element, copy):
+    with h5py.File(copy, "r+") as file:
+        assert file["moments/second"].shape == (6, element.size, element.size)
+        del file["moments"]
+        file.attrs["format_version"] = "1.2.0"
+    assert element.moments is not None
+    assert read_superelement(copy).moments is None
+
+
+def test_files_that_are_not_complete_are_refused(copy, tmp_path):
+    content = copy.read_bytes()
+    for kept in (0, 100, len(content) // 2, len(content) - 1):
+        copy.write_bytes(content[:kept])
+        with pytest.raises(SuperelementError, match="not a complete HDF5 file"):
+            read_superelement(copy)
+    with pytest.raises(SuperelementError, match="no such file"):
+        read_superelement(tmp_path / "nothing.h5")
+    text = tmp_path / "text.h5"
+    text.write_text("M = 1")
+    with pytest.raises(SuperelementError, match="not a complete HDF5 file"):
+        read_superelement(text)
+
+
+def test_every_change_of_a_sealed_file_is_found(written, tmp_path):
+    """Numbers without a checksum of their own, attributes and unused bytes too."""
+    copy = tmp_path / "copy.h5"
+    content = written.read_bytes()
+    for at in range(100, len(content), len(content) // 40):
+        copy.write_bytes(content[:at] + bytes([content[at] ^ 4]) + content[at + 1 :])
+        with pytest.raises(SuperelementError, match="do not fit the checksum"):
+            read_superelement(copy)
+    for kept in (512, len(content) - 1):
+        copy.write_bytes(content[:kept])
+        with pytest.raises(SuperelementError, match="do not fit the checksum"):
+            read_superelement(copy)
+
+
+def test_files_of_other_programs_need_no_seal(element, copy):
+    _assert_same(read_superelement(copy), element)
+
+
+def test_a_flipped_bit_in_a_matrix_is_found(copy):
+    with h5py.File(copy) as file:
+        chunk = file["operators/M"].id.get_chunk_info(0)
+    content = bytearray(copy.read_bytes())
+    content[chunk.byte_offset + chunk.size // 2] ^= 0x10
+    copy.write_bytes(content)
+    with pytest.raises(SuperelementError, match="operators/M cannot be read"):
+        read_superelement(copy)
+
+
+def test_later_minor_versions_and_unknown_parts_are_read(element, copy):
+    n = element.size
+    with h5py.File(copy, "r+") as file:
+        file.attrs["format_version"] = "1.7.3"
+        file.attrs["colour"] = "blue"
+        file.create_group("thermal").create_dataset("field", data=np.arange(5))
+        file["operators"].create_dataset("Kmagnetic", data=np.eye(n))
+        # Internal damping that is zero says nothing new.
+        file["operators"].create_dataset("D0", data=np.zeros((n, n)))
+    _assert_same(read_superelement(copy), element)
