@@ -51,6 +51,8 @@ if TYPE_CHECKING:
 
 # Points of paper for a pixel of a screen: widths of lines, sizes of marks.
 _WIDTH_PT, _SIZE_PT = 0.75, 0.58
+# Longer notes stand below a picture.
+_BESIDE = 60
 # Colours of a map below this part of the largest are the same.
 _DARKEST = 1e-4
 # Marks along a curve, and frames side by side.
@@ -64,16 +66,10 @@ _HATCHES = ("", "///", "xxx", "...", "\\\\\\", "+++", "---")
 
 @styled
 def draw_charts(charts: Sequence[Chart], path: str | Path, title: str) -> None:
-    """Draw charts to a picture file, one below the other.
+    """Draw charts to a picture file, one below the other, with a title above them.
 
-    Parameters
-    ----------
-    charts
-        One or more. Options of a choice that is drawn whole stand side by side.
-    path
-        The file; its suffix chooses the kind (.png, .svg, .pdf). Replaced when complete.
-    title
-        Above the picture.
+    Options of a choice that is drawn whole stand side by side. The suffix chooses the kind of file
+    (.png, .svg, .pdf), which is replaced when the new one is complete.
 
     Raises
     ------
@@ -107,10 +103,14 @@ def draw_charts(charts: Sequence[Chart], path: str | Path, title: str) -> None:
     _entitle(figure, grid, fill(title, 60))
     figure.align_ylabels()
     notes = [note for chart in charts for note in chart.notes]
+    long = [fill(note, 118) for note in notes if len(note) > _BESIDE]
+    if long:
+        figure.supxlabel("\n".join(long), fontsize=SMALL_PT, x=0.01, ha="left")
     if any(chart.has_legend for chart in charts):
         below = single and (columns > 1 or bool(charts[0].marks(Heat)))
         place = "outside lower center" if below else "outside right upper"
-        add_legend(figure, list(grid.flat), "\n".join(notes), place, 3 if below else 1)
+        short = "\n".join(note for note in notes if len(note) <= _BESIDE)
+        add_legend(figure, list(grid.flat), short, place, 3 if below else 1)
     write_figure(figure, path)
 
 
@@ -141,15 +141,26 @@ def _frames_of(chart: Chart) -> list[Frame]:
 
 def _new_figure(path: str | Path, rows: Sequence[Sequence[Frame]], columns: int) -> Figure:
     """A figure whose height follows those of its frames."""
-    if rows[0][0][0].is_to_scale:
-        width = ONE_COLUMN_MM if columns == 1 else TWO_COLUMNS_MM
-        return new_figure(path, width, 30.0 + len(rows) * (14.0 + 0.9 * width / columns))
     first = rows[0][0][0]
-    height = USUAL_HEIGHT_MM
-    if first.y.places:
-        height = (34.0 + 6.0 * len(first.y.places)) * len(rows) - 45.0 * (len(rows) - 1)
-    height = min(height + 45.0 * (len(rows) - 1), max(height, _PAGE_MM))
+    if first.is_to_scale:
+        slender = min(1.0, _aspect(first))
+        width = ONE_COLUMN_MM if columns == 1 and slender > 0.5 else TWO_COLUMNS_MM
+        return new_figure(path, width, 30.0 + len(rows) * (14.0 + 0.9 * slender * width / columns))
+    places, height = first.y.places, USUAL_HEIGHT_MM + 45.0 * (len(rows) - 1)
+    if places:
+        lines = 1 + max(place.count("\n") for place in places)
+        height = (34.0 + (2.5 + 3.5 * lines) * len(places)) * len(rows)
+    height = min(height, max(_PAGE_MM, height / len(rows)))
     return new_figure(path, TWO_COLUMNS_MM, height)
+
+
+def _aspect(chart: Chart) -> float:
+    """Height over width of what is drawn to scale; of axes whose ends are set that of the frame."""
+    if chart.x.low is not None:
+        return 1.0
+    sides = [np.concatenate([getattr(c, key) for c in chart.marks(Curve)]) for key in "xy"]
+    width, height = (float(np.nanmax(side) - np.nanmin(side)) for side in sides)
+    return height / width
 
 
 def _entitle(figure: Figure, grid: Any, title: str) -> None:
@@ -163,11 +174,33 @@ def _entitle(figure: Figure, grid: Any, title: str) -> None:
 
 def _draw(figure: Figure, axes: Axes, chart: Chart) -> None:
     _set_scale(axes, chart.x, chart.y)
-    drawing = _Drawing(figure, axes, chart)
-    for order, part in enumerate(chart.parts):
-        drawing.add(part, 2.0 + 1e-3 * order)
-    _set_axis(axes, chart.x, "x")
-    _set_axis(axes, chart.y, "y")
+    right: list[Axes] = []
+    for number, part in enumerate(chart.parts):
+        order = 2.0 + 1e-3 * number  # later ones cover earlier ones
+        match part:
+            case Curve() if part.on_right and chart.right is not None:
+                if not right:
+                    right.append(axes.twinx())
+                    set_axis(right[0], chart.right, "y")
+                _draw_curve(right[0], part, order)
+            case Curve():
+                _draw_curve(axes, part, order)
+            case Fill():
+                color, opacity = color_of(part.look)
+                axes.fill_between(part.x, part.low, part.high, color=color, alpha=0.8 * opacity,
+                                  linewidth=0.3, label=part.name or None, zorder=order)  # fmt: skip
+            case Span():
+                _draw_span(axes, part)
+            case Rule():
+                _draw_rule(axes, part)
+            case Label():
+                _draw_label(axes, part)
+            case Heat():
+                _draw_heat(figure, axes, part, chart.y)
+            case Bars():
+                _draw_bars(axes, part, chart)
+    set_axis(axes, chart.x, "x")
+    set_axis(axes, chart.y, "y")
     _number(axes, [part for part in chart.parts if isinstance(part, Curve) and part.is_numbered])
     if chart.is_to_scale:
         axes.set_aspect("equal")
@@ -183,8 +216,8 @@ def _set_scale(axes: Axes, x: Axis, y: Axis) -> None:
         axes.set_yscale("log")
 
 
-def _set_axis(axes: Axes, axis: Axis, which: str) -> None:
-    """Set the ends, the numbers and the label of an axis."""
+def set_axis(axes: Axes, axis: Axis, which: str) -> None:
+    """Set the ends, the numbers and the label of an axis, "x" or "y"."""
     own = axes.xaxis if which == "x" else axes.yaxis
     if axis.low is not None and axis.high is not None:
         (axes.set_xlim if which == "x" else axes.set_ylim)(axis.low, axis.high)
@@ -199,47 +232,23 @@ def _set_axis(axes: Axes, axis: Axis, which: str) -> None:
     own.set_label_text(fill(axis.title, 60 if which == "x" else 40))
 
 
-class _Drawing:
-    """One frame while it is drawn."""
-
-    def __init__(self, figure: Figure, axes: Axes, chart: Chart) -> None:
-        self.figure, self.axes, self.chart = figure, axes, chart
-        self.right: Axes | None = None
-
-    def add(self, mark: Any, order: float) -> None:
-        """Draw a mark; later ones cover earlier ones."""
-        axes = self.axes
-        if isinstance(mark, Curve):
-            _draw_curve(self._right() if mark.on_right else axes, mark, order)
-        elif isinstance(mark, Fill):
-            color, opacity = color_of(mark.look)
-            axes.fill_between(mark.x, mark.low, mark.high, color=color, alpha=0.8 * opacity,
-                              linewidth=0.3, label=mark.name or None, zorder=order)  # fmt: skip
-        elif isinstance(mark, Span):
-            _draw_span(axes, mark)
-        elif isinstance(mark, Rule):
-            _draw_rule(axes, mark)
-        elif isinstance(mark, Label):
-            _draw_label(axes, mark)
-        elif isinstance(mark, Heat):
-            _draw_heat(self.figure, axes, mark, self.chart.y)
-        elif isinstance(mark, Bars):
-            self._add_bars(mark)
-
-    def _right(self) -> Axes:
-        assert self.chart.right is not None
-        if self.right is None:
-            self.right = self.axes.twinx()
-            _set_axis(self.right, self.chart.right, "y")
-        return self.right
-
-    def _add_bars(self, bars: Bars) -> None:
-        every = self.chart.marks(Bars)
-        number, width = every.index(bars), 0.8 / len(every)
-        at = np.arange(len(bars.values)) + width * (number - 0.5 * (len(every) - 1))
-        color, _ = color_of(bars.look)
-        self.axes.bar(at, bars.values, width, color=color, label=bars.name, edgecolor="white",
-                      hatch=_HATCHES[number % len(_HATCHES)])  # fmt: skip
+def _draw_bars(axes: Axes, bars: Bars, chart: Chart) -> None:
+    """Draw upright bars beside those of other kinds, or lying ones with texts at their ends."""
+    every = chart.marks(Bars)
+    number, color = every.index(bars), color_of(bars.look)[0]
+    look: dict[str, Any] = {
+        "color": color, "label": bars.name or None, "edgecolor": "white",
+        "hatch": _HATCHES[number % len(_HATCHES)],
+    }  # fmt: skip
+    at = np.arange(float(len(bars.values)))
+    if chart.y.places:
+        start = np.zeros_like(at) if bars.start is None else bars.start
+        drawn = axes.barh(at, bars.values, 0.62, left=start, **look)
+        if bars.texts:
+            axes.bar_label(drawn, bars.texts, padding=3, fontsize=SMALL_PT)
+        return
+    width = 0.8 / len(every)
+    axes.bar(at + width * (number - 0.5 * (len(every) - 1)), bars.values, width, **look)
 
 
 def _draw_curve(axes: Axes, curve: Curve, order: float) -> None:
@@ -266,7 +275,9 @@ def _draw_curve(axes: Axes, curve: Curve, order: float) -> None:
 
         line.set_path_effects([withStroke(linewidth=2.4, foreground="black")])
     if curve.errors is not None:
-        axes.errorbar(curve.x, curve.y, xerr=curve.errors, fmt="none", ecolor=color, capsize=3.0)
+        along_x, along_y = (curve.errors if curve.errors_along == a else None for a in "xy")
+        axes.errorbar(curve.x, curve.y, xerr=along_x, yerr=along_y, fmt="none", ecolor=color,
+                      capsize=3.0)  # fmt: skip
 
 
 def _number(axes: Axes, curves: Sequence[Curve]) -> None:
@@ -337,18 +348,14 @@ def _draw_rule(axes: Axes, rule: Rule) -> None:
 
 
 def _draw_label(axes: Axes, label: Label) -> None:
-    """Write a text at a point, outside the frame where a line leaves it."""
-    right = label.side == "right"
-    axes.annotate(
-        label.text,
-        (label.x, label.y),
-        xytext=(4, 0) if right else (0, 4),
-        textcoords="offset points",
-        ha="left" if right else "center",
-        va="center" if right else "bottom",
-        fontsize=SMALL_PT,
-        annotation_clip=False,
-    )
+    """Write a text beside a point, outside the frame where a line leaves it."""
+    offset, ha, va = {
+        "right": ((4, 0), "left", "center"),
+        "left": ((-4, 0), "right", "center"),
+        "above": ((0, 4), "center", "bottom"),
+    }[label.side]
+    axes.annotate(label.text, (label.x, label.y), xytext=offset, textcoords="offset points", ha=ha,
+                  va=va, fontsize=SMALL_PT, annotation_clip=False)  # fmt: skip
 
 
 def _draw_heat(figure: Figure, axes: Axes, heat: Heat, y: Axis) -> None:

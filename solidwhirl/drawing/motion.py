@@ -170,13 +170,7 @@ def mode_in_space(engine: EngineInSpace, shown: ShownModes, number: int) -> Mode
 
 
 def unit_factor(fields: Sequence[ComplexArray]) -> complex:
-    """Return the factor that makes the largest displacement 1, at the phase 0.
-
-    Parameters
-    ----------
-    fields
-        Amplitudes of points, shape (p, 3) each.
-    """
+    """Return the factor of amplitudes (p, 3) that makes the largest displacement 1, at phase 0."""
     moved = np.concatenate([np.empty((0, 3), dtype=complex), *fields])
     squares = (moved**2).sum(axis=1)
     size = np.sqrt(0.5 * ((np.abs(moved) ** 2).sum(axis=1) + np.abs(squares)))

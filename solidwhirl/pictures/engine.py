@@ -38,27 +38,15 @@ _LETTERS = 125
 
 @styled
 def draw_engine(results: Results, path: Path, title: str) -> None:
-    """Draw the engine of a run to scale.
+    """Draw the engine of a run to scale; the suffix chooses the kind of file (.png, .svg, .pdf).
 
-    Parameters
-    ----------
-    results
-        The run. Bodies with a shape are cut along the axis; those without one, such as a rigid
-        casing, are a bar around them. Rigid disks are shown as the uniform thin disk with their
-        polar inertia, √(2 Ip / m). Node names stand above, bearings and gears below.
-    path
-        The file; its suffix chooses the kind (.png, .svg, .pdf).
-    title
-        Above the drawing.
+    Bodies with a shape are cut along the axis; those without one, such as a rigid casing, are a bar
+    around them. Rigid disks are shown as the uniform thin disk with their polar inertia,
+    √(2 Ip / m). Node names stand above, bearings and gears below.
     """
     scene, bodies = results.scene, silhouettes_of(results)
-    drawing = engine_drawing(
-        scene,
-        bodies,
-        (TWO_COLUMNS_MM / _MM, _TALLEST_MM / _MM),
-        node_labels(bodies),
-        joint_labels(scene, bodies),
-    )
+    size, above = (TWO_COLUMNS_MM / _MM, _TALLEST_MM / _MM), node_labels(bodies)
+    drawing = engine_drawing(scene, bodies, size, above, joint_labels(scene, bodies))
     letters = int(_LETTERS * drawing.width * _MM / TWO_COLUMNS_MM)
     caption = wrap(engine_caption(scene, bodies), letters)
     below_mm = 3.0 + _LINE_MM * len(caption)
@@ -96,18 +84,10 @@ def _draw(axes: Axes, shape: Shape, order: int) -> None:
                       linewidth=_POINT * shape.style.width, linestyle=_dashes(shape.style),
                       solid_capstyle="butt", dash_capstyle="butt", zorder=order)  # fmt: skip
         case Words():
-            axes.text(
-                shape.x,
-                shape.y,
-                shape.text,
-                ha={"start": "left", "middle": "center", "end": "right"}[shape.anchor],
-                va="baseline",
-                rotation=-shape.angle,
-                rotation_mode="anchor",
-                fontsize=SMALL_PT,
-                color=_color(shape.color),
-                zorder=order,
-            )
+            ha = {"start": "left", "middle": "center", "end": "right"}[shape.anchor]
+            axes.text(shape.x, shape.y, shape.text, ha=ha, va="baseline", rotation=-shape.angle,
+                      rotation_mode="anchor", fontsize=SMALL_PT, color=_color(shape.color),
+                      zorder=order)  # fmt: skip
 
 
 def _fill(axes: Axes, style: Style, order: int, patch: Any) -> None:

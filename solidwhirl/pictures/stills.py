@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from solidwhirl.drawing.surfaces import outer_faces
 from solidwhirl.meshing import Mesh
 from solidwhirl.pictures.engine_shape import BodyInSpace, EngineShape, displaced
 from solidwhirl.rotordyn.plots.frame import (
@@ -92,13 +93,7 @@ def edges_of(surface: Any) -> Any:
 
 
 def add_bodies(plotter: Any, shape: EngineShape, phase_rad: float) -> list[Any]:
-    """Add the bodies of a mode at a phase; those of the phase before make way.
-
-    Returns
-    -------
-    list
-        What was added.
-    """
+    """Add the bodies of a mode at a phase and return them; those of the phase before make way."""
     added = []
     for body in shape.bodies:
         surface = polydata(body, phase_rad, shape.largest_m)
@@ -207,19 +202,12 @@ def frame_of(image: Image, path: Path, title: str, shape: EngineShape) -> Figure
     bar.set_label("displacement, largest 1")
     texts = {"forward": "forward orbit", "backward": "backward orbit", "planar": "along a line"}
     rows = [
-        Line2D(
-            [],
-            [],
-            color=WHIRL_STYLES[kind].color,
-            linestyle=WHIRL_STYLES[kind].dashes,
-            marker=WHIRL_STYLES[kind].marker,
-            markerfacecolor=WHIRL_STYLES[kind].face,
-            markersize=4.5,
-            label=text,
-        )
+        Line2D([], [], color=style.color, linestyle=style.dashes, marker=style.marker,
+               markerfacecolor=style.face, markersize=4.5, label=text)
         for kind, text in texts.items()
+        for style in [WHIRL_STYLES[kind]]
         if any(orbit.whirl == kind for orbit in shape.orbits)
-    ]
+    ]  # fmt: skip
     if rows:
         figure.legend(handles=rows, loc="outside lower center", ncols=3, frameon=False,
                       fontsize=SMALL_PT, handlelength=3.2)  # fmt: skip
@@ -228,13 +216,14 @@ def frame_of(image: Image, path: Path, title: str, shape: EngineShape) -> Figure
 
 def cropped(image: Image) -> Image:
     """Return the part of an image that is not white, with a margin."""
+    return image[inked_part(image)]
+
+
+def inked_part(image: Image) -> tuple[slice, ...]:
+    """Return rows and columns of an image that are not white, with a margin."""
     inked = (image < 250).any(axis=2)
-    rows, columns = np.flatnonzero(inked.any(axis=1)), np.flatnonzero(inked.any(axis=0))
-    if not rows.size:
-        return image
-    margin = 12
-    top, left = max(rows[0] - margin, 0), max(columns[0] - margin, 0)
-    return image[top : rows[-1] + margin + 1, left : columns[-1] + margin + 1]
+    places = [np.flatnonzero(inked.any(axis=axis)) for axis in (1, 0)]
+    return tuple(slice(max(p[0] - 12, 0), p[-1] + 13) for p in places if p.size)
 
 
 @styled
@@ -242,7 +231,7 @@ def draw_solid_mesh(mesh: Mesh, path: Path, title: str) -> None:
     """Draw the mesh of a solid: its surface with the edges of the elements."""
     import pyvista
 
-    faces = _outer_faces(np.asarray(mesh.cells[:, :4], dtype=np.int64))
+    faces = outer_faces(np.asarray(mesh.cells[:, :4], dtype=np.int64))
     surface = pyvista.PolyData(np.asarray(mesh.points), faces=_with_count(faces))
     with scene_in_space(_PIXELS) as plotter:
         plotter.add_mesh(surface, color="#A9CCE3", show_edges=True, edge_color="#1B4F72",
@@ -257,11 +246,3 @@ def draw_solid_mesh(mesh: Mesh, path: Path, title: str) -> None:
     text = f"{fill(title, 80)}\n{len(mesh.cells)} elements"
     axes.set_title(text, fontsize=TITLE_PT)
     write_figure(figure, path)
-
-
-def _outer_faces(tetrahedra: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Triangles that belong to one tetrahedron only, shape (f, 3)."""
-    corners = [(1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2)]
-    faces = np.sort(tetrahedra[:, corners].reshape(-1, 3), axis=1)
-    found, count = np.unique(faces, axis=0, return_counts=True)
-    return np.asarray(found[count == 1])

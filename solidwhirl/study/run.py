@@ -17,10 +17,11 @@ from solidwhirl.cost.work import predict_cost
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
 from solidwhirl.rotordyn.core.atomic import replacing
+from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
 from solidwhirl.scene_reading.reader import read_scene, scene_hash
 from solidwhirl.study.cases import FULL, QUICK, Ladders, StudyCase, study_cases
 from solidwhirl.study.measure import measured_apart
-from solidwhirl.study.report import Study, draw_study, study_document, summary
+from solidwhirl.study.report import Study, study_chart, study_document, summary
 from solidwhirl.study.table import Outcome, study_table
 
 Progress = Callable[[str], None]
@@ -103,7 +104,8 @@ def study_command(
         progress("picture")
         study = Study(scene=scene, quick=quick, outcomes=outcomes, table=study_table(outcomes))
         document = study_document(study)
-        draw_study(study, files[2])
+        chart = study_chart(study)
+        draw_charts([chart], files[2], chart.title)
         _write(files[1], summary(study, document))
         _write(files[0], json.dumps(document, indent=1, allow_nan=False) + "\n")
     except OSError as error:

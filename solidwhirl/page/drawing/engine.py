@@ -22,7 +22,7 @@ from solidwhirl.scene.records import Scene
 
 _SIZE = (1040.0, 560.0)
 # On the first screen of a page: width and height of the bodies, height and least width.
-_SMALL, _FIRST_SCREEN, _LEAST = (760.0, 170.0), 290, 560
+_SMALL, _FIRST_SCREEN, _LEAST = (580.0, 230.0), 360, 480
 
 
 def section(run: Run) -> Section:

@@ -21,16 +21,7 @@ _FOLDER = Path(__file__).parents[1] / "assets"
 
 
 def page_html(sections: Sequence[Section], *, title: str, name: str) -> str:
-    """Return a page as HTML.
-
-    Parameters
-    ----------
-    sections
-        From top to bottom.
-    title
-        Of the page.
-    name
-        Short name that stands beside the title.
+    """Return a page as HTML; a short name stands beside its title.
 
     Raises
     ------

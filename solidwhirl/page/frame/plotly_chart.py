@@ -31,6 +31,8 @@ _DARKEST = 1e-4
 _COLUMNS, _ROWS = 600, 200
 # Decades of an axis that is marked within them.
 _FEW_DECADES = 1.8
+# Letters of the name of a row.
+_LETTERS = 90
 _PATTERNS = ("", "/", "x", ".", "\\", "+", "-")
 _HATCHED = {
     "fillcolor": "@faint",
@@ -42,24 +44,15 @@ _HATCHED = {
 
 
 def page_chart(chart: Chart, analysis: str = "") -> records.Chart:
-    """Return a chart as a block of the page.
-
-    Parameters
-    ----------
-    chart
-        The chart.
-    analysis
-        Whose it is; stands in its name and title. Empty: of the whole run.
-    """
+    """Return a chart as a block of the page; an analysis whose it is stands in name and title."""
     drawing = _Drawing(chart)
-    layout = drawing.layout()
     return records.Chart(
         name=f"{chart.name}-{slug(analysis)}" if analysis else chart.name,
         title=f"{chart.title} ({analysis})" if analysis else chart.title,
         caption=chart.caption,
         alt=chart.alt,
         traces=drawing.traces,
-        layout=layout,
+        layout=drawing.layout(),
         height_px=chart.height_px,
         controls=drawing.controls,
     )
@@ -75,26 +68,21 @@ class _Drawing:
         self.annotations: list[dict[str, Any]] = []
         self.controls: list[records.Toggle | records.Choice] = []
         for plain, group in groupby(chart.parts, lambda p: not isinstance(p, Toggle | Choice)):
+            parts: list[Any] = [*group]
             if plain:
-                marks: list[Any] = [*group]
-                self._add(marks)
-                continue
-            for part in group:
-                if isinstance(part, Toggle):
-                    shown = self._add(part.marks)
-                    self.controls.append(
-                        records.Toggle(label=part.label, traces=shown, shown=part.is_shown)
-                    )
-                elif isinstance(part, Choice):
-                    options = [
-                        records.Option(
-                            label=o.label,
-                            traces=self._add(o.marks, o.x, o.y),
-                            layout=_changes(o),
-                        )
-                        for o in part.options
-                    ]
-                    self.controls.append(records.Choice(label=part.label, options=options))
+                self._add(parts)
+            else:
+                self.controls += map(self._control, parts)
+
+    def _control(self, part: Toggle | Choice) -> records.Toggle | records.Choice:
+        if isinstance(part, Toggle):
+            shown = self._add(part.marks)
+            return records.Toggle(label=part.label, traces=shown, shown=part.is_shown)
+        options = [
+            records.Option(label=o.label, traces=self._add(o.marks, o.x, o.y), layout=_changes(o))
+            for o in part.options
+        ]
+        return records.Choice(label=part.label, options=options)
 
     def _add(
         self, marks: Sequence[Mark], x: Axis | None = None, y: Axis | None = None
@@ -114,24 +102,28 @@ class _Drawing:
         return list(range(before, len(self.traces)))
 
     def _add_one(self, mark: Any, axes: tuple[Axis, Axis], number: int) -> None:
-        if isinstance(mark, Span) and (mark.is_hatched or mark.between):
-            self.traces.append(_span_trace(mark, axes, number))
-        elif isinstance(mark, Span):
-            self.shapes.append(_span_shape(mark))
-        elif isinstance(mark, Rule):
-            self.shapes.append(_rule_shape(mark))
-        elif isinstance(mark, Label):
-            self.annotations.append(_annotation(mark))
-        elif isinstance(mark, Heat):
-            self.traces.append(_heat_trace(mark, axes))
-        elif isinstance(mark, Bars):
-            self.traces.append(_bars_trace(mark, axes, len(self.traces)))
+        match mark:
+            case Span() if mark.is_hatched or mark.between:
+                self.traces.append(_span_trace(mark, axes, number))
+            case Span():
+                self.shapes.append(_span_shape(mark))
+            case Rule():
+                self.shapes.append(_rule_shape(mark))
+            case Label():
+                self.annotations.append(_annotation(mark))
+            case Heat():
+                self.traces.append(_heat_trace(mark, axes))
+            case Bars():
+                self.traces.append(_bars_trace(mark, axes, len(self.traces)))
 
     def layout(self) -> dict[str, Any]:
         """Return what differs from the layout of the page."""
         chart = self.chart
-        layout: dict[str, Any] = {"xaxis": axis_layout(chart.x), "yaxis": axis_layout(chart.y)}
-        if any(isinstance(mark, Bars) for mark in chart.marks()):
+        layout: dict[str, Any] = {
+            "xaxis": axis_layout(chart.x),
+            "yaxis": axis_layout(chart.y, _LETTERS),
+        }
+        if chart.marks(Bars) and not chart.y.places:
             layout["barmode"] = "group"
             layout["xaxis"] = {"title": {"text": chart.x.title}, "type": "category"}
         if chart.right is not None:
@@ -151,8 +143,11 @@ class _Drawing:
         return layout
 
 
-def axis_layout(axis: Axis) -> dict[str, Any]:
-    """Return an axis; a logarithmic one of many decades is marked at whole ones only."""
+def axis_layout(axis: Axis, most: int = 24) -> dict[str, Any]:
+    """Return an axis; a logarithmic one of many decades is marked at whole ones only.
+
+    Names of places are cut to so many letters.
+    """
     found: dict[str, Any] = {"title": {"text": axis.title}}
     if axis.low is not None and axis.high is not None:
         ends = [axis.low, axis.high]
@@ -165,7 +160,7 @@ def axis_layout(axis: Axis) -> dict[str, Any]:
         found |= {"type": "log", "exponentformat": "power"}
     if axis.places:
         numbers = list(range(len(axis.places)))
-        names = [name if len(name) < 24 else name[:22] + " …" for name in axis.places]
+        names = [name if len(name) < most else name[: most - 2] + " …" for name in axis.places]
         found |= {"tickmode": "array", "tickvals": numbers, "ticktext": names}
     if axis.step:
         found |= {"tickmode": "linear", "tick0": 0, "dtick": axis.step}
@@ -244,7 +239,7 @@ def _curve_trace(curves: Sequence[Curve], axes: tuple[Axis, Axis], right: Axis |
         }  # fmt: skip
         trace["hovertemplate"] = trace["hovertemplate"].replace("%{text}", "%{hovertext}")
     if first.errors is not None:
-        trace["error_x"] = {
+        trace[f"error_{first.errors_along}"] = {
             "type": "data", "array": _joined([c.errors for c in curves]), "color": look.color,
             "thickness": 1.5,
         }  # fmt: skip
@@ -309,14 +304,9 @@ def _span_trace(span: Span, axes: tuple[Axis, Axis], number: int) -> Trace:
 
 def _span_shape(span: Span) -> dict[str, Any]:
     """A shaded range, which stands behind the grid."""
-    own, other = ("x", "y") if span.along == "x" else ("y", "x")
     return {
         "type": "rect",
-        f"{own}0": span.low,
-        f"{own}1": span.high,
-        f"{other}ref": "paper",
-        f"{other}0": 0.0,
-        f"{other}1": 1.0,
+        **_across(span.along, span.low, span.high),
         "fillcolor": span.look.color,
         "opacity": 0.12,
         "line": {"width": 0},
@@ -328,19 +318,23 @@ def _span_shape(span: Span) -> dict[str, Any]:
 
 
 def _rule_shape(rule: Rule) -> dict[str, Any]:
-    own, other = ("x", "y") if rule.along == "x" else ("y", "x")
     look = rule.look
     return {
         "type": "line",
-        f"{own}0": rule.at,
-        f"{own}1": rule.at,
-        f"{other}ref": "paper",
-        f"{other}0": 0.0,
-        f"{other}1": 1.0,
+        **_across(rule.along, rule.at, rule.at),
         "line": {"color": look.color, "width": look.width, "dash": look.dash},
         "label": {
             "text": rule.text, "font": {"color": look.color, "size": 10}, "textposition": "end",
         },
+    }  # fmt: skip
+
+
+def _across(along: str, low: float, high: float) -> dict[str, Any]:
+    """Where a shape lies that reaches over the whole of the other axis."""
+    other = "y" if along == "x" else "x"
+    return {
+        f"{along}0": low, f"{along}1": high,
+        f"{other}ref": "paper", f"{other}0": 0.0, f"{other}1": 1.0,
     }  # fmt: skip
 
 
@@ -402,14 +396,22 @@ def _heat_trace(heat: Heat, axes: tuple[Axis, Axis]) -> Trace:
 
 
 def _bars_trace(bars: Bars, axes: tuple[Axis, Axis], number: int) -> Trace:
+    lying = bool(axes[1].places)
     pattern = {"shape": _PATTERNS[number % len(_PATTERNS)], "fillmode": "overlay",
                "fgcolor": "@paper"}  # fmt: skip
+    rows: Trace = {"x": list(axes[0].places), "y": bars.values}
+    if lying:
+        rows = {
+            "x": bars.values, "y": np.arange(float(len(bars.values))), "orientation": "h",
+            "base": bars.start, "customdata": list(axes[1].places), "width": 0.65,
+            "text": list(bars.texts), "insidetextfont": {"color": "@paper"}, "cliponaxis": False,
+        }  # fmt: skip
+    place, value, axis = ("%{customdata}", "x", axes[0]) if lying else ("%{x}", "y", axes[1])
     return {
         "type": "bar",
-        "x": list(axes[0].places),
-        "y": bars.values,
+        **rows,
         "name": bars.name,
         "marker": {"color": bars.look.color, "pattern": pattern},
-        "hovertemplate": f"<b>{bars.name}</b><br>%{{x}}<br>%{{y:{axes[1].digits}}} "
-        f"{axes[1].unit}<extra></extra>",
+        "hovertemplate": f"<b>{bars.name}</b><br>{place}<br>%{{{value}:{axis.digits}}} "
+        f"{axis.unit}<extra></extra>",
     }
