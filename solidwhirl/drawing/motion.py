@@ -52,20 +52,10 @@ class DrawnJoint(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class EngineInSpace:
-    """What moves in a mode.
+    """What moves in a mode: surfaces, points of the axis, bearings and gears.
 
-    Attributes
-    ----------
-    pieces
-        Surfaces.
-    stations
-        Points of the axis.
-    lines
-        Centre line of each body by the numbers of its stations.
-    joints
-        Bearings and gears.
-    bare
-        Bodies without a surface, of which the points for pictures are drawn.
+    `lines` has the centre line of each body by the numbers of its stations, `bare` the bodies
+    without a surface, of which the points for pictures are drawn.
     """
 
     system: AssembledSystem

@@ -12,16 +12,7 @@ from solidwhirl.drawing.bodies import silhouettes_of
 from solidwhirl.drawing.engine import engine_caption, engine_drawing, joint_labels, node_labels
 from solidwhirl.drawing.shapes import SIZE, Circle, Group, Line, Polygon, Shape, Style, Words
 from solidwhirl.pipeline.run import Results
-from solidwhirl.rotordyn.plots.frame import (
-    COLORS,
-    QUIET_COLOR,
-    SMALL_PT,
-    TITLE_PT,
-    TWO_COLUMNS_MM,
-    new_figure,
-    styled,
-    write_figure,
-)
+from solidwhirl.rotordyn.plots import frame
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,14 +20,14 @@ if TYPE_CHECKING:
 # Hatches of cross-sections, which tell bodies apart without colour.
 _HATCHES = ("////", "\\\\\\\\", "----", "||||", "//", "\\\\", "--", "||")
 # Points and mm of a unit of the drawing, by the size of its letters; height of the title, mm.
-_POINT = SMALL_PT / SIZE
+_POINT = frame.SMALL_PT / SIZE
 _MM = _POINT * 25.4 / 72.0
 _TITLE_MM, _LINE_MM, _TALLEST_MM = 10.0, 3.4, 190.0
 # Letters of the caption in a line.
 _LETTERS = 125
 
 
-@styled
+@frame.styled
 def draw_engine(results: Results, path: Path, title: str) -> None:
     """Draw the engine of a run to scale; the suffix chooses the kind of file (.png, .svg, .pdf).
 
@@ -45,13 +36,13 @@ def draw_engine(results: Results, path: Path, title: str) -> None:
     √(2 Ip / m). Node names stand above, bearings and gears below.
     """
     scene, bodies = results.scene, silhouettes_of(results)
-    size, above = (TWO_COLUMNS_MM / _MM, _TALLEST_MM / _MM), node_labels(bodies)
+    size, above = (frame.TWO_COLUMNS_MM / _MM, _TALLEST_MM / _MM), node_labels(bodies)
     drawing = engine_drawing(scene, bodies, size, above, joint_labels(scene, bodies))
-    letters = int(_LETTERS * drawing.width * _MM / TWO_COLUMNS_MM)
+    letters = int(_LETTERS * drawing.width * _MM / frame.TWO_COLUMNS_MM)
     caption = wrap(engine_caption(scene, bodies), letters)
     below_mm = 3.0 + _LINE_MM * len(caption)
     width_mm, height_mm = drawing.width * _MM, drawing.height * _MM + _TITLE_MM + below_mm
-    figure = new_figure(path, width_mm, height_mm)
+    figure = frame.new_figure(path, width_mm, height_mm)
     figure.set_layout_engine("none")
     axes = figure.add_axes(
         (0.0, below_mm / height_mm, 1.0, 1.0 - (_TITLE_MM + below_mm) / height_mm)
@@ -60,9 +51,9 @@ def draw_engine(results: Results, path: Path, title: str) -> None:
     axes.set(xlim=(0.0, drawing.width), ylim=(drawing.height, 0.0), aspect="equal")
     for order, shape in enumerate(drawing.shapes):
         _draw(axes, shape, order)
-    figure.text(0.5, 2.0 / height_mm, "\n".join(caption), ha="center", fontsize=SMALL_PT)
-    figure.suptitle(fill(title, 90), fontsize=TITLE_PT, y=1.0 - 2.0 / height_mm, va="top")
-    write_figure(figure, path)
+    figure.text(0.5, 2.0 / height_mm, "\n".join(caption), ha="center", fontsize=frame.SMALL_PT)
+    figure.suptitle(fill(title, 90), fontsize=frame.TITLE_PT, y=1.0 - 2.0 / height_mm, va="top")
+    frame.write_figure(figure, path)
 
 
 def _draw(axes: Axes, shape: Shape, order: int) -> None:
@@ -86,7 +77,7 @@ def _draw(axes: Axes, shape: Shape, order: int) -> None:
         case Words():
             ha = {"start": "left", "middle": "center", "end": "right"}[shape.anchor]
             axes.text(shape.x, shape.y, shape.text, ha=ha, va="baseline", rotation=-shape.angle,
-                      rotation_mode="anchor", fontsize=SMALL_PT, color=_color(shape.color),
+                      rotation_mode="anchor", fontsize=frame.SMALL_PT, color=_color(shape.color),
                       zorder=order)  # fmt: skip
 
 
@@ -116,5 +107,5 @@ def _dashes(style: Style) -> Any:
 
 
 def _color(name: str) -> str:
-    known = {"": "none", "ink": "black", "muted": QUIET_COLOR, "paper": "white"}
-    return known[name] if name in known else COLORS[int(name[1:]) % len(COLORS)]
+    known = {"": "none", "ink": "black", "muted": frame.QUIET_COLOR, "paper": "white"}
+    return known[name] if name in known else frame.COLORS[int(name[1:]) % len(frame.COLORS)]

@@ -13,17 +13,7 @@ from numpy.typing import NDArray
 
 from solidwhirl.core.outcome import Write
 from solidwhirl.page.modes.stability import stability_chart
-from solidwhirl.rotordyn.plots.frame import (
-    COLORS,
-    SMALL_PT,
-    TITLE_PT,
-    TWO_COLUMNS_MM,
-    new_figure,
-    number_text,
-    styled,
-    thousands,
-    write_figure,
-)
+from solidwhirl.rotordyn.plots import frame
 from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
 from solidwhirl.rotordyn.run_up.force_spectrum import spectrogram
 
@@ -48,7 +38,7 @@ def draw_stability(document: Mapping[str, Any], path: Path, title: str) -> None:
     draw_charts([stability_chart(document)], path, title)
 
 
-@styled
+@frame.styled
 def draw_waterfall(record: Write, top_hz: float, path: Path, title: str) -> None:
     """Draw spectra of the mount force one behind the other while the engine runs up.
 
@@ -77,28 +67,28 @@ def draw_waterfall(record: Write, top_hz: float, path: Path, title: str) -> None
     at = pieces.time_s[chosen]
     reach = float(np.ptp(at)) or 1.0
     scale = 3.0 * _TALLEST * reach / float(height.max() or 1.0)
-    figure = new_figure(path, TWO_COLUMNS_MM, 130.0)
+    figure = frame.new_figure(path, frame.TWO_COLUMNS_MM, 130.0)
     axes = figure.add_subplot()
     hertz = pieces.frequency_hz[shown]
     for k in reversed(range(chosen.size)):
         line = at[k] + scale * height[:, k]
         order = 2.0 + (chosen.size - k) / chosen.size
         axes.fill_between(hertz, at[k], line, color="white", linewidth=0, zorder=order)
-        axes.plot(hertz, line, color=COLORS[0], linewidth=0.7, zorder=order)
-    axes.plot(np.interp(at, time, rpm) / 60.0, at, color=COLORS[1], linestyle=(0, (5, 2)),
+        axes.plot(hertz, line, color=frame.COLORS[0], linewidth=0.7, zorder=order)
+    axes.plot(np.interp(at, time, rpm) / 60.0, at, color=frame.COLORS[1], linestyle=(0, (5, 2)),
               linewidth=1.1, zorder=4, label="1/rev of the reference shaft")  # fmt: skip
     axes.set_xlim(float(hertz[0]), float(hertz[-1]))
     axes.set_ylim(float(at[0]) - 0.02 * reach, float((at + scale * height.max(axis=0)).max()))
     axes.set_xlabel("frequency [Hz]")
-    axes.set_ylabel(f"time [s]; spectra rise by {number_text(1.0 / scale)} N for 1 s")
+    axes.set_ylabel(f"time [s]; spectra rise by {frame.number_text(1.0 / scale)} N for 1 s")
     speeds, times = _round_speeds(time, rpm, at)
     side = axes.secondary_yaxis("right")
-    side.set_yticks(times, [thousands(speed) for speed in speeds])
+    side.set_yticks(times, [frame.thousands(speed) for speed in speeds])
     side.set_ylabel("speed [rpm]")
-    axes.set_title(fill(title, 70), fontsize=TITLE_PT)
+    axes.set_title(fill(title, 70), fontsize=frame.TITLE_PT)
     axes.grid(visible=True, axis="x", color="#E5E5E5", linewidth=0.6)
-    figure.legend(loc="outside lower center", frameon=False, fontsize=SMALL_PT)
-    write_figure(figure, path)
+    figure.legend(loc="outside lower center", frameon=False, fontsize=frame.SMALL_PT)
+    frame.write_figure(figure, path)
 
 
 def _round_speeds(time: FloatArray, rpm: FloatArray, at: FloatArray) -> tuple[FloatArray, ...]:

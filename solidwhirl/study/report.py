@@ -15,16 +15,7 @@ from solidwhirl.core.errors import markdown_row, markdown_text
 from solidwhirl.core.machine import machine_speed
 from solidwhirl.core.plain_data import plain_data
 from solidwhirl.core.versions import package_versions
-from solidwhirl.rotordyn.plots.chart import (
-    Axis,
-    Chart,
-    Choice,
-    Curve,
-    Look,
-    Option,
-    Rule,
-    series_look,
-)
+from solidwhirl.rotordyn.plots import chart as charts
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_reading.reader import scene_hash
 from solidwhirl.study.table import LEVEL_SPAN, Outcome, StudyRow, StudyTable
@@ -114,17 +105,14 @@ def _case(row: StudyRow) -> dict[str, Any]:
     }
     if found is None:
         return head
+    used = {
+        "startup": found.startup, "without_estimates": found.plain,
+        "with_estimates": found.estimated,
+    }  # fmt: skip
     return {
         **head,
         **{k: getattr(found, k) for k in ("unknowns", "coordinates", "bodies", "wall_s")},
-        **{
-            k: None if used is None else asdict(used)
-            for k, used in (
-                ("startup", found.startup),
-                ("without_estimates", found.plain),
-                ("with_estimates", found.estimated),
-            )
-        },
+        **{k: None if usage is None else asdict(usage) for k, usage in used.items()},
         "campbell": asdict(row.campbell),
         "critical_speeds": asdict(row.critical_speeds),
         "estimated_parts": found.parts,
@@ -195,7 +183,7 @@ def _short(value: float, kind: str = ".1e") -> str:
     return format(value, kind) if math.isfinite(value) else ""
 
 
-def study_chart(study: Study) -> Chart:
+def study_chart(study: Study) -> charts.Chart:
     """Return error against processor time, memory and unknowns, a line for each ladder."""
     table = study.table
     rows = [row for row in table.rows if table.shown(row)]
@@ -212,24 +200,28 @@ def study_chart(study: Study) -> Chart:
                 for s in table.slopes
                 if (s.series, s.quantity) == (series, "error")
             )
-            look = replace(series_look(k), dash="solid", width=1.1, size=7.7)
-            curves.append(Curve(x=column[own], y=errors[own], name=series + slopes, look=look))
-        options.append(Option(label="", marks=curves, x=Axis(label=name, unit=unit, is_log=True)))
-    floor = Rule(
+            look = replace(charts.series_look(k), dash="solid", width=1.1, size=7.7)
+            curves.append(
+                charts.Curve(x=column[own], y=errors[own], name=series + slopes, look=look)
+            )
+        options.append(
+            charts.Option(label="", marks=curves, x=charts.Axis(label=name, unit=unit, is_log=True))
+        )
+    floor = charts.Rule(
         at=table.floor,
         along="y",
         text="estimated error of the reference",
-        look=Look("@muted", "dot"),
+        look=charts.Look("@muted", "dot"),
     )
     label = "largest relative error of all branches and speeds"
-    return Chart(
+    return charts.Chart(
         name="study",
         title=f"Error against cost: {study.scene.title or study.scene.name}",
-        x=Axis(label=""),
-        y=Axis(label=label, unit="1", is_log=True),
+        x=charts.Axis(label=""),
+        y=charts.Axis(label=label, unit="1", is_log=True),
         parts=[
             *([floor] if table.floor > 0.0 else []),
-            Choice(label="cost", options=options, on_paper="each"),
+            charts.Choice(label="cost", options=options, on_paper="each"),
         ],
     )
 

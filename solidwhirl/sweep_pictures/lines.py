@@ -15,12 +15,7 @@ from solidwhirl.sweep.analysis import SweepAnalysis, SweepPictureSettings
 from solidwhirl.sweep.design import SweepDesign
 from solidwhirl.sweep.sensitivity import ladder
 from solidwhirl.sweep.tracks import CriticalTrack
-from solidwhirl.sweep_pictures.parts import (
-    cases_text,
-    operating_span,
-    parameter_axis,
-    shown_parameters,
-)
+from solidwhirl.sweep_pictures import parts
 
 # Parameters that have a frame of their own.
 _FRAMES = 6
@@ -37,7 +32,7 @@ def critical_speeds_chart(found: SweepAnalysis, settings: SweepPictureSettings) 
 
     Of a grid the cases through the baseline are joined, samples are points.
     """
-    design, order = found.design, shown_parameters(found)
+    design, order = found.design, parts.shown_parameters(found)
     every = np.concatenate([t.speed_rpm for t in found.tracks] + [settings.operating_rpm or ()])
     low, high = float(np.nanmin(every)), float(np.nanmax(every))
     room = 0.06 * ((high - low) or high)
@@ -46,7 +41,7 @@ def critical_speeds_chart(found: SweepAnalysis, settings: SweepPictureSettings) 
     )
     options = []
     for k in order[:_FRAMES]:
-        x, scale = parameter_axis(found, settings, k)
+        x, scale = parts.parameter_axis(found, settings, k)
         marks = [mark for t in found.tracks for mark in _track(design, t, k, scale)]
         marks += _numbers(found, k, scale, high - low)
         if design.left_out:
@@ -54,7 +49,7 @@ def critical_speeds_chart(found: SweepAnalysis, settings: SweepPictureSettings) 
             edge = np.full(places.size, low - room)
             marks.append(Curve(x=places, y=edge, name="case left out", look=_LEFT_OUT))
         options.append(Option(label="", marks=marks, x=x))
-    title = f"Critical speeds: {design.scene}, {cases_text(found)}"
+    title = f"Critical speeds: {design.scene}, {parts.cases_text(found)}"
     if design.kind == "one_at_a_time" and len(design.parameters) > 1:
         title += "; each parameter alone, the others at the baseline"
     left = [design.parameters[k].name for k in order[_FRAMES:]]
@@ -71,7 +66,7 @@ def critical_speeds_chart(found: SweepAnalysis, settings: SweepPictureSettings) 
         x=Axis(label=""),
         y=y,
         parts=[
-            *operating_span(settings, "y"),
+            *parts.operating_span(settings, "y"),
             Choice(label="parameter", options=options, on_paper="each"),
         ],
         notes=[*notes, *found.notes],
