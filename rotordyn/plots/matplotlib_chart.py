@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 _WIDTH_PT, _SIZE_PT = 0.75, 0.58
 # Longer notes stand below a picture.
 _BESIDE = 60
+# Axes that span less than this factor have more numbers than powers of ten.
+_FEW = 100.0
 # Colours of a map below this part of the largest are the same.
 _DARKEST = 1e-4
 # Marks along a curve, and frames side by side.
@@ -50,7 +52,9 @@ def draw_charts(drawn: Sequence[charts.Chart], path: str | Path, title: str) -> 
     if not rows or not all(rows):
         raise AnalysisError("there is nothing to draw")
     if len(rows) == 1 and len(rows[0]) > 1:
-        across = min(_COLUMNS if drawn[0].is_to_scale else 2, len(rows[0]))
+        same_y = len({id(chart.y) for chart, _ in rows[0]}) == 1
+        many = drawn[0].is_to_scale or (same_y and len(rows[0]) == _COLUMNS)
+        across = min(_COLUMNS if many else 2, len(rows[0]))
         rows = [rows[0][k : k + across] for k in range(0, len(rows[0]), across)]
     single = len(drawn) == 1
     same_x = not single and len({chart.x.unit for chart in drawn}) == 1
@@ -70,6 +74,8 @@ def draw_charts(drawn: Sequence[charts.Chart], path: str | Path, title: str) -> 
             axes.set_title(name.replace(", ", ",\n", 1), fontsize=frame.TEXT_PT)
             if same_x and number + 1 < len(rows):
                 axes.set_xlabel("")
+            if axes is not own[0] and chart.y is row[0][0].y:
+                axes.set_ylabel("")
     _entitle(figure, grid, fill(title, 60))
     figure.align_ylabels()
     notes = [note for chart in drawn for note in chart.notes]
@@ -178,11 +184,25 @@ def _draw(figure: Figure, axes: Axes, chart: charts.Chart) -> None:
     _number(
         axes, [part for part in chart.parts if isinstance(part, charts.Curve) and part.is_numbered]
     )
+    for axis, own in ((chart.x, axes.xaxis), (chart.y, axes.yaxis)):
+        if axis.is_log and axis.unit != "rpm":
+            _number_decades(own)
     if chart.is_to_scale:
         axes.set_aspect("equal")
         axes.locator_params(nbins=3, steps=[1, 2, 5, 10])
     if not chart.marks(charts.Heat):
         frame.draw_grid(axes, "both" if chart.x.is_log else "major")
+
+
+def _number_decades(own: Any) -> None:
+    """Name 1, 2 and 5 on a logarithmic axis on which powers of ten would be too few."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    low, high = own.get_view_interval()
+    if high < _FEW * low:
+        own.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        own.set_minor_formatter(NullFormatter())
+        own.set_major_formatter(FuncFormatter(lambda value, _: frame.number_text(value)))
 
 
 def _set_scale(axes: Axes, x: charts.Axis, y: charts.Axis) -> None:
