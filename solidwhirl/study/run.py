@@ -133,7 +133,7 @@ def run_cases(
     """
     store = StageStore(folder)
     machine = machine_speed()
-    planned = [_planned(case, machine) for case in cases]
+    planned = [_planned(case, machine, _allowed_s(case, ladders)) for case in cases]
     keys = [
         store.key("study", scene_hash(c.scene), c.estimates, c.ladder == "reference")
         for c in (plan.case for plan in planned)
@@ -176,7 +176,7 @@ class _Planned:
     memory_gib: float
 
 
-def _planned(case: StudyCase, machine: MachineSpeed) -> _Planned:
+def _planned(case: StudyCase, machine: MachineSpeed, allowed_s: float) -> _Planned:
     """Predict a case, adaptive runs from the a-priori mesh rule; without estimates if it must."""
     if case.level == "beam":
         return _Planned(case=case, cpu_s=_START_S, memory_gib=0.0)
@@ -190,14 +190,13 @@ def _planned(case: StudyCase, machine: MachineSpeed) -> _Planned:
         predict_cost(plan, scene, bodies, modes=modes, estimates=e, machine=machine).whole
         for e in (False, True)
     )
+    cost, memory = _START_S + plain.total_s + estimated.total_s, estimated.peak_memory_gib
     if case.estimates == "on":
-        cost, memory = _ITERATIONS * estimated.total_s, estimated.peak_memory_gib
-    elif estimated.peak_memory_gib > _MEMORY_SHARE * available_memory_gib():
+        cost = _START_S + _ITERATIONS * estimated.total_s
+    elif cost > allowed_s or memory > _MEMORY_SHARE * available_memory_gib():
         case = replace(case, estimates="off")
-        cost, memory = plain.total_s, plain.peak_memory_gib
-    else:
-        cost, memory = plain.total_s + estimated.total_s, estimated.peak_memory_gib
-    return _Planned(case=case, cpu_s=_START_S + cost, memory_gib=memory)
+        cost, memory = _START_S + plain.total_s, plain.peak_memory_gib
+    return _Planned(case=case, cpu_s=cost, memory_gib=memory)
 
 
 def _allowed_s(case: StudyCase, ladders: Ladders) -> float:
