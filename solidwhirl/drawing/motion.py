@@ -205,15 +205,15 @@ def _place(element: Superelement, interface: str) -> float:
 
 def _radius_at(pieces: Sequence[Piece], body: str, place: float) -> float:
     """Outer radius of the shaft of a body at a place."""
-    found = [0.0]
-    for piece in pieces:
-        if piece.body != body or piece.disk:
-            continue
-        z, r = places(piece)
-        cells = piece.surface.cells
-        near = (z[cells].min(axis=1) <= place + 1e-9) & (z[cells].max(axis=1) >= place - 1e-9)
-        found += [float(r[cells[near]].max(initial=0.0))]
-    return max(found)
+    own = [radii_at(p, place) for p in pieces if p.body == body and not p.disk]
+    return max((reach[1] for reach in own if reach), default=0.0)
+
+
+def radii_at(piece: Piece, place: float) -> tuple[float, float] | None:
+    """Return least and largest radius of the faces that a plane across the axis meets."""
+    z, r = (values[piece.surface.cells] for values in places(piece))
+    met = r[(z.min(axis=1) <= place + 1e-9) & (z.max(axis=1) >= place - 1e-9)]
+    return (float(met.min()), float(met.max())) if met.size else None
 
 
 def _senses(center: ComplexArray, has_orbit: Sequence[bool]) -> list[str]:
