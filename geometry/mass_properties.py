@@ -32,23 +32,12 @@ _ARC_NODES, _ARC_WEIGHTS = _gauss_rule(24)
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class MassProperties:
-    """Hold mass, centre of gravity and inertia of a body that is symmetric about z.
-
-    Attributes
-    ----------
-    mass_kg : float
-        Mass [kg].
-    center_of_gravity_m : (3,) float array
-        Centre of gravity (0, 0, z) [m], read-only.
-    polar_inertia_kg_m2 : float
-        Moment of inertia about z [kg m^2].
-    diametral_inertia_kg_m2 : float
-        Moment of inertia about x or y through the centre of gravity [kg m^2].
-    """
+    """Hold mass, centre of gravity and inertia of a body that is symmetric about z."""
 
     mass_kg: float
-    center_of_gravity_m: FloatArray
-    polar_inertia_kg_m2: float
+    center_of_gravity_m: FloatArray  #: (3,) Centre of gravity (0, 0, z) [m], read-only
+    polar_inertia_kg_m2: float  #: Moment of inertia about z [kg m^2]
+    #: Moment of inertia about x or y through the centre of gravity [kg m^2]
     diametral_inertia_kg_m2: float
 
     def __post_init__(self) -> None:
@@ -58,10 +47,7 @@ class MassProperties:
 def section_mass_properties(section: Section) -> MassProperties:
     """Return the mass properties of one section of revolution in closed form.
 
-    Returns
-    -------
-    MassProperties
-        Exact to round-off, for thin walls too.
+    Result: exact to round-off, for thin walls too.
     """
     inner_0, inner_1 = section.inner_radius_m
     outer_0, outer_1 = section.outer_radius_m
@@ -81,20 +67,9 @@ def section_mass_properties(section: Section) -> MassProperties:
 def mass_properties(body: Body) -> MassProperties:
     """Return the mass properties of a body: sections, fillets and rigid disks.
 
-    Parameters
-    ----------
-    body : Body
-        Body whose sections do not overlap.
-
-    Returns
-    -------
-    MassProperties
-        Closed form for the sections, Gauss quadrature to round-off for the fillets.
-
-    Raises
-    ------
-    GeometryError
-        If sections overlap; with fillets, whatever `subdivide` refuses.
+    `body`: body whose sections do not overlap. Result: closed form for the sections, Gauss
+    quadrature to round-off for the fillets. Raises GeometryError if sections overlap; with fillets,
+    whatever `subdivide` refuses.
     """
     tolerance = scale_of(body).tolerance_m
     refuse_overlaps(snap_body(body, tolerance), tolerance)
@@ -117,20 +92,8 @@ def mass_properties(body: Body) -> MassProperties:
 def mass_by_material_kg(body: Body) -> dict[str, float]:
     """Return the mass of the sections and fillets of a body by material, without rigid disks.
 
-    Parameters
-    ----------
-    body : Body
-        Body whose sections do not overlap.
-
-    Returns
-    -------
-    dict of str to float
-        Mass [kg] by the name of the material, in the order of the sections.
-
-    Raises
-    ------
-    GeometryError
-        As `mass_properties`.
+    `body`: body whose sections do not overlap. Result: mass [kg] by the name of the material, in
+    the order of the sections. Raises GeometryError as `mass_properties`.
     """
     tolerance = scale_of(body).tolerance_m
     refuse_overlaps(snap_body(body, tolerance), tolerance)
@@ -148,20 +111,8 @@ def mass_by_material_kg(body: Body) -> dict[str, float]:
 def combine(parts: Iterable[MassProperties]) -> MassProperties:
     """Return the mass properties of several parts on the common axis z.
 
-    Parameters
-    ----------
-    parts : iterable of MassProperties
-        At least one, with centres of gravity on the z axis.
-
-    Returns
-    -------
-    MassProperties
-        By the parallel axis theorem.
-
-    Raises
-    ------
-    GeometryError
-        For no part, no mass, or a centre of gravity off the axis.
+    `parts`: at least one, with centres of gravity on the z axis. Result: by the parallel axis
+    theorem. Raises GeometryError for no part, no mass, or a centre of gravity off the axis.
     """
     found = list(parts)
     mass = math.fsum(part.mass_kg for part in found)

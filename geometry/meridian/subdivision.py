@@ -36,39 +36,21 @@ __all__ = ["Corner", "Curve", "Face", "Subdivision", "planned_fillets", "subdivi
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class Subdivision:
-    """Hold the conforming planar subdivision of a body's meridian half-plane (z, r).
+    """Hold the conforming planar subdivision of a body's meridian half-plane (z, r)."""
 
-    Attributes
-    ----------
-    points : (p, 2) float array
-        Coordinates (z, r) [m], read-only. Centres of arcs are among them.
-    faces : tuple of Face
-        Pieces of the sections, followed by one face per fillet.
-    materials : tuple of Material
-        What `Face.material` refers to; each material once, in the order of first use.
-    section_names : tuple of str
-        What `Face.section` refers to; the body's sections in their order.
-    boundary : tuple of int
-        Curves with one adjacent face, those on the axis left out; ascending.
-    axis : tuple of int
-        Curves with one adjacent face and r = 0 at both ends; ascending.
-    corners : tuple of Corner
-        Re-entrant corners of the outline as drawn, by point index.
-    fillet_arcs : tuple of int
-        Curve indices of the fillets' arcs, all of them in `boundary`.
-    interfaces : mapping of str to tuple of int
-        Curve indices of every interface, ascending; read-only.
-    """
-
-    points: FloatArray
+    points: FloatArray  #: (p, 2) Coordinates (z, r) [m], read-only. Centres of arcs are among them.
     curves: tuple[Curve, ...]
-    faces: tuple[Face, ...]
+    faces: tuple[Face, ...]  #: Pieces of the sections, followed by one face per fillet
+    #: What `Face.material` refers to; each material once, in the order of first use
     materials: tuple[Material, ...]
+    #: What `Face.section` refers to; the body's sections in their order
     section_names: tuple[str, ...]
+    #: Curves with one adjacent face, those on the axis left out; ascending
     boundary: tuple[int, ...]
-    axis: tuple[int, ...]
-    corners: tuple[Corner, ...]
-    fillet_arcs: tuple[int, ...]
+    axis: tuple[int, ...]  #: Curves with one adjacent face and r = 0 at both ends; ascending
+    corners: tuple[Corner, ...]  #: Re-entrant corners of the outline as drawn, by point index
+    fillet_arcs: tuple[int, ...]  #: Curve indices of the fillets' arcs, all of them in `boundary`
+    #: Curve indices of every interface, ascending; read-only
     interfaces: Mapping[str, tuple[int, ...]]
 
     def __post_init__(self) -> None:
@@ -100,12 +82,9 @@ def subdivide(body: Body) -> Subdivision:
     edge. Corners so flat that the tangent length is below 1e-6 of the body's size stay as they
     are (and unfilleted in `Subdivision.corners`).
 
-    Raises
-    ------
-    GeometryError
-        If sections overlap, touch only in a point, are in pieces or leave a gap or edge below
-        1e-6 of the size; if an interface lies outside or partially outside; if a fillet does not
-        fit or covers an interface.
+    Raises GeometryError if sections overlap, touch only in a point, are in pieces or leave a gap or
+    edge below 1e-6 of the size; if an interface lies outside or partially outside; if a fillet does
+    not fit or covers an interface.
     """
     plan = _plan(body)
     materials = materials_of(plan.body)

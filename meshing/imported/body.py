@@ -47,10 +47,7 @@ _SMALLEST_SPREAD = 1e-9
 def mesh_from_file(request: MeshRequest, name: str) -> Mesh:
     """Read a mesh file as a body: second-order tetrahedra, straight where it has no middles.
 
-    Raises
-    ------
-    MeshingError
-        What can't be read, does not hang together, is folded, or lacks a group.
+    Raises MeshingError: what can't be read, does not hang together, is folded, or lacks a group.
     """
     return mesh_of(read_mesh_file(request.path), request, name)
 
@@ -125,10 +122,7 @@ def edge_lengths(points: FloatArray, cells: IntArray) -> tuple[float, float]:
 def counts_of(mesh: Mesh) -> PredictedMesh:
     """Numbers of a mesh that is there.
 
-    Parameters
-    ----------
-    mesh
-        Second-order tetrahedra.
+    `mesh`: second-order tetrahedra.
     """
     vertices = len(np.unique(mesh.cells[:, :4]))
     edges = len(mesh.points) - vertices
@@ -148,10 +142,8 @@ def body_of_mesh(
 ) -> MeshedBody:
     """Describe a body by its mesh: places of its interfaces, mass, size, roundness.
 
-    Raises
-    ------
-    MeshingError
-        A turning body that is none of revolution, or an interface that can't be one.
+    Raises MeshingError: a turning body that is none of revolution, or an interface that can't be
+    one.
     """
     faces = faces_of(mesh.cells)
     outside = faces.nodes[faces.outside]

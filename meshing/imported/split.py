@@ -68,34 +68,21 @@ _ONE_PLACE = 1e-6
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tetrahedra:
-    """Second-order tetrahedra of a file.
+    """Second-order tetrahedra of a file."""
 
-    Attributes
-    ----------
-    points
-        (n, 3) in the file's unit: its corner nodes first, then the middles of edges.
-    cells
-        (c, 10) in gmsh's order.
-    block, row
-        (c,) element of the file that each comes from.
-    corner_row
-        Point of every node of the file, -1 for those that are no corner.
-    """
-
+    #: (n, 3) in the file's unit: its corner nodes first, then the middles of edges
     points: FloatArray
-    cells: IntArray
+    cells: IntArray  #: (c, 10) in gmsh's order
+    #: (c,) element of the file that each comes from
     block: IntArray
     row: IntArray
-    corner_row: IntArray
+    corner_row: IntArray  #: Point of every node of the file, -1 for those that are no corner
 
 
 def as_tetrahedra(mesh: FileMesh) -> Tetrahedra:
     """Cut all volume elements into tetrahedra; middles of edges and faces stay where they are.
 
-    Raises
-    ------
-    MeshingError
-        Kinds of elements that are not known, no volume, or edges with two middles.
+    Raises MeshingError: kinds of elements that are not known, no volume, or edges with two middles.
     """
     _refuse_unknown(mesh)
     pieces: list[IntArray] = []

@@ -42,39 +42,21 @@ _TO_VTK = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
 
 @dataclass(frozen=True, kw_only=True)
 class StepGeometry:
-    """What is known of a STEP file before it is meshed.
+    """What is known of a STEP file before it is meshed."""
 
-    Attributes
-    ----------
-    solids
-        Number of solids.
-    volume_m3
-        Of all.
-    low_m, high_m
-        Corners of the box around it, in the file's coordinates.
-    expected
-        Numbers of the mesh with the sizes asked for, within a factor 3.
-    """
-
-    solids: int
-    volume_m3: float
+    solids: int  #: Number of solids
+    volume_m3: float  #: Of all
+    #: Corners of the box around it, in the file's coordinates
     low_m: tuple[float, float, float]
     high_m: tuple[float, float, float]
-    expected: PredictedMesh
+    expected: PredictedMesh  #: Numbers of the mesh with the sizes asked for, within a factor 3
 
 
 def step_geometry(path: str | Path, size: StepSize) -> StepGeometry:
     """Look at a STEP file without meshing it.
 
-    Parameters
-    ----------
-    path
-        The file; its own unit of length is taken into account.
-
-    Raises
-    ------
-    MeshingError
-        The file can't be read or has no solid.
+    `path`: the file; its own unit of length is taken into account. Raises MeshingError: the file
+    can't be read or has no solid.
     """
     with _imported(Path(path)) as volumes:
         volume = sum(gmsh.model.occ.getMass(3, tag) for tag in volumes) * _UNIT_M**3
@@ -106,21 +88,9 @@ def step_geometry(path: str | Path, size: StepSize) -> StepGeometry:
 def mesh_step(request: MeshRequest) -> FileMesh:
     """Mesh a STEP file with second-order tetrahedra that follow its surfaces.
 
-    Parameters
-    ----------
-    request
-        File, unit and sizes. Solids that touch are joined. The boxes of interfaces are cut into
-        the solids, so that elements end where boxes do.
-
-    Returns
-    -------
-    FileMesh
-        In the unit of the request; labels of solids and faces are groups.
-
-    Raises
-    ------
-    MeshingError
-        gmsh can't read or mesh the file.
+    `request`: file, unit and sizes. Solids that touch are joined. The boxes of interfaces are cut
+    into the solids, so that elements end where boxes do. Result: in the unit of the request;
+    labels of solids and faces are groups. Raises MeshingError: gmsh can't read or mesh the file.
     """
     size = request.step
     assert size is not None

@@ -32,10 +32,7 @@ _DECIMALS, _DIGITS = 12, 12
 def gmsh_session() -> Iterator[None]:
     """Run gmsh quietly, with one thread (repeatable meshes), and always close it.
 
-    Raises
-    ------
-    MeshingError
-        What gmsh itself could not do, in its own words.
+    Raises MeshingError: what gmsh itself could not do, in its own words.
     """
     with _without_chatter():
         yield from _session()
@@ -98,15 +95,8 @@ def drawn_length(length_m: float, unit_m: float) -> float:
 def draw(subdivision: Subdivision, unit_m: float) -> Drawing:
     """Draw the faces of a meridian in the plane y = 0, with x = r.
 
-    Parameters
-    ----------
-    unit_m
-        Length [m] that is drawn as 1.
-
-    Returns
-    -------
-    Drawing
-        Tags of curves and faces in the open gmsh model.
+    `unit_m`: length [m] that is drawn as 1. Result: tags of curves and faces in the open gmsh
+    model.
     """
     occ = gmsh.model.occ
     drawn = [[round(float(x) / unit_m, _DECIMALS) for x in p] for p in subdivision.points]
@@ -153,10 +143,7 @@ def face_edges(subdivision: Subdivision, face: Face) -> tuple[FloatArray, FloatA
 def local_size_field(local: LocalSize, size: MeshSize, unit_m: float) -> None:
     """Set gmsh's size field of a meridian: sizes given at points, and no larger than the largest.
 
-    Parameters
-    ----------
-    unit_m
-        Length [m] that is drawn as 1.
+    `unit_m`: length [m] that is drawn as 1.
     """
     corners = local.points[local.triangles] / unit_m
     z, r = corners[:, :, 0], corners[:, :, 1]
@@ -220,13 +207,8 @@ def size_fields(
 ) -> None:
     """Set gmsh's size field: graded to re-entrant corners, bounded by the sections' thickness.
 
-    Parameters
-    ----------
-    entities
-        Tags of the drawn faces (2D) or of the volumes swept by them (3D), in the order of the
-        subdivision's faces.
-    unit_m
-        Length [m] that is drawn as 1.
+    `entities`: tags of the drawn faces (2D) or of the volumes swept by them (3D), in the order of
+    the subdivision's faces. `unit_m`: length [m] that is drawn as 1.
     """
     field = gmsh.model.mesh.field
     dimension = 3 if gmsh.model.getEntities(3) else 2

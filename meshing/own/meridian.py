@@ -36,24 +36,10 @@ _NODES = {LINE3: 3, TRIANGLE6: 6, TETRAHEDRON10: 10}
 def mesh_meridian(body: Body, size: MeshSize, local: LocalSize | None = None) -> Mesh:
     """Mesh the meridian of a body with second-order triangles.
 
-    Parameters
-    ----------
-    body
-        The body; its sections become cell sections, its interfaces sets of facets.
-    local
-        Element sizes over the meridian, in place of those that corners and thicknesses ask for.
-
-    Returns
-    -------
-    Mesh
-        With points (z, r) [m].
-
-    Raises
-    ------
-    GeometryError
-        An invalid body.
-    MeshingError
-        gmsh failed, or elements stay folded.
+    `body`: the body; its sections become cell sections, its interfaces sets of facets. `local`:
+    element sizes over the meridian, in place of those that corners and thicknesses ask for.
+    Result: points (z, r) [m]. Raises GeometryError: an invalid body. Raises MeshingError:
+    gmsh failed, or elements stay folded.
     """
     subdivision = merge_fillets(subdivide(body))
     unit_m = drawing_unit_m(subdivision)
@@ -111,10 +97,7 @@ def checked_quality(
 ) -> tuple[FloatArray, MeshQuality]:
     """Repair badly curved elements, measure, and refuse what stays folded.
 
-    Raises
-    ------
-    MeshingError
-        With the place of the worst element.
+    Raises MeshingError with the place of the worst element.
     """
     points, count = straighten(points, cells, MINIMUM_SCALED_JACOBIAN)
     jacobians = scaled_jacobians(points, cells)
@@ -137,10 +120,7 @@ def element_blocks(
 ) -> tuple[IntArray, IntArray]:
     """Connectivity of one element type on entities, and which entity each row is from.
 
-    Raises
-    ------
-    MeshingError
-        An entity has no such elements.
+    Raises MeshingError: an entity has no such elements.
     """
     rows, owner = [], []
     for k, tag in enumerate(tags):

@@ -39,33 +39,22 @@ _Density = Callable[[FloatArray, FloatArray], FloatArray]
 
 @dataclass(frozen=True, kw_only=True)
 class PredictedMesh:
-    """Numbers of a mesh that has not been made.
+    """Numbers of a mesh that has not been made."""
 
-    Attributes
-    ----------
-    dimension
-        2 (meridian, triangles) or 3 (solid, tetrahedra).
-    vertices, edges, facets
-        Of the cells; facets are the triangles of a solid mesh, 0 on a meridian.
-    graded_places
-        Places that the element size is graded to; each costs the mesher time at every vertex.
-    """
-
-    dimension: int
+    dimension: int  #: 2 (meridian, triangles) or 3 (solid, tetrahedra)
     cells: int
+    #: Of the cells; facets are the triangles of a solid mesh, 0 on a meridian
     vertices: int
     edges: int
     facets: int
+    #: Places that the element size is graded to; each costs the mesher time at every vertex
     graded_places: int
 
     def unknowns(self, degree: int) -> int:
         """Three displacements at every node of continuous elements of an order.
 
-        Parameters
-        ----------
-        degree
-            Polynomial degree p of the displacement, 1 or more: p - 1 nodes inside an edge,
-            (p-1)(p-2)/2 inside a triangle, (p-1)(p-2)(p-3)/6 inside a tetrahedron.
+        `degree`: polynomial degree p of the displacement, 1 or more: p - 1 nodes inside an edge,
+        (p-1)(p-2)/2 inside a triangle, (p-1)(p-2)(p-3)/6 inside a tetrahedron.
         """
         p, solid = degree, self.dimension == 3
         triangles = self.facets if solid else self.cells
@@ -83,18 +72,8 @@ def predict_unknowns(body: Body, size: MeshSize) -> int:
 def predict_mesh(body: Body, size: MeshSize, dimension: int) -> PredictedMesh:
     """Predict the numbers of a mesh: a meridian within a factor 1.5, a solid within 2.
 
-    Parameters
-    ----------
-    dimension
-        2: meridian, 3: solid.
+    `dimension`: 2: meridian, 3: solid. Raises GeometryError: an invalid body.
 
-    Raises
-    ------
-    GeometryError
-        An invalid body.
-
-    Notes
-    -----
     Where a section is thinner than its elements are long, the edges (triangles) of its outline
     count instead. Vertices, edges and facets are related by Euler's formula.
     """
@@ -110,10 +89,7 @@ def predict_mesh(body: Body, size: MeshSize, dimension: int) -> PredictedMesh:
 def predict_refined(local: LocalSize) -> PredictedMesh:
     """Predict the numbers of a meridian mesh with local sizes, within a factor 1.5.
 
-    Parameters
-    ----------
-    local
-        Sizes that will be asked of the mesh.
+    `local`: sizes that will be asked of the mesh.
     """
     weights = _centroids()
     corners = local.points[local.triangles]

@@ -59,16 +59,8 @@ def scaled_jacobians(points: FloatArray, cells: IntArray) -> FloatArray:
     359-372). It is scaled by the cube (square) of the longest straight edge such that the
     equilateral simplex scores 1.
 
-    Parameters
-    ----------
-    points
-        (n, d) coordinates [m].
-    cells
-        (c, 6) or (c, 10) nodes in gmsh's order.
-
-    Returns
-    -------
-    (c,) bounds; a value <= 0 means that the element may be folded.
+    `points`: (n, d) coordinates [m]. `cells`: (c, 6) or (c, 10) nodes in gmsh's order. Returns (c,)
+    bounds; a value <= 0 means that the element may be folded.
     """
     dimension = points.shape[1]
     gradients, to_bernstein = _jacobian_tables(dimension)
@@ -88,15 +80,8 @@ def scaled_jacobians(points: FloatArray, cells: IntArray) -> FloatArray:
 def straighten(points: FloatArray, cells: IntArray, threshold: float) -> tuple[FloatArray, int]:
     """Move edge nodes of badly curved elements back to the middle of their edges.
 
-    Parameters
-    ----------
-    threshold
-        Elements with a bound below this, that are better when straight, are straightened.
-
-    Returns
-    -------
-    points, count
-        New coordinates and the number of elements that were straightened.
+    `threshold`: elements with a bound below this, that are better when straight, are straightened.
+    Returns points, count: new coordinates and the number of elements that were straightened.
     """
     dimension = points.shape[1]
     vertices = dimension + 1

@@ -35,21 +35,10 @@ def refined_size(
     (1987) 337-357, with the count as cost). Elements at re-entrant corners and at the ends of rigid
     interfaces fall as h^1.09 only; there the size is set at the corner and grows with the distance.
 
-    Parameters
-    ----------
-    points, triangles
-        Vertices (m, 2) and cells (c, 3) of the last mesh.
-    errors
-        (c,) errors of its elements.
-    target
-        What the errors shall add up to.
-    last
-        Local sizes of the last mesh, if it had any.
-
-    Raises
-    ------
-    MeshingError
-        The target is not positive, or there are no errors to go by.
+    `points`, `triangles`: vertices (m, 2) and cells (c, 3) of the last mesh. `errors`: (c,) errors
+    of its elements. `target`: what the errors shall add up to. `last`: local sizes of the last
+    mesh, if it had any. Raises MeshingError: the target is not positive, or there are no errors to
+    go by.
     """
     if not (target > 0.0 and np.isfinite(target) and np.isfinite(errors).all()):
         raise MeshingError(f"mesh target error is {target}; a positive number is needed")

@@ -43,22 +43,9 @@ class _Quarter:
 def mesh_solid(body: Body, size: MeshSize) -> Mesh:
     """Mesh a body of revolution with second-order tetrahedra.
 
-    Parameters
-    ----------
-    body
-        The body; its sections become cell sections, its interfaces sets of facets.
-
-    Returns
-    -------
-    Mesh
-        With points (x, y, z) [m]; unchanged by a quarter turn about z.
-
-    Raises
-    ------
-    GeometryError
-        An invalid body.
-    MeshingError
-        gmsh failed, the cut faces do not match, or elements stay folded.
+    `body`: the body; its sections become cell sections, its interfaces sets of facets. Returned:
+    with points (x, y, z) [m]; unchanged by a quarter turn about z. Raises GeometryError: an invalid
+    body. Raises MeshingError: gmsh failed, the cut faces do not match, or elements stay folded.
     """
     subdivision = merge_fillets(subdivide(body))
     with gmsh_session():

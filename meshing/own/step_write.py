@@ -28,26 +28,10 @@ _PRODUCT = re.compile(r"'Open CASCADE STEP translator [0-9.]+ [0-9]+(?:\.([0-9]+
 def write_step(bodies: Sequence[Body], path: Path, *, unit_m: float = 1e-3) -> tuple[str, ...]:
     """Write bodies of revolution as closed solids, one for every region of one material.
 
-    Parameters
-    ----------
-    bodies
-        The bodies, with their fillets. Rigid disks are no geometry and are left out.
-    path
-        The file; it appears when it is complete.
-    unit_m
-        Unit of its coordinates: 1e-3 (millimetres) or 1.
-
-    Returns
-    -------
-    tuple of str
-        Names of the solids, body_material.
-
-    Raises
-    ------
-    GeometryError
-        An invalid body.
-    MeshingError
-        The kernel made no closed solids.
+    `bodies`: the bodies, with their fillets. Rigid disks are no geometry and are left out. `path`:
+    the file; it appears when it is complete. `unit_m`: unit of its coordinates: 1e-3 (millimetres)
+    or 1. Result: names of the solids, body_material. Raises GeometryError: an invalid body.
+    Raises MeshingError: the kernel made no closed solids.
     """
     if unit_m not in _UNITS:
         raise MeshingError(f"unit_m is {unit_m}; allowed are {', '.join(map(str, _UNITS))}")

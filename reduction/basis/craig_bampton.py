@@ -40,49 +40,29 @@ _DEPENDENT = 1e-14
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Basis:
-    """Reduction basis of one family, columns [constraint modes, interior modes].
+    """Reduction basis of one family, columns [constraint modes, interior modes]."""
 
-    Attributes
-    ----------
-    vectors
-        (local û, b + m).
-    eigenvalues
-        (m,) squared angular frequencies of the interior vectors (Rayleigh-Ritz, at rest) [1/s²].
-    fixed_eigenvalues
-        (k,) those of the fixed-interface modes at rest, k <= m.
-    fixed_vectors
-        (local û, k) these modes, M-orthonormal.
-    omitted_eigenvalue
-        Lowest eigenvalue of a fixed-interface mode at rest that is not in the basis, or the
-        highest that is, whichever is known [1/s²].
-    factor
-        Solver of K - shift M at rest with the interfaces held.
-    shift
-        0, or a small negative number [1/s²] where rigid motions are not held.
-    free
-        (local û, f) rigid motions that the interfaces do not hold; they lie in the basis.
-    found_eigenvalues
-        Of all fixed-interface modes at rest that were computed, those of other circumferential
-        orders too, rising.
-    generator
-        (b + m, b + m) turn of a solid's coordinates where it is known by construction.
-    orthogonality
-        Deviation of the interior modes from M-orthonormality before they were put into pairs, whose
-        rigid motions are orthonormal in the mean over turns; None: they are as they were found.
-    """
-
-    vectors: FloatArray
+    vectors: FloatArray  #: (local û, b + m)
     interface_count: int
+    #: (m,) squared angular frequencies of the interior vectors (Rayleigh-Ritz, at rest) [1/s²]
     eigenvalues: FloatArray
-    fixed_eigenvalues: FloatArray
-    fixed_vectors: FloatArray
+    fixed_eigenvalues: FloatArray  #: (k,) those of the fixed-interface modes at rest, k <= m
+    fixed_vectors: FloatArray  #: (local û, k) these modes, M-orthonormal
+    #: Lowest eigenvalue of a fixed-interface mode at rest that is not in the basis, or the highest
+    #: that is, whichever is known [1/s²]
     omitted_eigenvalue: float
-    factor: Solver
-    shift: float
+    factor: Solver  #: Solver of K - shift M at rest with the interfaces held
+    shift: float  #: 0, or a small negative number [1/s²] where rigid motions are not held
+    #: (local û, f) rigid motions that the interfaces do not hold; they lie in the basis
     free: FloatArray
     solved: tuple[str, ...]
+    #: Of all fixed-interface modes at rest that were computed, those of other circumferential
+    #: orders too, rising
     found_eigenvalues: FloatArray = field(default_factory=lambda: np.empty(0))
+    #: (b + m, b + m) turn of a solid's coordinates where it is known by construction
     generator: FloatArray | None = None
+    #: Deviation of the interior modes from M-orthonormality before they were put into pairs, whose
+    #: rigid motions are orthonormal in the mean over turns; None: they are as they were found
     orthogonality: float | None = None
 
 
@@ -96,25 +76,13 @@ def reduction_basis(
 ) -> Basis:
     """Compute the basis.
 
-    Parameters
-    ----------
-    modes
-        Interior modes asked for per family (solid: of the circumferential orders wanted;
-        pairs are kept whole).
-    maximum_speed_rad_s
-        Top of the speed range.
-    orders
-        Solid only: circumferential orders of the modes that are kept. Orders other than 0 and 1
-        load no interface of a body of revolution. Empty: the modes are not told apart, and
-        `modes` counts each of them.
-    speeds_between_rad_s
-        Speeds between rest and the top whose modes are taken in as well.
-
-    Raises
-    ------
-    ReductionError
-        The centrifugal field is outside linear theory, or the body loses its stiffness below
-        the top speed, or modes did not converge.
+    `modes`: interior modes asked for per family (solid: of the circumferential orders wanted; pairs
+    are kept whole). `maximum_speed_rad_s`: top of the speed range. `orders`: solid only:
+    circumferential orders of the modes that are kept. Orders other than 0 and 1 load no interface
+    of a body of revolution. Empty: the modes are not told apart, and `modes` counts each of them.
+    `speeds_between_rad_s`: speeds between rest and the top whose modes are taken in as well. Raises
+    ReductionError: the centrifugal field is outside linear theory, or the body loses its stiffness
+    below the top speed, or modes did not converge.
     """
     refuse_overspeed(operators, maximum_speed_rad_s)
     rows = operators.coupling.rows

@@ -54,25 +54,14 @@ _SEARCHED = 100
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HeldProblem:
-    """A body with its interfaces held, and which of its modes are wanted.
-
-    Attributes
-    ----------
-    rows
-        (local, b) constraint rows.
-    free
-        (local, f) M-orthonormal rigid motions that the rows do not hold.
-    shift
-        0, or a small negative number [1/s²] where there are such motions.
-    orders
-        Circumferential orders of a solid's modes that are told apart; None: all are wanted.
-    """
+    """A body with its interfaces held, and which of its modes are wanted."""
 
     operators: BodyOperators
-    rows: FloatArray
-    free: FloatArray
-    shift: float
+    rows: FloatArray  #: (local, b) constraint rows
+    free: FloatArray  #: (local, f) M-orthonormal rigid motions that the rows do not hold
+    shift: float  #: 0, or a small negative number [1/s²] where there are such motions
     modes: int
+    #: Circumferential orders of a solid's modes that are told apart; None: all are wanted
     orders: tuple[int, ...] | None
 
     @property
@@ -83,22 +72,14 @@ class HeldProblem:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HeldModes:
-    """Fixed-interface modes of the wanted circumferential orders.
+    """Fixed-interface modes of the wanted circumferential orders."""
 
-    Attributes
-    ----------
-    eigenvalues, vectors
-        (m,) rising [1/s²], (local, m).
-    beyond
-        The next eigenvalue, or the last one of the list.
-    every, known
-        Vectors and eigenvalues of all orders that were found.
-    """
-
+    #: (m,) rising [1/s²], (local, m)
     eigenvalues: FloatArray
     vectors: FloatArray
     asked: int
-    beyond: float
+    beyond: float  #: The next eigenvalue, or the last one of the list
+    #: Vectors and eigenvalues of all orders that were found
     every: FloatArray
     known: FloatArray
 
@@ -127,14 +108,7 @@ def shifted_factor(
 ) -> ConstrainedFactor:
     """Factor of the bordered K - shift M.
 
-    Parameters
-    ----------
-    stiffness
-        K, at rest or at speed.
-    rows
-        (local, b) constraint rows.
-    shift
-        [1/s²].
+    `stiffness`: K, at rest or at speed. `rows`: (local, b) constraint rows.
     """
     matrix = shifted_matrix(operators, stiffness, shift)
     try:
@@ -158,17 +132,9 @@ def interior_modes(
 ) -> HeldModes:
     """Find the modes that are wanted, pairs whole.
 
-    Parameters
-    ----------
-    factor
-        Of K - shift M, at rest or at speed.
-    start
-        (local, s) fields that an iteration begins with.
-
-    Raises
-    ------
-    ReductionError
-        More modes than the mesh has, or none of the wanted orders among many.
+    `factor`: of K - shift M, at rest or at speed. `start`: (local, s) fields that an iteration
+    begins with. Raises ReductionError: more modes than the mesh has, or none of the wanted orders
+    among many.
     """
     operators, orders, wanted = problem.operators, problem.orders, problem.wanted
     available = operators.mass.getSize()[0] - problem.rows.shape[1] - problem.free.shape[1]
@@ -266,23 +232,9 @@ def modes_with_own_solver(
 ) -> tuple[FloatArray, tuple[tuple[str, str], ...]]:
     """Modes at speed with a solver of the stiffness there.
 
-    Parameters
-    ----------
-    factor
-        Solver at rest, whose multigrid serves at speed too.
-    at_rest
-        (local, m) modes at rest of all orders, which an iteration begins with.
-    speed
-        Ω [rad/s].
-
-    Returns
-    -------
-    vectors (local, m), what was solved and how often
-
-    Raises
-    ------
-    ReductionError
-        The body has no stiffness left at that speed.
+    `factor`: solver at rest, whose multigrid serves at speed too. `at_rest`: (local, m) modes at
+    rest of all orders, which an iteration begins with. Returns vectors (local, m), what was solved
+    and how often. Raises ReductionError: the body has no stiffness left at that speed.
     """
     operators, free = problem.operators, problem.free
     stiffness = _spinning_stiffness(operators, speed)

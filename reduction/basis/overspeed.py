@@ -26,10 +26,7 @@ _RESIDUAL = 1e-6
 def refuse_overspeed(operators: BodyOperators, speed_rad_s: float) -> None:
     """Linear prestress neglects the change of shape; refuse where that is not small.
 
-    Raises
-    ------
-    ReductionError
-        With the hoop strain and the speed up to which the prestress is good.
+    Raises ReductionError with the hoop strain and the speed up to which the prestress is good.
     """
     strain = operators.hoop_strain * speed_rad_s**2
     if strain > MAXIMUM_HOOP_STRAIN:
@@ -45,18 +42,8 @@ def refuse_instability(
 ) -> None:
     """Refuse a body whose stiffness at speed is not positive with its interfaces held.
 
-    Parameters
-    ----------
-    negative
-        Negative eigenvalues of its stiffness at speed.
-    speed_rad_s
-        Ω.
-
-    Raises
-    ------
-    ReductionError
-        With the speed and the number of negative eigenvalues there, and the speed at which the
-        first of them was zero.
+    `negative`: negative eigenvalues of its stiffness at speed. Raises ReductionError with the speed
+    and the number of negative eigenvalues there, and the speed at which the first of them was zero.
     """
     if negative <= 0:
         return
@@ -73,12 +60,7 @@ def negative_count(
 ) -> int:
     """Negative eigenvalues of a stiffness with interfaces and rigid motions held.
 
-    Parameters
-    ----------
-    stiffness
-        K + Ω²(Kσ - S), PETSc.
-    rows
-        (local, b) rows that the interfaces hold.
+    `stiffness`: K + Ω²(Kσ - S), PETSc. `rows`: (local, b) rows that the interfaces hold.
     """
     factor = factorise(stiffness, np.hstack([rows, apply(operators.mass, free)]))
     count = factor.indefinite_count
@@ -89,18 +71,10 @@ def negative_count(
 def speed_without_stiffness(operators: BodyOperators, free: FloatArray) -> float:
     """Lowest speed at which a direction of the held body has no stiffness left [rad/s].
 
-    Parameters
-    ----------
-    operators
-        Of the body, with its centrifugal matrices.
-    free
-        (local, f) M-orthonormal rigid motions that the interfaces leave free; they have no
-        stiffness at any speed and are left out.
-
-    Returns
-    -------
-    float
-        Root of -1/θ of the lowest θ of (Kσ - S) x = θ K x; inf if rotation stiffens all motions.
+    `operators`: of the body, with its centrifugal matrices. `free`: (local, f) M-orthonormal rigid
+    motions that the interfaces leave free; they have no stiffness at any speed and are left out.
+    Result: root of -1/θ of the lowest θ of (Kσ - S) x = θ K x; inf if rotation stiffens all
+    motions.
     """
     coupling = operators.coupling
     held = np.hstack([coupling.rows, coupling.anchors, apply(operators.mass, free)])

@@ -35,23 +35,11 @@ _ABOVE = 1.05
 def paired(operators: BodyOperators, basis: Basis, orders: tuple[int, ...]) -> Basis:
     """Return the basis with its interior vectors in pairs, with the generator of turns in it.
 
-    Parameters
-    ----------
-    operators, basis
-        Of a solid that is a body of revolution, but whose mesh is the same after no turn.
-    orders
-        Circumferential orders that are kept; without 0 the vectors that do not turn are left out.
-
-    Returns
-    -------
-    Basis
-        Interface columns first and as they are, then rigid motions that are free, then modes; its
-        generator has entries -1, 0, 1.
-
-    Raises
-    ------
-    ReductionError
-        An interface carries a motion but not what it turns into.
+    `operators`, `basis`: of a solid that is a body of revolution, but whose mesh is the same after
+    no turn. `orders`: circumferential orders that are kept; without 0 the vectors that do not turn
+    are left out. Result: interface columns first and as they are, then rigid motions that are
+    free, then modes; its generator has entries -1, 0, 1. Raises ReductionError: an interface
+    carries a motion but not what it turns into.
     """
     b, f = basis.interface_count, basis.free.shape[1]
     constraint, elastic = basis.vectors[:, :b], basis.vectors[:, b + f :]
@@ -81,13 +69,8 @@ def paired(operators: BodyOperators, basis: Basis, orders: tuple[int, ...]) -> B
 def even_gyroscopic(operators: BodyOperators, basis: Basis, mass: FloatArray) -> FloatArray:
     """Return G of a round body from its mass and the turn of its coordinates.
 
-    Parameters
-    ----------
-    mass
-        (n, n) reduced mass, averaged over turns.
+    `mass`: (n, n) reduced mass, averaged over turns.
 
-    Notes
-    -----
     With D u = e_z × u - L u the matrix is 2 ∫ρ v·Du = 2 (∫ρ v·(e_z × u) - M L): the derivative
     along the spin of the field on the mesh, which mixes circumferential orders, is not needed.
     """
@@ -104,10 +87,7 @@ def even_gyroscopic(operators: BodyOperators, basis: Basis, mass: FloatArray) ->
 def evenness(operators: BodyOperators, basis: Basis) -> float:
     """Return the largest change of M and K by averaging over turns, over their diagonals.
 
-    Parameters
-    ----------
-    operators, basis
-        Of a body of revolution, the basis in pairs.
+    `operators`, `basis`: of a body of revolution, the basis in pairs.
     """
     found = [
         symmetric(project(matrix, basis.vectors, operators.comm))
@@ -221,21 +201,11 @@ def turn_generator(
 ) -> tuple[FloatArray | None, FloatArray]:
     """Return the spin generator of a solid in its reduced coordinates.
 
-    Parameters
-    ----------
-    mass
-        (n, n) reduced mass matrix.
+    `mass`: (n, n) reduced mass matrix. Returns generator: (n, n) L of the superelement, in
+    coordinates whose sign is changed by `signs`; None if the modes do not come in pairs that turn
+    into each other, as the highest of a coarse mesh; signs: (n,) 1 or -1, so that the second mode
+    of each pair is the first one turned by 90°.
 
-    Returns
-    -------
-    generator : ndarray or None
-        (n, n) L of the superelement, in coordinates whose sign is changed by `signs`; None if the
-        modes do not come in pairs that turn into each other, as the highest of a coarse mesh.
-    signs : ndarray
-        (n,) 1 or -1, so that the second mode of each pair is the first one turned by 90°.
-
-    Notes
-    -----
     The mesh is the same after a quarter turn, so the projected form M⁻¹ ∫ ρ v·(e_z×u - D u) is
     exactly i times a positive matrix on fields of order 1; its polar factor in the metric of M
     is the quarter turn itself, free of the error of the mesh.
@@ -262,15 +232,9 @@ def turn_generator(
 def evenly_turned_motions(rigid: FloatArray, generator: FloatArray | None) -> FloatArray:
     """Return the rigid motions of a body of revolution without the rounding that tells x from y.
 
-    Parameters
-    ----------
-    rigid
-        (n, 6) ux, uy, uz, rx, ry, rz in reduced coordinates.
-    generator
-        (n, n) L with entries -1, 0, 1; None leaves the motions as they are.
+    `rigid`: (n, 6) ux, uy, uz, rx, ry, rz in reduced coordinates. `generator`: (n, n) L with
+    entries -1, 0, 1; None leaves the motions as they are.
 
-    Notes
-    -----
     A turn takes ux to uy and rx to ry: L R = R T, hence R = -L R T, and the mean of both is taken.
     """
     if generator is None:
@@ -290,12 +254,8 @@ def evenly_turned_motions(rigid: FloatArray, generator: FloatArray | None) -> Fl
 def evenly_turned(matrix: FloatArray, generator: FloatArray | None) -> FloatArray:
     """Return a matrix of a body of revolution without the rounding that tells x from y.
 
-    Parameters
-    ----------
-    matrix
-        (n, n) in reduced coordinates.
-    generator
-        (n, n) L with entries -1, 0, 1; None leaves the matrix as it is.
+    `matrix`: (n, n) in reduced coordinates. `generator`: (n, n) L with entries -1, 0, 1; None
+    leaves the matrix as it is.
     """
     if generator is None:
         return matrix

@@ -35,26 +35,15 @@ MARGIN = 0.2
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Spinning:
-    """The pencil of a body at speed, its interfaces held.
+    """The pencil of a body at speed, its interfaces held."""
 
-    Attributes
-    ----------
-    stiffness, centrifugal, mass
-        K and Kσ - S as functions of blocks; M as PETSc matrix.
-    speed_rad_s
-        Ω.
-    factor
-        Solver of K - shift M at rest.
-    free
-        (local, f) rigid motions that the interfaces leave free, M-orthonormal.
-    """
-
+    #: K and Kσ - S as functions of blocks; M as PETSc matrix
     stiffness: Callable[[FloatArray], FloatArray]
     centrifugal: Callable[[FloatArray], FloatArray]
     mass: Any
     speed_rad_s: float
-    factor: Solver
-    free: FloatArray
+    factor: Solver  #: Solver of K - shift M at rest
+    free: FloatArray  #: (local, f) rigid motions that the interfaces leave free, M-orthonormal
 
     def times(self, block: FloatArray) -> FloatArray:
         """K + Ω² (Kσ - S) times a block."""
@@ -70,20 +59,9 @@ def remaining_stiffness(
 ) -> float:
     """Least part of the stiffness at rest that a spinning held body has in any direction.
 
-    Parameters
-    ----------
-    factor
-        Solver at rest of the held body, without a shift.
-    centrifugal
-        Kσ - S as function of a block.
-    free
-        (local, 0); bodies with free rigid motions have no such ratio.
-    speed
-        Ω [rad/s].
-
-    Returns
-    -------
-    1 + Ω² θ of the lowest θ, less its possible error; at most 1.
+    `factor`: solver at rest of the held body, without a shift. `centrifugal`: Kσ - S as function of
+    a block. `free`: (local, 0); bodies with free rigid motions have no such ratio. Returns 1 + Ω² θ
+    of the lowest θ, less its possible error; at most 1.
     """
     theta, _, left = krylov_pairs(
         lambda block: factor.solve(centrifugal(block), None)[: len(block)],
@@ -105,21 +83,11 @@ def modes_at_speed(
 ) -> tuple[FloatArray, FloatArray, int] | None:
     """Fixed-interface modes at speed.
 
-    Parameters
-    ----------
-    start
-        (local, m) modes at rest, M-orthonormal.
-    wanted
-        Which of some eigenvalues (m,) and vectors (local, m) are to converge.
+    `start`: (local, m) modes at rest, M-orthonormal. `wanted`: which of some eigenvalues (m,) and
+    vectors (local, m) are to converge. Returns eigenvalues (m,), vectors (local, m), solutions:
+    rising, of which the wanted ones have converged; None if they have not, or if an eigenvalue is
+    not positive. Solutions counts the columns that went through the factor.
 
-    Returns
-    -------
-    eigenvalues (m,), vectors (local, m), solutions
-        Rising, of which the wanted ones have converged; None if they have not, or if an
-        eigenvalue is not positive. Solutions counts the columns that went through the factor.
-
-    Notes
-    -----
     What differs from the modes at rest is small, and a basis of both divides the error of the
     modes by it. The last corrections, which would spoil the space, are therefore taken off the
     converged modes themselves: each leaves some hundredths of the error.

@@ -36,12 +36,8 @@ def shape_of(body: AnyBody) -> str:
 def mesh_properties(rigid_mass: FloatArray, shape: str) -> MassProperties:
     """Mass properties from the rigid mass matrix of a mesh.
 
-    Parameters
-    ----------
-    rigid_mass
-        (6, 6) for ux, uy, uz, rx, ry, rz about the origin.
-    shape
-        "round": the mean over quarter turns is taken, as of all matrices.
+    `rigid_mass`: (6, 6) for ux, uy, uz, rx, ry, rz about the origin. `shape`: "round": the mean
+    over quarter turns is taken, as of all matrices.
     """
     even = evenly_turned(rigid_mass, _TURN) if shape == "round" else rigid_mass
     mass = float(even[0, 0])
@@ -79,10 +75,7 @@ _CONCERNS = "mass, and all frequencies of the body"
 def check_evenness(name: str, value: float) -> Invariant:
     """Check that averaging over turns changed little.
 
-    Parameters
-    ----------
-    value
-        Largest change of M and K over their diagonals, see `pairing.unevenness`.
+    `value`: largest change of M and K over their diagonals, see `pairing.evenness`.
     """
     return compared(
         "the mesh is the same in all directions",
@@ -100,12 +93,8 @@ def known_turn(
 ) -> tuple[FloatArray | None, FloatArray]:
     """Return generator and signs of a solid's coordinates, see `turn_generator`.
 
-    Parameters
-    ----------
-    operators, basis
-        Of the solid; the basis of a round body has its generator.
-    mass
-        (n, n) reduced mass matrix.
+    `operators`, `basis`: of the solid; the basis of a round body has its generator. `mass`: (n, n)
+    reduced mass matrix.
     """
     if operators.ingredients.effects.shape == "quartered":
         return turn_generator(operators, basis, mass)
@@ -115,10 +104,7 @@ def known_turn(
 def count_found_modes(operators: BodyOperators, basis: Basis, where: str) -> Invariant:
     """Check on its own mesh that no fixed-interface mode is missing; the basis' factor is used up.
 
-    Parameters
-    ----------
-    operators, basis
-        Of a solid on a mesh of any kind.
+    `operators`, `basis`: of a solid on a mesh of any kind.
     """
     found = basis.found_eigenvalues
     if len(found) < 2:

@@ -71,17 +71,9 @@ def reduce_body(
 ) -> tuple[Superelement, ReductionWork]:
     """Reduce a meshed body to its superelement.
 
-    Parameters
-    ----------
-    mesh
-        Meridian mesh (harmonic) or solid mesh, needed on rank 0 of `comm` only.
-    comm
-        Communicator; all its ranks get the same superelement.
-
-    Raises
-    ------
-    ReductionError
-        See `reduction_basis` and `couple`; or the interfaces' motions depend on each other.
+    `mesh`: meridian mesh (harmonic) or solid mesh, needed on rank 0 of `comm` only. `comm`:
+    communicator; all its ranks get the same superelement. Raises ReductionError: see
+    `reduction_basis` and `couple`; or the interfaces' motions depend on each other.
     """
     points = comm.bcast(_recovery_points(body, mesh) if comm.rank == 0 else None, root=0)
     outline = comm.bcast(surface_mesh(mesh) if mesh is not None else None, root=0)

@@ -39,10 +39,7 @@ _MATRICES = ("mass", "stiffness", "stress_stiffening", "spin_softening")
 def reduce_block(operators: BodyOperators, basis: Basis, points_m: FloatArray) -> ReducedBlock:
     """Project the operators of one order on its basis.
 
-    Parameters
-    ----------
-    points_m
-        (m, 3) recovery points at θ = 0 and 90°, vertices of the mesh.
+    `points_m`: (m, 3) recovery points at θ = 0 and 90°, vertices of the mesh.
     """
     comm = operators.comm
     n = basis.vectors.shape[1]
@@ -102,24 +99,14 @@ def reduce_block(operators: BodyOperators, basis: Basis, points_m: FloatArray) -
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SolvedOrder:
-    """One circumferential order of a body, reduced, estimated and checked; its matrices are gone.
+    """One circumferential order of a body, reduced, estimated, checked; its matrices are gone."""
 
-    Attributes
-    ----------
-    label
-        "n=1", or "solid".
-    surface
-        (p, 3, n) amplitudes of the surface's points per column of the basis.
-    omitted
-        What the block leaves out, the same parts for all orders; empty without estimates.
-    finer
-        The space that errors of the mesh were measured in, None without them.
-    """
-
-    label: str
+    label: str  #: "n=1", or "solid"
     block: ReducedBlock
-    surface: FloatArray
+    surface: FloatArray  #: (p, 3, n) amplitudes of the surface's points per column of the basis
+    #: What the block leaves out, the same parts for all orders; empty without estimates
     omitted: tuple[Omitted, ...]
+    #: The space that errors of the mesh were measured in, None without them
     finer: FinerSpace | None
     moments: BlockMoments
     checks: tuple[Invariant, ...]
@@ -145,12 +132,8 @@ def build_superelement(
 
     Different orders do not couple in a body of revolution.
 
-    Parameters
-    ----------
-    properties
-        Mass properties of the meshed part (without rigid disks).
-    points_m
-        (m, 3) recovery points.
+    `properties`: mass properties of the meshed part (without rigid disks). `points_m`: (m, 3)
+    recovery points.
     """
     blocks = [found.block for found in orders]
     flat = [c for b in blocks for c in b.coordinates]
@@ -205,10 +188,7 @@ def _joined_generator(blocks: Sequence[ReducedBlock], order: IntArray) -> FloatA
 def mesh_mass_properties(rigid_mass: FloatArray) -> MassProperties:
     """Mass properties of a mesh of a body of revolution from its rigid mass matrix.
 
-    Parameters
-    ----------
-    rigid_mass
-        (6, 6) for ux, uy, uz, rx, ry, rz about the origin.
+    `rigid_mass`: (6, 6) for ux, uy, uz, rx, ry, rz about the origin.
     """
     mass = float(rigid_mass[0, 0])
     z = rigid_mass[0, 4] / mass

@@ -27,18 +27,10 @@ _ON_AXIS = 1e-9
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SurfaceMesh:
-    """Corners of the elements on the boundary, and the facets between them.
+    """Corners of the elements on the boundary, and the facets between them."""
 
-    Attributes
-    ----------
-    points_m
-        (p, 2) z, r of a meridian without its axis, (p, 3) x, y, z of a solid.
-    cells
-        (c, 2) edges or (c, 3) triangles, outward normals to the right of an edge.
-    """
-
-    points_m: FloatArray
-    cells: IntArray
+    points_m: FloatArray  #: (p, 2) z, r of a meridian without its axis, (p, 3) x, y, z of a solid
+    cells: IntArray  #: (c, 2) edges or (c, 3) triangles, outward normals to the right of an edge
 
 
 def surface_mesh(mesh: Mesh) -> SurfaceMesh:
@@ -125,22 +117,9 @@ def recovery_modes(operators: BodyOperators, basis: Basis, points_m: FloatArray)
 def nodal_amplitudes(operators: BodyOperators, basis: Basis, places: FloatArray) -> FloatArray:
     """Return the values of the basis at nodes of the mesh.
 
-    Parameters
-    ----------
-    places
-        (m, 2) z, r on a meridian, (m, 3) x, y, z on a solid, all of it, also where half of it is
-        worked on.
-
-    Returns
-    -------
-    ndarray
-        (m, 3, n): amplitudes of one family, or displacements, per column of the basis; the same
-        on every rank.
-
-    Raises
-    ------
-    ReductionError
-        A place is no node.
+    `places`: (m, 2) z, r on a meridian, (m, 3) x, y, z on a solid, all of it, also where half of it
+    is worked on. Result: (m, 3, n): amplitudes of one family, or displacements, per column of the
+    basis; the same on every rank. Raises ReductionError: a place is no node.
     """
     n, comm = basis.vectors.shape[1], operators.comm
     full = basis.vectors

@@ -43,16 +43,9 @@ def verify_order(
 ) -> tuple[Invariant, ...]:
     """Check the basis of one circumferential order, or of the solid.
 
-    Parameters
-    ----------
-    operators, basis
-        Of the body; the factor of the basis is used again.
-
-    Returns
-    -------
-    tuple of Invariant
-        Residual of the held modes at rest, M-orthonormality of them and of the basis, and
-        reciprocity of the interface forces.
+    `operators`, `basis`: of the body; the factor of the basis is used again. Result: residual of
+    the held modes at rest, M-orthonormality of them and of the basis, and reciprocity of the
+    interface forces.
     """
     out = []
     if basis.fixed_vectors.shape[1]:
@@ -75,14 +68,10 @@ def verify_order(
 def held_mode_errors(operators: BodyOperators, basis: Basis) -> tuple[float, float]:
     """Return the largest residual of the held modes at rest, and how far they are from orthonormal.
 
-    Returns
-    -------
-    residual
-        |x − (λ − σ)(K − σM)⁻¹M x| over |x| in the norm of M, with the interfaces held: a bound of
-        the relative distance of λ − σ from an eigenvalue. Over the ratio of λ − σ to the lowest
-        one, as the solution is only good to rounding of its largest part.
-    orthogonality
-        Largest entry of XᵀMX − 1, and of RᵀMX of the rigid motions that are free.
+    Returns residual: |x − (λ − σ)(K − σM)⁻¹M x| over |x| in the norm of M, with the interfaces
+    held: a bound of the relative distance of λ − σ from an eigenvalue. Over the ratio of λ − σ to
+    the lowest one, as the solution is only good to rounding of its largest part; orthogonality:
+    largest entry of XᵀMX − 1, and of RᵀMX of the rigid motions that are free.
     """
     comm, vectors = operators.comm, basis.fixed_vectors
     weight = apply(operators.mass, vectors)
@@ -106,12 +95,9 @@ def held_mode_errors(operators: BodyOperators, basis: Basis) -> tuple[float, flo
 def reciprocity_error(operators: BodyOperators, basis: Basis) -> float:
     """Return how far the interface forces of the constraint modes are from reciprocal.
 
-    Returns
-    -------
-    float
-        With (K − σM)Ψ = B F the forces F at the interfaces for unit motions Ψ: largest of F − Fᵀ
-        (Betti's theorem) and of F − Ψᵀ(K − σM)Ψ (forces do the work that is stored), relative to
-        the work and the inertia of the motions at the lowest held frequency.
+    Result: with (K − σM)Ψ = B F the forces F at the interfaces for unit motions Ψ: largest of F −
+    Fᵀ (Betti's theorem) and of F − Ψᵀ(K − σM)Ψ (forces do the work that is stored), relative to the
+    work and the inertia of the motions at the lowest held frequency.
     """
     comm = operators.comm
     modes = basis.vectors[:, : basis.interface_count]
@@ -141,13 +127,9 @@ def _lowest(operators: BodyOperators, basis: Basis) -> float:
 def modes_below(operators: BodyOperators, eigenvalue: float) -> int:
     """Count the held eigenvalues at rest below a shift, free rigid motions included.
 
-    Parameters
-    ----------
-    operators
-        Of the body; all ranks must call.
-    eigenvalue
-        σ [1/s²]; costs one factorisation of K − σM under the constraints, whose negative pivots
-        are the border's and these (Sylvester's law of inertia).
+    `operators`: of the body; all ranks must call. `eigenvalue`: σ [1/s²]; costs one factorisation
+    of K − σM under the constraints, whose negative pivots are the border's and these (Sylvester's
+    law of inertia).
     """
     rows = np.hstack([operators.coupling.rows, operators.coupling.anchors])
     factor = shifted_factor(operators, operators.stiffness, rows, eigenvalue)
@@ -193,17 +175,8 @@ def _moved_factor_count(operators: BodyOperators, basis: Basis, eigenvalue: floa
 def highest_gap(basis: Basis, least: float = _GAP) -> tuple[float, int]:
     """Return a shift in the highest gap of the list of held modes, and the modes below it.
 
-    Parameters
-    ----------
-    basis
-        With its fixed-interface modes at rest and the eigenvalue that follows them.
-    least
-        Smallest relative gap that counts.
-
-    Returns
-    -------
-    shift [1/s²], count
-        Zero modes if there is no gap.
+    `basis`: with its fixed-interface modes at rest and the eigenvalue that follows them. `least`:
+    smallest relative gap that counts. Returns shift [1/s²], count: zero modes if there is no gap.
     """
     values = np.sort(np.append(basis.fixed_eigenvalues, basis.omitted_eigenvalue))
     gaps = np.flatnonzero(np.diff(values) > least * values[1:])
@@ -268,17 +241,8 @@ def count_solid_modes(
 ) -> Invariant:
     """Check that no fixed-interface mode at rest of a solid is missing.
 
-    Parameters
-    ----------
-    mesh
-        Of the solid, on rank 0.
-    comm
-        Communicator of the solid; the meridian is worked on by rank 0.
-
-    Returns
-    -------
-    Invariant
-        Not decided where the list has no gap that is wide enough.
+    `mesh`: of the solid, on rank 0. `comm`: communicator of the solid; the meridian is worked on by
+    rank 0. Result: not decided where the list has no gap that is wide enough.
     """
     found = _on_rank_0(body, mesh, basis, orders, effects_of) if comm.rank == 0 else None
     out: Invariant = comm.bcast(found, root=0)
@@ -310,15 +274,8 @@ def _on_rank_0(
 def widest_gap(basis: Basis) -> tuple[float, int]:
     """Return a shift in the widest gap in the upper half of the held modes, and the modes below.
 
-    Parameters
-    ----------
-    basis
-        With its fixed-interface modes at rest and the eigenvalue that follows them.
-
-    Returns
-    -------
-    shift [1/s²], count
-        Zero modes if no gap is wide enough.
+    `basis`: with its fixed-interface modes at rest and the eigenvalue that follows them. Returns
+    shift [1/s²], count: zero modes if no gap is wide enough.
     """
     values = np.sort(np.append(basis.fixed_eigenvalues, basis.omitted_eigenvalue))
     gaps = np.diff(values) / values[:-1]
@@ -338,12 +295,7 @@ def meridian_count(
 ) -> int:
     """Count the held eigenvalues below a shift on a coarse meridian, those of pairs twice.
 
-    Parameters
-    ----------
-    orders
-        Circumferential orders, of 0 and 1.
-    eigenvalue
-        σ [1/s²].
+    `orders`: circumferential orders, of 0 and 1.
     """
     corner = min(_COARSER * size.corner_size_m, size.size_m)
     coarse = MeshSize(

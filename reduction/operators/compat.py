@@ -223,18 +223,9 @@ def _tags(mesh: Any, dimension: int, entities: IntArray, values: IntArray) -> An
 def distribute(mesh: Mesh | None, dimension: int, comm: Any) -> tuple[Any, Any, dict[str, Any]]:
     """Distribute a mesh that rank 0 holds.
 
-    Parameters
-    ----------
-    mesh
-        The mesh on rank 0; ignored elsewhere.
-    dimension
-        2 or 3.
-
-    Returns
-    -------
-    domain, material tags, facet tags by interface name
-        Facets of an interface have the tag 1 in that interface's own tags (interfaces may share
-        facets).
+    `mesh`: the mesh on rank 0; ignored elsewhere. `dimension`: 2 or 3. Returns domain, material
+    tags, facet tags by interface name: facets of an interface have the tag 1 in that interface's
+    own tags (interfaces may share facets).
     """
     nodes, facet_nodes = {2: (6, 3), 3: (10, 6)}[dimension]
     cells = np.empty((0, nodes), dtype=np.int64)

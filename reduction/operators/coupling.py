@@ -29,29 +29,16 @@ _EQUAL_ROWS = 1e-7
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Coupling:
-    """Interface maps of a body.
+    """Interface maps of a body."""
 
-    Attributes
-    ----------
-    transformation
-        PETSc matrix T, u = T û: û holds the unknowns that are free (of one sector, if symmetry
-        is used) and the rigid masters; None if that is all of u.
-    kept
-        Local unknowns of u that û holds, in û's order; rigid masters come after them.
-    rows
-        (local û, b) rows B of the interface coordinates q = B û.
-    coordinates
-        (interface, component) of every row.
-    anchors
-        (local û, a) rows of axial motion and torsion at the first interface that are no
-        coordinates. Held at zero they cost no modes: in a body of revolution both decouple from
-        lateral motion.
-    """
-
+    #: PETSc matrix T, u = T û: û holds the unknowns that are free (of one sector, if symmetry is
+    #: used) and the rigid masters; None if that is all of u
     transformation: Any
-    kept: IntArray
-    rows: FloatArray
-    coordinates: tuple[tuple[str, str], ...]
+    kept: IntArray  #: Local unknowns of u that û holds, in û's order; rigid masters come after them
+    rows: FloatArray  #: (local û, b) rows B of the interface coordinates q = B û
+    coordinates: tuple[tuple[str, str], ...]  #: (interface, component) of every row
+    #: (local û, a) rows of axial motion and torsion at the first interface that are no coordinates.
+    #: Held at zero they cost no modes: in a body of revolution both decouple from lateral motion.
     anchors: FloatArray
 
 
@@ -76,20 +63,10 @@ def couple(
 ) -> Coupling:
     """Build the interface maps.
 
-    Parameters
-    ----------
-    interfaces
-        The interfaces, in the order of their coordinates.
-    components
-        Which of the kinematics' components become coordinates, by interface.
-    shape
-        As in `OperatorEffects`; in a body of any shape axial motion and torsion couple to lateral
-        motion, and nothing is held that is no coordinate.
-
-    Raises
-    ------
-    ReductionError
-        Two rigid interfaces share nodes.
+    `interfaces`: the interfaces, in the order of their coordinates. `components`: which of the
+    kinematics' components become coordinates, by interface. `shape`: as in `OperatorEffects`; in a
+    body of any shape axial motion and torsion couple to lateral motion, and nothing is held that is
+    no coordinate. Raises ReductionError: two rigid interfaces share nodes.
     """
     wanted = {
         i.name: [c for c in COMPONENTS if c in components[i.name] and c in kin.rigid_motions]

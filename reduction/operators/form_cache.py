@@ -34,10 +34,7 @@ _ELF = b"\x7fELF"
 def guard_compiler(module: Any) -> None:
     """Let one process at a time compile into a cache, and remove what is damaged there.
 
-    Parameters
-    ----------
-    module
-        `ffcx.codegeneration.jit`; its functions that compile are replaced, once.
+    `module`: `ffcx.codegeneration.jit`; its functions that compile are replaced, once.
     """
     for name in _COMPILERS:
         found = getattr(module, name, None)

@@ -25,15 +25,9 @@ from solidwhirl.reduction.operators.kinematics import Kinematics
 
 @dataclass(frozen=True, kw_only=True)
 class Medium:
-    """Material as cell-wise constant fields on the mesh.
+    """Material as cell-wise constant fields on the mesh."""
 
-    Attributes
-    ----------
-    density
-        kg/m³.
-    """
-
-    density: Any
+    density: Any  #: kg/m³
     first_lame: Any
     second_lame: Any
 

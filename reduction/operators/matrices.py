@@ -25,51 +25,34 @@ from solidwhirl.rotordyn.core.arrays import FloatArray
 
 @dataclass(frozen=True, kw_only=True)
 class OperatorEffects:
-    """Which matrices are assembled.
-
-    Attributes
-    ----------
-    centrifugal
-        Prestress solve, Kσ and S; the two belong together in the inertial frame, so there is no
-        switch for one of them alone.
-    components
-        Rigid motions that each interface carries, some of ux, uy, uz, rx, ry, rz.
-    lateral_only
-        Solid level: only lateral motion is asked for, so only fields with its symmetry under a
-        half turn are sought.
-    shape
-        Of a solid: "quartered" is of revolution, and its mesh the same after a quarter turn;
-        "round" is of revolution on a mesh of any kind; "any" does not turn and may have any shape.
-    solver
-        How systems of a solid are solved, see `solidwhirl.reduction.operators.solver_choice`.
-    """
+    """Which matrices are assembled."""
 
     gyroscopic: bool
+    #: Prestress solve, Kσ and S; the two belong together in the inertial frame, so there is no
+    #: switch for one of them alone
     centrifugal: bool
+    #: Rigid motions that each interface carries, some of ux, uy, uz, rx, ry, rz
     components: Mapping[str, tuple[str, ...]]
+    #: Solid level: only lateral motion is asked for, so only fields with its symmetry under a half
+    #: turn are sought
     lateral_only: bool
+    #: Of a solid: "quartered" is of revolution, and its mesh the same after a quarter turn; "round"
+    #: is of revolution on a mesh of any kind; "any" does not turn and may have any shape
     shape: str = "quartered"
+    #: How systems of a solid are solved, see `solidwhirl.reduction.operators.solver_choice`
     solver: str = "auto"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Ingredients:
-    """What the matrices of a body are assembled from.
-
-    Attributes
-    ----------
-    centrifugal_field
-        Displacement at unit speed (Function), None without it.
-    component_mass
-        M of one component of u on all nodes, PETSc.
-    """
+    """What the matrices of a body are assembled from."""
 
     kinematics: Kinematics
     matter: forms.Medium
     facet_tags: Mapping[str, Any]
-    centrifugal_field: Any
+    centrifugal_field: Any  #: Displacement at unit speed (Function), None without it
     effects: OperatorEffects
-    component_mass: Any
+    component_mass: Any  #: M of one component of u on all nodes, PETSc
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -78,53 +61,32 @@ class BodyOperators:
 
     The unknowns û are the displacement degrees of freedom, of which those on rigid interfaces are
     replaced by their master's motions.
-
-    Attributes
-    ----------
-    harmonic
-        Circumferential order, None for the solid.
-    families
-        Copies of the unknowns (2: cos and sin family with the same matrices).
-    gyroscopic
-        G (one family) or N of G = [[0, 2N], [-2N, 0]] (two); None if not asked.
-    stress_stiffening, spin_softening
-        Kσ and S at unit speed; None if not asked.
-    circulation
-        Solid only: ∫ ρ Jv·Ju with J the generator of a turn of the whole field; its Rayleigh
-        quotient over M is the square of a mode's circumferential order.
-    turn
-        Solid only: ∫ ρ v·Ju.
-    coupling
-        Interface rows B and the map u = T û.
-    rigid_motions
-        Rigid motions about the origin by component, local rows of û.
-    second_family
-        Component of the first family to (component, sign) of the second.
-    hoop_strain
-        Largest hoop strain of the centrifugal field at unit speed (per (rad/s)²), 0 without it.
-    rigid_mass
-        Solid: (6, 6) mass matrix of the mesh for the rigid motions about the origin; None on the
-        meridian, whose straight edges hold the profile exactly.
-    full_dofs
-        Unknowns of the whole body (all families) before reduction.
     """
 
     level: str
-    harmonic: int | None
-    families: int
+    harmonic: int | None  #: Circumferential order, None for the solid
+    families: int  #: Copies of the unknowns (2: cos and sin family with the same matrices)
     mass: Any
     stiffness: Any
-    gyroscopic: Any
+    gyroscopic: Any  #: G (one family) or N of G = [[0, 2N], [-2N, 0]] (two); None if not asked
+    #: Kσ and S at unit speed; None if not asked
     stress_stiffening: Any
     spin_softening: Any
+    #: Solid only: ∫ ρ Jv·Ju with J the generator of a turn of the whole field; its Rayleigh
+    #: quotient over M is the square of a mode's circumferential order
     circulation: Any
-    turn: Any
-    coupling: Coupling
+    turn: Any  #: Solid only: ∫ ρ v·Ju
+    coupling: Coupling  #: Interface rows B and the map u = T û
+    #: Rigid motions about the origin by component, local rows of û
     rigid_motions: Mapping[str, FloatArray]
+    #: Component of the first family to (component, sign) of the second
     second_family: Mapping[str, tuple[str, float]]
+    #: Largest hoop strain of the centrifugal field at unit speed (per (rad/s)²), 0 without it
     hoop_strain: float
+    #: Solid: (6, 6) mass matrix of the mesh for the rigid motions about the origin; None on the
+    #: meridian, whose straight edges hold the profile exactly
     rigid_mass: FloatArray | None
-    full_dofs: int
+    full_dofs: int  #: Unknowns of the whole body (all families) before reduction
     space: Any
     ingredients: Ingredients
     assembled: tuple[str, ...]
@@ -158,17 +120,9 @@ def build_operators(
 ) -> BodyOperators:
     """Assemble the operators of a body.
 
-    Parameters
-    ----------
-    mesh
-        Meridian (harmonic level) or solid mesh; needed on rank 0 only.
-    order
-        Circumferential order n on a meridian mesh, None on a solid mesh.
-
-    Raises
-    ------
-    ReductionError
-        Interfaces that can not be coupled.
+    `mesh`: meridian (harmonic level) or solid mesh; needed on rank 0 only. `order`: circumferential
+    order n on a meridian mesh, None on a solid mesh. Raises ReductionError: interfaces that can not
+    be coupled.
     """
     dimension = 3 if order is None else 2
     copies = 2 if order is None and effects.lateral_only else 1

@@ -42,10 +42,7 @@ def component_matrices(
 ) -> ComponentMatrices:
     """Assemble the matrices that need no prestress.
 
-    Parameters
-    ----------
-    space
-        Vector space of the displacement on a solid mesh.
+    `space`: vector space of the displacement on a solid mesh.
     """
     nodes = _node_space(space)
     u, v = ufl.TrialFunction(nodes), ufl.TestFunction(nodes)
@@ -116,12 +113,8 @@ def _skew_twice(matrix: Any) -> Any:
 def on_vectors(terms: Sequence[tuple[FloatArray, Any]], transformation: Any) -> Any:
     """Tᵀ (Σ C ⊗ A) T with the three components of a node next to each other.
 
-    Parameters
-    ----------
-    terms
-        Pairs of C, (3, 3), and A, a PETSc AIJ matrix of nodes; all A have one pattern.
-    transformation
-        T as PETSc matrix, None for the identity.
+    `terms`: pairs of C, (3, 3), and A, a PETSc AIJ matrix of nodes; all A have one pattern.
+    `transformation`: T as PETSc matrix, None for the identity.
     """
     first = terms[0][1]
     indptr, columns, _ = first.getValuesCSR()

@@ -54,38 +54,22 @@ _SERIES = 100_000
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Omitted:
-    """Energy of what is left out, one family of one circumferential order.
-
-    Attributes
-    ----------
-    gram
-        (4 n, 4 n) symmetric, blocks in the order K, M, G (N for two families), Kσ - S.
-    safety
-        Factor on the energy that covers what the comparison can not see.
-    cutoff_rad_s
-        Lowest angular frequency of what is left out; inf: far away.
-    """
+    """Energy of what is left out, one family of one circumferential order."""
 
     part: str
+    #: (4 n, 4 n) symmetric, blocks in the order K, M, G (N for two families), Kσ - S
     gram: FloatArray
-    safety: float
-    cutoff_rad_s: float
+    safety: float  #: Factor on the energy that covers what the comparison can not see
+    cutoff_rad_s: float  #: Lowest angular frequency of what is left out; inf: far away
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FinerSpace:
-    """The body on the same mesh with elements one order higher, and how V misses it.
-
-    Attributes
-    ----------
-    stiffness
-        Its K (û of that space).
-    misses
-        (4 blocks, local û, n) the omitted displacement per unit of each term of the residual.
-    """
+    """The body on the same mesh with elements one order higher, and how V misses it."""
 
     space: Any
-    stiffness: Any
+    stiffness: Any  #: Its K (û of that space)
+    #: (4 blocks, local û, n) the omitted displacement per unit of each term of the residual
     misses: FloatArray
     coupling: Coupling
     ingredients: Any
@@ -94,18 +78,9 @@ class FinerSpace:
 def truncation_energy(operators: BodyOperators, basis: Basis) -> tuple[Omitted, FloatArray]:
     """Energy of the modes that the basis lacks.
 
-    Parameters
-    ----------
-    operators, basis
-        Of one body and order; the factor of the basis is used again.
-
-    Returns
-    -------
-    energy
-        Part "mode_truncation".
-    answers
-        (4, local û, n) displacement of the held body under the terms K V, M V, G V, (Kσ - S) V
-        as loads, in the whole space of the mesh.
+    `operators`, `basis`: of one body and order; the factor of the basis is used again. Returns
+    energy: part "mode_truncation"; answers: (4, local û, n) displacement of the held body under the
+    terms K V, M V, G V, (Kσ - S) V as loads, in the whole space of the mesh.
     """
     comm, v, b = operators.comm, basis.vectors, basis.interface_count
     interior = v[:, b:]
@@ -159,20 +134,9 @@ def mesh_energy(
 ) -> tuple[Omitted, FinerSpace]:
     """Energy that elements one order higher would take up, on the same meridian mesh.
 
-    Parameters
-    ----------
-    operators, basis
-        Of one body and order, harmonic level.
+    `operators`, `basis`: of one body and order, harmonic level. Returns energy: part "mesh"; finer:
+    for indicators of single elements.
 
-    Returns
-    -------
-    energy
-        Part "mesh".
-    finer
-        For indicators of single elements.
-
-    Notes
-    -----
     The next order does not show the whole error. The energy of every element is multiplied by what
     it leaves out: `singular_factor` where the element touches a re-entrant corner or the end of a
     rigid interface, a constant elsewhere.
@@ -259,18 +223,10 @@ def _shifted(operators: BodyOperators, shift: float) -> Any:
 def singular_factor(degree: int, exponent: float = _SINGULAR_EXPONENT) -> float:
     """Ratio of the energy error of an element at a singular point to what the next order shows.
 
-    Parameters
-    ----------
-    exponent
-        α of the displacement r^α at the point.
-
-    Returns
-    -------
-    float
-        Σ_{n ≥ p} c_n² / c_p² with the coefficients c_n of r^(α-1) in the polynomials that are
-        orthogonal on (0, 1) with weight r (Jacobi): c_n² ~ (n + 1) [Γ(n+1-α) / Γ(n+2+α)]². For
-        large p this is 1 / (1 - (p / (p + 1))^(4α)), the rate of Babuška and Suri, SIAM Review 36
-        (1994) 578-632.
+    `exponent`: α of the displacement r^α at the point. Result: Σ_{n ≥ p} c_n² / c_p² with the
+    coefficients c_n of r^(α-1) in the polynomials that are orthogonal on (0, 1) with weight r
+    (Jacobi): c_n² ~ (n + 1) [Γ(n+1-α) / Γ(n+2+α)]². For large p this is 1 / (1 - (p / (p +
+    1))^(4α)), the rate of Babuška and Suri, SIAM Review 36 (1994) 578-632.
     """
     n = np.arange(degree, degree + _SERIES, dtype=float)
     ratio = gammaln(n + 1.0 - exponent) - gammaln(n + 2.0 + exponent)
@@ -412,12 +368,8 @@ def joined_forms(
 ) -> tuple[ErrorForm, ...]:
     """Error forms of a superelement.
 
-    Parameters
-    ----------
-    omitted
-        What every block leaves out, the same parts for all; () for none.
-    order
-        Order of the superelement's coordinates among those of the stacked blocks.
+    `omitted`: what every block leaves out, the same parts for all; () for none. `order`: order of
+    the superelement's coordinates among those of the stacked blocks.
     """
     out = []
     for parts in zip(*omitted, strict=True):

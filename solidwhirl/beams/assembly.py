@@ -119,12 +119,8 @@ def plate_blocks(
 ) -> tuple[PlateBlock, ...]:
     """Return the motions of all plates that belong to a family.
 
-    Parameters
-    ----------
-    disks
-        Whether disks with a free rim bend.
-    roots
-        Whether columns give way at the roots of plates.
+    `disks`: whether disks with a free rim bend. `roots`: whether columns give way at the roots of
+    plates.
     """
     return tuple(
         block

@@ -52,10 +52,7 @@ def riders(
 ) -> tuple[Rider, ...]:
     """Return what lies outside the stiff part of the columns, ring by ring.
 
-    Parameters
-    ----------
-    pieces
-        Cross-sections of the elements, which hold the inertia of the stiff part alone.
+    `pieces`: cross-sections of the elements, which hold the inertia of the stiff part alone.
     """
     found = []
     for element, piece in zip(layout.elements, pieces, strict=True):

@@ -51,6 +51,12 @@ def beam_element_of(
 ) -> Superelement:
     """Build the superelement of a body from its profile by beam theory.
 
+    Columns are Timoshenko beams on the axis, several at one place where a drum surrounds a shaft.
+    Disks and webs are Mindlin plates in circumferential order 1 (0 for axial motion and torsion)
+    with a rigid circle where they meet a beam. Rigid interfaces hold the whole cross-section
+    between their planes. Centrifugal stiffness: that of plates, under their own load and that of
+    the rings that hold them; drums and cones have none.
+
     Parameters
     ----------
     body
@@ -59,8 +65,8 @@ def beam_element_of(
         Motions of the interfaces: ux, uy, rx, ry always, "uz" and "rz" if named.
     disks
         "plate": disks with a free rim bend with one nodal diameter and move in their plane;
-        "rigid": they do not, and sit on the shaft at their middle plane. Webs between a shaft
-        and a drum are plates in both.
+        "rigid": they do not, and sit on the shaft at their middle plane. Webs between a shaft and a
+        drum are plates in both.
     element_length_m
         Longest element, m; None is a sixtieth of the axial length. The error of frequencies falls
         with its square.
@@ -69,8 +75,8 @@ def beam_element_of(
         bracket it, "none" and "full" are its bounds (see `sections.SPREADS`).
     shear_rule
         Shear coefficient: that of Cowper (1966) or Hutchinson (2001), or "weighted", from
-        Hutchinson for solid sections to Cowper for thin tubes; "shifted" and "doubled" are
-        bounds of that.
+        Hutchinson for solid sections to Cowper for thin tubes; "shifted" and "doubled" are bounds
+        of that.
     root_rule
         Whether the surface of a shaft gives way where a disk or web is built in.
     modes
@@ -87,14 +93,6 @@ def beam_element_of(
         If the body is none of beams and plates, or an interface has no single place on them.
     GeometryError
         If the sections do not fit together.
-
-    Notes
-    -----
-    Columns are Timoshenko beams on the axis, several at one place where a drum surrounds a shaft.
-    Disks and webs are Mindlin plates in circumferential order 1 (0 for axial motion and torsion)
-    with a rigid circle where they meet a beam. Rigid interfaces hold the whole cross-section
-    between their planes. Centrifugal stiffness: that of plates, under their own load and that of
-    the rings that hold them; drums and cones have none.
     """
     rules = _Rules(stiffness_rule, shear_rule, root_rule, disks)
     layout = _layout(body, components, element_length_m)
@@ -112,17 +110,9 @@ def beam_variants(
 ) -> tuple[Superelement, ...]:
     """Build the models of a body whose spread tells how far beam theory can be trusted.
 
-    Returns
-    -------
-    tuple of Superelement
-        In the order of `error.VARIANTS`, the first one that of `beam_element_of`; all
-        have the same coordinates but for the frequencies of their modes. The others do not know
-        their mass moments.
-
-    Raises
-    ------
-    BeamLevelError, GeometryError
-        As `beam_element_of`.
+    Result: in the order of `error.VARIANTS`, the first one that of `beam_element_of`; all have
+    the same coordinates but for the frequencies of their modes. The others do not know their mass
+    moments. Raises BeamLevelError, GeometryError as `beam_element_of`.
     """
     layout = _layout(body, components, element_length_m)
     found: list[Superelement] = []

@@ -36,22 +36,14 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Column:
-    """Rings bonded in radial direction between two planes.
+    """Rings bonded in radial direction between two planes."""
 
-    Attributes
-    ----------
-    start_m, end_m
-        Planes, m.
-    layers
-        Rings from the axis outwards; each may reach beyond the planes.
-    roof, floor
-        Plates on the outer and under the inner surface: they carry no axial stress far from the
-        column, and stiffen it as far as the stiffness rule says.
-    """
-
+    #: Planes, m
     start_m: float
     end_m: float
-    layers: tuple[Section, ...]
+    layers: tuple[Section, ...]  #: Rings from the axis outwards; each may reach beyond the planes
+    #: Plates on the outer and under the inner surface: they carry no axial stress far from the
+    #: column, and stiffen it as far as the stiffness rule says
     roof: tuple[Section, ...] = ()
     floor: tuple[Section, ...] = ()
 
@@ -106,55 +98,32 @@ class Cell:
 
 @dataclass(frozen=True, kw_only=True)
 class Plate:
-    """An annular plate of stepped thickness.
-
-    Attributes
-    ----------
-    inner, outer
-        Columns that hold the edges; None is a free edge. One of them is not None.
-    """
+    """An annular plate of stepped thickness."""
 
     cells: tuple[Cell, ...]
+    #: Columns that hold the edges; None is a free edge. One of them is not None.
     inner: Place | None
     outer: Place | None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Skeleton:
-    """Columns, their contacts and the plates on them.
+    """Columns, their contacts and the plates on them."""
 
-    Attributes
-    ----------
-    columns
-        Ordered by start, then radius.
-    contacts
-        Pairs of columns (left, right) that share a piece of the plane between them.
-    tolerance_m
-        Length below which places are the same, m.
-    """
-
-    columns: tuple[Column, ...]
+    columns: tuple[Column, ...]  #: Ordered by start, then radius
+    #: Pairs of columns (left, right) that share a piece of the plane between them
     contacts: tuple[tuple[int, int], ...]
     plates: tuple[Plate, ...]
-    tolerance_m: float
+    tolerance_m: float  #: Length below which places are the same, m
 
 
 def skeleton_of(body: Body) -> Skeleton:
     """Take the meridian of a body apart into columns and plates.
 
-    Parameters
-    ----------
-    body
-        Body of revolution; fillets, interfaces and rigid disks are not looked at.
+    `body`: body of revolution; fillets, interfaces and rigid disks are not looked at. Raises
+    BeamLevelError if a part hangs on the rest by neither an end face nor the rim of a plate, or a
+    wall is steeper than 6 to 1.
 
-    Raises
-    ------
-    BeamLevelError
-        If a part hangs on the rest by neither an end face nor the rim of a plate, or a wall is
-        steeper than 6 to 1.
-
-    Notes
-    -----
     A flat section (radial faces, constant radii, taller than wide) is a plate where nothing but
     other flat sections touches its faces, and as long as the stack of such rings is taller than
     its widest one. The rest are columns: cut at all section ends, merged where they touch.

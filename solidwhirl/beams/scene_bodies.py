@@ -20,21 +20,12 @@ _MOTIONS = ("ux", "uy", "uz", "rx", "ry", "rz")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BeamBodies:
-    """Beam models of the bodies of a scene.
+    """Beam models of the bodies of a scene."""
 
-    Attributes
-    ----------
-    elements
-        By name, those of the run.
-    variants
-        Models with other choices, each all bodies by name (see `error.VARIANTS`).
-    finer
-        With beams half as long; empty without estimates.
-    """
-
-    elements: Mapping[str, Superelement]
+    elements: Mapping[str, Superelement]  #: By name, those of the run
+    #: Models with other choices, each all bodies by name (see `error.VARIANTS`)
     variants: tuple[Mapping[str, Superelement], ...]
-    finer: Mapping[str, Superelement]
+    finer: Mapping[str, Superelement]  #: With beams half as long; empty without estimates
 
 
 def beam_bodies(
@@ -42,15 +33,8 @@ def beam_bodies(
 ) -> BeamBodies:
     """Make the beam models of all bodies.
 
-    Parameters
-    ----------
-    estimated
-        Whether variants and finer models are wanted as well.
-
-    Raises
-    ------
-    BeamLevelError
-        A body is none of beams and plates.
+    `estimated`: whether variants and finer models are wanted as well. Raises BeamLevelError: a body
+    is none of beams and plates.
     """
     elements: dict[str, Superelement] = {}
     others: list[dict[str, Superelement]] = []

@@ -37,16 +37,10 @@ _NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
 
 @dataclass(frozen=True, kw_only=True)
 class Spread:
-    """Slopes dr/dz at which stiffness spreads behind a step.
-
-    Attributes
-    ----------
-    disk
-        Into plates on its surface; 0 gives them no stiffness.
-    """
+    """Slopes dr/dz at which stiffness spreads behind a step."""
 
     step: float
-    disk: float
+    disk: float  #: Into plates on its surface; 0 gives them no stiffness
 
 
 SPREADS: Mapping[StiffnessRule, Spread] = MappingProxyType(
@@ -77,12 +71,9 @@ class StiffRadii(NamedTuple):
 def stiff_radii(skeleton: Skeleton, rule: Spread) -> tuple[StiffRadii, ...]:
     """Return the stiff part of every column.
 
-    Returns
-    -------
-    tuple of StiffRadii
-        The outer stiff radius is the largest function below the surface that grows no faster
-        than the rule's slope plus the slope of the opposite surface (so that a cone's wall is
-        stiff), in both directions; the inner one likewise.
+    Result: the outer stiff radius is the largest function below the surface that grows no faster
+    than the rule's slope plus the slope of the opposite surface (so that a cone's wall is stiff),
+    in both directions; the inner one likewise.
     """
     columns = skeleton.columns
     grids = [np.linspace(c.start_m, c.end_m, _GRID) for c in columns]
@@ -210,13 +201,8 @@ def section_stiffness(
 ) -> SectionStiffness:
     """Return the stiffness of the stiff part of a cross-section at a place, m.
 
-    Parameters
-    ----------
-    shear
-        Shear coefficient; that of a ring with the radii of the whole stiff part.
+    `shear`: shear coefficient; that of a ring with the radii of the whole stiff part.
 
-    Notes
-    -----
     A fibre with the slope tan α has the axial strain cos²α of that of a straight one, and so the
     axial stress; for a thin cone this is its membrane theory for one wave along the
     circumference (Flügge, Stresses in Shells, chapter 4): EI cos⁴α, κGA cos²α, and the shear
