@@ -8,7 +8,6 @@ from __future__ import annotations
 from solidwhirl.geometry.errors import GeometryError
 from solidwhirl.geometry.mass_properties import (
     MassProperties,
-    combine,
     mass_by_material_kg,
     mass_properties,
     section_mass_properties,
@@ -52,7 +51,6 @@ __all__ = [
     "StageGroup",
     "Subdivision",
     "Web",
-    "combine",
     "mass_by_material_kg",
     "mass_properties",
     "merge_fillets",

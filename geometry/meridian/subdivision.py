@@ -11,20 +11,10 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from solidwhirl.geometry.materials import Material
+from solidwhirl.geometry.meridian import contact
+from solidwhirl.geometry.meridian import fillets as rounding
 from solidwhirl.geometry.meridian.arrangement import arrange, materials_of
 from solidwhirl.geometry.meridian.attachments import interface_curves, split_at_interfaces
-from solidwhirl.geometry.meridian.contact import (
-    refuse_overlaps,
-    refuse_pieces,
-    refuse_pinches,
-    refuse_tiny_details,
-)
-from solidwhirl.geometry.meridian.fillets import (
-    Fillet,
-    add_fillet_faces,
-    plan_fillets,
-    refuse_swallowed_interfaces,
-)
 from solidwhirl.geometry.meridian.outline import Corner, outline_of, reentrant_corners
 from solidwhirl.geometry.meridian.plane_graph import Curve, Face, PlaneGraph, outline_curves
 from solidwhirl.geometry.meridian.snapping import Scale, scale_of, snap_body
@@ -66,7 +56,7 @@ class _Plan:
     graph: PlaneGraph
     interfaces: Mapping[str, tuple[int, ...]]
     corners: tuple[Corner, ...]
-    fillets: tuple[Fillet, ...]
+    fillets: tuple[rounding.Fillet, ...]
 
 
 def subdivide(body: Body) -> Subdivision:
@@ -88,13 +78,13 @@ def subdivide(body: Body) -> Subdivision:
     """
     plan = _plan(body)
     materials = materials_of(plan.body)
-    graph, arcs = add_fillet_faces(
+    graph, arcs = rounding.add_fillet_faces(
         plan.graph,
         plan.fillets,
         [materials.index(section.material) for section in plan.body.sections],
         plan.scale.tolerance_m,
     )
-    refuse_tiny_details(plan.body, graph, plan.scale.detail_m)
+    contact.refuse_tiny_details(plan.body, graph, plan.scale.detail_m)
     outline = sorted(curve for curve, _ in outline_curves(graph))
     filleted = {fillet.corner for fillet in plan.fillets}
     return Subdivision(
@@ -111,7 +101,7 @@ def subdivide(body: Body) -> Subdivision:
     )
 
 
-def planned_fillets(body: Body) -> tuple[Fillet, ...]:
+def planned_fillets(body: Body) -> tuple[rounding.Fillet, ...]:
     """Return the fillets that `subdivide` adds to a body; raises what it raises."""
     return _plan(body).fillets
 
@@ -121,17 +111,17 @@ def _plan(body: Body) -> _Plan:
     scale = scale_of(body)
     tolerance = scale.tolerance_m
     body = snap_body(body, tolerance)
-    refuse_overlaps(body, tolerance)
+    contact.refuse_overlaps(body, tolerance)
     graph = arrange(body, tolerance)
-    refuse_pinches(body, graph)
-    refuse_pieces(body, graph)
+    contact.refuse_pinches(body, graph)
+    contact.refuse_pieces(body, graph)
     graph = split_at_interfaces(graph, body, tolerance)
     interfaces = interface_curves(graph, body, tolerance)
-    refuse_tiny_details(body, graph, scale.detail_m)
+    contact.refuse_tiny_details(body, graph, scale.detail_m)
     outline = outline_of(graph)
     corners = reentrant_corners(graph, outline, tolerance)
-    fillets = plan_fillets(graph, outline, corners, body, scale)
-    refuse_swallowed_interfaces(graph, fillets, body.interfaces, interfaces, tolerance)
+    fillets = rounding.plan_fillets(graph, outline, corners, body, scale)
+    rounding.refuse_swallowed_interfaces(graph, fillets, body.interfaces, interfaces, tolerance)
     return _Plan(
         body=body,
         scale=scale,

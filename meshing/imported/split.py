@@ -14,6 +14,7 @@ import numpy as np
 
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.imported.records import FileMesh
+from solidwhirl.meshing.imported.surface import place_text
 from solidwhirl.meshing.own.quality import EDGES
 from solidwhirl.meshing.records import FloatArray, IntArray
 
@@ -226,15 +227,12 @@ def _put_given(
     split = apart > _ONE_PLACE * length[same]
     if split.any():
         a, b = keys[same[split][0]] // stride, keys[same[split][0]] % stride
+        first, last = place_text(points[a]), place_text(points[b])
         raise MeshingError(
-            f"the edge between the nodes at {_place(points[a])} and {_place(points[b])} has two "
+            f"the edge between the nodes at {first} and {last} has two "
             "middle nodes at different places; the elements beside it are not joined"
         )
     at = np.searchsorted(keys, wanted)
     at[at == len(keys)] = 0
     found = keys[at] == wanted
     middle[found] = places[at[found]]
-
-
-def _place(point: FloatArray) -> str:
-    return "(" + ", ".join(f"{v:.6g}" for v in point) + ")"

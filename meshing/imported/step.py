@@ -19,12 +19,11 @@ from solidwhirl.meshing.imported.records import (
     axis_turn,
 )
 from solidwhirl.meshing.own.drawing import gmsh_session
+from solidwhirl.meshing.own.files import as_vtk
 from solidwhirl.meshing.own.meridian import TETRAHEDRON10, TRIANGLE6, element_blocks, node_table
 from solidwhirl.meshing.own.prediction import PredictedMesh
 from solidwhirl.meshing.records import IntArray
 
-#: Suffixes of geometry files that are read.
-STEP_SUFFIXES = (".step", ".stp")
 # Geometry is worked on in millimetres, whatever the unit of the file: gmsh's kernel takes points
 # nearer than 1e-7 for one.
 _UNIT, _UNIT_M = "MM", 1e-3
@@ -36,8 +35,6 @@ _TETRAHEDRA, _BY_SKIN = 0.65, 2.7
 _COUNTED = 2e5
 _TRIANGLE3 = 2  # gmsh's number of the flat triangle
 _PER_TETRAHEDRON, _PER_SURFACE = 1.0 / 5.6, 0.23
-# gmsh's node order is VTK's but for the last two edges of the tetrahedron.
-_TO_VTK = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,7 +112,7 @@ def mesh_step(request: MeshRequest) -> FileMesh:
     return FileMesh(
         points=points,
         blocks=(
-            ElementBlock(kind="tetra10", nodes=cells[:, _TO_VTK]),
+            ElementBlock(kind="tetra10", nodes=as_vtk(cells)),
             ElementBlock(kind="triangle6", nodes=facets),
         ),
         element_groups=groups,
@@ -154,7 +151,7 @@ def _imported(path: Path) -> Iterator[list[int]]:
                 f"{path.name}: has no solid; a body needs closed volumes, no surfaces alone"
             )
         if len(solids) > 1:
-            _join(solids)
+            _fragment(solids, [])  # those that touch get common faces
         volumes = [tag for _, tag in gmsh.model.getEntities(3)]
         if not sum(gmsh.model.occ.getMass(3, tag) for tag in volumes) > 0.0:
             raise MeshingError(f"{path.name}: its solids have no volume")
@@ -181,11 +178,6 @@ def _imprint(volumes: list[int], request: MeshRequest) -> list[int]:
     gmsh.model.occ.remove(outside, recursive=True)
     gmsh.model.occ.synchronize()
     return [tag for _, tag in gmsh.model.getEntities(3)]
-
-
-def _join(solids: list[tuple[int, int]]) -> None:
-    """Give solids that touch common faces, and what comes of them their labels."""
-    _fragment(solids, [])
 
 
 def _fragment(solids: list[tuple[int, int]], tools: list[tuple[int, int]]) -> set[tuple[int, int]]:

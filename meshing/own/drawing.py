@@ -14,7 +14,7 @@ import numpy as np
 
 from solidwhirl.geometry import Body, Face, Subdivision
 from solidwhirl.meshing.errors import MeshingError
-from solidwhirl.meshing.records import FloatArray, LocalSize, MeshSize
+from solidwhirl.meshing.records import FloatArray, IntArray, LocalSize, MeshSize
 
 # Elements across the quarter circle of a fillet.
 _ACROSS_FILLET = 4
@@ -26,6 +26,8 @@ _SLICE = {2: 0.05, 3: 0.25}
 _SHORTEST = 0.3
 # Decimals and digits that are drawn: units that differ give the same numbers, and the same mesh.
 _DECIMALS, _DIGITS = 12, 12
+# Two curves whose directions add up to less than this are one straight line.
+_STRAIGHT = 1e-9
 
 
 @contextmanager
@@ -277,8 +279,10 @@ def graded_places(
             places.append((float(z), float(r), size.corner_size_m))
     for interface in body.interfaces:
         if interface.coupling == "rigid":  # the stress is singular where the rigid part ends
-            for z, r in _ends(subdivision, subdivision.interfaces[interface.name]):
-                places.append((z, r, size.corner_size_m))
+            own = [subdivision.curves[c] for c in subdivision.interfaces[interface.name]]
+            chain = np.array([(curve.start, curve.end) for curve in own])
+            for z, r in subdivision.points[chain_ends(subdivision.points, chain, _STRAIGHT)]:
+                places.append((float(z), float(r), size.corner_size_m))
     arc_size = body.fillet_radius_m * (np.pi / 2.0) / _ACROSS_FILLET
     for c in subdivision.fillet_arcs:
         curve = subdivision.curves[c]
@@ -287,19 +291,20 @@ def graded_places(
     return places
 
 
-def _ends(subdivision: Subdivision, curves: tuple[int, ...]) -> list[tuple[float, float]]:
-    """Corners of a chain of curves off the axis: where it ends or turns."""
+def chain_ends(points: FloatArray, segments: IntArray, straight: float) -> list[int]:
+    """Return the points (z, r) off the axis where a chain of segments (s, 2) ends or turns.
+
+    `straight`: two unit directions that add up to less are one line.
+    """
     directions: dict[int, list[FloatArray]] = {}
-    for c in curves:
-        curve = subdivision.curves[c]
-        a, b = subdivision.points[curve.start], subdivision.points[curve.end]
-        step = (b - a) / np.linalg.norm(b - a)
-        directions.setdefault(curve.start, []).append(step)
-        directions.setdefault(curve.end, []).append(-step)
-    ends = []
-    for point, steps in directions.items():
-        z, r = subdivision.points[point]
-        straight = len(steps) == 2 and np.linalg.norm(steps[0] + steps[1]) < 1e-9
-        if r > 0.0 and not straight:
-            ends.append((float(z), float(r)))
-    return ends
+    for a, b in segments:
+        step = (points[b] - points[a]) / np.linalg.norm(points[b] - points[a])
+        directions.setdefault(int(a), []).append(step)
+        directions.setdefault(int(b), []).append(-step)
+    near = 1e-9 * float(np.abs(points).max())
+    return [
+        point
+        for point, steps in directions.items()
+        if points[point, 1] > near
+        and not (len(steps) == 2 and np.linalg.norm(steps[0] + steps[1]) < straight)
+    ]

@@ -9,14 +9,8 @@ import numpy as np
 
 from solidwhirl.geometry import Body, Subdivision, merge_fillets, subdivide
 from solidwhirl.meshing.errors import MeshingError
-from solidwhirl.meshing.own.drawing import (
-    draw,
-    drawing_unit_m,
-    gmsh_session,
-    local_size_field,
-    size_fields,
-)
-from solidwhirl.meshing.own.quality import scaled_jacobians, straighten
+from solidwhirl.meshing.own import drawing as drawn
+from solidwhirl.meshing.own.quality import doubled_areas, scaled_jacobians, straighten
 from solidwhirl.meshing.records import (
     FloatArray,
     IntArray,
@@ -42,13 +36,13 @@ def mesh_meridian(body: Body, size: MeshSize, local: LocalSize | None = None) ->
     gmsh failed, or elements stay folded.
     """
     subdivision = merge_fillets(subdivide(body))
-    unit_m = drawing_unit_m(subdivision)
-    with gmsh_session():
-        drawing = draw(subdivision, unit_m)
+    unit_m = drawn.drawing_unit_m(subdivision)
+    with drawn.gmsh_session():
+        drawing = drawn.draw(subdivision, unit_m)
         if local is None:
-            size_fields(body, subdivision, size, list(drawing.faces), unit_m)
+            drawn.size_fields(body, subdivision, size, list(drawing.faces), unit_m)
         else:
-            local_size_field(local, size, unit_m)
+            drawn.local_size_field(local, size, unit_m)
         gmsh.option.setNumber("Mesh.Algorithm", 6)
         gmsh.model.mesh.generate(2)
         gmsh.model.mesh.setOrder(2)
@@ -134,8 +128,7 @@ def element_blocks(
 
 def _counterclockwise(points: FloatArray, cells: IntArray) -> IntArray:
     """Turn the triangles so that (z, r) is positively oriented."""
-    a, b, c = (points[cells[:, k]] for k in range(3))
-    signed = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    signed = doubled_areas(points[cells[:, :3]])
     flipped = cells.copy()
     flipped[signed < 0] = cells[signed < 0][:, [0, 2, 1, 5, 4, 3]]
     return flipped

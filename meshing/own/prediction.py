@@ -15,6 +15,7 @@ import numpy as np
 
 from solidwhirl.geometry import Body, Subdivision, merge_fillets, subdivide
 from solidwhirl.meshing.own.drawing import face_bounds, face_edges, graded_places
+from solidwhirl.meshing.own.quality import doubled_areas
 from solidwhirl.meshing.records import FloatArray, IntArray, LocalSize, MeshSize
 
 # Equilateral triangle and regular tetrahedron of edge 1.
@@ -64,11 +65,6 @@ class PredictedMesh:
         return 3 * nodes
 
 
-def predict_unknowns(body: Body, size: MeshSize) -> int:
-    """Predict the unknowns of a second-order solid mesh; see `predict_mesh`."""
-    return predict_mesh(body, size, 3).unknowns(2)
-
-
 def predict_mesh(body: Body, size: MeshSize, dimension: int) -> PredictedMesh:
     """Predict the numbers of a mesh: a meridian within a factor 1.5, a solid within 2.
 
@@ -93,8 +89,7 @@ def predict_refined(local: LocalSize) -> PredictedMesh:
     """
     weights = _centroids()
     corners = local.points[local.triangles]
-    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    area = 0.5 * np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+    area = 0.5 * np.abs(doubled_areas(corners))
     size = local.size_m[local.triangles] @ weights.T
     at = np.einsum("ck,mkd->mcd", weights, corners)
     for z, r, h in local.places:
@@ -209,7 +204,7 @@ def _over_polygon(corners: FloatArray, size: _ElementSize, density: _Density) ->
     """Integral of density(x, h(x)) over a polygon, by triangles from its first corner."""
     fan = np.array([[corners[0], corners[k], corners[k + 1]] for k in range(1, len(corners) - 1)])
     size = size.near(corners)
-    cross = _cross(fan)
+    cross = doubled_areas(fan)
     fan = fan[cross != 0.0]
     sign = np.sign(cross[cross != 0.0])
     total = 0.0
@@ -217,16 +212,10 @@ def _over_polygon(corners: FloatArray, size: _ElementSize, density: _Density) ->
         if not len(fan):
             return abs(total)
         done, h = _small_enough(fan, size)
-        area = 0.5 * np.abs(_cross(fan[done]))
+        area = 0.5 * np.abs(doubled_areas(fan[done]))
         total += float(np.sum(sign[done] * area * density(fan[done].mean(axis=1), h[done])))
         fan, sign = _quartered(fan[~done]), np.repeat(sign[~done], 4)
     return abs(total)
-
-
-def _cross(triangles: FloatArray) -> FloatArray:
-    """Twice the signed area of (n, 3, 2) triangles."""
-    a, b = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
-    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
 
 
 def _quartered(triangles: FloatArray) -> FloatArray:

@@ -19,6 +19,12 @@ EDGES: dict[int, tuple[tuple[int, int], ...]] = {
 _IDEAL = {2: np.sqrt(3.0) / 2.0, 3: np.sqrt(2.0) / 2.0}
 
 
+def doubled_areas(corners: FloatArray) -> FloatArray:
+    """Twice the signed areas of plane triangles (n, 3, 2)."""
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    return np.asarray(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+
+
 def _exponents(dimension: int, degree: int) -> IntArray:
     """All multi-indices of barycentric exponents with the given sum."""
     rows = [e for e in product(range(degree + 1), repeat=dimension + 1) if sum(e) == degree]

@@ -7,6 +7,7 @@ import numpy as np
 from solidwhirl.geometry import Body, merge_fillets, subdivide
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.own.drawing import graded_places
+from solidwhirl.meshing.own.quality import doubled_areas
 from solidwhirl.meshing.records import FloatArray, IntArray, LocalSize, MeshSize
 
 #: Twice the exponent of the elastic corner singularity at 270°: errors of frequencies fall so.
@@ -95,9 +96,7 @@ def _touching(
 
 def _edges(points: FloatArray, triangles: IntArray) -> FloatArray:
     """Edge of the equilateral triangle with the same area, per cell."""
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    u, v = b - a, c - a
-    area = 0.5 * np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+    area = 0.5 * np.abs(doubled_areas(points[triangles]))
     return np.asarray(np.sqrt(4.0 / np.sqrt(3.0) * area))
 
 

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import re
-import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 
 import gmsh
@@ -46,8 +43,7 @@ def write_step(bodies: Sequence[Body], path: Path, *, unit_m: float = 1e-3) -> t
         with replacing(path) as temporary:
             drawn = temporary.with_name(temporary.name + ".step")  # gmsh goes by the suffix
             try:
-                with _silence():
-                    gmsh.write(str(drawn))
+                gmsh.write(str(drawn))
                 text = drawn.read_text(encoding="utf-8")
                 temporary.write_text(_named(text, path.stem, names), encoding="utf-8")
             finally:
@@ -89,17 +85,3 @@ def _named(text: str, whole: str, names: Sequence[str]) -> str:
         return f"'{names[number] if 0 <= number < len(names) else whole}'"
 
     return _PRODUCT.sub(name, text)
-
-
-@contextmanager
-def _silence() -> Iterator[None]:
-    """Keep what the kernel says of its writing from the terminal."""
-    sys.stdout.flush()
-    kept = os.dup(1)
-    try:
-        with Path(os.devnull).open("w") as nowhere:
-            os.dup2(nowhere.fileno(), 1)
-            yield
-    finally:
-        os.dup2(kept, 1)
-        os.close(kept)

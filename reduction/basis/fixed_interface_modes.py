@@ -8,33 +8,17 @@ from typing import Any
 import numpy as np
 from petsc4py import PETSc
 
-from solidwhirl.reduction.basis.merging import (
-    CLUSTER,
-    is_of_order,
-    modes_of_orders,
-    reference_eigenvalue,
-    whole_clusters,
-)
-from solidwhirl.reduction.basis.overspeed import (
-    centrifugal_product,
-    negative_count,
-    operator_places,
-    refuse_instability,
-)
-from solidwhirl.reduction.basis.spinning_modes import (
-    MARGIN,
-    Spinning,
-    modes_at_speed,
-    remaining_stiffness,
-)
+from solidwhirl.reduction.basis import merging
+from solidwhirl.reduction.basis.overspeed import negative_count, refuse_instability, solver_of
+from solidwhirl.reduction.basis.spinning_modes import MARGIN, Spinning, modes_at_speed
 from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators.matrices import BodyOperators
-from solidwhirl.reduction.operators.solver_choice import Solver, prepared_solver
+from solidwhirl.reduction.operators.solver_choice import Solver
 from solidwhirl.reduction.solvers.constrained import ConstrainedFactor, eigenpairs, factorise
 from solidwhirl.reduction.solvers.iterative_modes import iterative_pairs
 from solidwhirl.reduction.solvers.multigrid import ConstrainedIteration
 from solidwhirl.reduction.solvers.slepc_modes import slepc_pairs
-from solidwhirl.reduction.solvers.vectors import apply, project
+from solidwhirl.reduction.solvers.vectors import project
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
 
 # All matrices of a body come from one space; the stiffness has all entries that others have.
@@ -88,16 +72,7 @@ def held_solver(problem: HeldProblem) -> Solver:
     """Solver of K - shift M at rest under the constraint rows."""
     operators = problem.operators
     matrix = shifted_matrix(operators, operators.stiffness, problem.shift)
-    found = prepared_solver(
-        operators.stiffness,
-        matrix,
-        problem.rows,
-        lambda: operator_places(operators),
-        choice=operators.ingredients.effects.solver if operators.level == "solid" else "direct",
-        free=problem.free,
-        momentum=apply(operators.mass, problem.free),
-        shift=problem.shift,
-    )
+    found = solver_of(operators, matrix, problem.rows, problem.free, problem.shift)
     if isinstance(found, ConstrainedFactor) and matrix is not operators.stiffness:
         matrix.destroy()
     return found
@@ -151,12 +126,12 @@ def interior_modes(
         values, vectors = _pairs(problem, factor, count, start)
         start = vectors
         # a space that is used up ends in vectors that break the constraint and have no stiffness
-        real = np.abs(values) > _NO_STIFFNESS * reference_eigenvalue(operators)
+        real = np.abs(values) > _NO_STIFFNESS * merging.reference_eigenvalue(operators)
         values, vectors = values[real], vectors[:, real]
         every, known, highest = vectors, np.sort(values), float(values.max(initial=0.0))
         if orders is not None:
-            values, vectors = modes_of_orders(operators, values, vectors, orders)
-        whole = whole_clusters(values, wanted, highest)
+            values, vectors = merging.modes_of_orders(operators, values, vectors, orders)
+        whole = merging.whole_clusters(values, wanted, highest)
         if whole > found:
             found, since = whole, count
         # a coarse mesh mixes the orders of its highest modes, more of which bring nothing; but a
@@ -197,33 +172,24 @@ def modes_from_rest(
     operators, orders, free = problem.operators, problem.orders, problem.free
     if orders is None or free.shape[1] or isinstance(factor, ConstrainedIteration):
         return None
-    centrifugal = centrifugal_product(operators)
-    left = remaining_stiffness(factor, operators.stiffness, centrifugal, free, speed)
-    if left < MARGIN:
+    body = Spinning(operators=operators, speed_rad_s=speed, factor=factor, free=free)
+    if body.remaining_stiffness < MARGIN:
         return None
-    body = Spinning(
-        stiffness=lambda block: apply(operators.stiffness, block),
-        centrifugal=centrifugal,
-        mass=operators.mass,
-        speed_rad_s=speed,
-        factor=factor,
-        free=free,
-    )
 
     def wanted(values: FloatArray, vectors: FloatArray) -> BoolArray:
         squared = np.diag(project(operators.circulation, vectors, operators.comm))
-        of_order = np.flatnonzero(is_of_order(squared, orders))
+        of_order = np.flatnonzero(merging.is_of_order(squared, orders))
         out = np.zeros(len(values), dtype=bool)
         if len(of_order):
-            last = values[of_order[: problem.wanted][-1]] * (1.0 + CLUSTER)
+            last = values[of_order[: problem.wanted][-1]] * (1.0 + merging.CLUSTER)
             out[of_order[values[of_order] <= last]] = True
         return out
 
     found = modes_at_speed(body, at_rest, wanted)
     if found is None:
         return None
-    values, vectors = modes_of_orders(operators, found[0], found[1], orders)
-    whole = whole_clusters(values, problem.wanted, float(found[0].max()))
+    values, vectors = merging.modes_of_orders(operators, found[0], found[1], orders)
+    whole = merging.whole_clusters(values, problem.wanted, float(found[0].max()))
     return vectors[:, :whole], found[2]
 
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators.matrices import BodyOperators
-from solidwhirl.reduction.operators.solver_choice import block_places, prepared_solver
+from solidwhirl.reduction.operators.solver_choice import Solver, block_places, prepared_solver
 from solidwhirl.reduction.solvers.block_krylov import krylov_pairs
 from solidwhirl.reduction.solvers.constrained import factorise
 from solidwhirl.reduction.solvers.hierarchy import BlockPlaces
@@ -76,31 +75,46 @@ def speed_without_stiffness(operators: BodyOperators, free: FloatArray) -> float
     Result: root of -1/θ of the lowest θ of (Kσ - S) x = θ K x; inf if rotation stiffens all
     motions.
     """
-    coupling = operators.coupling
-    held = np.hstack([coupling.rows, coupling.anchors, apply(operators.mass, free)])
-    none = free[:, :0]
-    factor = prepared_solver(
-        operators.stiffness,
-        operators.stiffness,
-        held,
-        lambda: operator_places(operators),
-        choice=operators.ingredients.effects.solver if operators.level == "solid" else "direct",
-        free=none,
-        momentum=none,
-    )
-    centrifugal = centrifugal_product(operators)
-    theta, _, _ = krylov_pairs(
-        lambda block: factor.solve(centrifugal(block), None)[: len(block)],
+    held = np.hstack([operators.coupling.held, apply(operators.mass, free)])
+    factor = solver_of(operators, operators.stiffness, held, free[:, :0])
+    theta, _ = softest_direction(operators, factor, free[:, :0], _RESIDUAL)
+    factor.destroy()
+    return float(np.sqrt(-1.0 / theta)) if theta < 0.0 else float(np.inf)
+
+
+def softest_direction(
+    operators: BodyOperators, factor: Solver, free: FloatArray, tolerance: float
+) -> tuple[float, float]:
+    """Lowest θ of (Kσ - S) x = θ K x of the held body, and its possible error.
+
+    `factor`: solver of K at rest, without a shift. `free`: (local, f) what is left out. Returns
+    inf where rotation leaves the stiffness as it is.
+    """
+    theta, _, left = krylov_pairs(
+        lambda block: factor.solve(centrifugal_load(operators, block), None)[: len(block)],
         operators.stiffness,
         first=np.argsort,
         count=1,
-        tolerance=_RESIDUAL,
-        outside=free[:, :0],
+        tolerance=tolerance,
+        outside=free,
     )
-    factor.destroy()
-    if not len(theta) or theta[0] >= 0.0:
-        return float(np.inf)
-    return float(np.sqrt(-1.0 / theta[0]))
+    return (float(theta[0]), float(left[0])) if len(theta) else (float(np.inf), 0.0)
+
+
+def solver_of(
+    operators: BodyOperators, matrix: Any, rows: FloatArray, free: FloatArray, shift: float = 0.0
+) -> Solver:
+    """Solver of K - shift M at rest under constraint rows, by the way chosen for the body."""
+    return prepared_solver(
+        operators.stiffness,
+        matrix,
+        rows,
+        lambda: operator_places(operators),
+        choice=operators.ingredients.effects.solver if operators.level == "solid" else "direct",
+        free=free,
+        momentum=apply(operators.mass, free),
+        shift=shift,
+    )
 
 
 def operator_places(operators: BodyOperators) -> BlockPlaces:
@@ -110,11 +124,7 @@ def operator_places(operators: BodyOperators) -> BlockPlaces:
     return block_places(operators.space, operators.ingredients.kinematics, kept, masters)
 
 
-def centrifugal_product(operators: BodyOperators) -> Callable[[FloatArray], FloatArray]:
-    """Return the function that multiplies a block of vectors by Kσ - S."""
-
-    def product(block: FloatArray) -> FloatArray:
-        stiffening = apply(operators.stress_stiffening, block)
-        return np.asarray(stiffening - apply(operators.spin_softening, block))
-
-    return product
+def centrifugal_load(operators: BodyOperators, block: FloatArray) -> FloatArray:
+    """(Kσ - S) times a block of vectors."""
+    stiffening = apply(operators.stress_stiffening, block)
+    return np.asarray(stiffening - apply(operators.spin_softening, block))

@@ -28,6 +28,11 @@ _TURNED = {"ux": ("uy", 1.0), "uy": ("ux", -1.0), "rx": ("ry", 1.0), "ry": ("rx"
 # Fields of the plane of x and their turns: rigid motions and signs.
 _RIGID = ((("ux", 1.0), ("uy", 1.0)), (("ry", 1.0), ("rx", -1.0)))
 _HELD = 1e-9
+#: Quarter turn of the six rigid motions: ux to uy, rx to ry.
+RIGID_TURN = np.zeros((6, 6))
+RIGID_TURN[1, 0] = RIGID_TURN[4, 3] = 1.0
+RIGID_TURN[0, 1] = RIGID_TURN[3, 4] = -1.0
+RIGID_TURN.setflags(write=False)
 # Modes at rest and at speed, over the highest squared frequency of those at rest.
 _ABOVE = 1.05
 
@@ -74,9 +79,7 @@ def even_gyroscopic(operators: BodyOperators, basis: Basis, mass: FloatArray) ->
     With D u = e_z × u - L u the matrix is 2 ∫ρ v·Du = 2 (∫ρ v·(e_z × u) - M L): the derivative
     along the spin of the field on the mesh, which mixes circumferential orders, is not needed.
     """
-    turned, full = operators.coupling.transformation, basis.vectors
-    if turned is not None:
-        full = apply(turned, full)
+    full = operators.coupling.displacement(basis.vectors)
     x, y = (np.ascontiguousarray(full[i::3]) for i in range(2))
     crossed = inner(y, apply(operators.ingredients.component_mass, x), operators.comm)
     across = evenly_turned(crossed - crossed.T, basis.generator)
@@ -131,7 +134,7 @@ def _free_motions(operators: BodyOperators) -> tuple[list[FloatArray], list[Floa
     The pairs are exact motions, orthonormal in the mean over turns.
     """
     comm, motions = operators.comm, operators.rigid_motions
-    rows = np.hstack([operators.coupling.rows, operators.coupling.anchors])
+    rows = operators.coupling.held
 
     def held(motion: FloatArray) -> FloatArray:
         seen = inner(rows, motion[:, None], comm)[:, 0]
@@ -229,6 +232,19 @@ def turn_generator(
     return whole * np.outer(signs, signs), signs
 
 
+def known_turn(
+    operators: BodyOperators, basis: Basis, mass: FloatArray
+) -> tuple[FloatArray | None, FloatArray]:
+    """Return generator and signs of a solid's coordinates, see `turn_generator`.
+
+    `operators`, `basis`: of the solid; the basis of a round body has its generator. `mass`: (n, n)
+    reduced mass matrix.
+    """
+    if operators.ingredients.effects.shape == "quartered":
+        return turn_generator(operators, basis, mass)
+    return basis.generator, np.ones(len(mass))
+
+
 def evenly_turned_motions(rigid: FloatArray, generator: FloatArray | None) -> FloatArray:
     """Return the rigid motions of a body of revolution without the rounding that tells x from y.
 
@@ -239,13 +255,10 @@ def evenly_turned_motions(rigid: FloatArray, generator: FloatArray | None) -> Fl
     """
     if generator is None:
         return rigid
-    turned = np.zeros((6, 6))
-    turned[1, 0] = turned[4, 3] = 1.0
-    turned[0, 1] = turned[3, 4] = -1.0
     lateral = np.abs(generator).any(axis=0)
     out = rigid.copy()
-    even = 0.5 * (rigid - generator @ rigid @ turned)
-    columns = turned.any(axis=0)
+    even = 0.5 * (rigid - generator @ rigid @ RIGID_TURN)
+    columns = RIGID_TURN.any(axis=0)
     out[np.ix_(lateral, columns)] = even[np.ix_(lateral, columns)]
     out[np.ix_(~lateral, columns)] = 0.0
     return out

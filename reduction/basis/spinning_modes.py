@@ -16,8 +16,10 @@ from typing import Any
 
 import numpy as np
 
+from solidwhirl.reduction.basis.overspeed import centrifugal_load, softest_direction
+from solidwhirl.reduction.operators.matrices import BodyOperators
 from solidwhirl.reduction.operators.solver_choice import Solver
-from solidwhirl.reduction.solvers.block_krylov import GrowingSpace, bordered_image, krylov_pairs
+from solidwhirl.reduction.solvers.block_krylov import GrowingSpace, bordered_image
 from solidwhirl.reduction.solvers.vectors import apply, inner
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
 
@@ -37,43 +39,36 @@ MARGIN = 0.2
 class Spinning:
     """The pencil of a body at speed, its interfaces held."""
 
-    #: K and Kσ - S as functions of blocks; M as PETSc matrix
-    stiffness: Callable[[FloatArray], FloatArray]
-    centrifugal: Callable[[FloatArray], FloatArray]
-    mass: Any
+    operators: BodyOperators
     speed_rad_s: float
     factor: Solver  #: Solver of K - shift M at rest
     free: FloatArray  #: (local, f) rigid motions that the interfaces leave free, M-orthonormal
 
+    @property
+    def mass(self) -> Any:
+        """M, PETSc."""
+        return self.operators.mass
+
     def times(self, block: FloatArray) -> FloatArray:
         """K + Ω² (Kσ - S) times a block."""
-        return self.stiffness(block) + self.speed_rad_s**2 * self.centrifugal(block)
+        centrifugal = centrifugal_load(self.operators, block)
+        return apply(self.operators.stiffness, block) + self.speed_rad_s**2 * centrifugal
 
     def answer(self, block: FloatArray) -> FloatArray:
         """Displacement of the held body at rest under a block of loads."""
         return self.factor.solve(block, None)[: len(block)]
 
+    @property
+    def remaining_stiffness(self) -> float:
+        """Least part of the stiffness at rest that the body has in any direction, at most 1.
 
-def remaining_stiffness(
-    factor: Solver, stiffness: Any, centrifugal: Any, free: FloatArray, speed: float
-) -> float:
-    """Least part of the stiffness at rest that a spinning held body has in any direction.
-
-    `factor`: solver at rest of the held body, without a shift. `centrifugal`: Kσ - S as function of
-    a block. `free`: (local, 0); bodies with free rigid motions have no such ratio. Returns 1 + Ω² θ
-    of the lowest θ, less its possible error; at most 1.
-    """
-    theta, _, left = krylov_pairs(
-        lambda block: factor.solve(centrifugal(block), None)[: len(block)],
-        stiffness,
-        first=np.argsort,
-        count=1,
-        tolerance=_SOFTEST,
-        outside=free,
-    )
-    if not len(theta):
-        return -np.inf
-    return float(min(1.0, 1.0 + speed**2 * (theta[0] - left[0])))
+        1 + Ω² θ of the lowest θ, less its possible error; of a body without free rigid motions,
+        whose factor has no shift.
+        """
+        theta, error = softest_direction(self.operators, self.factor, self.free, _SOFTEST)
+        if not np.isfinite(theta):
+            return -np.inf
+        return float(min(1.0, 1.0 + self.speed_rad_s**2 * (theta - error)))
 
 
 def modes_at_speed(

@@ -164,8 +164,7 @@ def _places(operators: BodyOperators) -> FloatArray:
 
 def _components(operators: BodyOperators, block: FloatArray) -> tuple[FloatArray, ...]:
     """The three components of û at the local nodes, each (nodes, k) and stored by columns."""
-    transformation = operators.coupling.transformation
-    full = block if transformation is None else apply(transformation, block)
+    full = operators.coupling.displacement(block)
     return tuple(np.asfortranarray(full[i::3]) for i in range(3))
 
 

@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from solidwhirl.meshing import Mesh
-from solidwhirl.meshing.imported.records import AnyBody
-from solidwhirl.reduction.body.mesh_bodies import shape_of
+from solidwhirl.meshing.imported.records import AnyBody, MeshedBody
 from solidwhirl.reduction.operators.matrices import BodyOperators, OperatorEffects, build_operators
 
 _AXIAL = ("uz", "rz")
@@ -46,6 +45,11 @@ class ReductionRequest:
     def solved_orders(self) -> tuple[int | None, ...]:
         """Circumferential orders that are solved one by one; None is the solid."""
         return (None,) if self.level == "solid" else self.orders
+
+
+def shape_of(body: AnyBody) -> str:
+    """Return what the reduction may assume of a solid, see `OperatorEffects.shape`."""
+    return body.request.shape if isinstance(body, MeshedBody) else "quartered"
 
 
 def order_effects(body: AnyBody, request: ReductionRequest, order: int | None) -> OperatorEffects:

@@ -17,7 +17,6 @@ from solidwhirl.reduction.basis.craig_bampton import Basis
 from solidwhirl.reduction.basis.reduced_block import ReducedBlock, joined_rows
 from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators.matrices import BodyOperators
-from solidwhirl.reduction.solvers.vectors import apply
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 from solidwhirl.rotordyn.superelement.surface import Surface, family_factors
 
@@ -65,11 +64,6 @@ def _facets(points: FloatArray, corners: IntArray) -> IntArray:
         facet[turned] = facet[turned][:, [*range(d - 2), d - 1, d - 2]]
         found.append(facet)
     return np.concatenate(found)
-
-
-def surface_amplitudes(operators: BodyOperators, basis: Basis, outline: SurfaceMesh) -> FloatArray:
-    """Return the amplitudes (p, 3, n) of the surface's points per column of one order's basis."""
-    return nodal_amplitudes(operators, basis, outline.points_m)
 
 
 def joined_surface(
@@ -122,9 +116,7 @@ def nodal_amplitudes(operators: BodyOperators, basis: Basis, places: FloatArray)
     basis; the same on every rank. Raises ReductionError: a place is no node.
     """
     n, comm = basis.vectors.shape[1], operators.comm
-    full = basis.vectors
-    if operators.coupling.transformation is not None:
-        full = apply(operators.coupling.transformation, full)
+    full = operators.coupling.displacement(basis.vectors)
     owned = len(full) // 3
     x = operators.space.tabulate_dof_coordinates()[:owned]
     kin, size = operators.ingredients.kinematics, float(np.abs(places).max(initial=1e-30))

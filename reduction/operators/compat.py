@@ -91,23 +91,18 @@ def _cell_nodes(mesh: Any) -> Any:
     return nodes.array.reshape(count, -1) if hasattr(nodes, "array") else np.asarray(nodes)
 
 
-def straight_cells(mesh: Any) -> tuple[Any, IntArray]:
-    """Coordinates of the mesh's nodes and the vertices of its cells (one process).
-
-    The cells come in the order of the cell-wise constants of the mesh.
-    """
-    table = _cell_nodes(mesh)
-    dimension = mesh.topology.dim
-    return mesh.geometry.x[:, :dimension].copy(), table[:, : dimension + 1].astype(np.int64)
-
-
 def curved_cells(mesh: Any) -> tuple[Any, IntArray]:
-    """Coordinates of the mesh's nodes and all nodes of its cells (one process).
+    """Coordinates of the mesh's nodes and all nodes of its cells, corners first (one process).
 
-    In dolfinx's order; cells as in `straight_cells`.
+    In dolfinx's order; cells come in the order of the cell-wise constants of the mesh.
     """
-    table = _cell_nodes(mesh)
-    return mesh.geometry.x[:, : mesh.topology.dim].copy(), table.astype(np.int64)
+    return mesh.geometry.x[:, : mesh.topology.dim].copy(), _cell_nodes(mesh).astype(np.int64)
+
+
+def straight_cells(mesh: Any) -> tuple[Any, IntArray]:
+    """As `curved_cells`, of the cells the vertices alone."""
+    points, nodes = curved_cells(mesh)
+    return points, nodes[:, : mesh.topology.dim + 1]
 
 
 def cell_unknowns(space: Any) -> IntArray:
@@ -130,29 +125,29 @@ def owned_values(function: Any) -> Any:
     return function.x.array[: dofmap.index_map.size_local * dofmap.index_map_bs]
 
 
-def compiled(form: Any) -> Any:
-    """Compile a UFL form (or find it in the compiler's cache), without the compiler's chatter."""
+@contextmanager
+def _quiet_compiler() -> Iterator[None]:
+    """Without the chatter of the form compiler, and what it leaves of files and deprecations."""
     before = logging.root.manager.disable
     logging.disable(logging.INFO)
     try:
         with warnings.catch_warnings():
-            # the compiler leaves files and deprecations of its own behind
             warnings.simplefilter("ignore")
-            return fem.form(form)
+            yield
     finally:
         logging.disable(before)
+
+
+def compiled(form: Any) -> Any:
+    """Compile a UFL form, or find it in the compiler's cache."""
+    with _quiet_compiler():
+        return fem.form(form)
 
 
 def expression(value: Any, points: Any) -> Any:
     """Expression of fields, compiled for some points of the reference cell."""
-    before = logging.root.manager.disable
-    logging.disable(logging.INFO)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # as in `compiled`
-            return fem.Expression(value, points)
-    finally:
-        logging.disable(before)
+    with _quiet_compiler():
+        return fem.Expression(value, points)
 
 
 def evaluated(found: Any, mesh: Any) -> Any:

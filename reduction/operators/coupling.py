@@ -20,7 +20,7 @@ from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators import compat
 from solidwhirl.reduction.operators.dofs import motion_vectors, node_of, unknowns_transformation
 from solidwhirl.reduction.operators.kinematics import COMPONENTS, Kinematics
-from solidwhirl.reduction.solvers.vectors import apply_transposed
+from solidwhirl.reduction.solvers.vectors import apply, apply_transposed
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 
 # Rows of two interfaces that differ by less, relative to their length, are rounding apart.
@@ -40,6 +40,15 @@ class Coupling:
     #: (local û, a) rows of axial motion and torsion at the first interface that are no coordinates.
     #: Held at zero they cost no modes: in a body of revolution both decouple from lateral motion.
     anchors: FloatArray
+
+    @property
+    def held(self) -> FloatArray:
+        """Rows that the interfaces and the anchors hold, (local û, b + a)."""
+        return np.hstack([self.rows, self.anchors])
+
+    def displacement(self, block: FloatArray) -> FloatArray:
+        """Displacement u = T û of every column, (local u, k)."""
+        return block if self.transformation is None else apply(self.transformation, block)
 
 
 def rigid_motion_at(component: str, place_m: tuple[float, float, float]) -> dict[str, float]:

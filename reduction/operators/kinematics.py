@@ -17,7 +17,7 @@ import numpy as np
 import ufl
 
 from solidwhirl.reduction.operators import compat
-from solidwhirl.reduction.operators.symmetry import AXISYMMETRIC, LATERAL, NONE, Symmetry
+from solidwhirl.reduction.operators.symmetry import LATERAL, NONE, Symmetry
 from solidwhirl.rotordyn.core.arrays import FloatArray
 
 #: Rigid motions: translations and right-handed rotations about x, y, z through a point.
@@ -73,31 +73,19 @@ def solid(domain: Any) -> Kinematics:
     )
 
 
-def solid_lateral(domain: Any, copies: int = 1) -> Kinematics:
-    """Kinematics of the solid, for lateral motion alone (odd circumferential orders).
+def symmetric_solid(domain: Any, symmetry: Symmetry, copies: int = 1) -> Kinematics:
+    """Kinematics of the solid, for the fields of one symmetry and their rigid motions alone.
 
-    `domain`: mesh of the solid, or of the half at 0 <= θ <= 180°. `copies`: turned copies of the
-    mesh that make the solid: 1 or 2.
+    `domain`: mesh of the solid, or of the half at 0 <= θ <= 180°, of which two turned copies make
+    the solid. `symmetry`: LATERAL (odd circumferential orders) or AXISYMMETRIC (the centrifugal
+    field).
     """
     whole = solid(domain)
-    lateral = {c: m for c, m in whole.rigid_motions.items() if c in ("ux", "uy", "rx", "ry")}
+    named = ("ux", "uy", "rx", "ry") if symmetry == LATERAL else ("uz", "rz")
     return replace(
         whole,
-        rigid_motions=lateral,
-        symmetry=LATERAL,
-        copies=copies,
-        weight=compat.constant(domain, float(copies)),
-    )
-
-
-def solid_axisymmetric(domain: Any, copies: int = 1) -> Kinematics:
-    """Kinematics of the solid, for the centrifugal field; parameters as for lateral motion."""
-    whole = solid(domain)
-    axial = {c: m for c, m in whole.rigid_motions.items() if c in ("uz", "rz")}
-    return replace(
-        whole,
-        rigid_motions=axial,
-        symmetry=AXISYMMETRIC,
+        rigid_motions={c: m for c, m in whole.rigid_motions.items() if c in named},
+        symmetry=symmetry,
         copies=copies,
         weight=compat.constant(domain, float(copies)),
     )

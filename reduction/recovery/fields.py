@@ -17,7 +17,6 @@ from solidwhirl.reduction.body.request import ReductionRequest, order_operators
 from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators import compat
 from solidwhirl.reduction.operators.matrices import Ingredients
-from solidwhirl.reduction.solvers.vectors import apply
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 from solidwhirl.rotordyn.superelement.record import Superelement
 
@@ -87,13 +86,12 @@ def body_fields(
         operators = order_operators(body, mesh, MPI.COMM_SELF, request, order)
         basis, block = reduce_order(operators, request, points)
         blocks.append(block)
-        turned = operators.coupling.transformation
         found.append(
             {
                 "harmonic": order,
                 "space": operators.space,
                 "ingredients": operators.ingredients,
-                "values": basis.vectors if turned is None else apply(turned, basis.vectors),
+                "values": operators.coupling.displacement(basis.vectors),
                 "signs": block.signs,
                 "order": block.order,
             }

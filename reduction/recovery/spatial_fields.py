@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from solidwhirl.meshing.own.quality import doubled_areas
 from solidwhirl.reduction.recovery.stresses import FieldPoints, FieldTerm, RecoveredFields
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray
 from solidwhirl.rotordyn.superelement.surface import angles, around_axis, family_factors
@@ -139,8 +140,7 @@ def _wedges(points: FieldPoints, sectors: int) -> tuple[tuple[int, IntArray], ..
     z, r = points.points_m.T
     axis = r <= _ON_AXIS * r.max()
     triangles = np.concatenate([points.cells[:, list(part)] for part in _PARTS])
-    a, b, c = (points.points_m[triangles[:, k]] for k in range(3))
-    area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    area = doubled_areas(points.points_m[triangles])
     triangles[area < 0.0] = triangles[area < 0.0][:, [0, 2, 1]]
     on = axis[triangles].sum(axis=1)
     count, number = len(z), np.arange(sectors)[:, None]

@@ -165,10 +165,8 @@ class _Sampler:
         stress = forms.stress(kin, matter, self._field)
         self._stress = compat.expression(stress, at)
         self._outward = _fit(at, weights, nodes, degree - 1)
-        metadata = {"quadrature_degree": forms.quadrature_degree(kin, degree)}
-        dx = ufl.Measure("dx", domain=self._domain, metadata=metadata)
         density = 0.5 * ufl.inner(stress, kin.strain(self._field)) * kin.weight
-        self._energy = compat.compiled(density * dx)
+        self._energy = compat.compiled(density * forms.measure(self._domain, kin, degree))
         lagrange = basix.LagrangeVariant.gll_warped
         element = basix.create_element(basix.ElementFamily.P, kind, degree, lagrange)
         self._shapes = element.tabulate(0, nodes)[0].reshape(len(nodes), -1)

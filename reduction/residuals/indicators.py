@@ -88,9 +88,7 @@ def _by_element(fine: FinerSpace, fields: FloatArray) -> tuple[FloatArray, Float
     density = ufl.inner(forms.stress(kin, matter, field), kin.strain(field)) * kin.weight
     form = compat.compiled(density * test * dx)
     out = np.zeros(len(compat.owned_values(fem.Function(cells))))
-    full = fields
-    if fine.coupling.transformation is not None:
-        full = apply(fine.coupling.transformation, fields)
+    full = fine.coupling.displacement(fields)
     for k in range(full.shape[1]):
         compat.owned_values(field)[:] = full[:, k]
         field.x.scatter_forward()

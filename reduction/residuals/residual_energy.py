@@ -21,16 +21,17 @@ import numpy as np
 import scipy.linalg
 import ufl
 from dolfinx import fem
-from petsc4py import PETSc
 from scipy.special import gammaln
 
+from solidwhirl.meshing.own.drawing import chain_ends
 from solidwhirl.reduction.basis.craig_bampton import Basis
+from solidwhirl.reduction.basis.fixed_interface_modes import shifted_factor
 from solidwhirl.reduction.basis.free_motion import straining_part
 from solidwhirl.reduction.basis.reduced_block import ReducedBlock
 from solidwhirl.reduction.operators import compat, forms, kinematics
 from solidwhirl.reduction.operators.coupling import Coupling, couple
-from solidwhirl.reduction.operators.matrices import BodyOperators
-from solidwhirl.reduction.solvers.constrained import ConstrainedFactor, factorise
+from solidwhirl.reduction.operators.matrices import BodyOperators, assembled
+from solidwhirl.reduction.solvers.constrained import ConstrainedFactor
 from solidwhirl.reduction.solvers.vectors import apply, inner, project, symmetric
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray
 from solidwhirl.rotordyn.superelement.record import ErrorForm
@@ -147,8 +148,8 @@ def mesh_energy(
     loads = residual_terms(finer, _raised(operators, finer, v))
     free = _raised(operators, finer, basis.free)
     loads = balanced(loads, finer, free)
-    rows = np.hstack([finer.coupling.rows, finer.coupling.anchors])
-    factor = factorise(_shifted(finer, basis.shift), rows)
+    rows = finer.coupling.held
+    factor = shifted_factor(finer, finer.stiffness, rows, basis.shift)
     for k in range(1, 4):  # in place of the loads, which are not needed any more
         if loads[k].any():
             moved = factor.solve(loads[k], None)[: loads.shape[1]]
@@ -211,15 +212,6 @@ def _without(
     return out
 
 
-def _shifted(operators: BodyOperators, shift: float) -> Any:
-    """K - shift M."""
-    if shift == 0.0:
-        return operators.stiffness
-    matrix = operators.stiffness.copy()
-    matrix.axpy(-shift, operators.mass, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
-    return matrix
-
-
 def singular_factor(degree: int, exponent: float = _SINGULAR_EXPONENT) -> float:
     """Ratio of the energy error of an element at a singular point to what the next order shows.
 
@@ -246,12 +238,8 @@ def _weighted_stiffness(operators: BodyOperators, finer: BodyOperators, interfac
     compat.owned_values(factor)[:] = values
     kin = replace(given.kinematics, weight=factor * given.kinematics.weight)
     u, v = ufl.TrialFunction(finer.space), ufl.TestFunction(finer.space)
-    metadata = {"quadrature_degree": forms.quadrature_degree(kin, degree + 1)}
-    dx = ufl.Measure("dx", domain=domain, metadata=metadata)
-    form = forms.stiffness_form(kin, given.matter, u, v, dx)
-    matrix = compat.assemble_matrix(compat.compiled(form))
-    turned = finer.coupling.transformation
-    return matrix if turned is None else matrix.PtAP(turned)
+    dx = forms.measure(domain, kin, degree + 1)
+    return assembled(forms.stiffness_form(kin, given.matter, u, v, dx), finer.coupling)
 
 
 def _singular_cells(domain: Any, facet_tags: Any, interfaces: Any) -> BoolArray:
@@ -267,7 +255,7 @@ def _singular_cells(domain: Any, facet_tags: Any, interfaces: Any) -> BoolArray:
     for interface in interfaces:
         if interface.coupling == "rigid":
             facets = _facet_nodes(domain, cells, facet_tags[interface.name])
-            singular[_ends(points, facets)] = True
+            singular[chain_ends(points, facets, _STRAIGHT)] = True
     return np.asarray(singular[cells].any(axis=1))
 
 
@@ -280,22 +268,6 @@ def _facet_nodes(domain: Any, cells: IntArray, tags: Any) -> IntArray:
     node[corners] = cells
     ends = topology.connectivity(1, 0).array.reshape(-1, 2)
     return np.asarray(node[ends[tags.indices]])
-
-
-def _ends(points: FloatArray, facets: IntArray) -> list[int]:
-    """Nodes off the axis where a chain of facets ends or turns."""
-    directions: dict[int, list[FloatArray]] = {}
-    for a, b in facets:
-        step = (points[b] - points[a]) / np.linalg.norm(points[b] - points[a])
-        directions.setdefault(int(a), []).append(step)
-        directions.setdefault(int(b), []).append(-step)
-    scale = 1e-9 * float(np.abs(points).max())
-    return [
-        node
-        for node, steps in directions.items()
-        if points[node, 1] > scale
-        and not (len(steps) == 2 and np.linalg.norm(steps[0] + steps[1]) < _STRAIGHT)
-    ]
 
 
 def _gram(stiffness: Any, blocks: FloatArray, comm: Any) -> FloatArray:
@@ -317,8 +289,7 @@ def _finer_operators(operators: BodyOperators, degree: int, interfaces: Any) -> 
     space = compat.vector_space(operators.space.mesh, degree, 3)
     coupling = couple(space, kin, dict(given.facet_tags), interfaces, given.effects.components)
     u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
-    metadata = {"quadrature_degree": forms.quadrature_degree(kin, degree)}
-    dx = ufl.Measure("dx", domain=space.mesh, metadata=metadata)
+    dx = forms.measure(space.mesh, kin, degree)
     wanted = {
         "stiffness": forms.stiffness_form(kin, matter, u, v, dx),
         "mass": forms.mass_form(kin, matter, u, v, dx),
@@ -330,11 +301,7 @@ def _finer_operators(operators: BodyOperators, degree: int, interfaces: Any) -> 
         prestress = forms.stress(around, matter, given.centrifugal_field)
         wanted["stress_stiffening"] = forms.stiffening_form(kin, prestress, u, v, dx)
         wanted["spin_softening"] = forms.softening_form(kin, matter, u, v, dx)
-    matrices = {}
-    for name, form in wanted.items():
-        matrix = compat.assemble_matrix(compat.compiled(form))
-        turned = coupling.transformation
-        matrices[name] = matrix if turned is None else matrix.PtAP(turned)
+    matrices = {name: assembled(form, coupling) for name, form in wanted.items()}
     return replace(operators, coupling=coupling, space=space, **matrices)
 
 
@@ -342,7 +309,7 @@ def _raised(operators: BodyOperators, finer: BodyOperators, block: FloatArray) -
     """Columns û of the body's space as û of the finer space."""
     source, target = fem.Function(operators.space), fem.Function(finer.space)
     given, wanted = operators.coupling, finer.coupling
-    full = block if given.transformation is None else apply(given.transformation, block)
+    full = given.displacement(block)
     kept = wanted.kept
     rows = len(kept) + len(block) - len(given.kept)
     out = np.empty((rows, block.shape[1]))

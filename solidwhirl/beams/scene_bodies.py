@@ -8,14 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solidwhirl.beams.body import MODES, BeamLevelError, beam_element_of, beam_variants
+from solidwhirl.beams.nodes import DEFAULT_ELEMENTS
 from solidwhirl.geometry import Body
+from solidwhirl.geometry.meridian.snapping import axial_range
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.rotordyn import Superelement
+from solidwhirl.rotordyn.superelement.validation import MOTIONS
 from solidwhirl.scene.records import Scene
-
-# The default length of a beam, over the body's: the estimate of its error halves it.
-_ELEMENTS = 60
-_MOTIONS = ("ux", "uy", "uz", "rx", "ry", "rz")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -42,26 +41,20 @@ def beam_bodies(
     for name, body in bodies.items():
         modes = max(MODES, scene.bodies[name].modes or scene.model.modes or 0)
         used = {m for own in plan.bodies[name].interface_components.values() for m in own}
-        used |= {"ux", "uy", "rx", "ry"}
-        components = tuple(m for m in _MOTIONS if m in used)
+        components = tuple(m for m in MOTIONS if m in used or m in ("ux", "uy", "rx", "ry"))
         if not estimated:
-            made = beam_element_of(body, components=components, modes=modes)  # type: ignore[arg-type]
+            made = beam_element_of(body, components=components, modes=modes)
             elements[name] = _with_effects(made, plan)
             continue
-        models = beam_variants(body, components=components, modes=modes)  # type: ignore[arg-type]
-        models = tuple(_with_effects(m, plan) for m in models)
-        elements[name] = models[0]
-        others = others or [{} for _ in models[1:]]
-        for own, model in zip(others, models[1:], strict=True):
+        models = beam_variants(body, components=components, modes=modes)
+        elements[name], *rest = (_with_effects(m, plan) for m in models)
+        others = others or [{} for _ in rest]
+        for own, model in zip(others, rest, strict=True):
             own[name] = model
-        length = max(s.end_m for s in body.sections) - min(s.start_m for s in body.sections)
-        half = beam_element_of(
-            body,
-            components=components,  # type: ignore[arg-type]
-            element_length_m=0.5 * length / _ELEMENTS,
-            modes=modes,
-        )
-        finer[name] = _with_effects(half, plan)
+        start, end = axial_range(body)
+        half = 0.5 * (end - start) / DEFAULT_ELEMENTS
+        made = beam_element_of(body, components=components, element_length_m=half, modes=modes)
+        finer[name] = _with_effects(made, plan)
     return BeamBodies(elements=elements, variants=tuple(others), finer=finer)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from solidwhirl.geometry import MATERIALS, Body, Interface, Section
-from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid, predict_unknowns
+from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid
 from solidwhirl.meshing.own.prediction import (
     PredictedMesh,
     predict_mesh,
@@ -119,7 +119,7 @@ def test_solid_within_a_factor_of_two(reference_rotor, name, sizes):
     given = {"size_m": 0.1, "growth": 0.6, "through_thickness": 1.2, "around": 12, **sizes}
     size = MeshSize(**given)
     made = 3 * len(mesh_solid(body, size).points)
-    assert 0.5 < predict_unknowns(body, size) / made < 2.0
+    assert 0.5 < predict_mesh(body, size, 3).unknowns(2) / made < 2.0
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
