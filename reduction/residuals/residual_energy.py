@@ -25,13 +25,13 @@ from scipy.special import gammaln
 
 from solidwhirl.meshing.own.drawing import chain_ends
 from solidwhirl.reduction.basis.craig_bampton import Basis
-from solidwhirl.reduction.basis.fixed_interface_modes import shifted_factor
+from solidwhirl.reduction.basis.fixed_interface_modes import shifted_matrix
 from solidwhirl.reduction.basis.free_motion import straining_part
 from solidwhirl.reduction.basis.reduced_block import ReducedBlock
 from solidwhirl.reduction.operators import compat, forms, kinematics
 from solidwhirl.reduction.operators.coupling import Coupling, couple
 from solidwhirl.reduction.operators.matrices import BodyOperators, assembled
-from solidwhirl.reduction.solvers.constrained import ConstrainedFactor
+from solidwhirl.reduction.solvers.constrained import ConstrainedFactor, factorise
 from solidwhirl.reduction.solvers.vectors import apply, inner, project, symmetric
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray
 from solidwhirl.rotordyn.superelement.record import ErrorForm
@@ -149,7 +149,10 @@ def mesh_energy(
     free = _raised(operators, finer, basis.free)
     loads = balanced(loads, finer, free)
     rows = finer.coupling.held
-    factor = shifted_factor(finer, finer.stiffness, rows, basis.shift)
+    shifted = shifted_matrix(finer, finer.stiffness, basis.shift)
+    factor = factorise(shifted, rows)
+    if shifted is not finer.stiffness:
+        shifted.destroy()
     for k in range(1, 4):  # in place of the loads, which are not needed any more
         if loads[k].any():
             moved = factor.solve(loads[k], None)[: loads.shape[1]]

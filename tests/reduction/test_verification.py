@@ -168,9 +168,9 @@ def test_modes_that_are_not_orthonormal_fail(reduce_to, monkeypatch):
 
 def test_interface_forces_that_are_not_reciprocal_fail(reduce_to, monkeypatch):
     """One constraint mode is off by 1e-3 of a held mode: no longer in equilibrium."""
-    from solidwhirl.reduction.body import reduce
+    from solidwhirl.reduction.body import verification
 
-    solve = reduce.verify_order
+    solve = verification.verify_order
 
     def spoiled(operators, basis, orthogonality, where):
         vectors = np.array(basis.vectors)
@@ -179,7 +179,7 @@ def test_interface_forces_that_are_not_reciprocal_fail(reduce_to, monkeypatch):
         vectors[:, 0] += 1e-3 * scale * held
         return solve(operators, dataclasses.replace(basis, vectors=vectors), orthogonality, where)
 
-    monkeypatch.setattr(reduce, "verify_order", spoiled)
+    monkeypatch.setattr(verification, "verify_order", spoiled)
     _, work = reduce_to(shaft(interfaces=3))
     assert bad(work.checks) == {"interface forces are reciprocal"}
     check = next(c for c in work.checks if c.passed is False)
@@ -187,12 +187,12 @@ def test_interface_forces_that_are_not_reciprocal_fail(reduce_to, monkeypatch):
 
 
 def test_wrong_mass_of_a_solid_fails(reduce_to, monkeypatch):
-    from solidwhirl.reduction.body import reduce
+    from solidwhirl.reduction.body import superelements
     from solidwhirl.rotordyn import check_superelement
 
-    right = reduce.mesh_mass_properties
+    right = superelements.mesh_mass_properties
     monkeypatch.setattr(
-        reduce,
+        superelements,
         "mesh_mass_properties",
         lambda rigid: right(rigid)._replace(mass_kg=1.02 * right(rigid).mass_kg),
     )
