@@ -20,7 +20,7 @@ sys.path.insert(0, {str(TESTS)!r})
 from dataclasses import replace
 
 import numpy as np
-from conftest import plane, section
+from shapes import plane, section
 from mpi4py import MPI
 
 from solidwhirl.geometry import Body
