@@ -3,8 +3,6 @@
 The rotation axis is z; bodies of revolution are drawn in the half-plane (z, r), r >= 0, SI units.
 """
 
-from __future__ import annotations
-
 from solidwhirl.geometry.errors import GeometryError
 from solidwhirl.geometry.mass_properties import (
     MassProperties,

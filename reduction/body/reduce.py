@@ -155,16 +155,13 @@ def order_checks(
         if basis.generator is not None:
             out.append(verification.check_evenness(where, evenness(operators, basis)))
         return [*out, verification.count_found_modes(operators, basis, where)]
-    counted = verification.count_solid_modes(
-        body,
-        mesh,
-        operators.comm,
-        basis,
-        request.orders,
-        lambda order: replace(
-            order_effects(body, request, order), gyroscopic=False, centrifugal=False
-        ),
-    )
+    still = replace(request, gyroscopic=False, centrifugal=False)
+    counted = None
+    if operators.comm.rank == 0:
+        counted = verification.count_solid_modes(
+            body, mesh, basis, request.orders, lambda order: order_effects(body, still, order)
+        )
+    counted = operators.comm.bcast(counted, root=0)
     return [*out, counted]
 
 

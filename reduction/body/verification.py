@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from mpi4py import MPI
@@ -20,6 +19,7 @@ from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators.matrices import BodyOperators, OperatorEffects, build_operators
 from solidwhirl.reduction.solvers.constrained import ConstrainedFactor, bordered
 from solidwhirl.reduction.solvers.vectors import apply, inner, project
+from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.superelement.invariants import Invariant, compared, undecided
 from solidwhirl.rotordyn.superelement.rigid_body import MassProperties
 
@@ -190,17 +190,26 @@ def _moved_factor_count(operators: BodyOperators, basis: Basis, eigenvalue: floa
     return negative - factor.border
 
 
-def highest_gap(basis: Basis, least: float = _GAP) -> tuple[float, int]:
-    """Return a shift in the highest gap of the list of held modes, and the modes below it.
+def highest_gap(basis: Basis) -> tuple[float, int]:
+    """Return a shift [1/s²] in the highest gap of the list of held modes, and the modes below it.
 
-    `basis`: with its fixed-interface modes at rest and the eigenvalue that follows them. `least`:
-    smallest relative gap that counts. Returns shift [1/s²], count: zero modes if there is no gap.
+    The list is that of the modes at rest and the eigenvalue that follows them; zero modes if there
+    is no gap of relative size `_GAP`.
     """
     values = np.sort(np.append(basis.fixed_eigenvalues, basis.omitted_eigenvalue))
-    gaps = np.flatnonzero(np.diff(values) > least * values[1:])
-    if not gaps.size:
-        return 0.0, 0
-    place = int(gaps[-1])
+    gaps = np.flatnonzero(np.diff(values) > _GAP * values[1:])
+    return _between(values, int(gaps[-1])) if gaps.size else (0.0, 0)
+
+
+def widest_gap(basis: Basis) -> tuple[float, int]:
+    """As `highest_gap`, of the widest gap in the upper half of the list, `_WIDE` at least."""
+    values = np.sort(np.append(basis.fixed_eigenvalues, basis.omitted_eigenvalue))
+    gaps = np.diff(values) / values[:-1]
+    gaps[: len(gaps) // 2] = 0.0
+    return _between(values, int(gaps.argmax())) if gaps.max(initial=0.0) >= _WIDE else (0.0, 0)
+
+
+def _between(values: FloatArray, place: int) -> tuple[float, int]:
     return float(np.sqrt(values[place] * values[place + 1])), place + 1
 
 
@@ -282,28 +291,15 @@ _FAMILIES = {0: 1, 1: 2}
 def count_solid_modes(
     body: Body,
     mesh: Mesh | None,
-    comm: Any,
     basis: Basis,
     orders: tuple[int, ...],
     effects_of: Callable[[int], OperatorEffects],
 ) -> Invariant:
-    """Check that no fixed-interface mode at rest of a solid is missing.
+    """Check on one rank that no fixed-interface mode at rest of a solid is missing.
 
-    `mesh`: of the solid, on rank 0. `comm`: communicator of the solid; the meridian is worked on by
-    rank 0. Result: not decided where the list has no gap that is wide enough.
+    Its mesh gives the sizes of a meridian. Not decided where the list of modes has no gap that is
+    wide enough.
     """
-    found = _on_rank_0(body, mesh, basis, orders, effects_of) if comm.rank == 0 else None
-    out: Invariant = comm.bcast(found, root=0)
-    return out
-
-
-def _on_rank_0(
-    body: Body,
-    mesh: Mesh | None,
-    basis: Basis,
-    orders: tuple[int, ...],
-    effects_of: Callable[[int], OperatorEffects],
-) -> Invariant:
     shift, below = widest_gap(basis)
     if not below:
         reason = "no gap between the eigenvalues is wider than what a mesh may move them"
@@ -317,21 +313,6 @@ def _on_rank_0(
     text = f"{counted} modes counted on a coarse meridian, {below} found below "
     text += f"{np.sqrt(shift) / (2.0 * np.pi):.6g} Hz"
     return compared(MISSING, body.name, abs(counted - below), 0.0, MODES, text)
-
-
-def widest_gap(basis: Basis) -> tuple[float, int]:
-    """Return a shift in the widest gap in the upper half of the held modes, and the modes below.
-
-    `basis`: with its fixed-interface modes at rest and the eigenvalue that follows them. Returns
-    shift [1/s²], count: zero modes if no gap is wide enough.
-    """
-    values = np.sort(np.append(basis.fixed_eigenvalues, basis.omitted_eigenvalue))
-    gaps = np.diff(values) / values[:-1]
-    gaps[: len(gaps) // 2] = 0.0
-    if not gaps.size or gaps.max() < _WIDE:
-        return 0.0, 0
-    place = int(gaps.argmax())
-    return float(np.sqrt(values[place] * values[place + 1])), place + 1
 
 
 def meridian_count(

@@ -5,7 +5,6 @@ Nothing else in the project calls a dolfinx function whose name or signature dif
 
 from __future__ import annotations
 
-import logging
 import re
 import sys
 import warnings
@@ -18,7 +17,7 @@ import ufl
 from petsc4py import PETSc
 
 from solidwhirl.meshing import IntArray, Mesh
-from solidwhirl.reduction.operators.form_cache import guard_compiler
+from solidwhirl.reduction.operators.form_cache import guard_compiler, silent
 
 
 @contextmanager
@@ -128,14 +127,9 @@ def owned_values(function: Any) -> Any:
 @contextmanager
 def _quiet_compiler() -> Iterator[None]:
     """Without the chatter of the form compiler, and what it leaves of files and deprecations."""
-    before = logging.root.manager.disable
-    logging.disable(logging.INFO)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            yield
-    finally:
-        logging.disable(before)
+    with silent(), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
 
 
 def compiled(form: Any) -> Any:

@@ -149,7 +149,7 @@ def _guarded(compiler: Callable[..., Any]) -> Callable[..., Any]:
             return compiler(*args, **options)
         cache = Path(cache)
         try:
-            with _alone(cache), _silent():
+            with _alone(cache), silent():
                 return compiler(*args, **options)
         except OSError as error:
             if isinstance(error, TimeoutError):
@@ -162,8 +162,8 @@ def _guarded(compiler: Callable[..., Any]) -> Callable[..., Any]:
 
 
 @contextlib.contextmanager
-def _silent() -> Iterator[None]:
-    """Keep the commands of the C compiler out of the error stream."""
+def silent() -> Iterator[None]:
+    """Keep the commands and the progress of the compilers out of the error stream."""
     before = logging.root.manager.disable
     logging.disable(max(before, logging.INFO))
     try:
