@@ -56,6 +56,7 @@ def test_solid_level_within_half_a_percent_and_pairs_stay_double(reference_rotor
     np.testing.assert_allclose(found[1:6:2], found[:6:2], rtol=1e-9)
 
 
+@pytest.mark.verify
 def test_solid_level_converges(reference_rotor, reduce_to):
     found = []
     for corner, growth in ((8e-3, 1.2), (4e-3, 0.85), (2e-3, 0.6)):
