@@ -13,14 +13,7 @@ from solidwhirl.geometry.mass_properties import (
 from solidwhirl.geometry.materials import MATERIALS, Material
 from solidwhirl.geometry.meridian.fillet_merge import merge_fillets
 from solidwhirl.geometry.meridian.subdivision import Corner, Curve, Face, Subdivision, subdivide
-from solidwhirl.geometry.profile import (
-    Body,
-    Coupling,
-    Interface,
-    InterfaceKind,
-    RigidDisk,
-    Section,
-)
+from solidwhirl.geometry.profile import Body, Coupling, Interface, InterfaceKind, RigidDisk, Section
 from solidwhirl.geometry.stages import (
     TABLE_7,
     Cone,

@@ -57,9 +57,7 @@ def section_mass_properties(section: Section) -> MassProperties:
     ring = math.pi * (outer - inner) * (outer + inner)
     mass = section.material.density_kg_per_m3 * width * _WEIGHTS * ring
     return _gather(
-        mass=mass,
-        axial=section.start_m + width * _NODES,
-        square_radius=0.5 * (outer**2 + inner**2),
+        mass=mass, axial=section.start_m + width * _NODES, square_radius=0.5 * (outer**2 + inner**2)
     )
 
 

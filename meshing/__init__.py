@@ -6,14 +6,7 @@ from solidwhirl.meshing.own.meridian import MINIMUM_SCALED_JACOBIAN, mesh_meridi
 from solidwhirl.meshing.own.quality import scaled_jacobians, straighten
 from solidwhirl.meshing.own.refinement import CORNER_RATE, refined_size
 from solidwhirl.meshing.own.solid import mesh_solid
-from solidwhirl.meshing.records import (
-    FloatArray,
-    IntArray,
-    LocalSize,
-    Mesh,
-    MeshQuality,
-    MeshSize,
-)
+from solidwhirl.meshing.records import FloatArray, IntArray, LocalSize, Mesh, MeshQuality, MeshSize
 
 __all__ = [
     "CORNER_RATE",

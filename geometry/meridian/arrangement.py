@@ -54,9 +54,7 @@ def arrange(body: Body, tolerance_m: float) -> PlaneGraph:
     faces = []
     for (number, panel), polygon in zip(panels, polygons, strict=True):
         loop = _loop(_with_vertices_on_edges(polygon, points, tolerance_m), curves)
-        faces.append(
-            Face(loop=loop, section=number, material=materials.index(panel.material)),
-        )
+        faces.append(Face(loop=loop, section=number, material=materials.index(panel.material)))
     graph = PlaneGraph(
         points=points,
         curves=tuple(Curve(start=start, end=end) for start, end in curves),

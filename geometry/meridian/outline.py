@@ -76,10 +76,7 @@ def reentrant_corners(
 
 
 def straight_run(
-    graph: PlaneGraph,
-    step: Mapping[int, DirectedCurve],
-    corner: int,
-    tolerance_m: float,
+    graph: PlaneGraph, step: Mapping[int, DirectedCurve], corner: int, tolerance_m: float
 ) -> StraightRun:
     """Return the outline curves from a corner on that lie on one straight line.
 

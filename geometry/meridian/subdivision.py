@@ -123,10 +123,5 @@ def _plan(body: Body) -> _Plan:
     fillets = rounding.plan_fillets(graph, outline, corners, body, scale)
     rounding.refuse_swallowed_interfaces(graph, fillets, body.interfaces, interfaces, tolerance)
     return _Plan(
-        body=body,
-        scale=scale,
-        graph=graph,
-        interfaces=interfaces,
-        corners=corners,
-        fillets=fillets,
+        body=body, scale=scale, graph=graph, interfaces=interfaces, corners=corners, fillets=fillets
     )

@@ -74,11 +74,7 @@ def read_nastran(path: Path) -> FileMesh:
         for number in np.unique(own):
             groups.setdefault(str(number), {})[k] = np.flatnonzero(own == number)
     return FileMesh(
-        points=points,
-        blocks=tuple(blocks),
-        element_groups=groups,
-        node_groups={},
-        face_groups={},
+        points=points, blocks=tuple(blocks), element_groups=groups, node_groups={}, face_groups={}
     )
 
 

@@ -172,11 +172,7 @@ def _drawn_places(
 ) -> list[tuple[float, float, float]]:
     """Places and their element sizes in units of the drawing."""
     return [
-        (
-            round(z / unit_m, _DECIMALS),
-            round(r / unit_m, _DECIMALS),
-            drawn_length(h, unit_m),
-        )
+        (round(z / unit_m, _DECIMALS), round(r / unit_m, _DECIMALS), drawn_length(h, unit_m))
         for z, r, h in places
     ]
 

@@ -11,14 +11,7 @@ from solidwhirl.geometry import Body, Subdivision, merge_fillets, subdivide
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.own import drawing as drawn
 from solidwhirl.meshing.own.quality import doubled_areas, scaled_jacobians, straighten
-from solidwhirl.meshing.records import (
-    FloatArray,
-    IntArray,
-    LocalSize,
-    Mesh,
-    MeshQuality,
-    MeshSize,
-)
+from solidwhirl.meshing.records import FloatArray, IntArray, LocalSize, Mesh, MeshQuality, MeshSize
 
 #: Elements below this scaled Jacobian are straightened; what stays below is refused.
 MINIMUM_SCALED_JACOBIAN = 0.02

@@ -238,10 +238,7 @@ def _small_enough(
 
 
 def _curve_elements(
-    subdivision: Subdivision,
-    curve: int,
-    size: _ElementSize,
-    density: _Density,
+    subdivision: Subdivision, curve: int, size: _ElementSize, density: _Density
 ) -> float:
     """Integral of density(x, h(x)) along a curve (arcs as chords)."""
     ends = subdivision.curves[curve]

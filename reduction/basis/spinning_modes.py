@@ -72,9 +72,7 @@ class Spinning:
 
 
 def modes_at_speed(
-    body: Spinning,
-    start: FloatArray,
-    wanted: Callable[[FloatArray, FloatArray], BoolArray],
+    body: Spinning, start: FloatArray, wanted: Callable[[FloatArray, FloatArray], BoolArray]
 ) -> tuple[FloatArray, FloatArray, int] | None:
     """Fixed-interface modes at speed.
 

@@ -55,10 +55,7 @@ class BlockMoments:
 
 
 def block_moments(
-    operators: BodyOperators,
-    basis: Basis,
-    block: ReducedBlock,
-    earlier: Sequence[BlockMoments],
+    operators: BodyOperators, basis: Basis, block: ReducedBlock, earlier: Sequence[BlockMoments]
 ) -> BlockMoments:
     """Integrate the fields of one circumferential order, or of the solid, over the mass."""
     signs, order = block.signs, block.order

@@ -147,9 +147,7 @@ def build_superelement(
         coordinates=tuple(flat[k] for k in order),
         interfaces=tuple(
             InterfaceNode(
-                name=i.name,
-                position_m=np.array(i.position_m, dtype=float),
-                coupling=i.coupling,
+                name=i.name, position_m=np.array(i.position_m, dtype=float), coupling=i.coupling
             )
             for i in body.interfaces
         ),
@@ -283,10 +281,7 @@ def _free_frequencies(
 
 
 def _both_families(
-    operators: BodyOperators,
-    coordinates: list[Coordinate],
-    rigid: FloatArray,
-    present: BoolArray,
+    operators: BodyOperators, coordinates: list[Coordinate], rigid: FloatArray, present: BoolArray
 ) -> tuple[list[Coordinate], FloatArray, BoolArray, FloatArray]:
     """Coordinates of cos and sin family with true rotations, and the signs that make them so."""
     n = len(coordinates)

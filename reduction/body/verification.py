@@ -219,9 +219,7 @@ def meshed_part_properties(body: Body) -> MassProperties:
     exact = mass_properties(bare)
     diametral, polar = exact.diametral_inertia_kg_m2, exact.polar_inertia_kg_m2
     return MassProperties(
-        exact.mass_kg,
-        np.array(exact.center_of_gravity_m),
-        np.diag([diametral, diametral, polar]),
+        exact.mass_kg, np.array(exact.center_of_gravity_m), np.diag([diametral, diametral, polar])
     )
 
 

@@ -54,11 +54,7 @@ class Coupling:
 def rigid_motion_at(component: str, place_m: tuple[float, float, float]) -> dict[str, float]:
     """Motion of a point for a unit rigid motion about the origin, by component."""
     x, y, z = place_m
-    moved = {
-        "rx": {"uy": -z, "uz": y},
-        "ry": {"ux": z, "uz": -x},
-        "rz": {"ux": -y, "uy": x},
-    }
+    moved = {"rx": {"uy": -z, "uz": y}, "ry": {"ux": z, "uz": -x}, "rz": {"ux": -y, "uy": x}}
     return {component: 1.0, **moved.get(component, {})}
 
 

@@ -244,10 +244,7 @@ def _assemble_solid(
     matrices = {name: solid_matrices.vector_matrix(name, parts, turned) for name in names}
     stiffness = assembled(forms.stiffness_form(kin, matter, u, v, dx))
     if effects.centrifugal:
-        around, weight = (
-            kinematics.symmetric_solid(space.mesh, AXISYMMETRIC, kin.copies),
-            None,
-        )
+        around, weight = (kinematics.symmetric_solid(space.mesh, AXISYMMETRIC, kin.copies), None)
         if effects.shape != "quartered":
             around, weight = kin, parts.mass
         field, hoop = centrifugal_displacement(

@@ -110,10 +110,7 @@ def body_fields(
     orders = tuple(OrderFields(**f, rows=own) for f, own in zip(found, rows, strict=True))
     _refuse_other_cells(body, orders)
     return BodyFields(
-        name=body.name,
-        materials=mesh.materials,
-        orders=orders,
-        turn=_turn(body, element, again),
+        name=body.name, materials=mesh.materials, orders=orders, turn=_turn(body, element, again)
     )
 
 

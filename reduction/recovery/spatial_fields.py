@@ -69,10 +69,7 @@ def in_space(found: RecoveredFields, sectors: int) -> SpatialFields:
 
 
 def values_at(
-    terms: Sequence[FieldTerm],
-    points: FieldPoints,
-    theta: FloatArray,
-    kept: IntArray | None = None,
+    terms: Sequence[FieldTerm], points: FieldPoints, theta: FloatArray, kept: IntArray | None = None
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return displacement (s, p, 3) and stress (s, p, 6) along x, y, z at angles of a meridian.
 

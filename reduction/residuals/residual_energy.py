@@ -332,9 +332,7 @@ _OF_STRAIN = (0, 3)
 
 
 def joined_forms(
-    blocks: Sequence[ReducedBlock],
-    omitted: Sequence[tuple[Omitted, ...]],
-    order: IntArray,
+    blocks: Sequence[ReducedBlock], omitted: Sequence[tuple[Omitted, ...]], order: IntArray
 ) -> tuple[ErrorForm, ...]:
     """Error forms of a superelement.
 

@@ -138,10 +138,7 @@ def hierarchy_of(matrix: Any, places: BlockPlaces) -> Hierarchy:
         rows[np.diag_indices(len(rows))] *= 1.0 + _LIFT
         first, end = matrix.getOwnershipRange()
     out = Hierarchy(
-        finest=matrix,
-        levels=tuple(levels),
-        coarsest=_inverse(rows)[first:end],
-        comm=comm,
+        finest=matrix, levels=tuple(levels), coarsest=_inverse(rows)[first:end], comm=comm
     )
     pc.destroy()
     lifted.destroy()
@@ -182,10 +179,7 @@ def _level(matrix: Any, prolongation: Any, comm: Any) -> Level:
         x = product * inverse[:, None]
         x = x / np.sqrt(inner(x, x, comm)[0, 0])
     return Level(
-        matrix=matrix,
-        inverse_diagonal=inverse,
-        largest=largest,
-        prolongation=prolongation,
+        matrix=matrix, inverse_diagonal=inverse, largest=largest, prolongation=prolongation
     )
 
 

@@ -69,10 +69,7 @@ def iterative_pairs(
 
 
 def _projected(
-    basis: tuple[FloatArray, ...],
-    images: tuple[FloatArray, ...],
-    going: BoolArray,
-    comm: Any,
+    basis: tuple[FloatArray, ...], images: tuple[FloatArray, ...], going: BoolArray, comm: Any
 ) -> tuple[FloatArray, ...]:
     """Rayleigh-Ritz on [X, P, W]: values, X, A X, and P, A P of the modes that go on."""
     m = basis[0].shape[1]

@@ -77,10 +77,7 @@ class ConstrainedIteration:
         return np.asarray(residual - self.normals @ forces)
 
     def solve(
-        self,
-        force: FloatArray | None,
-        values: FloatArray | None,
-        tolerance: float = SOLUTION,
+        self, force: FloatArray | None, values: FloatArray | None, tolerance: float = SOLUTION
     ) -> FloatArray:
         """Solve A u + Bᵀ λ = force, B u = values.
 

@@ -273,10 +273,7 @@ def _plate_chains(
 
 
 def _pieces_without(
-    sections: Sequence[Section],
-    bands: list[_Band],
-    chains: list[list[_Band]],
-    radii: list[float],
+    sections: Sequence[Section], bands: list[_Band], chains: list[list[_Band]], radii: list[float]
 ) -> list[Section]:
     """Return what is left of the sections without the plates, each piece a section."""
     plates = {(band.interval, k) for chain in chains for band in chain for k in band.sections}
@@ -352,9 +349,7 @@ def _plate(
         members = band.sections
         slices = tuple(
             Slice(
-                start_m=sections[k].start_m,
-                end_m=sections[k].end_m,
-                material=sections[k].material,
+                start_m=sections[k].start_m, end_m=sections[k].end_m, material=sections[k].material
             )
             for k in members
         )

@@ -170,9 +170,7 @@ def column_segment(
     stiffness = [section_stiffness(column, stiff, z, shear) for z in places]
     inertia = [section_inertia(column, z, *at) for z, at in zip(places, radii, strict=False)]
     return elements.segment(
-        ends_m,
-        SectionStiffness(*np.array(stiffness).T),
-        SectionInertia(*np.array(inertia).T),
+        ends_m, SectionStiffness(*np.array(stiffness).T), SectionInertia(*np.array(inertia).T)
     )
 
 

@@ -60,9 +60,7 @@ class Contributions:
 
 
 def error_contributions(
-    system: AssembledSystem,
-    speeds_rad_s: Sequence[float],
-    asked: AskedModes,
+    system: AssembledSystem, speeds_rad_s: Sequence[float], asked: AskedModes
 ) -> Contributions:
     """Estimate the errors of the lowest modes at some speeds, body by body."""
     shares: dict[tuple[str, str], list[FloatArray]] = {}

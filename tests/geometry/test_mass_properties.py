@@ -77,10 +77,7 @@ def test_cone(section):
 
 @pytest.mark.parametrize(
     ("inner", "outer", "published"),
-    [
-        (0.02, 0.15, (16.2464, 0.186022, 0.0942293)),
-        (0.035, 0.1, (6.45079, 0.0362051, 0.0185863)),
-    ],
+    [(0.02, 0.15, (16.2464, 0.186022, 0.0942293)), (0.035, 0.1, (6.45079, 0.0362051, 0.0185863))],
 )
 def test_disks_of_the_twin_rotor(section, inner, outer, published):
     found = section_mass_properties(section("disk", 0.0, 0.03, inner, outer))

@@ -196,20 +196,14 @@ def test_low_pressure_spool_is_one_piece(section, body, conforming, direction):
             for part in lay(
                 "lp_compressor",
                 direction=direction,
-                web=[
-                    web_at(1, 0.035, 0.05),
-                    web_at(3, 0.01, 0.05, "back"),
-                ],
+                web=[web_at(1, 0.035, 0.05), web_at(3, 0.01, 0.05, "back")],
             )
         ),
         *lay(
             "lp_turbine",
             start=turbine,
             direction=direction,
-            web=[
-                web_at(2, 0.008, 0.05),
-                cone_at(4, 0.05, foot, 0.002),
-            ],
+            web=[web_at(2, 0.008, 0.05), cone_at(4, 0.05, foot, 0.002)],
         ),
     )
     found = subdivide(shape)

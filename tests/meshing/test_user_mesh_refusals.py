@@ -64,21 +64,13 @@ REFUSED = {
     "folded": (folded, {}, r"is folded|lie over their neighbours"),
     "shells": (shells, {}, "no volume elements, only quad"),
     "unknown kind": (lambda: file_mesh(POINTS, VTK_LAGRANGE_HEXAHEDRON=HEXAHEDRA), {}, "not known"),
-    "no group": (
-        block,
-        seat(group="SEAT"),
-        "interface 'seat': the file has no group 'SEAT'",
-    ),
+    "no group": (block, seat(group="SEAT"), "interface 'seat': the file has no group 'SEAT'"),
     "empty box": (
         block,
         seat(box_m=((8, 8, 8), (9, 9, 9))),
         r"no facet of the surface lies in the box; .* from \[0, 0, 0\] to \[1, 1, 3\] m",
     ),
-    "no material": (
-        block,
-        {"material": None},
-        "96 of 96 elements are in none of the groups",
-    ),
+    "no material": (block, {"material": None}, "96 of 96 elements are in none of the groups"),
     "no such part": (
         block,
         {"materials": (("RIM", TITANIUM),)},

@@ -229,9 +229,7 @@ def test_refusals_name_the_place(beam_bodies, change, message):
 
 def test_steep_cones_and_bad_arguments_are_refused(body_of, beam_bodies):
     steep = body_of(
-        ("a", 0.0, 0.1, 0.0, 0.02),
-        ("b", 0.1, 0.11, (0.005, 0.105), (0.02, 0.12)),
-        planes=[(0.0,)],
+        ("a", 0.0, 0.1, 0.0, 0.02), ("b", 0.1, 0.11, (0.005, 0.105), (0.02, 0.12)), planes=[(0.0,)]
     )
     with pytest.raises(BeamLevelError, match="'b' is a cone of slope 10"):
         beam_element_of(steep)
