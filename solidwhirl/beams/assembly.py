@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from solidwhirl.beams import plates
-from solidwhirl.beams.attached_inertia import Rider, fillet_rings, riders
+from solidwhirl.beams.attached_inertia import CarriedRing, carried_rings, fillet_rings
 from solidwhirl.beams.nodes import Layout
 from solidwhirl.beams.plates import Edge, PlateMatrices, PlateMotion
 from solidwhirl.beams.profile import Cell, Place
@@ -25,7 +25,7 @@ class Pieces(NamedTuple):
     """Cross-sections along all elements, the rings that ride on them, and fillets at nodes."""
 
     segments: tuple[Segment, ...]
-    riders: tuple[Rider, ...]
+    carried_rings: tuple[CarriedRing, ...]
     fillets: tuple[Attached, ...]
 
 
@@ -36,7 +36,7 @@ def pieces_of(body: Body, layout: Layout, slope: float, shear: ShearRule) -> Pie
     along = tuple(
         column_segment(columns[e.column], radii[e.column], e.ends_m, shear) for e in layout.elements
     )
-    return Pieces(along, riders(layout, radii, along), fillet_rings(body, layout))
+    return Pieces(along, carried_rings(layout, radii, along), fillet_rings(body, layout))
 
 
 def assembled_family(
@@ -50,13 +50,13 @@ def assembled_family(
         family,
         extra=sum(block.extra for block in blocks),
     )
-    for rider in pieces.riders:
-        piece = pieces.segments[rider.element]
-        rows = families.node_rows(nodes[rider.element], family)
+    for carried in pieces.carried_rings:
+        piece = pieces.segments[carried.element]
+        rows = families.node_rows(nodes[carried.element], family)
         at = np.ix_(rows, rows)
-        (moved,), (tilted,) = section_motion(piece, rider.xi(piece), family, rider.arm_m)
-        inertia = 2.0 * rider.second_kg_m2 if family == "torsion" else rider.mass_kg
-        spin = rider.second_kg_m2 * np.outer(tilted, tilted)
+        (moved,), (tilted,) = section_motion(piece, carried.xi(piece), family, carried.arm_m)
+        inertia = 2.0 * carried.second_kg_m2 if family == "torsion" else carried.mass_kg
+        spin = carried.second_kg_m2 * np.outer(tilted, tilted)
         found.mass[at] += inertia * np.outer(moved, moved) + spin
         found.gyroscopic[at] += 2.0 * spin
     next_free = per_node(family) * layout.nodes_m.size

@@ -44,13 +44,13 @@ class Column:
     layers: tuple[Section, ...]  #: Rings from the axis outwards; each may reach beyond the planes
     #: Plates on the outer and under the inner surface: they carry no axial stress far from the
     #: column, and stiffen it as far as the stiffness rule says
-    roof: tuple[Section, ...] = ()
-    floor: tuple[Section, ...] = ()
+    outer_plates: tuple[Section, ...] = ()
+    inner_plates: tuple[Section, ...] = ()
 
     @property
     def is_straight(self) -> bool:
         """Whether all radii are constant, and no plate ends within the column."""
-        rings = (*self.layers, *self.roof, *self.floor)
+        rings = (*self.layers, *self.outer_plates, *self.inner_plates)
         return all(
             r.inner_radius_m[0] == r.inner_radius_m[1]
             and r.outer_radius_m[0] == r.outer_radius_m[1]
@@ -388,8 +388,8 @@ def _edge_place(
 
 def _with_plates(column: Column, plates: Sequence[Plate], tolerance: float) -> Column:
     """Return the column with the plates on its surfaces, for the stiffness they lend."""
-    roof: tuple[Section, ...] = ()
-    floor: tuple[Section, ...] = ()
+    outer_plates: tuple[Section, ...] = ()
+    inner_plates: tuple[Section, ...] = ()
     middle = 0.5 * (column.start_m + column.end_m)
     for plate in plates:
         share = 0.5 if plate.inner and plate.outer else 1.0
@@ -399,10 +399,10 @@ def _with_plates(column: Column, plates: Sequence[Plate], tolerance: float) -> C
         above = plate.inner is not None and low.start_m < middle < low.end_m
         below = plate.outer is not None and high.start_m < middle < high.end_m
         if above and abs(column.outer_m(middle) - low.inner_m) <= tolerance:
-            roof = _as_sections(low, low.inner_m, top)
+            outer_plates = _as_sections(low, low.inner_m, top)
         if below and abs(column.inner_m(middle) - high.outer_m) <= tolerance:
-            floor = _as_sections(high, bottom, high.outer_m)
-    return replace(column, roof=roof, floor=floor)
+            inner_plates = _as_sections(high, bottom, high.outer_m)
+    return replace(column, outer_plates=outer_plates, inner_plates=inner_plates)
 
 
 def _as_sections(cell: Cell, inner: float, outer: float) -> tuple[Section, ...]:

@@ -78,7 +78,7 @@ def _followed(
         inner = np.array([column.inner_m(z) for z in grid])
         outer = np.array([column.outer_m(z) for z in grid])
         surface, other = (outer, inner) if outwards else (-inner, -outer)
-        plates = column.roof if outwards else column.floor
+        plates = column.outer_plates if outwards else column.inner_plates
         edge = max(
             (s.outer_radius_m[0] if outwards else -s.inner_radius_m[0] for s in plates),
             default=-np.inf,
@@ -188,7 +188,7 @@ def section_stiffness(
     """
     low, high = stiff.at(z_m)
     bending = moment = axial = torsion = shearing = poisson = 0.0
-    for layer in (*column.layers, *column.roof, *column.floor):
+    for layer in (*column.layers, *column.outer_plates, *column.inner_plates):
         if not layer.start_m <= z_m <= layer.end_m:
             continue
         ring = _clipped(layer, z_m, low, high)
