@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -14,18 +14,19 @@ import scipy.linalg as la
 from scipy.optimize import linear_sum_assignment
 
 from solidwhirl.rotordyn.assembly.bearing_laws import PolynomialLaw
-from solidwhirl.rotordyn.assembly.law_pieces import LawPieces
+from solidwhirl.rotordyn.assembly.parts import Bearing
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, LawJoint, assemble
 from solidwhirl.rotordyn.core.arrays import (
     BoolArray,
     ComplexArray,
     FloatArray,
     IntArray,
+    ReadOnlyArrays,
     StringArray,
-    freeze_arrays,
 )
 from solidwhirl.rotordyn.core.errors import AnalysisError, AssemblyError
 from solidwhirl.rotordyn.core.reprs import row
+from solidwhirl.rotordyn.critical_speeds.search import checked_excitation
 from solidwhirl.rotordyn.critical_speeds.speed_roots import speed_roots
 from solidwhirl.rotordyn.critical_speeds.whirl_pencils import Pencil, direct_speeds, whirl_pencils
 from solidwhirl.rotordyn.modes.whirl import interface_orbits, separated_whirl, whirl_direction
@@ -187,24 +188,15 @@ class MapRequest(NamedTuple):
     limit: float
 
 
-class _Factor(NamedTuple):
-    """Stiffness (2, 2) of a law over Ω for a base of one, and its pieces."""
-
-    stiffness: Callable[[float], FloatArray]
-    pieces: LawPieces | None
-
-
 class _Family(NamedTuple):
     """The system with the stiffness of the named bearings left open, for a range of stiffness.
 
-    `change` takes its coordinates to those of the first family, shape (n, n); `factors` are the
-    laws of its bearings for a base stiffness of one.
+    `change` takes its coordinates to those of the first family, shape (n, n).
     """
 
     assembled: AssembledSystem
     pencils: tuple[Pencil, ...]
     change: FloatArray
-    factors: Mapping[str, _Factor]
 
 
 class MapSolver:
@@ -233,22 +225,13 @@ class MapSolver:
 
     def _assembled_family(self, stiffness: float) -> _Family:
         assembled = _opened(self.assembled, self.request.names, stiffness)
-        if self._first is None:
-            change = np.eye(assembled.size)
-        else:
+        change = np.eye(assembled.size)
+        if self._first is not None:
             start = self._first.assembled.transformation
             change = la.lstsq(start, assembled.transformation)[0]
-        pencils = whirl_pencils(assembled, self.request.ratio)
-        if self._first is None:
-            factors = {j.bearing: _factor(j) for j in assembled.law_joints if self._varies(j)}
-        else:
-            factors = dict(self._first.factors)
-        family = _Family(assembled, pencils, change, factors)
+        family = _Family(assembled, whirl_pencils(assembled, self.request.ratio), change)
         self._first = self._first or family
         return family
-
-    def _varies(self, joint: LawJoint) -> bool:
-        return joint.bearing in self.request.names
 
     def point(self, place: int, stiffness: float) -> MapPoint:
         """Return the critical speeds of one pencil, with shapes in the first family's x."""
@@ -282,18 +265,24 @@ class MapSolver:
 
 def _opened(assembled: AssembledSystem, names: Sequence[str], stiffness: float) -> AssembledSystem:
     """Assemble again with a law, and without damping, in the named bearings."""
-    system = assembled.system
-    bearings = tuple(
-        dataclasses.replace(
+    return _reassembled(
+        assembled,
+        names,
+        lambda bearing: dataclasses.replace(
             bearing,
             stiffness_n_per_m=stiffness * np.eye(2),
             damping_n_s_per_m=np.zeros((2, 2)),
             speed_law=bearing.speed_law or _OPEN,
-        )
-        if bearing.name in names
-        else bearing
-        for bearing in system.bearings
+        ),
     )
+
+
+def _reassembled(
+    assembled: AssembledSystem, names: Sequence[str], change: Callable[[Bearing], Bearing]
+) -> AssembledSystem:
+    """Assemble again with the named bearings changed."""
+    system = assembled.system
+    bearings = tuple(change(b) if b.name in names else b for b in system.bearings)
     return assemble(system.rotors, bearings, system.reference, system.gears)
 
 
@@ -308,30 +297,17 @@ def _closed(family: _Family, place: int, names: Sequence[str], stiffness: float)
         elif joints[law.bearing].law is _OPEN:
             constant = constant + stiffness * (law.motion.T @ law.motion)
         elif stiffness > 0:
-            factor = family.factors[law.bearing]
-            scaled = partial(_scaled_law, factor.stiffness, stiffness)
-            pieces = None if factor.pieces is None else factor.pieces.times(stiffness)
+            unit = dataclasses.replace(
+                joints[law.bearing], stiffness_n_per_m=np.eye(2), damping_n_s_per_m=np.zeros((2, 2))
+            )
+            scaled = partial(_scaled_law, unit, stiffness)
+            pieces = None if unit.pieces is None else unit.pieces.times(stiffness)
             laws.append(law._replace(stiffness=scaled, pieces=pieces))
     return pencil._replace(stiffness=constant, laws=tuple(laws))
 
 
-def _scaled_law(
-    factor: Callable[[float], FloatArray], stiffness: float, speed_rad_s: float
-) -> FloatArray:
-    return stiffness * factor(speed_rad_s)
-
-
-def _factor(joint: LawJoint) -> _Factor:
-    """Return the stiffness of a law for a base of one, computed once for each speed."""
-    one = dataclasses.replace(
-        joint, stiffness_n_per_m=np.eye(2), damping_n_s_per_m=np.zeros((2, 2))
-    )
-
-    @cache
-    def stiffness(speed_rad_s: float) -> FloatArray:
-        return one.coefficients(speed_rad_s)[0]
-
-    return _Factor(stiffness, one.pieces)
+def _scaled_law(unit: LawJoint, stiffness: float, speed_rad_s: float) -> FloatArray:
+    return stiffness * unit.coefficients(speed_rad_s)[0]
 
 
 def _solved(
@@ -373,22 +349,19 @@ def _asymptote(
 
 def rigid_speeds(assembled: AssembledSystem, request: MapRequest) -> tuple[FloatArray, StringArray]:
     """Return the critical speeds and whirl with the named bearings rigid."""
-    system = assembled.system
     zero = np.zeros((2, 2))
-    bearings = tuple(
-        dataclasses.replace(
+
+    def made_rigid(bearing: Bearing) -> Bearing:
+        return dataclasses.replace(
             bearing,
             stiffness_n_per_m=zero,
             damping_n_s_per_m=zero,
             speed_law=None,
             rigid=tuple(dict.fromkeys((*bearing.rigid, "ux", "uy"))),
         )
-        if bearing.name in request.names
-        else bearing
-        for bearing in system.bearings
-    )
+
     try:
-        held = assemble(system.rotors, bearings, system.reference, system.gears)
+        held = _reassembled(assembled, request.names, made_rigid)
     except AssemblyError:
         # Rigid joints leave nothing that can move.
         return np.empty(0), np.empty(0, dtype="<U8")
@@ -407,7 +380,7 @@ def stiffness_at_rest(assembled: AssembledSystem, name: str) -> FloatArray:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class CriticalSpeedMap:
+class CriticalSpeedMap(ReadOnlyArrays):
     """Hold undamped critical speeds over the stiffness of some bearings.
 
     Attributes
@@ -447,22 +420,12 @@ class CriticalSpeedMap:
     rigid_rad_s: FloatArray
     rigid_whirl: StringArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(
-            self,
-            "stiffness_n_per_m",
-            "speed_rad_s",
-            "whirl",
-            "likeness",
-            "chosen_stiffness_n_per_m",
-            "free_rad_s",
-            "free_whirl",
-            "rigid_rad_s",
-            "rigid_whirl",
-        )
-
     def __repr__(self) -> str:
-        return _critical_speed_map_text(self)
+        k = self.stiffness_n_per_m
+        return (
+            f"CriticalSpeedMap of {row(self.bearings)}: {len(self.speed_rad_s)} branches, "
+            f"{k.size} stiffnesses from {k[0]:.4g} to {k[-1]:.4g} N/m"
+        )
 
 
 def critical_speed_map(
@@ -476,38 +439,19 @@ def critical_speed_map(
 ) -> CriticalSpeedMap:
     """Compute the undamped critical speeds over the stiffness of some bearings.
 
-    Parameters
-    ----------
-    assembled
-        The system; its damping is left out.
-    bearings
-        Names of the bearings that get the stiffness k·I on (ux, uy) instead of their own. One with
-        a `PolynomialLaw` keeps it: k is its stiffness before the factor of the law.
-    stiffnesses_n_per_m
-        k, positive, strictly rising, shape (s,), N/m. Spaced by equal factors as a rule.
-    excitation_ratio
-        α, as for `critical_speeds`.
-    branch_count
-        Lowest branches wanted of each whirl direction; twice that number in all where directions
-        cannot be told apart beforehand (anisotropic supports). None is all below the limit.
-    speed_max_rad_s
-        Leave out what lies above; None is the range the bodies were made for.
+    `assembled`: the system; its damping is left out; `bearings`: names of the bearings that get the
+    stiffness k·I on (ux, uy) instead of their own. One with a `PolynomialLaw` keeps it: k is its
+    stiffness before the factor of the law. `stiffnesses_n_per_m`: k, positive, strictly rising,
+    shape (s,), N/m. Spaced by equal factors as a rule. `excitation_ratio`: α, as for
+    `critical_speeds`; `branch_count`: lowest branches wanted of each whirl direction; twice that
+    number in all where directions cannot be told apart beforehand (anisotropic supports). None is
+    all below the limit. `speed_max_rad_s`: leave out what lies above; None is the range the bodies
+    were made for. Lateral critical speeds only. Branches by rising speed where they begin. Where a
+    bearing stiffens faster than Ω² a curve may turn back over k: it is then cut into branches that
+    begin or end there, and all of them are found if no `branch_count` is given. Raises
+    AnalysisError if the arguments have no meaning, a bearing to vary is rigid, the stiffness is not
+    symmetric, or neither a limit nor a number of branches is known.
 
-    Returns
-    -------
-    CriticalSpeedMap
-        Lateral critical speeds only. Branches by rising speed where they begin. Where a bearing
-        stiffens faster than Ω² a curve may turn back over k: it is then cut into branches that
-        begin or end there, and all of them are found if no `branch_count` is given.
-
-    Raises
-    ------
-    AnalysisError
-        If the arguments have no meaning, a bearing to vary is rigid, the stiffness is not
-        symmetric, or neither a limit nor a number of branches is known.
-
-    Notes
-    -----
     Each point is solved directly (see `critical_speeds`), forward and backward whirl apart where
     the system is isotropic; nothing is assembled anew but where k passes the stiffness of
     another bearing, because the coordinates follow the stiffest path of joints. Branches are
@@ -631,14 +575,9 @@ def _checked_request(
             "the stiffness is not symmetric (cross-coupled bearings); a critical speed map is that "
             "of an undamped system with a symmetric one"
         )
-    ratio = abs(float(excitation_ratio))
-    if not np.isfinite(ratio) or ratio == 0:
-        raise AnalysisError(f"excitation_ratio is {excitation_ratio}; finite and not 0 is allowed")
+    ratio, limit = checked_excitation(assembled, excitation_ratio, speed_max_rad_s)
     if branch_count is not None and branch_count < 1:
         raise AnalysisError(f"branch_count is {branch_count}; it must be 1 or more, or None")
-    limit = assembled.speed_limit_rad_s if speed_max_rad_s is None else float(speed_max_rad_s)
-    if not limit > 0:
-        raise AnalysisError(f"speed_max_rad_s is {speed_max_rad_s}; it must be positive")
     depends = any(known[j.bearing].speed_law is not None for j in assembled.law_joints)
     if not np.isfinite(limit) and (branch_count is None or depends):
         raise AnalysisError(
@@ -646,12 +585,3 @@ def _checked_request(
             + ("bearings depend on the speed" if depends else "no branch_count is given")
         )
     return MapRequest(tuple(names), ratio, branch_count, limit)
-
-
-def _critical_speed_map_text(found: CriticalSpeedMap) -> str:
-    """Bearings, stiffnesses and the number of branches."""
-    k = found.stiffness_n_per_m
-    return (
-        f"CriticalSpeedMap of {row(found.bearings)}: {len(found.speed_rad_s)} branches, "
-        f"{k.size} stiffnesses from {k[0]:.4g} to {k[-1]:.4g} N/m"
-    )

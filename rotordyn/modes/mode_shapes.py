@@ -14,8 +14,8 @@ from solidwhirl.rotordyn.core.arrays import (
     BoolArray,
     ComplexArray,
     FloatArray,
+    ReadOnlyArrays,
     StringArray,
-    freeze_arrays,
 )
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.centreline import centreline_motion, interface_rows
@@ -42,7 +42,7 @@ class Orbits(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class BodyShape:
+class BodyShape(ReadOnlyArrays):
     """Hold the lateral motion of one body in m modes.
 
     The point at axial_m moves along x and y by Re(motion e^{λt}), in units of the largest
@@ -74,20 +74,9 @@ class BodyShape:
     interface_motion: ComplexArray
     interface_deflection: FloatArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(
-            self,
-            "axial_m",
-            "motion",
-            "deflection",
-            "interface_axial_m",
-            "interface_motion",
-            "interface_deflection",
-        )
-
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class ModeShapes:
+class ModeShapes(ReadOnlyArrays):
     """Hold the lateral shapes of the modes of a system at one speed.
 
     Attributes
@@ -111,9 +100,6 @@ class ModeShapes:
     bodies: tuple[BodyShape, ...]
     numbers: tuple[int, ...] | None = None
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "eigenvalues", "whirl")
-
     @property
     def frequency_hz(self) -> FloatArray:
         """Damped natural frequencies, Hz, shape (m,)."""
@@ -136,21 +122,9 @@ def mode_shapes(
 ) -> ModeShapes:
     """Return the shapes of modes along the axis.
 
-    Parameters
-    ----------
-    numbers
-        What the modes are called, such as `branch_numbers`, 0 for no number, shape (m,); None
-        counts them.
-
-    Returns
-    -------
-    ModeShapes
-        Each mode scaled so that the largest orbit of all bodies has the semi-axis 1.
-
-    Raises
-    ------
-    AnalysisError
-        If the modes have another number of coordinates than the system.
+    `numbers`: what the modes are called, such as `branch_numbers`, 0 for no number, shape (m,);
+    None counts them. Each mode scaled so that the largest orbit of all bodies has the semi-axis 1.
+    Raises AnalysisError if the modes have another number of coordinates than the system.
     """
     if modes.shapes.shape[0] != assembled.size:
         raise AnalysisError(

@@ -12,14 +12,14 @@ from solidwhirl.rotordyn.assembly.internal_damping import body_damping
 from solidwhirl.rotordyn.assembly.joints import tooth_motion
 from solidwhirl.rotordyn.assembly.parts import Bearing, Rotor
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.eigen import Modes
 from solidwhirl.rotordyn.superelement.free_body import free_body_matrices
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class Participation:
+class Participation(ReadOnlyArrays):
     """Hold the part of each body and joint in m modes.
 
     Energies are means over a period, divided by those of the whole system.
@@ -55,18 +55,6 @@ class Participation:
     decrement_bodies: FloatArray
     decrement_joints: FloatArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(
-            self,
-            "eigenvalues",
-            "kinetic_bodies",
-            "strain_bodies",
-            "centrifugal_bodies",
-            "strain_joints",
-            "decrement_bodies",
-            "decrement_joints",
-        )
-
 
 class _Part(NamedTuple):
     """Forms of one body or joint: φᴴMφ, φᴴKφ, φᴴΩ²K2φ, φᴴCφ, Im φᴴ(skew K)φ, each (m,)."""
@@ -81,18 +69,9 @@ class _Part(NamedTuple):
 def participation(assembled: AssembledSystem, modes: Modes) -> Participation:
     """Share out the energy and the damping of modes.
 
-    Returns
-    -------
-    Participation
-        By body and joint.
+    By body and joint. Raises AnalysisError if the modes have another number of coordinates than the
+    system.
 
-    Raises
-    ------
-    AnalysisError
-        If the modes have another number of coordinates than the system.
-
-    Notes
-    -----
     The real part of λ̄ φᴴ(λ²M + λ(C + ΩG) + K)φ = 0 is, with K = S + W (symmetric and skew) and
     λ = δ + iω, −δ = Σ (|λ|² φᴴCφ + ω Im φᴴWφ) / (|λ|² φᴴMφ + φᴴSφ): a sum over the parts.
     """

@@ -312,14 +312,8 @@ def _moved(change: Coefficients, right: ComplexArray, rates: ComplexArray) -> Co
 class Stretch:
     """Hold the paths of all eigenvalues of a block between two speeds.
 
-    Attributes
-    ----------
-    first, second
-        Eigenvalues at both ends with slopes towards the inside.
-    partner
-        Index in `second` of each value of `first`, shape (m,).
-    MAC
-        Of their vectors, 0 to 1, shape (m,).
+    `first`, `second`: eigenvalues at both ends with slopes towards the inside; `partner`: index in
+    `second` of each value of `first`, shape (m,); `mac`: MAC of their vectors, 0 to 1, shape (m,).
     """
 
     first: Spectral

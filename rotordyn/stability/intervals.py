@@ -16,7 +16,7 @@ from solidwhirl.rotordyn.core.arrays import (
     ComplexArray,
     FloatArray,
     IntArray,
-    freeze_arrays,
+    ReadOnlyArrays,
 )
 from solidwhirl.rotordyn.core.dense import scale_by_stiffness
 from solidwhirl.rotordyn.core.errors import AnalysisError
@@ -40,7 +40,7 @@ _SEMIDEFINITE = 1e-12
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class UnstableInterval:
+class UnstableInterval(ReadOnlyArrays):
     """Hold a range of speeds in which some motion grows at every speed.
 
     Attributes
@@ -81,12 +81,9 @@ class UnstableInterval:
     whirl: str
     shape: ComplexArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "shape")
-
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class StabilityChart:
+class StabilityChart(ReadOnlyArrays):
     """Hold the least damped motion of a system over the speed.
 
     Attributes
@@ -114,16 +111,6 @@ class StabilityChart:
     first_forward: FirstMode
     first_backward: FirstMode
 
-    def __post_init__(self) -> None:
-        freeze_arrays(
-            self,
-            "speeds_rad_s",
-            "log_decrement",
-            "frequency_hz",
-            "growth_rate_1_s",
-            "unstable_count",
-        )
-
 
 def stability_chart(
     assembled: AssembledSystem,
@@ -132,24 +119,10 @@ def stability_chart(
 ) -> StabilityChart:
     """Compute the least damped motion of a system over a range of speeds.
 
-    Parameters
-    ----------
-    speeds_rad_s
-        Ω, shape (s,), in any order.
-    frequency_max_hz
-        Leave oscillatory modes above this out of `log_decrement`, and those above the highest mode
-        that every reduced body has kept: they are no modes of the machine. All count for
-        `unstable_count`.
-
-    Returns
-    -------
-    StabilityChart
-        For the damping of each branch use `campbell`.
-
-    Raises
-    ------
-    AnalysisError
-        If a speed is not finite or there is none.
+    `speeds_rad_s`: Ω, shape (s,), in any order; `frequency_max_hz`: leave oscillatory modes above
+    this out of `log_decrement`, and those above the highest mode that every reduced body has kept:
+    they are no modes of the machine. All count for `unstable_count`. For the damping of each branch
+    use `campbell`. Raises AnalysisError if a speed is not finite or there is none.
     """
     speeds = checked_speeds(speeds_rad_s)
     limit_hz = min(frequency_max_hz, represented_hz(assembled))
@@ -221,24 +194,11 @@ def unstable_intervals(
 ) -> tuple[UnstableInterval, ...]:
     """Find all ranges of speed in which some motion grows.
 
-    Parameters
-    ----------
-    speed_low_rad_s, speed_high_rad_s
-        Range of Ω that is searched, rad/s.
+    `speed_low_rad_s`, `speed_high_rad_s`: range of Ω that is searched, rad/s. Intervals rise and
+    lie apart from each other. Growth below 1e-8 of the eigenvalue counts as neutral, and so do
+    motions of free bodies. Raises AnalysisError if the speeds are not finite, or the second is not
+    above the first.
 
-    Returns
-    -------
-    tuple of UnstableInterval
-        Rising, apart from each other. Growth below 1e-8 of the eigenvalue counts as neutral, and
-        so do motions of free bodies.
-
-    Raises
-    ------
-    AnalysisError
-        If the speeds are not finite, or the second is not above the first.
-
-    Notes
-    -----
     A system without cross-coupling whose damping takes energy from every motion and whose
     stiffness is not negative has no such range, which is known without a search. Else all
     eigenvalues are followed between the knots of the speed laws, see `unstable_windows`.

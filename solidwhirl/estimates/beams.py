@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solidwhirl.beams.error import beam_theory_error
 from solidwhirl.rotordyn import (
@@ -18,9 +17,9 @@ from solidwhirl.rotordyn import (
     campbell,
     modes_at_speed,
 )
+from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.estimates.differences import campbell_differences
 
-FloatArray = NDArray[np.float64]
 #: Branches that a compared diagram has more, so that those at the upper edge find their partners.
 MORE_BRANCHES = 4
 # Speeds at which the branches of the variants are computed.
@@ -61,14 +60,7 @@ def critical_speed_errors_of_beams(
     """Errors of critical speeds from those of the branches that make them, (k,).
 
     A branch of slope f' meets the line f = αΩ/2π, and a change e of its frequency moves the meeting
-    by e f / (f - Ω f').
-
-    Parameters
-    ----------
-    critical
-        Of the same engine as the diagram.
-    diagram, errors
-        With the errors of its branches (b, s).
+    by e f / (f - Ω f'). `errors`: of the branches of the diagram of the same engine, (b, s).
     """
     out = np.full(len(critical), np.nan)
     speeds = diagram.speeds_rad_s

@@ -42,14 +42,7 @@ def with_peak_estimates(
 ) -> Outcome:
     """Put error estimates beside the peaks of an unbalance response or a place map.
 
-    Parameters
-    ----------
-    outcome, spec
-        The analysis; others than these two come back as they are.
-    system
-        The engine.
-    comparisons
-        Other models of it (see `solidwhirl.estimates.comparators`).
+    Other analyses come back as they are. `comparisons`: other models of the engine.
     """
     if isinstance(spec, UnbalanceResponseSpec):
         return _of_response(outcome, spec, system, comparisons)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solidwhirl.core.displays import indented, percent
 from solidwhirl.estimates.beams import (
@@ -30,6 +30,7 @@ from solidwhirl.rotordyn import (
     critical_speeds,
     modes_at_speed,
 )
+from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 from solidwhirl.rotordyn.estimates.campbell_errors import CampbellErrors, campbell_errors
 from solidwhirl.rotordyn.estimates.critical_speed_errors import (
     CriticalSpeedErrors,
@@ -43,34 +44,17 @@ from solidwhirl.rotordyn.estimates.eigenvalue_errors import (
     FrequencyErrors,
     error_scale,
     frequency_errors,
-    sum_of_parts,
 )
 from solidwhirl.rotordyn.modes.damping import DEFAULT_RULE, DampingRule
-
-FloatArray = NDArray[np.float64]
-Parts = Mapping[str, FloatArray]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Estimates:
     """Relative error estimates of a run.
 
-    Attributes
-    ----------
-    at_rest
-        Of the modes at rest.
-    campbell
-        Of the branches over the speeds.
-    critical_speeds
-        In the order of the run's list.
-    free_frequencies
-        Body to (k,) estimates of the frequencies of the free body at rest.
-    comparisons
-        Other models that were computed for it.
-    critical
-        The critical speeds.
-    rule
-        Which of the modes count; the others are critically damped.
+    `critical_speeds` are in the order of `critical`. `free_frequencies`: body to (k,) estimates of
+    the frequencies of the free body at rest. `comparisons`: other models that were computed for it.
+    `rule`: which of the modes count; the others are critically damped.
     """
 
     at_rest: FrequencyErrors
@@ -104,17 +88,8 @@ class Estimates:
         return float(known.max()) if len(known) else float("nan")
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class BeamVariants:
-    """Models of the engine in the order of `beam_level_error.VARIANTS`, without the first.
-
-    Attributes
-    ----------
-    systems
-        Assembled.
-    elements
-        Their beams by name.
-    """
+class BeamVariants(NamedTuple):
+    """Models of the engine with the other choices of beam theory, and their beams by name."""
 
     systems: tuple[AssembledSystem, ...]
     elements: tuple[Mapping[str, Superelement], ...]
@@ -129,18 +104,10 @@ def estimate_errors(
     comparisons: tuple[Comparison, ...] = (),
     beams: BeamVariants | None = None,
 ) -> Estimates:
-    """Estimate the errors of modes at rest, Campbell diagram and critical speeds.
+    """Estimate the errors of modes at rest, Campbell diagram and critical speeds of an engine.
 
-    Parameters
-    ----------
-    system, elements
-        The engine and its bodies.
-    at_rest, diagram, critical
-        What was computed of it.
-    comparisons
-        Other models of the same engine.
-    beams
-        Models that differ in the choices of beam theory.
+    `comparisons`: other models of the same engine; `beams`: models that differ in the choices of
+    beam theory.
     """
     rest = frequency_errors(system, at_rest)
     branches = campbell_errors(system, diagram)
@@ -168,17 +135,13 @@ def estimate_errors(
         free = free_errors(own, beams.elements)
     free |= {n: _free(e, n, comparisons) for n, e in elements.items() if e.error_forms}
     return Estimates(
-        at_rest=replace(rest, parts=rest_parts, total=_total(rest_parts, rest.total)),
-        campbell=replace(branches, parts=branch_parts, total=_total(branch_parts, branches.total)),
-        critical_speeds=replace(speeds, parts=speed_parts, total=_total(speed_parts, speeds.total)),
+        at_rest=replace(rest, parts=rest_parts),
+        campbell=replace(branches, parts=branch_parts),
+        critical_speeds=replace(speeds, parts=speed_parts),
         free_frequencies=free,
         comparisons=comparisons,
         critical=tuple(critical),
     )
-
-
-def _total(parts: Parts, like: FloatArray) -> FloatArray:
-    return sum_of_parts(parts) if parts else np.zeros_like(like)
 
 
 def _add(parts: dict[str, FloatArray], pair: Comparison, difference: FloatArray) -> None:
@@ -238,7 +201,7 @@ def _scale_hz(system: AssembledSystem, frequency_hz: FloatArray) -> FloatArray:
     return error_scale(system, 2.0 * np.pi * frequency_hz) / (2.0 * np.pi)
 
 
-def _at_partners(partner: NDArray[np.int_], values: FloatArray) -> FloatArray:
+def _at_partners(partner: IntArray, values: FloatArray) -> FloatArray:
     """Rows of the partners; nan where there is none."""
     out = np.full((len(partner), *values.shape[1:]), np.nan)
     has = partner >= 0
