@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import tempfile
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -109,6 +109,14 @@ def reduced_body(level: str) -> Superelement:
 def reduced_rod(level: str) -> Superelement:
     """Slender steel rod with axial motion and torsion, to 13 000 rad/s, past its torsion."""
     return _reduced(level, "rod", (*LATERAL, "uz", "rz"), (0, 1), 13_000.0, wheel=False)
+
+
+# Bodies by their names in cases.csv, made when they are asked for.
+BODIES = {
+    "shaft": shaft,
+    **{f"{level}-body": partial(reduced_body, level) for level in ("harmonic", "solid")},
+    **{f"{level}-rod": partial(reduced_rod, level) for level in ("harmonic", "solid")},
+}
 
 
 def _reduced(level, name, components, orders, speed_rad_s, wheel) -> Superelement:

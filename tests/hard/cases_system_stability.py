@@ -12,7 +12,6 @@ from builders_system import (
     reduced_body,
     shaft,
     sprung_hub,
-    through_file,
 )
 
 from solidwhirl.rotordyn import (
@@ -196,18 +195,3 @@ def _at_its_critical_speed(body) -> float:
         if c.whirl == "forward"
     ]
     return np.inf if found is None else float(abs(found.low_rad_s / forward[0] - 1.0))
-
-
-def _file_changes() -> float:
-    """Numbers of a stability threshold that change when the body comes from a file."""
-    body, found = reduced_body("harmonic"), []
-    for element in (body, through_file(body)):
-        beta = InternalDamping(stiffness_coefficient_s=1e-6)
-        rotor = Rotor(element=element, speed_ratio=1.0, internal_damping=beta)
-        bearings = tuple(ground("rotor", at, 2e7, cx=30.0) for at in "ab")
-        found.append(first_window(assemble({"rotor": rotor}, bearings), 3000.0))
-    first, second = found
-    if first is None or second is None:
-        return np.inf
-    differences = int(np.count_nonzero(first.shape != second.shape))
-    return float(differences + (first.low_rad_s != second.low_rad_s))
