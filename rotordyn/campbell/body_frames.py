@@ -45,29 +45,14 @@ class RotatingCampbell(ReadOnlyArrays):
     Each branch has c components, patterns of |μ| waves round the axis that turn about +z (μ > 0)
     or −z (μ < 0): μ = ±1 the two circles of an orbit, 0 axial motion and torsion.
 
-    Attributes
-    ----------
-    body
-        Name of the body.
-    speed_ratio
-        n: the frame turns at nΩ.
-    speeds_rad_s
-        Ω of the reference shaft, shape (s,).
-    orders
-        μ of the components, shape (c,).
-    signed_hz
-        sign(μ) f − |μ| nΩ/2π with the inertial frequency f, shape (c, b, s), Hz; positive where
-        the pattern turns about +z in the frame of the body. f itself for μ = 0; nan where a
-        branch has ended.
-    share
-        Part of each component in the branch, 0 to 1 and 1 in all, shape (c, b, s); nan where the
-        body stands still.
-    body_share
-        Part of the body in the kinetic energy of the branch, shape (b, s).
-    growth_rate_1_s
-        Re λ, 1/s, the same in all frames, shape (b, s).
-    share_source
-        Where the shares come from: "kinetic energy" of the body's motion, or "orbits" of its axis.
+    `body`: name of the body. `speed_ratio`: n: the frame turns at nΩ. `speeds_rad_s`: Ω of the
+    reference shaft, shape (s,). `orders`: μ of the components, shape (c,). `signed_hz`: sign(μ) f −
+    |μ| nΩ/2π with the inertial frequency f, shape (c, b, s), Hz; positive where the pattern turns
+    about +z in the frame of the body. f itself for μ = 0; nan where a branch has ended. `share`:
+    part of each component in the branch, 0 to 1 and 1 in all, shape (c, b, s); nan where the body
+    stands still. `body_share`: part of the body in the kinetic energy of the branch, shape (b, s).
+    `growth_rate_1_s`: re λ, 1/s, the same in all frames, shape (b, s). `share_source`: where the
+    shares come from: "kinetic energy" of the body's motion, or "orbits" of its axis.
     """
 
     body: str

@@ -97,17 +97,11 @@ class CriticalSpeed(ReadOnlyArrays):
 class CriticalSpeedCount:
     """Hold the number of critical speeds of an undamped system up to a limit.
 
-    Attributes
-    ----------
-    speed_max_rad_s
-        The limit, rad/s.
-    below_at_rest, below_at_limit
-        Number of negative eigenvalues of K(Ω) + Ω² (K2 + iαG − α²M) near rest and at the limit.
-    falls, rises
-        Number of critical speeds at which an eigenvalue turns negative, or positive; a constant
-        stiffness has the first kind only.
-    unresolved_rad_s
-        Intervals in which an eigenvalue touches zero to rounding: no critical speed, or two.
+    `speed_max_rad_s`: the limit, rad/s. `below_at_rest`, `below_at_limit`: number of negative
+    eigenvalues of K(Ω) + Ω² (K2 + iαG − α²M) near rest and at the limit. `falls`, `rises`: number
+    of critical speeds at which an eigenvalue turns negative, or positive; a constant stiffness has
+    the first kind only. `unresolved_rad_s`: intervals in which an eigenvalue touches zero to
+    rounding: no critical speed, or two.
     """
 
     speed_max_rad_s: float

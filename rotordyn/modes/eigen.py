@@ -144,27 +144,20 @@ def _lowest_modes(
     assembled: AssembledSystem, matrices: SpeedMatrices, speed_rad_s: float, count: int
 ) -> Modes:
     """Return the lowest modes with the solver that fits the system."""
+    split = None
     if speed_rad_s != 0.0 or not assembled.is_conservative:
         split = split_spectrum(assembled, matrices, speed_rad_s, count)
-        if split is not None:
-            return Modes(
-                speed_rad_s=speed_rad_s,
-                eigenvalues=split.spectrum.eigenvalues,
-                shapes=split.spectrum.shapes,
-                real_eigenvalues=split.spectrum.real_eigenvalues,
-                zero_count=split.zero_count,
-                negative_stiffness_count=0,
-                family=split.family,
-            )
-    planes = plane_spectrum(assembled, matrices, count) if matrices.gyroscopic.any() else None
-    if planes is not None:
+    if split is None and matrices.gyroscopic.any():
+        split = plane_spectrum(assembled, matrices, count)
+    if split is not None:
         return Modes(
             speed_rad_s=speed_rad_s,
-            eigenvalues=1j * planes.frequencies,
-            shapes=planes.shapes,
-            real_eigenvalues=np.empty(0),
-            zero_count=0,
+            eigenvalues=split.spectrum.eigenvalues,
+            shapes=split.spectrum.shapes,
+            real_eigenvalues=split.spectrum.real_eigenvalues,
+            zero_count=split.zero_count,
             negative_stiffness_count=0,
+            family=split.family,
         )
     scaled = scaled_stiffness(assembled, matrices)
     # Where zeros are possible they are counted by what is missing, so all modes are needed.

@@ -24,24 +24,15 @@ class Participation(ReadOnlyArrays):
 
     Energies are means over a period, divided by those of the whole system.
 
-    Attributes
-    ----------
-    speed_rad_s
-        Ω, rad/s.
-    eigenvalues
-        λ in 1/s, shape (m,).
-    bodies, joints
-        Names; the joints are the bearings, then the gears with an elastic mesh.
-    kinetic_bodies
-        Shares of the kinetic energy (of the motion against the inertial frame, without the spin),
-        shape (b, m); 1 in all.
-    strain_bodies, centrifugal_bodies, strain_joints
-        Shares of the energy of the symmetric stiffness: elastic, centrifugal (stress stiffening
-        less spin softening, may be negative) and of the joints, shapes (b, m), (b, m), (k, m); 1
-        in all, nan for a mode that has none, such as the nutation of a free rigid body.
-    decrement_bodies, decrement_joints
-        Parts of the logarithmic decrement from internal damping and from the joints, shapes
-        (b, m) and (k, m). Their sum is the decrement of the mode; negative drives the motion.
+    `speed_rad_s`: Ω, rad/s. `eigenvalues`: λ in 1/s, shape (m,). `bodies`, `joints`: names; the
+    joints are the bearings, then the gears with an elastic mesh. `kinetic_bodies`: shares of the
+    kinetic energy (of the motion against the inertial frame, without the spin), shape (b, m); 1 in
+    all. `strain_bodies`, `centrifugal_bodies`, `strain_joints`: shares of the energy of the
+    symmetric stiffness: elastic, centrifugal (stress stiffening less spin softening, may be
+    negative) and of the joints, shapes (b, m), (b, m), (k, m); 1 in all, nan for a mode that has
+    none, such as the nutation of a free rigid body. `decrement_bodies`, `decrement_joints`: parts
+    of the logarithmic decrement from internal damping and from the joints, shapes (b, m) and (k,
+    m). Their sum is the decrement of the mode; negative drives the motion.
     """
 
     speed_rad_s: float

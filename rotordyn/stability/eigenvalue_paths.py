@@ -79,18 +79,10 @@ class Block:
 class Spectral:
     """Hold all eigenvalues of a block at one speed.
 
-    Attributes
-    ----------
-    values
-        λ, shape (m,), m = 2n; exactly 0 for motions of free bodies.
-    slopes
-        dλ/dΩ on one side of the speed, shape (m,).
-    right, left
-        Vectors x (n, m) and y (m, n), y_i [(λ_i + λ_j) M + V] x_j = 1 for i = j, 0 else.
-    tolerance
-        Real parts below this are neutral: rounding, or growth too slow to be seen; shape (m,).
-    coefficients
-        V and K there.
+    `values`: λ, shape (m,), m = 2n; exactly 0 for motions of free bodies. `slopes`: dλ/dΩ on one
+    side of the speed, shape (m,). `right`, `left`: vectors x (n, m) and y (m, n), y_i [(λ_i + λ_j)
+    M + V] x_j = 1 for i = j, 0 else. `tolerance`: real parts below this are neutral: rounding, or
+    growth too slow to be seen; shape (m,). `coefficients`: v and K there.
     """
 
     speed_rad_s: float

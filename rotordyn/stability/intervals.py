@@ -43,29 +43,15 @@ _SEMIDEFINITE = 1e-12
 class UnstableInterval(ReadOnlyArrays):
     """Hold a range of speeds in which some motion grows at every speed.
 
-    Attributes
-    ----------
-    low_rad_s, high_rad_s
-        Its ends Ω, rad/s.
-    opens, closes
-        Whether growth begins at the lower end and ceases at the upper one; False where the range
-        that was searched begins or ends with growth.
-    kind
-        At the lower end: "flutter" (an oscillation grows) or "divergence" (a motion grows without
-        oscillating).
-    growth_1_s
-        Largest Re λ in the interval, 1/s.
-    speed_rad_s
-        Ω of that.
-    eigenvalue
-        λ at the lower end, 1/s; Re λ = 0 to rounding if the interval opens.
-    frequency_hz, frequency_end_hz
-        |Im λ| / 2π at the lower and at the upper end, Hz; 0 for a divergence.
-    whirl
-        At the lower end, "forward", "backward", "mixed" or "planar"; empty for a divergence.
-    shape
-        Mode there in the independent coordinates, shape (n,), largest entry 1; empty for a
-        divergence.
+    `low_rad_s`, `high_rad_s`: its ends Ω, rad/s. `opens`, `closes`: whether growth begins at the
+    lower end and ceases at the upper one; False where the range that was searched begins or ends
+    with growth. `kind`: at the lower end: "flutter" (an oscillation grows) or "divergence" (a
+    motion grows without oscillating). `growth_1_s`: largest Re λ in the interval, 1/s.
+    `speed_rad_s`: Ω of that. `eigenvalue`: λ at the lower end, 1/s; Re λ = 0 to rounding if the
+    interval opens. `frequency_hz`, `frequency_end_hz`: |Im λ| / 2π at the lower and at the upper
+    end, Hz; 0 for a divergence. `whirl`: at the lower end, "forward", "backward", "mixed" or
+    "planar"; empty for a divergence. `shape`: mode there in the independent coordinates, shape
+    (n,), largest entry 1; empty for a divergence.
     """
 
     low_rad_s: float
@@ -86,21 +72,12 @@ class UnstableInterval(ReadOnlyArrays):
 class StabilityChart(ReadOnlyArrays):
     """Hold the least damped motion of a system over the speed.
 
-    Attributes
-    ----------
-    speeds_rad_s
-        Ω, shape (s,).
-    log_decrement
-        Smallest of the lateral modes looked at, shape (s,); exactly 0 where it is rounding, nan
-        where there is none.
-    frequency_hz
-        Of that mode, shape (s,), Hz.
-    growth_rate_1_s
-        Largest Re λ of all motions, oscillating or not, shape (s,); zeros of rigid motion aside.
-    unstable_count
-        Number of eigenvalues that grow, an oscillation counting once, shape (s,).
-    first_forward, first_backward
-        The first mode of either whirl, see `whirl_decrements`.
+    `speeds_rad_s`: Ω, shape (s,). `log_decrement`: smallest of the lateral modes looked at, shape
+    (s,); exactly 0 where it is rounding, nan where there is none. `frequency_hz`: of that mode,
+    shape (s,), Hz. `growth_rate_1_s`: largest Re λ of all motions, oscillating or not, shape (s,);
+    zeros of rigid motion aside. `unstable_count`: number of eigenvalues that grow, an oscillation
+    counting once, shape (s,). `first_forward`, `first_backward`: the first mode of either whirl,
+    see `whirl_decrements`.
     """
 
     speeds_rad_s: FloatArray

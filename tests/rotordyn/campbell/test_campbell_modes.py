@@ -32,6 +32,16 @@ KINDS = (
 )  # fmt: skip
 
 
+def _seeds(often, all_of_them):
+    """Seeds of every kind; the later ones with the long comparisons."""
+    return [
+        pytest.param(
+            s, id=f"{KINDS[s % len(KINDS)]} {s}", marks=[pytest.mark.verify] if s >= often else []
+        )
+        for s in range(all_of_them)
+    ]
+
+
 def _bearing(rng, kind, body, end):
     stiffness, damping = np.eye(2) * 10 ** rng.uniform(5, 7), np.eye(2) * 10 ** rng.uniform(1, 3)
     law = None
@@ -108,7 +118,7 @@ def _alive(column):
     return column[np.isfinite(column)]
 
 
-@pytest.mark.parametrize("seed", range(44), ids=lambda s: f"{KINDS[s % len(KINDS)]} {s}")
+@pytest.mark.parametrize("seed", _seeds(22, 44))
 def test_the_lowest_modes_at_every_speed_are_on_branches(seed):
     system, count = _system(seed)
     diagram = campbell(system, SPEEDS, branch_count=count)
@@ -129,7 +139,7 @@ def test_the_lowest_modes_at_every_speed_are_on_branches(seed):
     assert not [c for c in check_campbell(system, diagram, None, count) if c.passed is False]
 
 
-@pytest.mark.parametrize("seed", range(22), ids=lambda s: f"{KINDS[s % len(KINDS)]} {s}")
+@pytest.mark.parametrize("seed", _seeds(11, 22))
 def test_branches_do_not_depend_on_where_the_range_begins(seed):
     system, count = _system(seed)
     whole = campbell(system, SPEEDS, branch_count=count)
@@ -141,7 +151,7 @@ def test_branches_do_not_depend_on_where_the_range_begins(seed):
     np.testing.assert_array_equal(back.eigenvalues[:, ::-1], whole.eigenvalues)
 
 
-@pytest.mark.parametrize("seed", range(22), ids=lambda s: f"{KINDS[s % len(KINDS)]} {s}")
+@pytest.mark.parametrize("seed", _seeds(11, 22))
 def test_modes_have_the_numbers_of_their_branches(seed):
     """At speeds of the diagram and between them, by a diagram that has these speeds as well."""
     system, count = _system(seed)
