@@ -14,7 +14,6 @@ from typing import Literal, NamedTuple
 import numpy as np
 import scipy.linalg as la
 from scipy.optimize import linear_sum_assignment
-from scipy.sparse.csgraph import connected_components
 
 from solidwhirl.rotordyn.assembly.coordinates import body_rows
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
@@ -26,6 +25,7 @@ from solidwhirl.rotordyn.core.arrays import (
     IntArray,
     ReadOnlyArrays,
     StringArray,
+    together,
 )
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.centreline import centreline_motion
@@ -218,9 +218,7 @@ def _sense(whirl: StringArray, speed: float) -> IntArray:
 def _clusters(values: ComplexArray) -> list[IntArray]:
     """Return groups of two and more equal eigenvalues."""
     near = np.abs(values[:, None] - values) <= _SAME * np.abs(values)
-    count, label = connected_components(near, directed=False)
-    groups = [np.flatnonzero(label == k) for k in range(count)]
-    return [group for group in groups if group.size > 1]
+    return [group for group in together(near) if group.size > 1]
 
 
 def _parted(assembled: AssembledSystem, parts: _Parts, shapes: ComplexArray) -> ComplexArray:
