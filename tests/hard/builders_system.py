@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import tempfile
 from collections.abc import Mapping
 from functools import cache, partial
@@ -72,20 +71,6 @@ def hub(mass_kg=10.0, polar_kg_m2=0.1, diametral_kg_m2=0.05, name="disk") -> Sup
     """Rigid disk at z = 0 with ux, uy, rx, ry at the interface "hub"."""
     inertia = [diametral_kg_m2, diametral_kg_m2, polar_kg_m2]
     return rigid_superelement(name, mass_kg, np.zeros(3), inertia, {"hub": 0.0}, LATERAL)
-
-
-def sprung_hub(stiffness_n_per_m, tilt_n_m_per_rad=1e5, mass_kg=10.0, **options) -> Superelement:
-    """Rigid disk on a massless shaft of its own: isotropic, held to the ground by its body."""
-    free = hub(mass_kg, **options)
-    held = np.diag([stiffness_n_per_m] * 2 + [tilt_n_m_per_rad] * 2).astype(float)
-    absent = np.zeros(6, dtype=bool)
-    return dataclasses.replace(
-        free,
-        stiffness=held,
-        rigid_body_present=absent,
-        rigid_body_modes=np.zeros((4, 6)),
-        constraint=None,
-    )
 
 
 @cache
