@@ -31,7 +31,7 @@ from solidwhirl.rotordyn.critical_speeds.speed_roots import speed_roots
 from solidwhirl.rotordyn.critical_speeds.whirl_pencils import Pencil, direct_speeds, whirl_pencils
 from solidwhirl.rotordyn.modes.whirl import interface_orbits, separated_whirl, whirl_direction
 
-# Below this likeness a step of stiffness is halved, and two shapes are not the same branch.
+# Below this MAC a step of stiffness is halved, and two shapes are not the same branch.
 _GOOD, _POOR = 0.8, 0.4
 # Halvings of one step, and of one on which branches begin or end, which no step is too small for.
 _HALVINGS, _HALVINGS_AT_ENDS = 5, 1
@@ -48,21 +48,21 @@ class MapPoint(NamedTuple):
 
 
 class MapBranches(NamedTuple):
-    """Column of each branch at each stiffness, −1 where there is none, and its likeness.
+    """Column of each branch at each stiffness, −1 where there is none, and its MAC.
 
-    Both have shape (b, s); the likeness to the previous stiffness is 1 where a branch begins.
+    Both have shape (b, s); the MAC to the previous stiffness is 1 where a branch begins.
     """
 
     columns: IntArray
-    likeness: FloatArray
+    mac: FloatArray
 
 
 class _Pairs(NamedTuple):
-    """Partner of each column of the first point in the second (−1: none), and the likeness."""
+    """Partner of each column of the first point in the second (−1: none), and the MAC."""
 
     second: MapPoint
     partner: IntArray
-    likeness: FloatArray
+    mac: FloatArray
 
 
 def follow_branches(
@@ -81,23 +81,23 @@ def follow_branches(
     """
     turned = [points[0]]
     columns = [[int(c)] for c in range(points[0].speeds.size)]
-    likeness = [[1.0] for _ in columns]
+    mac = [[1.0] for _ in columns]
     for place, point in enumerate(points[1:], start=1):
         pairs = _advance(turned[-1], point, solve, metric, wanted, _HALVINGS)
         turned.append(pairs.second)
         taken = set()
-        for branch, score in zip(columns, likeness, strict=True):
+        for branch, score in zip(columns, mac, strict=True):
             here = branch[-1]
             there = int(pairs.partner[here]) if here >= 0 else -1
             branch.append(there)
-            score.append(float(pairs.likeness[here]) if there >= 0 else 0.0)
+            score.append(float(pairs.mac[here]) if there >= 0 else 0.0)
             taken.add(there)
         for new in sorted(set(range(point.speeds.size)) - taken):
             columns.append([-1] * place + [new])
-            likeness.append([0.0] * place + [1.0])
+            mac.append([0.0] * place + [1.0])
     shape = (len(columns), len(points))
     return turned, MapBranches(
-        np.array(columns, dtype=int).reshape(shape), np.array(likeness).reshape(shape)
+        np.array(columns, dtype=int).reshape(shape), np.array(mac).reshape(shape)
     )
 
 
@@ -118,22 +118,22 @@ def _advance(
         return pairs
     before = _advance(first, solve(middle), solve, metric, wanted, halvings - 1)
     after = _advance(before.second, second, solve, metric, wanted, halvings - 1)
-    partner, likeness = np.full(first.speeds.size, -1), np.zeros(first.speeds.size)
+    partner, mac = np.full(first.speeds.size, -1), np.zeros(first.speeds.size)
     for here, between in enumerate(before.partner):
         if between >= 0 and after.partner[between] >= 0:
             partner[here] = after.partner[between]
-            likeness[here] = min(before.likeness[here], after.likeness[between])
-    return _Pairs(after.second, partner, likeness)
+            mac[here] = min(before.mac[here], after.mac[between])
+    return _Pairs(after.second, partner, mac)
 
 
 def _doubtful(pairs: _Pairs, wanted: int) -> bool:
     """Whether one of the lowest speeds of either point has no good partner."""
     unmatched = np.setdiff1d(np.arange(pairs.second.speeds.size), pairs.partner)
-    return bool((pairs.likeness[:wanted] < _GOOD).any() or (unmatched < wanted).any())
+    return bool((pairs.mac[:wanted] < _GOOD).any() or (unmatched < wanted).any())
 
 
 def _paired(first: MapPoint, second: MapPoint, metric: FloatArray) -> _Pairs:
-    """Pair by the best total likeness; among equal shapes the nearer speed is preferred."""
+    """Pair by the best total MAC; among equal shapes the nearer speed is preferred."""
     one, two = _unit(first.shapes, metric), _unit(second.shapes, metric)
     product = one.conj().T @ metric @ two
     for cluster in _clusters(second.speeds):
@@ -144,13 +144,13 @@ def _paired(first: MapPoint, second: MapPoint, metric: FloatArray) -> _Pairs:
         turn = (left @ right).conj().T
         two[:, cluster] = two[:, cluster] @ turn
         product[:, cluster] = product[:, cluster] @ turn
-    likeness = np.minimum(np.abs(product) ** 2, 1.0)
+    mac = np.minimum(np.abs(product) ** 2, 1.0)
     distance = np.abs(np.log(np.divide.outer(first.speeds, second.speeds)))
-    rows, columns = linear_sum_assignment(-likeness * np.exp(-distance))
+    rows, columns = linear_sum_assignment(-mac * np.exp(-distance))
     partner, found = np.full(first.speeds.size, -1), np.zeros(first.speeds.size)
     for left, right in zip(rows, columns, strict=True):
-        if likeness[left, right] > _POOR:
-            partner[left], found[left] = right, likeness[left, right]
+        if mac[left, right] > _POOR:
+            partner[left], found[left] = right, mac[left, right]
     return _Pairs(second._replace(shapes=two), partner, found)
 
 
@@ -444,7 +444,7 @@ def critical_speed_map(
     Each point is solved directly (see `critical_speeds`), forward and backward whirl apart where
     the system is isotropic; nothing is assembled anew but where k passes the stiffness of
     another bearing, because the coordinates follow the stiffest path of joints. Branches are
-    paired by the likeness of shapes in the energy product of the stiffness. See Müller and
+    paired by the MAC of shapes in the energy product of the stiffness. See Müller and
     Hennings, section 5.3 and figure 9.
     """
     stiffness = _checked_stiffness(stiffnesses_n_per_m)
@@ -470,7 +470,7 @@ def _solved_map(solver: MapSolver, stiffness: FloatArray) -> CriticalSpeedMap:
         excitation_ratio=request.ratio,
         speed_rad_s=np.array([branch.speeds for branch in found]).reshape(shape),
         whirl=np.array([branch.whirl for branch in found], dtype="<U8").reshape(shape),
-        likeness=np.array([branch.likeness for branch in found]).reshape(shape),
+        likeness=np.array([branch.mac for branch in found]).reshape(shape),
         chosen_stiffness_n_per_m=np.array(chosen),
         free_rad_s=free,
         free_whirl=free_whirl,
@@ -480,11 +480,11 @@ def _solved_map(solver: MapSolver, stiffness: FloatArray) -> CriticalSpeedMap:
 
 
 class _Branch(NamedTuple):
-    """Critical speed (nan where absent), whirl and likeness over the stiffness, each (s,)."""
+    """Critical speed (nan where absent), whirl and MAC over the stiffness, each (s,)."""
 
     speeds: FloatArray
     whirl: list[str]
-    likeness: FloatArray
+    mac: FloatArray
 
 
 def _branches(solver: MapSolver, place: int, stiffness: FloatArray) -> Iterator[_Branch]:
@@ -495,7 +495,7 @@ def _branches(solver: MapSolver, place: int, stiffness: FloatArray) -> Iterator[
     points, branches = follow_branches(
         points, partial(solver.point, place), partial(solver.metric, place), wanted
     )
-    for columns, likeness in zip(branches.columns, branches.likeness, strict=True):
+    for columns, mac in zip(branches.columns, branches.mac, strict=True):
         if not ((columns >= 0) & (columns < wanted)).any():
             continue
         speeds = np.array(
@@ -504,7 +504,7 @@ def _branches(solver: MapSolver, place: int, stiffness: FloatArray) -> Iterator[
         speeds[~(speeds <= request.limit)] = np.nan
         if np.isfinite(speeds).any():
             whirl = _branch_whirl(solver, pencil, points, columns, speeds)
-            yield _Branch(speeds, whirl, likeness)
+            yield _Branch(speeds, whirl, mac)
 
 
 def _wanted(points: Sequence[MapPoint], request: MapRequest, pencil: Pencil) -> int:

@@ -67,7 +67,7 @@ class Modes(ReadOnlyArrays):
 
     def __repr__(self) -> str:
         unstable = int((self.log_decrement < 0).sum())
-        warned = f", {unstable} of them grow" if unstable else ""
+        warned = f", {unstable} of them unstable" if unstable else ""
         rpm, count = self.speed_rad_s * RPM_PER_RAD_S, self.eigenvalues.size
         return f"Modes at {rpm:.6g} rpm: {count}{warned}\n  {hertz(self.frequency_hz)}"
 
