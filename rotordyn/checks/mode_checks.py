@@ -6,12 +6,10 @@ import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
-from solidwhirl.rotordyn.campbell.diagram import Campbell
 from solidwhirl.rotordyn.checks.mode_counts import missing_modes
 from solidwhirl.rotordyn.checks.plain_checks import (
     COUNT,
     ROOTS,
-    check_branches,
     root_miss,
     worst_of,
 )
@@ -163,29 +161,6 @@ def _products(assembled: AssembledSystem, modes: Modes, rounding: float) -> list
             "frequencies at rest",
         ),
     ]
-
-
-def check_campbell(
-    assembled: AssembledSystem,
-    diagram: Campbell,
-    frequency_max_hz: float | None = None,
-    branch_count: int | None = None,
-) -> tuple[Invariant, ...]:
-    """Check a Campbell diagram against the system as it is given.
-
-    `frequency_max_hz`: as given to `campbell`: below it the branches are all modes, at every speed.
-    `branch_count`: as given to `campbell`: at every speed they hold that many lowest modes. None
-    with no limit either takes the smallest number of branches at a speed. The result is as
-    `check_branches`.
-    """
-    alive = np.isfinite(diagram.eigenvalues).sum(axis=0)
-    return check_branches(
-        PlainSystem.of(assembled),
-        diagram.speeds_rad_s,
-        diagram.eigenvalues,
-        branch_count=int(alive.min()) if branch_count is None else branch_count,
-        frequency_max_hz=frequency_max_hz,
-    )
 
 
 def _highest_gap(frequencies: FloatArray) -> float:

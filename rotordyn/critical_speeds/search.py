@@ -155,20 +155,16 @@ def critical_speeds(
         )
     directions = whirl_direction(assembled, shapes)
     return tuple(
-        _record(ratio, *found)
-        for found in zip(speeds, shapes.T, decrements, directions, strict=True)
-    )
-
-
-def _record(
-    ratio: float, speed: float, shape: ComplexArray, decrement: float, whirl: str
-) -> CriticalSpeed:
-    return CriticalSpeed(
-        speed_rad_s=float(speed),
-        frequency_hz=float(ratio * speed / (2.0 * np.pi)),
-        whirl=str(whirl),
-        shape=shape / shape[np.abs(shape).argmax()],
-        log_decrement=float(decrement),
+        CriticalSpeed(
+            speed_rad_s=float(speed),
+            frequency_hz=float(ratio * speed / (2.0 * np.pi)),
+            whirl=str(whirl),
+            shape=shape / shape[np.abs(shape).argmax()],
+            log_decrement=float(decrement),
+        )
+        for speed, shape, decrement, whirl in zip(
+            speeds, shapes.T, decrements, directions, strict=True
+        )
     )
 
 

@@ -20,7 +20,7 @@ from solidwhirl.rotordyn.assembly.bearing_laws import TableLaw
 from solidwhirl.rotordyn.assembly.system import matrices_at_speed
 from solidwhirl.rotordyn.campbell.branch_numbers import branch_numbers
 from solidwhirl.rotordyn.campbell.branches import follow, lowest
-from solidwhirl.rotordyn.checks.mode_checks import check_campbell
+from solidwhirl.rotordyn.checks.plain_checks import check_campbell
 from solidwhirl.rotordyn.checks.system_checks import check_system
 from solidwhirl.rotordyn.modes.mode_shapes import mode_shapes
 

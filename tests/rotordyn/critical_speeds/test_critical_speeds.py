@@ -27,7 +27,7 @@ from solidwhirl.rotordyn.assembly.bearing_laws import (
     PolynomialLaw,
     TableLaw,
 )
-from solidwhirl.rotordyn.checks.mode_checks import check_campbell
+from solidwhirl.rotordyn.checks.plain_checks import check_campbell
 from solidwhirl.rotordyn.critical_speeds.search import count_critical_speeds
 from solidwhirl.rotordyn.modes.whirl import unbalance_excitation
 from solidwhirl.rotordyn.superelement.rigid_body import rigid_superelement

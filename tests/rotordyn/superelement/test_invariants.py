@@ -20,12 +20,8 @@ from solidwhirl.rotordyn import (
     modes_at_speed,
     rigid_superelement,
 )
-from solidwhirl.rotordyn.checks.mode_checks import (
-    check_campbell,
-    check_modes_at_rest,
-    modes_below,
-)
-from solidwhirl.rotordyn.checks.plain_checks import ROOTS
+from solidwhirl.rotordyn.checks.mode_checks import check_modes_at_rest, modes_below
+from solidwhirl.rotordyn.checks.plain_checks import ROOTS, check_campbell
 from solidwhirl.rotordyn.checks.plain_system import PlainSystem
 from solidwhirl.rotordyn.checks.system_checks import (
     check_critical_speeds,
