@@ -101,14 +101,8 @@ def family_matrices(
 ) -> FamilyMatrices:
     """Assemble one family of motions.
 
-    Parameters
-    ----------
-    z_m
-        Places of the nodes, shape (N,), m.
-    elements
-        The two nodes of each beam, and the beam.
-    extra
-        Number of zero rows and columns to append, for what is not at a node.
+    `z_m`: places of the nodes, shape (N,), m; `elements`: the two nodes of each beam, and the beam;
+    `extra`: number of zero rows and columns to append, for what is not at a node.
     """
     step = per_node(family)
     size = step * z_m.size + extra
@@ -140,13 +134,7 @@ def add_attached(found: FamilyMatrices, z_m: FloatArray, part: Attached, family:
 def reduced_family(
     nodes: BeamNodes, whole: FamilyMatrices, family: Family, modes: int | None = None
 ) -> ReducedFamily:
-    """Reduce one family of motions to the interfaces.
-
-    Parameters
-    ----------
-    modes
-        Fixed-interface modes kept; None keeps all.
-    """
+    """Reduce one family of motions to the interfaces."""
     tie, kept = _tied(nodes, whole.mass.shape[0], family)
     mass, stiffness, gyroscopic, stiffening, softening = (tie.T @ m @ tie for m in whole[:5])
     boundary = np.searchsorted(kept, node_rows(nodes.interfaces, family))
@@ -260,12 +248,8 @@ def spatial_fields(
 ) -> dict[str, Any]:
     """Return what the families tell of a superelement, by the names of its fields.
 
-    Parameters
-    ----------
-    interfaces
-        Names in the order of the boundary coordinates.
-    node_count
-        N; `recovery_modes` is the displacement of all nodes, shape (N, 3, n).
+    `interfaces`: names in the order of the boundary coordinates; `node_count`: N; `recovery_modes`
+    is the displacement of all nodes, shape (N, 3, n).
     """
     coordinates, maps = spatial_coordinates(interfaces, families), family_maps(interfaces, families)
     size = len(coordinates)

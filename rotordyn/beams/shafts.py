@@ -39,14 +39,9 @@ class Disk:
 class Shaft:
     """Hold a checked shaft whose nodes include all interfaces and disks.
 
-    Attributes
-    ----------
-    nodes_m
-        Shape (N,), increasing, m.
-    outer_radius_m, inner_radius_m
-        Between the nodes, shape (N − 1,), m.
-    interfaces
-        Axial position by name, m.
+    `nodes_m`: shape (N,), increasing, m.
+    `outer_radius_m`, `inner_radius_m`: between the nodes, shape (N − 1,), m.
+    `interfaces`: axial position by name, m.
     """
 
     nodes_m: FloatArray
@@ -90,26 +85,10 @@ def checked_shaft(
 ) -> Shaft:
     """Check a shaft and place its nodes.
 
-    Parameters
-    ----------
-    stations_m
-        Section ends, increasing, shape (N,), m.
-    outer_radius_m, inner_radius_m
-        Shape (N − 1,) or a single number, m.
-    material
-        Young's modulus (Pa), Poisson's ratio, density (kg/m³).
-    interfaces
-        Axial position by name, m.
-
-    Returns
-    -------
-    Shaft
-        With a node at each station, interface and disk.
-
-    Raises
-    ------
-    SuperelementError
-        For the first thing out of range.
+    `stations_m`: section ends, increasing, shape (N,), m; `outer_radius_m`, `inner_radius_m`: shape
+    (N − 1,) or a single number, m; `material`: Young's modulus (Pa), Poisson's ratio, density
+    (kg/m³); `interfaces`: axial position by name, m. The shaft has a node at each
+    station, interface and disk. Raises SuperelementError for the first thing out of range.
     """
     where = f"beam {name!r}"
     if stations_m.ndim != 1 or stations_m.size < 2 or not np.isfinite(stations_m).all():

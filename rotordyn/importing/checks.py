@@ -38,15 +38,8 @@ def even_or_odd(
 ) -> FloatArray:
     """Return the symmetric (sign 1) or skew (−1) part of a matrix; notes say what was evened out.
 
-    Parameters
-    ----------
-    inertia
-        Diagonal of M: entries compare in coordinates of unit inertia, whatever their units.
-
-    Raises
-    ------
-    SuperelementError
-        If it deviates by more than 1e-6 of its largest entry.
+    `inertia`: diagonal of M: entries compare in coordinates of unit inertia, whatever their units.
+    Raises SuperelementError if it deviates by more than 1e-6 of its largest entry.
     """
     root = np.sqrt(np.abs(inertia))
     scaled = matrix / np.outer(root, root)
@@ -68,13 +61,7 @@ def even_or_odd(
 def check_mass(
     where: str, labels: tuple[str, ...], mass: FloatArray, tie: FloatArray | None
 ) -> None:
-    """Refuse a mass (n, n), tied by a constraint or not, that is not positive definite.
-
-    Raises
-    ------
-    SuperelementError
-        The message names a coordinate without mass.
-    """
+    """Refuse a mass (n, n), tied by a constraint or not, that is not positive definite."""
     diagonal = np.diag(mass)
     if not (diagonal > 0.0).all():
         worst = int(diagonal.argmin())
@@ -96,10 +83,7 @@ def check_stiffness(
 ) -> FloatArray:
     """Return the squares of the frequencies of the body at rest, rising, (rad/s)².
 
-    Raises
-    ------
-    SuperelementError
-        If K has a negative eigenvalue.
+    Raises SuperelementError if K has a negative eigenvalue.
     """
     if tie is not None:
         mass, stiffness = tie.T @ mass @ tie, tie.T @ stiffness @ tie
@@ -123,20 +107,10 @@ def rigid_mass(
 ) -> tuple[float, FloatArray, FloatArray]:
     """Return mass, centre of gravity and inertia about it, from RᵀMR.
 
-    Parameters
-    ----------
-    matrices
-        By role, SI units.
-    stated
-        What the file says itself, for what the coordinates do not show; empty if it does not.
-    notes
-        Gets a sentence for what is not known.
-
-    Raises
-    ------
-    SuperelementError
-        If RᵀMR of the free motions is not that of a rigid body to 1e-6, or not what the file states
-        to 1e-5 (a mesh may not hold a closed form exactly).
+    `matrices`: by role, SI units; `stated`: what the file says itself, for what the coordinates do
+    not show; empty if it does not; `notes`: gets a sentence for what is not known. Raises
+    SuperelementError if RᵀMR of the free motions is not that of a rigid body to 1e-6, or not what
+    the file states to 1e-5 (a mesh may not hold a closed form exactly).
     """
     found = motions.modes.T @ matrices["mass"] @ motions.modes
     known = None
@@ -248,13 +222,7 @@ def turn_fits(element: Superelement, notes: list[str]) -> bool:
 
 
 def check_turning(where: str, element: Superelement) -> None:
-    """Refuse a body that can't turn: without G, or not the same in all directions about z.
-
-    Raises
-    ------
-    SuperelementError
-        With the reason.
-    """
+    """Refuse a body that can't turn: without G, or not the same in all directions about z."""
     if not element.gyroscopic.any():
         raise SuperelementError(
             f"{where}: the body turns (speed_ratio is not 0) and has no gyroscopic matrix; without "

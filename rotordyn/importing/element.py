@@ -54,24 +54,13 @@ def imported_superelement(
 ) -> Superelement:
     """Make a superelement of matrices from elsewhere.
 
-    Parameters
-    ----------
-    provenance
-        Goes into the element's, beside what was noted ("import", "notes").
-
-    Returns
-    -------
-    Superelement
-        Level "imported", SI units. Coordinates of nodes that are no interfaces, and amplitudes of
-        modes, are its modal coordinates.
-
-    Raises
-    ------
-    SuperelementError
-        Units, nodes or matrices that are missing or contradict each other; matrices that are not
-        symmetric or skew to 1e-6, a mass that is not positive definite, a stiffness that is
-        negative, rigid motions whose mass is not that of one body; a turning body without a
-        gyroscopic matrix, or one that is not the same in all directions about z.
+    `provenance`: goes into the element's, beside what was noted ("import", "notes"). The level is
+    "imported", SI units. Coordinates of nodes that are no interfaces, and amplitudes of modes, are
+    its modal coordinates. Raises SuperelementError: units, nodes or matrices that are missing or
+    contradict each other; matrices that are not symmetric or skew to 1e-6, a mass that is not
+    positive definite, a stiffness that is negative, rigid motions whose mass is not that of one
+    body; a turning body without a gyroscopic matrix, or one that is not the same in all directions
+    about z.
     """
     where = f"imported body {name!r} ({body.files[0].name})"
     notes: list[str] = []

@@ -19,15 +19,8 @@ def renamed_superelement(
 ) -> Superelement:
     """Return a superelement with other names.
 
-    Parameters
-    ----------
-    interfaces
-        Old names of interfaces by the new ones; the others keep theirs.
-
-    Raises
-    ------
-    SuperelementError
-        An interface that the body does not have, or two of one name.
+    `interfaces`: old names of interfaces by the new ones; the others keep theirs. Raises
+    SuperelementError: an interface that the body does not have, or two of one name.
     """
     new_names = {old: new for new, old in interfaces.items()}
     known = [node.name for node in element.interfaces]
@@ -56,13 +49,7 @@ def renamed_superelement(
 
 
 def shifted_superelement(element: Superelement, along_m: float) -> Superelement:
-    """Return a superelement at another place on the axis.
-
-    Parameters
-    ----------
-    along_m
-        How far it is moved along +z, m.
-    """
+    """Return a superelement at another place on the axis."""
     if along_m == 0.0:
         return element
     shift = np.array([0.0, 0.0, along_m])

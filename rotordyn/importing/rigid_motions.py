@@ -30,14 +30,9 @@ _LOOSE_PART = 0.3
 class ImportedMotions(NamedTuple):
     """Motions ux to rz about the origin.
 
-    Attributes
-    ----------
-    modes
-        In the coordinates, shape (n, 6); zero columns where the coordinates can't show one.
-    shown
-        Which can be shown, shape (6,).
-    present
-        Which the stiffness leaves free, shape (6,).
+    `modes`: in the coordinates, shape (n, 6); zero columns where the coordinates can't show one.
+    `shown`: which can be shown, shape (6,).
+    `present`: which the stiffness leaves free, shape (6,).
     """
 
     modes: FloatArray
@@ -46,13 +41,7 @@ class ImportedMotions(NamedTuple):
 
 
 def motion_at(place: FloatArray) -> FloatArray:
-    """Return ux to rz at a place for the six motions about the origin, shape (6, 6).
-
-    Parameters
-    ----------
-    place
-        Shape (3,), m.
-    """
+    """Return ux to rz at a place for the six motions about the origin, shape (6, 6)."""
     x, y, z = place
     motion = np.eye(6)
     motion[:3, 3:] = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
@@ -68,19 +57,9 @@ def imported_motions(
 ) -> ImportedMotions:
     """Find the rigid motions of a body.
 
-    Parameters
-    ----------
-    places, components
-        Of the rows: nodes, shape (n, 3), and 1 to 6, or 0 for an amplitude of a mode.
-    matrices
-        By role, in SI units.
-    notes
-        Gets a sentence for what should be known.
-
-    Raises
-    ------
-    SuperelementError
-        Rigid motions that the file states and the nodes contradict.
+    `places`, `components`: of the rows: nodes, shape (n, 3), and 1 to 6, or 0 for an amplitude of a
+    mode; `matrices`: by role, in SI units; `notes`: gets a sentence for what should be known.
+    Raises SuperelementError: rigid motions that the file states and the nodes contradict.
     """
     modes = np.zeros((len(components), 6))
     real = components > 0
@@ -166,13 +145,7 @@ def _fastest(mass: FloatArray, stiffness: FloatArray, tie: FloatArray | None) ->
 def cleaned_stiffness(
     matrices: Mapping[str, FloatArray], motions: ImportedMotions, notes: list[str]
 ) -> FloatArray:
-    """Return K without the rounding that resists free rigid motions.
-
-    Parameters
-    ----------
-    notes
-        Gets a sentence if something was taken out.
-    """
+    """Return K without the rounding that resists free rigid motions."""
     stiffness, mass = matrices["stiffness"], matrices["mass"]
     if not motions.present.any():
         return stiffness
@@ -209,10 +182,7 @@ def check_free_motions(
     `rates` are the squares of the frequencies at rest, rising, (rad/s)²; notes say where a part of
     the body is loose.
 
-    Raises
-    ------
-    SuperelementError
-        The places or components of the nodes contradict the stiffness.
+    Raises SuperelementError: the places or components of the nodes contradict the stiffness.
     """
     mass, stiffness = matrices["mass"], matrices["stiffness"]
     limit = _FREE * max(float(rates[-1]), 0.0)
@@ -250,10 +220,7 @@ def shown_points(
 ) -> tuple[FloatArray, FloatArray]:
     """Return points for pictures, shape (p, 3), and their displacements, shape (p, 3, n).
 
-    Parameters
-    ----------
-    stated
-        What the file has; None: nodes with translations.
+    `stated`: what the file has; None: nodes with translations.
     """
     n = len(components)
     if stated is not None:

@@ -23,21 +23,13 @@ AXES = ("xyz", "yzx", "zxy")
 class ImportOptions:
     """Say what a file of matrices can't.
 
-    Attributes
-    ----------
-    interfaces
-        Node of each interface, by the interface's name.
-    names
-        Names of matrices in the file, by role ("mass", "stiffness", ...); the others have the names
-        that `exchange.foreign_body.ROLES` gives.
-    length_unit, mass_unit
-        "m" or "mm", "kg" or "t"; None: as the file says.
-    axes
-        Axes of the file that are x, y and z here: "xyz", "yzx" or "zxy".
-    origin_m
-        Place of the file's origin on the axis, m.
-    turns
-        Whether the body turns.
+    `interfaces`: node of each interface, by the interface's name.
+    `names`: names of matrices in the file, by role ("mass", "stiffness", ...); the others have the
+    names that `exchange.foreign_body.ROLES` gives.
+    `length_unit`, `mass_unit`: "m" or "mm", "kg" or "t"; None: as the file says.
+    `axes`: axes of the file that are x, y and z here: "xyz", "yzx" or "zxy".
+    `origin_m`: place of the file's origin on the axis, m.
+    `turns`: whether the body turns.
     """
 
     interfaces: Mapping[str, int]
@@ -53,24 +45,14 @@ class ImportOptions:
 class Placed:
     """Rows of a body in the order of its coordinates, in the axes and the unit of the scene.
 
-    Attributes
-    ----------
-    order
-        Rows of the file, interfaces first.
-    components
-        1 to 6, or 0, shape (n,).
-    places
-        Of the nodes of the rows, shape (n, 3), m; nan for amplitudes of modes.
-    owners
-        Interface of each row, or an empty text.
-    positions
-        Of the interfaces, by name.
-    labels
-        For messages.
-    turn
-        Axes of the file from those of the scene, shape (3, 3).
-    shift_m
-        (3,), of the file's origin.
+    `order`: rows of the file, interfaces first.
+    `components`: 1 to 6, or 0, shape (n,).
+    `places`: of the nodes of the rows, shape (n, 3), m; nan for amplitudes of modes.
+    `owners`: interface of each row, or an empty text.
+    `positions`: of the interfaces, by name.
+    `labels`: for messages.
+    `turn`: axes of the file from those of the scene, shape (3, 3).
+    `shift_m`: (3,), of the file's origin.
     """
 
     order: Any
@@ -86,10 +68,8 @@ class Placed:
 def import_units(where: str, body: ForeignBody, options: ImportOptions) -> tuple[float, float]:
     """Return the length unit in m and the mass unit in kg.
 
-    Raises
-    ------
-    SuperelementError
-        A unit that neither file nor options say, that they say differently, or that is not known.
+    Raises SuperelementError: a unit that neither file nor options say, that they say differently,
+    or that is not known.
     """
     out = []
     for key, asked, stated, known in (
@@ -115,10 +95,7 @@ def import_matrices(
 ) -> dict[str, FloatArray]:
     """Return the matrices of a file by role, those for one speed left out.
 
-    Raises
-    ------
-    SuperelementError
-        A matrix that is missing or has another shape than the rows.
+    Raises SuperelementError: a matrix that is missing or has another shape than the rows.
     """
     found: dict[str, FloatArray] = {}
     for role, known in ROLES.items():
@@ -160,10 +137,8 @@ def _known(body: ForeignBody) -> str:
 def placed_rows(where: str, body: ForeignBody, options: ImportOptions, length: float) -> Placed:
     """Return the rows of a body in order, interfaces first; `length` is the file's unit, m.
 
-    Raises
-    ------
-    SuperelementError
-        Unknown axes or nodes, an interface without coordinates, a coordinate that occurs twice.
+    Raises SuperelementError: unknown axes or nodes, an interface without coordinates, a coordinate
+    that occurs twice.
     """
     if options.axes not in AXES:
         raise SuperelementError(f"{where}: axes is {options.axes!r}, allowed are {', '.join(AXES)}")

@@ -58,13 +58,7 @@ _NUMBER_BYTES = 8
 
 
 class SuperelementFile:
-    """Read parts of a superelement file, naming file and dataset in each error.
-
-    Parameters
-    ----------
-    file
-        The open HDF5 file.
-    """
+    """Read parts of a superelement file, naming file and dataset in each error."""
 
     def __init__(self, path: Path, file: h5py.File) -> None:
         self.path = path
@@ -370,10 +364,7 @@ class SuperelementFile:
 def check_header(file: SuperelementFile) -> None:
     """Refuse another format, a newer major version, other units or another frame.
 
-    Raises
-    ------
-    SuperelementError
-        Naming the attribute, what was found and what is allowed.
+    Raises SuperelementError: naming the attribute, what was found and what is allowed.
     """
     _expect(file, "format", (FORMAT,))
     found = file.text_attribute("format_version")
@@ -421,13 +412,7 @@ def _declared_bytes(dataset: h5py.Dataset) -> int:
 
 
 def _storage_fault(dataset: h5py.Dataset) -> str:
-    """Return why a dataset's storage is not trusted; empty if it is.
-
-    Parameters
-    ----------
-    dataset
-        In the file itself, of numbers or texts.
-    """
+    """Return why a dataset's storage is not trusted; empty if it is."""
     if dataset.is_virtual or dataset.external:
         return "keeps its data in another file, which is not followed"
     found = _filters(dataset)

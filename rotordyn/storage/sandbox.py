@@ -38,10 +38,7 @@ _LONGEST = 16_000
 def seal_file(path: Path) -> None:
     """Write the seal into the user block of a complete file.
 
-    Parameters
-    ----------
-    path
-        An HDF5 file with a user block of `SEAL_BYTES`.
+    `path`: an HDF5 file with a user block of `SEAL_BYTES`.
     """
     seal = _MARK + _digest(path).encode() + b"\n"
     with path.open("r+b") as file:
@@ -51,10 +48,7 @@ def seal_file(path: Path) -> None:
 def is_sealed(path: Path) -> bool:
     """Return whether a file has a seal, which then fits its bytes.
 
-    Raises
-    ------
-    SuperelementError
-        If it has a seal that does not fit: the file is not what was written.
+    Raises SuperelementError if it has a seal that does not fit: the file is not what was written.
     """
     with path.open("rb") as file:
         head = file.read(SEAL_BYTES)
@@ -79,10 +73,8 @@ def _digest(path: Path) -> str:
 def refuse_damaged(path: Path, read: Callable[[Path], object]) -> None:
     """Refuse a file that reading could not survive; one without a seal is tried in a child first.
 
-    Raises
-    ------
-    SuperelementError
-        If there is no such file, its seal does not fit, or reading it does not end well.
+    Raises SuperelementError if there is no such file, its seal does not fit, or reading it does not
+    end well.
     """
     try:
         if not path.is_file():
@@ -97,13 +89,9 @@ def refuse_damaged(path: Path, read: Callable[[Path], object]) -> None:
 def refuse_harmful(path: Path, read: Callable[[Path], object]) -> None:
     """Read a file in a child process, and refuse it if that does not end well.
 
-    Raises
-    ------
-    SuperelementError
-        What `read` raised, or that the child crashed, ran on, or needed too much memory.
+    Raises SuperelementError: what `read` raised, or that the child crashed, ran on, or needed too
+    much memory.
 
-    Notes
-    -----
     Where processes can't be forked (Windows, or a program that has taken more address space than
     the system would grant twice) nothing is tried.
     """

@@ -13,10 +13,7 @@ from solidwhirl.rotordyn.superelement.record import Coordinate, Superelement
 def superelement_document(element: Superelement) -> dict[str, Any]:
     """Describe a superelement without its matrices.
 
-    Returns
-    -------
-    dict
-        Ready for `json.dumps`: units are in the keys, what is absent or without bound is null.
+    It is ready for `json.dumps`: units are in the keys, what is absent or without bound is null.
     """
     top = element.maximum_speed_rad_s
     return {

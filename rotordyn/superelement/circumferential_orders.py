@@ -56,14 +56,9 @@ class Turns:
     is a pattern of |μ| waves round the axis that turns about +z for μ > 0 and about −z for
     μ < 0; μ = ±1 is lateral motion, forward and backward for a positive Ω.
 
-    Attributes
-    ----------
-    orders
-        μ of each part, shape (r,), rising; r = n but for bodies with a constraint.
-    amplitudes
-        Takes coordinates to the parts, shape (r, n); |part|² adds up to qᴴ M q.
-    vectors
-        Takes the parts to coordinates, shape (n, r).
+    `orders`: μ of each part, shape (r,), rising; r = n but for bodies with a constraint.
+    `amplitudes`: takes coordinates to the parts, shape (r, n); |part|² adds up to qᴴ M q.
+    `vectors`: takes the parts to coordinates, shape (n, r).
     """
 
     orders: IntArray

@@ -40,26 +40,16 @@ class Surface:
     for n = 0 by (a, b, c). So the surface is known at every θ. Of a solid the terms are
     displacements along x, y, z.
 
-    Attributes
-    ----------
-    points_m
-        (z, r) of a meridian, shape (p, 2), or (x, y, z) of a solid, shape (p, 3), m.
-    cells
-        Edges of a meridian's outline, shape (c, 2), or triangles of a solid, shape (c, 3).
-    amplitudes
-        a, b, c, or ux, uy, uz, of the points per unit coordinate, shape (p, 3, t); those of a
-        solid are rounded to single precision.
-    coordinate
-        Coordinate of every term, shape (t,).
-    order, family
-        n and 0 or 1 of every term of a meridian, shape (t,); zeros for a solid.
-    size
-        Number of coordinates of the body.
+    Raises SuperelementError if shapes disagree, a number is not finite, or a number points to
+    nothing.
 
-    Raises
-    ------
-    SuperelementError
-        If shapes disagree, a number is not finite, or a number points to nothing.
+    `points_m`: (z, r) of a meridian, shape (p, 2), or (x, y, z) of a solid, shape (p, 3), m.
+    `cells`: edges of a meridian's outline, shape (c, 2), or triangles of a solid, shape (c, 3).
+    `amplitudes`: a, b, c, or ux, uy, uz, of the points per unit coordinate, shape (p, 3, t); those
+    of a solid are rounded to single precision.
+    `coordinate`: coordinate of every term, shape (t,).
+    `order`, `family`: n and 0 or 1 of every term of a meridian, shape (t,); zeros for a solid.
+    `size`: number of coordinates of the body.
     """
 
     points_m: FloatArray
@@ -233,17 +223,10 @@ def plane_sections(
 ) -> Surface:
     """Return a meridian whose cross-sections stay plane and square to a bent axis.
 
-    Parameters
-    ----------
-    points_m
-        (z, r), shape (p, 2), m.
-    edges
-        Of the outline, shape (c, 2).
-    planes
-        Deflection and slope of the axis at the place of each point in the planes of x and of y
-        per unit coordinate, each (p, n); (w, θ) = (ux, ry) and (uy, −rx).
-    axial, torsion
-        uz and rz there, shape (p, n); None: zero.
+    `points_m`: (z, r), shape (p, 2), m; `edges`: of the outline, shape (c, 2); `planes`: deflection
+    and slope of the axis at the place of each point in the planes of x and of y per unit
+    coordinate, each (p, n); (w, θ) = (ux, ry) and (uy, −rx); `axial`, `torsion`: uz and rz there,
+    shape (p, n); None: zero.
     """
     radius = points_m[:, 1, None]
     still = np.zeros((len(points_m), planes[0][0].shape[1]))
@@ -310,15 +293,8 @@ def _sections(outer: FloatArray, inner: FloatArray) -> tuple[Any, IntArray]:
 def outline_chains(cells: IntArray) -> list[IntArray]:
     """Return the points of an outline in order, one array for each loop or open piece.
 
-    Parameters
-    ----------
-    cells
-        Edges (c, 2), each from its first to its second point.
-
-    Returns
-    -------
-    list of ndarray
-        A closed loop has its first point at its end again.
+    `cells`: edges (c, 2), each from its first to its second point. Returns a closed loop has its
+    first point at its end again.
     """
     after: dict[int, list[int]] = {}
     arrives: dict[int, int] = {}

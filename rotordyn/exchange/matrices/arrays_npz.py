@@ -38,15 +38,8 @@ _LARGEST_WHOLE = 10**12
 def write_npz(element: Superelement, path: Path, speed_rad_s: float | None = None) -> Exported:
     """Write the matrices of a superelement as numpy arrays.
 
-    Parameters
-    ----------
-    speed_rad_s
-        Writes K0 + Ω²(Kgeo + Kspin) and ΩG at this speed as well.
-
-    Raises
-    ------
-    SuperelementError
-        A speed beyond what the body was reduced for.
+    `speed_rad_s`: writes K0 + Ω²(Kgeo + Kspin) and ΩG at this speed as well. Raises
+    SuperelementError: a speed beyond what the body was reduced for.
     """
     path = Path(path)
     chosen = matrix_set(element, speed_rad_s)
@@ -85,11 +78,9 @@ def write_npz(element: Superelement, path: Path, speed_rad_s: float | None = Non
 def read_npz(path: Path) -> ForeignBody:
     """Read a body from numpy arrays, see docs/import.md for what the file must hold.
 
-    Raises
-    ------
-    SuperelementError
-        No such file, damage, arrays of objects (nothing is unpickled), wrong shapes, numbers that
-        are not finite, or too many coordinates. Sizes are checked before numbers are read.
+    Raises SuperelementError: no such file, damage, arrays of objects (nothing is unpickled), wrong
+    shapes, numbers that are not finite, or too many coordinates. Sizes are checked before numbers
+    are read.
     """
     path = Path(path)
     content = file_bytes(path)

@@ -36,10 +36,7 @@ def body_document(
 ) -> dict[str, Any]:
     """Describe the matrices of a superelement.
 
-    Parameters
-    ----------
-    matrices
-        Name or file of each matrix, by role.
+    `matrices`: name or file of each matrix, by role.
     """
     top = element.maximum_speed_rad_s
     coordinates = []

@@ -21,14 +21,9 @@ _TOO_SMALL = 1e-99
 class Card:
     """One entry of bulk data.
 
-    Attributes
-    ----------
-    path, line
-        Where it begins.
-    name
-        First field, without the star of the large format.
-    fields
-        The others, continuations joined; blank ones are empty texts.
+    `path`, `line`: where it begins.
+    `name`: first field, without the star of the large format.
+    `fields`: the others, continuations joined; blank ones are empty texts.
     """
 
     path: Path
@@ -69,10 +64,8 @@ class Card:
 def read_cards(path: Path, files: list[Path]) -> Iterator[Card]:
     """Read the entries behind BEGIN BULK, those of included files too, which `files` then lists.
 
-    Raises
-    ------
-    SuperelementError
-        A file that can't be read, includes that never end, a line that is no entry.
+    Raises SuperelementError: a file that can't be read, includes that never end, a line that is no
+    entry.
     """
     yield from _cards(path, files, 0)
 
@@ -150,17 +143,10 @@ def _fields(line: str) -> list[str]:
 def real_field(value: float, width: int = 16) -> str:
     """Write a number with as many digits as a field has room for.
 
-    Parameters
-    ----------
-    value
-        Finite, below 1e99 in magnitude.
-
-    Returns
-    -------
-    str
-        `width` characters. With 16 columns: 12 digits or more between 1e-10 and 1e20, 11 or more
-        elsewhere; numbers below 1e-99 are written as zero. The point is where it saves the sign of
-        an exponent (Nastran's real numbers may have it anywhere, and an exponent without E).
+    `value`: finite, below 1e99 in magnitude. Returns `width` characters. With 16 columns: 12 digits
+    or more between 1e-10 and 1e20, 11 or more elsewhere; numbers below 1e-99 are written as zero.
+    The point is where it saves the sign of an exponent (Nastran's real numbers may have it
+    anywhere, and an exponent without E).
     """
     if value == 0.0 or abs(value) < _TOO_SMALL:
         return "0.0".rjust(width)
@@ -201,10 +187,7 @@ def _candidates(value: float, width: int) -> list[str]:
 def parsed_real(text: str) -> float:
     """Read a real number of bulk data: "1.5", "-.2+3", "4.D-2", "12.E4".
 
-    Raises
-    ------
-    ValueError
-        It is none; whole numbers without a point are none.
+    Raises ValueError: it is none; whole numbers without a point are none.
     """
     found = text.strip()
     match = _REAL.fullmatch(found)

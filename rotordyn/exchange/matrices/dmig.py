@@ -49,25 +49,14 @@ def write_dmig(element: Superelement, path: Path, speed_rad_s: float | None = No
     points of the interfaces, scalar points of the modes, the equation and case control as
     comments, and an INCLUDE of the punch file.
 
-    Parameters
-    ----------
-    element
-        The body. If its coordinates are tied (`constraint`), the matrices are BᵀAB on scalar
-        points, and MPC entries say how the interfaces follow.
-    path
-        The punch file; it must not end in `.bdf`.
-    speed_rad_s
-        Writes K0 + Ω²(Kgeo + Kspin) and ΩG at this speed as well.
+    `element`: the body. If its coordinates are tied (`constraint`), the matrices are BᵀAB on scalar
+    points, and MPC entries say how the interfaces follow; `path`: the punch file; it must not end
+    in `.bdf`; `speed_rad_s`: writes K0 + Ω²(Kgeo + Kspin) and ΩG at this speed as well. Raises
+    SuperelementError: a speed beyond what the body was reduced for, or a punch file that ends in
+    `.bdf`.
 
-    Notes
-    -----
     Numbers have 12 digits between 1e-10 and 1e20 and 11 elsewhere (16 columns, of which the sign
     takes one).
-
-    Raises
-    ------
-    SuperelementError
-        A speed beyond what the body was reduced for, or a punch file that ends in `.bdf`.
     """
     path = Path(path)
     if path.suffix.lower() == ".bdf":
@@ -225,25 +214,12 @@ def _ties(element: Superelement, rows: tuple[Row, ...]) -> Iterator[str]:
 def read_dmig(path: Path, nodes: Path | None = None) -> ForeignBody:
     """Read a body from bulk data with DMIG, GRID and SPOINT entries.
 
-    Parameters
-    ----------
-    path
-        Bulk data; files that it includes are read too. A punch file alone takes its points from the
-        `.bdf` beside it, if that does not include it itself.
-    nodes
-        Bulk data with the points, None: as above.
-
-    Returns
-    -------
-    ForeignBody
-        Matrices by name; the coordinates are the rows of all square ones, grids first. MPC entries
-        that move grids with scalar points become the matrix "TIE".
-
-    Raises
-    ------
-    SuperelementError
-        Entries that are damaged or that this reader does not know, complex matrices, points in
-        other coordinate systems. The message names file and line.
+    `path`: bulk data; files that it includes are read too. A punch file alone takes its points from
+    the `.bdf` beside it, if that does not include it itself; `nodes`: bulk data with the points,
+    None: as above. Returns matrices by name; the coordinates are the rows of all square ones, grids
+    first. MPC entries that move grids with scalar points become the matrix "TIE". Raises
+    SuperelementError: entries that are damaged or that this reader does not know, complex matrices,
+    points in other coordinate systems. The message names file and line.
     """
     path = Path(path)
     beside = path.with_suffix(".bdf")

@@ -27,14 +27,9 @@ EQUATION = "M q'' + W G q' + (K0 + W^2 (Kgeo + Kspin) + W' (1/2) G) q = f, W in 
 class Role(NamedTuple):
     """What is known of a matrix by its role.
 
-    Attributes
-    ----------
-    name, short
-        In formats with long names, and in those with eight letters.
-    symmetry
-        "symmetric", "skew-symmetric" or "general".
-    multiplies
-        What, in words.
+    `name`, `short`: in formats with long names, and in those with eight letters.
+    `symmetry`: "symmetric", "skew-symmetric" or "general".
+    `multiplies`: what, in words.
     """
 
     name: str
@@ -75,28 +70,20 @@ ROLES: Mapping[str, Role] = MappingProxyType(
 class ForeignBody:
     """Hold what a file of matrices says of a body, in the units and axes of the file.
 
-    Attributes
-    ----------
-    files
-        Files it was read from, the one that was named first.
-    matrices
-        By their names in the file; (n, n), or (n, columns) for rigid motions and constraints.
-    nodes, components
-        Row of each coordinate, shape (n,): number of its node and component 1 to 6 (ux to rz), or
-        0 for the amplitude of a mode.
-    positions
-        Places of the nodes by number, shape (3,).
-    names
-        Names of the nodes that have one, by number.
-    length_unit, mass_unit
-        As the file says them; None where it does not.
-    properties
-        Mass properties as the file says them, in its units: "mass", "center_of_gravity" (3,),
-        "inertia" (3, 3); empty where it does not.
-    maximum_speed_rad_s
-        Largest speed the body was reduced for; inf where the file does not say it.
-    points, point_modes
-        Points for pictures, shape (p, 3), and their displacement (p, 3, n); p may be 0.
+    `files`: files it was read from, the one that was named first.
+    `matrices`: by their names in the file; (n, n), or (n, columns) for rigid motions and
+    constraints.
+    `nodes`, `components`: row of each coordinate, shape (n,): number of its node and component 1 to
+    6 (ux to rz), or 0 for the amplitude of a mode.
+    `positions`: places of the nodes by number, shape (3,).
+    `names`: names of the nodes that have one, by number.
+    `length_unit`, `mass_unit`: as the file says them; None where it does not.
+    `properties`: mass properties as the file says them, in its units: "mass", "center_of_gravity"
+    (3,), "inertia" (3, 3); empty where it does not.
+    `maximum_speed_rad_s`: largest speed the body was reduced for; inf where the file does not say
+    it.
+    `points`, `point_modes`: points for pictures, shape (p, 3), and their displacement (p, 3, n); p
+    may be 0.
     """
 
     files: tuple[Path, ...]
@@ -122,12 +109,8 @@ class ForeignBody:
 class MatrixSet:
     """Hold the matrices of a superelement for a writer.
 
-    Attributes
-    ----------
-    matrices
-        By role; those that are zero or not known are left out, but for M and K0.
-    carried, left_out
-        As in `Exported`.
+    `matrices`: by role; those that are zero or not known are left out, but for M and K0.
+    `carried`, `left_out`: as in `Exported`.
     """
 
     matrices: Mapping[str, FloatArray]
@@ -138,10 +121,7 @@ class MatrixSet:
 def matrix_set(element: Superelement, speed_rad_s: float | None) -> MatrixSet:
     """Return the matrices of a superelement by role, those at one speed only where it is given.
 
-    Raises
-    ------
-    SuperelementError
-        If the speed is not finite, or beyond what the body was reduced for.
+    Raises SuperelementError if the speed is not finite, or beyond what the body was reduced for.
     """
     found: dict[str, FloatArray] = {"mass": element.mass, "stiffness": element.stiffness}
     carried, left = ["mass", "elastic stiffness"], list[str]()
@@ -227,13 +207,7 @@ def rows_of(element: Superelement) -> tuple[Row, ...]:
 
 
 def checked_matrix(where: str, matrix: FloatArray) -> FloatArray:
-    """Return a matrix of a file, refusing numbers that are not finite or absurdly large.
-
-    Raises
-    ------
-    SuperelementError
-        The message names the first bad entry.
-    """
+    """Return a matrix of a file, refusing numbers that are not finite or absurdly large."""
     bad = ~(np.abs(matrix) <= LARGEST_NUMBER)
     if bad.any():
         at = tuple(int(k) for k in np.argwhere(bad)[0])
@@ -245,13 +219,7 @@ def checked_matrix(where: str, matrix: FloatArray) -> FloatArray:
 
 
 def refuse_large(path: Path, count: int) -> None:
-    """Refuse more coordinates than a body may have.
-
-    Raises
-    ------
-    SuperelementError
-        With what to do about it.
-    """
+    """Refuse more coordinates than a body may have."""
     if count > MOST_COORDINATES:
         raise SuperelementError(
             f"{path}: has {count} coordinates or more, at most {MOST_COORDINATES} are allowed; "
@@ -263,10 +231,7 @@ def refuse_large(path: Path, count: int) -> None:
 def file_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
     """Read a file.
 
-    Raises
-    ------
-    SuperelementError
-        It is none, can't be read, or has more than `most` bytes.
+    Raises SuperelementError: it is none, can't be read, or has more than `most` bytes.
     """
     try:
         if not path.is_file():

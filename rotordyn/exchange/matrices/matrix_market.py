@@ -47,17 +47,9 @@ def write_matrix_market(
     Numbers come back bit for bit; zeros are left out (coordinate format), of symmetric and skew
     matrices the lower triangle is written.
 
-    Parameters
-    ----------
-    path
-        The folder; made if it is not there. `body.json` in it appears last.
-    speed_rad_s
-        Writes K0 + Ω²(Kgeo + Kspin) and ΩG at this speed as well.
-
-    Raises
-    ------
-    SuperelementError
-        A speed beyond what the body was reduced for, or a place that is no folder.
+    `path`: the folder; made if it is not there. `body.json` in it appears last; `speed_rad_s`:
+    writes K0 + Ω²(Kgeo + Kspin) and ΩG at this speed as well. Raises SuperelementError: a speed
+    beyond what the body was reduced for, or a place that is no folder.
     """
     path = Path(path)
     chosen = matrix_set(element, speed_rad_s)
@@ -92,16 +84,9 @@ def write_matrix_market(
 def read_matrix_market(path: Path) -> ForeignBody:
     """Read a body from Matrix Market files and the JSON that names them.
 
-    Parameters
-    ----------
-    path
-        The JSON, or the folder that holds `body.json`.
-
-    Raises
-    ------
-    SuperelementError
-        Damage, a matrix of another size than the rows, numbers that are not finite, or too many
-        coordinates. Sizes are checked before numbers are read.
+    `path`: the JSON, or the folder that holds `body.json`. Raises SuperelementError: damage, a
+    matrix of another size than the rows, numbers that are not finite, or too many coordinates.
+    Sizes are checked before numbers are read.
     """
     path = Path(path)
     path = path / DOCUMENT if path.is_dir() else path
@@ -122,15 +107,8 @@ def read_matrix_market(path: Path) -> ForeignBody:
 def read_matrix(path: Path) -> FloatArray:
     """Read one real matrix in Matrix Market's coordinate or array format.
 
-    Returns
-    -------
-    ndarray
-        Dense, both triangles of symmetric and skew matrices filled.
-
-    Raises
-    ------
-    SuperelementError
-        Anything that is not so, too many coordinates, an entry that is given twice.
+    It is dense, both triangles of symmetric and skew matrices filled. Raises SuperelementError:
+    anything that is not so, too many coordinates, an entry that is given twice.
     """
     content = file_bytes(path)
     # scipy before 1.12 looks for the line of sizes for ever

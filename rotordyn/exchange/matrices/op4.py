@@ -46,17 +46,9 @@ def write_op4(
     The format has no rows; `<file>.rows.json` beside it says what they are. All numbers are
     doubles and come back bit for bit, in both forms.
 
-    Parameters
-    ----------
-    speed_rad_s
-        Writes K0 + Ω²(Kgeo + Kspin) and ΩG at this speed as well.
-    form
-        "binary", little endian, or "ascii", with 17 digits.
-
-    Raises
-    ------
-    SuperelementError
-        A speed beyond what the body was reduced for, or an unknown form.
+    `speed_rad_s`: writes K0 + Ω²(Kgeo + Kspin) and ΩG at this speed as well; `form`: "binary",
+    little endian, or "ascii", with 17 digits. Raises SuperelementError: a speed beyond what the
+    body was reduced for, or an unknown form.
     """
     path = Path(path)
     if form not in ("binary", "ascii"):
@@ -80,13 +72,7 @@ def write_op4(
 
 
 def rows_path(path: Path) -> Path:
-    """Return the file that says what the rows of an OUTPUT4 file are.
-
-    Parameters
-    ----------
-    path
-        The OUTPUT4 file.
-    """
+    """Return the file that says what the rows of an OUTPUT4 file are."""
     return path.with_name(f"{path.name}.rows.json")
 
 
@@ -127,17 +113,9 @@ def _ascii(name: str, matrix: FloatArray, kind: int) -> Iterator[bytes]:
 def read_op4(path: Path, rows: Path | None = None) -> ForeignBody:
     """Read a body from an OUTPUT4 file and the JSON of its rows.
 
-    Parameters
-    ----------
-    path
-        The file, binary of either byte order or ASCII.
-    rows
-        The JSON; None: `<file>.rows.json`.
-
-    Raises
-    ------
-    SuperelementError
-        Damage, sparse or complex matrices, sizes that do not fit, numbers that are not finite.
+    `path`: the file, binary of either byte order or ASCII; `rows`: the JSON; None:
+    `<file>.rows.json`. Raises SuperelementError: damage, sparse or complex matrices, sizes that do
+    not fit, numbers that are not finite.
     """
     path = Path(path)
     beside = rows_path(path) if rows is None else Path(rows)
@@ -151,13 +129,7 @@ def read_op4(path: Path, rows: Path | None = None) -> ForeignBody:
 
 
 def read_op4_matrices(path: Path) -> Mapping[str, FloatArray]:
-    """Read the dense real matrices of an OUTPUT4 file by name.
-
-    Raises
-    ------
-    SuperelementError
-        As `read_op4`.
-    """
+    """Read the dense real matrices of an OUTPUT4 file by name."""
     path = Path(path)
     content = file_bytes(path)
     if len(content) >= 4 and content[:4] in (struct.pack("<i", 24), struct.pack(">i", 24)):

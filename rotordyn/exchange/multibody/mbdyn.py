@@ -73,27 +73,15 @@ def write_mbdyn(
 ) -> Exported:
     """Write a body for MBDyn's modal joint, and beside it an input that holds it on springs.
 
-    Parameters
-    ----------
-    path
-        The .fem file; the input takes its name with "_example.mbd" instead of the suffix.
-    modes
-        Number of elastic modes of the free body, by frequency; None for all.
-    level
-        Highest record group: 19 with stiffening by spin, which MBDyn takes into account under
-        automatic differentiation; 18 without it; 13 for versions that know the inertia of modes
-        from masses at nodes only, with points of mass that have the same inertia.
-    modal_damping
-        Damping ratio of every mode, which fills record group 13; 0 writes none.
+    `path`: the .fem file; the input takes its name with "_example.mbd" instead of the suffix;
+    `modes`: number of elastic modes of the free body, by frequency; None for all; `level`: highest
+    record group: 19 with stiffening by spin, which MBDyn takes into account under automatic
+    differentiation; 18 without it; 13 for versions that know the inertia of modes from masses at
+    nodes only, with points of mass that have the same inertia; `modal_damping`: damping ratio of
+    every mode, which fills record group 13; 0 writes none. Raises SuperelementError if the body has
+    no mass moments or is tied by a constraint, if an argument is out of its range, or if the file's
+    name cannot stand in an MBDyn input.
 
-    Raises
-    ------
-    SuperelementError
-        If the body has no mass moments or is tied by a constraint, if an argument is out of its
-        range, or if the file's name cannot stand in an MBDyn input.
-
-    Notes
-    -----
     The format is that of the manual's chapter "Modal Element Data" (P. Masarati et al., MBDyn
     input manual).
     """
@@ -120,15 +108,9 @@ def write_mbdyn(
 def fem_text(form: BodyFixedForm, *, level: MbdynLevel = 19, modal_damping: float = 0.0) -> str:
     """Return the text of the .fem file.
 
-    Returns
-    -------
-    str
-        ASCII, lines ended by a line feed, numbers with 17 digits, at most 6 in a line.
-
-    Raises
-    ------
-    SuperelementError
-        If an argument is out of its range, or no points of mass have the body's inertia.
+    Returns ASCII, lines ended by a line feed, numbers with 17 digits, at most 6 in a line. Raises
+    SuperelementError if an argument is out of its range, or no points of mass have the body's
+    inertia.
     """
     if level not in get_args(MbdynLevel):
         raise SuperelementError(
@@ -147,10 +129,7 @@ def fem_text(form: BodyFixedForm, *, level: MbdynLevel = 19, modal_damping: floa
 def node_labels(names: Sequence[str]) -> tuple[str, ...]:
     """Return labels of interfaces as MBDyn reads them: without blanks, all different.
 
-    Returns
-    -------
-    tuple of str
-        Letters, digits, "_", "-", ".", at most 60; other characters become "_".
+    Returns letters, digits, "_", "-", ".", at most 60; other characters become "_".
     """
     labels: list[str] = []
     for name in names:
@@ -390,16 +369,8 @@ def _example_input(
 ) -> str:
     """Return the text of an MBDyn input with one modal body and a spring at every interface.
 
-    Parameters
-    ----------
-    modal_damping
-        Damping ratio of every mode in that file.
-
-    Returns
-    -------
-    str
-        UTF-8. The springs are as stiff as the first mode, so that the body is neither free nor
-        held.
+    `modal_damping`: damping ratio of every mode in that file. Returns UTF-8. The springs are as
+    stiff as the first mode, so that the body is neither free nor held.
     """
     frequency = float(form.frequencies_hz[0])
     radial = form.mass_kg * (2.0 * np.pi * frequency) ** 2 / max(len(labels), 1)

@@ -65,26 +65,13 @@ def write_sid(
 ) -> Exported:
     """Write a body as standard input data of a flexible body in a floating frame.
 
-    Parameters
-    ----------
-    path
-        File to write, by habit ending in .SID_FEM.
-    modes
-        Number of elastic modes of the free body, by frequency; None for all.
-    layout
-        Columns of Ge and Gr: "fembs" by component, then mode, as FEMBS writes them and Simpack
-        reads them; "mode" by mode, then component, as open readers take them.
-    modal_damping
-        Damping ratio of every mode, which fills De; 0 writes none.
+    `path`: file to write, by habit ending in .SID_FEM; `modes`: number of elastic modes of the free
+    body, by frequency; None for all; `layout`: columns of Ge and Gr: "fembs" by component, then
+    mode, as FEMBS writes them and Simpack reads them; "mode" by mode, then component, as open
+    readers take them; `modal_damping`: damping ratio of every mode, which fills De; 0 writes none.
+    Raises SuperelementError if the body has no mass moments or is tied by a constraint, if an
+    argument is out of its range, or if a number does not fit the format.
 
-    Raises
-    ------
-    SuperelementError
-        If the body has no mass moments or is tied by a constraint, if an argument is out of its
-        range, or if a number does not fit the format.
-
-    Notes
-    -----
     Equation, indices and blocks follow O. Wallrapp, "Standardization of flexible body modeling in
     multibody system codes", Mech. Struct. & Mach. 22 (1994) 283-304.
     """
@@ -102,15 +89,8 @@ def sid_text(
 ) -> str:
     """Return the text of the file.
 
-    Returns
-    -------
-    str
-        ASCII, lines ended by a line feed.
-
-    Raises
-    ------
-    SuperelementError
-        If an argument is out of its range, or a number does not fit the format.
+    Returns ASCII, lines ended by a line feed. Raises SuperelementError if an argument is out of its
+    range, or a number does not fit the format.
     """
     if layout not in get_args(SidLayout):
         raise SuperelementError(
@@ -128,11 +108,8 @@ def sid_text(
 def sid_name(name: str) -> str:
     """Return a name that no reader mistakes for a word of the format.
 
-    Returns
-    -------
-    str
-        Lower case letters, digits, "_", "-", at most 40; the words that readers search for are
-        broken by "_".
+    Returns lower case letters, digits, "_", "-", at most 40; the words that readers search for are
+    broken by "_".
     """
     plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode().lower()
     plain = re.sub(r"[^a-z0-9_-]+", "_", plain).strip("_")[:_LONGEST_NAME] or "body"
@@ -293,15 +270,7 @@ _NOTHING = " 0.00000000000D+00"
 def number(value: float, where: str) -> str:
     """Return a number as Fortran's D18.11 writes it, with exponents of two digits.
 
-    Parameters
-    ----------
-    value
-        Any number; below 1e-99 in magnitude it is zero.
-
-    Raises
-    ------
-    SuperelementError
-        From 1e100 on.
+    `value`: any number; below 1e-99 in magnitude it is zero. Raises SuperelementError from 1e100 on.
     """
     text = f"{value: .11e}".replace("e", "D")
     if len(text) == len(_NOTHING):

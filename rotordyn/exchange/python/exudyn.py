@@ -20,19 +20,9 @@ from solidwhirl.rotordyn.superelement.record import Superelement
 def write_exudyn(element: Superelement, path: str | Path) -> Exported:
     """Write a body as a linear object for Exudyn, in the inertial frame.
 
-    Parameters
-    ----------
-    path
-        The Python file, named `.py`; the numbers go into an `.npz` file of the same name beside
-        it.
+    `path`: the Python file, named `.py`; the numbers go into an `.npz` file of the same name beside
+    it. Raises SuperelementError if the path has another ending.
 
-    Raises
-    ------
-    SuperelementError
-        If the path has another ending.
-
-    Notes
-    -----
     The object is Exudyn's `ObjectGenericODE2` with M, K + Ω² (Kgeo − S) and Ω G, or user
     functions of the same terms and ½ Ω' G where the speed varies. A tied body is written in its
     independent coordinates r. Tested with Exudyn 1.13.6.

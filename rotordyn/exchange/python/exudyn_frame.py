@@ -32,27 +32,13 @@ def write_exudyn_frame(
 ) -> Exported:
     """Write a body as a flexible body with a floating frame for Exudyn.
 
-    Parameters
-    ----------
-    element
-        A free body that knows its moments and its spin generator.
-    path
-        The Python file, named `.py`; the numbers go into an `.npz` file of the same name beside
-        it.
-    modes
-        Number of elastic modes, the lowest; None for all.
-    speed_rad_s
-        Spin about z whose centrifugal stress stiffens the body, unless the Python file is told
-        another.
+    `element`: a free body that knows its moments and its spin generator; `path`: the Python file,
+    named `.py`; the numbers go into an `.npz` file of the same name beside it; `modes`: number of
+    elastic modes, the lowest; None for all; `speed_rad_s`: spin about z whose centrifugal stress
+    stiffens the body, unless the Python file is told another. Raises SuperelementError if the path
+    has another ending, the speed is not finite or beyond that of the body's basis, or the body has
+    no body-fixed form (see `body_fixed_form`).
 
-    Raises
-    ------
-    SuperelementError
-        If the path has another ending, the speed is not finite or beyond that of the body's
-        basis, or the body has no body-fixed form (see `body_fixed_form`).
-
-    Notes
-    -----
     The `.npz` file is what Exudyn's `ObjectFFRFreducedOrderInterface` saves, for
     `ObjectFFRFreducedOrder`; equations in Zwölfer and Gerstmayr 2020, Acta Mechanica 232. Tested
     with Exudyn 1.13.6.
@@ -89,16 +75,8 @@ def frame_arrays(
 ) -> dict[str, npt.NDArray[Any]]:
     """Return what Exudyn's class for floating frames reads.
 
-    Parameters
-    ----------
-    speed_rad_s
-        Spin about z whose stress stiffens the body.
-
-    Returns
-    -------
-    dict
-        Arrays by the names of Exudyn 1.13.6; points are the rings of all interfaces, four each,
-        then the recovery points.
+    `speed_rad_s`: spin about z whose stress stiffens the body. Returns arrays by the names of
+    Exudyn 1.13.6; points are the rings of all interfaces, four each, then the recovery points.
     """
     m = form.frequencies_hz.size
     points, motion = _points(form, radius_m)

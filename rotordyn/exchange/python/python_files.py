@@ -26,15 +26,8 @@ LINEAR_TERMS = (
 def python_path(path: str | Path) -> Path:
     """Return the path of a Python file to write.
 
-    Parameters
-    ----------
-    path
-        Ends with `.py`, or has no ending, which is then added.
-
-    Raises
-    ------
-    SuperelementError
-        If the path has another ending.
+    `path`: ends with `.py`, or has no ending, which is then added. Raises SuperelementError if the
+    path has another ending.
     """
     place = Path(path)
     if place.suffix not in ("", ".py"):
@@ -47,10 +40,7 @@ def python_path(path: str | Path) -> Path:
 def matrices(element: Superelement) -> dict[str, FloatArray]:
     """Return M, K0, K2 and G in the independent coordinates.
 
-    Returns
-    -------
-    dict
-        Shapes (r, r) where the body is tied, else (n, n); K2 = Kgeo − S.
+    Returns shapes (r, r) where the body is tied, else (n, n); K2 = Kgeo − S.
     """
     full = {
         "M": element.mass,
@@ -67,11 +57,8 @@ def matrices(element: Superelement) -> dict[str, FloatArray]:
 def coordinate_arrays(element: Superelement) -> dict[str, npt.NDArray[Any]]:
     """Return names of coordinates and interfaces as arrays of text, places as numbers.
 
-    Returns
-    -------
-    dict
-        interface (n,) and component (n,) of the coordinates, "" and "q" of a modal one;
-        interface_name (i,), interface_xyz (i, 3) in m.
+    Returns interface (n,) and component (n,) of the coordinates, "" and "q" of a modal one;
+    interface_name (i,), interface_xyz (i, 3) in m.
     """
     return {
         "interface": np.array([c.interface for c in element.coordinates], dtype=np.str_),
@@ -86,16 +73,9 @@ def write_python(
 ) -> tuple[Path, Path]:
     """Write a Python file and the arrays beside it.
 
-    Parameters
-    ----------
-    text
-        Its text; `@BODY@`, in a comment, becomes the names of the body and its interfaces and
-        the largest speed. Names are literals in ASCII, so that none can end the comment.
-
-    Returns
-    -------
-    tuple of Path
-        The Python file and the `.npz` file, which is complete before the Python file appears.
+    `text`: its text; `@BODY@`, in a comment, becomes the names of the body and its interfaces and
+    the largest speed. Names are literals in ASCII, so that none can end the comment. Returns the
+    Python file and the `.npz` file, which is complete before the Python file appears.
     """
     data = path.with_suffix(".npz")
     with replacing(data) as temporary, temporary.open("xb") as file:

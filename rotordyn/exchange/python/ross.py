@@ -29,20 +29,10 @@ _SPARE_RAD_S = 1e4
 def write_ross(element: Superelement, path: str | Path) -> Exported:
     """Write a body as a `Rotor` for ROSS.
 
-    Parameters
-    ----------
-    path
-        The Python file, named `.py`; the numbers go into an `.npz` file of the same name beside
-        it.
+    `path`: the Python file, named `.py`; the numbers go into an `.npz` file of the same name beside
+    it. Raises SuperelementError if the path has another ending, or the body is tied, so that its
+    interfaces have no coordinates of their own.
 
-    Raises
-    ------
-    SuperelementError
-        If the path has another ending, or the body is tied, so that its interfaces have no
-        coordinates of their own.
-
-    Notes
-    -----
     ROSS 2.3.0 has six coordinates x, y, z, α, β, θ at each node, which are ux to rz here with
     the same signs. Interfaces are nodes, in the order of their z; modal coordinates follow
     behind all nodes.
