@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from solidwhirl.rotordyn.core.arrays import motion_at
 from solidwhirl.rotordyn.core.errors import SuperelementError
-from solidwhirl.rotordyn.importing.rigid_motions import motion_at
 from solidwhirl.rotordyn.superelement.mass_moments import MassMoments
 from solidwhirl.rotordyn.superelement.record import Superelement
 

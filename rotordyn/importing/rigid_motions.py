@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.arrays import FloatArray, motion_at
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
 
@@ -38,14 +38,6 @@ class ImportedMotions(NamedTuple):
     modes: FloatArray
     shown: Any
     present: Any
-
-
-def motion_at(place: FloatArray) -> FloatArray:
-    """Return ux to rz at a place for the six motions about the origin, shape (6, 6)."""
-    x, y, z = place
-    motion = np.eye(6)
-    motion[:3, 3:] = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
-    return motion
 
 
 def imported_motions(

@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.arrays import FloatArray, motion_at
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.exchange.matrices.foreign_body import ROLES, ForeignBody
-from solidwhirl.rotordyn.importing.rigid_motions import motion_at
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
 
 LENGTHS: Mapping[str, float] = {"m": 1.0, "mm": 1e-3}

@@ -315,25 +315,6 @@ def outline_chains(cells: IntArray) -> list[IntArray]:
     return chains
 
 
-def checked_surface(where: str, surface: Any, n: int) -> Surface | None:
-    """Return the surface of a body with n coordinates, refusing that of another one.
-
-    `surface`: `Surface` or None. Raises SuperelementError if it is no surface, or that of a body of
-    another size.
-    """
-    if surface is None:
-        return None
-    if not isinstance(surface, Surface):
-        raise SuperelementError(
-            f"{where}: surface is a {type(surface).__name__}, allowed are Surface, or None"
-        )
-    if surface.size != n:
-        raise SuperelementError(
-            f"{where}: surface is of {surface.size} coordinates, allowed are {n}"
-        )
-    return surface
-
-
 def _wholes(name: str, value: Any, shape: tuple[int | None, ...], limit: int) -> IntArray:
     """A read-only array of whole numbers from 0 to below a limit."""
     array = finite_array(GROUP, name, value, shape)

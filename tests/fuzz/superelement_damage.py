@@ -74,7 +74,7 @@ def make_originals(folder):
     """Three files in order: a shaft with a disk, a rigid body, a body with error forms."""
     disk = Disk(name="disk", position_m=0.1, mass_kg=3.0, polar_kg_m2=0.02, diametral_kg_m2=0.011)
     shaft = beam_superelement(
-        "shaft", [0.0, 0.1, 0.4], 0.02, 0.0, 2e11, 0.3, 7800.0, {"a": 0.0, "b": 0.4}, [disk]
+        "shaft", [0.0, 0.1, 0.4], 0.02, 0.0, (2e11, 0.3, 7800.0), {"a": 0.0, "b": 0.4}, [disk]
     )
     n = shaft.size
     rng = np.random.default_rng(1)

@@ -18,6 +18,7 @@ from solidwhirl.rotordyn.exchange.matrices.body_document import (
     body_document,
     write_document,
 )
+from solidwhirl.rotordyn.exchange.matrices.body_fields import body_of
 from solidwhirl.rotordyn.exchange.matrices.foreign_body import (
     ROLES,
     ForeignBody,
@@ -101,7 +102,7 @@ def read_matrix_market(path: Path) -> ForeignBody:
         file = path.parent / name
         matrices[ROLES[role].name if role in ROLES else role] = read_matrix(file)
         files.append(file)
-    return document.body(tuple(files), matrices)
+    return body_of(document, tuple(files), matrices)
 
 
 def read_matrix(path: Path) -> FloatArray:

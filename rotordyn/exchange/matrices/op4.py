@@ -19,6 +19,7 @@ from solidwhirl.rotordyn.exchange.matrices.body_document import (
     body_document,
     write_document,
 )
+from solidwhirl.rotordyn.exchange.matrices.body_fields import body_of
 from solidwhirl.rotordyn.exchange.matrices.foreign_body import (
     ROLES,
     ForeignBody,
@@ -125,7 +126,7 @@ def read_op4(path: Path, rows: Path | None = None) -> ForeignBody:
             "docs/import.md"
         )
     document = Document(beside)
-    return document.body((path, beside), read_op4_matrices(path))
+    return body_of(document, (path, beside), read_op4_matrices(path))
 
 
 def read_op4_matrices(path: Path) -> Mapping[str, FloatArray]:

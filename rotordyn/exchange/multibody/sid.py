@@ -11,7 +11,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.arrays import FloatArray, cross_matrix
 from solidwhirl.rotordyn.core.atomic import replacing
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.exchange.exported import Exported
@@ -162,7 +162,7 @@ def _node(
     position_m: FloatArray, translations: FloatArray, rotations: FloatArray
 ) -> tuple[_Block, ...]:
     """Return place, displacement, rotation and axes of one node."""
-    turned = _skew(rotations).swapaxes(1, 2)
+    turned = cross_matrix(rotations.T).swapaxes(0, 1)
     return (
         _Block(name="origin", constant=position_m[:, None], per_mode=translations[:, :, None]),
         _Block(name="phi", constant=translations),
@@ -210,14 +210,6 @@ def _centrifugal(form: BodyFixedForm, inertia_change: FloatArray) -> _Block:
 def _rows(tensor: FloatArray, order: tuple[tuple[int, int], ...]) -> FloatArray:
     """Return the named components of a tensor of shape (3, 3, ...) as rows."""
     return np.stack([tensor[a, b] for a, b in order])
-
-
-def _skew(vectors: FloatArray) -> FloatArray:
-    """Return the matrices of v × for vectors of shape (3, m), shape (3, 3, m)."""
-    matrices = np.zeros((3, *vectors.shape))
-    for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        matrices[b, a], matrices[a, b] = vectors[c], -vectors[c]
-    return matrices
 
 
 def _side_by_side(terms: FloatArray, layout: SidLayout) -> FloatArray:
@@ -270,7 +262,7 @@ _NOTHING = " 0.00000000000D+00"
 def number(value: float, where: str) -> str:
     """Return a number as Fortran's D18.11 writes it, with exponents of two digits.
 
-    `value`: any number; below 1e-99 in magnitude it is zero. Raises SuperelementError from 1e100 on.
+    Below 1e-99 in magnitude it is zero. Raises SuperelementError from 1e100 on.
     """
     text = f"{value: .11e}".replace("e", "D")
     if len(text) == len(_NOTHING):

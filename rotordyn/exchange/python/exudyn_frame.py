@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.arrays import FloatArray, cross_matrix
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.exchange.exported import Exported
 from solidwhirl.rotordyn.exchange.multibody.body_fixed import (
@@ -80,7 +80,7 @@ def frame_arrays(
     """
     m = form.frequencies_hz.size
     points, motion = _points(form, radius_m)
-    skew = _skew(form.I3.T)
+    skew = cross_matrix(form.I3.T)
     return {
         "fileVersion": np.array(1),
         "type": np.array("ObjectFFRFreducedOrderInterface"),
@@ -93,7 +93,7 @@ def frame_arrays(
         "totalMass": np.array(form.mass_kg),
         "Mtt": form.mass_kg * np.eye(3),
         "chiU": form.center_of_gravity_m,
-        "chiUtilde": _skew(form.center_of_gravity_m),
+        "chiUtilde": cross_matrix(form.center_of_gravity_m),
         "inertiaLocal": form.inertia_kg_m2,
         "mPhitTPsi": form.I3,
         "mPhitTPsiTilde": skew.transpose(1, 0, 2).reshape(3, 3 * m),
@@ -129,14 +129,6 @@ def _points(form: BodyFixedForm, radius_m: float) -> tuple[FloatArray, FloatArra
         for node in form.nodes
     ]
     return np.vstack([*places, form.points_m]), np.concatenate([*motions, form.point_modes])
-
-
-def _skew(vectors: FloatArray) -> FloatArray:
-    """Return a~ with a~ b = a × b, shape (..., 3, 3)."""
-    x, y, z = np.moveaxis(vectors, -1, 0)
-    zero = np.zeros_like(x)
-    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
-    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
 
 
 _TEXT = '''\

@@ -69,9 +69,7 @@ def test_nelson_mcvaugh_critical_speeds(one_rotor, ground):
         np.array(_NELSON_STATIONS_CM) / 100,
         np.array(_NELSON_RADII_CM) / 100,
         inner,
-        2.078e11,
-        2.078e11 / (2 * 1.039e11) - 1,
-        7806.0,
+        (2.078e11, 2.078e11 / (2 * 1.039e11) - 1, 7806.0),
         {"left": 0.1651, "right": 0.2870},
         [
             Disk(
@@ -113,7 +111,7 @@ def _solid_disk(name, z, diameter, width, bore=0.05, density=7810.0):
 def _friswell_shaft(diameter, interfaces, disks, nu):
     stations = np.linspace(0, 1.5, 7)
     return beam_superelement(
-        "friswell", stations, diameter / 2, 0.0, 211e9, nu, 7810.0, interfaces, disks
+        "friswell", stations, diameter / 2, 0.0, (211e9, nu, 7810.0), interfaces, disks
     )
 
 
@@ -193,7 +191,7 @@ def _pinned_shaft_frequency(n, speed, radius, whirl):
 def _pinned_shaft(one_rotor, pinned, elements, radius):
     ends = {"left": 0.0, "right": 1.0}
     stations = np.linspace(0, 1, elements + 1)
-    shaft = beam_superelement("pinned", stations, radius, 0.0, 2.1e11, 0.3, 7850.0, ends)
+    shaft = beam_superelement("pinned", stations, radius, 0.0, (2.1e11, 0.3, 7850.0), ends)
     return one_rotor(shaft, [pinned("rotor", end) for end in ends])
 
 

@@ -80,7 +80,7 @@ def test_laval_rotor_on_flexible_supports():
         name="disk", position_m=length / 2, mass_kg=mass, diametral_kg_m2=0.5, polar_kg_m2=0.2
     )
     shaft = beam_superelement(
-        "laval", np.linspace(0, length, 9), radius, 0.0, modulus, poisson, 0.04,
+        "laval", np.linspace(0, length, 9), radius, 0.0, (modulus, poisson, 0.04),
         {"a": 0.0, "b": length}, [disk],
     )  # fmt: skip
     area, second = np.pi * radius**2, np.pi * radius**4 / 4
@@ -122,7 +122,7 @@ def beam():
     data = (1.0, 0.03, 2.1e11, 0.3, 7850.0)
     length, radius, *material = data
     stations = np.linspace(0, length, 33)
-    element = beam_superelement("beam", stations, radius, 0.0, *material, {"a": 0.0, "b": length})
+    element = beam_superelement("beam", stations, radius, 0.0, material, {"a": 0.0, "b": length})
     return element, data
 
 
@@ -313,7 +313,7 @@ def test_friswell_two_disk_rotor_on_the_map():
                  diametral_kg_m2=polar / 2 + mass * 0.07**2 / 12)
         )  # fmt: skip
     shaft = beam_superelement(
-        "friswell", np.linspace(0, 1.5, 7), 0.025, 0.0, 211e9, 211e9 / (2 * 81.2e9) - 1, 7810.0,
+        "friswell", np.linspace(0, 1.5, 7), 0.025, 0.0, (211e9, 211e9 / (2 * 81.2e9) - 1, 7810.0),
         {"left": 0.0, "right": 1.5}, disks,
     )  # fmt: skip
     found = critical_speed_map(
@@ -352,7 +352,8 @@ def test_nelson_mcvaugh_rotor_on_the_map():
     )
     shaft = beam_superelement(
         "nelson", np.array(_NELSON_STATIONS_CM) / 100, np.array(_NELSON_RADII_CM) / 100, inner,
-        2.078e11, 2.078e11 / (2 * 1.039e11) - 1, 7806.0, {"left": 0.1651, "right": 0.2870}, [disk],
+        (2.078e11, 2.078e11 / (2 * 1.039e11) - 1, 7806.0), {"left": 0.1651, "right": 0.2870},
+        [disk],
     )  # fmt: skip
     stiffness = [1e6, 4.378e7, 1e10]
     found = critical_speed_map(

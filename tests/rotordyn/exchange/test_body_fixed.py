@@ -36,7 +36,7 @@ def shaft(components=ALL, start_m=0.0, splits=1):
     stations = np.linspace(0.0, 0.8, 4 * splits + 1) + start_m
     body = beam_superelement(
         "shaft", stations, np.repeat([0.03, 0.04, 0.035, 0.02], splits),
-        np.repeat([0.0, 0.01, 0.02, 0.0], splits), *STEEL,
+        np.repeat([0.0, 0.01, 0.02, 0.0], splits), STEEL,
         {"front": start_m, "rear": start_m + 0.6, "end": start_m + 0.8},
         [Disk(name="d", position_m=start_m + 0.4, mass_kg=9.0, polar_kg_m2=0.2,
               diametral_kg_m2=0.12)],
@@ -113,8 +113,8 @@ def test_modes_are_those_of_the_free_body():
     # eigh squares the ratio of frequencies
     np.testing.assert_allclose(found, np.sqrt(values) / (2 * np.pi), rtol=1e-8)
     kept = body_fixed_form(beam_superelement(
-        "s", [0.0, 0.2, 0.5], 0.02, 0.0, *STEEL, {"a": 0.0, "b": 0.5})).frequencies_hz  # fmt: skip
-    listed = beam_superelement("s", [0.0, 0.2, 0.5], 0.02, 0.0, *STEEL, {"a": 0.0, "b": 0.5})
+        "s", [0.0, 0.2, 0.5], 0.02, 0.0, STEEL, {"a": 0.0, "b": 0.5})).frequencies_hz  # fmt: skip
+    listed = beam_superelement("s", [0.0, 0.2, 0.5], 0.02, 0.0, STEEL, {"a": 0.0, "b": 0.5})
     count = listed.free_frequencies_hz.size
     np.testing.assert_allclose(kept[:count], listed.free_frequencies_hz, rtol=1e-10)
 

@@ -73,7 +73,7 @@ def test_stiff_springs_at_three_places_keep_the_digits_of_a_soft_one(stiffness):
     # Three seats on one line are one more than a rigid body needs, so one spring bends nothing.
     # Between the drum and a light beam the springs are stiff; the beam hangs on soft ones.
     ends = {"a": -0.3, "middle": 0.1, "b": 0.5}
-    beam = beam_superelement("beam", [-0.3, 0.1, 0.5], 0.05, 0.0, 2e11, 0.3, 7800.0, ends)
+    beam = beam_superelement("beam", [-0.3, 0.1, 0.5], 0.05, 0.0, (2e11, 0.3, 7800.0), ends)
     joints = tuple(
         Bearing(
             name=name,
@@ -114,7 +114,7 @@ def test_stiff_springs_at_three_places_keep_the_digits_of_a_soft_one(stiffness):
 def test_clamped_casing_does_not_move():
     casing = _body()
     rotor = beam_superelement(
-        "shaft", [0.0, 0.4, 0.8], 0.03, 0.0, 2e11, 0.3, 7800.0, {"a": 0.0, "b": 0.8}
+        "shaft", [0.0, 0.4, 0.8], 0.03, 0.0, (2e11, 0.3, 7800.0), {"a": 0.0, "b": 0.8}
     )
 
     def bearings(second):

@@ -111,9 +111,9 @@ DISK = {"mass_kg": 7.0, "polar_kg_m2": 0.09, "diametral_kg_m2": 0.05}
 
 def test_attached_disk_equals_a_disk_of_the_beam(one_rotor, ground):
     stations, ends = np.linspace(0, 1, 11), {"a": 0.0, "b": 1.0, "mid": 0.6}
-    plain = beam_superelement("s", stations, 0.03, 0.0, 2e11, 0.3, 7800.0, ends)
+    plain = beam_superelement("s", stations, 0.03, 0.0, (2e11, 0.3, 7800.0), ends)
     disk = Disk(name="d", position_m=0.6, **DISK)
-    with_disk = beam_superelement("s", stations, 0.03, 0.0, 2e11, 0.3, 7800.0, ends, [disk])
+    with_disk = beam_superelement("s", stations, 0.03, 0.0, (2e11, 0.3, 7800.0), ends, [disk])
     attached = attach_rigid_disk(plain, "mid", "d", **DISK)
     bearings = [ground("rotor", end, 1e8) for end in ("a", "b")]
     first, second = (
@@ -188,9 +188,7 @@ def test_invariants_hold_for_beams_of_all_sizes():
             size * np.linspace(-0.3, 1, 15),
             size * np.linspace(0.02, 0.05, 14),
             size * 0.01,
-            2e11,
-            0.3,
-            7800.0,
+            (2e11, 0.3, 7800.0),
             {"a": 0.0, "b": 0.9 * size},
         )
         for invariant in check_superelement(shaft):
