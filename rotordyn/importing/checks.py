@@ -12,7 +12,7 @@ from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.importing.rigid_motions import ImportedMotions
 from solidwhirl.rotordyn.superelement.body_measures import least_inertia, tilt_error, turn_error
 from solidwhirl.rotordyn.superelement.record import Superelement
-from solidwhirl.rotordyn.superelement.rigid_body import rigid_body_mass_matrix
+from solidwhirl.rotordyn.superelement.rigid_body import RIGID_TURN, rigid_body_mass_matrix
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
 
 SYMMETRY_REFUSED = 1e-6
@@ -317,14 +317,7 @@ def _commutes(matrix: FloatArray, turn: FloatArray) -> float:
 
 def _interface_turn(element: Superelement, seats: list[int]) -> FloatArray:
     """Rate of the interface coordinates in a turn of the whole field about the axis."""
-    turn = np.zeros((len(seats), len(seats)))
-    index = {
-        (element.coordinates[k].interface, element.coordinates[k].component): place
-        for place, k in enumerate(seats)
-    }
-    for (name, component), place in index.items():
-        partner = {"ux": "uy", "rx": "ry"}.get(component)
-        if partner is not None:
-            other = index[name, partner]  # type: ignore[index]
-            turn[other, place], turn[place, other] = 1.0, -1.0
-    return turn
+    own = [element.coordinates[k] for k in seats]
+    motions = [MOTIONS.index(c.component) for c in own]
+    same = np.array([[a.interface == b.interface for b in own] for a in own])
+    return np.where(same, RIGID_TURN[np.ix_(motions, motions)], 0.0)

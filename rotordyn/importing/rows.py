@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -149,14 +150,14 @@ def placed_rows(where: str, body: ForeignBody, options: ImportOptions, length: f
     components = np.array([moved[int(k)] for k in body.components])
     owner = _owners(where, body, options)
     names = list(options.interfaces)
-    keys = []
-    for row in range(body.size):
+
+    def rank(row: int) -> tuple[int, int]:
         name = owner.get(int(body.nodes[row])) if components[row] else None
-        rank = names.index(name) if name is not None else len(names)
-        keys.append((rank, int(components[row]) if name is not None else 0, row))
-    order = np.array([row for _, _, row in sorted(keys)])
+        return (len(names), 0) if name is None else (names.index(name), int(components[row]))
+
+    order = np.array(sorted(range(body.size), key=rank))
     rows = [(int(body.nodes[k]), int(components[k])) for k in order]
-    twice = {row for row in rows if row[1] and rows.count(row) > 1} if _repeats(rows) else set()
+    twice = [row for row, count in Counter(rows).items() if row[1] and count > 1]
     if twice:
         node, component = min(twice)
         raise SuperelementError(f"{where}: node {node} has {MOTIONS[component - 1]} more than once")
@@ -182,11 +183,6 @@ def _label(name: str, node: int, component: int, row: int) -> str:
     if not component:
         return f"the mode of row {row + 1}"
     return f"{name or f'node {node}'}.{MOTIONS[component - 1]}"
-
-
-def _repeats(rows: list[tuple[int, int]]) -> bool:
-    real = [row for row in rows if row[1]]
-    return len(set(real)) < len(real)
 
 
 def _owners(where: str, body: ForeignBody, options: ImportOptions) -> dict[int, str]:

@@ -8,21 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
-from solidwhirl.rotordyn.superelement.body_measures import (
-    asymmetry,
-    gyroscopic_moment_error,
-    interface_error,
-    lost_stiffness,
-    mass_moment_error,
-    modal_frequency_error,
-    negative_part,
-    picture_error,
-    property_error,
-    rigid_moment_error,
-    smallest_inertia,
-    tilt_error,
-    turn_error,
-)
+from solidwhirl.rotordyn.superelement import body_measures as measures
 from solidwhirl.rotordyn.superelement.free_body import rigid_centrifugal_energy, rigid_force
 from solidwhirl.rotordyn.superelement.record import Superelement
 from solidwhirl.rotordyn.superelement.validation import SYMMETRIC_MATRICES, SYMMETRY_LIMIT
@@ -93,12 +79,13 @@ def check_superelement(element: Superelement) -> tuple[Invariant, ...]:
     """
     where = element.name
     results = [
-        symmetry_check(n, where, asymmetry(getattr(element, n), 1.0)) for n in SYMMETRIC_MATRICES
+        symmetry_check(n, where, measures.asymmetry(getattr(element, n), 1.0))
+        for n in SYMMETRIC_MATRICES
     ]
-    results.append(symmetry_check("gyroscopic", where, asymmetry(element.gyroscopic, -1.0)))
-    definite = compared(
-        "mass positive definite", where, -smallest_inertia(element), -_SMALLEST_INERTIA, _ALL
-    )
+    skewness = measures.asymmetry(element.gyroscopic, -1.0)
+    results.append(symmetry_check("gyroscopic", where, skewness))
+    smallest = measures.smallest_inertia(element)
+    definite = compared("mass positive definite", where, -smallest, -_SMALLEST_INERTIA, _ALL)
     results.append(definite)
     if not definite.passed:
         reason = "they need a mass that is positive definite"
@@ -170,37 +157,38 @@ def _checks(element: Superelement) -> Iterator[Invariant]:
         return compared(name, element.name, value, limit, concerns or known, reason)
 
     rigid, turning = element.rigid_body_present, element.gyroscopic.any()
-    yield held("stiffness positive semidefinite", negative_part(element, element.stiffness))
+    negative = measures.negative_part(element, element.stiffness)
+    yield held("stiffness positive semidefinite", negative)
     if rigid.any():
         yield held("no elastic force in rigid motion", rigid_force(element))
         yield held(
             "stress stiffening and spin softening cancel in rigid motion",
             rigid_centrifugal_energy(element),
         )
-        yield held("rigid motion at the interfaces", interface_error(element))
-        worst = property_error(element)
+        yield held("rigid motion at the interfaces", measures.interface_error(element))
+        worst = measures.property_error(element)
         concerns = {"uz": "axial frequencies", "rz": "torsional frequencies"}.get(worst.motion, "")
         found = held("mass properties", worst.error, concerns)
         said = f"inertia of {worst.motion}: {worst.found:.6g} instead of {worst.expected:.6g}"
         yield found if found.passed else replace(found, reason=said)
     # a body reduced without gyroscopic effects, for a scene at rest, has no G to check
     if rigid[[3, 4]].all() and turning:
-        yield held("polar inertia of the tilts", tilt_error(element))
+        yield held("polar inertia of the tilts", measures.tilt_error(element))
     # lumped bodies need not be bodies of revolution
     around = element.level != "lumped" and turning
     for name, error in (
-        ("moments against the mass", mass_moment_error(element)),
-        ("moments of rigid motion", rigid_moment_error(element)),
-        ("moments against G", gyroscopic_moment_error(element) if around else None),
-        ("rigid motion in pictures", picture_error(element)),
-        ("the same after a turn about the axis", turn_error(element)),
-        ("modal frequencies", modal_frequency_error(element)),
+        ("moments against the mass", measures.mass_moment_error(element)),
+        ("moments of rigid motion", measures.rigid_moment_error(element)),
+        ("moments against G", measures.gyroscopic_moment_error(element) if around else None),
+        ("rigid motion in pictures", measures.picture_error(element)),
+        ("the same after a turn about the axis", measures.turn_error(element)),
+        ("modal frequencies", measures.modal_frequency_error(element)),
     ):
         if error is not None:
             yield held(name, error)
     speed = element.maximum_speed_rad_s
     if np.isfinite(speed) and speed > 0:
-        lost = lost_stiffness(element)
+        lost = measures.lost_stiffness(element)
         yield held("stiffness left at the top speed", lost, reason=_lost_at(speed, lost))
 
 

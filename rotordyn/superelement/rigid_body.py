@@ -291,4 +291,4 @@ def _gyroscopic(polar: float) -> FloatArray:
 def _recovery(count: int, kept: list[int]) -> FloatArray:
     """Return the translations of the interfaces, shape (count, 3, n)."""
     modes = np.einsum("pq,am->paqm", np.eye(count), np.eye(6)[:3, kept])
-    return modes.reshape(count, 3, -1)
+    return np.asarray(modes.reshape(count, 3, -1))

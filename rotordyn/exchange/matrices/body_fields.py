@@ -108,6 +108,7 @@ def body_of(
     ids = fields.wholes("node_id", 1).tolist()
     if len(ids) > _MOST_NODES or len(set(ids)) < len(ids):
         raise fields.error("node_id", f"needs at most {_MOST_NODES} numbers, all different")
+    places = fields.numbers("node_position", (len(ids), 3))
     unknown = set(nodes[components > 0].tolist()) - set(ids)
     if unknown:
         raise fields.error("dof_node", f"has {min(unknown)}, which is no node")
@@ -122,7 +123,6 @@ def body_of(
         points = fields.numbers("recovery_position", (None, 3))
         modes = fields.numbers("recovery_modes", (len(points), 3, nodes.size))
     shapes = {"mass": (), "center_of_gravity": (3,), "inertia": (3, 3)}
-    places = fields.numbers("node_position", (len(ids), 3))
     return ForeignBody(
         files=files,
         matrices=matrices,

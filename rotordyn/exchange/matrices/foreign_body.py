@@ -105,8 +105,7 @@ class ForeignBody:
         return int(self.nodes.size)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class MatrixSet:
+class MatrixSet(NamedTuple):
     """Hold the matrices of a superelement for a writer.
 
     `matrices`: by role; those that are zero or not known are left out, but for M and K0.
@@ -166,8 +165,7 @@ def _check_speed(element: Superelement, speed_rad_s: float) -> None:
         )
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Row:
+class Row(NamedTuple):
     """Name one coordinate: a node and a component 1 to 6, or a scalar of its own (component 0)."""
 
     node: int

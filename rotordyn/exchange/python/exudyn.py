@@ -11,7 +11,6 @@ from solidwhirl.rotordyn.exchange.python.python_files import (
     LINEAR_TERMS,
     coordinate_arrays,
     matrices,
-    python_path,
     write_python,
 )
 from solidwhirl.rotordyn.superelement.record import Superelement
@@ -27,15 +26,13 @@ def write_exudyn(element: Superelement, path: str | Path) -> Exported:
     functions of the same terms and ½ Ω' G where the speed varies. A tied body is written in its
     independent coordinates r. Tested with Exudyn 1.13.6.
     """
-    place = python_path(path)
     arrays = {
         **matrices(element),
         **coordinate_arrays(element),
         "B": np.eye(element.size) if element.constraint is None else element.constraint,
     }
-    files = write_python(place, _TEXT, element, arrays)
     return Exported(
-        files=files,
+        files=write_python(path, _TEXT, element, arrays),
         carried=(*LINEAR_TERMS, "interfaces with their coordinates"),
         left_out=(
             "The motion is small, in fixed axes: the body can't travel, and its spin is given, "

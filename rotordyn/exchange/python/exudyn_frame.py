@@ -16,7 +16,7 @@ from solidwhirl.rotordyn.exchange.multibody.body_fixed import (
     body_fixed_form,
     body_fixed_limits,
 )
-from solidwhirl.rotordyn.exchange.python.python_files import python_path, write_python
+from solidwhirl.rotordyn.exchange.python.python_files import write_python
 from solidwhirl.rotordyn.superelement.record import Superelement
 
 # Points on a circle around each interface; they carry its rotation as well.
@@ -43,7 +43,6 @@ def write_exudyn_frame(
     `ObjectFFRFreducedOrder`; equations in Zwölfer and Gerstmayr 2020, Acta Mechanica 232. Tested
     with Exudyn 1.13.6.
     """
-    place = python_path(path)
     if not np.isfinite(speed_rad_s) or abs(speed_rad_s) > element.maximum_speed_rad_s:
         raise SuperelementError(
             f"superelement {element.name!r}: speed_rad_s is {speed_rad_s}; allowed is up to "
@@ -52,9 +51,8 @@ def write_exudyn_frame(
     form = body_fixed_form(element, modes=modes)
     radius = float(np.sqrt(element.inertia_kg_m2[2, 2] / element.mass_kg))
     arrays = {**frame_arrays(form, speed_rad_s, radius), **_names(form, speed_rad_s)}
-    files = write_python(place, _TEXT, element, arrays)
     return Exported(
-        files=files,
+        files=write_python(path, _TEXT, element, arrays),
         carried=(
             f"{form.frequencies_hz.size} elastic modes with mass and stiffness",
             "all inertia terms of a large motion, of any spin and of its change",

@@ -14,7 +14,6 @@ from solidwhirl.rotordyn.exchange.python.python_files import (
     LINEAR_TERMS,
     coordinate_arrays,
     matrices,
-    python_path,
     write_python,
 )
 from solidwhirl.rotordyn.superelement.record import Superelement
@@ -37,7 +36,6 @@ def write_ross(element: Superelement, path: str | Path) -> Exported:
     the same signs. Interfaces are nodes, in the order of their z; modal coordinates follow
     behind all nodes.
     """
-    place = python_path(path)
     if element.constraint is not None and element.constraint.shape[1] < element.size:
         raise SuperelementError(
             f"superelement {element.name!r}: its interfaces are tied to each other "
@@ -53,7 +51,7 @@ def write_ross(element: Superelement, path: str | Path) -> Exported:
         "center": element.center_of_gravity_m,
         "inertia": element.inertia_kg_m2,
     }
-    files = write_python(place, _TEXT, element, arrays)
+    files = write_python(path, _TEXT, element, arrays)
     return Exported(files=files, carried=_CARRIED, left_out=_left_out(element))
 
 

@@ -190,7 +190,7 @@ def test_moments_of_another_body_are_refused(hub):
     import dataclasses
 
     moments = rigid_motion_moments(1.0, np.zeros(3), np.eye(3))
-    with pytest.raises(SuperelementError, match="moments are of 6 coordinates, allowed are 4"):
+    with pytest.raises(SuperelementError, match="moments is of 6 coordinates, allowed are 4"):
         dataclasses.replace(hub(), moments=moments)
     with pytest.raises(SuperelementError, match="moments is a float"):
         dataclasses.replace(hub(), moments=1.0)
