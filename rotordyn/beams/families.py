@@ -99,11 +99,7 @@ def family_matrices(
     family: Family,
     extra: int = 0,
 ) -> FamilyMatrices:
-    """Assemble one family of motions.
-
-    `z_m`: places of the nodes, shape (N,), m; `elements`: the two nodes of each beam, and the beam;
-    `extra`: number of zero rows and columns to append, for what is not at a node.
-    """
+    """Assemble one family of motions of beams between nodes, `extra` zero rows at the end."""
     step = per_node(family)
     size = step * z_m.size + extra
     rigid = np.zeros((size, step))
@@ -218,10 +214,7 @@ def spatial_coordinates(
 def family_maps(
     interfaces: Sequence[str], families: Sequence[ReducedFamily]
 ) -> list[tuple[FloatArray, ...]]:
-    """Return all coordinates from those of each family, plane by plane, (n, m) each.
-
-    In the plane of x (w, θ) = (ux, ry), in that of y (uy, −rx).
-    """
+    """Return all coordinates from those of each family, plane by plane, (n, m) each."""
     coordinates = spatial_coordinates(interfaces, families)
     index = {(c.interface, c.component): k for k, c in enumerate(coordinates) if c.interface}
     start, found = len(index), []
@@ -246,11 +239,7 @@ def family_maps(
 def spatial_fields(
     interfaces: Sequence[str], families: Sequence[ReducedFamily], node_count: int
 ) -> dict[str, Any]:
-    """Return what the families tell of a superelement, by the names of its fields.
-
-    `interfaces`: names in the order of the boundary coordinates; `node_count`: N; `recovery_modes`
-    is the displacement of all nodes, shape (N, 3, n).
-    """
+    """Return what the families tell of a superelement, by the names of its fields."""
     coordinates, maps = spatial_coordinates(interfaces, families), family_maps(interfaces, families)
     size = len(coordinates)
     mass, stiffness, gyroscopic, stiffening, softening, generator = np.zeros((6, size, size))

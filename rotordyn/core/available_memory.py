@@ -25,10 +25,7 @@ def available_memory(root: Path = _ROOT) -> int | None:
 
 
 def resident_memory(root: Path = _ROOT) -> int:
-    """Return the memory that this process has taken.
-
-    `root`: where the folder proc of the kernel is. Returns bytes; 0 where the system does not tell.
-    """
+    """Return the bytes that this process has taken; 0 where the system does not tell."""
     return _kilobytes(root / "proc/self/status", "VmRSS") or 0
 
 

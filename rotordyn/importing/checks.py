@@ -81,10 +81,7 @@ def check_mass(
 def check_stiffness(
     where: str, mass: FloatArray, stiffness: FloatArray, tie: FloatArray | None
 ) -> FloatArray:
-    """Return the squares of the frequencies of the body at rest, rising, (rad/s)².
-
-    Raises SuperelementError if K has a negative eigenvalue.
-    """
+    """Return the squares of the frequencies at rest, rising, (rad/s)²; refuse a negative K."""
     if tie is not None:
         mass, stiffness = tie.T @ mass @ tie, tie.T @ stiffness @ tie
     rates = la.eigvalsh(stiffness, mass)

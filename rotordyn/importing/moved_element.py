@@ -17,11 +17,7 @@ from solidwhirl.rotordyn.superelement.record import Superelement
 def renamed_superelement(
     element: Superelement, name: str, interfaces: Mapping[str, str]
 ) -> Superelement:
-    """Return a superelement with other names.
-
-    `interfaces`: old names of interfaces by the new ones; the others keep theirs. Raises
-    SuperelementError: an interface that the body does not have, or two of one name.
-    """
+    """Return a superelement with other names; `interfaces`: old names by the new ones."""
     new_names = {old: new for new, old in interfaces.items()}
     known = [node.name for node in element.interfaces]
     for new, old in interfaces.items():

@@ -210,10 +210,7 @@ def shown_points(
     motions: ImportedMotions,
     stated: tuple[FloatArray, FloatArray] | None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return points for pictures, shape (p, 3), and their displacements, shape (p, 3, n).
-
-    `stated`: what the file has; None: nodes with translations.
-    """
+    """Return points for pictures, (p, 3), and their displacements, (p, 3, n): stated, or nodes."""
     n = len(components)
     if stated is not None:
         return stated

@@ -66,11 +66,7 @@ class Placed:
 
 
 def import_units(where: str, body: ForeignBody, options: ImportOptions) -> tuple[float, float]:
-    """Return the length unit in m and the mass unit in kg.
-
-    Raises SuperelementError: a unit that neither file nor options say, that they say differently,
-    or that is not known.
-    """
+    """Return the length unit in m and the mass unit in kg; refuse unknown or contradicting ones."""
     out = []
     for key, asked, stated, known in (
         ("length_unit", options.length_unit, body.length_unit, LENGTHS),
@@ -93,10 +89,7 @@ def import_units(where: str, body: ForeignBody, options: ImportOptions) -> tuple
 def import_matrices(
     where: str, body: ForeignBody, names: Mapping[str, str]
 ) -> dict[str, FloatArray]:
-    """Return the matrices of a file by role, those for one speed left out.
-
-    Raises SuperelementError: a matrix that is missing or has another shape than the rows.
-    """
+    """Return the matrices of a file by role, refusing what is missing or of another shape."""
     found: dict[str, FloatArray] = {}
     for role, known in ROLES.items():
         if role.endswith("_at_speed"):
@@ -135,11 +128,7 @@ def _known(body: ForeignBody) -> str:
 
 
 def placed_rows(where: str, body: ForeignBody, options: ImportOptions, length: float) -> Placed:
-    """Return the rows of a body in order, interfaces first; `length` is the file's unit, m.
-
-    Raises SuperelementError: unknown axes or nodes, an interface without coordinates, a coordinate
-    that occurs twice.
-    """
+    """Return the rows of a body in order, interfaces first; `length` is the file's unit, m."""
     if options.axes not in AXES:
         raise SuperelementError(f"{where}: axes is {options.axes!r}, allowed are {', '.join(AXES)}")
     source = ["xyz".index(letter) for letter in options.axes]
@@ -245,10 +234,7 @@ def _moved_motions(motions: FloatArray, placed: Placed, length: float) -> FloatA
 def stated_properties(
     body: ForeignBody, options: ImportOptions, length: float, mass: float
 ) -> dict[str, FloatArray]:
-    """Return mass properties that the file states, in SI units and the axes of the scene.
-
-    Of "mass", "center_of_gravity", "inertia"; empty if the file does not have all three.
-    """
+    """Return mass properties that the file states, in SI units and the scene's axes, or none."""
     if len(body.properties) < 3:
         return {}
     turn = np.eye(3)[["xyz".index(letter) for letter in options.axes]]

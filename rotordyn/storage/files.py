@@ -25,7 +25,7 @@ from solidwhirl.rotordyn.superelement.invariants import (
     undecided,
 )
 from solidwhirl.rotordyn.superelement.record import Coordinate, InterfaceNode, Superelement
-from solidwhirl.rotordyn.superelement.rigid_body import rigid_body_mass_matrix
+from solidwhirl.rotordyn.superelement.rigid_body import body_mass_matrix
 
 # Attributes of an HDF5 group are limited to 64 KiB.
 _LONGEST_ATTRIBUTE = 60_000
@@ -157,9 +157,7 @@ def _write_operators(group: h5py.Group, element: Superelement) -> None:
 
 def _write_body(file: h5py.File, element: Superelement) -> None:
     body = file.create_group("body")
-    about_origin = rigid_body_mass_matrix(
-        element.mass_kg, element.center_of_gravity_m, element.inertia_kg_m2
-    )[3:, 3:]
+    about_origin = body_mass_matrix(element)[3:, 3:]
     layout.put_numbers(body, "mass", np.float64(element.mass_kg), unit="kg")
     layout.put_numbers(body, "com", element.center_of_gravity_m, unit="m")
     layout.put_numbers(body, "S", element.mass_kg * element.center_of_gravity_m, unit="kg m")

@@ -36,20 +36,14 @@ _LONGEST = 16_000
 
 
 def seal_file(path: Path) -> None:
-    """Write the seal into the user block of a complete file.
-
-    `path`: an HDF5 file with a user block of `SEAL_BYTES`.
-    """
+    """Write the seal into the user block (of `SEAL_BYTES`) of a complete HDF5 file."""
     seal = _MARK + _digest(path).encode() + b"\n"
     with path.open("r+b") as file:
         file.write(seal.ljust(SEAL_BYTES, b"\x00"))
 
 
 def is_sealed(path: Path) -> bool:
-    """Return whether a file has a seal, which then fits its bytes.
-
-    Raises SuperelementError if it has a seal that does not fit: the file is not what was written.
-    """
+    """Return whether a file has a seal; refuse one whose seal does not fit its bytes."""
     with path.open("rb") as file:
         head = file.read(SEAL_BYTES)
     if not head.startswith(_MARK):

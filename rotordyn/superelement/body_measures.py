@@ -10,7 +10,7 @@ import scipy.linalg as la
 from solidwhirl.rotordyn.core.arrays import FloatArray, motion_at
 from solidwhirl.rotordyn.superelement.free_body import free_body_matrices
 from solidwhirl.rotordyn.superelement.record import Superelement
-from solidwhirl.rotordyn.superelement.rigid_body import RIGID_TURN, rigid_body_mass_matrix
+from solidwhirl.rotordyn.superelement.rigid_body import RIGID_TURN, body_mass_matrix
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
 
 # Modal coordinates slower than this part of the fastest are rigid motions that are not held.
@@ -25,10 +25,7 @@ _SOFT = 1e-3
 
 
 def asymmetry(matrix: FloatArray, sign: float) -> float:
-    """Return the largest entry of A − sign · Aᵀ over the largest of A.
-
-    `matrix`: A, shape (n, n); `sign`: 1 for a symmetric matrix, −1 for a skew one.
-    """
+    """Return the largest entry of A − sign · Aᵀ, shape (n, n), over the largest of A."""
     largest = float(np.abs(matrix).max(initial=0.0))
     return float(np.abs(matrix - sign * matrix.T).max()) / largest if largest > 0 else 0.0
 
@@ -42,10 +39,7 @@ def smallest_inertia(element: Superelement) -> float:
 
 
 def least_inertia(mass: FloatArray) -> float:
-    """Return the smallest eigenvalue of M scaled to a unit diagonal, or its least diagonal entry.
-
-    `mass`: M, shape (n, n).
-    """
+    """Return the smallest eigenvalue of M with a unit diagonal, or its least diagonal entry."""
     diagonal = np.diag(mass)
     if not (diagonal > 0).all():
         return float(diagonal.min())
@@ -90,15 +84,10 @@ class PropertyError(NamedTuple):
 
 
 def property_error(element: Superelement) -> PropertyError:
-    """Return the largest difference of RᵀMR from the rigid body's, scaled by its diagonal.
-
-    `element`: the body, with rigid motions.
-    """
+    """Return the largest difference of RᵀMR from the rigid body's, scaled by its diagonal."""
     present = np.flatnonzero(element.rigid_body_present)
     modes = element.rigid_body_modes[:, present]
-    expected = rigid_body_mass_matrix(
-        element.mass_kg, element.center_of_gravity_m, element.inertia_kg_m2
-    )[np.ix_(present, present)]
+    expected = body_mass_matrix(element)[np.ix_(present, present)]
     root = np.sqrt(np.diag(expected))
     found = modes.T @ element.mass @ modes
     error = np.abs(found - expected) / np.outer(root, root)

@@ -94,10 +94,7 @@ def check_superelement(element: Superelement) -> tuple[Invariant, ...]:
 
 
 def symmetry_check(name: str, where: str, error: float) -> Invariant:
-    """Return the check that a matrix is symmetric, or skew if it is the gyroscopic one.
-
-    `error`: relative deviation.
-    """
+    """Return the check that a matrix is symmetric, or skew if it is the gyroscopic one."""
     kind, concerns = "symmetric", _ALL
     if name == "gyroscopic":
         kind, concerns = "skew", "frequencies of the body at speed"

@@ -72,11 +72,7 @@ def _exchanged(where: str, second: FloatArray) -> FloatArray:
 
 
 def projected_moments(moments: MassMoments | None, basis: npt.ArrayLike) -> MassMoments | None:
-    """Return the moments of other coordinates, q = basis · a.
-
-    `basis`: shape (n, m). `moments`: of n coordinates; None stays None. The result is of the m
-    coordinates a.
-    """
+    """Return the moments of the coordinates a in q = basis · a, basis (n, m); None stays None."""
     if moments is None:
         return None
     columns = np.asarray(basis, dtype=float)
@@ -88,10 +84,7 @@ def projected_moments(moments: MassMoments | None, basis: npt.ArrayLike) -> Mass
 
 
 def joined_moments(first: MassMoments | None, second: MassMoments | None) -> MassMoments | None:
-    """Return the moments of two parts of one body in the same coordinates.
-
-    `first`, `second`: of the parts; None if not known. Returns their sum; None if one is not known.
-    """
+    """Return the moments of two parts in the same coordinates; None if one is not known."""
     if first is None or second is None:
         return None
     return MassMoments(

@@ -250,11 +250,7 @@ class Superelement:
         return len(self.coordinates)
 
     def interface_index(self, interface: str, component: str) -> int:
-        """Return the position of an interface coordinate.
-
-        `component`: "ux" to "rz". Raises SuperelementError if there is none; the message names what
-        exists.
-        """
+        """Return the position of a coordinate, "ux" to "rz" of an interface, or refuse it."""
         for index, c in enumerate(self.coordinates):
             if c.interface == interface and c.component == component:
                 return index
@@ -265,17 +261,11 @@ class Superelement:
         )
 
     def components_at(self, interface: str) -> tuple[Component, ...]:
-        """Return the components an interface has, in coordinate order.
-
-        Empty when the body has no coordinate there.
-        """
+        """Return the components an interface has, in coordinate order; empty without any."""
         return tuple(c.component for c in self.coordinates if c.interface == interface != "")
 
     def interface_node(self, interface: str) -> InterfaceNode:
-        """Return the interface node of a given name.
-
-        Raises SuperelementError if there is none; the message names what exists.
-        """
+        """Return the interface node of a given name, or say which there are."""
         for node in self.interfaces:
             if node.name == interface:
                 return node

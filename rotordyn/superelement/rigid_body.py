@@ -28,6 +28,13 @@ class MassProperties(NamedTuple):
     inertia_kg_m2: FloatArray
 
 
+def body_mass_matrix(element: Superelement) -> FloatArray:
+    """Return the mass matrix of a body taken as a rigid one, see `rigid_body_mass_matrix`."""
+    return rigid_body_mass_matrix(
+        element.mass_kg, element.center_of_gravity_m, element.inertia_kg_m2
+    )
+
+
 def rigid_body_mass_matrix(
     mass_kg: float, center_of_gravity_m: FloatArray, inertia_kg_m2: FloatArray
 ) -> FloatArray:
@@ -47,11 +54,7 @@ def rigid_body_mass_matrix(
 
 
 def joined_mass_properties(parts: Sequence[MassProperties]) -> MassProperties:
-    """Return the mass properties of several rigid parts taken as one body.
-
-    `parts`: at least one part with mass. Returns inertia about the common centre of gravity
-    (parallel axis theorem).
-    """
+    """Return the mass properties of rigid parts with mass taken as one body (parallel axes)."""
     total = sum(part.mass_kg for part in parts)
     moment = sum((p.mass_kg * p.center_of_gravity_m for p in parts), np.zeros(3))
     center = moment / total

@@ -92,11 +92,7 @@ class Surface:
         return KINDS[self.points_m.shape[1]]
 
     def of_coordinates(self, kept: npt.ArrayLike) -> Surface:
-        """Return the surface of a body that keeps some of the coordinates, or has others.
-
-        `kept`: coordinate of this body that each of the new body's coordinates is, −1 for one that
-        moves nothing here, shape (m,).
-        """
+        """Return the surface in other coordinates: of each the one here, or −1 (moves nothing)."""
         own = np.asarray(kept, dtype=np.int64)
         place = np.full(self.size, -1)
         place[own[own >= 0]] = np.flatnonzero(own >= 0)
@@ -139,11 +135,7 @@ class Surface:
         )
 
     def displacement(self, motion: npt.ArrayLike, sectors: int) -> Matrix:
-        """Return the displacement of the points of `faces`.
-
-        `motion`: coordinates q, real or complex, shape (n,). Returns (p, 3) along x, y, z, of the
-        type of the motion.
-        """
+        """Return the displacement of the points of `faces`, (p, 3), complex as the motion (n,)."""
         q = np.asarray(motion)[self.coordinate]
         if self.kind == "solid":
             return np.asarray(self.amplitudes @ q)
@@ -291,11 +283,7 @@ def _sections(outer: FloatArray, inner: FloatArray) -> tuple[Any, IntArray]:
 
 
 def outline_chains(cells: IntArray) -> list[IntArray]:
-    """Return the points of an outline in order, one array for each loop or open piece.
-
-    `cells`: edges (c, 2), each from its first to its second point. Returns a closed loop has its
-    first point at its end again.
-    """
+    """Return the points of an outline, edges (c, 2), in order: loops close, open pieces do not."""
     after: dict[int, list[int]] = {}
     arrives: dict[int, int] = {}
     for first, second in cells.tolist():

@@ -23,10 +23,7 @@ _LONGEST_NAME = 200
 def body_document(
     element: Superelement, matrices: Mapping[str, str], speed_rad_s: float | None
 ) -> dict[str, Any]:
-    """Describe the matrices of a superelement.
-
-    `matrices`: name or file of each matrix, by role.
-    """
+    """Describe the matrices of a superelement; `matrices`: name or file of each by role."""
     top = element.maximum_speed_rad_s
     coordinates = []
     for row, coordinate in zip(foreign.rows_of(element), element.coordinates, strict=True):

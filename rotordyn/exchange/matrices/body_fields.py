@@ -95,11 +95,7 @@ class BodyFields:
 def body_of(
     fields: BodyFields, files: tuple[Path, ...], matrices: Mapping[str, FloatArray]
 ) -> ForeignBody:
-    """Return the body of matrices whose rows are the coordinates of a file.
-
-    Raises SuperelementError: fields that are missing, out of range, contradict each other or the
-    matrices.
-    """
+    """Return the body of matrices whose rows are the coordinates of a file, or refuse it."""
     if fields.text("frame") not in (None, "inertial"):
         raise fields.error("frame", f"is {str(fields.text('frame'))[:60]!r}, allowed is 'inertial'")
     refuse_large(fields.path, np.shape(fields.needed("dof_node"))[0])

@@ -148,10 +148,7 @@ def real_field(value: float, width: int = 16) -> str:
 
 
 def parsed_real(text: str) -> float:
-    """Read a real number of bulk data: "1.5", "-.2+3", "4.D-2", "12.E4".
-
-    Raises ValueError: it is none; whole numbers without a point are none.
-    """
+    """Read a real number of bulk data, "1.5", "-.2+3", "4.D-2", "12.E4", or raise ValueError."""
     found = text.strip()
     match = _REAL.fullmatch(found)
     if match is None or "." not in match[2] or match[2] == ".":

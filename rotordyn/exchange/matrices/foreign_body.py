@@ -106,11 +106,7 @@ class ForeignBody:
 
 
 class MatrixSet(NamedTuple):
-    """Hold the matrices of a superelement for a writer.
-
-    `matrices`: by role; those that are zero or not known are left out, but for M and K0.
-    `carried`, `left_out`: as in `Exported`.
-    """
+    """Matrices of a body by role, zero and unknown ones left out; texts as in `Exported`."""
 
     matrices: Mapping[str, FloatArray]
     carried: tuple[str, ...]
@@ -118,10 +114,7 @@ class MatrixSet(NamedTuple):
 
 
 def matrix_set(element: Superelement, speed_rad_s: float | None) -> MatrixSet:
-    """Return the matrices of a superelement by role, those at one speed only where it is given.
-
-    Raises SuperelementError if the speed is not finite, or beyond what the body was reduced for.
-    """
+    """Return the matrices of a body by role; those at a speed if it is given, and in its range."""
     found: dict[str, FloatArray] = {"mass": element.mass, "stiffness": element.stiffness}
     carried, left = ["mass", "elastic stiffness"], list[str]()
     for role, matrix, said in (
@@ -227,10 +220,7 @@ def refuse_large(path: Path, count: int) -> None:
 
 
 def file_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
-    """Read a file.
-
-    Raises SuperelementError: it is none, can't be read, or has more than `most` bytes.
-    """
+    """Read a file; refuse one that can't be read or has more than `most` bytes."""
     try:
         if not path.is_file():
             raise SuperelementError(f"{path}: no such file")

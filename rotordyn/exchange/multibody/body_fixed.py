@@ -21,7 +21,7 @@ from solidwhirl.rotordyn.superelement.body_measures import (
 from solidwhirl.rotordyn.superelement.free_body import free_body_matrices, free_body_problems
 from solidwhirl.rotordyn.superelement.mass_moments import MassMoments, projected_moments
 from solidwhirl.rotordyn.superelement.record import Superelement
-from solidwhirl.rotordyn.superelement.rigid_body import rigid_body_mass_matrix
+from solidwhirl.rotordyn.superelement.rigid_body import body_mass_matrix
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
 
 # Frequencies closer than this (relative) are one mode with two shapes.
@@ -137,9 +137,7 @@ def body_fixed_form(element: Superelement, *, modes: int | None = None) -> BodyF
         shapes=shapes,
         mass_kg=element.mass_kg,
         center_of_gravity_m=element.center_of_gravity_m,
-        inertia_kg_m2=rigid_body_mass_matrix(
-            element.mass_kg, element.center_of_gravity_m, element.inertia_kg_m2
-        )[3:, 3:],
+        inertia_kg_m2=body_mass_matrix(element)[3:, 3:],
         mass=np.eye(kept),
         stiffness=np.diag(frequencies**2),
         I3=modal.displacement_kg,

@@ -127,10 +127,7 @@ def fem_text(form: BodyFixedForm, *, level: MbdynLevel = 19, modal_damping: floa
 
 
 def node_labels(names: Sequence[str]) -> tuple[str, ...]:
-    """Return labels of interfaces as MBDyn reads them: without blanks, all different.
-
-    Returns letters, digits, "_", "-", ".", at most 60; other characters become "_".
-    """
+    """Return labels that are all different: letters, digits, `_-.`, at most 60 characters."""
     labels: list[str] = []
     for name in names:
         plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
@@ -367,11 +364,7 @@ def _example_input(
     level: int,
     modal_damping: float,
 ) -> str:
-    """Return the text of an MBDyn input with one modal body and a spring at every interface.
-
-    `modal_damping`: damping ratio of every mode in that file. Returns UTF-8. The springs are as
-    stiff as the first mode, so that the body is neither free nor held.
-    """
+    """Return an input with the body on springs, at every interface as stiff as its first mode."""
     frequency = float(form.frequencies_hz[0])
     radial = form.mass_kg * (2.0 * np.pi * frequency) ** 2 / max(len(labels), 1)
     values = {

@@ -87,11 +87,7 @@ def write_sid(
 def sid_text(
     form: BodyFixedForm, *, layout: SidLayout = "fembs", modal_damping: float = 0.0
 ) -> str:
-    """Return the text of the file.
-
-    Returns ASCII, lines ended by a line feed. Raises SuperelementError if an argument is out of its
-    range, or a number does not fit the format.
-    """
+    """Return the text, ASCII; refuse arguments out of range and numbers that do not fit."""
     if layout not in get_args(SidLayout):
         raise SuperelementError(
             f"layout is {layout!r}, allowed are {', '.join(map(repr, get_args(SidLayout)))}"
@@ -260,10 +256,7 @@ _NOTHING = " 0.00000000000D+00"
 
 
 def number(value: float, where: str) -> str:
-    """Return a number as Fortran's D18.11 writes it, with exponents of two digits.
-
-    Below 1e-99 in magnitude it is zero. Raises SuperelementError from 1e100 on.
-    """
+    """Write a number as Fortran's D18.11 does: from 1e100 on it is refused, below 1e-99 it is 0."""
     text = f"{value: .11e}".replace("e", "D")
     if len(text) == len(_NOTHING):
         return text

@@ -24,10 +24,7 @@ LINEAR_TERMS = (
 
 
 def matrices(element: Superelement) -> dict[str, FloatArray]:
-    """Return M, K0, K2 and G in the independent coordinates.
-
-    Returns shapes (r, r) where the body is tied, else (n, n); K2 = Kgeo − S.
-    """
+    """Return M, K0, K2 = Kgeo − S and G in the independent coordinates, (r, r) each."""
     full = {
         "M": element.mass,
         "K0": element.stiffness,

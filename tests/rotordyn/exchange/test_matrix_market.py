@@ -125,7 +125,7 @@ DOCUMENT_BAD = {
     "format is 'None'": "{}",
     "frame: is 'rotating'": ("frame", "rotating"),
     "spin_axis: allowed is": ("spin_axis", [1, 0, 0]),
-    "coordinates.node: has 1, which is no node": ("nodes", []),
+    r"nodes.position: has shape \(0,\)": ("nodes", []),
     r"nodes.id: has x at \[0\]": ("nodes", [{"id": "x"}]),
     r"nodes.position: has shape \(1, 2\)": ("nodes", [{"id": 1, "position": [1, 2]}]),
     "nodes.id: needs at most 100000 numbers, all different": (
