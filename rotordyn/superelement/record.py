@@ -34,13 +34,7 @@ from solidwhirl.rotordyn.superelement.validation import (
     symmetrised,
 )
 
-__all__ = [
-    "Coordinate",
-    "ErrorForm",
-    "InterfaceNode",
-    "MassMoments",
-    "Superelement",
-]
+__all__ = ["Coordinate", "ErrorForm", "InterfaceNode", "MassMoments", "Superelement"]
 
 # Inertias about three axes of a body: none above the sum of the others, to this.
 _INERTIA_LIMIT = 1e-6

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as la
@@ -17,14 +17,8 @@ _ROUNDING = 1e-13
 _NOT_A_BODY = 1e-9
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class MassPoints:
-    """Hold points of mass.
-
-    `masses_kg`: shape (k,).
-    `positions_m`: shape (k, 3).
-    `shapes`: displacement per elastic mode, shape (k, 3, m).
-    """
+class MassPoints(NamedTuple):
+    """Points of mass (k,), their places (k, 3), and displacement per elastic mode (k, 3, m)."""
 
     masses_kg: FloatArray
     positions_m: FloatArray

@@ -5,9 +5,8 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -22,8 +21,6 @@ from solidwhirl.rotordyn.exchange.multibody.body_fixed import (
     modal_damping_matrix,
 )
 from solidwhirl.rotordyn.superelement.record import Superelement
-
-__all__ = ["SidLayout", "sid_name", "sid_text", "write_sid"]
 
 SidLayout = Literal["fembs", "mode"]
 
@@ -45,8 +42,7 @@ _OE_COLUMNS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 _OE_SPIN = 2
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class _Block:
+class _Block(NamedTuple):
     """One matrix, constant (rows, columns) and per mode (rows, modes, columns) or None."""
 
     name: str
