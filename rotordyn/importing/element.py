@@ -10,7 +10,6 @@ import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.core.arrays import FloatArray
-from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.exchange.matrices.foreign_body import ROLES, ForeignBody
 from solidwhirl.rotordyn.importing import checks, rows
 from solidwhirl.rotordyn.importing.rigid_motions import (
@@ -44,34 +43,33 @@ def imported_superelement(
     body; a turning body without a gyroscopic matrix, or one that is not the same in all directions
     about z.
     """
-    where = f"imported body {name!r} ({body.files[0].name})"
-    notes: list[str] = []
-    length, mass_unit = rows.import_units(where, body, options)
-    chosen = rows.import_matrices(where, body, options.names)
-    placed = rows.placed_rows(where, body, options, length)
+    report = rows.Report(f"imported body {name!r} ({body.files[0].name})", [])
+    length, mass_unit = rows.import_units(report, body, options)
+    chosen = rows.import_matrices(report, body, options.names)
+    placed = rows.placed_rows(report, body, options, length)
     scaled = rows.scaled_matrices(chosen, placed, length, mass_unit)
     tie = scaled.get("constraint")
-    checks.check_mass(where, placed.labels, scaled["mass"], tie)
+    checks.check_mass(report, placed.labels, scaled["mass"], tie)
     inertia = np.diag(scaled["mass"]).copy()
     for role, matrix in scaled.items():
         if ROLES[role].symmetry != "general":
             sign = -1.0 if ROLES[role].symmetry == "skew-symmetric" else 1.0
-            scaled[role] = checks.even_or_odd(where, role, matrix, sign, inertia, notes)
-    motions = imported_motions(where, placed.places, placed.components, scaled, notes)
-    scaled["stiffness"] = cleaned_stiffness(scaled, motions, notes)
-    rates = checks.check_stiffness(where, scaled["mass"], scaled["stiffness"], tie)
-    check_free_motions(where, scaled, motions, rates, notes)
+            scaled[role] = checks.even_or_odd(report, role, matrix, sign, inertia)
+    motions = imported_motions(report, placed.places, placed.components, scaled)
+    scaled["stiffness"] = cleaned_stiffness(report, scaled, motions)
+    rates = checks.check_stiffness(report, scaled["mass"], scaled["stiffness"], tie)
+    check_free_motions(report, scaled, motions, rates)
     given = rows.stated_properties(body, options, length, mass_unit)
-    properties = checks.rigid_mass(where, scaled, motions, placed.positions, given, notes)
+    properties = checks.rigid_mass(report, scaled, motions, placed.positions, given)
     element = _element(name, placed, scaled, motions, properties, rates, body)
     problems = free_body_problems(element)
     if problems:
-        raise SuperelementError(f"{where}: {'; '.join(problems)}")
+        raise report.error("; ".join(problems))
     if options.turns:
-        checks.check_turning(where, element)
-    if not checks.turn_fits(element, notes):
+        checks.check_turning(report, element)
+    if not checks.turn_fits(report, element):
         element = dataclasses.replace(element, spin_generator=None)
-    own = {**(provenance or {}), "notes": notes}
+    own = {**(provenance or {}), "notes": report.notes}
     return dataclasses.replace(element, provenance={"model": "imported matrices", "import": own})
 
 

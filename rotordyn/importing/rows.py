@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,6 +17,17 @@ from solidwhirl.rotordyn.superelement.validation import MOTIONS
 LENGTHS: Mapping[str, float] = {"m": 1.0, "mm": 1e-3}
 MASSES: Mapping[str, float] = {"kg": 1.0, "t": 1e3}
 AXES = ("xyz", "yzx", "zxy")
+
+
+class Report(NamedTuple):
+    """What an import says: of which body, and notes that it collects."""
+
+    where: str
+    notes: list[str]
+
+    def error(self, said: str) -> SuperelementError:
+        """Return an error that names the body."""
+        return SuperelementError(f"{self.where}: {said}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,7 +76,7 @@ class Placed:
     shift_m: FloatArray
 
 
-def import_units(where: str, body: ForeignBody, options: ImportOptions) -> tuple[float, float]:
+def import_units(report: Report, body: ForeignBody, options: ImportOptions) -> tuple[float, float]:
     """Return the length unit in m and the mass unit in kg; refuse unknown or contradicting ones."""
     out = []
     for key, asked, stated, known in (
@@ -74,20 +85,18 @@ def import_units(where: str, body: ForeignBody, options: ImportOptions) -> tuple
     ):
         allowed = " or ".join(repr(unit) for unit in known)
         if asked is None and stated is None:
-            raise SuperelementError(
-                f"{where}: the file does not say its units; {key} is needed, {allowed}"
-            )
+            raise report.error(f"the file does not say its units; {key} is needed, {allowed}")
         if asked is not None and stated is not None and asked != stated:
-            raise SuperelementError(f"{where}: {key} is {asked!r}, the file says {stated!r}")
+            raise report.error(f"{key} is {asked!r}, the file says {stated!r}")
         unit = str(asked if stated is None else stated)
         if unit not in known:
-            raise SuperelementError(f"{where}: {key} is {unit[:20]!r}, allowed is {allowed}")
+            raise report.error(f"{key} is {unit[:20]!r}, allowed is {allowed}")
         out.append(known[unit])
     return out[0], out[1]
 
 
 def import_matrices(
-    where: str, body: ForeignBody, names: Mapping[str, str]
+    report: Report, body: ForeignBody, names: Mapping[str, str]
 ) -> dict[str, FloatArray]:
     """Return the matrices of a file by role, refusing what is missing or of another shape."""
     found: dict[str, FloatArray] = {}
@@ -96,30 +105,26 @@ def import_matrices(
             continue
         asked = names.get(role)
         if asked is not None and asked not in body.matrices:
-            raise SuperelementError(
-                f"{where}: {role} = {asked!r} is not in the file; it has {_known(body)}"
-            )
+            raise report.error(f"{role} = {asked!r} is not in the file; it has {_known(body)}")
         at = asked or next((n for n in known[:2] if n in body.matrices), None)
         if at is not None:
             found[role] = body.matrices[at]
     for role in ("mass", "stiffness"):
         if role not in found:
-            raise SuperelementError(
-                f"{where}: has no matrix {' or '.join(ROLES[role][:2])}; name it with {role}, the "
+            raise report.error(
+                f"has no matrix {' or '.join(ROLES[role][:2])}; name it with {role}, the "
                 f"file has {_known(body)}"
             )
     if ("stress_stiffening" in found) != ("spin_softening" in found):
-        raise SuperelementError(
-            f"{where}: stress_stiffening and spin_softening belong together: one alone gives a "
+        raise report.error(
+            "stress_stiffening and spin_softening belong together: one alone gives a "
             "false stiffness to a rigid tilt; give both or none"
         )
     n = body.size
     for role, matrix in found.items():
         columns = {"rigid_modes": 6, "constraint": matrix.shape[1]}.get(role, n)
         if matrix.shape != (n, columns) or matrix.shape[1] > max(n, 6):
-            raise SuperelementError(
-                f"{where}: {role} has shape {matrix.shape}, allowed is {(n, columns)}"
-            )
+            raise report.error(f"{role} has shape {matrix.shape}, allowed is {(n, columns)}")
     return found
 
 
@@ -127,17 +132,17 @@ def _known(body: ForeignBody) -> str:
     return ", ".join(sorted(body.matrices)[:20]) or "none"
 
 
-def placed_rows(where: str, body: ForeignBody, options: ImportOptions, length: float) -> Placed:
+def placed_rows(report: Report, body: ForeignBody, options: ImportOptions, length: float) -> Placed:
     """Return the rows of a body in order, interfaces first; `length` is the file's unit, m."""
     if options.axes not in AXES:
-        raise SuperelementError(f"{where}: axes is {options.axes!r}, allowed are {', '.join(AXES)}")
+        raise report.error(f"axes is {options.axes!r}, allowed are {', '.join(AXES)}")
     source = ["xyz".index(letter) for letter in options.axes]
     turn = np.eye(3)[source]  # here = turn @ file
     shift = np.array([0.0, 0.0, options.origin_m])
     here = {k: length * (turn @ place) + shift for k, place in body.positions.items()}
     moved = {0: 0} | {source[k % 3] + 1 + 3 * (k // 3): k + 1 for k in range(6)}
     components = np.array([moved[int(k)] for k in body.components])
-    owner = _owners(where, body, options)
+    owner = _owners(report, body, options)
     names = list(options.interfaces)
 
     def rank(row: int) -> tuple[int, int]:
@@ -149,7 +154,7 @@ def placed_rows(where: str, body: ForeignBody, options: ImportOptions, length: f
     twice = [row for row, count in Counter(rows).items() if row[1] and count > 1]
     if twice:
         node, component = min(twice)
-        raise SuperelementError(f"{where}: node {node} has {MOTIONS[component - 1]} more than once")
+        raise report.error(f"node {node} has {MOTIONS[component - 1]} more than once")
     owners = tuple(owner.get(node, "") if component else "" for node, component in rows)
     nowhere = np.full(3, np.nan)
     return Placed(
@@ -174,29 +179,25 @@ def _label(name: str, node: int, component: int, row: int) -> str:
     return f"{name or f'node {node}'}.{MOTIONS[component - 1]}"
 
 
-def _owners(where: str, body: ForeignBody, options: ImportOptions) -> dict[int, str]:
+def _owners(report: Report, body: ForeignBody, options: ImportOptions) -> dict[int, str]:
     """Interface of each node that is one."""
     owner: dict[int, str] = {}
     with_rows = set(body.nodes[body.components > 0].tolist())
     for name, node in options.interfaces.items():
         if node not in body.positions:
             known = ", ".join(str(k) for k in list(body.positions)[:20])
-            raise SuperelementError(
-                f"{where}: interface {name!r} is node {node}, which the file does not have; it has "
-                f"{known}"
+            raise report.error(
+                f"interface {name!r} is node {node}, which the file does not have; it has {known}"
             )
         if node not in with_rows:
-            raise SuperelementError(
-                f"{where}: interface {name!r} is node {node}, which has no coordinate in the "
-                "matrices"
+            raise report.error(
+                f"interface {name!r} is node {node}, which has no coordinate in the matrices"
             )
         if node in owner:
-            raise SuperelementError(
-                f"{where}: interfaces {owner[node]!r} and {name!r} are both node {node}"
-            )
+            raise report.error(f"interfaces {owner[node]!r} and {name!r} are both node {node}")
         owner[node] = name
     if not owner:
-        raise SuperelementError(f"{where}: has no interface; one or more are needed")
+        raise report.error("has no interface; one or more are needed")
     return owner
 
 
