@@ -11,12 +11,11 @@ from solidwhirl.rotordyn import Disk, SuperelementError, beam_superelement, mode
 from solidwhirl.rotordyn.beams.elements import shear_coefficient
 
 STEEL = (2e11, 0.3, 7800.0)
+LIGHT = {"name": "d", "position_m": 0.5, "mass_kg": -1, "polar_kg_m2": 0, "diametral_kg_m2": 0}
 
 
 def _shaft(stations, outer, inner, interfaces, disks=()):
-    return beam_superelement(
-        "shaft", stations, outer, inner, (2e11, 0.3, 7800.0), interfaces, disks
-    )
+    return beam_superelement("shaft", stations, outer, inner, STEEL, interfaces, disks)
 
 
 def test_shear_coefficient_of_cowper():
@@ -112,20 +111,7 @@ def test_interfaces_and_disks_become_nodes():
         ({"interface_stations": {}}, "interface_stations is empty"),
         ({"interface_stations": {"a": 2.0}}, "interface 'a' is at 2.0 m, off the shaft"),
         ({"interface_stations": {"a": 0.5, "b": 0.5}}, "'a' and 'b' are both at 0.5 m"),
-        (
-            {
-                "disks": [
-                    Disk(
-                        name="d",
-                        position_m=0.5,
-                        mass_kg=-1.0,
-                        polar_kg_m2=0.0,
-                        diametral_kg_m2=0.0,
-                    )
-                ]
-            },
-            "disk 'd': mass_kg is -1.0",
-        ),
+        ({"disks": [Disk(**LIGHT)]}, "disk 'd': mass_kg is -1"),
     ],
 )
 def test_shafts_out_of_range_are_refused(change, message):

@@ -64,6 +64,9 @@ _NELSON_RADII_CM = [
 def test_nelson_mcvaugh_critical_speeds(one_rotor, ground):
     inner = np.zeros(18)
     inner[[6, 7, 17]] = [0.0152, 0.0178, 0.0152]
+    disk = Disk(
+        name="disk", position_m=0.0889, mass_kg=1.401, diametral_kg_m2=0.00136, polar_kg_m2=0.00203
+    )
     shaft = beam_superelement(
         "nelson",
         np.array(_NELSON_STATIONS_CM) / 100,
@@ -71,15 +74,7 @@ def test_nelson_mcvaugh_critical_speeds(one_rotor, ground):
         inner,
         (2.078e11, 2.078e11 / (2 * 1.039e11) - 1, 7806.0),
         {"left": 0.1651, "right": 0.2870},
-        [
-            Disk(
-                name="disk",
-                position_m=0.0889,
-                mass_kg=1.401,
-                diametral_kg_m2=0.00136,
-                polar_kg_m2=0.00203,
-            )
-        ],
+        [disk],
     )
     system = one_rotor(shaft, [ground("rotor", end, 4.378e7) for end in ("left", "right")])
     found = critical_speeds(system, speed_max_rad_s=1e5 * RPM)
