@@ -28,7 +28,7 @@ _SAME_ALL_ROUND = 1e-6
 _TURN = 1e-11
 
 
-def even_or_odd(
+def symmetric_or_skew(
     report: Report, role: str, matrix: FloatArray, sign: float, inertia: FloatArray
 ) -> FloatArray:
     """Return the symmetric (sign 1) or skew (−1) part of a matrix; notes say what was evened out.
@@ -235,7 +235,7 @@ def check_turning(report: Report, element: Superelement) -> None:
                     "that turns needs both or none"
                 )
     _check_gyroscopic(report, element)
-    error = _unevenness(element)
+    error = _anisotropy(element)
     if error > _SAME_ALL_ROUND:
         raise report.error(
             f"the body turns, and is not the same in all directions about z: what its "
@@ -266,7 +266,7 @@ def _check_gyroscopic(report: Report, element: Superelement) -> None:
         )
 
 
-def _unevenness(element: Superelement) -> float:
+def _anisotropy(element: Superelement) -> float:
     """How much compliances of the interfaces change in a turn, over the largest.
 
     K + s²(M + G) is regular for every s > 0, as K and M have no negative and G no own energy.

@@ -54,7 +54,7 @@ def imported_superelement(
     for role, matrix in scaled.items():
         if ROLES[role].symmetry != "general":
             sign = -1.0 if ROLES[role].symmetry == "skew-symmetric" else 1.0
-            scaled[role] = checks.even_or_odd(report, role, matrix, sign, inertia)
+            scaled[role] = checks.symmetric_or_skew(report, role, matrix, sign, inertia)
     motions = imported_motions(report, placed.places, placed.components, scaled)
     scaled["stiffness"] = cleaned_stiffness(report, scaled, motions)
     rates = checks.check_stiffness(report, scaled["mass"], scaled["stiffness"], tie)

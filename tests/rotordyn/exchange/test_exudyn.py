@@ -51,8 +51,8 @@ WRITERS = [write_exudyn, write_exudyn_frame, write_ross]
 # Springs of the first and last interface; the last set is not symmetric, as in an oil film.
 SPRINGS = {
     "free": None,
-    "even": (5e7, 3e7),
-    "uneven": ((5e7, 2e7), (3e7, 4e7)),
+    "isotropic": (5e7, 3e7),
+    "anisotropic": ((5e7, 2e7), (3e7, 4e7)),
     "crossed": ([[5e7, 1e7], [-1e7, 4e7]], 3e7),
 }
 
@@ -248,7 +248,7 @@ def exudyn_run_up(file, body, springs, unbalance, top, duration, steps):
 @pytest.mark.parametrize("body", BODIES[1:], indirect=True)
 def test_run_up(body):
     """Through the first resonance in 0.3 s, by the same method step by step, and by another."""
-    springs, top, duration, steps = held(body, "uneven"), 900.0, 0.3, 1500
+    springs, top, duration, steps = held(body, "anisotropic"), 900.0, 0.3, 1500
     place, moment, phase = body.ends[0], 1e-4, 0.3
     theirs = exudyn_run_up(write(body), body, springs, (place, moment, phase), top, duration, steps)
     assembled, profile = on_springs(body.element, springs), ramp_and_hold(top, duration)
@@ -280,7 +280,7 @@ def test_run_up(body):
 def test_frame_at_rest(body):
     """Free and on springs; with fewer modes the free ones stay."""
     file = write(body, write_exudyn_frame)
-    for kind, tolerance in (("free", 1e-9), ("even", 2e-7), ("uneven", 2e-7)):
+    for kind, tolerance in (("free", 1e-9), ("isotropic", 2e-7), ("anisotropic", 2e-7)):
         # Exudyn takes the springs' stiffness by differences of forces: seen 6e-9 to 3e-8
         mbs = system()
         added = file.add_body(mbs)
@@ -297,7 +297,7 @@ def test_frame_at_rest(body):
     np.testing.assert_allclose(free[:6], expected, rtol=1e-9)
 
 
-@pytest.mark.parametrize("kind", ["free", "even"])
+@pytest.mark.parametrize("kind", ["free", "isotropic"])
 @pytest.mark.parametrize("body", BODIES, indirect=True)
 def test_frame_at_speed(body, kind):
     """Modes about the steady spin, by differences of what Exudyn says the forces are."""
