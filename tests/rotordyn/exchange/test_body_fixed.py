@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+from functools import cache
 
 import numpy as np
 import pytest
 import scipy.linalg as la
 from floating_frame import FloatingBody, floating_body, floating_frame_modes
+from point_bodies import skew
 
 from solidwhirl.rotordyn import (
     Disk,
@@ -31,6 +33,7 @@ STEEL = (2.1e11, 0.3, 7850.0)
 SAME = 1e-10
 
 
+@cache
 def shaft(components=ALL, start_m=0.0, splits=1):
     """Stepped hollow shaft with a disk inside and one on an arm beyond its end."""
     stations = np.linspace(0.0, 0.8, 4 * splits + 1) + start_m
@@ -208,14 +211,6 @@ def toy():
     return element, masses, points, motions
 
 
-def skew(vectors):
-    """a~ of vectors (..., 3): (..., 3, 3), a~ b = a × b."""
-    x, y, z = np.moveaxis(np.asarray(vectors, dtype=float), -1, 0)
-    none = np.zeros_like(x)
-    rows = [[none, -z, y], [z, none, -x], [-y, x, none]]
-    return np.stack([np.stack(row, -1) for row in rows], -2)
-
-
 def test_integrals_are_their_definitions():
     element, masses, points, motions = toy()
     form = body_fixed_form(element)
@@ -348,7 +343,7 @@ def test_fewer_modes_converge_to_all(inertial_modes):
 
 def test_a_pair_is_never_parted():
     form = body_fixed_form(shaft())
-    for modes in range(1, form.frequencies_hz.size - 2):
+    for modes in range(1, form.frequencies_hz.size - 2, 3):
         fewer = body_fixed_form(shaft(), modes=modes)
         count = fewer.frequencies_hz.size
         assert count in (modes, modes + 1)

@@ -214,7 +214,7 @@ def test_what_is_missing_is_said(lateral_shaft, disk_shaft, tmp_path):
 
 
 def test_refused(disk_shaft, tmp_path):
-    """Arguments out of their range; nothing is written. Bodies without the form: in test_sid."""
+    """Arguments out of their range; nothing is written. Bodies: in test_body_fixed."""
     path = tmp_path / "body.fem"
     with pytest.raises(
         SuperelementError, match=r"the last record group is 12, allowed are \(13, 18, 19\)"
