@@ -61,19 +61,10 @@ class PolynomialLaw:
 
     k_xx(Ω) = k_xx p(Ω), and so on. Beyond its range the polynomial is evaluated as it is.
 
-    Attributes
-    ----------
-    argument_unit
-        What the polynomials take: "rad/s", "rpm" or "Hz".
-    argument_range
-        Lowest and highest argument they were made for, in that unit.
-    stiffness_x, stiffness_y, damping_x, damping_y
-        Coefficients of the factors, lowest order first.
-
-    Raises
-    ------
-    AssemblyError
-        If the unit is unknown, the range is empty or a polynomial has no finite coefficients.
+    `argument_unit`: what the polynomials take: "rad/s", "rpm" or "Hz"; `argument_range`: lowest
+    and highest argument they were made for, in that unit; `stiffness_x`, `stiffness_y`,
+    `damping_x`, `damping_y`: coefficients of the factors, lowest order first. Raises AssemblyError
+    if the unit is unknown, the range is empty or a polynomial has no finite coefficients.
     """
 
     name: str
@@ -142,21 +133,11 @@ class TableLaw:
     The values are absolute: the bearing's own coefficients must be zero. Beyond the table the
     nearest end value holds.
 
-    Attributes
-    ----------
-    speeds_rad_s
-        Spin speeds, rising, not negative, shape (s,), s ≥ 2.
-    stiffness_n_per_m, damping_n_s_per_m
-        On (ux, uy), shape (s, 2, 2).
-    interpolation
-        "monotone" (piecewise cubic after Fritsch and Carlson, no overshoot between the values)
-        or "linear", entry by entry.
-
-    Raises
-    ------
-    AssemblyError
-        If shapes do not fit, numbers are not finite, or speeds do not rise or are one speed but
-        for rounding.
+    `speeds_rad_s`: spin speeds, rising, not negative, shape (s,), s ≥ 2; `stiffness_n_per_m`,
+    `damping_n_s_per_m`: on (ux, uy), shape (s, 2, 2); `interpolation`: "monotone" (piecewise cubic
+    after Fritsch and Carlson, no overshoot between the values) or "linear", entry by entry. Raises
+    AssemblyError if shapes do not fit, numbers are not finite, or speeds do not rise or are one
+    speed but for rounding.
     """
 
     name: str

@@ -30,18 +30,12 @@ _HALVINGS = 48
 class BearingNote:
     """Tell that a bearing is doubtful over an interval of speed.
 
-    Attributes
-    ----------
-    kind
-        "outside range" (of the speeds the law was made for), "negative damping" or "negative
-        stiffness" (a motion exists to which the bearing gives energy, or that it does not resist),
-        "mirrored" or "not mirrored" (cross terms under a shaft that turns backward), "held
-        torsion" (a spring between a turning shaft and the ground acts on rz).
-    speed_low_rad_s, speed_high_rad_s
-        Where, as |Ω| of the reference shaft, rad/s.
-    finding
-        What was found, with its figures but without bearing and speeds; the same for bearings of
-        one law.
+    `kind`: "outside range" (of the speeds the law was made for), "negative damping" or "negative
+    stiffness" (a motion exists to which the bearing gives energy, or that it does not resist),
+    "mirrored" or "not mirrored" (cross terms under a shaft that turns backward), "held torsion" (a
+    spring between a turning shaft and the ground acts on rz); `speed_low_rad_s`,
+    `speed_high_rad_s`: where, as |Ω| of the reference shaft, rad/s. `finding`: what was found,
+    with its figures but without bearing and speeds; the same for bearings of one law.
     """
 
     bearing: str
@@ -102,27 +96,13 @@ def bearing_notes(
 ) -> tuple[BearingNote, ...]:
     """Find where bearings are used beyond their law, or have negative damping or stiffness.
 
-    Parameters
-    ----------
-    speeds_rad_s
-        Ω of an analysis; everything between the smallest and the largest |Ω| is looked at.
+    `speeds_rad_s`: Ω of an analysis; everything between the smallest and the largest |Ω| is looked
+    at. The result is empty if all is well; bearings without a law are looked at too. Raises
+    AnalysisError if there are no speeds or one is not finite.
 
-    Returns
-    -------
-    tuple of BearingNote
-        Empty if all is well; bearings without a law are looked at too.
-
-    Raises
-    ------
-    AnalysisError
-        If there are no speeds or one is not finite.
-
-    Notes
-    -----
-    Negative means that the symmetric part of the 2×2 matrix on (ux, uy) has a negative
-    eigenvalue. Besides the speeds given and 257 more those at which a law has a knot, a
-    stationary entry or a singular matrix are looked at, and between them; ends are located to
-    rounding.
+    Negative means that the symmetric part of the 2×2 matrix on (ux, uy) has a negative eigenvalue.
+    Besides the speeds given and 257 more those at which a law has a knot, a stationary entry or a
+    singular matrix are looked at, and between them; ends are located to rounding.
     """
     speeds = np.abs(np.asarray(speeds_rad_s, dtype=float)).ravel()
     if not speeds.size or not np.isfinite(speeds).all():

@@ -30,13 +30,9 @@ class BearingCoefficients(NamedTuple):
 class LawPieces:
     """Hold the coefficients of a bearing on (ux, uy) as polynomials of the speed.
 
-    Attributes
-    ----------
-    starts_rad_s
-        Speeds at which the pieces begin, rising, the first 0; the last piece has no end.
-    polynomials
-        Coefficients in the speed beyond the start of a piece, lowest order first, of stiffness and
-        damping, shape (pieces, degree + 1, 2, 2, 2).
+    `starts_rad_s`: speeds at which the pieces begin, rising, the first 0; the last piece has no
+    end. `polynomials`: coefficients in the speed beyond the start of a piece, lowest order first,
+    of stiffness and damping, shape (pieces, degree + 1, 2, 2, 2).
     """
 
     starts_rad_s: tuple[float, ...]

@@ -126,10 +126,7 @@ class Bearing:
     def matrices(self) -> tuple[FloatArray, FloatArray]:
         """Return stiffness and damping on (ux, uy, uz, rx, ry, rz), a speed law left aside.
 
-        Returns
-        -------
-        stiffness, damping : ndarray
-            Shape (6, 6); N/m and N s/m, N m/rad and N m s/rad.
+        Returns shape (6, 6); N/m and N s/m, N m/rad and N m s/rad.
         """
         stiffness, damping = np.zeros((6, 6)), np.zeros((6, 6))
         stiffness[:2, :2], damping[:2, :2] = self.stiffness_n_per_m, self.damping_n_s_per_m
@@ -209,12 +206,8 @@ class InternalDamping:
     rest; the force is C (q' − Ω L q), whose second part drives forward whirl above a threshold
     speed (Genta 2005, Dynamics of Rotating Systems, section 2.5).
 
-    Attributes
-    ----------
-    stiffness_coefficient_s
-        β of C = β K, s.
-    modal_ratio
-        Fraction of critical damping of each elastic free mode.
+    `stiffness_coefficient_s`: β of C = β K, s; `modal_ratio`: fraction of critical damping of each
+    elastic free mode.
     """
 
     stiffness_coefficient_s: float = 0.0
@@ -225,13 +218,8 @@ class InternalDamping:
 class Rotor:
     """Place a superelement in a system.
 
-    Attributes
-    ----------
-    speed_ratio
-        Its spin speed is speed_ratio · Ω: 1 for the reference shaft, negative for a
-        counter-rotating one, 0 for a casing.
-    internal_damping
-        Of the body's material; None without.
+    `speed_ratio`: its spin speed is speed_ratio · Ω: 1 for the reference shaft, negative for a
+    counter-rotating one, 0 for a casing. `internal_damping`: of the body's material; None without.
     """
 
     element: Superelement
@@ -246,14 +234,8 @@ class Rotor:
 class System:
     """Collect the rotors and bearings of an engine.
 
-    Attributes
-    ----------
-    bearings
-        Between interfaces and the ground.
-    reference
-        Name of the shaft whose speed is Ω (its ratio must be 1); None when Ω is only a parameter.
-    gears
-        Between bodies.
+    `bearings`: between interfaces and the ground. `reference`: name of the shaft whose speed is Ω
+    (its ratio must be 1); None when Ω is only a parameter. `gears`: between bodies.
     """
 
     rotors: Mapping[str, Rotor]

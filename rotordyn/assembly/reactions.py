@@ -69,31 +69,15 @@ def bearing_forces(
 ) -> dict[str, Matrix]:
     """Return the force that the first side of each bearing exerts on its second.
 
-    Parameters
-    ----------
-    speed_rad_s
-        Ω, a number or of the shape (...) of the motion.
-    displacement, velocity, acceleration
-        q, q', q'' in the independent coordinates, shape (..., n): time histories, or complex
-        amplitudes (q, iωq, −ω²q).
-    body_loads
-        External forces on the coordinates of each body by name, shape (..., n_body); needed
-        where exact joints are near. None is no load.
-    speed_rate_rad_s2
-        Ω', a number or of the shape (...).
-
-    Returns
-    -------
-    dict
-        By name of the bearing: force along x, y, z in N and moment about them in N m, shape
-        (..., 6); on the ground where there is no second side. Zero for components that the
-        bearing leaves free.
-
-    Raises
-    ------
-    AnalysisError
-        If shapes do not fit, or exact joints hold a motion more than once, so that the share of
-        each is undetermined.
+    `speed_rad_s`: Ω, a number or of the shape (...) of the motion; `displacement`, `velocity`,
+    `acceleration`: q, q', q'' in the independent coordinates, shape (..., n): time histories, or
+    complex amplitudes (q, iωq, −ω²q). `body_loads`: external forces on the coordinates of each
+    body by name, shape (..., n_body); needed where exact joints are near. None is no load.
+    `speed_rate_rad_s2`: Ω', a number or of the shape (...). Returns, by name of the bearing, the
+    force along x, y, z in N and moment about them in N m, shape (..., 6); on the ground where
+    there is no second side. Zero for components that the bearing leaves free. Raises AnalysisError
+    if shapes do not fit, or exact joints hold a motion more than once, so that the share of each
+    is undetermined.
     """
     return joint_forces(
         assembled,

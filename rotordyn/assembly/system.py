@@ -70,17 +70,11 @@ class SpeedMatrices(NamedTuple):
 class LawJoint:
     """Hold a bearing whose coefficients depend on the speed.
 
-    Attributes
-    ----------
-    speed_ratio
-        The law is taken at |speed_ratio · Ω|.
-    stiffness_n_per_m, damping_n_s_per_m
-        The bearing's own coefficients, which the law scales, shape (2, 2).
-    motion
-        Relative ux and uy of the bearing per independent coordinate, shape (2, n).
-    pieces
-        The coefficients as polynomials of |Ω|; None of a law that does not tell them, of whose
-        structure nothing is known then.
+    `speed_ratio`: the law is taken at |speed_ratio · Ω|; `stiffness_n_per_m`, `damping_n_s_per_m`:
+    the bearing's own coefficients, which the law scales, shape (2, 2); `motion`: relative ux and
+    uy of the bearing per independent coordinate, shape (2, n). `pieces`: the coefficients as
+    polynomials of |Ω|; None of a law that does not tell them, of whose structure nothing is known
+    then.
     """
 
     bearing: str
@@ -221,21 +215,10 @@ def assemble(
 ) -> AssembledSystem:
     """Assemble rotors, bearings and gears.
 
-    Parameters
-    ----------
-    reference
-        Name of the shaft whose speed is Ω; None when Ω is only a parameter.
-
-    Returns
-    -------
-    AssembledSystem
-        All matrices; exact constraints are eliminated. Its bearings are those that act: see
-        `Bearing.cross_coupling` for shafts that turn backward.
-
-    Raises
-    ------
-    AssemblyError
-        If names, components or shapes do not fit; all faults are listed at once.
+    `reference`: name of the shaft whose speed is Ω; None when Ω is only a parameter. Returns all
+    matrices; exact constraints are eliminated. Its bearings are those that act: see
+    `Bearing.cross_coupling` for shafts that turn backward. Raises AssemblyError if names,
+    components or shapes do not fit; all faults are listed at once.
     """
     system = _checked(
         System(
@@ -288,15 +271,7 @@ def _checked(system: System) -> System:
 def matrices_at_speed(assembled: AssembledSystem, speed_rad_s: float) -> SpeedMatrices:
     """Return the matrices of a system at one speed.
 
-    Parameters
-    ----------
-    speed_rad_s
-        Ω, rad/s.
-
-    Returns
-    -------
-    SpeedMatrices
-        M, C(Ω), ΩG and K(Ω) + Ω²K2 + ΩN.
+    `speed_rad_s`: Ω, rad/s. Returns M, C(Ω), ΩG and K(Ω) + Ω²K2 + ΩN.
     """
     stiffness = assembled.stiffness + speed_rad_s**2 * assembled.centrifugal_stiffness
     if assembled.circulatory_stiffness.any():

@@ -428,15 +428,10 @@ _WORTH_SPLITTING = 24
 class HarmonicResponse:
     """Hold the response Re(q e^{iωt}) to the loads Re(f e^{iωt}) at a list of points (Ω, ω).
 
-    Attributes
-    ----------
-    speeds_rad_s, frequencies_rad_s
-        Ω and ω of the points, shape (p,), rad/s.
-    displacement
-        q in the independent coordinates of the system, shape (p, n, r) for r loads per point.
-    relative_residual
-        Largest |f − D q| / |f| over the loads of each point, in coordinates scaled to a unit
-        diagonal, shape (p,); 0 where there is no load.
+    `speeds_rad_s`, `frequencies_rad_s`: Ω and ω of the points, shape (p,), rad/s; `displacement`:
+    q in the independent coordinates of the system, shape (p, n, r) for r loads per point.
+    `relative_residual`: largest |f − D q| / |f| over the loads of each point, in coordinates
+    scaled to a unit diagonal, shape (p,); 0 where there is no load.
     """
 
     speeds_rad_s: FloatArray
@@ -458,29 +453,14 @@ def harmonic_response(
 ) -> HarmonicResponse:
     """Solve for the steady response to harmonic loads at a list of speeds and frequencies.
 
-    Parameters
-    ----------
-    speeds_rad_s
-        Ω of each point, rad/s, shape (p,) or a number for all.
-    frequencies_rad_s
-        ω ≥ 0 of each point, rad/s, shape (p,) or a number for all.
-    loads
-        Complex amplitudes f in the independent coordinates, shape (p, n, r) or (1, n, r), N and
-        N m. A load that turns with +Ω has f_y = −i f_x.
+    `speeds_rad_s`: Ω of each point, rad/s, shape (p,) or a number for all; `frequencies_rad_s`: ω
+    ≥ 0 of each point, rad/s, shape (p,) or a number for all. `loads`: complex amplitudes f in the
+    independent coordinates, shape (p, n, r) or (1, n, r), N and N m. A load that turns with +Ω has
+    f_y = −i f_x. q is 0 where f is 0, so that a sweep may begin at ω = 0 for a system that can
+    drift. Raises AnalysisError if shapes or numbers have no meaning, or a point lies so near to an
+    undamped resonance that fewer than three digits are left; the message names speed and
+    frequency.
 
-    Returns
-    -------
-    HarmonicResponse
-        With q = 0 where f = 0, so that a sweep may begin at ω = 0 for a system that can drift.
-
-    Raises
-    ------
-    AnalysisError
-        If shapes or numbers have no meaning, or a point lies so near to an undamped resonance
-        that fewer than three digits are left; the message names speed and frequency.
-
-    Notes
-    -----
     Genta 2005, Dynamics of Rotating Systems, sections 3.6 and 4.7. Points with equal speeds should
     follow each other; the matrices are then made once.
     """

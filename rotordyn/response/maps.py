@@ -42,20 +42,10 @@ Direction = Literal["x", "y"]
 class PlaceMap:
     """Hold the response to one unbalance put at each of some places in turn.
 
-    Attributes
-    ----------
-    moment_kg_m
-        Of the unbalance, kg m.
-    places
-        Where it was put.
-    speeds_rad_s
-        Ω of the reference shaft, shape (s,).
-    frequencies_rad_s
-        |speed ratio| Ω of the body of each place, shape (places, s).
-    nodes
-        All interface nodes.
-    translation_m
-        Complex amplitudes of ux, uy, shape (places, s, nodes, 2); nan where a node has none.
+    `moment_kg_m`: of the unbalance, kg m; `places`: where it was put; `speeds_rad_s`: Ω of the
+    reference shaft, shape (s,); `frequencies_rad_s`: |speed ratio| Ω of the body of each place,
+    shape (places, s); `nodes`: all interface nodes. `translation_m`: complex amplitudes of ux, uy,
+    shape (places, s, nodes, 2); nan where a node has none.
     """
 
     moment_kg_m: float
@@ -80,20 +70,9 @@ class PlaceMap:
 class GroundMotionMap:
     """Hold the response to a common harmonic motion of the ground, speed × frequency.
 
-    Attributes
-    ----------
-    amplitude_m
-        Of the ground's displacement, m.
-    direction
-        "x" or "y".
-    speeds_rad_s
-        Ω, shape (s,).
-    frequencies_rad_s
-        ω of the ground, shape (f,).
-    node
-        Where the response is taken.
-    translation_m
-        Complex amplitudes of its absolute ux, uy, shape (s, f, 2).
+    `amplitude_m`: of the ground's displacement, m; `direction`: "x" or "y"; `speeds_rad_s`: Ω,
+    shape (s,); `frequencies_rad_s`: ω of the ground, shape (f,); `node`: where the response is
+    taken; `translation_m`: complex amplitudes of its absolute ux, uy, shape (s, f, 2).
     """
 
     amplitude_m: float
@@ -118,15 +97,10 @@ class GroundMotionMap:
 class StepPeaks:
     """Hold the highest response in the step around every frequency of a map.
 
-    Attributes
-    ----------
-    height_m
-        Largest major semi-axis between the middles to the frequencies beside, shape (rows, f).
-    frequency_rad_s
-        Where it is, shape (rows, f).
-    sampling_error
-        Of a height that is a peak over the frequency: what finding it between samples may be worth,
-        relative, shape (rows, f); 0 where the highest is no peak, inf without damping.
+    `height_m`: largest major semi-axis between the middles to the frequencies beside, shape (rows,
+    f); `frequency_rad_s`: where it is, shape (rows, f). `sampling_error`: of a height that is a
+    peak over the frequency: what finding it between samples may be worth, relative, shape (rows,
+    f); 0 where the highest is no peak, inf without damping.
     """
 
     height_m: FloatArray
@@ -204,27 +178,12 @@ def ground_motion_map(
 ) -> GroundMotionMap:
     """Compute the response of a node to a common harmonic motion of all supports on the ground.
 
-    Parameters
-    ----------
-    assembled
-        The system; every body must be able to move along (no body held within itself).
-    amplitude_m
-        Of the displacement of the ground, m.
-    speeds_rad_s, frequencies_rad_s
-        Ω ≥ 0, shape (s,), and ω ≥ 0, shape (f,), rad/s; every pair is solved.
+    `assembled`: the system; every body must be able to move along (no body held within itself).
+    `amplitude_m`: of the displacement of the ground, m. `speeds_rad_s`, `frequencies_rad_s`: Ω ≥
+    0, shape (s,), and ω ≥ 0, shape (f,), rad/s; every pair is solved. The result is the waterfall
+    diagram of Müller and Hennings, figure 16. Raises AnalysisError if an argument has no meaning,
+    or a pair lies at an undamped resonance.
 
-    Returns
-    -------
-    GroundMotionMap
-        Waterfall diagram as in Müller and Hennings, figure 16.
-
-    Raises
-    ------
-    AnalysisError
-        If an argument has no meaning, or a pair lies at an undamped resonance.
-
-    Notes
-    -----
     With u = R x_g + T q, R the common translation of all bodies and T q the motion relative to the
     ground: bearings see T q alone, and K R, (Kgeo − S) R and G R vanish for a translation, so that
     M q'' + ... = −Tᵀ M_bodies R x_g'' (Genta 2005, Dynamics of Rotating Systems, section 3.9).

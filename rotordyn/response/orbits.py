@@ -20,16 +20,11 @@ _CIRCLE = 1e-9
 class EllipticOrbits:
     """Hold orbits of any number of points; all arrays have the shape of the amplitudes.
 
-    Attributes
-    ----------
-    major_m, minor_m
-        Semi-axes, m; neither is negative. `major_m` is the largest distance from the centre.
-    inclination_rad
-        Angle of the major axis from +x towards +y, −π/2 to π/2; nan for a circle (axes
-        equal to 1e-9) and a point.
-    direction
-        "forward" turns from +x towards +y, as the reference shaft does, "backward" the other way;
-        "line" has a minor axis below 1/1000 of the major one.
+    `major_m`, `minor_m`: semi-axes, m; neither is negative. `major_m` is the largest distance from
+    the centre. `inclination_rad`: angle of the major axis from +x towards +y, −π/2 to π/2; nan for
+    a circle (axes equal to 1e-9) and a point. `direction`: "forward" turns from +x towards +y, as
+    the reference shaft does, "backward" the other way; "line" has a minor axis below 1/1000 of the
+    major one.
     """
 
     major_m: FloatArray

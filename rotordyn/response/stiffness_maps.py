@@ -36,22 +36,11 @@ _FEWEST_SAMPLES = 5
 class StiffnessMap:
     """Hold the response to a turning force over its frequency and the stiffness of supports.
 
-    Attributes
-    ----------
-    unbalance
-        Gives the force u ω², its place and its sense.
-    bearings
-        Names of the bearings that have the stiffness.
-    stiffness_n_per_m
-        k of k·I on (ux, uy), shape (k,).
-    frequencies_rad_s
-        ω of the force, shape (f,).
-    speeds_rad_s
-        Ω of the reference shaft at each frequency, shape (f,).
-    node
-        Where the response is taken.
-    translation_m
-        Complex amplitudes of its ux, uy, shape (k, f, 2).
+    `unbalance`: gives the force u ω², its place and its sense; `bearings`: names of the bearings
+    that have the stiffness; `stiffness_n_per_m`: k of k·I on (ux, uy), shape (k,);
+    `frequencies_rad_s`: ω of the force, shape (f,); `speeds_rad_s`: Ω of the reference shaft at
+    each frequency, shape (f,); `node`: where the response is taken; `translation_m`: complex
+    amplitudes of its ux, uy, shape (k, f, 2).
     """
 
     unbalance: Unbalance
@@ -79,19 +68,11 @@ class StiffnessMap:
 class StiffnessChoice:
     """Hold the stiffness with the smallest response around an operating point.
 
-    Attributes
-    ----------
-    stiffness_n_per_m
-        The best of the map.
-    amplitude_m
-        Its largest major semi-axis within the band, m.
-    band_rad_s
-        Lowest and highest frequency of the band.
-    candidates_m
-        Largest major semi-axis within the band for each stiffness of the map, shape (k,), m.
-    is_at_end
-        Whether the best is the smallest or largest stiffness of the map, so that a better one may
-        lie beyond it.
+    `stiffness_n_per_m`: the best of the map; `amplitude_m`: its largest major semi-axis within the
+    band, m; `band_rad_s`: lowest and highest frequency of the band; `candidates_m`: largest major
+    semi-axis within the band for each stiffness of the map, shape (k,), m; `is_at_end`: whether
+    the best is the smallest or largest stiffness of the map, so that a better one may lie beyond
+    it.
     """
 
     stiffness_n_per_m: float
@@ -114,28 +95,12 @@ def synchronous_stiffness_map(
 ) -> StiffnessMap:
     """Compute the response to an unbalance for a range of support stiffness.
 
-    Parameters
-    ----------
-    bearings
-        Names of the bearings that get the stiffness, all the same.
-    stiffness_n_per_m
-        Values to try, rising, shape (k,).
-    unbalance
-        On a body that turns; the frequency is that of its spin, so Ω = ω / |speed ratio|.
-    frequencies_rad_s
-        ω ≥ 0, shape (f,).
-    node
-        An interface with ux and uy, where the response is taken.
-
-    Returns
-    -------
-    StiffnessMap
-        Design of experiments as in Müller and Hennings, section 5.4 and figure 10.
-
-    Raises
-    ------
-    AnalysisError
-        If an argument has no meaning, or a point lies at an undamped resonance.
+    `bearings`: names of the bearings that get the stiffness, all the same; `stiffness_n_per_m`:
+    values to try, rising, shape (k,). `unbalance`: on a body that turns; the frequency is that of
+    its spin, so Ω = ω / |speed ratio|. `frequencies_rad_s`: ω ≥ 0, shape (f,); `node`: an
+    interface with ux and uy, where the response is taken. Design of experiments as in Müller and
+    Hennings, section 5.4 and figure 10. Raises AnalysisError if an argument has no meaning, or a
+    point lies at an undamped resonance.
     """
     frequencies = non_negative("frequencies_rad_s", frequencies_rad_s)
     speeds = frequencies / frequency_ratio(assembled, unbalance)
@@ -173,29 +138,15 @@ def choose_stiffness(
 ) -> StiffnessChoice:
     """Choose the stiffness with the smallest response in a band around the operating point.
 
-    Parameters
-    ----------
-    stiffness_map
-        The map; its frequencies must rise and reach over the band.
-    operating_frequency_rad_s
-        Frequency of the force in operation, rad/s.
-    margin
-        Half width of the band as a fraction of that; 0.15 to 0.2 are the usual separation margins
-        (Yoon, Lin and Allaire 2013, Control of Surge in Centrifugal Compressors).
-    peaks
-        Of `stiffness_map_peaks`, for resonances that are sharper than the steps of the map; None
-        takes the responses at its frequencies alone.
-
-    Returns
-    -------
-    StiffnessChoice
-        As Müller and Hennings, section 5.4, chose the values of table 5. The largest response in
-        the band counts, so that no resonance lies in it unless all values have one.
-
-    Raises
-    ------
-    AnalysisError
-        If the band is not inside the map, or fewer than 5 of its frequencies lie in it.
+    `stiffness_map`: the map; its frequencies must rise and reach over the band.
+    `operating_frequency_rad_s`: frequency of the force in operation, rad/s. `margin`: half width
+    of the band as a fraction of that; 0.15 to 0.2 are the usual separation margins (Yoon, Lin and
+    Allaire 2013, Control of Surge in Centrifugal Compressors). `peaks`: of `stiffness_map_peaks`,
+    for resonances that are sharper than the steps of the map; None takes the responses at its
+    frequencies alone. Müller and Hennings, section 5.4, chose the values of table 5 so. The
+    largest response in the band counts, so that no resonance lies in it unless all values have
+    one. Raises AnalysisError if the band is not inside the map, or fewer than 5 of its frequencies
+    lie in it.
     """
     center, frequencies = float(operating_frequency_rad_s), stiffness_map.frequencies_rad_s
     if not (np.isfinite(center) and center > 0 and 0 < margin < 1):

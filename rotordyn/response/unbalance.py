@@ -49,20 +49,10 @@ _BESIDE_REST, _BEGINS = (1e-2, 1e-1), 1e-3
 class Unbalance:
     """Place a mass off the axis of a body.
 
-    Attributes
-    ----------
-    body, interface
-        Where; the interface needs ux and uy.
-    moment_kg_m
-        Mass times its distance from the axis, kg m.
-    phase_rad
-        Angle of the mass from +x towards +y at the time 0, rad. With the time it turns by
-        speed_ratio · Ω t.
-
-    Raises
-    ------
-    AnalysisError
-        If the moment is negative or a number is not finite.
+    `body`, `interface`: where; the interface needs ux and uy. `moment_kg_m`: mass times its
+    distance from the axis, kg m. `phase_rad`: angle of the mass from +x towards +y at the time 0,
+    rad. With the time it turns by speed_ratio · Ω t. Raises AnalysisError if the moment is
+    negative or a number is not finite.
     """
 
     body: str
@@ -92,26 +82,13 @@ class Unbalance:
 class ExciterResponse:
     """Hold the response to all unbalance that turns at one frequency, over the speed.
 
-    Attributes
-    ----------
-    bodies
-        Bodies with that unbalance.
-    frequency_ratio
-        |speed ratio| of those bodies: frequency over Ω.
-    speeds_rad_s, frequencies_rad_s
-        Ω and ω = frequency_ratio · Ω, shape (s,).
-    nodes
-        All interface nodes of the system.
-    translation_m
-        Complex amplitudes of ux, uy, time factor e^{iωt}, shape (s, nodes, 2); nan where a node
-        has no such component.
-    tilt_rad
-        Those of rx, ry, shape (s, nodes, 2).
-    bearing_forces
-        By name of the bearing: complex amplitudes of the force in N and moment in N m that its
-        first side exerts on its second, shape (s, 6).
-    relative_residual
-        Of the equations at each speed, shape (s,).
+    `bodies`: bodies with that unbalance; `frequency_ratio`: |speed ratio| of those bodies:
+    frequency over Ω; `speeds_rad_s`, `frequencies_rad_s`: Ω and ω = frequency_ratio · Ω, shape
+    (s,); `nodes`: all interface nodes of the system. `translation_m`: complex amplitudes of ux,
+    uy, time factor e^{iωt}, shape (s, nodes, 2); nan where a node has no such component.
+    `tilt_rad`: those of rx, ry, shape (s, nodes, 2); `bearing_forces`: by name of the bearing:
+    complex amplitudes of the force in N and moment in N m that its first side exerts on its
+    second, shape (s, 6); `relative_residual`: of the equations at each speed, shape (s,).
     """
 
     bodies: tuple[str, ...]
@@ -164,14 +141,8 @@ class UnbalanceResponse:
     Motions of different frequency have no common phase: the largest distance a node can reach is
     the sum of the major axes.
 
-    Attributes
-    ----------
-    unbalances
-        What was placed.
-    speeds_rad_s
-        Ω, shape (s,).
-    exciters
-        By rising frequency ratio.
+    `unbalances`: what was placed; `speeds_rad_s`: Ω, shape (s,); `exciters`: by rising frequency
+    ratio.
     """
 
     unbalances: tuple[Unbalance, ...]
@@ -190,24 +161,11 @@ def unbalance_response(
 ) -> UnbalanceResponse:
     """Compute the steady response to unbalance over a range of speeds.
 
-    Parameters
-    ----------
-    unbalances
-        One or more, on bodies that turn.
-    speeds_rad_s
-        Ω ≥ 0 of the reference shaft, rad/s, shape (s,).
-
-    Returns
-    -------
-    UnbalanceResponse
-        A body at speed ratio r is excited by u (rΩ)², u the moment, at the frequency |r| Ω. The
-        force turns with the body, so one that runs against the reference shaft excites backward
-        whirl of the system.
-
-    Raises
-    ------
-    AnalysisError
-        If an unbalance or a speed has no meaning, or a speed lies at an undamped resonance.
+    `unbalances`: one or more, on bodies that turn; `speeds_rad_s`: Ω ≥ 0 of the reference shaft,
+    rad/s, shape (s,). A body at speed ratio r is excited by u (rΩ)², u the moment, at the
+    frequency |r| Ω. The force turns with the body, so one that runs against the reference shaft
+    excites backward whirl of the system. Raises AnalysisError if an unbalance or a speed has no
+    meaning, or a speed lies at an undamped resonance.
     """
     speeds = non_negative("speeds_rad_s", speeds_rad_s)
     exciters = _grouped(assembled, unbalances)
@@ -223,21 +181,10 @@ def resolving_speeds(
 ) -> FloatArray:
     """Return speeds at which the response to unbalance shows every resonance, however sharp.
 
-    Parameters
-    ----------
-    assembled, unbalances, speeds_rad_s
-        As for `unbalance_response`; the speeds rise.
-
-    Returns
-    -------
-    ndarray
-        The speeds and further ones around resonances between them, rising, rad/s. Peaks then have
-        their height to 1e-4; without damping they have none, and only their place shows.
-
-    Raises
-    ------
-    AnalysisError
-        As `unbalance_response`.
+    `assembled`, `unbalances`, `speeds_rad_s`: as for `unbalance_response`; the speeds rise.
+    Returns the speeds and further ones around resonances between them, rising, rad/s. Peaks then
+    have their height to 1e-4; without damping they have none, and only their place shows. Raises
+    AnalysisError as `unbalance_response`.
     """
     speeds = non_negative("speeds_rad_s", speeds_rad_s)
     nodes, resolved = interface_nodes(assembled), speeds
@@ -339,15 +286,8 @@ def _grouped(
 def frequency_ratio(assembled: AssembledSystem, unbalance: Unbalance) -> float:
     """Return the frequency of an unbalance over the speed Ω.
 
-    Returns
-    -------
-    float
-        |speed ratio| of the body.
-
-    Raises
-    ------
-    AnalysisError
-        If the place does not exist or lacks ux or uy, or the body does not turn.
+    Returns |speed ratio| of the body. Raises AnalysisError if the place does not exist or lacks ux
+    or uy, or the body does not turn.
     """
     what = f"unbalance at {unbalance.end.label}"
     check_lateral(assembled, unbalance.end, what)

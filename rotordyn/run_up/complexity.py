@@ -34,30 +34,14 @@ _COUPLED = 1e-9
 class ComplexityComparison:
     """Hold what models of one system give for the force through a bearing during a run-up.
 
-    Attributes
-    ----------
-    names
-        Of the v models, the full one first.
-    sizes
-        Independent coordinates of each.
-    bearing
-        Whose force is compared.
-    bands_hz
-        Bands of frequency, shape (b, 2).
-    peak_force_n
-        Largest √(F_x² + F_y²) of each run, shape (v,).
-    peak_error
-        Of that relative to the full model, signed, shape (v,).
-    band_error
-        Root mean square difference of the normalised responses over the root mean square of the
-        full model's, in the part of each band that is excited, shape (v, b); nan of a band of
-        which nothing is.
-    wall_time_s
-        Of each run, shape (v,).
-    responses
-        Normalised response of each.
-    diverged
-        Models that diverged, by name: where they were stopped. They are in no other list.
+    `names`: of the v models, the full one first; `sizes`: independent coordinates of each;
+    `bearing`: whose force is compared; `bands_hz`: bands of frequency, shape (b, 2);
+    `peak_force_n`: largest √(F_x² + F_y²) of each run, shape (v,); `peak_error`: of that relative
+    to the full model, signed, shape (v,). `band_error`: root mean square difference of the
+    normalised responses over the root mean square of the full model's, in the part of each band
+    that is excited, shape (v, b); nan of a band of which nothing is. `wall_time_s`: of each run,
+    shape (v,); `responses`: normalised response of each. `diverged`: models that diverged, by
+    name: where they were stopped. They are in no other list.
     """
 
     names: tuple[str, ...]
@@ -78,17 +62,10 @@ class ComplexityComparison:
 def without_modes(element: Superelement) -> Superelement:
     """Return a body that keeps only the static flexibility between its interfaces.
 
-    Returns
-    -------
-    Superelement
-        Without its modal coordinates (Guyan 1965, AIAA J. 3, static condensation): rigid motion,
-        mass and inertia are exact, the stiffness between interfaces is that of statics. What was
-        known of its frequencies and errors is gone: the error forms are of other coordinates.
-
-    Raises
-    ------
-    SuperelementError
-        If the body has no interface coordinates.
+    It has no modal coordinates (Guyan 1965, AIAA J. 3, static condensation): rigid motion, mass
+    and inertia are exact, the stiffness between interfaces is that of statics. What was known of
+    its frequencies and errors is gone: the error forms are of other coordinates. Raises
+    SuperelementError if the body has no interface coordinates.
     """
     kept = np.flatnonzero([c.kind == "interface" for c in element.coordinates])
     if not kept.size:
@@ -122,17 +99,10 @@ def without_modes(element: Superelement) -> Superelement:
 def as_rigid_body(element: Superelement) -> Superelement:
     """Return a body that moves as one rigid piece.
 
-    Returns
-    -------
-    Superelement
-        With the same coordinates, tied to its rigid motions by a `constraint`: mass, inertia and
-        gyroscopic moment are exact, interfaces stay where they were. The error forms are left
-        out, as they do not hold what the rigid body lacks.
-
-    Raises
-    ------
-    SuperelementError
-        If the body has no rigid motion.
+    Its coordinates are the same, tied to its rigid motions by a `constraint`: mass, inertia and
+    gyroscopic moment are exact, interfaces stay where they were. The error forms are left out, as
+    they do not hold what the rigid body lacks. Raises SuperelementError if the body has no rigid
+    motion.
     """
     if not element.rigid_body_present.any():
         raise SuperelementError(
@@ -155,24 +125,11 @@ def system_with(
 ) -> AssembledSystem:
     """Assemble a system again with other models of some bodies.
 
-    Parameters
-    ----------
-    assembled
-        The system; bearings, gears and speeds are taken from it.
-    elements
-        New superelement of each body to exchange, by the name of the body.
-
-    Returns
-    -------
-    AssembledSystem
-        From all parts, so that no reduction of the whole system is left.
-
-    Raises
-    ------
-    AnalysisError
-        If a body does not exist.
-    AssemblyError
-        If a new element lacks an interface or component that a joint needs.
+    `assembled`: the system; bearings, gears and speeds are taken from it. `elements`: new
+    superelement of each body to exchange, by the name of the body. It is assembled from all parts,
+    so that no reduction of the whole system is left. Raises AnalysisError if a body does not
+    exist. Raises AssemblyError if a new element lacks an interface or component that a joint
+    needs.
     """
     system = assembled.system
     _check_bodies(assembled, elements)
@@ -186,22 +143,9 @@ def system_with(
 def rigid_bodies_system(assembled: AssembledSystem, bodies: Sequence[str]) -> AssembledSystem:
     """Return a system with some of its bodies rigid.
 
-    Parameters
-    ----------
-    bodies
-        Names of the bodies that lose all flexibility.
-
-    Returns
-    -------
-    AssembledSystem
-        With fewer coordinates: those of each body follow its rigid motions exactly.
-
-    Raises
-    ------
-    AnalysisError
-        If a body does not exist.
-    SuperelementError
-        If a body has no rigid motion.
+    `bodies`: names of the bodies that lose all flexibility. There are fewer coordinates: those of
+    each body follow its rigid motions exactly. Raises AnalysisError if a body does not exist.
+    Raises SuperelementError if a body has no rigid motion.
     """
     rotors = assembled.system.rotors
     _check_bodies(assembled, bodies)

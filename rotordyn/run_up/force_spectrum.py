@@ -28,14 +28,9 @@ _FEWEST_LINES = 3
 class AmplitudeSpectrum:
     """Hold the amplitudes of the harmonic parts of a signal.
 
-    Attributes
-    ----------
-    frequency_hz
-        From 0 to half the sample rate, shape (f,).
-    amplitude
-        In the unit of the signal, shape (..., f): a·cos(2πft + φ) gives a at f.
-    window
-        Name of the window; amplitudes are divided by its mean.
+    `frequency_hz`: from 0 to half the sample rate, shape (f,); `amplitude`: in the unit of the
+    signal, shape (..., f): a·cos(2πft + φ) gives a at f. `window`: name of the window; amplitudes
+    are divided by its mean.
     """
 
     frequency_hz: FloatArray
@@ -50,16 +45,9 @@ class AmplitudeSpectrum:
 class Spectrogram:
     """Hold amplitude spectra of short pieces of a signal.
 
-    Attributes
-    ----------
-    time_s
-        Middle of each piece, shape (t,).
-    frequency_hz
-        Shape (f,).
-    amplitude
-        In the unit of the signal, shape (f, t).
-    duration_s
-        Of each piece; lines closer than about 2/duration are not told apart.
+    `time_s`: middle of each piece, shape (t,); `frequency_hz`: shape (f,); `amplitude`: in the
+    unit of the signal, shape (f, t). `duration_s`: of each piece; lines closer than about
+    2/duration are not told apart.
     """
 
     time_s: FloatArray
@@ -139,29 +127,11 @@ def spectrogram(
 ) -> Spectrogram:
     """Return amplitude spectra of overlapping pieces of a real signal.
 
-    Parameters
-    ----------
-    time_s
-        Evenly spaced times, shape (s,), s.
-    signal
-        Shape (s,).
-    duration_s
-        Of each piece. Resolution in frequency is about 2/duration for "hann"; a line that moves
-        by more within a piece is blurred.
-    window
-        See `amplitude_spectrum`.
-    overlap
-        Share of a piece that the next one has in common with it, 0 to below 1.
-
-    Returns
-    -------
-    Spectrogram
-        Of whole pieces only.
-
-    Raises
-    ------
-    AnalysisError
-        If an argument has no meaning.
+    `time_s`: evenly spaced times, shape (s,), s; `signal`: shape (s,). `duration_s`: of each
+    piece. Resolution in frequency is about 2/duration for "hann"; a line that moves by more within
+    a piece is blurred. `window`: see `amplitude_spectrum`; `overlap`: share of a piece that the
+    next one has in common with it, 0 to below 1. There are whole pieces only. Raises AnalysisError
+    if an argument has no meaning.
     """
     step, values = _checked(time_s, signal)
     _check_real(values)

@@ -102,57 +102,31 @@ def run_up(
 ) -> RunUp:
     """Integrate the motion of a system while its speed follows a profile.
 
-    M q'' + (C(Ω) + ΩG) q' + (K(Ω) + Ω²K2 + ΩN + ½Ω'G) q = f, with the unbalance force
-    u [ω² (cos φ, sin φ) + ω' (sin φ, −cos φ)] on each body, ω = ratio Ω, φ = ratio ∫Ω dt + phase.
+    M q'' + (C(Ω) + ΩG) q' + (K(Ω) + Ω²K2 + ΩN + ½Ω'G) q = f, with the unbalance force u [ω² (cos
+    φ, sin φ) + ω' (sin φ, −cos φ)] on each body, ω = ratio Ω, φ = ratio ∫Ω dt + phase.
 
-    Parameters
-    ----------
-    profile
-        Ω(t) of the reference shaft; its breakpoints must be whole steps.
-    unbalances
-        May be empty.
-    step_s
-        h, s. Bodies with unbalance may turn by one radian in a step.
-    record_every
-        Steps from one record to the next.
-    outputs
-        Interfaces whose motion is recorded.
-    bearings
-        Names of the bearings whose force is recorded.
-    gravity_m_per_s2
-        Along x, y, z, shape (3,); None without.
-    drives
-        Interfaces with rz where the torque enters that accelerates each train of bodies turning
-        together. Without any, bodies are driven where their inertia is, and Ω' excites no torsion.
-    initial
-        State at time 0; None for rest, in static equilibrium with gravity.
-    phase_error_rad
-        Bound of the error in the phase of a free vibration within a block of steps that share one
-        frozen speed. Errors of amplitude are smaller still.
+    `profile`: Ω(t) of the reference shaft; its breakpoints must be whole steps. `unbalances`: may
+    be empty. `step_s`: h, s. Bodies with unbalance may turn by one radian in a step.
+    `record_every`: steps from one record to the next; `outputs`: interfaces whose motion is
+    recorded; `bearings`: names of the bearings whose force is recorded. `gravity_m_per_s2`: along
+    x, y, z, shape (3,); None without. `drives`: interfaces with rz where the torque enters that
+    accelerates each train of bodies turning together. Without any, bodies are driven where their
+    inertia is, and Ω' excites no torsion. `initial`: state at time 0; None for rest, in static
+    equilibrium with gravity. `phase_error_rad`: bound of the error in the phase of a free
+    vibration within a block of steps that share one frozen speed. Errors of amplitude are smaller
+    still. Returns motion, forces and energy. At a breakpoint forces are those just before it. A
+    run that diverges stops: where a mode grows and an interface has moved by more than the length
+    of the longest body. Its profile, times and records end there. Raises AnalysisError if an
+    argument has no meaning, or the step is too long for the profile or the unbalance. Raises
+    AssemblyError if a body or interface does not exist or lacks a component.
 
-    Returns
-    -------
-    RunUp
-        Motion, forces and energy. At a breakpoint forces are those just before it. A run that
-        diverges stops: where a mode grows and an interface has moved by more than the length of
-        the longest body. Its profile, times and records end there.
-
-    Raises
-    ------
-    AnalysisError
-        If an argument has no meaning, or the step is too long for the profile or the unbalance.
-    AssemblyError
-        If a body or interface does not exist or lacks a component.
-
-    Notes
-    -----
     In a block of steps Ω is frozen at its middle (exponential midpoint rule, the Magnus method of
     second order: Hochbruck and Ostermann 2010, Acta Numerica 19, section 5; Iserles, Munthe-Kaas,
     Nørsett and Zanna 2000, Acta Numerica 9). Within it steps are exact but for the load, a Hermite
     cubic in each step, so that the error falls with the square of the block and the fourth power
     of the step, and at constant speed no frequency, damping or energy is falsified. The step
-    operators are tabulated over the speed by Chebyshev interpolation; each profile piece of its own
-    slope costs some matrix exponentials.
+    operators are tabulated over the speed by Chebyshev interpolation; each profile piece of its
+    own slope costs some matrix exponentials.
 
     ½Ω'G belongs to a driving torque that stays halfway between the axis fixed in space and the
     tilted one (semitangential).

@@ -20,12 +20,7 @@ from solidwhirl.rotordyn.run_up.speed_profile import SpeedProfile
 class MotionState:
     """Hold displacement and velocity in the independent coordinates of a system.
 
-    Attributes
-    ----------
-    displacement
-        q, shape (n,), m and rad.
-    velocity
-        q', shape (n,), m/s and rad/s.
+    `displacement`: q, shape (n,), m and rad; `velocity`: q', shape (n,), m/s and rad/s.
     """
 
     displacement: FloatArray
@@ -39,17 +34,11 @@ class MotionState:
 class EnergyBalance:
     """Hold the energy of a system over time and the work that changed it.
 
-    Attributes
-    ----------
-    stored_j
-        ½ q'ᵀMq' + ½ qᵀ(K + Ω²K2)q with the symmetric part of all stiffness, shape (s,), J.
-    load_work_j
-        Work of unbalance, gravity and drive torque since time 0, shape (s,).
-    drive_work_j
-        Work of what keeps the shafts at speed, through −½Ω'G q, circulatory and cross-coupled
-        stiffness, and stiffness that changes with the speed, shape (s,).
-    dissipated_j
-        Energy lost to damping since time 0, shape (s,).
+    `stored_j`: ½ q'ᵀMq' + ½ qᵀ(K + Ω²K2)q with the symmetric part of all stiffness, shape (s,), J;
+    `load_work_j`: work of unbalance, gravity and drive torque since time 0, shape (s,);
+    `drive_work_j`: work of what keeps the shafts at speed, through −½Ω'G q, circulatory and
+    cross-coupled stiffness, and stiffness that changes with the speed, shape (s,); `dissipated_j`:
+    energy lost to damping since time 0, shape (s,).
     """
 
     stored_j: FloatArray
@@ -75,14 +64,9 @@ class EnergyBalance:
 class Divergence:
     """Hold where a run-up was stopped.
 
-    Attributes
-    ----------
-    time_s, speed_rad_s
-        When, and Ω of the reference shaft then.
-    amplitude_m
-        Largest displacement of an interface along an axis, m.
-    limit_m
-        Size of the machine that it exceeds: the length of its longest body, m.
+    `time_s`, `speed_rad_s`: when, and Ω of the reference shaft then; `amplitude_m`: largest
+    displacement of an interface along an axis, m; `limit_m`: size of the machine that it exceeds:
+    the length of its longest body, m.
     """
 
     time_s: float
@@ -181,15 +165,7 @@ class RunUp:
     def bearing_force_n(self, bearing: str) -> FloatArray:
         """Return the force through a bearing along x, y, z.
 
-        Returns
-        -------
-        ndarray
-            Shape (3, s), N.
-
-        Raises
-        ------
-        AnalysisError
-            If its force was not recorded.
+        Returns shape (3, s), N. Raises AnalysisError if its force was not recorded.
         """
         if bearing not in self.bearings:
             raise AnalysisError(

@@ -21,14 +21,9 @@ _AXES = ("x", "y")
 class NormalisedResponse:
     """Hold the size of a force per size of the excitation, over the frequency.
 
-    Attributes
-    ----------
-    frequency_hz
-        Shape (f,).
-    ratio
-        N/N, shape (f,); nan where the excitation has next to nothing.
-    excited_hz
-        Lowest and highest frequency at which there is excitation; the ratio is nan outside.
+    `frequency_hz`: shape (f,). `ratio`: N/N, shape (f,); nan where the excitation has next to
+    nothing. `excited_hz`: lowest and highest frequency at which there is excitation; the ratio is
+    nan outside.
     """
 
     frequency_hz: FloatArray
@@ -92,38 +87,20 @@ def normalised_response(
 ) -> NormalisedResponse:
     """Return the spectrum of a bearing force divided by that of the excitation.
 
-    Parameters
-    ----------
-    run
-        The record, with the force of the bearing and unbalance on one or more bodies.
-    axis
-        Component of the force, "x" or "y".
-    band_hz
-        Width over which squared magnitudes are averaged before they are divided; smooths the
-        ripple of the spectrum of a sweep.
-    floor
-        Frequencies at which the excitation is below this share of its largest value are nan.
+    `run`: the record, with the force of the bearing and unbalance on one or more bodies; `axis`:
+    component of the force, "x" or "y". `band_hz`: width over which squared magnitudes are averaged
+    before they are divided; smooths the ripple of the spectrum of a sweep. `floor`: frequencies at
+    which the excitation is below this share of its largest value are nan. Returns √(⟨|F_P|²⟩ / Σ_b
+    ⟨|F_b|²⟩) over the frequency: F_P the Fourier transform of the force along the axis, F_b that
+    of the unbalance force of body b along it, ⟨⟩ the mean over the band. At a frequency that one
+    body alone sweeps through this is the amplitude of the force per amplitude of its excitation.
+    Both records fade in and out over a twentieth of their length. Outside `excited_band_hz` the
+    ratio is nan: both spectra are side lobes there, whose quotient has peaks that belong to no
+    resonance. Raises AnalysisError if the force was not recorded, there is no unbalance, or
+    records are too coarse for the fastest excitation.
 
-    Returns
-    -------
-    NormalisedResponse
-        √(⟨|F_P|²⟩ / Σ_b ⟨|F_b|²⟩) over the frequency: F_P the Fourier transform of the force along
-        the axis, F_b that of the unbalance force of body b along it, ⟨⟩ the mean over the band. At
-        a frequency that one body alone sweeps through this is the amplitude of the force per
-        amplitude of its excitation. Both records fade in and out over a twentieth of their
-        length. Outside `excited_band_hz` the ratio is nan: both spectra are side lobes there,
-        whose quotient has peaks that belong to no resonance.
-
-    Raises
-    ------
-    AnalysisError
-        If the force was not recorded, there is no unbalance, or records are too coarse for the
-        fastest excitation.
-
-    Notes
-    -----
-    Müller and Hennings, figure 18, "normalised to the respective excitation force", do not print
-    a formula; this is the reading taken here. `order_response` keeps the bodies apart.
+    Müller and Hennings, figure 18, "normalised to the respective excitation force", do not print a
+    formula; this is the reading taken here. `order_response` keeps the bodies apart.
     """
     force = _axis(run, bearing, axis)
     excitation = excitation_force_n(run, run.time_s)

@@ -15,17 +15,9 @@ from solidwhirl.rotordyn.core.errors import AnalysisError
 class SpeedProfile:
     """Hold Ω(t), linear between breakpoints.
 
-    Attributes
-    ----------
-    times_s
-        Breakpoints, rising from 0, shape (b,), b ≥ 2.
-    speeds_rad_s
-        Ω there, shape (b,); either sign.
-
-    Raises
-    ------
-    AnalysisError
-        If shapes do not fit, numbers are not finite, or times do not rise from 0.
+    `times_s`: breakpoints, rising from 0, shape (b,), b ≥ 2. `speeds_rad_s`: Ω there, shape (b,);
+    either sign. Raises AnalysisError if shapes do not fit, numbers are not finite, or times do not
+    rise from 0.
     """
 
     times_s: FloatArray
@@ -107,27 +99,10 @@ def ramp_and_hold(
 ) -> SpeedProfile:
     """Return a linear ramp to a speed that is then held.
 
-    Parameters
-    ----------
-    speed_rad_s
-        Ω at the end of the ramp, rad/s.
-    ramp_s
-        Duration of the ramp, s, positive.
-    hold_s
-        Duration at constant speed, s; 0 leaves it out.
-    start_speed_rad_s
-        Ω at time 0, rad/s.
-
-    Returns
-    -------
-    SpeedProfile
-        The source paper (Müller and Hennings, section 5.8) ramps 20 s from rest to 13 690 rpm
-        and holds 10 s.
-
-    Raises
-    ------
-    AnalysisError
-        If a number is not finite or a duration has no meaning.
+    `speed_rad_s`: Ω at the end of the ramp, rad/s; `ramp_s`: duration of the ramp, s, positive.
+    `hold_s`: duration at constant speed, s; 0 leaves it out. `start_speed_rad_s`: Ω at time 0,
+    rad/s. The source paper (Müller and Hennings, section 5.8) ramps 20 s from rest to 13690 rpm
+    and holds 10 s. Raises AnalysisError if a number is not finite or a duration has no meaning.
     """
     if not (np.isfinite(ramp_s) and ramp_s > 0):
         raise AnalysisError(f"ramp_s is {ramp_s}; it must be positive")

@@ -39,15 +39,8 @@ _MATRICES = ("A", "B", "C", "D")
 def write_state_space(model: StateSpace, path: str | Path) -> None:
     """Write a state-space model to an HDF5 file, which appears when it is complete.
 
-    Parameters
-    ----------
-    path
-        The file; its folder must exist. An older file is replaced.
-
-    Raises
-    ------
-    OSError
-        If the folder does not exist or cannot be written.
+    `path`: the file; its folder must exist. An older file is replaced. Raises OSError if the
+    folder does not exist or cannot be written.
     """
     with (
         replacing(Path(path)) as temporary,
@@ -84,16 +77,9 @@ def write_state_space(model: StateSpace, path: str | Path) -> None:
 def read_state_space(path: str | Path) -> StateSpace:
     """Read a state-space model from an HDF5 file.
 
-    Returns
-    -------
-    StateSpace
-        Equal to the one written, bit for bit.
-
-    Raises
-    ------
-    AnalysisError
-        If the file is missing, damaged, of another format or a newer major version, or holds
-        wrong shapes or numbers that are not finite. The message names the file and the dataset.
+    The model is equal to the one written, bit for bit. Raises AnalysisError if the file is
+    missing, damaged, of another format or a newer major version, or holds wrong shapes or numbers
+    that are not finite. The message names the file and the dataset.
     """
     try:
         refuse_damaged(Path(path), _try_path)
@@ -168,15 +154,9 @@ def export_npz(model: StateSpace, path: str | Path) -> None:
 def export_mat(model: StateSpace, path: str | Path) -> None:
     """Write a state-space model to a MAT file, loaded with `load` in Matlab and Octave.
 
-    Raises
-    ------
-    AnalysisError
-        If the model is too large for the format (a matrix of 2 GiB).
-    OSError
-        If the folder does not exist or cannot be written.
+    Raises AnalysisError if the model is too large for the format (a matrix of 2 GiB). Raises
+    OSError if the folder does not exist or cannot be written.
 
-    Notes
-    -----
     The variables of `export_npz`, in version 5 of the format; the matrices of a table have the
     speed as third axis, A(:,:,k), and texts are cell arrays. `ss(A0 + Om*A1 + Om^2*A2, ...)` is
     the model at one speed.

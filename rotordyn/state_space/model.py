@@ -36,21 +36,13 @@ class StateMatrices(NamedTuple):
 class StateSpace:
     """Hold x' = A(Ω) x + B(Ω) u, y = C(Ω) x + D(Ω) u over a range of speeds.
 
-    Attributes
-    ----------
-    form
-        "polynomial": A(Ω) = A[0] + Ω A[1] + Ω² A[2], likewise B, C, D, exact at every speed.
-        "table": A[k] at speeds_rad_s[k], linear between, with an error of second order in the
-        distance of the speeds.
-    speeds_rad_s
-        Lowest and highest Ω for a polynomial, shape (2,); rising speeds of a table, shape (s,).
-    a, b, c, d
-        Shapes (k, 2n, 2n), (k, 2n, m), (k, p, 2n) and (k, p, m), k = 3 or s.
-    state_scale
-        The state is x = (q, q') / state_scale with q in the independent coordinates of the
-        system, shape (2n,); powers of two.
-    input_names, input_units, output_names, output_units
-        Of u and y, m and p texts.
+    `form`: "polynomial": A(Ω) = A[0] + Ω A[1] + Ω² A[2], likewise B, C, D, exact at every speed.
+    "table": A[k] at speeds_rad_s[k], linear between, with an error of second order in the distance
+    of the speeds. `speeds_rad_s`: lowest and highest Ω for a polynomial, shape (2,); rising speeds
+    of a table, shape (s,). `a`, `b`, `c`, `d`: shapes (k, 2n, 2n), (k, 2n, m), (k, p, 2n) and (k,
+    p, m), k = 3 or s. `state_scale`: the state is x = (q, q') / state_scale with q in the
+    independent coordinates of the system, shape (2n,); powers of two. `input_names`,
+    `input_units`, `output_names`, `output_units`: of u and y, m and p texts.
     """
 
     form: Literal["polynomial", "table"]
@@ -77,20 +69,8 @@ class StateSpace:
     def at_speed(self, speed_rad_s: float) -> StateMatrices:
         """Return the matrices at one speed.
 
-        Parameters
-        ----------
-        speed_rad_s
-            Ω, rad/s.
-
-        Returns
-        -------
-        StateMatrices
-            A, B, C, D.
-
-        Raises
-        ------
-        AnalysisError
-            If the speed lies outside the range of the model.
+        `speed_rad_s`: Ω, rad/s. Returns A, B, C, D. Raises AnalysisError if the speed lies outside
+        the range of the model.
         """
         low, high = float(self.speeds_rad_s[0]), float(self.speeds_rad_s[-1])
         if not low <= speed_rad_s <= high:
@@ -125,31 +105,14 @@ def state_space(
 ) -> StateSpace:
     """Build the state-space model of a system with constant bearings, exact at every speed.
 
-    Parameters
-    ----------
-    assembled
-        The system; for a small model, `modal_truncation.truncated_system` of it.
-    inputs, outputs
-        Forces, ground motions, motions and bearing forces.
-    speed_range_rad_s
-        Lowest and highest Ω.
+    `assembled`: the system; for a small model, `modal_truncation.truncated_system` of it.
+    `inputs`, `outputs`: forces, ground motions, motions and bearing forces; `speed_range_rad_s`:
+    lowest and highest Ω. The result is of the form "polynomial". Raises AnalysisError if a bearing
+    depends on the speed, the range is empty or not finite, or an input or output does not exist.
 
-    Returns
-    -------
-    StateSpace
-        Of the form "polynomial".
-
-    Raises
-    ------
-    AnalysisError
-        If a bearing depends on the speed, the range is empty or not finite, or an input or
-        output does not exist.
-
-    Notes
-    -----
     A = [[0, 1], [−M⁻¹(K + ΩN + Ω²K2), −M⁻¹(C + ΩG)]], a polynomial in Ω. The state is scaled by
-    powers of two that balance the rows and columns of the sum of |A| over the range, one scale
-    for all speeds, so the polynomial stays one.
+    powers of two that balance the rows and columns of the sum of |A| over the range, one scale for
+    all speeds, so the polynomial stays one.
     """
     low, high = (float(v) for v in speed_range_rad_s)
     if not (np.isfinite([low, high]).all() and low < high):
@@ -179,24 +142,10 @@ def tabulated_state_space(
 ) -> StateSpace:
     """Build the state-space model of any system at a number of speeds.
 
-    Parameters
-    ----------
-    assembled
-        The system, with bearings of any kind.
-    inputs, outputs
-        Forces, ground motions, motions and bearing forces.
-    speeds_rad_s
-        Ω, rising, two or more, shape (s,).
-
-    Returns
-    -------
-    StateSpace
-        Of the form "table": exact at these speeds.
-
-    Raises
-    ------
-    AnalysisError
-        If the speeds do not rise, or an input or output does not exist.
+    `assembled`: the system, with bearings of any kind; `inputs`, `outputs`: forces, ground
+    motions, motions and bearing forces; `speeds_rad_s`: Ω, rising, two or more, shape (s,). The
+    result is of the form "table": exact at these speeds. Raises AnalysisError if the speeds do not
+    rise, or an input or output does not exist.
     """
     speeds = np.array(speeds_rad_s, dtype=float)
     rising = speeds.ndim == 1 and speeds.size > 1 and bool((np.diff(speeds) > 0).all())
