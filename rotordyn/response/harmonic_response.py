@@ -19,7 +19,13 @@ import scipy.linalg as la
 from solidwhirl.rotordyn.assembly.coordinates import body_rows, interface_row, joint_motion
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, LawJoint, matrices_at_speed
-from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import (
+    ArrayRecord,
+    BoolArray,
+    ComplexArray,
+    FloatArray,
+    IntArray,
+)
 from solidwhirl.rotordyn.core.errors import AnalysisError, NoSteadyResponseError
 from solidwhirl.rotordyn.modes.complex_form import ComplexForm, complex_form, matrix_form
 
@@ -28,10 +34,7 @@ TILTS = ("rx", "ry")
 
 
 def interface_nodes(assembled: AssembledSystem) -> tuple[End, ...]:
-    """Return all interface nodes of a system, body by body.
-
-    The result is in the order of the bodies and of their interfaces.
-    """
+    """Return all interface nodes of a system, in the order of the bodies and their interfaces."""
     return tuple(
         End(body=name, interface=node.name)
         for name, rotor in assembled.system.rotors.items()
@@ -294,8 +297,9 @@ def split_system(assembled: AssembledSystem, speed_rad_s: float) -> SplitSystem 
     for part in parts:
         stiffness -= part.motion.T @ part.stiffness @ part.motion
         damping -= part.motion.T @ part.damping @ part.motion
-    even = dataclasses.replace(assembled, stiffness=stiffness, damping=damping, law_joints=())
-    form = matrix_form(even)
+    form = matrix_form(
+        dataclasses.replace(assembled, stiffness=stiffness, damping=damping, law_joints=())
+    )
     rows = np.concatenate([part.motion for part in parts])
     if form is None or rows[:, form.rest].any():
         return None
@@ -318,16 +322,12 @@ def _parts(assembled: AssembledSystem, speed: float) -> Iterator[_Part]:
         for plane in (slice(0, 2), slice(3, 5)):
             law = laws.get(bearing.name) if plane.start == 0 else None
             if law is None:
-                odd = _odd(k[plane, plane]), _odd(c[plane, plane])
+                own = (k[plane, plane], c[plane, plane])
+                stiffness, damping = (matrix - _mean(matrix) for matrix in own)
             else:
-                here = law.coefficients(speed)
-                odd = -_mean(here[0]), -_mean(here[1])
-            if law is not None or odd[0].any() or odd[1].any():
-                yield _Part(motion[plane], odd[0], odd[1], law)
-
-
-def _odd(matrix: FloatArray) -> FloatArray:
-    return np.asarray(matrix - _mean(matrix))
+                stiffness, damping = (-_mean(matrix) for matrix in law.coefficients(speed))
+            if law is not None or stiffness.any() or damping.any():
+                yield _Part(motion[plane], stiffness, damping, law)
 
 
 def _mean(matrix: FloatArray) -> FloatArray:
@@ -425,7 +425,7 @@ _WORTH_SPLITTING = 24
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class HarmonicResponse:
+class HarmonicResponse(ArrayRecord):
     """Hold the response Re(q e^{iωt}) to the loads Re(f e^{iωt}) at a list of points (Ω, ω).
 
     `speeds_rad_s`, `frequencies_rad_s`: Ω and ω of the points, shape (p,), rad/s; `displacement`:
@@ -438,11 +438,6 @@ class HarmonicResponse:
     frequencies_rad_s: FloatArray
     displacement: ComplexArray
     relative_residual: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(
-            self, "speeds_rad_s", "frequencies_rad_s", "displacement", "relative_residual"
-        )
 
 
 def harmonic_response(
@@ -464,22 +459,38 @@ def harmonic_response(
     Genta 2005, Dynamics of Rotating Systems, sections 3.6 and 4.7. Points with equal speeds should
     follow each other; the matrices are then made once.
     """
-    speeds, frequencies, force = _checked(assembled, speeds_rad_s, frequencies_rad_s, loads)
+    points = _checked(assembled, speeds_rad_s, frequencies_rad_s, loads)
+    speeds, frequencies = points[:2]
     form = complex_form(assembled)
     many = speeds.size >= _WORTH_SPLITTING
     split = split_system(assembled, float(speeds.mean())) if form is None and many else None
     if form is not None:
-        solved = _by_circles(form, speeds, frequencies, force)
+        solved = _by_circles(form, points)
     elif split is not None:
-        solved = _by_split(assembled, split, speeds, frequencies, force)
+        solved = _by_split(assembled, split, points)
     else:
-        solved = solve_points(_all_coordinates(assembled), speeds, frequencies, force)
+        solved = solve_points(_matrices_of(assembled, slice(None)), *points)
     return HarmonicResponse(
         speeds_rad_s=speeds,
         frequencies_rad_s=frequencies,
         displacement=solved.displacement,
         relative_residual=solved.relative_residual,
     )
+
+
+def node_response(
+    assembled: AssembledSystem,
+    nodes: Sequence[End],
+    speeds_rad_s: npt.ArrayLike,
+    frequencies_rad_s: npt.ArrayLike,
+    loads: npt.ArrayLike,
+) -> ComplexArray:
+    """Return ux and uy of interface nodes under one load per point, shape (p, nodes, 2), m.
+
+    Arguments and errors are those of `harmonic_response`, with loads (p, n, 1) or (1, n, 1).
+    """
+    found = harmonic_response(assembled, speeds_rad_s, frequencies_rad_s, loads)
+    return node_amplitudes(assembled, nodes, TRANSLATIONS, found.displacement[:, :, 0])
 
 
 def independent_loads(
@@ -505,13 +516,20 @@ def independent_loads(
     return total
 
 
+class _Points(NamedTuple):
+    """Speeds (p,), frequencies (p,) and loads (p, n, r)."""
+
+    speeds: FloatArray
+    frequencies: FloatArray
+    force: ComplexArray
+
+
 def _checked(
     assembled: AssembledSystem,
     speeds_rad_s: npt.ArrayLike,
     frequencies_rad_s: npt.ArrayLike,
     loads: npt.ArrayLike,
-) -> tuple[FloatArray, FloatArray, ComplexArray]:
-    """Return speeds (p,), frequencies (p,) and loads (p, n, r)."""
+) -> _Points:
     speeds = np.atleast_1d(np.asarray(speeds_rad_s, dtype=float))
     frequencies = np.atleast_1d(np.asarray(frequencies_rad_s, dtype=float))
     force = np.asarray(loads, dtype=complex)
@@ -529,40 +547,28 @@ def _checked(
         )
     if not np.isfinite(force).all():
         raise AnalysisError("loads holds a number that is not finite")
-    return (
-        np.broadcast_to(speeds, (points,)),
-        np.broadcast_to(frequencies, (points,)),
-        np.broadcast_to(force, (points, *force.shape[1:])),
-    )
+    pair = (np.broadcast_to(values, (points,)) for values in (speeds, frequencies))
+    return _Points(*pair, np.broadcast_to(force, (points, *force.shape[1:])))
 
 
-def _all_coordinates(assembled: AssembledSystem) -> PointMatrices:
+def _matrices_of(assembled: AssembledSystem, rows: IntArray | slice) -> PointMatrices:
+    """Return the matrices of some coordinates."""
+    inside = rows if isinstance(rows, slice) else np.ix_(rows, rows)
+
     def at_speed(speed_rad_s: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         found = matrices_at_speed(assembled, speed_rad_s)
-        return found.mass, found.damping + found.gyroscopic, found.stiffness
-
-    return at_speed
-
-
-def _remaining_coordinates(form: ComplexForm) -> PointMatrices:
-    """Return the matrices of the coordinates that a turn does not move."""
-    inside = np.ix_(form.rest, form.rest)
-
-    def at_speed(speed_rad_s: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        found = matrices_at_speed(form.assembled, speed_rad_s)
         velocity = found.damping[inside] + found.gyroscopic[inside]
         return found.mass[inside], velocity, found.stiffness[inside]
 
     return at_speed
 
 
-def _by_circles(
-    form: ComplexForm, speeds: FloatArray, frequencies: FloatArray, force: ComplexArray
-) -> Solved:
+def _by_circles(form: ComplexForm, points: _Points) -> Solved:
     """Solve the forward and the backward circle of the loads in z = p + i s.
 
     f_p + i f_s = a e^{iωt} + b e^{−iωt} with a = (f̂_p + i f̂_s)/2, b = (f̂_p* + i f̂_s*)/2.
     """
+    speeds, frequencies, force = points
     by_coordinate = force.swapaxes(0, 1)
     along = 0.5 * form.to_complex(by_coordinate).swapaxes(0, 1)
     against = 0.5 * form.to_complex(by_coordinate.conj()).swapaxes(0, 1)
@@ -571,42 +577,29 @@ def _by_circles(
     circles = (part.displacement.swapaxes(0, 1) for part in (forward, backward))
     displacement = np.ascontiguousarray(form.whirl_shapes(*circles).swapaxes(0, 1))
     residual = np.maximum(forward.relative_residual, backward.relative_residual)
-    return _with_rest(form, speeds, frequencies, force, Solved(displacement, residual))
+    return _with_rest(form, points, Solved(displacement, residual))
 
 
-def _by_split(
-    assembled: AssembledSystem,
-    split: SplitSystem,
-    speeds: FloatArray,
-    frequencies: FloatArray,
-    force: ComplexArray,
-) -> Solved:
+def _by_split(assembled: AssembledSystem, split: SplitSystem, points: _Points) -> Solved:
     """Solve in circles that the bearings couple; by the full equations where that is poor."""
-    found = solve_split(split, speeds, frequencies, force)
+    found = solve_split(split, *points)
     lateral = Solved(found.displacement, found.relative_residual)
-    solved = _with_rest(split.form, speeds, frequencies, force, lateral)
+    solved = _with_rest(split.form, points, lateral)
     left = found.unsolved
     if left.any():
-        whole = solve_points(
-            _all_coordinates(assembled), speeds[left], frequencies[left], force[left]
-        )
+        some = (part[left] for part in points)
+        whole = solve_points(_matrices_of(assembled, slice(None)), *some)
         solved.displacement[left] = whole.displacement
         solved.relative_residual[left] = whole.relative_residual
     return solved
 
 
-def _with_rest(
-    form: ComplexForm,
-    speeds: FloatArray,
-    frequencies: FloatArray,
-    force: ComplexArray,
-    lateral: Solved,
-) -> Solved:
+def _with_rest(form: ComplexForm, points: _Points, lateral: Solved) -> Solved:
     """Add the response of the coordinates that a turn does not move, where they are loaded."""
-    rest = force[:, form.rest]
+    rest = points.force[:, form.rest]
     if not rest.any():
         return lateral
-    others = solve_points(_remaining_coordinates(form), speeds, frequencies, rest)
+    others = solve_points(_matrices_of(form.assembled, form.rest), *points[:2], rest)
     lateral.displacement[:, form.rest] = others.displacement
     residual = np.maximum(lateral.relative_residual, others.relative_residual)
     return Solved(lateral.displacement, residual)

@@ -69,15 +69,8 @@ def stiffness_map_peaks(assembled: AssembledSystem, stiffness_map: StiffnessMap)
         def respond(frequencies: FloatArray) -> ComplexArray:
             # one speed, or one that is proportional to the frequency
             between = np.interp(frequencies, known, speeds)
-            return stiffness_row(
-                assembled,
-                stiffness_map.bearings,
-                float(stiffness_map.stiffness_n_per_m[at]),
-                stiffness_map.unbalance,
-                frequencies,
-                between,
-                stiffness_map.node,
-            )
+            value = float(stiffness_map.stiffness_n_per_m[at])
+            return stiffness_row(assembled, stiffness_map, value, frequencies, between)
 
         fine, motion = resolved_response(known, stiffness_map.translation_m[at], respond, pieces)
         return _Row(fine, motion, respond)

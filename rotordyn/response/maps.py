@@ -11,23 +11,11 @@ import numpy.typing as npt
 
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import ArrayRecord, ComplexArray, FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
-from solidwhirl.rotordyn.response.harmonic_response import (
-    TRANSLATIONS,
-    check_lateral,
-    harmonic_response,
-    independent_loads,
-    interface_nodes,
-    node_amplitudes,
-    non_negative,
-)
-from solidwhirl.rotordyn.response.orbits import elliptic_orbits
-from solidwhirl.rotordyn.response.unbalance import (
-    Unbalance,
-    frequency_ratio,
-    turning_load,
-)
+from solidwhirl.rotordyn.response import harmonic_response as harmonic
+from solidwhirl.rotordyn.response import unbalance as exciters
+from solidwhirl.rotordyn.response.orbits import OrbitRecord
 
 # Colours of a map reach from a part of its largest height to this many times the median: one
 # resonance without damping would leave a single colour to all else.
@@ -39,7 +27,7 @@ Direction = Literal["x", "y"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class PlaceMap:
+class PlaceMap(OrbitRecord):
     """Hold the response to one unbalance put at each of some places in turn.
 
     `moment_kg_m`: of the unbalance, kg m; `places`: where it was put; `speeds_rad_s`: Ω of the
@@ -55,19 +43,9 @@ class PlaceMap:
     nodes: tuple[End, ...]
     translation_m: ComplexArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "speeds_rad_s", "frequencies_rad_s", "translation_m")
-
-    def major_m(self) -> FloatArray:
-        """Return the major semi-axes of all orbits, shape (places, s, nodes), m.
-
-        Returns nan where a node has no translation.
-        """
-        return elliptic_orbits(self.translation_m[..., 0], self.translation_m[..., 1]).major_m
-
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class GroundMotionMap:
+class GroundMotionMap(OrbitRecord):
     """Hold the response to a common harmonic motion of the ground, speed × frequency.
 
     `amplitude_m`: of the ground's displacement, m; `direction`: "x" or "y"; `speeds_rad_s`: Ω,
@@ -82,19 +60,9 @@ class GroundMotionMap:
     node: End
     translation_m: ComplexArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "speeds_rad_s", "frequencies_rad_s", "translation_m")
-
-    def major_m(self) -> FloatArray:
-        """Return the major semi-axis of the orbit, shape (s, f), m.
-
-        The result is at rest of the ground 0.
-        """
-        return elliptic_orbits(self.translation_m[..., 0], self.translation_m[..., 1]).major_m
-
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class StepPeaks:
+class StepPeaks(ArrayRecord):
     """Hold the highest response in the step around every frequency of a map.
 
     `height_m`: largest major semi-axis between the middles to the frequencies beside, shape (rows,
@@ -106,9 +74,6 @@ class StepPeaks:
     height_m: FloatArray
     frequency_rad_s: FloatArray
     sampling_error: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "height_m", "frequency_rad_s", "sampling_error")
 
 
 def shown_range(heights: npt.ArrayLike) -> tuple[float, float]:
@@ -138,26 +103,26 @@ def place_map(
     Müller and Hennings, figures 14 and 15. Raises AnalysisError if a place or number has no
     meaning, or a speed lies at an undamped resonance.
     """
-    speeds = non_negative("speeds_rad_s", speeds_rad_s)
+    speeds = harmonic.non_negative("speeds_rad_s", speeds_rad_s)
     if not places:
         raise AnalysisError("places is empty; one or more are needed")
     unbalances = [
-        Unbalance(body=end.body, interface=end.interface, moment_kg_m=moment_kg_m) for end in places
+        exciters.Unbalance(body=end.body, interface=end.interface, moment_kg_m=moment_kg_m)
+        for end in places
     ]
-    ratios = np.array([frequency_ratio(assembled, unbalance) for unbalance in unbalances])
-    nodes = interface_nodes(assembled)
+    ratios = np.array([exciters.frequency_ratio(assembled, one) for one in unbalances])
+    nodes = harmonic.interface_nodes(assembled)
     result = np.empty((len(places), speeds.size, len(nodes), 2), dtype=complex)
     for ratio in np.unique(ratios):
         group = np.flatnonzero(ratios == ratio)
-        patterns = [
-            independent_loads(assembled, {places[i].body: turning_load(assembled, unbalances[i])})
-            for i in group
-        ]
+        patterns = [exciters.unbalance_loads(assembled, [unbalances[i]]) for i in group]
         loads = ((ratio * speeds) ** 2)[:, None, None] * np.stack(patterns, axis=1)
-        solved = harmonic_response(assembled, speeds, ratio * speeds, loads)
+        solved = harmonic.harmonic_response(assembled, speeds, ratio * speeds, loads)
         for column, place in enumerate(group):
             motion = solved.displacement[:, :, column]
-            result[place] = node_amplitudes(assembled, nodes, TRANSLATIONS, motion)
+            result[place] = harmonic.node_amplitudes(
+                assembled, nodes, harmonic.TRANSLATIONS, motion
+            )
     return PlaceMap(
         moment_kg_m=float(moment_kg_m),
         places=tuple(places),
@@ -188,21 +153,20 @@ def ground_motion_map(
     ground: bearings see T q alone, and K R, (Kgeo − S) R and G R vanish for a translation, so that
     M q'' + ... = −Tᵀ M_bodies R x_g'' (Genta 2005, Dynamics of Rotating Systems, section 3.9).
     """
-    speeds = non_negative("speeds_rad_s", speeds_rad_s)
-    frequencies = non_negative("frequencies_rad_s", frequencies_rad_s)
+    speeds = harmonic.non_negative("speeds_rad_s", speeds_rad_s)
+    frequencies = harmonic.non_negative("frequencies_rad_s", frequencies_rad_s)
     if not np.isfinite(amplitude_m):
         raise AnalysisError(f"amplitude_m is {amplitude_m}; it must be finite")
-    check_lateral(assembled, node, "node of the response")
-    pattern = amplitude_m * independent_loads(assembled, _momentum(assembled, direction))
+    harmonic.check_lateral(assembled, node, "node of the response")
+    pattern = amplitude_m * harmonic.independent_loads(assembled, _momentum(assembled, direction))
     result = np.empty((speeds.size, frequencies.size, 2), dtype=complex)
     rows = max(1, _BLOCK_BYTES // (16 * assembled.size * frequencies.size))
     for start in range(0, speeds.size, rows):
         block = speeds[start : start + rows]
         omega = np.tile(frequencies, block.size)
         loads = (omega**2)[:, None, None] * pattern[:, None]
-        solved = harmonic_response(assembled, np.repeat(block, frequencies.size), omega, loads)
-        motion = solved.displacement[:, :, 0]
-        relative = node_amplitudes(assembled, (node,), TRANSLATIONS, motion)
+        repeated = np.repeat(block, frequencies.size)
+        relative = harmonic.node_response(assembled, (node,), repeated, omega, loads)
         result[start : start + rows] = relative.reshape(block.size, frequencies.size, 2)
     result[..., ("x", "y").index(direction)] += amplitude_m
     return GroundMotionMap(

@@ -140,14 +140,7 @@ def _moved(
         _half_power(place, np.append(place, x[on]), np.append(top, y[on]), curve)
         for on in (np.flatnonzero(x < place)[::-1], np.flatnonzero(x > place))
     )
-    return ResonancePeak(
-        position_rad_s=place,
-        amplitude=top,
-        prominence=peak.prominence * top / peak.amplitude,
-        half_power_low_rad_s=low,
-        half_power_high_rad_s=high,
-        amplification=place / (high - low),
-    )
+    return _made(place, top, peak.prominence * top / peak.amplitude, low, high)
 
 
 def _half_power(
@@ -175,9 +168,15 @@ def _peak(x: FloatArray, height: FloatArray, at: int, prominence: float) -> Reso
     level = top + np.log(_HALF_POWER)
     low = _crossing(x[: at + 1][::-1], height[: at + 1][::-1], level)
     high = _crossing(x[at:], height[at:], level)
+    return _made(position, float(np.exp(top)), prominence, low, high)
+
+
+def _made(
+    position: float, amplitude: float, prominence: float, low: float, high: float
+) -> ResonancePeak:
     return ResonancePeak(
         position_rad_s=position,
-        amplitude=float(np.exp(top)),
+        amplitude=amplitude,
         prominence=prominence,
         half_power_low_rad_s=low,
         half_power_high_rad_s=high,

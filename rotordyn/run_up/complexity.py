@@ -11,11 +11,12 @@ import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, assemble
-from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import ArrayRecord, FloatArray, IntArray
 from solidwhirl.rotordyn.core.errors import AnalysisError, SuperelementError
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.response.unbalance import Unbalance
@@ -28,10 +29,17 @@ from solidwhirl.rotordyn.superelement.record import Superelement
 
 # A spin generator may couple kept and dropped coordinates by this.
 _COUPLED = 1e-9
+_SQUARE = ("mass", "stiffness", "gyroscopic", "stress_stiffening", "spin_softening")
+# What a body with other coordinates does not know of itself.
+_NOTHING_KNOWN: dict[str, Any] = {
+    **dict.fromkeys(("free_frequencies_hz", "fixed_interface_frequencies_hz"), np.empty(0)),
+    "frequency_error_estimate": np.empty(0),
+    "error_forms": (),
+}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class ComplexityComparison:
+class ComplexityComparison(ArrayRecord):
     """Hold what models of one system give for the force through a bearing during a run-up.
 
     `names`: of the v models, the full one first; `sizes`: independent coordinates of each;
@@ -55,9 +63,6 @@ class ComplexityComparison:
     responses: tuple[NormalisedResponse, ...]
     diverged: Mapping[str, Divergence]
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "bands_hz", "peak_force_n", "peak_error", "band_error", "wall_time_s")
-
 
 def without_modes(element: Superelement) -> Superelement:
     """Return a body that keeps only the static flexibility between its interfaces.
@@ -77,19 +82,12 @@ def without_modes(element: Superelement) -> Superelement:
     return dataclasses.replace(
         element,
         coordinates=tuple(element.coordinates[i] for i in kept),
-        mass=element.mass[block],
-        stiffness=element.stiffness[block],
-        gyroscopic=element.gyroscopic[block],
-        stress_stiffening=element.stress_stiffening[block],
-        spin_softening=element.spin_softening[block],
+        **{name: getattr(element, name)[block] for name in _SQUARE},
         rigid_body_modes=element.rigid_body_modes[kept],
         recovery_modes=element.recovery_modes[:, :, kept],
-        free_frequencies_hz=np.empty(0),
-        fixed_interface_frequencies_hz=np.empty(0),
-        frequency_error_estimate=np.empty(0),
+        **_NOTHING_KNOWN,
         spin_generator=_kept_turn(element, kept),
         constraint=None if element.constraint is None else element.constraint[kept],
-        error_forms=(),
         surface=None if element.surface is None else element.surface.of_coordinates(kept),
         provenance={**element.provenance, "without_modes": True},
         moments=projected_moments(element.moments, np.eye(element.size)[:, kept]),
@@ -112,10 +110,7 @@ def as_rigid_body(element: Superelement) -> Superelement:
     return dataclasses.replace(
         element,
         constraint=element.rigid_body_modes[:, element.rigid_body_present],
-        free_frequencies_hz=np.empty(0),
-        fixed_interface_frequencies_hz=np.empty(0),
-        frequency_error_estimate=np.empty(0),
-        error_forms=(),
+        **_NOTHING_KNOWN,
         provenance={**element.provenance, "rigid": True},
     )
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, Matrix, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import ArrayRecord, ComplexArray, FloatArray, Matrix
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.response.unbalance_peaks import ResonancePeak, resonance_peaks
 
@@ -25,7 +25,7 @@ _FEWEST_LINES = 3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class AmplitudeSpectrum:
+class AmplitudeSpectrum(ArrayRecord):
     """Hold the amplitudes of the harmonic parts of a signal.
 
     `frequency_hz`: from 0 to half the sample rate, shape (f,); `amplitude`: in the unit of the
@@ -37,12 +37,9 @@ class AmplitudeSpectrum:
     amplitude: FloatArray
     window: str
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "frequency_hz", "amplitude")
-
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class Spectrogram:
+class Spectrogram(ArrayRecord):
     """Hold amplitude spectra of short pieces of a signal.
 
     `time_s`: middle of each piece, shape (t,); `frequency_hz`: shape (f,); `amplitude`: in the
@@ -55,9 +52,6 @@ class Spectrogram:
     amplitude: FloatArray
     window: str
     duration_s: float
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "time_s", "frequency_hz", "amplitude")
 
 
 def amplitude_spectrum(

@@ -39,7 +39,7 @@ class SpeedProfile:
             )
         object.__setattr__(self, "times_s", times)
         object.__setattr__(self, "speeds_rad_s", speeds)
-        freeze_arrays(self, "times_s", "speeds_rad_s")
+        freeze_arrays(self)
 
     @property
     def duration_s(self) -> float:
@@ -54,25 +54,19 @@ class SpeedProfile:
     def speed_rad_s(self, time_s: npt.ArrayLike) -> FloatArray:
         """Return Ω at given times.
 
-        `time_s`: times within the profile, any shape, s. Returns same shape. Raises AnalysisError
-        if a time lies outside the profile.
+        `time_s`: times within the profile, any shape. Raises AnalysisError if one lies outside it.
         """
         piece, since = self._pieces(time_s)
         return np.asarray(self.speeds_rad_s[piece] + self.accelerations_rad_s2[piece] * since)
 
     def acceleration_rad_s2(self, time_s: npt.ArrayLike) -> FloatArray:
-        """Return Ω' at given times; at a breakpoint that of the piece that begins there.
-
-        `time_s`: times within the profile, any shape, s. Returns same shape; at the end of the
-        profile that of the last piece. Raises AnalysisError if a time lies outside the profile.
-        """
+        """Return Ω' as `speed_rad_s` returns Ω; at a breakpoint that of the piece that begins."""
         return np.asarray(self.accelerations_rad_s2[self._pieces(time_s)[0]])
 
     def angle_rad(self, time_s: npt.ArrayLike) -> FloatArray:
         """Return the angle the reference shaft has turned since time 0, ∫ Ω dt.
 
-        `time_s`: times within the profile, any shape, s. Returns exact integral, same shape, not
-        reduced to one turn. Raises AnalysisError if a time lies outside the profile.
+        As `speed_rad_s`; the integral is exact and not reduced to one turn.
         """
         piece, since = self._pieces(time_s)
         means = 0.5 * (self.speeds_rad_s[1:] + self.speeds_rad_s[:-1])

@@ -12,7 +12,7 @@ import contextlib
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import h5py
 import numpy as np
@@ -32,7 +32,6 @@ EQUATION = (
     "x' = A(Om) x + B(Om) u, y = C(Om) x + D(Om) u, (q, q') = state_scale * x, inertial frame; "
     "polynomial: A(Om) = A[0] + Om A[1] + Om^2 A[2]; table: A[k] at speeds[k], linear between"
 )
-_FORMS: tuple[Literal["polynomial", "table"], ...] = ("polynomial", "table")
 _MATRICES = ("A", "B", "C", "D")
 
 
@@ -110,12 +109,14 @@ def _read(file: SuperelementFile) -> StateSpace:
             "attribute 'format_version'",
             f"is {version!r}; this program reads {MAJOR_VERSION}.x.y",
         )
-    form = _form(file)
+    form = file.text_attribute("form")
+    if form not in ("polynomial", "table"):
+        raise file.error("attribute 'form'", f"is {form!r}, allowed are ['polynomial', 'table']")
     states, speeds = file.length("state_scale"), file.length("speeds")
     inputs, outputs = file.length("input/name"), file.length("output/name")
     count = 3 if form == "polynomial" else speeds
     return StateSpace(
-        form=form,
+        form=cast(Literal["polynomial", "table"], form),
         speeds_rad_s=file.vector("speeds"),
         a=file.numbers("A", (count, states, states)),
         b=file.numbers("B", (count, states, inputs)),
@@ -127,14 +128,6 @@ def _read(file: SuperelementFile) -> StateSpace:
         output_names=tuple(file.texts("output/name", outputs)),
         output_units=tuple(file.texts("output/unit", outputs)),
     )
-
-
-def _form(file: SuperelementFile) -> Literal["polynomial", "table"]:
-    found = file.text_attribute("form")
-    for form in _FORMS:
-        if found == form:
-            return form
-    raise file.error("attribute 'form'", f"is {found!r}, allowed are {list(_FORMS)}")
 
 
 def export_npz(model: StateSpace, path: str | Path) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,14 +13,7 @@ import scipy.linalg as la
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
 from solidwhirl.rotordyn.core.arrays import FloatArray, freeze_arrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
-from solidwhirl.rotordyn.state_space.channels import (
-    Channels,
-    Input,
-    Output,
-    channels_at_speed,
-    input_names,
-    output_names,
-)
+from solidwhirl.rotordyn.state_space.channels import Channels, ForceInput, Output, channels_at_speed
 
 
 class StateMatrices(NamedTuple):
@@ -58,7 +51,7 @@ class StateSpace:
     output_units: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, "speeds_rad_s", "a", "b", "c", "d", "state_scale")
+        freeze_arrays(self)
         _check(self)
 
     @property
@@ -87,26 +80,17 @@ class StateSpace:
             return np.array([1.0, speed, speed**2])
         return np.array([np.interp(speed, self.speeds_rad_s, row) for row in np.eye(len(self.a))])
 
-    def to_scipy(self, speed_rad_s: float) -> Any:
-        """Return the model at one speed as a continuous-time `scipy.signal.StateSpace`.
-
-        The result is of all inputs and outputs.
-        """
-        import scipy.signal  # takes a quarter of a second
-
-        return scipy.signal.StateSpace(*self.at_speed(speed_rad_s))
-
 
 def state_space(
     assembled: AssembledSystem,
-    inputs: Sequence[Input],
+    inputs: Sequence[ForceInput],
     outputs: Sequence[Output],
     speed_range_rad_s: tuple[float, float],
 ) -> StateSpace:
     """Build the state-space model of a system with constant bearings, exact at every speed.
 
     `assembled`: the system; for a small model, `modal_truncation.truncated_system` of it.
-    `inputs`, `outputs`: forces, ground motions, motions and bearing forces; `speed_range_rad_s`:
+    `inputs`, `outputs`: forces, motions and bearing forces; `speed_range_rad_s`:
     lowest and highest Ω. The result is of the form "polynomial". Raises AnalysisError if a bearing
     depends on the speed, the range is empty or not finite, or an input or output does not exist.
 
@@ -136,7 +120,7 @@ def state_space(
 
 def tabulated_state_space(
     assembled: AssembledSystem,
-    inputs: Sequence[Input],
+    inputs: Sequence[ForceInput],
     outputs: Sequence[Output],
     speeds_rad_s: npt.ArrayLike,
 ) -> StateSpace:
@@ -172,14 +156,14 @@ def _term(
     b[n:] = la.solve(assembled.mass, channels.load, assume_a="pos")
     c[:, :n] += channels.displacement
     c[:, n:] += channels.velocity
-    return StateMatrices(a, b, c, channels.direct + channels.acceleration @ b[n:])
+    return StateMatrices(a, b, c, channels.acceleration @ b[n:])
 
 
 def _rate_term(
     assembled: AssembledSystem, channels: Channels, stiffness: FloatArray, velocity: FloatArray
 ) -> StateMatrices:
     """Return what a part of K and C + ΩG adds to the accelerations, and to outputs of them."""
-    n, (p, m) = assembled.size, channels.direct.shape
+    n, m, p = assembled.size, channels.load.shape[1], len(channels.acceleration)
     a = np.zeros((2 * n, 2 * n))
     a[n:] = -la.solve(assembled.mass, np.hstack((stiffness, velocity)), assume_a="pos")
     return StateMatrices(a, np.zeros((2 * n, m)), channels.acceleration @ a[n:], np.zeros((p, m)))
@@ -190,11 +174,13 @@ def _scaled(
     speeds: FloatArray,
     terms: Sequence[StateMatrices],
     size: FloatArray,
-    ends: tuple[Sequence[Input], Sequence[Output]],
+    ends: tuple[Sequence[ForceInput], Sequence[Output]],
 ) -> StateSpace:
     """Return the record with states that balance `size`, the entries of |A|."""
     _, (scale, _) = la.matrix_balance(size, permute=False, separate=True)
-    inputs, outputs = input_names(ends[0]), output_names(ends[1])
+    (inputs, input_units), (outputs, output_units) = (
+        zip(*(item.name_and_unit for item in end), strict=True) for end in ends
+    )
     return StateSpace(
         form=form,
         speeds_rad_s=speeds,
@@ -203,10 +189,10 @@ def _scaled(
         c=np.array([term.c * scale for term in terms]),
         d=np.array([term.d for term in terms]),
         state_scale=scale,
-        input_names=inputs.names,
-        input_units=inputs.units,
-        output_names=outputs.names,
-        output_units=outputs.units,
+        input_names=inputs,
+        input_units=input_units,
+        output_names=outputs,
+        output_units=output_units,
     )
 
 
