@@ -124,28 +124,36 @@ def solve_points(
     Residuals are in coordinates scaled by powers of two to a diagonal near 1. Raises
     NoSteadyResponseError if a point is singular to working accuracy; the message names it.
     """
-    count, n, _ = loads.shape
     displacement = np.zeros(loads.shape, dtype=complex)
-    residual = np.zeros(count)
-    loaded = np.flatnonzero(loads.any(axis=(1, 2)))
-    if not loaded.size:
-        return Solved(displacement, residual)
-    at_speed = ScaledMatrices(matrices, float(speeds[loaded[0]]), np.abs(frequencies).max())
-    scale = at_speed.scale[:, None]
-    chunk = max(1, CHUNK_BYTES // (16 * n * n))
-    dynamic = np.empty((min(chunk, loaded.size), n, n), dtype=complex)
-    work = np.empty((n, n))
-    for start in range(0, loaded.size, chunk):
-        points = loaded[start : start + chunk]
-        stack = dynamic[: points.size]
-        for place, point in zip(stack, points, strict=True):
-            fill_dynamic_stiffness(
-                place, at_speed.at(float(speeds[point])), float(frequencies[point]), work
-            )
+    residual = np.zeros(speeds.size)
+    for points, stack, scale in _stacks(matrices, speeds, frequencies, loads, _fill):
         where = (speeds[points], frequencies[points])
         solution, residual[points] = _solve_stack(stack, loads[points] * scale, *where)
         displacement[points] = solution * scale
     return Solved(displacement, residual)
+
+
+def _stacks(
+    matrices: PointMatrices,
+    speeds: FloatArray,
+    frequencies: FloatArray,
+    loads: ComplexArray,
+    fill: Callable[[ComplexArray, MatrixTriple, float], None],
+) -> Iterator[tuple[IntArray, ComplexArray, FloatArray]]:
+    """Yield points that are loaded, their scaled dynamic stiffness, and the scale (n, 1)."""
+    loaded = np.flatnonzero(loads.any(axis=tuple(range(1, loads.ndim))))
+    if not loaded.size:
+        return
+    scaled = ScaledMatrices(matrices, float(speeds[loaded[0]]), float(np.abs(frequencies).max()))
+    shape = (*loads.shape[1:-1], loads.shape[-2])
+    chunk = max(1, CHUNK_BYTES // (16 * int(np.prod(shape))))
+    dynamic = np.empty((min(chunk, loaded.size), *shape), dtype=complex)
+    for start in range(0, loaded.size, chunk):
+        points = loaded[start : start + chunk]
+        stack = dynamic[: points.size]
+        for place, point in zip(stack, points, strict=True):
+            fill(place, scaled.at(float(speeds[point])), float(frequencies[point]))
+        yield points, stack, scaled.scale[:, None]
 
 
 class ScaledMatrices:
@@ -174,19 +182,17 @@ class ScaledMatrices:
         return self._found
 
 
-def fill_dynamic_stiffness(
-    place: ComplexArray, triple: MatrixTriple, omega: float, work: FloatArray
-) -> None:
+def _fill(place: ComplexArray, triple: MatrixTriple, omega: float) -> None:
     """Write K + iωV − ω²M to a place."""
     mass, velocity, stiffness = triple
-    np.multiply(mass, -(omega**2), out=work)
+    inertia = mass * -(omega**2)
     if np.isrealobj(velocity) and np.isrealobj(stiffness):
-        np.add(work, stiffness, out=place.real)
+        np.add(inertia, stiffness, out=place.real)
         np.multiply(velocity, omega, out=place.imag)
         return
     np.multiply(velocity, 1j * omega, out=place)
     place += stiffness
-    place += work
+    place += inertia
 
 
 def _solve_stack(
@@ -199,15 +205,23 @@ def _solve_stack(
         at = next(k for k, dynamic in enumerate(stack) if not _has_inverse(dynamic))
         raise _singular(speeds, frequencies, at) from None
     error = loads - stack @ solution
-    flat = stack.view(float).reshape(stack.shape[0], -1)
-    size = np.sqrt(np.einsum("pi,pi->p", flat, flat))
-    force, motion, left = (column_norms(a) for a in (loads, solution, error))
-    force = np.where(force > 0, force, np.inf)
-    growth = (size[:, None] * motion / force).max(axis=1)
+    residual, growth = _measured(stack, loads, solution, error)
     bad = ~(growth <= _SINGULAR)
     if bad.any():
         raise _singular(speeds, frequencies, int(bad.argmax()))
-    return solution, (left / force).max(axis=1)
+    return solution, residual
+
+
+def _measured(
+    stack: ComplexArray, loads: ComplexArray, solution: ComplexArray, error: ComplexArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the largest |f − D q| / |f| and |D| |q| / |f| of each point, (p,)."""
+    flat = stack.view(float).reshape(stack.shape[0], -1)
+    size = np.sqrt(np.einsum("pi,pi->p", flat, flat))[:, None]
+    columns = (a.reshape(a.shape[0], -1, a.shape[-1]) for a in (loads, solution, error))
+    force, motion, left = (np.sqrt((a.real**2 + a.imag**2).sum(axis=1)) for a in columns)
+    force = np.where(force > 0, force, np.inf)
+    return (left / force).max(axis=1), (size * motion / force).max(axis=1)
 
 
 def _has_inverse(matrix: ComplexArray) -> bool:
@@ -216,12 +230,6 @@ def _has_inverse(matrix: ComplexArray) -> bool:
     except np.linalg.LinAlgError:
         return False
     return True
-
-
-def column_norms(vectors: ComplexArray) -> FloatArray:
-    """Return the lengths of the columns, shape (p, r)."""
-    squares = vectors.real**2 + vectors.imag**2
-    return np.asarray(np.sqrt(squares.sum(axis=1)))
 
 
 def _singular(speeds: FloatArray, frequencies: FloatArray, at: int) -> NoSteadyResponseError:
@@ -343,30 +351,20 @@ def solve_split(
     coordinates, shape (p, n, r); those that a turn does not move are left out. Points near a
     resonance of the isotropic part or of the system are left unsolved.
     """
-    form, size = split.form, split.form.size
+    form = split.form
     by_coordinate = force.swapaxes(0, 1)
     loads = np.stack((form.to_complex(by_coordinate), form.to_complex(by_coordinate.conj()).conj()))
     loads = 0.5 * loads.transpose(2, 0, 1, 3)
     circles = np.zeros(loads.shape, dtype=complex)
     residual, unsolved = np.zeros(speeds.size), np.zeros(speeds.size, dtype=bool)
-    loaded = np.flatnonzero(loads.any(axis=(1, 2, 3)))
-    if loaded.size:
-        matrices = ScaledMatrices(form.at_speed, float(speeds[loaded[0]]), float(frequencies.max()))
-        chunk = max(1, CHUNK_BYTES // (32 * size * size))
-        dynamic = np.empty((min(chunk, loaded.size), 2, size, size), dtype=complex)
-        for start in range(0, loaded.size, chunk):
-            points = loaded[start : start + chunk]
-            stack = dynamic[: points.size]
-            for place, point in zip(stack, points, strict=True):
-                _fill_both(place, matrices.at(float(speeds[point])), float(frequencies[point]))
-            solved = _solve_chunk(
-                stack,
-                _couplings(split, speeds[points], frequencies[points]),
-                split.turned * matrices.scale,
-                loads[points] * matrices.scale[:, None],
-            )
-            circles[points] = solved[0] * matrices.scale[:, None]
-            residual[points], unsolved[points] = solved[1:]
+    every = (form.at_speed, speeds, frequencies, loads)
+    for points, stack, scale in _stacks(*every, _fill_both):
+        coupling = _couplings(split, speeds[points], frequencies[points])
+        turned = split.turned * scale[:, 0]
+        solved, residual[points], unsolved[points] = _solve_chunk(
+            stack, coupling, turned, loads[points] * scale
+        )
+        circles[points] = solved * scale
     forward, mirrored = circles.transpose(1, 2, 0, 3)
     displacement = form.whirl_shapes(forward, mirrored.conj()).swapaxes(0, 1)
     return SplitSolved(np.ascontiguousarray(displacement), residual, unsolved)
@@ -382,9 +380,8 @@ def _couplings(split: SplitSystem, speeds: FloatArray, frequencies: FloatArray) 
 def _fill_both(place: ComplexArray, triple: MatrixTriple, omega: float) -> None:
     """Write D(ω) of the forward circle and D(−ω)* of the mirrored backward one."""
     mass, velocity, stiffness = triple
-    work = np.empty(mass.shape)
-    fill_dynamic_stiffness(place[0], triple, omega, work)
-    fill_dynamic_stiffness(place[1], (mass, velocity.conj(), stiffness.conj()), omega, work)
+    _fill(place[0], triple, omega)
+    _fill(place[1], (mass, velocity.conj(), stiffness.conj()), omega)
 
 
 def _solve_chunk(
@@ -406,18 +403,8 @@ def _solve_chunk(
     circles = alone - per_unit @ pull[:, None]
     pulled = coupling @ (sides @ circles).sum(axis=1)
     error = loads - stack @ circles - unit @ pulled[:, None]
-    flat = stack.view(float).reshape(stack.shape[0], -1)
-    stiffness = np.sqrt(np.einsum("pi,pi->p", flat, flat))[:, None]
-    force, motion, left = (column_norms(_both(part)) for part in (loads, circles, error))
-    force = np.where(force > 0, force, np.inf)
-    residual = (left / force).max(axis=1)
-    growth = (stiffness * motion / force).max(axis=1)
+    residual, growth = _measured(stack, loads, circles, error)
     return circles, residual, ~((residual <= _POOR) & (growth <= _LARGE))
-
-
-def _both(circles: ComplexArray) -> ComplexArray:
-    """Return both circles as one column, (c, 2m, r)."""
-    return circles.reshape(circles.shape[0], -1, circles.shape[3])
 
 
 # Points from which on it takes less time to split a system than to solve all at once.
