@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.assembly.coordinates import Rows, joint_motion, tooth_motion
+from solidwhirl.rotordyn.assembly.coordinates import Rows, body_rows, joint_motion, tooth_motion
 from solidwhirl.rotordyn.assembly.internal_damping import body_damping
 from solidwhirl.rotordyn.assembly.parts import Bearing
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
@@ -77,12 +77,15 @@ def joint_forces(
     wheel where the gear has no base radius. Raises AnalysisError if shapes do not fit, or exact
     joints hold a motion more than once, so that the share of each is undetermined.
     """
-    shape, motion = _checked_motion(
-        assembled,
+    shape, motion = _flat_motion(
+        assembled.size,
         {"speed_rad_s": speed_rad_s, "speed_rate_rad_s2": speed_rate_rad_s2},
         {"displacement": displacement, "velocity": velocity, "acceleration": acceleration},
     )
-    loads = _checked_loads(assembled, body_loads or {}, shape)
+    loads = {
+        body: _flat(f"body_loads[{body!r}]", load, (*shape, len(body_rows(assembled, body))))
+        for body, load in (body_loads or {}).items()
+    }
     system = assembled.system
     bearings = {b.name: _flexible_force(assembled, b, motion) for b in system.bearings}
     gears = {}
@@ -112,48 +115,27 @@ def joint_forces(
     )
 
 
-def _checked_motion(
-    assembled: AssembledSystem, speeds: Mapping[str, npt.ArrayLike], q: Mapping[str, npt.ArrayLike]
+def _flat_motion(
+    size: int, speeds: Mapping[str, npt.ArrayLike], q: Mapping[str, npt.ArrayLike]
 ) -> tuple[tuple[int, ...], _Motion]:
     """Return the leading shape and the motion with one leading axis."""
-    parts = {name: np.asarray(part) for name, part in q.items()}
-    kind, whole = np.result_type(*parts.values(), float), parts["displacement"].shape
-    for name, part in parts.items():
-        if part.ndim < 1 or part.shape != whole or part.shape[-1] != assembled.size:
-            raise AnalysisError(
-                f"{name} has shape {part.shape}; allowed is (..., {assembled.size}), equal for "
-                "displacement, velocity and acceleration"
-            )
-    shape, numbers = whole[:-1], []
-    for name, value in speeds.items():
-        number = np.asarray(value, dtype=float)
-        if number.shape not in ((), shape) or not np.isfinite(number).all():
-            raise AnalysisError(
-                f"{name} needs finite numbers of shape () or {shape}; found {number.shape}"
-            )
-        numbers.append(np.broadcast_to(number, shape).reshape(-1, 1))
-    flat = [part.astype(kind).reshape(-1, assembled.size) for part in parts.values()]
-    return shape, _Motion(*numbers, *flat)
+    kind = np.result_type(*(np.asarray(part) for part in q.values()), float)
+    shape = np.shape(q["displacement"])[:-1]
+    columns = {name: np.asarray(value, dtype=float)[..., None] for name, value in speeds.items()}
+    for name, column in columns.items():
+        if not np.isfinite(column).all():
+            raise AnalysisError(f"{name} has numbers that are not finite")
+    numbers = [_flat(name, column, (*shape, 1)) for name, column in columns.items()]
+    motion = [_flat(name, part, (*shape, size)).astype(kind) for name, part in q.items()]
+    return shape, _Motion(*numbers, *motion)
 
 
-def _checked_loads(
-    assembled: AssembledSystem, body_loads: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]
-) -> dict[str, Matrix]:
-    """Return the loads on bodies with one leading axis."""
-    loads = {}
-    for body, given in body_loads.items():
-        if body not in assembled.body_slices:
-            known = list(assembled.body_slices)
-            raise AnalysisError(f"body_loads names {body!r}; the bodies are {known}")
-        load = np.asarray(given)
-        size = assembled.system.rotors[body].element.size
-        if load.shape not in ((*shape, size), (size,)):
-            raise AnalysisError(
-                f"body_loads[{body!r}] has shape {load.shape}; allowed are {(*shape, size)} "
-                f"and {(size,)}"
-            )
-        loads[body] = np.broadcast_to(load, (*shape, size)).reshape(-1, size)
-    return loads
+def _flat(name: str, given: npt.ArrayLike, shape: tuple[int, ...]) -> Matrix:
+    """Return an array of a shape, or of its last length for all, with one leading axis."""
+    array = np.asarray(given)
+    if array.shape not in (shape, shape[-1:]):
+        raise AnalysisError(f"{name} has shape {array.shape}; allowed are {shape} and {shape[-1:]}")
+    return np.broadcast_to(array, shape).reshape(-1, shape[-1])
 
 
 def _flexible_force(assembled: AssembledSystem, bearing: Bearing, motion: _Motion) -> Matrix:

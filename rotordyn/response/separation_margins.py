@@ -238,38 +238,3 @@ def _verdict(amplification: float, margin: float, required: float) -> str:
     if amplification < 0:
         return "unstable"
     return "ok" if abs(margin) >= required else "inside margin"
-
-
-def format_margins(margins: Sequence[SeparationMargin]) -> str:
-    """Return the margins as a table in plain text.
-
-    Returns one line for each, below two lines of headings; speeds in rpm, margins in per cent.
-    """
-    heads = ("shaft", "whirl", "critical", "operating", "AF", "margin", "asked", "API 617")
-    units = ("", "", "rpm", "rpm", "", "%", "%", "(a guide)")
-    rows = [(*heads, "15 %", "20 %"), (*units, "", "")]
-    for item in margins:
-        factor = item.resonance.amplification_factor
-        rows.append(
-            (
-                item.shaft,
-                item.resonance.whirl or "-",
-                f"{item.resonance.speed_rad_s * RPM_PER_RAD_S:.1f}",
-                f"{item.operating_speed_rad_s * RPM_PER_RAD_S:.1f}",
-                f"{factor:.1f}",
-                f"{100 * item.margin:+.1f}",
-                f"{100 * item.required_api_617:.1f}",
-                item.verdict_api_617,
-                item.verdict_15_percent,
-                item.verdict_20_percent,
-            )
-        )
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    text = (
-        "  ".join(
-            cell.ljust(width) if i < 2 or i > 6 else cell.rjust(width)
-            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
-        ).rstrip()
-        for row in rows
-    )
-    return "\n".join(text)
