@@ -43,8 +43,6 @@ class Checked:
 
     Attributes
     ----------
-    path
-        What was looked at.
     checks
         All checks; empty if it could not be read.
     problem

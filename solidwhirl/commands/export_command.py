@@ -38,12 +38,8 @@ class Format:
 
     Attributes
     ----------
-    title
-        What it is, a phrase.
     ending
         How its file is called as a rule.
-    writer
-        Writes it: element, file, options.
     options
         Options of the command that it understands, and the writer's names for them.
     """

@@ -22,14 +22,10 @@ def geometry_command(
 
     Parameters
     ----------
-    scene
-        A scene file.
     step
         A file .step or .stp for all bodies together, or a folder for one file of each.
     length_unit
         Of the coordinates in the files, "mm" or "m".
-    force
-        Whether files that are there are replaced.
 
     Returns
     -------

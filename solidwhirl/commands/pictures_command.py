@@ -31,8 +31,6 @@ class DrawnPictures:
     ----------
     files
         Picture files in the order of the catalogue.
-    index
-        Page that lists them with their captions.
     failed
         What could not be drawn: name and why.
     """
@@ -95,8 +93,6 @@ def pictures_command(
         for.
     only
         Names of pictures, or patterns with * and ?; all without.
-    modes
-        Modes shown in space at most.
     store
         Folder of kept stages instead of that in the folder.
 

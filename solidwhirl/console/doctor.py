@@ -61,8 +61,6 @@ class Finding:
 
     Attributes
     ----------
-    what
-        Its name, and what it is for.
     state
         "ok", "missing", or "doubtful" where it is there but will not do well.
     found

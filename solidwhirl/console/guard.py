@@ -52,10 +52,6 @@ def guarded(
 
     Parameters
     ----------
-    scene
-        What messages name.
-    work
-        The command.
     told
         Called with such a message before the program ends with it.
     goes_on

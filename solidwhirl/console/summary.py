@@ -56,10 +56,6 @@ def print_summary(results: Results, out: Path, seconds: float | None = None) -> 
 
     Parameters
     ----------
-    results
-        The run.
-    out
-        Its folder, written.
     seconds
         Wall time [s]; None: the sum over its stages.
     """
@@ -128,10 +124,6 @@ def summary_document(results: Results, out: Path, seconds: float | None = None) 
 
     Parameters
     ----------
-    results
-        The run.
-    out
-        Its folder, written.
     seconds
         Wall time [s]; None: the sum over its stages.
     """

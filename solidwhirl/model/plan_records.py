@@ -37,8 +37,6 @@ class BodyPlan:
     orders
         Circumferential orders that are solved (harmonic) or kept (solid); none in a body of any
         shape, whose modes have no order.
-    components
-        Motions that one interface or another carries.
     interface_components
         Motions of each interface; each is one constraint mode.
     resolution

@@ -36,8 +36,6 @@ def compared(
 
     Parameters
     ----------
-    references
-        Of the scene.
     document
         Contents of `results.json`.
 

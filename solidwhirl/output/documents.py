@@ -207,16 +207,10 @@ def write_results(results: Results, out: str | Path, *, pictures: bool = True) -
 
     Parameters
     ----------
-    results
-        What to write.
     out
         The folder; another run must not be writing there.
     pictures
         Whether to draw; the numbers are the same without.
-
-    Returns
-    -------
-    The folder.
 
     Raises
     ------
@@ -254,10 +248,6 @@ def write_into(
         Where pictures are kept; None: nowhere.
     scene_path, command
         For the page: the scene file, and the command line that repeats the run.
-
-    Returns
-    -------
-    The folder.
 
     Raises
     ------

@@ -28,8 +28,6 @@ def report_text(results: Results, document: dict[str, Any]) -> str:
 
     Parameters
     ----------
-    results
-        The results.
     document
         The same as written to `results.json`.
     """

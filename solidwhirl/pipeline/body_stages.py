@@ -40,12 +40,6 @@ class Job:
 
     Attributes
     ----------
-    scene, plan
-        What is asked and what was decided.
-    comm
-        Communicator of the run.
-    progress, clock
-        Told what begins; how long it took.
     keeper
         Where stages come from and are kept; on rank 0 only.
     """

@@ -46,8 +46,6 @@ class Keeper:
     ----------
     store
         Where they are kept; None: nowhere.
-    progress
-        Told what is wrong with the store.
     origins
         Where each stage came from, filled as the run goes on; empty without a store.
     """

@@ -49,15 +49,7 @@ _OPERATING = ("separation_margins", "stability")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ExcitedCriticalSpeed:
-    """A critical speed of the reference shaft and who excites it.
-
-    Attributes
-    ----------
-    excited_by
-        Bodies whose unbalance turns at this frequency.
-    critical
-        The critical speed.
-    """
+    """A critical speed of the reference shaft and who excites it."""
 
     excited_by: tuple[str, ...]
     critical: CriticalSpeed
@@ -69,18 +61,8 @@ class Engine:
 
     Attributes
     ----------
-    job
-        The run.
-    reduced
-        Bodies that were meshed.
-    elements
-        Elements of all bodies.
     beams
         Those of the beam level, with their variants.
-    system
-        Assembled of the elements.
-    digest
-        Of all that its modes depend on.
     """
 
     job: Job
@@ -97,8 +79,6 @@ class Diagram:
 
     Attributes
     ----------
-    at_rest
-        Modes at zero speed.
     campbell
         Tracked branches over the speeds of the scene.
     critical_speeds
@@ -203,8 +183,6 @@ def analyses_of(
 
     Parameters
     ----------
-    engine, diagram
-        The engine and its Campbell diagram.
     estimates
         Errors of these, or None.
 

@@ -12,15 +12,7 @@ from solidwhirl.pipeline.body_stages import Job
 
 
 def recoveries_of(job: Job, reduced: Mapping[str, BodyResult]) -> Callable[[str], Any]:
-    """Return a function that makes the recovery of a body by its name, once for each.
-
-    Parameters
-    ----------
-    job
-        The run.
-    reduced
-        Its bodies that were meshed.
-    """
+    """Return a function that makes the recovery of a body by its name, once for each."""
 
     @cache
     def recovery(name: str) -> Any:

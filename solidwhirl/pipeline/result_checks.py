@@ -30,17 +30,7 @@ _DAMPED = 1e-6
 def analysis_result_checks(
     system: AssembledSystem, critical: Sequence[CriticalSpeed], outcomes: Mapping[str, Outcome]
 ) -> tuple[Invariant, ...]:
-    """Check stability and responses as they are written, and collect checks made on the way.
-
-    Parameters
-    ----------
-    system
-        Assembled engine.
-    critical
-        All its critical speeds that were found.
-    outcomes
-        Of the analyses, by name.
-    """
+    """Check stability and responses as they are written, and collect checks made on the way."""
     plain = PlainSystem.of(system)
     found: list[Invariant] = []
     for name, outcome in outcomes.items():

@@ -42,24 +42,12 @@ class Results:
 
     Attributes
     ----------
-    scene, plan
-        What was asked and what was decided.
     geometry
         Bodies from profiles by name, as they were built from the scene.
-    bodies
-        Solids by name.
     rounds
         Iterations of the adaptive refinement; empty without estimates.
-    forecast
-        Cost that was predicted.
-    elements
-        Superelements of all bodies by name.
-    system
-        The assembled system.
     bearing_notes
         Bearings used beyond the range of their law, or that feed energy.
-    at_rest
-        Modes at zero speed.
     campbell
         Tracked branches over the speeds of the scene.
     critical_speeds
@@ -68,10 +56,6 @@ class Results:
         Errors of these; None where the scene has estimates = "off".
     analyses
         The other analyses of the scene by name.
-    timings_s
-        Wall time by stage.
-    peak_memory_gib
-        Largest resident set of this process.
     stability
         Unstable intervals of the whole range of speeds, and damping at the operating speeds.
     checks

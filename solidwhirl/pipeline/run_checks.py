@@ -25,14 +25,8 @@ def run_checks(
 
     Parameters
     ----------
-    scene, plan
-        What was asked.
     bodies
         Bodies that were meshed, with the checks of their reductions.
-    elements
-        Superelements of all bodies.
-    system
-        Assembled of these.
     diagram
         Modes at rest, Campbell diagram and critical speeds.
     """

@@ -28,8 +28,6 @@ class Verdict:
     ----------
     stability
         Range of speeds, unstable intervals, decrements of the first modes at operating speeds.
-    critical_speeds
-        Those that count, with amplification and margin.
     margins
         `passed` (None without an analysis of margins), `method`, `why`, `analyses`.
     vibration
@@ -40,8 +38,6 @@ class Verdict:
     coupling_effect
         Relative change of the critical speeds and modes that count by the other coupling of the
         interfaces; None where it was not computed.
-    alarms
-        One for each cause.
     """
 
     stability: Stability
@@ -67,8 +63,6 @@ def verdict_of(
     ----------
     document
         The contents of `results.json` but for the verdict.
-    stability
-        Of its range of speeds.
     operating
         From `operating_speeds`.
     """

@@ -120,8 +120,6 @@ def margin_words(margin: float, shaft: str) -> str:
     ----------
     margin
         A fraction, 0 inside.
-    shaft
-        Whose operating speeds it is measured from.
     """
     if margin == 0.0:
         return f"inside the speeds of {shaft}"
@@ -194,13 +192,7 @@ def _coupling(verdict: Mapping[str, Any]) -> Iterator[Answer]:
 
 
 def rpm_text(speed_rpm: float) -> str:
-    """Return a speed in whole rpm, below 100 rpm with four digits.
-
-    Parameters
-    ----------
-    speed_rpm
-        The speed.
-    """
+    """Return a speed in whole rpm, below 100 rpm with four digits."""
     return f"{speed_rpm:.0f} rpm" if speed_rpm >= 100.0 else f"{speed_rpm:.4g} rpm"
 
 

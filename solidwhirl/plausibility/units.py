@@ -65,8 +65,6 @@ def implausible(scene: Scene, bodies: Mapping[str, Body]) -> tuple[Doubt, ...]:
 
     Parameters
     ----------
-    scene
-        The scene.
     bodies
         Its geometry (see `solidwhirl.model.bodies.build_bodies`).
 

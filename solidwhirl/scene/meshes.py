@@ -176,13 +176,7 @@ def with_digests(
 
 
 def without_mesh_folders(bodies: Mapping[str, MeshBodySpec]) -> dict[str, MeshBodySpec]:
-    """Return the bodies without the folders that their files lie in; the content has a digest.
-
-    Parameters
-    ----------
-    bodies
-        By name, with their digests.
-    """
+    """Return the bodies without the folders that their files lie in; the content has a digest."""
     return {
         name: spec.model_copy(update={"file": PurePath(spec.file).name})
         for name, spec in bodies.items()

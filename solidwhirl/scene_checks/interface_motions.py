@@ -82,8 +82,6 @@ def carried_motions(scene: Scene, on: set[str]) -> dict[str, tuple[str, ...]]:
 
     Parameters
     ----------
-    scene
-        The scene.
     on
         Names of the effects that are on. An effect that the scene switches on itself, not by
         what acts, is carried by all interfaces.

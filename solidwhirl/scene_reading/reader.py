@@ -120,10 +120,6 @@ def parse_scene(
 
     Parameters
     ----------
-    data
-        The content.
-    path
-        What messages name.
     folder
         Where files that the scene names are looked for; the folder of `path` if not given.
 

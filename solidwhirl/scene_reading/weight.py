@@ -33,8 +33,6 @@ def weight_problems(scene: Scene, gravity_m_per_s2: tuple[float, float, float]) 
     scene
         Its bodies are taken as rigid here: nothing else can be free of strain. Imported bodies may
         be held inside: `refuse_unsupported` looks at them and at bodies of meshes.
-    gravity_m_per_s2
-        Along x, y, z.
     """
     for axis, pull in zip("xyz", gravity_m_per_s2, strict=True):
         free = _free_bodies(scene, axis) if pull else ()
