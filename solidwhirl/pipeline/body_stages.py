@@ -47,9 +47,13 @@ class Job:
     scene: Scene
     plan: Plan
     comm: Any
-    progress: Progress
     clock: Clock
     keeper: Keeper
+
+    @property
+    def progress(self) -> Progress:
+        """Told each stage that begins, and remarks."""
+        return self.keeper.progress
 
 
 def reduced_bodies(

@@ -15,7 +15,7 @@ import scipy.linalg as la
 import typer
 from typer.testing import CliRunner
 
-from solidwhirl.commands.check_command import check_command
+from solidwhirl.commands.check import check_command
 from solidwhirl.rotordyn import (
     Disk,
     beam_superelement,

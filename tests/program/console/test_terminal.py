@@ -252,9 +252,11 @@ def test_all_that_is_to_come_is_told_at_the_start(small_run):
 @pytest.mark.solver
 def test_summary_has_the_results(small_run):
     out, results, _, _ = small_run
-    found = summary_document(results, out)
-    assert json.loads(json.dumps(found, allow_nan=False)) == found
     written = json.loads((out / "results.json").read_text(encoding="utf-8"))
+    found = summary_document(results, written, out, seconds=12.0)
+    assert json.loads(json.dumps(found, allow_nan=False)) == found
+    assert found["seconds"] == 12.0
+    assert found["computing_seconds"] == sum(results.timings_s.values())
     assert found["files"] == ["report.html", "report.md", "results.json"]
     assert found["checks"]["failed"] == 0
     assert found["checks"]["passed"] > 10
@@ -269,7 +271,8 @@ def test_summary_has_the_results(small_run):
 def test_margins_are_those_of_the_analysis(small_run):
     """The analysis finds its critical speeds anew, hence the tolerance."""
     out, results, _, _ = small_run
-    rows = summary_document(results, out)["critical_speeds"]
+    written = json.loads((out / "results.json").read_text(encoding="utf-8"))
+    rows = summary_document(results, written, out, seconds=12.0)["critical_speeds"]
     theirs = results.analyses["separation_margins"].document["margins"]
     assert len(theirs) == len(rows)
     for row, their in zip(rows, theirs, strict=True):
@@ -292,7 +295,8 @@ def test_margin_is_taken_of_the_nearest_shaft():
 @pytest.mark.solver
 def test_table_is_legible_without_a_terminal(small_run, capsys):
     out, results, _, _ = small_run
-    print_summary(results, out, 12.0)
+    written = json.loads((out / "results.json").read_text(encoding="utf-8"))
+    print_summary(results, summary_document(results, written, out, seconds=12.0))
     shown = capsys.readouterr().out
     assert "\x1b" not in shown
     first = results.critical_speeds[0].critical
@@ -304,8 +308,6 @@ def test_table_is_legible_without_a_terminal(small_run, capsys):
     assert shown.splitlines()[1].startswith("stability: stable, 0 to ")
     computing = sum(results.timings_s.values())
     assert f"time 12 s (computing {duration_text(computing)}), " in shown
-    assert summary_document(results, out, 12.0)["seconds"] == 12.0
-    assert summary_document(results, out, 12.0)["computing_seconds"] == computing
     assert f"results: {out / 'results.json'}" in shown
 
 

@@ -13,7 +13,7 @@ import meshio
 import numpy as np
 import pytest
 
-from solidwhirl.commands.geometry_command import geometry_command
+from solidwhirl.commands.geometry import geometry_command
 from solidwhirl.core.errors import SceneError
 from solidwhirl.geometry import GeometryError
 from solidwhirl.meshing import MeshingError, mesh_solid, write_gmsh

@@ -1,18 +1,47 @@
-"""The parametric bodies of a scene as geometry for other programs."""
+"""`solidwhirl geometry`: the parametric bodies of a scene as STEP files for other programs."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
 
+import typer
+
+from solidwhirl.commands.options import Force, SceneFile, completing, examples
+from solidwhirl.console.guard import guarded
 from solidwhirl.core.errors import OutputError
 from solidwhirl.files.run_folder import refuse_existing
 from solidwhirl.geometry import GeometryError
-from solidwhirl.meshing.own.step_write import write_step
-from solidwhirl.model.bodies import build_bodies
 from solidwhirl.scene_reading.reader import read_scene
 
+EXAMPLES = examples(
+    "solidwhirl geometry scenes/laval.toml --step out/laval.step",
+    "solidwhirl geometry scenes/ferraris.toml --step out/step --length-unit m",
+)
 _UNITS_M = {"mm": 1e-3, "m": 1.0}
 _SUFFIXES = (".step", ".stp")
+
+
+def geometry(
+    scene: SceneFile,
+    step: Annotated[Path, typer.Option(metavar="FILE|DIR", help="A file, or one for each body.")],
+    length_unit: Annotated[
+        str,
+        typer.Option(
+            metavar="mm|m",
+            help="Unit of lengths in the file.",
+            autocompletion=completing(tuple(_UNITS_M)),
+        ),
+    ] = "mm",
+    force: Force = False,
+) -> None:
+    """Write the bodies of a scene as closed solids in STEP files."""
+
+    def work() -> None:
+        for path in geometry_command(scene, step, length_unit=length_unit, force=force):
+            typer.echo(f"written: {path}")
+
+    guarded(scene, work)
 
 
 def geometry_command(
@@ -39,6 +68,9 @@ def geometry_command(
     OutputError
         A file can't be written or is there already, or an unknown unit.
     """
+    from solidwhirl.meshing.own.step_write import write_step
+    from solidwhirl.model.bodies import build_bodies
+
     if length_unit not in _UNITS_M:
         raise OutputError(f"--length-unit: found {length_unit!r}, allowed are mm and m")
     bodies = build_bodies(read_scene(scene))

@@ -1,4 +1,4 @@
-"""Checks of the analyses of a run: their documents against the system straight from its parts."""
+"""Checks of all that a run computed, and of its analyses against the system from its parts."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solidwhirl.core.outcome import Outcome
+from solidwhirl.pipeline.body_stages import Job
+from solidwhirl.pipeline.engine_stages import Diagram, Engine
 from solidwhirl.rotordyn import AssembledSystem, CriticalSpeed, End
 from solidwhirl.rotordyn.checks.plain_responses import (
     Curve,
@@ -18,13 +20,46 @@ from solidwhirl.rotordyn.checks.plain_responses import (
     check_unbalance_response,
 )
 from solidwhirl.rotordyn.checks.plain_system import PlainSystem
+from solidwhirl.rotordyn.checks.system_checks import check_system
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
-from solidwhirl.rotordyn.superelement.invariants import Invariant
+from solidwhirl.rotordyn.superelement.invariants import Invariant, check_superelement
 
 # Speeds of a response that are solved again.
 _MOST = 24
 # A critical speed with less damping than this (decrement) has no height to look at.
 _DAMPED = 1e-6
+
+
+def run_checks(engine: Engine, diagram: Diagram) -> tuple[Invariant, ...]:
+    """Check the reductions, the superelements, the system, its modes and its critical speeds."""
+    job = engine.job
+    found = [check for result in engine.reduced.values() for check in result.work.checks]
+    for element in engine.elements.values():
+        found += check_superelement(element)
+    top = float(job.plan.speeds_rad_s.max())
+    found += check_system(
+        engine.system,
+        diagram.at_rest,
+        diagram.campbell,
+        _by_excitation(job, diagram, top),
+        frequency_max_hz=job.scene.campbell.frequency_max_hz,
+        branch_count=job.scene.campbell.branches,
+        speed_max_rad_s=top,
+    )
+    return tuple(found)
+
+
+def _by_excitation(
+    job: Job, diagram: Diagram, top_rad_s: float
+) -> dict[float, list[CriticalSpeed]]:
+    """Critical speeds of every excitation that was looked for, none included."""
+    ratios = job.scene.speed_ratios()
+    if top_rad_s == 0.0:
+        return {}
+    found: dict[float, list[CriticalSpeed]] = {abs(r): [] for r in ratios.values() if r != 0.0}
+    for excited in diagram.critical_speeds:
+        found[abs(ratios[excited.excited_by[0]])].append(excited.critical)
+    return found
 
 
 def analysis_result_checks(
