@@ -20,6 +20,7 @@ from solidwhirl.rotordyn.exchange.matrices.op4 import read_op4
 from solidwhirl.rotordyn.importing.element import ImportOptions, imported_superelement
 from solidwhirl.rotordyn.importing.moved_element import renamed_superelement, shifted_superelement
 from solidwhirl.scene.imports import NATIVE, ImportedSpec
+from solidwhirl.scene.meshes import file_digest
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import EFFECT_OF, motions_acted_on
 
@@ -131,14 +132,10 @@ def _digest(files: tuple[Path, ...]) -> str:
     """SHA-256 of the content of files; of one file its own."""
     each = []
     for file in files:
-        whole = hashlib.sha256()
         try:
-            with file.open("rb") as opened:
-                for part in iter(lambda: opened.read(1 << 20), b""):
-                    whole.update(part)
+            each.append(file_digest(file))
         except OSError as error:
             raise SuperelementError(f"{file}: can not be read: {error.strerror}") from error
-        each.append(whole.hexdigest())
     return each[0] if len(each) == 1 else hashlib.sha256("".join(each).encode()).hexdigest()
 
 

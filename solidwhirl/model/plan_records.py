@@ -54,11 +54,11 @@ class BodyPlan:
     orders: tuple[int, ...]
     components: tuple[str, ...]
     interface_components: Mapping[str, tuple[str, ...]]
-    resolution: Resolution | None
     maximum_speed_rad_s: float
-    matrices: int
-    factorisations: int
-    eigenproblems: int
+    resolution: Resolution | None = None
+    matrices: int = 0
+    factorisations: int = 0
+    eigenproblems: int = 0
     shape: str = "quartered"
     solver: str = "direct"
 

@@ -191,8 +191,5 @@ def file_digest(path: Path) -> str:
     OSError
         It can't be read.
     """
-    found = hashlib.sha256()
     with path.open("rb") as file:
-        while piece := file.read(1 << 20):
-            found.update(piece)
-    return found.hexdigest()
+        return hashlib.file_digest(file, "sha256").hexdigest()
