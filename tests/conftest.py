@@ -32,10 +32,7 @@ def reference_rotor():
     """
     return Body(
         name="rotor",
-        sections=(
-            section("shaft", 0.0, 0.4, 0.0, 0.02),
-            section("disk", 0.145, 0.175, 0.02, 0.15),
-        ),
+        sections=(section("shaft", 0.0, 0.4, 0.0, 0.02), section("disk", 0.145, 0.175, 0.02, 0.15)),
     )
 
 

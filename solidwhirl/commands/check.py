@@ -57,15 +57,13 @@ class Checked:
 
 
 EXAMPLES = examples(
-    "solidwhirl check out/laval",
-    "solidwhirl check out/laval/bodies/rotor.h5 --json",
+    "solidwhirl check out/laval", "solidwhirl check out/laval/bodies/rotor.h5 --json"
 )
 
 
 def check(
     paths: Annotated[
-        list[Path],
-        typer.Argument(metavar="PATH...", help="Superelement files, folders of runs."),
+        list[Path], typer.Argument(metavar="PATH...", help="Superelement files, folders of runs.")
     ],
     as_json: AsJson = False,
 ) -> None:

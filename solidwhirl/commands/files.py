@@ -17,10 +17,7 @@ EXPORT_EXAMPLES = examples(
     "solidwhirl export out/laval/bodies/rotor.h5 --format npz -o out/rotor.npz",
 )
 FORMATS_EXAMPLES = examples("solidwhirl formats")
-SCHEMA_EXAMPLES = examples(
-    "solidwhirl schema scene",
-    "solidwhirl schema results",
-)
+SCHEMA_EXAMPLES = examples("solidwhirl schema scene", "solidwhirl schema results")
 VERSION_EXAMPLES = examples("solidwhirl version")
 # Options of `export` that some formats take.
 _OF_FORMATS = ("modes", "damping", "layout", "records", "speed_rpm")
@@ -51,8 +48,7 @@ class ExportOptions:
         int | None, typer.Option(min=1, metavar="N", help="Elastic modes; all if not given.")
     ] = None
     damping: Annotated[
-        float | None,
-        typer.Option(min=0.0, max=1.0, metavar="RATIO", help="Of all elastic modes."),
+        float | None, typer.Option(min=0.0, max=1.0, metavar="RATIO", help="Of all elastic modes.")
     ] = None
     layout: Annotated[
         str | None, typer.Option(metavar="fembs|mode", help="Columns of Ge and Gr in sid.")

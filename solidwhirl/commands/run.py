@@ -154,11 +154,7 @@ def _written(scene: Scene, asked: RunOptions) -> tuple[Results, dict[str, Any]]:
         kept = (open_fresh_store if asked.fresh else open_store)(asked.store or folder.stages)
         kept.clear_leftovers()
         results = run_scene(
-            scene,
-            comm=MPI.COMM_WORLD,
-            progress=progress,
-            foreseen=progress.foreseen,
-            store=kept,
+            scene, comm=MPI.COMM_WORLD, progress=progress, foreseen=progress.foreseen, store=kept
         )
         assert results is not None
         progress(Stage(name=StageName.WRITING))

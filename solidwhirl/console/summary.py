@@ -19,11 +19,7 @@ from solidwhirl.core.check_report import checks_line, failed, failure_lines
 from solidwhirl.estimates.documents import followed_by
 from solidwhirl.pipeline.verdict_text import answers, margin_words, percent_text
 from solidwhirl.rotordyn.assembly.bearing_notes import note_lines
-from solidwhirl.scene_checks.operating import (
-    critical_speeds_that_count,
-    margin_of,
-    nearest,
-)
+from solidwhirl.scene_checks.operating import critical_speeds_that_count, margin_of, nearest
 
 if TYPE_CHECKING:
     from solidwhirl.pipeline.run import Results

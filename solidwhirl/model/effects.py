@@ -93,10 +93,7 @@ def _rotation_effects(scene: Scene, *, turning: bool, solid: bool) -> tuple[Effe
                 why += "; the results at speed leave it out"
         chosen = asked == "on" or (asked == "auto" and turning)
         if chosen and not solid and name != "gyroscopic":
-            chosen, why = (
-                False,
-                f"{why}, but there is no solid body, and others have none",
-            )
+            chosen, why = (False, f"{why}, but there is no solid body, and others have none")
         out.append(Effect(name=name, on=chosen, why=why, cost=cost))
     return tuple(out)
 

@@ -25,12 +25,7 @@ from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import EFFECT_OF, motions_acted_on
 
 _ROLES = ("mass", "stiffness", "gyroscopic", "stress_stiffening", "spin_softening")
-_FORMATS = {
-    ".npz": "npz",
-    ".json": "Matrix Market",
-    ".op4": "OUTPUT4",
-    NATIVE: "superelement",
-}
+_FORMATS = {".npz": "npz", ".json": "Matrix Market", ".op4": "OUTPUT4", NATIVE: "superelement"}
 
 
 def with_files_read(scene: Scene) -> tuple[Scene, list[str]]:

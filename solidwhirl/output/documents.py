@@ -16,11 +16,7 @@ from solidwhirl.core.outcome import is_picture
 from solidwhirl.core.plain_data import plain_data
 from solidwhirl.core.versions import package_versions
 from solidwhirl.cost.forecast import forecast_document
-from solidwhirl.estimates.documents import (
-    accuracy_document,
-    critical_speed_entry,
-    with_estimate,
-)
+from solidwhirl.estimates.documents import accuracy_document, critical_speed_entry, with_estimate
 from solidwhirl.estimates.results import Estimates
 from solidwhirl.files.run_folder import RunFolder, claimed, replacing_files, reserve
 from solidwhirl.meshing import write_gmsh, write_vtu
@@ -43,10 +39,7 @@ from solidwhirl.rotordyn.campbell.branch_numbers import branch_numbers
 from solidwhirl.rotordyn.campbell.shape_prints import branch_prints, shape_print
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.modes.excitation import unbalance_excitation
-from solidwhirl.rotordyn.plots.errors import (
-    draw_campbell_errors,
-    draw_critical_speed_errors,
-)
+from solidwhirl.rotordyn.plots.errors import draw_campbell_errors, draw_critical_speed_errors
 from solidwhirl.rotordyn.storage.sidecar import superelement_document
 from solidwhirl.scene_reading.reader import scene_hash
 

@@ -89,10 +89,7 @@ def _stability(plain: PlainSystem, document: Mapping[str, Any], name: str) -> tu
 
 
 def _responses(
-    plain: PlainSystem,
-    document: Mapping[str, Any],
-    critical: Sequence[CriticalSpeed],
-    name: str,
+    plain: PlainSystem, document: Mapping[str, Any], critical: Sequence[CriticalSpeed], name: str
 ) -> Iterator[Invariant]:
     speeds = np.array(document["speed_rpm"]) * RAD_S_PER_RPM
     doubtful = [

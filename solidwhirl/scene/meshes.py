@@ -140,9 +140,7 @@ class MeshBodySpec(Record):
         return self
 
 
-def with_digests(
-    bodies: Mapping[str, MeshBodySpec],
-) -> tuple[dict[str, MeshBodySpec], list[str]]:
+def with_digests(bodies: Mapping[str, MeshBodySpec]) -> tuple[dict[str, MeshBodySpec], list[str]]:
     """Put the SHA-256 of their files beside the names of them.
 
     Parameters

@@ -54,10 +54,7 @@ MESHED = {
     "file": "rotor.msh",
     "length_unit": "m",
     "material": "steel",
-    "interfaces": [
-        {"name": "front", "group": "interface_front"},
-        {"name": "rear", "box_m": REAR},
-    ],
+    "interfaces": [{"name": "front", "group": "interface_front"}, {"name": "rear", "box_m": REAR}],
 }
 BEARINGS = [
     {"name": "front", "first": "rotor.front", "stiffness_n_per_m": 5e7},

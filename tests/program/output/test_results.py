@@ -54,13 +54,7 @@ TOP = {
     "packages",
 }
 ESTIMATE = ("frequency_error_estimate", "error_parts")
-PARTS = {
-    "mesh",
-    "mode_truncation",
-    "speed_interpolation",
-    "interface_coupling",
-    "eigen_solver",
-}
+PARTS = {"mesh", "mode_truncation", "speed_interpolation", "interface_coupling", "eigen_solver"}
 BODY = {
     "mass_kg",
     "center_of_gravity_m",
@@ -304,14 +298,7 @@ def test_superelement_file(folder, document, name):
 
 def test_results_follow_from_the_files(folder, document):
     """The superelements as read, put on the scene's bearings by hand, give the same spectrum."""
-    from solidwhirl.rotordyn import (
-        Bearing,
-        End,
-        Rotor,
-        assemble,
-        modes_at_speed,
-        read_superelement,
-    )
+    from solidwhirl.rotordyn import Bearing, End, Rotor, assemble, modes_at_speed, read_superelement
 
     rotors = {
         name: Rotor(element=read_superelement(folder / "bodies" / f"{name}.h5"), speed_ratio=ratio)

@@ -209,10 +209,7 @@ FASTER = {
     # the search goes up to a speed of the shaft itself
     "critical_speed_map": ({"excited_by": "rotor", "search_to_rpm": 9e3, **STIFFNESS}, 18e3),
     "separation_margins": (
-        {
-            "operating": [{"shaft": "rotor", "from_rpm": 1.0, "to_rpm": 6e3}],
-            "search_factor": 1.5,
-        },
+        {"operating": [{"shaft": "rotor", "from_rpm": 1.0, "to_rpm": 6e3}], "search_factor": 1.5},
         18e3,
     ),
 }
