@@ -12,7 +12,6 @@ from solidwhirl.console.guard import guarded
 from solidwhirl.core.errors import OutputError
 from solidwhirl.files.run_folder import refuse_existing
 from solidwhirl.geometry import GeometryError
-from solidwhirl.scene_reading.reader import read_scene
 
 EXAMPLES = examples(
     "solidwhirl geometry scenes/laval.toml --step out/laval.step",
@@ -70,6 +69,7 @@ def geometry_command(
     """
     from solidwhirl.meshing.own.step_write import write_step
     from solidwhirl.model.bodies import build_bodies
+    from solidwhirl.scene_reading.reader import read_scene
 
     if length_unit not in _UNITS_M:
         raise OutputError(f"--length-unit: found {length_unit!r}, allowed are mm and m")
