@@ -173,14 +173,6 @@ def with_digests(bodies: Mapping[str, MeshBodySpec]) -> tuple[dict[str, MeshBody
     return found, problems
 
 
-def without_mesh_folders(bodies: Mapping[str, MeshBodySpec]) -> dict[str, MeshBodySpec]:
-    """Return the bodies without the folders that their files lie in; the content has a digest."""
-    return {
-        name: spec.model_copy(update={"file": PurePath(spec.file).name})
-        for name, spec in bodies.items()
-    }
-
-
 def file_digest(path: Path) -> str:
     """SHA-256 of the content of a file.
 

@@ -7,6 +7,7 @@ into a `Scene`; `solidwhirl.model.bodies` turns a scene's bodies into geometry.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import PurePath
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
@@ -324,6 +325,22 @@ class Scene(Record):
     def finite_element_bodies(self) -> dict[str, BodySpec | MeshBodySpec]:
         """Bodies that may become finite elements: those with a profile, and those with a mesh."""
         return {**self.bodies, **self.mesh_bodies}
+
+
+def without_folders(scene: Scene) -> dict[str, Any]:
+    """Return `imported` and `mesh_bodies` of a scene by the names and digests of their files.
+
+    Wherever the files lie, a scene that was read is known by their content.
+    """
+
+    def named(spec: Any, *keys: str) -> Any:
+        paths = {key: getattr(spec, key) for key in keys}
+        return spec.model_copy(update={k: v and PurePath(v).name for k, v in paths.items()})
+
+    return {
+        "imported": {n: named(spec, "file", "nodes") for n, spec in scene.imported.items()},
+        "mesh_bodies": {n: named(spec, "file") for n, spec in scene.mesh_bodies.items()},
+    }
 
 
 def _head(scene: Scene) -> str:

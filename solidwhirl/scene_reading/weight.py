@@ -6,18 +6,16 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solidwhirl.analyses.kinds.run_up import RunUpSpec
 from solidwhirl.geometry import GeometryError, mass_properties
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.rotordyn import AnalysisError, AssembledSystem
+from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.modes.free_motions import unsupported_bodies
 from solidwhirl.scene.joints import BearingSpec
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import EFFECT_OF, carried_motions, is_off_axis
-
-FloatArray = NDArray[np.float64]
 
 # Row of the matrices of a bearing, translation and tilt in each plane.
 _PLANES = {"x": (0, "ux", "ry"), "y": (1, "uy", "rx")}
