@@ -46,7 +46,7 @@ def geometry(
 def geometry_command(
     scene: Path, step: Path, *, length_unit: str = "mm", force: bool = True
 ) -> tuple[Path, ...]:
-    """Write the bodies of a scene as closed solids of revolution.
+    """Write the bodies of a scene as closed solids of revolution, and return the files.
 
     Parameters
     ----------
@@ -55,17 +55,11 @@ def geometry_command(
     length_unit
         Of the coordinates in the files, "mm" or "m".
 
-    Returns
-    -------
-    tuple of Path
-        The files.
-
     Raises
     ------
-    SceneError, GeometryError, MeshingError
-        A scene that can't be read, has no body with a profile, or solids that can't be made.
-    OutputError
-        A file can't be written or is there already, or an unknown unit.
+    SceneError, GeometryError, MeshingError, OutputError
+        A scene that can't be read or has no body with a profile, solids that can't be made, a file
+        that can't be written or is there already, or an unknown unit.
     """
     from solidwhirl.meshing.own.step_write import write_step
     from solidwhirl.model.bodies import build_bodies

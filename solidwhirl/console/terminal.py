@@ -29,13 +29,7 @@ _NAME_WIDTH = 44
 
 
 def duration_text(seconds: float) -> str:
-    """Return a duration for people: seconds, minutes or hours.
-
-    Parameters
-    ----------
-    seconds
-        The duration [s].
-    """
+    """Return a duration for people: seconds, minutes or hours."""
     if seconds < 99.5:
         return f"{seconds:.0f} s" if seconds >= 9.95 else f"{seconds:.1f} s"
     if seconds < 5970.0:

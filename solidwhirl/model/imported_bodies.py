@@ -31,11 +31,6 @@ _FORMATS = {".npz": "npz", ".json": "Matrix Market", ".op4": "OUTPUT4", NATIVE: 
 def with_files_read(scene: Scene) -> tuple[Scene, list[str]]:
     """Read the files of imported bodies: their digest, and the interfaces where none are named.
 
-    Parameters
-    ----------
-    scene
-        As its file says; names of files are absolute.
-
     Returns
     -------
     scene : Scene
@@ -135,12 +130,7 @@ def _digest(files: tuple[Path, ...]) -> str:
 
 
 def imported_element(name: str, spec: ImportedSpec) -> Superelement:
-    """Return the superelement of an imported body, whatever the scene's effects.
-
-    Parameters
-    ----------
-    name, spec
-        Of the body, read (see `with_files_read`).
+    """Return the superelement of an imported body that was read, whatever the scene's effects.
 
     Raises
     ------
@@ -203,12 +193,7 @@ def _native(name: str, spec: ImportedSpec, provenance: Mapping[str, object]) -> 
 
 
 def imported_elements(scene: Scene, plan: Plan) -> dict[str, Superelement]:
-    """Return the superelements of the imported bodies of a scene.
-
-    Parameters
-    ----------
-    scene, plan
-        The scene, read with its files, and its plan: effects that it has off are left out.
+    """Return the superelements of the imported bodies of a scene, without effects that are off.
 
     Raises
     ------

@@ -32,16 +32,8 @@ _GIB = 1024.0**3
 def build_mesh_bodies(scene: Scene) -> dict[str, MeshedBody]:
     """Read the mesh files of a scene, and look at its STEP files.
 
-    Parameters
-    ----------
-    scene
-        Files are named from the folder of its file.
-
-    Returns
-    -------
-    dict
-        By name; places of interfaces, mass and roundness are known of mesh files only, those of
-        STEP files when they are meshed.
+    Places of interfaces, mass and roundness are known of mesh files only, those of STEP files when
+    they are meshed.
 
     Raises
     ------

@@ -187,7 +187,7 @@ def _fineness(found: Resolution | None) -> dict[str, Any]:
 
 
 def write_results(results: Results, out: str | Path, *, pictures: bool = True) -> Path:
-    """Write the folder of a run: all of it or nothing.
+    """Write the folder of a run, all of it or nothing, and return it.
 
     Parameters
     ----------

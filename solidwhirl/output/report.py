@@ -24,13 +24,7 @@ from solidwhirl.scene_checks.operating import critical_speeds_that_count
 
 
 def report_text(results: Results, document: dict[str, Any]) -> str:
-    """Markdown report of a run.
-
-    Parameters
-    ----------
-    document
-        The same as written to `results.json`.
-    """
+    """Markdown report of a run and the contents of its `results.json`."""
     parts = [
         f"# {markdown_text(results.scene.title or results.scene.name)}",
         _table(("", ""), ((a.about, a.marked) for a in answers(document))),
@@ -64,13 +58,7 @@ def _warnings(document: dict[str, Any]) -> list[str]:
 
 
 def doubts_text(doubts: Iterable[Doubt]) -> str:
-    """Warnings about a scene as Markdown; empty if there are none.
-
-    Parameters
-    ----------
-    doubts
-        See `solidwhirl.plausibility.units`.
-    """
+    """Warnings about a scene as Markdown; empty if there are none."""
     lines = [f"- {markdown_text(doubt.message)}" for doubt in doubts]
     return "\n".join(["Warnings:", "", *lines]) if lines else ""
 

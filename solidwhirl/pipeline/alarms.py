@@ -37,8 +37,6 @@ def alarms_of(
 
     Parameters
     ----------
-    operating
-        From `operating_speeds`.
     analyses
         Kind and document of each analysis by its name, as in `results.json`.
     """

@@ -95,13 +95,7 @@ def assembled_engine(
     elements: Mapping[str, Superelement],
     beams: BeamBodies,
 ) -> Engine:
-    """Assemble the engine.
-
-    Parameters
-    ----------
-    job, reduced, elements, beams
-        As in `Engine`.
-    """
+    """Assemble the engine of a run from its elements."""
     job.progress(Stage(name=StageName.ASSEMBLY))
     with job.clock.stage("assembly"):
         system = engine_of(job.scene, job.plan, elements)

@@ -141,20 +141,7 @@ class MeshBodySpec(Record):
 
 
 def with_digests(bodies: Mapping[str, MeshBodySpec]) -> tuple[dict[str, MeshBodySpec], list[str]]:
-    """Put the SHA-256 of their files beside the names of them.
-
-    Parameters
-    ----------
-    bodies
-        As a scene file says; names of files are absolute.
-
-    Returns
-    -------
-    bodies : dict
-        With `sha256`.
-    problems : list of str
-        One line each, which begins with the key; empty if all is well.
-    """
+    """Return the bodies with SHA-256 of their files, and a line for each problem, key first."""
     found, problems = dict(bodies), []
     for name, spec in bodies.items():
         try:

@@ -24,13 +24,10 @@ _ZERO = 1e-9
 
 
 def weight_problems(scene: Scene, gravity_m_per_s2: tuple[float, float, float]) -> Iterator[str]:
-    """Yield what carries no weight, one line for each direction.
+    """Yield what carries no weight, one line for each direction x, y, z.
 
-    Parameters
-    ----------
-    scene
-        Its bodies are taken as rigid here: nothing else can be free of strain. Imported bodies may
-        be held inside: `refuse_unsupported` looks at them and at bodies of meshes.
+    Bodies are taken as rigid here: nothing else can be free of strain. Imported bodies may be held
+    inside: `refuse_unsupported` looks at them and at bodies of meshes.
     """
     for axis, pull in zip("xyz", gravity_m_per_s2, strict=True):
         free = _free_bodies(scene, axis) if pull else ()
