@@ -24,7 +24,7 @@ from solidwhirl.commands.options import (
     taking,
 )
 from solidwhirl.console.guard import guarded
-from solidwhirl.console.terminal import RunProgress, print_document
+from solidwhirl.console.terminal import RUN_SCHEMA, RunProgress, print_document
 from solidwhirl.core.stages import Stage, StageName
 from solidwhirl.scene.records import Scene
 
@@ -86,10 +86,9 @@ def run(asked: RunOptions) -> None:
         _run_on_first_rank(scene, asked)
 
     def told(message: str) -> None:
-        from solidwhirl.console.summary import refusal_document
-
         if asked.as_json:
-            print_document(refusal_document(asked.scene, message))
+            refused = {"scene_file": str(asked.scene), "exit_code": 2, "error": message}
+            print_document({"schema": RUN_SCHEMA, **refused})
 
     guarded(asked.scene, work, told=told, goes_on=lambda: _keeps_stages(asked))
 

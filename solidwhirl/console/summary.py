@@ -14,9 +14,8 @@ from rich.table import Table
 from rich.text import Text
 
 from solidwhirl.analyses.base import Operating
-from solidwhirl.console.terminal import duration_text
+from solidwhirl.console.terminal import RUN_SCHEMA, duration_text
 from solidwhirl.core.check_report import checks_line, failed, failure_lines
-from solidwhirl.estimates.documents import followed_by
 from solidwhirl.pipeline.verdict_text import answers, margin_words, percent_text
 from solidwhirl.rotordyn.assembly.bearing_notes import note_lines
 from solidwhirl.scene_checks.operating import critical_speeds_that_count, margin_of, nearest
@@ -24,7 +23,6 @@ from solidwhirl.scene_checks.operating import critical_speeds_that_count, margin
 if TYPE_CHECKING:
     from solidwhirl.pipeline.run import Results
 
-_SCHEMA = "solidwhirl-run-1"
 _MOST_ROWS = 12
 # Kinds of analyses whose headline the verdict has.
 _ANSWERED = ("separation_margins", "stability")
@@ -91,6 +89,8 @@ def warning_lines(results: Results, document: Mapping[str, Any]) -> tuple[str, .
     document
         The contents of `results.json`.
     """
+    from solidwhirl.estimates.documents import followed_by  # loads the mesher
+
     found = document["accuracy"]
     missed = found["met"] is False and found["largest_error_estimate"] is not None
     line = (
@@ -119,7 +119,7 @@ def summary_document(
     """
     bad = failed(results.checks)
     return {
-        "schema": _SCHEMA,
+        "schema": RUN_SCHEMA,
         "scene": document["scene"]["name"],
         "exit_code": 3 if bad else 0,
         "error": None,
@@ -151,11 +151,6 @@ def summary_document(
 def _margin(entry: Mapping[str, Any], operating: Sequence[Operating]) -> dict[str, Any]:
     found = margin_of(entry["speed_rpm"], entry["excited_by"], operating)
     return dict(zip(("margin", "margin_of"), found or (None, None), strict=True))
-
-
-def refusal_document(scene: Path, message: str) -> dict[str, Any]:
-    """A run that was refused as plain data."""
-    return {"schema": _SCHEMA, "scene_file": str(scene), "exit_code": 2, "error": message}
 
 
 def fitting_table(

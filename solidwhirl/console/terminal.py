@@ -21,6 +21,8 @@ if TYPE_CHECKING:  # loads the mesher
     from solidwhirl.cost.forecast import Forecast
     from solidwhirl.model.plan_records import Plan
 
+#: Of the JSON document that a run prints.
+RUN_SCHEMA = "solidwhirl-run-1"
 # Time to go that is worth a word in a line [s].
 _WORTH_SAYING_S = 10.0
 # Time to go that is not worth a number [s].

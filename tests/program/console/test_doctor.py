@@ -75,7 +75,8 @@ def test_run_without_the_library_points_to_the_doctor(incomplete, root, tmp_path
     scene = str(root / "scenes" / "laval.toml")
     words = ("run", "--out", str(tmp_path / "o"), "--level", "harmonic", scene)
     done = started(PROGRAM, *words, PYTHONPATH=incomplete[1])
-    assert done.returncode == 2
+    told = started(PROGRAM, *words, "--json", PYTHONPATH=incomplete[1])
+    assert done.returncode == told.returncode == json.loads(told.stdout)["exit_code"] == 2
     assert "Traceback" not in done.stderr
     assert "`solidwhirl doctor` says what is missing" in done.stderr.splitlines()[-1]
 
