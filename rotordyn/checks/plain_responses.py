@@ -151,9 +151,11 @@ def check_peaks(
         if moved is None:
             continue
         major = _major(moved.amplitude.reshape(-1, 2))
+        # a place that the load does not reach moves by the rounding of the others
+        rounding = ROUNDINGS * _EPS * major.max()
         after = int(np.searchsorted(speeds_rad_s, speed))
         beside = np.nanmax(listed[max(0, after - 2) : after + 2], axis=0)
-        seen = major > _SMALL * highest
+        seen = major > np.maximum(_SMALL * highest, rounding)
         if seen.any():
             times = float((major[seen] / np.maximum(beside[seen], np.finfo(float).tiny)).max())
             misses.append(Miss(times, _HIGHER, speed))
