@@ -10,17 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from solidwhirl.commands.options import (
-    Accuracy,
-    Level,
-    Quiet,
-    SceneFile,
-    Store,
-    chosen_scene,
-    examples,
-    refuse_unwritable,
-    taking,
-)
+from solidwhirl.commands import options
 from solidwhirl.console.guard import guarded
 from solidwhirl.console.terminal import telling
 from solidwhirl.core.errors import OutputError
@@ -33,7 +23,7 @@ from solidwhirl.scene.records import Scene
 if TYPE_CHECKING:
     from solidwhirl.pipeline.cached_stages import Keeper
 
-EXAMPLES = examples(
+EXAMPLES = options.examples(
     "solidwhirl pictures scenes/laval.toml --out out/laval --only campbell",
     "solidwhirl pictures scenes/laval.toml --out out/laval --formats pdf,svg",
 )
@@ -46,7 +36,7 @@ MODES = 4
 class PictureOptions:
     """What `pictures` takes."""
 
-    scene: SceneFile
+    scene: options.SceneFile
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the run, or a new one.")]
     formats: Annotated[
         str,
@@ -59,13 +49,13 @@ class PictureOptions:
     modes: Annotated[
         int, typer.Option(min=0, metavar="N", help="Modes shown in space at most.")
     ] = MODES
-    store: Store = None
-    level: Level = None
-    accuracy: Accuracy = None
-    quiet: Quiet = False
+    store: options.Store = None
+    level: options.Level = None
+    accuracy: options.Accuracy = None
+    quiet: options.Quiet = False
 
 
-@taking(PictureOptions)
+@options.taking(PictureOptions)
 def pictures(asked: PictureOptions) -> None:
     """Draw the pictures of a run for print, its modes in space, and films of them.
 
@@ -74,8 +64,8 @@ def pictures(asked: PictureOptions) -> None:
     """
 
     def work() -> None:
-        scene = chosen_scene(asked.scene, asked.level, asked.accuracy)
-        refuse_unwritable(asked.out)
+        scene = options.chosen_scene(asked.scene, asked.level, asked.accuracy)
+        options.refuse_unwritable(asked.out)
         with telling(asked.quiet) as progress:
             done = pictures_command(
                 scene,

@@ -11,18 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import click
 import typer
 
-from solidwhirl.commands.options import (
-    Accuracy,
-    AsJson,
-    Level,
-    Quiet,
-    SceneFile,
-    Store,
-    chosen_scene,
-    examples,
-    refuse_unwritable,
-    taking,
-)
+from solidwhirl.commands import options
 from solidwhirl.console.guard import guarded
 from solidwhirl.console.terminal import RUN_SCHEMA, RunProgress, print_document
 from solidwhirl.core.stages import Stage, StageName
@@ -31,7 +20,7 @@ from solidwhirl.scene.records import Scene
 if TYPE_CHECKING:
     from solidwhirl.pipeline.run import Results
 
-EXAMPLES = examples(
+EXAMPLES = options.examples(
     "solidwhirl run scenes/laval.toml --out out/laval",
     "solidwhirl run scenes/laval.toml --out out/laval --level beam --no-pictures",
     "solidwhirl run scenes/laval.toml --out out/quick --no-pictures --quiet",
@@ -43,15 +32,15 @@ EXAMPLES = examples(
 class RunOptions:
     """What `run` takes."""
 
-    scene: SceneFile
+    scene: options.SceneFile
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results.")]
-    level: Level = None
-    accuracy: Accuracy = None
-    store: Store = None
+    level: options.Level = None
+    accuracy: options.Accuracy = None
+    store: options.Store = None
     fresh: Annotated[bool, typer.Option("--fresh", help="Compute all stages again.")] = False
     pictures: Annotated[bool, typer.Option(help="Draw PNG pictures; the page needs none.")] = True
-    quiet: Quiet = False
-    as_json: AsJson = False
+    quiet: options.Quiet = False
+    as_json: options.AsJson = False
 
     @property
     def command(self) -> str:
@@ -62,7 +51,7 @@ class RunOptions:
         return shlex.join(words)
 
 
-@taking(RunOptions)
+@options.taking(RunOptions)
 def run(asked: RunOptions) -> None:
     """Run a scene from geometry to Campbell plot.
 
@@ -74,8 +63,8 @@ def run(asked: RunOptions) -> None:
     """
 
     def work() -> None:
-        scene = chosen_scene(asked.scene, asked.level, asked.accuracy)
-        refuse_unwritable(asked.out)
+        scene = options.chosen_scene(asked.scene, asked.level, asked.accuracy)
+        options.refuse_unwritable(asked.out)
         from mpi4py import MPI
 
         from solidwhirl.pipeline.run import run_scene

@@ -12,13 +12,7 @@ from solidwhirl.core.outcome import Outcome
 from solidwhirl.pipeline.body_stages import Job
 from solidwhirl.pipeline.engine_stages import Diagram, Engine
 from solidwhirl.rotordyn import AssembledSystem, CriticalSpeed, End
-from solidwhirl.rotordyn.checks.plain_responses import (
-    Curve,
-    Load,
-    check_peaks,
-    check_stability,
-    check_unbalance_response,
-)
+from solidwhirl.rotordyn.checks import plain_responses
 from solidwhirl.rotordyn.checks.plain_system import PlainSystem
 from solidwhirl.rotordyn.checks.system_checks import check_system
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
@@ -85,7 +79,9 @@ def _stability(plain: PlainSystem, document: Mapping[str, Any], name: str) -> tu
     intervals = [tuple(row[key] * RAD_S_PER_RPM for key in keys) for row in rows]
     some = speeds[np.linspace(0, speeds.size - 1, min(speeds.size, _MOST)).astype(int)]
     marks = [*some.tolist(), *plain.knots_rad_s]
-    return check_stability(plain, intervals, (0.0, float(speeds.max())), marks, name)
+    return plain_responses.check_stability(
+        plain, intervals, (0.0, float(speeds.max())), marks, name
+    )
 
 
 def _responses(
@@ -98,17 +94,20 @@ def _responses(
     ]
     for exciter in document["exciters"]:
         loads = [
-            Load(_end(u["at"]), u["moment_kg_m"], float(np.radians(u["phase_deg"])))
+            plain_responses.Load(_end(u["at"]), u["moment_kg_m"], float(np.radians(u["phase_deg"])))
             for u in document["unbalances"]
             if u["at"].partition(".")[0] in exciter["bodies"]
         ]
         if not any(load.moment_kg_m for load in loads):
             continue
-        curves = [Curve(_end(at), _amplitude(found)) for at, found in exciter["places"].items()]
+        curves = [
+            plain_responses.Curve(_end(at), _amplitude(found))
+            for at, found in exciter["places"].items()
+        ]
         chosen = _chosen(speeds, exciter, plain.knots_rad_s)
         for check in (
-            check_unbalance_response(plain, loads, speeds, curves, chosen, name),
-            check_peaks(plain, loads, speeds, curves, doubtful, name),
+            plain_responses.check_unbalance_response(plain, loads, speeds, curves, chosen, name),
+            plain_responses.check_peaks(plain, loads, speeds, curves, doubtful, name),
         ):
             if check is not None:
                 yield check

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
+from solidwhirl import rotordyn as rd
 from solidwhirl.analyses.base import Operating
 from solidwhirl.analyses.stability_summary import Stability
 from solidwhirl.bodies.reduction import BodyResult
@@ -21,14 +22,6 @@ from solidwhirl.model.plan_records import Plan
 from solidwhirl.pipeline.alarms import Alarm, alarms_of
 from solidwhirl.pipeline.engine_stages import ExcitedCriticalSpeed
 from solidwhirl.plausibility.supports import support_doubts
-from solidwhirl.rotordyn import (
-    AssembledSystem,
-    BearingNote,
-    Campbell,
-    Invariant,
-    Modes,
-    Superelement,
-)
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.operating import operating_speeds
@@ -73,18 +66,18 @@ class Results:
     bodies: Mapping[str, BodyResult]
     rounds: tuple[Round, ...]
     forecast: Forecast
-    elements: Mapping[str, Superelement]
-    system: AssembledSystem
-    bearing_notes: tuple[BearingNote, ...]
-    at_rest: Modes
-    campbell: Campbell
+    elements: Mapping[str, rd.Superelement]
+    system: rd.AssembledSystem
+    bearing_notes: tuple[rd.BearingNote, ...]
+    at_rest: rd.Modes
+    campbell: rd.Campbell
     critical_speeds: tuple[ExcitedCriticalSpeed, ...]
     estimates: Estimates | None
     analyses: Mapping[str, Outcome]
     timings_s: Mapping[str, float]
     peak_memory_gib: float
     stability: Stability
-    checks: tuple[Invariant, ...] = ()
+    checks: tuple[rd.Invariant, ...] = ()
     stages: Mapping[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:

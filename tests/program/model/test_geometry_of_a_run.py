@@ -14,7 +14,7 @@ from solidwhirl.pipeline import results as records
 from solidwhirl.pipeline import run
 
 ONCE = (
-    (bodies, "Body"),
+    (bodies.geo, "Body"),
     (run, "build_bodies"),
     (run, "implausible"),
     (records, "support_doubts"),
