@@ -111,15 +111,11 @@ critical_speed_map: bearings = ["C"]
 place_map: places = ["casing.a"]
 place_map: frequency_count = 2
 unbalance_response: count = 3
-unbalance_response: observe = ["lp.a", "lp.b", "lp.m", "hp.a", "hp.b", "casing.a", "casing.b", \
-"casing.c"]
-unbalance_response: orbits_at_rpm = [1, 2, 3, 4, 5, 6, 7, 8, 9]; count = 9
 waterfall: from_rpm = 6000
 state_space: from_rpm = 7000
 stiffness_study: operating_speed_rpm = 9e4; stiffness_count = 2
 stiffness_study: excite = "casing.a"
 rotating_campbell: bodies = ["casing"]
-mode_shapes: modes = 20
 run_up: ramp_s = 1e9
 run_up: ramp_s = 0.02; hold_s = 0
 run_up: hold_s = 0.20001

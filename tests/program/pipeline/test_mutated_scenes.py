@@ -107,7 +107,7 @@ def refused_or_planned(data):
 
 @given(mutated())
 @settings(
-    max_examples=200, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck)
+    max_examples=100, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck)
 )
 def test_mutated_scene_is_planned_or_refused(data):
     assert refused_or_planned(data).strip()
