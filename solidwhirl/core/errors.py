@@ -90,8 +90,6 @@ class SceneError(UserError):
 
     Parameters
     ----------
-    path
-        The file.
     problems
         What is wrong, each begins with its key; a `Problem` knows the path of that key.
     places

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from solidwhirl.rotordyn.core.arrays import FloatArray
 
 
 def spread(places: Sequence[float], widths: Sequence[float]) -> FloatArray:
