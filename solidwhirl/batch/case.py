@@ -32,25 +32,14 @@ _LAST_LINES = 20
 
 @dataclass(frozen=True, kw_only=True)
 class CaseSettings:
-    """What all cases of a batch have in common.
+    """What all cases of a batch have in common."""
 
-    Attributes
-    ----------
-    out
-        Folder of the batch; each case has one in it.
-    store
-        Folder of the stages of all cases; None: `.stages` in `out`.
-    level, accuracy
-        Instead of those of the scenes; None: nothing is replaced.
-    pictures
-        Whether to draw.
-    """
-
-    out: Path
-    store: Path | None = None
+    out: Path  # folder of the batch; each case has one in it
+    store: Path | None = None  # folder of the stages of all cases; None: `.stages` in `out`
+    # level, accuracy: instead of those of the scenes; None: nothing is replaced
     level: str | None = None
     accuracy: float | None = None
-    pictures: bool = True
+    pictures: bool = True  # whether to draw
 
     @property
     def stages(self) -> Path:
@@ -74,9 +63,7 @@ def lead_case(
 ) -> tuple[BatchRow, Exception | None]:
     """Run a case where its results arrive, on the first rank of a team.
 
-    Returns
-    -------
-    The row, and what went wrong.
+    Returns the row, and what went wrong.
     """
     start = time.monotonic()
     _forget_peak_memory()

@@ -42,27 +42,11 @@ def batch_command(
 ) -> int:
     """Run all cases of scenes on the ranks of the job; every rank calls this.
 
-    Parameters
-    ----------
-    scenes, settings, resume
-        As for `run_batch`.
-    ranks_per_scene
-        Size of a team.
-    slurm
-        Write a Slurm script to this file and run nothing.
-    quiet
-        Say nothing but errors.
-    operating_rpm
-        Operating speeds of the reference shaft, in pictures.
-
-    Returns
-    -------
-    Exit code of rank 0: 0 all cases are done, 1 one failed, 3 one violates an invariant.
-
-    Raises
-    ------
-    SceneError, OutputError
-        As `run_batch`, and for options that make no batch.
+    `ranks_per_scene`: size of a team. `slurm`: write a Slurm script to this file and run nothing.
+    `quiet`: say nothing but errors. `operating_rpm`: operating speeds of the reference shaft, in
+    pictures.
+    Returns rank 0's exit code: 0 all cases are done, 1 one failed, 3 one violates an invariant.
+    Raises SceneError, OutputError: as `run_batch`, and for options that make no batch.
     """
     from mpi4py import MPI
 

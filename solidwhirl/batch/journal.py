@@ -33,10 +33,7 @@ class BatchTableError(UserError):
 class Journal:
     """The open journal of a batch, for one writer.
 
-    Attributes
-    ----------
-    path
-        The file.
+    `path`: the file.
     """
 
     def __init__(self, path: Path, file: int, rows: Iterable[BatchRow]) -> None:
@@ -52,15 +49,9 @@ class Journal:
     def append(self, row: BatchRow) -> None:
         """Write a row; it is on the disk when this returns.
 
-        Parameters
-        ----------
-        row
-            It takes the place of an earlier row of the same case.
-
-        Raises
-        ------
-        OutputError
-            There is no room. What was written of the line is removed, whatever ended it.
+        `row`: it takes the place of an earlier row of the same case.
+        Raises OutputError: there is no room. What was written of the line is removed, whatever
+        ended it.
         """
         line = json.dumps(row_document(row), allow_nan=False).encode() + b"\n"
         end = os.fstat(self._file).st_size
@@ -83,17 +74,9 @@ class Journal:
 def open_journal(folder: str | Path) -> Iterator[Journal]:
     """Open the journal of a batch for writing; a line that was broken off is removed first.
 
-    Yields
-    ------
-    Journal
-        For the block; the system gives it free when the process ends, however it ends.
-
-    Raises
-    ------
-    OutputError
-        Another process writes it, or it can't be written.
-    BatchTableError
-        A line before the last is damaged.
+    The system gives it free when the process ends, however it ends.
+    Raises OutputError: another process writes it, or it can't be written; BatchTableError: a line
+    before the last is damaged.
     """
     path = Path(folder) / JOURNAL
     try:
@@ -115,10 +98,7 @@ def open_journal(folder: str | Path) -> Iterator[Journal]:
 def begin_journal(folder: Path, rows: Iterable[BatchRow]) -> None:
     """Write a journal of these rows in place of the one that is there.
 
-    Raises
-    ------
-    OutputError
-        It can't be written.
+    Raises OutputError: it can't be written.
     """
     lines = [json.dumps(row_document(row), allow_nan=False) + "\n" for row in rows]
     try:
@@ -131,10 +111,7 @@ def begin_journal(folder: Path, rows: Iterable[BatchRow]) -> None:
 def read_journal(folder: str | Path) -> tuple[BatchRow, ...]:
     """Read the last row of every case; a last line that was broken off is passed over.
 
-    Raises
-    ------
-    BatchTableError
-        There is no journal, or a line before the last is damaged.
+    Raises BatchTableError: there is no journal, or a line before the last is damaged.
     """
     return _last_rows(_undamaged(Path(folder) / JOURNAL))
 
@@ -142,14 +119,8 @@ def read_journal(folder: str | Path) -> tuple[BatchRow, ...]:
 def salvaged_journal(folder: str | Path) -> tuple[tuple[BatchRow, ...], tuple[str, ...]]:
     """Read what is left of a journal.
 
-    Returns
-    -------
-    The last whole row of every case, and a sentence for each line that is damaged.
-
-    Raises
-    ------
-    BatchTableError
-        There is no journal.
+    Returns the last whole row of every case, and a sentence for each line that is damaged.
+    Raises BatchTableError: there is no journal.
     """
     read = _parsed(Path(folder) / JOURNAL)
     return _last_rows(read), read.damaged
@@ -181,10 +152,7 @@ def row_document(row: BatchRow) -> dict[str, Any]:
 def row_from_document(document: Any) -> BatchRow:
     """Return the row that plain data tells.
 
-    Raises
-    ------
-    BatchTableError
-        It is no row; the message names the key.
+    Raises BatchTableError: it is no row; the message names the key.
     """
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
         raise BatchTableError(f"is no row of a batch ({SCHEMA})")

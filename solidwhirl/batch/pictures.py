@@ -20,15 +20,8 @@ PICTURES = "pictures"
 def picture_settings(operating_rpm: tuple[float, float] | None) -> SweepPictureSettings:
     """Return the settings of the command line.
 
-    Parameters
-    ----------
-    operating_rpm
-        Lowest and highest operating speed of the reference shaft; None: not said.
-
-    Raises
-    ------
-    SceneError
-        They are no range.
+    `operating_rpm`: lowest and highest operating speed of the reference shaft; None: not said.
+    Raises SceneError: they are no range.
     """
     try:
         return SweepPictureSettings(operating_rpm=operating_rpm)
@@ -39,25 +32,11 @@ def picture_settings(operating_rpm: tuple[float, float] | None) -> SweepPictureS
 def redraw(out: Path, operating_rpm: tuple[float, float] | None = None) -> tuple[Path, ...]:
     """Draw the pictures of a batch from its rows; nothing is computed.
 
-    Parameters
-    ----------
-    out
-        Folder of the batch. What was drawn before and no longer applies is removed.
-    operating_rpm
-        As for `picture_settings`.
-
-    Returns
-    -------
-    The files, in `pictures` of the folder; none if no scene has a sweep of two cases that are done.
-
-    Raises
-    ------
-    BatchTableError
-        The folder holds no batch, or a damaged one.
-    SceneError
-        The speeds are no range, or the rows make no picture.
-    OutputError
-        A picture can't be written.
+    `out`: folder of the batch. What was drawn before and no longer applies is removed.
+    Returns the files, in `pictures` of the folder; none if no scene has a sweep of two cases that
+    are done.
+    Raises BatchTableError: the folder holds no batch, or a damaged one; SceneError: the speeds are
+    no range, or the rows make no picture; OutputError: a picture can't be written.
     """
     settings = picture_settings(operating_rpm)
     rows = read_batch(out)
@@ -79,9 +58,7 @@ def draw_at_end(
 ) -> tuple[Path, ...]:
     """Draw the pictures of a batch that has ended; what fails here is said, its table stays.
 
-    Returns
-    -------
-    The files; none where drawing failed.
+    Returns the files; none where drawing failed.
     """
     try:
         files = redraw(out, operating_rpm)

@@ -38,10 +38,7 @@ class _End:
 def layout_of(world: Any, ranks_per_scene: int) -> Layout:
     """Return the teams of the ranks of a communicator.
 
-    Raises
-    ------
-    SceneError
-        More ranks for a scene than there are.
+    Raises SceneError: more ranks for a scene than there are.
     """
     from mpi4py import MPI
 
@@ -68,19 +65,10 @@ def run_on_ranks(
     The first ranks of the teams on one node are the workers of one executor, so that it is known
     where a case runs. The others of a team join each case that their first one gets.
 
-    Parameters
-    ----------
-    work, costs, layout
-        The batch, from `costs_on_ranks` and `layout_of`.
-    world
-        Communicator of all ranks.
-    keep
-        Writes a row down, with the time to go [s]; called on rank 0 only.
-
-    Raises
-    ------
-    Exception
-        What `keep` raised; the cases running then are finished first.
+    `work`, `costs`, `layout`: the batch, from `costs_on_ranks` and `layout_of`. `world`:
+    communicator of all ranks. `keep`: writes a row down, with the time to go [s]; called on rank 0
+    only.
+    Raises Exception: what `keep` raised; the cases running then are finished first.
     """
     from mpi4py import MPI
 

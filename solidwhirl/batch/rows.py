@@ -29,10 +29,7 @@ def row_of_results(case: BatchCase, results: Results, seconds: float, ranks: int
 def row_of_folder(case: BatchCase, folder: str | Path, seconds: float, ranks: int) -> BatchRow:
     """Return the row of a case whose folder is complete.
 
-    Raises
-    ------
-    BatchTableError
-        The results can't be read.
+    Raises BatchTableError: the results can't be read.
     """
     path = Path(folder) / "results.json"
     try:
@@ -49,14 +46,8 @@ def row_of_document(
 ) -> BatchRow:
     """Return the row of a case from the document of its results.
 
-    Parameters
-    ----------
-    case
-        The case.
-    document
-        What `results.json` holds (`solidwhirl.output.documents.results_document`).
-    seconds, ranks
-        Wall time and processes.
+    `document`: what `results.json` holds (`solidwhirl.output.documents.results_document`).
+    `seconds`, `ranks`: wall time and processes.
     """
     failures = [c for c in document["invariants"] if c["passed"] is False]
     critical = sorted(critical_speeds_that_count(document), key=lambda c: _number(c["speed_rpm"]))

@@ -51,49 +51,24 @@ Keep = Callable[[BatchRow, float], None]
 
 @dataclass(frozen=True, kw_only=True)
 class Place:
-    """Workers of one executor on the same nodes.
+    """Workers of one executor on the same nodes."""
 
-    Attributes
-    ----------
-    executor
-        Takes the cases; None: the thread that runs the batch computes them itself.
-    workers
-        Cases that it computes at once.
-    shares
-        Part of the memory of a case by node; the parts add up to 1.
-    task
-        What a worker does with a case.
-    """
-
+    # Takes the cases; None: the thread that runs the batch computes them itself
     executor: Executor | None
-    workers: int
-    shares: Mapping[str, float]
-    task: Task = run_alone
+    workers: int  # cases that it computes at once
+    shares: Mapping[str, float]  # part of the memory of a case by node; the parts add up to 1
+    task: Task = run_alone  # what a worker does with a case
 
 
 @dataclass(frozen=True, kw_only=True)
 class Work:
-    """What a batch computes.
-
-    Attributes
-    ----------
-    cases
-        All cases.
-    todo
-        Indices of those that have no good row.
-    last
-        Of these, those that failed before.
-    rows
-        Rows that stay in the journal.
-    settings
-        What the cases have in common.
-    """
+    """What a batch computes."""
 
     cases: tuple[BatchCase, ...]
-    todo: tuple[int, ...]
-    last: tuple[int, ...] = ()
-    rows: tuple[BatchRow, ...] = ()
-    settings: CaseSettings
+    todo: tuple[int, ...]  # indices of those that have no good row
+    last: tuple[int, ...] = ()  # of these, those that failed before
+    rows: tuple[BatchRow, ...] = ()  # rows that stay in the journal
+    settings: CaseSettings  # what the cases have in common
 
 
 def run_batch(
@@ -154,10 +129,8 @@ def run_batch(
 def work_of(cases: tuple[BatchCase, ...], settings: CaseSettings, *, resume: bool) -> Work:
     """Return what is to be done in the folder of a batch.
 
-    Raises
-    ------
-    OutputError
-        The folder has files of somebody else's, or a run is writing the folder of a case.
+    Raises OutputError: the folder has files of somebody else's, or a run is writing the folder of a
+    case.
     """
     out = settings.out
     _refuse_others(cases, out)
@@ -261,21 +234,11 @@ def run_cases(
 ) -> None:
     """Compute the cases to do: the most expensive first, those that failed before last.
 
-    Parameters
-    ----------
-    work, costs
-        The batch, and what its cases are predicted to cost.
-    places
-        Where they are computed.
-    free_gib
-        Free memory by node; a case waits until it fits beside those that run.
-    keep
-        Writes a row down, with the time to go [s]; called by one thread at a time.
-
-    Raises
-    ------
-    Exception
-        What `keep` raised, or an executor that broke; the cases running then are finished first.
+    `work`, `costs`: the batch, and what its cases are predicted to cost. `places`: where they are
+    computed. `free_gib`: free memory by node; a case waits until it fits beside those that run.
+    `keep`: writes a row down, with the time to go [s]; called by one thread at a time.
+    Raises Exception: what `keep` raised, or an executor that broke; the cases running then are
+    finished first.
     """
     dispatch = _Dispatch(work, costs, places, free_gib, keep)
     try:

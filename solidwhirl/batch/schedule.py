@@ -24,43 +24,21 @@ _AROUND_S = 0.3
 
 @dataclass(frozen=True, kw_only=True)
 class Predicted:
-    """What a case will cost, of one rank.
-
-    Attributes
-    ----------
-    seconds
-        Processor time.
-    peak_memory_gib
-        Resident memory.
-    least_memory_gib
-        With less, its first mesh is refused.
-    """
+    """What a case will cost, of one rank."""
 
     seconds: float
     peak_memory_gib: float
-    least_memory_gib: float = 0.0
+    least_memory_gib: float = 0.0  # with less, its first mesh is refused
 
 
 @dataclass(frozen=True, kw_only=True)
 class Layout:
-    """Which ranks compute a case together.
+    """Which ranks compute a case together."""
 
-    Attributes
-    ----------
-    ranks_per_team
-        Size of each team.
-    teams
-        Number of teams.
-    first
-        First rank of the first team: 0, or 1 where rank 0 only coordinates.
-    idle
-        Ranks that are left over.
-    """
-
-    ranks_per_team: int
-    teams: int
-    first: int
-    idle: int
+    ranks_per_team: int  # size of each team
+    teams: int  # number of teams
+    first: int  # first rank of the first team: 0, or 1 where rank 0 only coordinates
+    idle: int  # ranks that are left over
 
     def team_of(self, rank: int) -> int | None:
         """Team of a rank; None if it is in none."""
@@ -78,19 +56,9 @@ def predicted_cost(scene: Scene, machine: MachineSpeed, *, pictures: bool = True
     Where the scene leaves the level to the program it counts as harmonic: to try whether beams are
     enough takes as long as a small case.
 
-    Parameters
-    ----------
-    scene
-        The scene.
-    machine
-        Speed of the machine, the same for all cases that are compared.
-    pictures
-        Whether they are drawn.
-
-    Raises
-    ------
-    ValueError
-        Something that a run refuses as well.
+    `machine`: speed of the machine, the same for all cases that are compared. `pictures`: whether
+    they are drawn.
+    Raises ValueError: something that a run refuses as well.
     """
     level = "harmonic" if scene.model.level == "auto" else scene.model.level
     bodies, meshes = build_bodies(scene), build_mesh_bodies(scene)
@@ -109,17 +77,9 @@ def largest_first(
 ) -> list[int]:
     """Order of the cases: the most expensive first, and those that failed before after all others.
 
-    Parameters
-    ----------
-    seconds
-        Predicted time by case [s].
-    todo
-        Indices of those to compute.
-    last
-        Of these, those that come last: what ended a whole job would end it again.
+    `seconds`: predicted time by case [s]. `todo`: indices of those to compute. `last`: of these,
+    those that come last: what ended a whole job would end it again.
 
-    Notes
-    -----
     Longest processing time first (Graham 1969): the whole takes at most 4/3 of the best order.
     """
     after = frozenset(last)
@@ -132,19 +92,9 @@ def team_layout(size: int, ranks_per_scene: int, *, answers_while_busy: bool) ->
     Rank 0 gives out the cases. It computes as well where teams are few; it only coordinates where
     they are many, where it is left over anyway, or where it could not answer while it computes.
 
-    Parameters
-    ----------
-    size
-        Number of ranks.
-    ranks_per_scene
-        Size of a team.
-    answers_while_busy
-        Whether the MPI library lets a second thread of rank 0 answer.
-
-    Raises
-    ------
-    ValueError
-        A team of more ranks than there are, or of none.
+    `ranks_per_scene`: size of a team. `answers_while_busy`: whether the MPI library lets a second
+    thread of rank 0 answer.
+    Raises ValueError: a team of more ranks than there are, or of none.
     """
     if not 1 <= ranks_per_scene <= size:
         raise ValueError(
@@ -166,12 +116,7 @@ def team_layout(size: int, ranks_per_scene: int, *, answers_while_busy: bool) ->
 class TimeToGo:
     """Time that a batch still takes, from predicted costs corrected by those measured.
 
-    Parameters
-    ----------
-    seconds
-        Predicted time by case [s].
-    teams
-        How many cases run at once.
+    `seconds`: predicted time by case [s]. `teams`: how many cases run at once.
     """
 
     def __init__(self, seconds: Mapping[int, float], teams: int) -> None:
@@ -188,12 +133,7 @@ class TimeToGo:
     def finished(self, case: int, measured_s: float | None) -> None:
         """Take a case off the list.
 
-        Parameters
-        ----------
-        case
-            Its index.
-        measured_s
-            What it took [s]; None if it failed, which says nothing about the others.
+        `measured_s`: what it took [s]; None if it failed, which says nothing about the others.
         """
         predicted = self._left.pop(case, 0.0)
         if measured_s is not None:
@@ -202,10 +142,7 @@ class TimeToGo:
     def seconds(self, running_s: Mapping[int, float]) -> float:
         """Time to go [s]: the work left by all teams, but not less than the longest case left.
 
-        Parameters
-        ----------
-        running_s
-            Time since its start by running case [s].
+        `running_s`: time since its start by running case [s].
         """
         left = {
             case: max(self.factor * predicted - running_s.get(case, 0.0), 0.0)
@@ -217,14 +154,9 @@ class TimeToGo:
 class MemoryRoom:
     """Memory of the nodes, divided among the cases that run.
 
-    Parameters
-    ----------
-    free_gib
-        Free memory by node, before the first case [GiB].
-    places
-        Of everyone who computes cases: part of a case's memory by node; the parts add up to 1.
-    needs_gib
-        Predicted peak memory by case [GiB]; a case that is not in it needs none.
+    `free_gib`: free memory by node, before the first case [GiB]. `places`: of everyone who computes
+    cases: part of a case's memory by node; the parts add up to 1. `needs_gib`: predicted peak
+    memory by case [GiB]; a case that is not in it needs none.
     """
 
     def __init__(
@@ -242,12 +174,7 @@ class MemoryRoom:
         One that fits nowhere, ever, runs alone: whether that can be done is for the case itself to
         say.
 
-        Parameters
-        ----------
-        shares
-            Part of its memory by node.
-        case
-            Its index.
+        `shares`: part of its memory by node.
         """
         beside = {
             node: sum(at.get(node, 0.0) * self._need(n) for n, at in self._running.items())

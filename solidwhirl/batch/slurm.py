@@ -31,30 +31,14 @@ _NAME = re.compile(r"[^A-Za-z0-9_.-]+")
 
 @dataclass(frozen=True, kw_only=True)
 class SlurmJob:
-    """What is asked of Slurm.
+    """What is asked of Slurm."""
 
-    Attributes
-    ----------
-    name
-        Of the job.
-    ranks
-        Number of tasks.
-    memory_mib
-        Memory of each [MiB].
-    minutes
-        Time limit [min].
-    command
-        The batch, without mpirun.
-    log
-        File for what it says.
-    """
-
-    name: str
-    ranks: int
-    memory_mib: int
-    minutes: int
-    command: Sequence[str]
-    log: Path
+    name: str  # of the job
+    ranks: int  # number of tasks
+    memory_mib: int  # memory of each [MiB]
+    minutes: int  # time limit [min]
+    command: Sequence[str]  # the batch, without mpirun
+    log: Path  # file for what it says
 
 
 def slurm_job(
@@ -70,18 +54,9 @@ def slurm_job(
     As many teams as finish within about an hour, but not more than there are cases, and none that
     would only wait for the largest one.
 
-    Parameters
-    ----------
-    costs
-        Predicted cost by case, not empty.
-    command
-        The batch, without mpirun.
-    out
-        Folder of the batch.
-    ranks_per_scene
-        Size of a team.
-    ranks
-        Number of ranks, if it is chosen already.
+    `costs`: predicted cost by case, not empty. `command`: the batch, without mpirun. `out`: folder
+    of the batch. `ranks_per_scene`: size of a team. `ranks`: number of ranks, if it is chosen
+    already.
     """
     total = sum(cost.seconds for cost in costs.values())
     largest = max((cost.seconds for cost in costs.values()), default=0.0)

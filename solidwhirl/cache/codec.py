@@ -126,16 +126,9 @@ def _kind_of(label: str, packages: Set[str]) -> Any:
 def pack(value: Any, packages: Set[str] = PACKAGES) -> list[Block]:
     """Return a value as pieces of bytes that belong one after the other.
 
-    Parameters
-    ----------
-    value
-        Frozen dataclasses of the packages, tuples, lists, mappings, arrays, numbers, texts, bytes,
-        None, nested as they like.
-
-    Raises
-    ------
-    CodecError
-        Something else occurs in it.
+    `value`: frozen dataclasses of the packages, tuples, lists, mappings, arrays, numbers, texts,
+    bytes, None, nested as they like.
+    Raises CodecError: something else occurs in it.
     """
     head, blocks = _pieces(value, _Packer(packages, {}))
     out: list[Block] = [len(head).to_bytes(_LENGTH, "little"), head]
@@ -147,12 +140,8 @@ def pack(value: Any, packages: Set[str] = PACKAGES) -> list[Block]:
 def fingerprint(value: Any, left_out: Mapping[str, frozenset[str]] | None = None) -> str:
     """SHA-256 of a value's content, the same for values whose every bit is the same.
 
-    Parameters
-    ----------
-    value
-        As in `pack`, any frozen dataclass and pydantic record.
-    left_out
-        Fields that do not count, by module and name of the record.
+    `value`: as in `pack`, any frozen dataclass and pydantic record. `left_out`: fields that do not
+    count, by module and name of the record.
     """
     head, blocks = _pieces(value, _Packer(None, left_out or {}))
     digest = hashlib.sha256(head)
@@ -174,10 +163,7 @@ def _pieces(value: Any, packer: _Packer) -> tuple[bytes, list[Block]]:
 def unpack(data: Block, packages: Set[str] = PACKAGES) -> Any:
     """Return the value that `pack` was given.
 
-    Raises
-    ------
-    CodecError
-        The bytes are no such value, or hold a record that is not allowed.
+    Raises CodecError: the bytes are no such value, or hold a record that is not allowed.
     """
     view = memoryview(data)
     if len(view) < _LENGTH:

@@ -48,29 +48,13 @@ def write_surface_vtu(
 ) -> Exported:
     """Write elastic modes of a body at rest on its surface as VTU.
 
-    Parameters
-    ----------
-    element
-        The body.
-    path
-        The file.
-    modes
-        How many of each kind, the lowest ones; None: 12.
-    shapes
-        "free" (nothing holds the body) and "fixed_interface" (all interfaces are held).
-    sectors
-        Points around the circumference of a body of revolution.
-
-    Returns
-    -------
-    Exported
-        What was written. Each mode is one field of displacements, the largest of length 1; names
-        hold the frequency, and the field data `frequency_hz` the frequencies in that order.
-
-    Raises
-    ------
-    SuperelementError
-        If an argument has no meaning, or the body has no elastic modes or nothing to show.
+    `modes`: how many of each kind, the lowest ones; None: 12. `shapes`: "free" (nothing holds the
+    body) and "fixed_interface" (all interfaces are held). `sectors`: points around the
+    circumference of a body of revolution.
+    Returns what was written. Each mode is one field of displacements, the largest of length 1;
+    names hold the frequency, and the field data `frequency_hz` the frequencies in that order.
+    Raises SuperelementError: if an argument has no meaning, or the body has no elastic modes or
+    nothing to show.
     """
     grid, left_out = _mode_grid(element, shapes, _MODES if modes is None else modes, sectors)
     write_vtu(grid, path)
@@ -147,17 +131,9 @@ def _mode_grid(
 def surface_grid(element: Superelement, sectors: int = _SECTORS) -> tuple[Grid, tuple[str, ...]]:
     """Return a body's surface without fields, and what is not as it should be.
 
-    Parameters
-    ----------
-    element
-        The body; without a surface its points for pictures are taken, those on the axis as a line.
-    sectors
-        Points around the circumference.
-
-    Raises
-    ------
-    SuperelementError
-        If there is neither surface nor points.
+    `element`: the body; without a surface its points for pictures are taken, those on the axis as a
+    line. `sectors`: points around the circumference.
+    Raises SuperelementError: if there is neither surface nor points.
     """
     surface = shown_surface(element)
     if surface is not None:

@@ -39,28 +39,12 @@ class Model:
     significant digits. Evaluations of the whole model are cached, in a state file if one is given,
     so that a search that repeats the same points continues where it was interrupted.
 
-    Parameters
-    ----------
-    state
-        Path of the state file, read if it exists; None for none.
-    progress
-        Called with one line per evaluation.
-
-    Raises
-    ------
-    OutputError
-        The state file belongs to another problem, or can't be read or written.
-
-    Attributes
-    ----------
-    given
-        The problem's own start, (n,).
-    mass_rows
-        Which targets have closed forms, (targets,).
-    limit
-        Evaluations of the whole model that are allowed; None for any number.
-    infeasible
-        Messages of the points without a model, in order, mass evaluations included.
+    `state`: path of the state file, read if it exists; None for none. `progress`: called with one
+    line per evaluation.
+    Raises OutputError: the state file belongs to another problem, or can't be read or written.
+    `given`: the problem's own start, (n,). `mass_rows`: which targets have closed forms,
+    (targets,). `limit`: evaluations of the whole model that are allowed; None for any number.
+    `infeasible`: messages of the points without a model, in order, mass evaluations included.
     """
 
     def __init__(
@@ -104,10 +88,7 @@ class Model:
     def masses(self, point: FloatArray) -> FloatArray:
         """Return the targets' quantities with nan for those that are not in closed form.
 
-        Raises
-        ------
-        InfeasibleError
-            No body with these values.
+        Raises InfeasibleError: no body with these values.
         """
         try:
             return _masses(self.problem, self.problem.scene_at(self.values(point)))
@@ -120,12 +101,8 @@ class Model:
 
         Interfaces that nothing uses are left out; see `complete`.
 
-        Raises
-        ------
-        InfeasibleError
-            No model with these values.
-        BudgetError
-            After the problem's maximum number of evaluations.
+        Raises InfeasibleError: no model with these values; BudgetError: after the problem's maximum
+        number of evaluations.
         """
         key, values = self._key("whole", point, accuracy)
         if key in self._asked:
@@ -150,10 +127,7 @@ class Model:
     def complete(self, point: FloatArray, accuracy: float) -> FloatArray:
         """Return all targets' quantities of the scene with all of its interfaces, uncounted.
 
-        Raises
-        ------
-        InfeasibleError
-            No model with these values.
+        Raises InfeasibleError: no model with these values.
         """
         return self._cached(*self._key("complete", point, accuracy), accuracy, "complete")
 

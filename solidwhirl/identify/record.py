@@ -26,38 +26,18 @@ _NAMED = 0.25
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Identification:
-    """The result of an identification.
-
-    Attributes
-    ----------
-    values
-        Identified values by parameter.
-    point
-        The same in the unit cube of the bounds, (n,).
-    reached
-        Quantities of the targets at the problem's accuracy, (t,).
-    slopes
-        d(deviation in units of the tolerance)/d(point), (t, n).
-    ended
-        Why the last search ended.
-    evaluations
-        Evaluations of the whole model.
-    infeasible
-        Messages of the points that had no model.
-    seconds
-        Wall time of this run, without what an earlier, interrupted one did.
-    """
+    """The result of an identification."""
 
     problem: Problem
-    values: Mapping[str, float]
-    point: FloatArray
-    reached: FloatArray
-    slopes: FloatArray
+    values: Mapping[str, float]  # identified values by parameter
+    point: FloatArray  # the same in the unit cube of the bounds, (n,)
+    reached: FloatArray  # quantities of the targets at the problem's accuracy, (t,)
+    slopes: FloatArray  # d(deviation in units of the tolerance)/d(point), (t, n)
     starts: tuple[Descent, ...]
-    ended: str
-    evaluations: int
-    infeasible: tuple[str, ...]
-    seconds: float
+    ended: str  # why the last search ended
+    evaluations: int  # evaluations of the whole model
+    infeasible: tuple[str, ...]  # messages of the points that had no model
+    seconds: float  # wall time of this run, without what an earlier, interrupted one did
 
     @property
     def deviations(self) -> FloatArray:

@@ -28,26 +28,17 @@ __all__ = ["Identified", "identified_scene", "identify", "identify_command", "re
 
 @dataclass(frozen=True, kw_only=True)
 class Identified:
-    """Files of an identification.
+    """Files of an identification."""
 
-    Attributes
-    ----------
-    scene, record, report
-        The scene with the identified values, the record as JSON, and as Markdown.
-    found
-        One line per parameter: its value, what the targets leave open, and its bounds.
-    met
-        Whether every target is reached within its tolerance.
-    missed
-        One line per target that is not.
-    """
-
+    # scene, record, report: the scene with the identified values, the record as JSON, and as
+    # Markdown
     scene: Path
     record: Path
     report: Path
+    # One line per parameter: its value, what the targets leave open, and its bounds
     found: tuple[str, ...]
-    met: bool
-    missed: tuple[str, ...]
+    met: bool  # whether every target is reached within its tolerance
+    missed: tuple[str, ...]  # one line per target that is not
 
 
 def identify_command(
@@ -134,26 +125,11 @@ def identify(
 ) -> Identification:
     """Find the values of the parameters that bring the targets nearest to their values.
 
-    Parameters
-    ----------
-    state
-        File that caches evaluations; None for none.
-    progress
-        Called with one line per step.
+    `state`: file that caches evaluations; None for none. `progress`: called with one line per step.
+    Returns the best that was found, with all targets met or not.
+    Raises SceneError: no start of the search has a model, or the slopes at the result can't be
+    measured; OutputError: the state belongs to another problem, or can't be read or written.
 
-    Returns
-    -------
-    The best that was found, with all targets met or not.
-
-    Raises
-    ------
-    SceneError
-        No start of the search has a model, or the slopes at the result can't be measured.
-    OutputError
-        The state belongs to another problem, or can't be read or written.
-
-    Notes
-    -----
     Minimised is Σ ((q/q₀ - 1)/tolerance)² + Σ (prior (p - start)/(upper - lower))² over the
     box of the bounds, by the trust region reflective method of Branch, Coleman and Li (1999).
     """

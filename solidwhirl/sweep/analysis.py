@@ -70,28 +70,21 @@ class SweepPictureSettings:
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class SweepAnalysis:
-    """What the cases of one scene say.
+    """What the cases of one scene say."""
 
-    Attributes
-    ----------
-    design, tracks, quantities, sensitivities
-        Cases, critical speeds, all single numbers, and how the latter depend on the parameters.
-    bands, critical_quantiles
-        Of a sampled sweep: branches of the Campbell diagram, and speeds of the tracks (levels,
-        tracks) in rpm; None otherwise.
-    maps
-        Separation margins.
-    notes, band_notes
-        Sentences on cases and results that are left out or in doubt; those on the bands apart.
-    """
-
+    # design, tracks, quantities, sensitivities: cases, critical speeds, all single numbers, and how
+    # the latter depend on the parameters
     design: SweepDesign
     tracks: tuple[CriticalTrack, ...]
     quantities: tuple[Quantity, ...]
     sensitivities: tuple[Sensitivity, ...]
+    # bands, critical_quantiles: of a sampled sweep: branches of the Campbell diagram, and speeds of
+    # the tracks (levels, tracks) in rpm; None otherwise
     bands: CampbellBands | None
     critical_quantiles: Quantiles | None
     maps: tuple[MarginMap, ...]
+    # notes, band_notes: sentences on cases and results that are left out or in doubt; those on the
+    # bands apart
     notes: tuple[str, ...]
     band_notes: tuple[str, ...]
 
@@ -101,10 +94,8 @@ def analyse_sweep(
 ) -> tuple[SweepAnalysis, ...]:
     """Return what the rows of every scene say that has a sweep.
 
-    Raises
-    ------
-    SweepPictureError
-        If rows of one scene have different parameters, or a parameter asked for does not vary.
+    Raises SweepPictureError: if rows of one scene have different parameters, or a parameter asked
+    for does not vary.
     """
     designs = sweep_designs(rows, settings.design)
     return tuple(_analysis(d, settings) for d in designs if d.parameters and len(d.rows) > 1)
