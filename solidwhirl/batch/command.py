@@ -20,7 +20,6 @@ from solidwhirl.batch.schedule import Layout, Predicted
 from solidwhirl.batch.slurm import slurm_job, write_slurm_script
 from solidwhirl.batch.table import TABLE
 from solidwhirl.console.terminal import duration_text
-from solidwhirl.core.errors import OutputError
 from solidwhirl.core.machine import available_memory_gib
 from solidwhirl.files.run_folder import claimed
 from solidwhirl.sweep.cases import batch_cases
@@ -170,10 +169,7 @@ def _write_script(
         ranks_per_scene=ranks_per_scene,
         ranks=world.size if world.size > 1 else None,
     )
-    try:
-        write_slurm_script(job, path)
-    except OSError as error:
-        raise OutputError(f"{path}: can not be written: {error.strerror or error}") from error
+    write_slurm_script(job, path)
     if "--quiet" not in words:
         sys.stderr.write(
             f"script: {path}: {len(cases)} cases, {job.ranks} ranks of {job.memory_mib} MiB, "

@@ -8,7 +8,7 @@ from pathlib import Path
 from rich.console import Console
 
 from solidwhirl.batch.table import read_batch
-from solidwhirl.core.errors import OutputError, SceneError, clean
+from solidwhirl.core.errors import SceneError, clean, writing
 from solidwhirl.sweep.analysis import SweepPictureSettings
 from solidwhirl.sweep.design import SweepPictureError
 from solidwhirl.sweep_pictures.all import draw_batch, drawn_before
@@ -43,13 +43,12 @@ def redraw(out: Path, operating_rpm: tuple[float, float] | None = None) -> tuple
     folder = out / PICTURES
     old = drawn_before(folder)
     try:
-        files = draw_batch(rows, folder, settings=settings)
-        for path in set(old) - set(files):
-            path.unlink(missing_ok=True)
+        with writing(folder):
+            files = draw_batch(rows, folder, settings=settings)
+            for path in set(old) - set(files):
+                path.unlink(missing_ok=True)
     except SweepPictureError as error:
         raise SceneError(out, [str(error)]) from error
-    except OSError as error:
-        raise OutputError(f"{folder}: can not be written: {error.strerror or error}") from error
     return files
 
 

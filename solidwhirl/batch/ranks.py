@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from solidwhirl.batch.case import ERROR_FILE, CaseSettings, follow_case, lead_case
-from solidwhirl.batch.run import Keep, Place, Work, predicted_costs, run_cases
+from solidwhirl.batch.run import Dispatch, Keep, Place, Work, predicted_costs
 from solidwhirl.batch.schedule import Layout, Predicted, team_layout
 from solidwhirl.core.errors import SceneError
 from solidwhirl.core.machine import available_memory_gib, machine_speed
@@ -81,7 +81,7 @@ def run_on_ranks(
     _team = None if own is None else _team_communicator(split)
     if world.rank == 0:
         with _places(layout, world, shares) as places:
-            run_cases(work, costs, places, free, keep)
+            Dispatch(work, costs, places, free, keep).run()
         _release_team()
         _wait_for_all(world)
         return

@@ -5,25 +5,15 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from solidwhirl.batch.journal import BatchTableError
 from solidwhirl.core.errors import clean
 from solidwhirl.scene_checks.operating import critical_speeds_that_count
 from solidwhirl.sweep.records import BatchCase, BatchRow
 
-if TYPE_CHECKING:
-    from solidwhirl.pipeline.run import Results
-
 _NAN = float("nan")
 Scalars = Iterator[tuple[str, float | None]]
-
-
-def row_of_results(case: BatchCase, results: Results, seconds: float, ranks: int) -> BatchRow:
-    """Return the row of a case that was computed."""
-    from solidwhirl.output.documents import results_document
-
-    return row_of_document(case, results_document(results), seconds, ranks)
 
 
 def row_of_folder(case: BatchCase, folder: str | Path, seconds: float, ranks: int) -> BatchRow:

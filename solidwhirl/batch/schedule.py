@@ -151,54 +151,35 @@ class TimeToGo:
         return max(sum(left.values()) / self._teams, max(left.values(), default=0.0))
 
 
-class MemoryRoom:
-    """Memory of the nodes, divided among the cases that run.
+@dataclass(frozen=True, kw_only=True)
+class Memory:
+    """Memory of the nodes [GiB], divided among the cases that run."""
 
-    `free_gib`: free memory by node, before the first case [GiB]. `places`: of everyone who computes
-    cases: part of a case's memory by node; the parts add up to 1. `needs_gib`: predicted peak
-    memory by case [GiB]; a case that is not in it needs none.
-    """
+    free_gib: Mapping[str, float]  # by node, before the first case
+    # Of everyone who computes cases: part of a case's memory by node; the parts add up to 1
+    places: Sequence[Mapping[str, float]]
+    needs_gib: Mapping[int, float]  # predicted peak by case; one that is not in it needs none
 
-    def __init__(
-        self,
-        free_gib: Mapping[str, float],
-        places: Sequence[Mapping[str, float]],
-        needs_gib: Mapping[int, float],
-    ) -> None:
-        self._free, self._places, self._needs = free_gib, tuple(places), needs_gib
-        self._running: dict[int, Mapping[str, float]] = {}
-
-    def may_begin(self, shares: Mapping[str, float], case: int) -> bool:
-        """Whether a case fits beside those that run.
+    def allows(
+        self, case: int, shares: Mapping[str, float], running: Mapping[int, Mapping[str, float]]
+    ) -> bool:
+        """Whether a case of these parts by node fits beside those that run, by their parts.
 
         One that fits nowhere, ever, runs alone: whether that can be done is for the case itself to
         say.
-
-        `shares`: part of its memory by node.
         """
+        need = self.needs_gib.get
         beside = {
-            node: sum(at.get(node, 0.0) * self._need(n) for n, at in self._running.items())
+            node: sum(at.get(node, 0.0) * need(n, 0.0) for n, at in running.items())
             for node in shares
         }
-        if self._fits(shares, case, beside):
+
+        def fits(place: Mapping[str, float], taken: Mapping[str, float]) -> bool:
+            return all(
+                taken.get(node, 0.0) + part * need(case, 0.0) <= self.free_gib[node]
+                for node, part in place.items()
+            )
+
+        if fits(shares, beside):
             return True
-        return not any(beside.values()) and not any(
-            self._fits(place, case, {}) for place in self._places
-        )
-
-    def begin(self, shares: Mapping[str, float], case: int) -> None:
-        """Write down where a case runs."""
-        self._running[case] = shares
-
-    def end(self, case: int) -> None:
-        """Write down that a case is over."""
-        self._running.pop(case, None)
-
-    def _need(self, case: int) -> float:
-        return self._needs.get(case, 0.0)
-
-    def _fits(self, shares: Mapping[str, float], case: int, beside: Mapping[str, float]) -> bool:
-        return all(
-            beside.get(node, 0.0) + part * self._need(case) <= self._free[node]
-            for node, part in shares.items()
-        )
+        return not any(beside.values()) and not any(fits(place, {}) for place in self.places)

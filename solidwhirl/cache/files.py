@@ -135,6 +135,13 @@ class StageStore:
                 if path.stem not in self._used:
                     path.unlink(missing_ok=True)
 
+    def remove(self) -> None:
+        """Remove all entries, and the folder if nothing else is in it."""
+        with contextlib.suppress(OSError):
+            for path in self.folder.glob(f"*{_SUFFIX}"):
+                path.unlink(missing_ok=True)
+            self.folder.rmdir()
+
     def clear_leftovers(self) -> None:
         """Remove temporary files and locks that a killed process left a day ago or earlier."""
         with contextlib.suppress(OSError):

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path, PurePosixPath
 
-from solidwhirl.core.errors import OutputError
+from solidwhirl.core.errors import OutputError, writing
 from solidwhirl.files.locks import lock_file, release
 from solidwhirl.files.picture_index import pictures_listed
 from solidwhirl.rotordyn.core.atomic import replacing
@@ -64,13 +64,9 @@ def claimed(out: str | Path, within: Path | None = None) -> Iterator[RunFolder]:
     if within is None:
         _refuse_claimed_above(out)
     missing = [p for p in (out, *out.parents) if not p.exists()]
-    try:
+    with writing(out):
         out.mkdir(parents=True, exist_ok=True)
         lock = _locked(out / _LOCK)
-    except OSError as error:
-        if isinstance(error, OutputError):
-            raise
-        raise OutputError(f"{out}: can not be written: {error.strerror or error}") from error
     try:
         _clear_leftovers(out)
         yield RunFolder(path=out)
@@ -162,25 +158,21 @@ def replacing_files(folder: RunFolder) -> Iterator[Path]:
     """
     out = folder.path
     refuse_foreign_results(out)
-    try:
+    with writing(out):
         scratch = Path(tempfile.mkdtemp(prefix=_SCRATCH, dir=out))
-        try:
-            yield scratch
-            _move_into_place(scratch, out)
-        except Exception as error:
-            # libraries have their own errors for a full disk; asked while it is still full
-            problem = writing_problem(out)
-            if isinstance(error, OSError):
-                problem = problem or error.strerror or str(error).splitlines()[0]
-            if problem is None:
-                raise
-            raise OutputError(f"{out}: can not be written: {problem}") from error
-        finally:
-            shutil.rmtree(scratch, ignore_errors=True)
-    except OSError as error:
-        if isinstance(error, OutputError):
+    try:
+        yield scratch
+        _move_into_place(scratch, out)
+    except Exception as error:
+        # libraries have their own errors for a full disk; asked while it is still full
+        problem = writing_problem(out)
+        if isinstance(error, OSError):
+            problem = problem or error.strerror or str(error).splitlines()[0]
+        if problem is None:
             raise
-        raise OutputError(f"{out}: can not be written: {error.strerror or error}") from error
+        raise OutputError(f"{out}: can not be written: {problem}") from error
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
 
 
 def forget_results(folder: RunFolder) -> None:

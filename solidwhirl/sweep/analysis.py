@@ -212,7 +212,7 @@ def _band_notes(bands: CampbellBands, confidence: float) -> tuple[str, ...]:
 
 
 def _document(found: SweepAnalysis) -> dict[str, Any]:
-    design = found.design
+    design, bands = found.design, found.bands
     return {
         "scene": design.scene,
         "design": design.kind,
@@ -240,8 +240,28 @@ def _document(found: SweepAnalysis) -> dict[str, Any]:
             if q.name not in {t.name for t in found.tracks}
         },
         "sensitivities": [asdict(s) for s in found.sensitivities],
-        "campbell": _bands_document(found.bands),
-        "margin_maps": [_map_document(m, design) for m in found.maps],
+        "campbell": bands
+        and {
+            "speed_rpm": bands.speed_rpm,
+            "cases": bands.cases,
+            "left_out_other_speeds": bands.other_speeds,
+            "doubtful_cases_of_branches": bands.doubtful,
+            "frequency_hz": _quantiles(bands.frequency_hz),
+        },
+        # without the interpolated places, which follow from the cases
+        "margin_maps": [
+            {
+                "of": m.title,
+                "x": m.x_name,
+                "y": m.y_name,
+                "least_over": m.least_over,
+                "interpolated": bool(m.margin.size),
+                "cases": [row.case for row in design.rows],
+                "least_margin": m.case_margin,
+                "notes": m.notes,
+            }
+            for m in found.maps
+        ],
     }
 
 
@@ -260,30 +280,4 @@ def _quantiles(spread: Quantiles, where: tuple[int, ...] = ()) -> dict[str, Any]
         "value": [level[where] for level in spread.value],
         "lower_limit": [level[where] for level in spread.low],
         "upper_limit": [level[where] for level in spread.high],
-    }
-
-
-def _bands_document(bands: CampbellBands | None) -> dict[str, Any] | None:
-    if bands is None:
-        return None
-    return {
-        "speed_rpm": bands.speed_rpm,
-        "cases": bands.cases,
-        "left_out_other_speeds": bands.other_speeds,
-        "doubtful_cases_of_branches": bands.doubtful,
-        "frequency_hz": _quantiles(bands.frequency_hz),
-    }
-
-
-def _map_document(found: MarginMap, design: SweepDesign) -> dict[str, Any]:
-    """Without the interpolated places, which follow from the cases."""
-    return {
-        "of": found.title,
-        "x": found.x_name,
-        "y": found.y_name,
-        "least_over": found.least_over,
-        "interpolated": bool(found.margin.size),
-        "cases": [row.case for row in design.rows],
-        "least_margin": found.case_margin,
-        "notes": found.notes,
     }

@@ -9,7 +9,7 @@ import numpy as np
 from scipy import stats
 
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
-from solidwhirl.sweep.design import SweepDesign
+from solidwhirl.sweep.design import ReadOnly, SweepDesign
 from solidwhirl.sweep.matching import match_curves
 from solidwhirl.sweep.tracks import shapes_of
 
@@ -20,7 +20,7 @@ LEAST_SAMPLES = 20
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class Quantiles:
+class Quantiles(ReadOnly):
     """Quantiles of samples and their confidence limits."""
 
     count: IntArray  # samples at each point (...); bands are drawn from 20 on
@@ -30,13 +30,9 @@ class Quantiles:
     low: FloatArray
     high: FloatArray
 
-    def __post_init__(self) -> None:
-        for name in ("count", "value", "low", "high"):
-            getattr(self, name).setflags(write=False)
-
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class CampbellBands:
+class CampbellBands(ReadOnly):
     """Branches of a sampled sweep."""
 
     speed_rpm: FloatArray  # of the reference shaft (s)
@@ -45,10 +41,6 @@ class CampbellBands:
     other_speeds: int
     frequency_hz: Quantiles  # quantiles by branch and speed, (levels, branches, s)
     doubtful: IntArray  # cases in which the branch may be another one, (branches)
-
-    def __post_init__(self) -> None:
-        for name in ("speed_rpm", "doubtful"):
-            getattr(self, name).setflags(write=False)
 
 
 def order_statistics(count: int, level: float, confidence: float) -> tuple[int, int]:

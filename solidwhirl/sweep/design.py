@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Literal
 
 import numpy as np
@@ -22,6 +22,18 @@ class SweepPictureError(ValueError):
     """Rows or settings of which no picture can be made; the message says why."""
 
 
+class ReadOnly:
+    """Base of frozen records: their arrays can not be written to."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        for f in fields(self):  # type: ignore[arg-type]
+            value = getattr(self, f.name)
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
+
+
 @dataclass(frozen=True, kw_only=True)
 class SweepParameter:
     """One parameter that differs between the cases."""
@@ -32,7 +44,7 @@ class SweepParameter:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class SweepDesign:
+class SweepDesign(ReadOnly):
     """The cases of one scene."""
 
     scene: str  # name of the scene
@@ -49,10 +61,6 @@ class SweepDesign:
     # nothing varies
     kind: DesignKind
     baseline: int  # row that the others are held against; -1 without
-
-    def __post_init__(self) -> None:
-        for name in ("values", "left_out_values", "scaled"):
-            getattr(self, name).setflags(write=False)
 
     @property
     def missing(self) -> int:

@@ -11,7 +11,7 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import QhullError
 
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
-from solidwhirl.sweep.design import SweepDesign
+from solidwhirl.sweep.design import ReadOnly, SweepDesign
 from solidwhirl.sweep.labels import unit_of
 from solidwhirl.sweep.tracks import CriticalTrack, Quantity
 
@@ -21,7 +21,7 @@ _FILLED = 0.7
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class MarginMap:
+class MarginMap(ReadOnly):
     """Least separation margin over two parameters."""
 
     title: str  # what the margin is of
@@ -37,10 +37,6 @@ class MarginMap:
     # Parameters of which the map takes the least; without a map those that vary too
     least_over: tuple[str, ...]
     notes: tuple[str, ...]  # what a reader must know
-
-    def __post_init__(self) -> None:
-        for name in ("x", "y", "margin", "case_margin"):
-            getattr(self, name).setflags(write=False)
 
 
 def band_margin(speed_rpm: FloatArray, operating_rpm: tuple[float, float]) -> FloatArray:

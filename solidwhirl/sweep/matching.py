@@ -16,6 +16,7 @@ from scipy.optimize import linear_sum_assignment
 
 from solidwhirl.rotordyn.campbell.shape_prints import likeness
 from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from solidwhirl.sweep.design import ReadOnly
 
 # Differences of logarithms: no difference; farther is in doubt; leaves another whirl no partner.
 _SAME, _FAR, _OTHER_KIND = 1e-4, 0.7, 0.25
@@ -35,7 +36,7 @@ Kind = tuple[int, str]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class MatchedCurves:
+class MatchedCurves(ReadOnly):
     """Which curve of each case belongs to which track."""
 
     # Number of the curve in the list of its case, (tracks, cases); -1 where there is none
@@ -43,10 +44,6 @@ class MatchedCurves:
     # Where another curve would fit nearly as well, the whirl changes, or the change is larger than
     # a factor of 2
     doubtful: BoolArray
-
-    def __post_init__(self) -> None:
-        for name in ("index", "doubtful"):
-            getattr(self, name).setflags(write=False)
 
 
 class _Found(NamedTuple):

@@ -19,7 +19,6 @@ Number = Annotated[
     AfterValidator(lambda value: math.nan if math.isnan(value) else value),
 ]
 Status = Literal["done", "failed", "checks_failed"]
-STATUSES: tuple[Status, ...] = ("done", "failed", "checks_failed")
 
 
 @dataclass(frozen=True, kw_only=True)

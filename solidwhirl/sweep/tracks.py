@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray
-from solidwhirl.sweep.design import SweepDesign
+from solidwhirl.sweep.design import ReadOnly, SweepDesign
 from solidwhirl.sweep.labels import label_of
 from solidwhirl.sweep.matching import Kind, match_curves
 from solidwhirl.sweep.records import BatchRow
@@ -21,7 +21,7 @@ _CONSTANT = 1e-12
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class CriticalTrack:
+class CriticalTrack(ReadOnly):
     """One critical speed through all cases (n)."""
 
     number: int  # from 1 by rising median speed
@@ -34,10 +34,6 @@ class CriticalTrack:
     error_estimate: FloatArray
     doubtful: BoolArray
 
-    def __post_init__(self) -> None:
-        for name in ("speed_rpm", "frequency_hz", "error_estimate", "doubtful"):
-            getattr(self, name).setflags(write=False)
-
     @property
     def name(self) -> str:
         """Such as "critical speed 2, backward", with the ratio where it is not 1."""
@@ -47,17 +43,13 @@ class CriticalTrack:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class Quantity:
+class Quantity(ReadOnly):
     """One number of every case."""
 
     name: str  # critical speed or response
     label: str  # with the unit
     values: FloatArray  # by case (n), nan where absent
     doubtful: BoolArray  # cases in which it may be another critical speed's
-
-    def __post_init__(self) -> None:
-        for name in ("values", "doubtful"):
-            getattr(self, name).setflags(write=False)
 
 
 def critical_tracks(design: SweepDesign) -> tuple[CriticalTrack, ...]:
