@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -185,68 +185,15 @@ def _search(found: Identification) -> dict[str, Any]:
 
 def text(found: Identification) -> str:
     """The record as Markdown."""
-    return "\n".join(_lines(document(found))) + "\n"
+    from jinja2 import Environment, PackageLoader
+
+    templates = Environment(loader=PackageLoader(__package__, ""), trim_blocks=True)
+    templates.filters |= {"text": markdown_text, "row": markdown_row, "signed": "{:+.3f}".format}
+    said: str = templates.get_template("report.md").render(document(found), named=_named)
+    return said
 
 
-def _lines(d: Mapping[str, Any]) -> Iterator[str]:
-    problem, search = d["problem"], d["search"]
-    yield f"# Identification of {markdown_text(problem['title'] or problem['name'])}"
-    yield ""
-    yield "All targets are met." if d["met"] else "**Not all targets are met.**"
-    yield ""
-    yield from (markdown_text(note) for note in problem["notes"])
-    yield ""
-    yield "| target | wanted | reached | deviation % | allowed % | source |"
-    yield "|---|---|---|---|---|---|"
-    for t in d["targets"]:
-        yield markdown_row(
-            (
-                *(t["name"], f"{t['value']:.7g}", f"{t['reached']:.7g}"),
-                *(f"{t['deviation_percent']:+.3f}", f"{t['tolerance_percent']:g}", t["source"]),
-            )
-        )
-    yield ""
-    yield "| parameter | value | ± | lower | upper | start | at bound | why |"
-    yield "|---|---|---|---|---|---|---|---|"
-    for p in d["parameters"]:
-        yield markdown_row(
-            (
-                *(p["name"], f"{p['value']:.7g}", f"{p['plus_minus']:.2g}", f"{p['lower']:g}"),
-                *(f"{p['upper']:g}", f"{p['start']:g}", p["at_bound"] or "", p["why"]),
-            )
-        )
-    yield ""
-    yield "±: what the targets leave open, each known to its tolerance (standard deviation)."
-    yield ""
-    yield from _sensitivity_lines(d["sensitivities"])
-    yield from _direction_lines(d["identifiability"])
-    without = sum(search["infeasible"].values())
-    yield (
-        f"{search['evaluations']} evaluations, {len(search['starts'])} starts, {without} points "
-        f"without a model, {search['seconds']:.0f} s; ended: {search['ended']}."
-    )
-
-
-def _sensitivity_lines(s: Mapping[str, Any]) -> Iterator[str]:
-    yield "## Sensitivities d ln(target) / d ln(parameter)"
-    yield ""
-    yield markdown_row(["", *s["targets"]])
-    yield "|---" * (len(s["targets"]) + 1) + "|"
-    for name, column in zip(s["parameters"], np.array(s["values"]).T, strict=True):
-        yield markdown_row([name, *(f"{v:+.3f}" for v in column)])
-    yield ""
-
-
-def _direction_lines(i: Mapping[str, Any]) -> Iterator[str]:
-    yield "## Identifiability"
-    yield ""
-    yield f"{i['meaning'][0].upper()}{i['meaning'][1:]}."
-    yield f"Undetermined directions: {i['undetermined_directions']}."
-    yield ""
-    yield "| singular value | direction, in shares of the ranges |"
-    yield "|---|---|"
-    for direction in i["directions"]:
-        large = sorted(direction["shares"].items(), key=lambda item: -abs(item[1]))
-        named = [f"{v:+.2f} {n}" for n, v in large if abs(v) >= _NAMED]
-        yield markdown_row([f"{direction['singular_value']:.3g}", ", ".join(named)])
-    yield ""
+def _named(shares: Mapping[str, float]) -> str:
+    """The parameters that a direction is made of, the largest first."""
+    large = sorted(shares.items(), key=lambda item: -abs(item[1]))
+    return ", ".join(f"{v:+.2f} {n}" for n, v in large if abs(v) >= _NAMED)
