@@ -13,7 +13,6 @@ from typing import Any
 from solidwhirl.batch.case import ERROR_FILE, CaseSettings, follow_case, lead_case
 from solidwhirl.batch.run import Dispatch, Keep, Place, Work, predicted_costs
 from solidwhirl.batch.schedule import Layout, Predicted, team_layout
-from solidwhirl.core.errors import SceneError
 from solidwhirl.core.machine import available_memory_gib, machine_speed
 from solidwhirl.sweep.records import BatchCase, BatchRow
 
@@ -36,17 +35,11 @@ class _End:
 
 
 def layout_of(world: Any, ranks_per_scene: int) -> Layout:
-    """Return the teams of the ranks of a communicator.
-
-    Raises SceneError: more ranks for a scene than there are.
-    """
+    """Return the teams of the ranks of a communicator, as `team_layout`."""
     from mpi4py import MPI
 
     answers = MPI.Query_thread() >= MPI.THREAD_MULTIPLE
-    try:
-        return team_layout(world.size, ranks_per_scene, answers_while_busy=answers)
-    except ValueError as error:
-        raise SceneError("command line", [str(error)]) from error
+    return team_layout(world.size, ranks_per_scene, answers_while_busy=answers)
 
 
 def costs_on_ranks(work: Work, world: Any) -> dict[int, Predicted]:

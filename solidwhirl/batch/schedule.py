@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from solidwhirl.console.schedule import run_steps
+from solidwhirl.core.errors import SceneError
 from solidwhirl.core.machine import MachineSpeed
 from solidwhirl.cost.forecast import forecast
 from solidwhirl.model.bodies import build_bodies
@@ -94,13 +95,11 @@ def team_layout(size: int, ranks_per_scene: int, *, answers_while_busy: bool) ->
 
     `ranks_per_scene`: size of a team. `answers_while_busy`: whether the MPI library lets a second
     thread of rank 0 answer.
-    Raises ValueError: a team of more ranks than there are, or of none.
+    Raises SceneError: a team of more ranks than there are, or of none.
     """
     if not 1 <= ranks_per_scene <= size:
-        raise ValueError(
-            f"--ranks-per-scene: {ranks_per_scene}, allowed are 1 to {size}, the number of ranks; "
-            f"start more with mpirun -n"
-        )
+        said = f"{ranks_per_scene}, allowed are 1 to {size}, the number of ranks; start more with"
+        raise SceneError("command line", [f"--ranks-per-scene: {said} mpirun -n"])
     whole, without = size // ranks_per_scene, (size - 1) // ranks_per_scene
     alone = without == whole or whole > _COMPUTING or (whole > 1 and not answers_while_busy)
     alone = alone and without > 0

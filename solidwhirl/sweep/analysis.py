@@ -11,14 +11,8 @@ from typing import Any, Literal
 import numpy as np
 
 from solidwhirl.core.plain_data import plain_data
-from solidwhirl.sweep.bands import (
-    LEVELS,
-    CampbellBands,
-    Quantiles,
-    campbell_bands,
-    least_samples,
-    quantiles,
-)
+from solidwhirl.sweep import bands as band
+from solidwhirl.sweep.bands import LEVELS, CampbellBands, Quantiles
 from solidwhirl.sweep.design import SweepDesign, SweepPictureError, sweep_designs
 from solidwhirl.sweep.margins import MarginMap, margin_maps, parameter_pairs, searched_rpm
 from solidwhirl.sweep.records import BatchRow
@@ -130,10 +124,10 @@ def _analysis(design: SweepDesign, settings: SweepPictureSettings) -> SweepAnaly
     numbers = quantities(design, tracks)
     effects = [sensitivity(design, q, settings.confidence) for q in numbers]
     known = tuple(e for e in effects if e is not None)
-    bands = campbell_bands(design, settings.confidence)
+    bands = band.campbell_bands(design, settings.confidence)
     spread = None
     if design.kind == "samples" and tracks:
-        spread = quantiles(np.array([t.speed_rpm for t in tracks]).T, settings.confidence)
+        spread = band.quantiles(np.array([t.speed_rpm for t in tracks]).T, settings.confidence)
     pairs = parameter_pairs(design, ranking(known))
     if settings.map_parameters is not None:
         for name in settings.map_parameters:
@@ -200,7 +194,7 @@ def _notes(
 
 def _band_notes(bands: CampbellBands, confidence: float) -> tuple[str, ...]:
     notes = []
-    least = least_samples(LEVELS[0], confidence)
+    least = band.least_samples(LEVELS[0], confidence)
     if bands.cases < least:
         notes.append(
             f"{bands.cases} samples do not limit the 5 and 95 % quantiles on their outer sides; "
