@@ -33,9 +33,9 @@ from solidwhirl.batch.schedule import (
 )
 from solidwhirl.batch.slurm import slurm_job, slurm_script, write_slurm_script
 from solidwhirl.batch.table import read_batch, read_table
+from solidwhirl.cache.files import StageStore
 from solidwhirl.core.errors import OutputError
 from solidwhirl.core.machine import MachineSpeed
-from solidwhirl.pipeline.cached_stages import open_store
 from solidwhirl.scene_reading.reader import read_scene
 from solidwhirl.sweep.records import BatchCase, BatchRow
 
@@ -291,13 +291,13 @@ def test_executor_without_workers_of_its_own_takes_many_cases():
 def test_batch_runs_on_the_executor_of_a_user(tmp_path):
     """Processes of the standard library: the same rows as in this process, one after another."""
     (tmp_path / "scene.toml").write_text(
-        (SCENES / "sweep.toml").read_text(encoding="utf-8").replace("samples = 64", "samples = 4"),
+        (SCENES / "sweep.toml").read_text(encoding="utf-8").replace("samples = 64", "samples = 2"),
         encoding="utf-8",
     )
     mine = CaseSettings(out=tmp_path / "mine", pictures=False)
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
         found = run_batch([tmp_path / "scene.toml"], mine, executor=pool, workers=2)
-    assert [row.status for row in found] == ["done"] * 4
+    assert [row.status for row in found] == ["done"] * 2
     assert read_batch(mine.out) == read_table(mine.out / "table.h5") == found
     alone = run_batch([tmp_path / "scene.toml"], dataclasses.replace(mine, out=tmp_path / "one"))
     of_the_run = {"seconds": 0.0, "peak_memory_gib": 0.0}
@@ -315,10 +315,10 @@ import sys
 import time
 from pathlib import Path
 
-from solidwhirl.pipeline.cached_stages import open_store
+from solidwhirl.cache.files import StageStore
 
 folder, made, start, here = map(Path, sys.argv[1:])
-store = open_store(folder)
+store = StageStore(folder)
 here.touch()
 while not start.exists():
     time.sleep(0.001)
@@ -334,9 +334,9 @@ import sys
 import time
 from pathlib import Path
 
-from solidwhirl.pipeline.cached_stages import open_store
+from solidwhirl.cache.files import StageStore
 
-with open_store(Path(sys.argv[1])).alone("0" * 64, print):
+with StageStore(Path(sys.argv[1])).alone("0" * 64, print):
     Path(sys.argv[2]).touch()
     time.sleep(60.0)
 """
@@ -355,7 +355,7 @@ def _wait_for(*paths):
 
 def test_processes_that_come_at_once_compute_a_stage_once(tmp_path):
     made, start = tmp_path / "made", tmp_path / "start"
-    here = [tmp_path / f"here-{k}" for k in range(6)]
+    here = [tmp_path / f"here-{k}" for k in range(4)]
     jobs = [_started(ONCE, tmp_path / "store", made, start, path) for path in here]
     _wait_for(*here)
     start.touch()
@@ -373,15 +373,15 @@ def test_killed_process_gives_its_stage_free(tmp_path):
     job.kill()
     job.wait(30.0)
     began = time.monotonic()
-    with open_store(tmp_path / "store").alone("0" * 64, lambda text: None):
+    with StageStore(tmp_path / "store").alone("0" * 64, lambda text: None):
         assert time.monotonic() - began < 5.0
 
 
 def test_stage_is_computed_where_nothing_can_be_locked(tmp_path):
     (tmp_path / "store").write_text("a file, no folder")
-    with open_store(tmp_path / "store").alone("0" * 64, lambda text: None):
+    with StageStore(tmp_path / "store").alone("0" * 64, lambda text: None):
         pass
-    with open_store(tmp_path / "new").alone("0" * 64, lambda text: None):
+    with StageStore(tmp_path / "new").alone("0" * 64, lambda text: None):
         assert (tmp_path / "new").is_dir()
     assert not (tmp_path / "new").exists()  # nothing was kept in it
 
