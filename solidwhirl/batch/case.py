@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import json
 import resource
 import time
 import traceback
@@ -13,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from solidwhirl.batch.rows import failed_row, row_of_folder
+from solidwhirl.batch.rows import failed_row, row_of_document
 from solidwhirl.console.exit_handling import is_out_of_memory, memory_text
 from solidwhirl.core.errors import USER_ERRORS, OutputError, clean
 from solidwhirl.core.stages import Stage
@@ -77,17 +78,11 @@ def lead_case(
                 with contextlib.suppress(OSError):
                     _write_failure(folder, message, error, said)
                 raise
-            seconds = time.monotonic() - start
-            return row_of_folder(case, folder.path, seconds=seconds, ranks=team.size), None
+            document = json.loads((folder.path / "results.json").read_text(encoding="utf-8"))
+            return row_of_document(case, document, time.monotonic() - start, team.size), None
     except Exception as error:
-        seconds = time.monotonic() - start
-        row = failed_row(
-            case,
-            failure_text(error),
-            seconds=seconds,
-            ranks=team.size,
-            peak_memory_gib=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0**2,
-        )
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0**2
+        row = failed_row(case, failure_text(error), time.monotonic() - start, team.size, peak)
         return row, error.with_traceback(None)
 
 

@@ -23,12 +23,12 @@ from solidwhirl.batch.journal import (
     row_document,
     salvaged_rows,
 )
-from solidwhirl.batch.rows import failed_row, responses_of, row_of_document, row_of_folder
+from solidwhirl.batch.rows import failed_row, responses_of, row_of_document
 from solidwhirl.batch.table import TABLE, read_batch, read_table, write_table
 from solidwhirl.console.exit_handling import Terminated
 from solidwhirl.core.errors import OutputError
 from solidwhirl.identify.scene import scene_text
-from solidwhirl.output.documents import results_document, write_results
+from solidwhirl.output.documents import results_document
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.sweep.cases import batch_cases, case_scene
 from solidwhirl.sweep.records import BatchRow
@@ -418,17 +418,6 @@ def test_row_of_a_rigid_body_on_springs_in_closed_form(rigid_case, number):
     assert "stability.threshold_speed_rpm" not in row.responses
 
 
-@pytest.mark.solver
-def test_row_of_a_folder_is_that_of_the_results(rigid_case, tmp_path):
-    results = run_scene(case_scene(rigid_case[0]))
-    write_results(results, tmp_path / "out", pictures=False)
-    found = row_of_folder(rigid_case[0], tmp_path / "out", 1.0, 1)
-    assert same([found], [row_of_document(rigid_case[0], results_document(results), 1.0, 1)])
-    (tmp_path / "out" / "results.json").write_text('{"invariants": []}')
-    with pytest.raises(BatchTableError, match=r"results\.json: holds no results"):
-        row_of_folder(rigid_case[0], tmp_path / "out", 1.0, 1)
-
-
 DOCUMENT = {
     "critical_speeds": [
         {"speed_rpm": 900.0, "frequency_hz": 15.0, "whirl": "forward"},
@@ -476,7 +465,7 @@ def test_row_of_a_document_with_nulls_and_a_failed_check(rigid_case):
 
 
 def test_row_of_a_failure(rigid_case, tmp_path):
-    row = failed_row(rigid_case[1], "no\x00t \x1b[31mred\nsecond line", 3.0, 2)
+    row = failed_row(rigid_case[1], "no\x00t \x1b[31mred\nsecond line", 3.0, 2, 0.5)
     assert row.status == "failed"
     assert row.message == "no\\x00t \\x1b[31mred\nsecond line"
     assert (row.values, row.seconds, row.ranks) == ({"k": 4e5, "m": 4}, 3.0, 2)
