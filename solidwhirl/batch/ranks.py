@@ -7,7 +7,7 @@ import gc
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from solidwhirl.batch.case import ERROR_FILE, CaseSettings, follow_case, lead_case
@@ -203,43 +203,26 @@ def _leave_case(case: BatchCase, settings: CaseSettings, failed: Exception | Non
     if isinstance(failed, CaseEndedError):
         _team.Barrier()
         return
-    with _patience(failed, lambda text: _abort(case, settings, text)):
-        if _team.rank == 0:
-            with contextlib.suppress(CaseEndedError):
-                _team.bcast(_End())
-        else:
-            _pass_over_messages()
-        _team.Barrier()
-
-
-def _pass_over_messages() -> None:
-    """Take what else the first rank sends until it is out of the case."""
-    while True:
-        try:
-            _team.bcast()
-        except CaseEndedError:
-            return
-
-
-@contextlib.contextmanager
-def _patience(failed: Exception | None, lost: Callable[[str], None]) -> Iterator[None]:
-    if failed is None:
-        yield
-        return
-    text = str(failed).splitlines()[0] if str(failed) else type(failed).__name__
-    timer = threading.Timer(PATIENCE_S, lost, [text])
+    timer = threading.Timer(PATIENCE_S, _abort, [case, settings, failed])
     timer.daemon = True
-    timer.start()
+    if failed is not None:
+        timer.start()
     try:
-        yield
+        with contextlib.suppress(CaseEndedError):
+            if _team.rank == 0:
+                _team.bcast(_End())
+            while _team.rank != 0:  # what else the first rank sends until it is out of the case
+                _team.bcast()
+        _team.Barrier()
     finally:
         timer.cancel()
 
 
-def _abort(case: BatchCase, settings: CaseSettings, text: str) -> None:
+def _abort(case: BatchCase, settings: CaseSettings, failed: Exception) -> None:
     """End all ranks; by the file in its folder the case comes last when the batch goes on."""
     from mpi4py import MPI
 
+    text = str(failed).splitlines()[0] if str(failed) else type(failed).__name__
     said = f"rank {_team.rank} of the team failed and the others wait for it: {text}"
     with contextlib.suppress(OSError):
         (settings.out / case.name / ERROR_FILE).write_text(said + "\n", encoding="utf-8")
