@@ -143,8 +143,9 @@ class TimeToGo:
 
         `running_s`: time since its start by running case [s].
         """
+        factor = self.factor
         left = {
-            case: max(self.factor * predicted - running_s.get(case, 0.0), 0.0)
+            case: max(factor * predicted - running_s.get(case, 0.0), 0.0)
             for case, predicted in self._left.items()
         }
         return max(sum(left.values()) / self._teams, max(left.values(), default=0.0))
