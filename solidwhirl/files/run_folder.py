@@ -79,20 +79,14 @@ def claimed(out: str | Path, within: Path | None = None) -> Iterator[RunFolder]:
 
 def holder_of(folder: Path) -> str:
     """Return what says who has a folder now; empty if nobody has."""
-    try:
-        if not _is_regular(folder / _LOCK):
-            return ""
-        file = os.open(folder / _LOCK, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW)
-    except OSError:
-        return ""
-    try:
-        fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return _holder(file)
-    except OSError:
-        return ""
-    finally:
-        os.close(file)
+    with contextlib.suppress(OSError):
+        file = _regular(folder / _LOCK)
+        try:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return _holder(file)
+        finally:
+            os.close(file)
     return ""
 
 
