@@ -1,7 +1,8 @@
-"""Array types of the stage, the one way arrays are made read-only, and groups of indices."""
+"""Array types of the stage, read-only arrays, cross products, and groups of indices."""
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -25,9 +26,34 @@ def freeze_arrays(record: Any, *names: str) -> None:
         object.__setattr__(record, name, array)
 
 
+class ReadOnlyArrays:
+    """Base of frozen dataclasses that replace all arrays they are given by read-only copies."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        names = (field.name for field in fields(self))  # type: ignore[arg-type]
+        freeze_arrays(self, *(n for n in names if isinstance(getattr(self, n), np.ndarray)))
+
+
 def together(near: BoolArray) -> list[IntArray]:
     """Return the groups of indices that are joined by a relation, shape (m, m)."""
     if not near.size:
         return []
     count, label = connected_components(near, directed=False)
     return [np.flatnonzero(label == k) for k in range(count)]
+
+
+def cross_matrix(vectors: FloatArray) -> FloatArray:
+    """Return a~ with a~ b = a × b of vectors (..., 3), shape (..., 3, 3)."""
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    zero = np.zeros_like(x)
+    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def motion_at(places: FloatArray) -> FloatArray:
+    """Return ux to rz at places (..., 3) for the six motions about the origin, (..., 6, 6)."""
+    motion = np.tile(np.eye(6), (*np.shape(places)[:-1], 1, 1))
+    motion[..., :3, 3:] = np.swapaxes(cross_matrix(places), -1, -2)
+    return motion

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from solidwhirl.rotordyn.campbell.shape_prints import likeness
+from solidwhirl.rotordyn.campbell.branch_numbers import modal_assurance
 from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from solidwhirl.sweep.design import ReadOnly
 
@@ -27,7 +27,7 @@ _SPREAD = 0.2
 # Frequencies below this share of the largest count as equal (motions that nothing holds).
 _FLOOR = 1e-3
 _NEVER = 1e6
-# What shapes without likeness are worth beside a difference of logarithms, and the likeness (MAC)
+# What a MAC of 0 is worth beside a difference of logarithms, and the MAC (likeness of shapes)
 # below which curves are never one mode.
 _SHAPE, _UNLIKE = 1.0, 0.3
 _OPPOSITE = {"forward", "backward"}
@@ -145,7 +145,7 @@ def _costs(
         expected = _extrapolated(found.scaled[case], found.scaled[cases], values)
         distance = _distances(expected[None], logs)[0]
         if shapes is not None:
-            mac = likeness(shapes[cases[0]][[track[cases[0]]]], shapes[case])[0]
+            mac = modal_assurance(shapes[cases[0]][[track[cases[0]]]], shapes[case])[0]
             distance = np.where(mac < _UNLIKE, _NEVER, distance + _SHAPE * (1.0 - mac))
         number, whirl = found.kinds[cases[0]][track[cases[0]]]
         for column, (other_number, other) in enumerate(kinds):

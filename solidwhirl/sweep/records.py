@@ -66,7 +66,7 @@ class BatchRow:
     critical_whirl: tuple[str, ...] = ()
     # Relative error of each, of speed and frequency alike; nan if not known
     critical_error_estimate: tuple[Number, ...] = ()
-    # The lateral motion of interfaces of each (`rotordyn.campbell.shape_prints`); the same
+    # The lateral motion of interfaces of each (`rotordyn.campbell.branch_numbers`); the same
     # interfaces in all cases of a scene. Empty in rows of earlier releases.
     critical_motion: tuple[tuple[Number, ...], ...] = ()
     campbell_speed_rpm: tuple[Number, ...] = ()  # speeds of the diagram (s)

@@ -125,7 +125,7 @@ def shapes_of(
 ) -> list[ComplexArray] | None:
     """Return motions of the same places in the modes of all cases; None if not all have them.
 
-    `motions`: by case and mode, from `solidwhirl.rotordyn.campbell.shape_prints`. `counts`: modes
+    `motions`: by case and mode, from `solidwhirl.rotordyn.campbell.branch_numbers`. `counts`: modes
     of each case.
     """
     lengths = {len(motion) for own in motions for motion in own}

@@ -44,9 +44,7 @@ def _shaft(name, seat_inertia):
         [0.0, LENGTH],
         RADII[name],
         0.0,
-        2.6 * SHEAR,
-        0.3,
-        1e-3,
+        (2.6 * SHEAR, 0.3, 1e-3),
         {"seat": 0.0, "far": LENGTH},
         [wheel(0.0, seat_inertia), wheel(LENGTH, INERTIA[name])],
         components=ALL,
@@ -184,7 +182,7 @@ def test_axial_motion_and_torsion_of_a_beam_are_those_of_a_rod():
     # free-free rod: ω = π c / L, c² = E/ρ or G/ρ; linear elements err by (π h / L)² / 24
     count, length = 40, 0.8
     rod = beam_superelement(
-        "rod", np.linspace(0, length, count + 1), 0.02, 0.01, 2e11, 0.3, 7800.0,
+        "rod", np.linspace(0, length, count + 1), 0.02, 0.01, (2e11, 0.3, 7800.0),
         {"a": 0.0, "b": length}, components=ALL,
     )  # fmt: skip
     free = assemble({"rod": Rotor(element=rod, speed_ratio=0.0)}, ())
@@ -230,7 +228,7 @@ def test_gear_that_can_not_be(name):
 
 
 def test_gear_needs_torsion():
-    lateral = beam_superelement("s", [0.0, 1.0], 0.02, 0.0, 2e11, 0.3, 7800.0, {"seat": 0.0})
+    lateral = beam_superelement("s", [0.0, 1.0], 0.02, 0.0, (2e11, 0.3, 7800.0), {"seat": 0.0})
     rotors = {name: Rotor(element=lateral, speed_ratio=1.0) for name in ("a", "b")}
     gear = Gear(
         name="gear",

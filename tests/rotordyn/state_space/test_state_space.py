@@ -123,7 +123,7 @@ def test_published_damped_frequencies(ground, one_rotor):
                  diametral_kg_m2=polar / 2 + mass * 0.07**2 / 12)
         )  # fmt: skip
     shaft = beam_superelement(
-        "friswell", np.linspace(0, 1.5, 7), 0.025, 0.0, 211e9, 211 / 162.4 - 1, 7810.0,
+        "friswell", np.linspace(0, 1.5, 7), 0.025, 0.0, (211e9, 211 / 162.4 - 1, 7810.0),
         {"left": 0.0, "right": 1.5}, disks,
     )  # fmt: skip
     system = one_rotor(shaft, [ground("rotor", e, 1e6, 1e6, 3e3) for e in ("left", "right")])
