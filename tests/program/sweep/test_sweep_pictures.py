@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from dataclasses import replace
 
@@ -66,6 +67,26 @@ def grid_rows(stiffness, mass):
     ]
 
 
+def row_of(number, values, speeds, whirls=None, ratios=None, error=0.0):
+    """A row with these critical speeds in rpm, forward and of the reference shaft if not told."""
+    whirls, ratios = whirls or ("forward",) * len(speeds), ratios or (1.0,) * len(speeds)
+    return replace(
+        laval_row(number, values),
+        critical_speed_rpm=tuple(speeds),
+        critical_frequency_hz=tuple(s * a / 60.0 for s, a in zip(speeds, ratios, strict=True)),
+        critical_whirl=tuple(whirls),
+        critical_error_estimate=(error,) * len(speeds),
+    )
+
+
+def rows_with(name, values, results):
+    """Rows of one parameter and one result."""
+    return [
+        replace(laval_row(n, {name: float(a)}), responses={"r.y": float(b)})
+        for n, (a, b) in enumerate(zip(values, results, strict=True))
+    ]
+
+
 def ladder_rows():
     """The conical critical speeds cross the lateral ones at c = 0.0667 MN m and 0.04 MN m."""
     return [laval_row(n, {"c": c}, tilt=c) for n, c in enumerate(np.linspace(1e4, 1e5, 10))]
@@ -113,10 +134,7 @@ def test_grid_gives_the_powers_of_the_laval_rotor():
 def test_slope_at_the_baseline_is_that_of_a_parabola():
     """A quadratic response: the three-point derivative is exact, on uneven spacing too."""
     for places in ([1.0, 2.0, 4.0], [1.0, 4.0], [0.5, 1.0, 3.0, 7.0]):
-        rows = [
-            replace(laval_row(n, {"p": p}), responses={"r.y": 3.0 * p**2 - p + 5.0})
-            for n, p in enumerate(places)
-        ]
+        rows = rows_with("p", places, [3.0 * p**2 - p + 5.0 for p in places])
         (found,) = analyse_sweep(rows, SweepPictureSettings(design="grid"))
         effect = next(s for s in found.sensitivities if s.quantity == "r.y").one_at_a_time[0]
         exact = 6.0 * effect.baseline - 1.0
@@ -156,11 +174,7 @@ def test_regression_agrees_with_scipy_and_its_limits_hold_95_percent():
     for _ in range(trials):
         x = rng.standard_normal(40)
         y = 0.6 * x + 0.8 * rng.standard_normal(40)  # variance 1, correlation 0.6
-        rows = [
-            replace(laval_row(n, {"x": a}), responses={"r.y": b})
-            for n, (a, b) in enumerate(zip(x, y, strict=True))
-        ]
-        (design,) = sweep_designs(rows, "samples")
+        (design,) = sweep_designs(rows_with("x", x, y), "samples")
         (item,) = _of(design, "r.y")
         (effect,) = item.regressions
         known = stats.linregress(x, y)
@@ -186,8 +200,7 @@ def _of(design, name):
 def test_what_is_not_linear_is_said():
     """y = x² on symmetric samples: no plane and no rank sees it."""
     x = np.linspace(-1.0, 1.0, 41) + 1e-3 * np.sin(np.arange(41.0))
-    rows = [replace(laval_row(n, {"x": a}), responses={"r.y": a * a}) for n, a in enumerate(x)]
-    (item,) = _of(sweep_designs(rows, "samples")[0], "r.y")
+    (item,) = _of(sweep_designs(rows_with("x", x, x * x), "samples")[0], "r.y")
     assert not item.linear and item.r_squared < 0.01
     assert "not linear" in item.notes[0]
     assert np.isnan(item.regressions[0].elasticity)
@@ -247,16 +260,8 @@ def test_shafts_of_other_speed_are_told_apart():
     rows = []
     for n, p in enumerate(np.linspace(0.0, 1.0, 6)):
         first, second = 3000.0 + 1000.0 * p, 3900.0 - 1000.0 * p
-        pairs = sorted([(first, 1.0), (second, 1.5)])
-        rows.append(
-            replace(
-                laval_row(n, {"p": p}),
-                critical_speed_rpm=tuple(s for s, _ in pairs),
-                critical_frequency_hz=tuple(s * a / 60.0 for s, a in pairs),
-                critical_whirl=("forward",) * 2,
-                critical_error_estimate=(float("nan"),) * 2,
-            )
-        )
+        speeds, ratios = zip(*sorted([(first, 1.0), (second, 1.5)]), strict=True)
+        rows.append(row_of(n, {"p": p}, speeds, ratios=ratios, error=float("nan")))
     tracks = critical_tracks(sweep_designs(rows)[0])
     assert sorted(round(t.excitation_ratio, 6) for t in tracks) == [1.0, 1.5]
     assert next(t for t in tracks if t.excitation_ratio > 1.2).name.endswith(", 1.5×")
@@ -352,18 +357,10 @@ def test_bands_of_the_laval_rotor():
 
 def test_margins_between_cases_do_not_miss_the_band():
     """Critical speeds 4000 and 6000 rpm at the ends: linear between, so 5000 in the middle."""
-    rows = []
-    for n, (p, q) in enumerate([(0, 0), (0, 1), (1, 0), (1, 1)]):
-        speed = 4000.0 + 2000.0 * p
-        rows.append(
-            replace(
-                laval_row(n, {"p": float(p), "q": float(q)}),
-                critical_speed_rpm=(speed,),
-                critical_frequency_hz=(speed / 60.0,),
-                critical_whirl=("forward",),
-                critical_error_estimate=(0.0,),
-            )
-        )
+    rows = [
+        row_of(n, {"p": float(p), "q": float(q)}, (4000.0 + 2000.0 * p,))
+        for n, (p, q) in enumerate(itertools.product((0, 1), repeat=2))
+    ]
     (found,) = analyse_sweep(rows, SweepPictureSettings(operating_rpm=(4900.0, 5100.0)))
     (one,) = found.maps
     speed = 4000.0 + 2000.0 * np.broadcast_to(one.x, one.margin.shape)
@@ -378,17 +375,9 @@ def test_margins_between_cases_do_not_miss_the_band():
 def test_no_margin_is_larger_than_what_was_searched():
     """One critical speed 40 % below; another above leaves the search at 9000 rpm, margin 80 %."""
     rows = []
-    for n, (p, q) in enumerate([(0, 0), (0, 1), (1, 0), (1, 1)]):
-        speeds = (3000.0, 8500.0) if p == 0 else (3000.0,)
-        rows.append(
-            replace(
-                laval_row(n, {"p": float(p), "q": float(q)}),
-                critical_speed_rpm=speeds,
-                critical_frequency_hz=tuple(s / 60.0 for s in speeds),
-                critical_whirl=("backward", "forward")[: len(speeds)],
-                critical_error_estimate=(0.0,) * len(speeds),
-            )
-        )
+    for n, (p, q) in enumerate(itertools.product((0.0, 1.0), repeat=2)):
+        speeds, whirls = (3000.0, 8500.0)[: 2 - int(p)], ("backward", "forward")[: 2 - int(p)]
+        rows.append(row_of(n, {"p": p, "q": q}, speeds, whirls))
 
     def least(low, high, chosen=rows):
         settings = SweepPictureSettings(operating_rpm=(low, high), map_parameters=("p", "q"))
@@ -414,16 +403,9 @@ def test_margin_from_a_band_is_signed_and_zero_inside():
 
 
 def test_margins_take_the_least_over_other_parameters():
-    values = [(p, q, r) for p in (0.0, 1.0) for q in (0.0, 1.0) for r in (0.0, 1.0)]
     rows = [
-        replace(
-            laval_row(n, {"p": p, "q": q, "r": r}),
-            critical_speed_rpm=(4000.0 + 100.0 * p + 10.0 * q + 500.0 * r,),
-            critical_frequency_hz=((4000.0 + 100.0 * p + 10.0 * q + 500.0 * r) / 60.0,),
-            critical_whirl=("forward",),
-            critical_error_estimate=(0.0,),
-        )
-        for n, (p, q, r) in enumerate(values)
+        row_of(n, {"p": p, "q": q, "r": r}, (4000.0 + 100.0 * p + 10.0 * q + 500.0 * r,))
+        for n, (p, q, r) in enumerate(itertools.product((0.0, 1.0), repeat=3))
     ]
     settings = SweepPictureSettings(operating_rpm=(5000.0, 5000.0), map_parameters=("p", "q"))
     ((one,),) = [a.maps for a in analyse_sweep(rows, settings)]
