@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 from dataclasses import replace
 
@@ -25,6 +24,7 @@ from solidwhirl.sweep_pictures.parts import in_powers_of_ten
 RPM = 30.0 / np.pi
 POLAR, DIAMETRAL, TILT = 0.05, 0.2, 6e4
 SPEEDS = np.linspace(0.0, 9000.0, 10)
+CORNERS = [{"p": p, "q": q} for p in (0.0, 1.0) for q in (0.0, 1.0)]
 
 
 def laval_row(number, values, stiffness=4e6, mass=15.0, tilt=TILT, top_rpm=1e9, scene="laval"):
@@ -60,30 +60,22 @@ def laval_row(number, values, stiffness=4e6, mass=15.0, tilt=TILT, top_rpm=1e9, 
     )
 
 
+def speed_row(number, values, *speeds, whirls=("forward",) * 9, error=0.0, ratios=(1.0,) * 9):
+    """A row with critical speeds that are given, each with its whirl and its excitation ratio."""
+    count = len(speeds)
+    return replace(
+        laval_row(number, values),
+        critical_speed_rpm=speeds,
+        critical_frequency_hz=tuple(s * r / 60.0 for s, r in zip(speeds, ratios, strict=False)),
+        critical_whirl=tuple(whirls[:count]),
+        critical_error_estimate=(error,) * count,
+    )
+
+
 def grid_rows(stiffness, mass):
     pairs = [(k, m) for k in stiffness for m in mass]
     return [
         laval_row(n, {"stiffness_n_per_m": k, "mass_kg": m}, k, m) for n, (k, m) in enumerate(pairs)
-    ]
-
-
-def row_of(number, values, speeds, whirls=None, ratios=None, error=0.0):
-    """A row with these critical speeds in rpm, forward and of the reference shaft if not told."""
-    whirls, ratios = whirls or ("forward",) * len(speeds), ratios or (1.0,) * len(speeds)
-    return replace(
-        laval_row(number, values),
-        critical_speed_rpm=tuple(speeds),
-        critical_frequency_hz=tuple(s * a / 60.0 for s, a in zip(speeds, ratios, strict=True)),
-        critical_whirl=tuple(whirls),
-        critical_error_estimate=(error,) * len(speeds),
-    )
-
-
-def rows_with(name, values, results):
-    """Rows of one parameter and one result."""
-    return [
-        replace(laval_row(n, {name: float(a)}), responses={"r.y": float(b)})
-        for n, (a, b) in enumerate(zip(values, results, strict=True))
     ]
 
 
@@ -134,7 +126,10 @@ def test_grid_gives_the_powers_of_the_laval_rotor():
 def test_slope_at_the_baseline_is_that_of_a_parabola():
     """A quadratic response: the three-point derivative is exact, on uneven spacing too."""
     for places in ([1.0, 2.0, 4.0], [1.0, 4.0], [0.5, 1.0, 3.0, 7.0]):
-        rows = rows_with("p", places, [3.0 * p**2 - p + 5.0 for p in places])
+        rows = [
+            replace(laval_row(n, {"p": p}), responses={"r.y": 3.0 * p**2 - p + 5.0})
+            for n, p in enumerate(places)
+        ]
         (found,) = analyse_sweep(rows, SweepPictureSettings(design="grid"))
         effect = next(s for s in found.sensitivities if s.quantity == "r.y").one_at_a_time[0]
         exact = 6.0 * effect.baseline - 1.0
@@ -174,7 +169,11 @@ def test_regression_agrees_with_scipy_and_its_limits_hold_95_percent():
     for _ in range(trials):
         x = rng.standard_normal(40)
         y = 0.6 * x + 0.8 * rng.standard_normal(40)  # variance 1, correlation 0.6
-        (design,) = sweep_designs(rows_with("x", x, y), "samples")
+        rows = [
+            replace(laval_row(n, {"x": a}), responses={"r.y": b})
+            for n, (a, b) in enumerate(zip(x, y, strict=True))
+        ]
+        (design,) = sweep_designs(rows, "samples")
         (item,) = _of(design, "r.y")
         (effect,) = item.regressions
         known = stats.linregress(x, y)
@@ -200,7 +199,8 @@ def _of(design, name):
 def test_what_is_not_linear_is_said():
     """y = x² on symmetric samples: no plane and no rank sees it."""
     x = np.linspace(-1.0, 1.0, 41) + 1e-3 * np.sin(np.arange(41.0))
-    (item,) = _of(sweep_designs(rows_with("x", x, x * x), "samples")[0], "r.y")
+    rows = [replace(laval_row(n, {"x": a}), responses={"r.y": a * a}) for n, a in enumerate(x)]
+    (item,) = _of(sweep_designs(rows, "samples")[0], "r.y")
     assert not item.linear and item.r_squared < 0.01
     assert "not linear" in item.notes[0]
     assert np.isnan(item.regressions[0].elasticity)
@@ -261,7 +261,7 @@ def test_shafts_of_other_speed_are_told_apart():
     for n, p in enumerate(np.linspace(0.0, 1.0, 6)):
         first, second = 3000.0 + 1000.0 * p, 3900.0 - 1000.0 * p
         speeds, ratios = zip(*sorted([(first, 1.0), (second, 1.5)]), strict=True)
-        rows.append(row_of(n, {"p": p}, speeds, ratios=ratios, error=float("nan")))
+        rows.append(speed_row(n, {"p": p}, *speeds, ratios=ratios, error=float("nan")))
     tracks = critical_tracks(sweep_designs(rows)[0])
     assert sorted(round(t.excitation_ratio, 6) for t in tracks) == [1.0, 1.5]
     assert next(t for t in tracks if t.excitation_ratio > 1.2).name.endswith(", 1.5×")
@@ -357,10 +357,7 @@ def test_bands_of_the_laval_rotor():
 
 def test_margins_between_cases_do_not_miss_the_band():
     """Critical speeds 4000 and 6000 rpm at the ends: linear between, so 5000 in the middle."""
-    rows = [
-        row_of(n, {"p": float(p), "q": float(q)}, (4000.0 + 2000.0 * p,))
-        for n, (p, q) in enumerate(itertools.product((0, 1), repeat=2))
-    ]
+    rows = [speed_row(n, corner, 4000.0 + 2000.0 * corner["p"]) for n, corner in enumerate(CORNERS)]
     (found,) = analyse_sweep(rows, SweepPictureSettings(operating_rpm=(4900.0, 5100.0)))
     (one,) = found.maps
     speed = 4000.0 + 2000.0 * np.broadcast_to(one.x, one.margin.shape)
@@ -375,9 +372,9 @@ def test_margins_between_cases_do_not_miss_the_band():
 def test_no_margin_is_larger_than_what_was_searched():
     """One critical speed 40 % below; another above leaves the search at 9000 rpm, margin 80 %."""
     rows = []
-    for n, (p, q) in enumerate(itertools.product((0.0, 1.0), repeat=2)):
-        speeds, whirls = (3000.0, 8500.0)[: 2 - int(p)], ("backward", "forward")[: 2 - int(p)]
-        rows.append(row_of(n, {"p": p, "q": q}, speeds, whirls))
+    for n, corner in enumerate(CORNERS):
+        speeds = (3000.0,) if corner["p"] else (3000.0, 8500.0)
+        rows.append(speed_row(n, corner, *speeds, whirls=("backward", "forward")))
 
     def least(low, high, chosen=rows):
         settings = SweepPictureSettings(operating_rpm=(low, high), map_parameters=("p", "q"))
@@ -403,9 +400,10 @@ def test_margin_from_a_band_is_signed_and_zero_inside():
 
 
 def test_margins_take_the_least_over_other_parameters():
+    values = [(p, q, r) for p in (0.0, 1.0) for q in (0.0, 1.0) for r in (0.0, 1.0)]
     rows = [
-        row_of(n, {"p": p, "q": q, "r": r}, (4000.0 + 100.0 * p + 10.0 * q + 500.0 * r,))
-        for n, (p, q, r) in enumerate(itertools.product((0.0, 1.0), repeat=3))
+        speed_row(n, {"p": p, "q": q, "r": r}, 4000.0 + 100.0 * p + 10.0 * q + 500.0 * r)
+        for n, (p, q, r) in enumerate(values)
     ]
     settings = SweepPictureSettings(operating_rpm=(5000.0, 5000.0), map_parameters=("p", "q"))
     ((one,),) = [a.maps for a in analyse_sweep(rows, settings)]
