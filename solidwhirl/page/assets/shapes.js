@@ -25,6 +25,7 @@ solidwhirl.modeViewer = (host, data, firstTheme) => {
   };
   const lines = data.lines.map(numbers);
   const angles = Array.from({ length: SECTORS + 1 }, (_, s) => (2 * Math.PI * s) / SECTORS);
+  const turns = Array.from({ length: RING }, (_, k) => (2 * Math.PI * k) / (RING - 1));
 
   // Points at rest of a piece as x, y, z of the engine, and its triangles.
   function mesh(piece, view) {
@@ -211,25 +212,16 @@ solidwhirl.modeViewer = (host, data, firstTheme) => {
     });
     return out;
   }
-  function orbitPaths(sense) {
+  // Where the stations of one sense are at some phases.
+  function orbitPoints(sense, phases) {
     const out = empty(), a = scale();
     mode.sense.forEach((found, s) => {
       if (found !== sense) return;
-      for (let k = 0; k < RING; k++) {
-        const turn = (2 * Math.PI * k) / (RING - 1);
+      for (const turn of phases) {
         const [ux, uy] = centerNow(s, Math.cos(turn), Math.sin(turn));
         point(out, stations.z[s], a * ux, a * uy);
       }
-      gap(out);
-    });
-    return out;
-  }
-  function orbitMarks(sense, cos, sin) {
-    const out = empty(), a = scale();
-    mode.sense.forEach((found, s) => {
-      if (found !== sense) return;
-      const [ux, uy] = centerNow(s, cos, sin);
-      point(out, stations.z[s], a * ux, a * uy);
+      if (phases.length > 1) gap(out);
     });
     return out;
   }
@@ -311,11 +303,11 @@ solidwhirl.modeViewer = (host, data, firstTheme) => {
       for (const [sense, style] of Object.entries(WHIRL)) {
         if (!mode.sense.includes(sense)) continue;
         const name = sense === "planar" ? "orbit that is a line" : sense + " orbit";
-        const rings = () => orbitPaths(sense);
-        add({ type: "scatter3d", mode: "lines", name, line: lineOf(style.color, style.dash, 6), hoverinfo: "name", ...rings() });
-        const dots = (c, s) => orbitMarks(sense, c, s);
+        add({ type: "scatter3d", mode: "lines", name, line: lineOf(style.color, style.dash, 6), hoverinfo: "name",
+          ...orbitPoints(sense, turns) });
+        const dots = () => orbitPoints(sense, [phase]);
         add({
-          type: "scatter3d", mode: "markers", name, hoverinfo: "name", ...dots(cos, sin),
+          type: "scatter3d", mode: "markers", name, hoverinfo: "name", ...dots(),
           marker: { color: style.color, symbol: style.symbol, size: isNarrow ? 4 : 6, line: { color: style.color, width: 1 } },
         }, dots);
       }

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from solidwhirl.core.check_report import checks_line, failure_lines
+from solidwhirl.page.frame.marks import warning
 from solidwhirl.page.frame.plotly_chart import page_chart
 from solidwhirl.page.frame.records import Block, Run, Section, Table, Text
 from solidwhirl.rotordyn.plots.chart import Axis, Chart, Curve, Look, Rule
@@ -20,10 +21,8 @@ def section(run: Run) -> Section | None:
     checks = run.results.checks
     if not checks:
         return None
-    failed, undecided = failure_lines(checks), [c for c in checks if c.passed is None]
-    blocks: list[Block] = []
-    if failed:
-        blocks.append(Text(text="\n".join(f"- {line}" for line in failed), kind="warning"))
+    undecided = [c for c in checks if c.passed is None]
+    blocks: list[Block] = [*warning(failure_lines(checks))]
     blocks.append(
         Text(
             text=f"**{len(checks)} checks: {checks_line(checks)}.** Each is a "

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from solidwhirl.page.frame.marks import warning
 from solidwhirl.page.frame.plotly_chart import page_chart
-from solidwhirl.page.frame.records import Block, Run, Section, Table, Text
+from solidwhirl.page.frame.records import Block, Run, Section, Table
 from solidwhirl.rotordyn.plots.chart import Axis, Bars, Chart, Curve, Look, Part, Rule
 
 _UNITS = (
@@ -25,10 +26,8 @@ def section(run: Run) -> Section | None:
     if not found:
         return None
     missed = [entry for entry in found if entry["met"] is False]
-    blocks: list[Block] = []
-    if missed:
-        said = "\n".join(f"- {_title(e)}: {_difference(e)}, allowed {_allowed(e)}" for e in missed)
-        blocks.append(Text(text=said, kind="warning"))
+    said = [f"{_title(e)}: {_difference(e)}, allowed {_allowed(e)}" for e in missed]
+    blocks: list[Block] = [*warning(said)]
     chart = _chart([e for e in found if e["relative_difference"] is not None])
     blocks += [page_chart(chart)] if chart else []
     blocks.append(_table(found))

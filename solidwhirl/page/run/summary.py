@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from solidwhirl.analyses.base import Operating
 from solidwhirl.core.check_report import checks_line, failure_lines
 from solidwhirl.page.drawing.engine import small_picture
-from solidwhirl.page.frame.marks import whirl_text
+from solidwhirl.page.frame.marks import warning, whirl_text
 from solidwhirl.page.frame.operating import margin_text, operating_speeds
 from solidwhirl.page.frame.records import Block, Row, Run, Section, Table, Text
 from solidwhirl.page.modes.campbell import small_chart
@@ -29,9 +29,9 @@ def section(run: Run) -> Section:
     # the diagram stands at the right of both others
     beside = () if chart is None else (replace(chart, height_px=_HIGH),)
     blocks = [
-        *_failures(run),
+        *warning(failure_lines(run.results.checks)),
         Row(blocks=(verdict_table(run), *beside, small_picture(run))),
-        *_warnings(run),
+        *warning(_messages(run.document)),
         _critical_speeds(critical_speeds_that_count(run.document), operating),
     ]
     return Section(name="summary", title="Summary", blocks=blocks)
@@ -47,22 +47,10 @@ def verdict_table(run: Run) -> Table:
     return Table(head=("", ""), rows=rows)
 
 
-def _failures(run: Run) -> Iterator[Block]:
-    failed = failure_lines(run.results.checks)
-    if failed:
-        yield Text(text="\n".join(f"- {line}" for line in failed), kind="warning")
-
-
 def _messages(document: Mapping[str, Any]) -> list[str]:
     """What is doubtful about the scene or its results, one line for each cause."""
     every = [doubt["message"] for doubt in document.get("doubts", ())]
     return list(dict.fromkeys([*every, *document.get("bearing_notes", ())]))
-
-
-def _warnings(run: Run) -> Iterator[Block]:
-    messages = _messages(run.document)
-    if messages:
-        yield Text(text="\n".join(f"- {line}" for line in messages), kind="warning")
 
 
 def _critical_speeds(found: Sequence[Mapping[str, Any]], operating: Sequence[Operating]) -> Block:

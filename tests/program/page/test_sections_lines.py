@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from everything import everything
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from solidwhirl.page.frame.plotly_chart import coarser, page_chart
@@ -40,6 +40,7 @@ from solidwhirl.rotordyn.plots.run_up import envelope
 WHIRLS = st.sampled_from(["forward", "backward", "mixed", "planar", None])
 
 
+@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(whirl=st.lists(WHIRLS, min_size=2, max_size=12))
 def test_runs_of_whirl_cover_every_step_once(whirl):
     steps = [None] * (len(whirl) - 1)
