@@ -27,7 +27,7 @@ MOVED = {
     "rotordyn.exchange.exudyn": "rotordyn.exchange.python.exudyn",
     "rotordyn.files": "rotordyn.storage.files",
     "rotordyn.force_spectrum": "rotordyn.run_up.force_spectrum",
-    "rotordyn.frames": "rotordyn.campbell.frames",
+    "rotordyn.frames": "rotordyn.campbell.body_frames",
     "rotordyn.harmonic_response": "rotordyn.response.harmonic_response",
     "rotordyn.invariants": "rotordyn.superelement.invariants",
     "rotordyn.modal_truncation": "rotordyn.modes.modal_truncation",
@@ -60,10 +60,7 @@ class MovedModules(MetaPathFinder):
     """Refuses the import of a moved module with its new path."""
 
     def find_spec(
-        self,
-        fullname: str,
-        path: Sequence[str] | None = None,
-        target: ModuleType | None = None,
+        self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         """Raise ModuleNotFoundError for moved modules, and leave all others to Python."""
         new = MOVED.get(fullname.removeprefix("solidwhirl."))
