@@ -19,8 +19,9 @@ StringArray = npt.NDArray[np.str_]
 
 
 def freeze_arrays(record: Any, *names: str) -> None:
-    """Replace the named arrays of a frozen dataclass by read-only copies."""
-    for name in names:
+    """Replace arrays of a frozen dataclass by read-only copies: those named, or all it holds."""
+    held = (f.name for f in fields(record) if isinstance(getattr(record, f.name), np.ndarray))
+    for name in names or tuple(held):
         array = np.array(getattr(record, name))
         array.setflags(write=False)
         object.__setattr__(record, name, array)
@@ -32,8 +33,7 @@ class ReadOnlyArrays:
     __slots__ = ()
 
     def __post_init__(self) -> None:
-        names = (field.name for field in fields(self))  # type: ignore[arg-type]
-        freeze_arrays(self, *(n for n in names if isinstance(getattr(self, n), np.ndarray)))
+        freeze_arrays(self)
 
 
 def together(near: BoolArray) -> list[IntArray]:
