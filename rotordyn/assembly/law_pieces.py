@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial.polynomial import polyder, polyval
 
 from solidwhirl.rotordyn.core.arrays import ArrayRecord, FloatArray
 
@@ -73,7 +74,8 @@ class LawPieces(ArrayRecord):
     def at(self, speed_rad_s: float) -> BearingCoefficients:
         """Return the coefficients at a speed, not negative."""
         piece = max(0, bisect_right(self.starts_rad_s, speed_rad_s) - 1)
-        return self._valued(self.polynomials[piece], speed_rad_s - self.starts_rad_s[piece])
+        beyond = speed_rad_s - self.starts_rad_s[piece]
+        return BearingCoefficients(*polyval(beyond, self.polynomials[piece]))
 
     def slopes(self, speed_rad_s: float) -> tuple[BearingCoefficients, BearingCoefficients]:
         """Return the derivatives below and above a speed, which differ at a corner only.
@@ -83,21 +85,11 @@ class LawPieces(ArrayRecord):
         starts = self.starts_rad_s
         sides = (bisect_left(starts, speed_rad_s), bisect_right(starts, speed_rad_s))
         pieces = [max(0, side - 1) for side in sides]
-        orders = np.arange(1, self.polynomials.shape[1]).reshape(-1, 1, 1, 1)
         below, above = (
-            self._valued(orders * self.polynomials[k, 1:], speed_rad_s - starts[k])
-            if orders.size
-            else BearingCoefficients(np.zeros((2, 2)), np.zeros((2, 2)))
+            BearingCoefficients(*polyval(speed_rad_s - starts[k], polyder(self.polynomials[k])))
             for k in pieces
         )
         return below, above
-
-    @staticmethod
-    def _valued(rows: FloatArray, beyond: float) -> BearingCoefficients:
-        values = rows[-1].copy()
-        for row in rows[-2::-1]:
-            values = values * beyond + row
-        return BearingCoefficients(values[0], values[1])
 
     def over_reference(self, speed_ratio: float) -> LawPieces:
         """Return the pieces as functions of |Ω|, for the speed |speed_ratio · Ω|."""
