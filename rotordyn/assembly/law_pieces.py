@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial.polynomial import polyder, polyval
 
-from solidwhirl.rotordyn.core.arrays import ArrayRecord, FloatArray
+from solidwhirl.rotordyn.core.arrays import ReadOnlyArrays, FloatArray
 
 # Coefficients below this fraction of the largest, over the width of a piece, are rounding.
 _ROUNDING = 1e-16
@@ -28,7 +28,7 @@ class BearingCoefficients(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class LawPieces(ArrayRecord):
+class LawPieces(ReadOnlyArrays):
     """Hold the coefficients of a bearing on (ux, uy) as polynomials of the speed.
 
     `starts_rad_s`: speeds at which the pieces begin, rising, the first 0; the last piece has no

@@ -11,7 +11,7 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly import bearing_laws
 from solidwhirl.rotordyn.assembly.bearing_laws import SpeedLaw
-from solidwhirl.rotordyn.core.arrays import ArrayRecord, FloatArray
+from solidwhirl.rotordyn.core.arrays import ReadOnlyArrays, FloatArray
 from solidwhirl.rotordyn.core.reprs import MOST_LINES, count_of, lines_of, row
 from solidwhirl.rotordyn.superelement.record import Superelement
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
@@ -52,7 +52,7 @@ class End:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class Bearing(ArrayRecord):
+class Bearing(ReadOnlyArrays):
     """Join an interface to another one or to the ground.
 
     The force on `first` is −k (u_first − u_second) − c (u̇_first − u̇_second), in fixed

@@ -20,7 +20,7 @@ from solidwhirl.rotordyn.assembly.coordinates import body_rows, interface_row, j
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, LawJoint, matrices_at_speed
 from solidwhirl.rotordyn.core.arrays import (
-    ArrayRecord,
+    ReadOnlyArrays,
     BoolArray,
     ComplexArray,
     FloatArray,
@@ -412,7 +412,7 @@ _WORTH_SPLITTING = 24
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class HarmonicResponse(ArrayRecord):
+class HarmonicResponse(ReadOnlyArrays):
     """Hold the response Re(q e^{iωt}) to the loads Re(f e^{iωt}) at a list of points (Ω, ω).
 
     `speeds_rad_s`, `frequencies_rad_s`: Ω and ω of the points, shape (p,), rad/s; `displacement`:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
-from solidwhirl.rotordyn.core.arrays import ArrayRecord, ComplexArray, FloatArray
+from solidwhirl.rotordyn.core.arrays import ReadOnlyArrays, ComplexArray, FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.response import harmonic_response as harmonic
 from solidwhirl.rotordyn.response import unbalance as exciters
@@ -62,7 +62,7 @@ class GroundMotionMap(OrbitRecord):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class StepPeaks(ArrayRecord):
+class StepPeaks(ReadOnlyArrays):
     """Hold the highest response in the step around every frequency of a map.
 
     `height_m`: largest major semi-axis between the middles to the frequencies beside, shape (rows,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from solidwhirl.rotordyn.core.arrays import ArrayRecord, ComplexArray, FloatArray, StringArray
+from solidwhirl.rotordyn.core.arrays import ReadOnlyArrays, ComplexArray, FloatArray, StringArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 
 # An orbit whose minor axis is below this fraction of the major one is a line.
@@ -17,7 +17,7 @@ _CIRCLE = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class EllipticOrbits(ArrayRecord):
+class EllipticOrbits(ReadOnlyArrays):
     """Hold orbits of any number of points; all arrays have the shape of the amplitudes.
 
     `major_m`, `minor_m`: semi-axes, m; neither is negative. `major_m` is the largest distance from
@@ -33,7 +33,7 @@ class EllipticOrbits(ArrayRecord):
     direction: StringArray
 
 
-class OrbitRecord(ArrayRecord):
+class OrbitRecord(ReadOnlyArrays):
     """Base of records with complex amplitudes of ux, uy, shape (..., 2)."""
 
     __slots__ = ()

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, with_bearing_stiffness
-from solidwhirl.rotordyn.core.arrays import ArrayRecord, ComplexArray, FloatArray
+from solidwhirl.rotordyn.core.arrays import ReadOnlyArrays, ComplexArray, FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.response import harmonic_response as harmonic
 from solidwhirl.rotordyn.response.maps import StepPeaks
@@ -42,7 +42,7 @@ class StiffnessMap(OrbitRecord):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class StiffnessChoice(ArrayRecord):
+class StiffnessChoice(ReadOnlyArrays):
     """Hold the stiffness with the smallest response around an operating point.
 
     `stiffness_n_per_m`: the best of the map; `amplitude_m`: its largest major semi-axis within the

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, assemble
-from solidwhirl.rotordyn.core.arrays import ArrayRecord, FloatArray, IntArray
+from solidwhirl.rotordyn.core.arrays import ReadOnlyArrays, FloatArray, IntArray
 from solidwhirl.rotordyn.core.errors import AnalysisError, SuperelementError
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.response.unbalance import Unbalance
@@ -39,7 +39,7 @@ _NOTHING_KNOWN: dict[str, Any] = {
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class ComplexityComparison(ArrayRecord):
+class ComplexityComparison(ReadOnlyArrays):
     """Hold what models of one system give for the force through a bearing during a run-up.
 
     `names`: of the v models, the full one first; `sizes`: independent coordinates of each;

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from solidwhirl.rotordyn.core.arrays import ArrayRecord, ComplexArray, FloatArray, Matrix
+from solidwhirl.rotordyn.core.arrays import ReadOnlyArrays, ComplexArray, FloatArray, Matrix
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.response.unbalance_peaks import ResonancePeak, resonance_peaks
 
@@ -25,7 +25,7 @@ _FEWEST_LINES = 3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class AmplitudeSpectrum(ArrayRecord):
+class AmplitudeSpectrum(ReadOnlyArrays):
     """Hold the amplitudes of the harmonic parts of a signal.
 
     `frequency_hz`: from 0 to half the sample rate, shape (f,); `amplitude`: in the unit of the
@@ -39,7 +39,7 @@ class AmplitudeSpectrum(ArrayRecord):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class Spectrogram(ArrayRecord):
+class Spectrogram(ReadOnlyArrays):
     """Hold amplitude spectra of short pieces of a signal.
 
     `time_s`: middle of each piece, shape (t,); `frequency_hz`: shape (f,); `amplitude`: in the

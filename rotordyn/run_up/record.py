@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from solidwhirl.rotordyn.assembly.parts import End
-from solidwhirl.rotordyn.core.arrays import ArrayRecord, FloatArray
+from solidwhirl.rotordyn.core.arrays import ReadOnlyArrays, FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.reprs import lines_of, row
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
@@ -17,7 +17,7 @@ from solidwhirl.rotordyn.run_up.speed_profile import SpeedProfile
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class MotionState(ArrayRecord):
+class MotionState(ReadOnlyArrays):
     """Hold displacement and velocity in the independent coordinates of a system.
 
     `displacement`: q, shape (n,), m and rad; `velocity`: q', shape (n,), m/s and rad/s.
@@ -28,7 +28,7 @@ class MotionState(ArrayRecord):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class EnergyBalance(ArrayRecord):
+class EnergyBalance(ReadOnlyArrays):
     """Hold the energy of a system over time and the work that changed it.
 
     `stored_j`: ½ q'ᵀMq' + ½ qᵀ(K + Ω²K2)q with the symmetric part of all stiffness, shape (s,), J;

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from solidwhirl.rotordyn.core.arrays import ArrayRecord, ComplexArray, FloatArray
+from solidwhirl.rotordyn.core.arrays import ReadOnlyArrays, ComplexArray, FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.run_up.force_spectrum import order_amplitude
 from solidwhirl.rotordyn.run_up.record import RunUp
@@ -18,7 +18,7 @@ _AXES = ("x", "y")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class NormalisedResponse(ArrayRecord):
+class NormalisedResponse(ReadOnlyArrays):
     """Hold the size of a force per size of the excitation, over the frequency.
 
     `frequency_hz`: shape (f,). `ratio`: N/N, shape (f,); nan where the excitation has next to

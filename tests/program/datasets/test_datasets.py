@@ -53,7 +53,7 @@ def system():
     wheel = Disk(name="wheel", position_m=0.2, mass_kg=12, polar_kg_m2=0.12, diametral_kg_m2=0.065)
     seats = {"a": 0.0, "wheel": 0.2, "b": 0.6}
     shaft = beam_superelement(
-        "shaft", [0, 0.2, 0.4, 0.6], 0.02, 0.0, 2e11, 0.3, 7800.0, seats, [wheel]
+        "shaft", [0, 0.2, 0.4, 0.6], 0.02, 0.0, (2e11, 0.3, 7800.0), seats, [wheel]
     )
     bearings = tuple(
         Bearing(

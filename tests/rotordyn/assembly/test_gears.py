@@ -25,7 +25,7 @@ def _shaft(name, seat_inertia):
         for z, polar in ((0.0, seat_inertia), (LENGTH, INERTIA[name]))
     ]  # fmt: skip
     return rd.beam_superelement(
-        name, [0.0, LENGTH], RADII[name], 0.0, 2.6 * SHEAR, 0.3, 1e-3,
+        name, [0.0, LENGTH], RADII[name], 0.0, (2.6 * SHEAR, 0.3, 1e-3),
         {"seat": 0.0, "far": LENGTH}, disks, components=ALL,
     )  # fmt: skip
 
@@ -140,7 +140,7 @@ def test_axial_motion_and_torsion_of_a_beam_are_those_of_a_rod():
     # free-free rod: ω = π c / L, c² = E/ρ or G/ρ; linear elements err by (π h / L)² / 24
     count, length = 40, 0.8
     rod = rd.beam_superelement(
-        "rod", np.linspace(0, length, count + 1), 0.02, 0.01, 2e11, 0.3, 7800.0,
+        "rod", np.linspace(0, length, count + 1), 0.02, 0.01, (2e11, 0.3, 7800.0),
         {"a": 0.0, "b": length}, components=ALL,
     )  # fmt: skip
     free = rd.assemble({"rod": rd.Rotor(element=rod, speed_ratio=0.0)}, ())
@@ -178,7 +178,7 @@ def test_gear_that_can_not_be(name):
 
 
 def test_gear_needs_torsion():
-    lateral = rd.beam_superelement("s", [0.0, 1.0], 0.02, 0.0, 2e11, 0.3, 7800.0, {"seat": 0.0})
+    lateral = rd.beam_superelement("s", [0.0, 1.0], 0.02, 0.0, (2e11, 0.3, 7800.0), {"seat": 0.0})
     rotors = {name: rd.Rotor(element=lateral, speed_ratio=1.0) for name in ("a", "b")}
     first, second = (rd.End(body=name, interface="seat") for name in rotors)
     gear = _gear(1.0, first=first, second=second)

@@ -32,7 +32,7 @@ def shaft(name, lengths, radii, disks, seats):
         for label, node, mass, diametral, polar in disks
     ]  # fmt: skip
     return rd.beam_superelement(
-        name, nodes, radii, 0.0, MODULUS, MODULUS / (2 * SHEAR_MODULUS) - 1, DENSITY,
+        name, nodes, radii, 0.0, (MODULUS, MODULUS / (2 * SHEAR_MODULUS) - 1, DENSITY),
         {label: nodes[node] for label, node in seats.items()}, inertias,
         ("ux", "uy", "rx", "ry", "rz"),
     )  # fmt: skip

@@ -39,7 +39,9 @@ def _stepped_shaft(stations, interfaces, disks=()):
     # Radii by position, so that each part gets its own.
     middle = 0.5 * (stations[:-1] + stations[1:])
     outer = np.where(middle < 0.45, 0.03, 0.04)
-    return rd.beam_superelement("part", stations, outer, 0.0, 2e11, 0.3, 7800.0, interfaces, disks)
+    return rd.beam_superelement(
+        "part", stations, outer, 0.0, (2e11, 0.3, 7800.0), interfaces, disks
+    )
 
 
 def test_splitting_a_shaft_changes_nothing(ground):

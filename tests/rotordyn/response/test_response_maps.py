@@ -230,7 +230,7 @@ def test_best_stiffness_inside_the_range(one_rotor, ground):
     # nearness of the first bending mode, and between them the smallest response.
     ends = {"left": 0.0, "middle": 0.65, "right": 1.3}
     shaft = rd.beam_superelement(
-        "shaft", np.linspace(0.0, 1.3, 9), 0.05, 0.0, 2e11, 0.3, 7800.0, ends
+        "shaft", np.linspace(0.0, 1.3, 9), 0.05, 0.0, (2e11, 0.3, 7800.0), ends
     )
     system = one_rotor(shaft, [ground("rotor", e, 1e7, cx=500.0) for e in ("left", "right")])
     omega, stiffness = np.linspace(0.0, 1800.0, 181), np.logspace(6, 10, 17)

@@ -23,14 +23,14 @@ def shaft(modulus=2e11, components=("ux", "uy", "rx", "ry")):
         Disk(name="e", position_m=1.0, mass_kg=8.0, polar_kg_m2=0.2, diametral_kg_m2=0.1),
     ]
     return rd.beam_superelement(
-        "shaft", np.linspace(0.0, 1.0, 7), 0.03, 0.0, modulus, 0.3, 7800.0,
+        "shaft", np.linspace(0.0, 1.0, 7), 0.03, 0.0, (modulus, 0.3, 7800.0),
         {"left": 0.0, "middle": 0.5, "right": 0.9}, disks, components,
     )  # fmt: skip
 
 
 def engine(element=None):
     casing = rd.beam_superelement(
-        "casing", np.linspace(0.0, 1.0, 5), 0.3, 0.29, 7e10, 0.3, 2700.0,
+        "casing", np.linspace(0.0, 1.0, 5), 0.3, 0.29, (7e10, 0.3, 2700.0),
         {"left": 0.0, "right": 0.9},
     )  # fmt: skip
 
@@ -126,7 +126,7 @@ def test_rigid_rotor_on_two_springs_has_closed_form_frequencies(ground):
 
 def test_gears_survive_the_exchange_of_a_body():
     parts = ("ux", "uy", "rx", "ry", "rz")
-    fan = rd.beam_superelement("fan", [0.0, 0.4], 0.05, 0.0, 2e11, 0.3, 7800.0, {"seat": 0.4},
+    fan = rd.beam_superelement("fan", [0.0, 0.4], 0.05, 0.0, (2e11, 0.3, 7800.0), {"seat": 0.4},
                             components=parts)  # fmt: skip
     held = [
         rd.Bearing(name=f"{body} {at}", first=rd.End(body=body, interface=at),

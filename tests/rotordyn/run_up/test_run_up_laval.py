@@ -153,7 +153,7 @@ def test_torsion_answers_a_step_of_acceleration():
     ]
     # density next to nothing leaves two inertias and a spring
     shaft = beam_superelement(
-        "shaft", [0.0, length], radius, 0.0, 2e11, 0.3, 1e-3, {"a": 0.0, "b": length}, disks,
+        "shaft", [0.0, length], radius, 0.0, (2e11, 0.3, 1e-3), {"a": 0.0, "b": length}, disks,
         ("ux", "uy", "rx", "ry", "rz"),
     )  # fmt: skip
     held = tuple(

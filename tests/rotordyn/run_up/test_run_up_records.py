@@ -122,7 +122,7 @@ def geared(damping=1.0, joined=True):
                     diametral_kg_m2=0.5 * inertia)  # fmt: skip
         ends = {"a": 0.0, "b": length}
         return rd.beam_superelement(
-            name, [0.0, length], 0.01, 0.0, 2e11, 0.3, 1e-3, ends, [disk], parts
+            name, [0.0, length], 0.01, 0.0, (2e11, 0.3, 1e-3), ends, [disk], parts
         )
 
     elements = {"shaft": (train("shaft", 0.5, 0.1), 1.0), "fan": (train("fan", 0.2, 0.6), 0.3)}
