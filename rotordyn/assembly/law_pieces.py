@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial.polynomial import polyder, polyval
 
-from solidwhirl.rotordyn.core.arrays import ReadOnlyArrays, FloatArray
+from solidwhirl.rotordyn.core.arrays import FloatArray, ReadOnlyArrays
 
 # Coefficients below this fraction of the largest, over the width of a piece, are rounding.
 _ROUNDING = 1e-16

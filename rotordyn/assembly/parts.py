@@ -11,7 +11,7 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly import bearing_laws
 from solidwhirl.rotordyn.assembly.bearing_laws import SpeedLaw
-from solidwhirl.rotordyn.core.arrays import ReadOnlyArrays, FloatArray
+from solidwhirl.rotordyn.core.arrays import FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.reprs import MOST_LINES, count_of, lines_of, row
 from solidwhirl.rotordyn.superelement.record import Superelement
 from solidwhirl.rotordyn.superelement.validation import MOTIONS

@@ -20,11 +20,11 @@ from solidwhirl.rotordyn.assembly.coordinates import body_rows, interface_row, j
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, LawJoint, matrices_at_speed
 from solidwhirl.rotordyn.core.arrays import (
-    ReadOnlyArrays,
     BoolArray,
     ComplexArray,
     FloatArray,
     IntArray,
+    ReadOnlyArrays,
 )
 from solidwhirl.rotordyn.core.errors import AnalysisError, NoSteadyResponseError
 from solidwhirl.rotordyn.modes.complex_form import ComplexForm, complex_form, matrix_form
