@@ -534,8 +534,10 @@ def _checked(
         )
     if not np.isfinite(force).all():
         raise AnalysisError("loads holds a number that is not finite")
-    pair = (np.broadcast_to(values, (points,)) for values in (speeds, frequencies))
-    return _Points(*pair, np.broadcast_to(force, (points, *force.shape[1:])))
+    whole = np.broadcast_to(force, (points, *force.shape[1:]))
+    return _Points(
+        np.broadcast_to(speeds, (points,)), np.broadcast_to(frequencies, (points,)), whole
+    )
 
 
 def _matrices_of(assembled: AssembledSystem, rows: IntArray | slice) -> PointMatrices:
@@ -574,8 +576,9 @@ def _by_split(assembled: AssembledSystem, split: SplitSystem, points: _Points) -
     solved = _with_rest(split.form, points, lateral)
     left = found.unsolved
     if left.any():
-        some = (part[left] for part in points)
-        whole = solve_points(_matrices_of(assembled, slice(None)), *some)
+        speeds, frequencies, force = points
+        every = _matrices_of(assembled, slice(None))
+        whole = solve_points(every, speeds[left], frequencies[left], force[left])
         solved.displacement[left] = whole.displacement
         solved.relative_residual[left] = whole.relative_residual
     return solved
