@@ -153,7 +153,7 @@ class TableLaw(_LawOfPieces):
     _pieces: LawPieces = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        freeze_arrays(self)
+        freeze_arrays(self, "speeds_rad_s", "stiffness_n_per_m", "damping_n_s_per_m")
         problems = _table_problems(self)
         if problems:
             raise AssemblyError(tuple(f"law {self.name!r}: {text}" for text in problems))

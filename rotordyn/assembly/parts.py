@@ -11,7 +11,7 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly import bearing_laws
 from solidwhirl.rotordyn.assembly.bearing_laws import SpeedLaw
-from solidwhirl.rotordyn.core.arrays import FloatArray, ReadOnlyArrays
+from solidwhirl.rotordyn.core.arrays import FloatArray, freeze_arrays
 from solidwhirl.rotordyn.core.reprs import MOST_LINES, count_of, lines_of, row
 from solidwhirl.rotordyn.superelement.record import Superelement
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
@@ -52,7 +52,7 @@ class End:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class Bearing(ReadOnlyArrays):
+class Bearing:
     """Join an interface to another one or to the ground.
 
     The force on `first` is −k (u_first − u_second) − c (u̇_first − u̇_second), in fixed
@@ -88,6 +88,9 @@ class Bearing(ReadOnlyArrays):
     rigid: tuple[str, ...] = ()
     speed_law: SpeedLaw | None = None
     cross_coupling: CrossCoupling = "with_spin"
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, *_COUPLED)
 
     def __repr__(self) -> str:
         second = "ground" if self.second is None else self.second.label

@@ -56,7 +56,7 @@ class LawJoint:
     pieces: LawPieces | None = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        freeze_arrays(self)
+        freeze_arrays(self, "stiffness_n_per_m", "damping_n_s_per_m", "motion")
         found = law_pieces(self.law, self.stiffness_n_per_m, self.damping_n_s_per_m)
         over = None if found is None else found.over_reference(self.speed_ratio)
         object.__setattr__(self, "pieces", over)

@@ -20,8 +20,7 @@ StringArray = npt.NDArray[np.str_]
 
 def freeze_arrays(record: Any, *names: str) -> None:
     """Replace arrays of a frozen dataclass by read-only copies: those named, or all it holds."""
-    # a field that is made afterwards is not there yet
-    held = (f.name for f in fields(record) if isinstance(getattr(record, f.name, 0), np.ndarray))
+    held = (f.name for f in fields(record) if isinstance(getattr(record, f.name), np.ndarray))
     for name in names or tuple(held):
         array = np.array(getattr(record, name))
         array.setflags(write=False)

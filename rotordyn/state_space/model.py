@@ -51,7 +51,7 @@ class StateSpace:
     output_units: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        freeze_arrays(self)
+        freeze_arrays(self, "speeds_rad_s", "a", "b", "c", "d", "state_scale")
         _check(self)
 
     @property

@@ -20,14 +20,10 @@ class Outcome:
 
     Attributes
     ----------
-    kind
-        Kind of analysis.
     document
         What results.json holds; units in the keys.
     files
         Pictures and data by file name, each a function that writes the file it is given.
-    headline
-        One line for the report.
     """
 
     kind: str

@@ -41,10 +41,7 @@ from solidwhirl.scene.joints import (
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import is_off_axis
 
-_PRESETS: dict[str, SpeedLaw] = {
-    "lee_isotropic": LEE_ISOTROPIC,
-    "lee_anisotropic": LEE_ANISOTROPIC,
-}
+_PRESETS: dict[str, SpeedLaw] = {"lee_isotropic": LEE_ISOTROPIC, "lee_anisotropic": LEE_ANISOTROPIC}
 # What belongs to an effect: a part of the keys of a bearing, and rigid motions.
 _OF_EFFECT = {
     "bearing_damping": ("damping", ()),
