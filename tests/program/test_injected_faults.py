@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from engine_parts import RIGID
 
 from solidwhirl.analyses.kinds import state_space as analyses_modes
 from solidwhirl.analyses.kinds import unbalance_response as analyses_response
@@ -54,12 +55,10 @@ def scene(*, ratio=1.0, bearing=None, law=None, analyses=(), **more):
     own = {"stiffness_n_per_m": matrix(K), "damping_n_s_per_m": matrix(C)} | (bearing or {})
     if law:
         own = {"speed_law": "law"}
-    body = {"mass_kg": 10.0, "center_of_gravity_m": [0.0, 0.0, 0.1]}
-    body |= {"inertia_kg_m2": [0.1, 0.1, 0.15], "interfaces": {"a": 0.0, "b": 0.3}}
     far = {"stiffness_n_per_m": matrix(0.7 * K), "damping_n_s_per_m": matrix(C)}
     return {
         "name": "injected",
-        "rigid_bodies": {"r": body | {"speed_ratio": 1.0}, "s": body | {"speed_ratio": ratio}},
+        "rigid_bodies": {"r": RIGID, "s": RIGID | {"speed_ratio": ratio}},
         "bearings": [
             {"name": "a", "first": "s.a", **own},
             {"name": "b", "first": "s.b", **far},
