@@ -202,7 +202,7 @@ def check_stability(
         least = 0.1 * NEUTRAL if speed in tops else -ROUNDING
         grows = growth_sign(plain.at(float(speed)), float(speed), least)
         if (inside and grows < 0) or (not inside and grows > 0):
-            found = "all decays" if inside else "a motion grows"
+            found = "stable" if inside else "unstable"
             faults.append(f"{found} at {speed * RPM_PER_RAD_S:.9g} rpm")
     text = "; ".join(faults[:6]) or f"all roots at {len(looked)} speeds"
     name = "unstable intervals are those of the system"

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from solidwhirl.rotordyn.campbell.frames import RotatingCampbell
+from solidwhirl.rotordyn.campbell.body_frames import RotatingCampbell
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S

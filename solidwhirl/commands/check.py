@@ -19,7 +19,7 @@ from solidwhirl.commands.options import AsJson, examples
 from solidwhirl.console.guard import guarded
 from solidwhirl.core.check_report import checks_document, checks_line, failed, failure_lines
 from solidwhirl.rotordyn.core.errors import SuperelementError
-from solidwhirl.rotordyn.storage.stored_checks import check_superelement_file
+from solidwhirl.rotordyn.storage.files import check_superelement_file
 from solidwhirl.rotordyn.superelement.invariants import Invariant, compared, undecided
 
 _LONGEST_RESULTS = 500_000_000

@@ -17,8 +17,9 @@ from solidwhirl.rotordyn.exchange.matrices.dmig import read_dmig
 from solidwhirl.rotordyn.exchange.matrices.foreign_body import ForeignBody
 from solidwhirl.rotordyn.exchange.matrices.matrix_market import read_matrix_market
 from solidwhirl.rotordyn.exchange.matrices.op4 import read_op4
-from solidwhirl.rotordyn.importing.element import ImportOptions, imported_superelement
+from solidwhirl.rotordyn.importing.element import imported_superelement
 from solidwhirl.rotordyn.importing.moved_element import renamed_superelement, shifted_superelement
+from solidwhirl.rotordyn.importing.rows import ImportOptions
 from solidwhirl.scene.imports import NATIVE, ImportedSpec
 from solidwhirl.scene.meshes import file_digest
 from solidwhirl.scene.records import Scene

@@ -99,9 +99,7 @@ def _beam(scene: Scene, plan: Plan, name: str, spec: BeamSpec) -> Superelement:
         spec.stations_m,
         np.broadcast_to(spec.outer_radius_m, sections),
         np.broadcast_to(spec.inner_radius_m, sections),
-        material.youngs_modulus_pa,
-        material.poissons_ratio,
-        material.density_kg_per_m3,
+        (material.youngs_modulus_pa, material.poissons_ratio, material.density_kg_per_m3),
         spec.interfaces,
         [
             Disk(

@@ -94,13 +94,8 @@ def sections_of(run: Run) -> tuple[Section, ...]:
 def without_needless_names(section: Section, kinds: Mapping[str, str]) -> Section:
     """Leave the name of an analysis out of titles where it says no more than its kind does.
 
-    Parameters
-    ----------
-    section
-        Titles of its blocks end in " (name)" or " (name, count)".
-    kinds
-        Kind of every analysis by name. A name that is its kind's is left out if no other analysis
-        is of this kind.
+    Titles of blocks end in " (name)" or " (name, count)"; `kinds` has the kind by name. A name that
+    is its kind's is left out if no other analysis is of this kind.
     """
     every = list(kinds.values())
     needless = [name for name, kind in kinds.items() if name == kind and every.count(kind) == 1]

@@ -50,12 +50,12 @@ def _chain_of_forty(speed_rad_s: float) -> float:
     stations = np.linspace(0.0, length, count + 1)
     disk = {"mass_kg": 12.0, "diametral_kg_m2": 0.07, "polar_kg_m2": 0.13}
     disks = [Disk(name="disk", position_m=float(stations[13]), **disk)]
-    whole = beam_superelement("whole", stations, 0.02, 0.0, *STEEL, {"a": 0.0, "b": length}, disks)
+    whole = beam_superelement("whole", stations, 0.02, 0.0, STEEL, {"a": 0.0, "b": length}, disks)
     single = engine({"whole": whole}, [ground("whole", at, 1e8) for at in "ab"])
     names = [f"body {i}" for i in range(count)]
     bodies = {
         name: beam_superelement(
-            name, stations[i : i + 2], 0.02, 0.0, *STEEL,
+            name, stations[i : i + 2], 0.02, 0.0, STEEL,
             {"a": float(stations[i]), "b": float(stations[i + 1])}, disks if i == 13 else (),
         )
         for i, name in enumerate(names)
@@ -118,6 +118,10 @@ def _gears(mesh_n_per_m: float | None) -> float:
     )
 
 
+def _elastic_gears() -> float:
+    return max(_gears(1e8), _gears(1e13))
+
+
 # 10 Ω² passes k(Ω) before the first kink, after it, and exactly at the second.
 KINKS = (100.0, 200.0, 300.0)
 KINKED_N_PER_M = np.array([2e5, 0.9e5, 4e5, 5e5])
@@ -157,8 +161,9 @@ def _kinked_speeds(k) -> list[float]:
     return sorted(roots)
 
 
-def _kink_error(stiffness_n_per_m, damping_n_s_per_m: float = 0.0) -> float:
+def _kink_error(law: str, damping_n_s_per_m: float = 0.0) -> float:
     """Error of the critical speeds, a pair for each root; infinite for a wrong number of them."""
+    stiffness_n_per_m = {"kinked": KINKED_N_PER_M, "narrow": NARROW_N_PER_M}[law]
     system = _kinked(stiffness_n_per_m, damping_n_s_per_m)
     found = [c.speed_rad_s for c in critical_speeds(system, 1.0, 400.0)]
     expected = np.repeat(_kinked_speeds(stiffness_n_per_m), 2)

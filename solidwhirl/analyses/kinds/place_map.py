@@ -32,11 +32,11 @@ from solidwhirl.rotordyn.plots.response_maps import (
     draw_place_map,
 )
 from solidwhirl.rotordyn.response.maps import place_map
-from solidwhirl.rotordyn.response.orbit_peaks import orbit_peaks
 from solidwhirl.rotordyn.response.resonance_samples import resolving_samples
 from solidwhirl.rotordyn.response.unbalance import (
     Unbalance,
     frequency_ratio,
+    orbit_peaks,
     response_pieces,
 )
 

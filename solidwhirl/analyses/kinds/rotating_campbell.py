@@ -10,8 +10,7 @@ from solidwhirl.analyses.base import (
     Names,
 )
 from solidwhirl.core.outcome import Outcome
-from solidwhirl.rotordyn.campbell.body_frames import campbell_seen_by_body
-from solidwhirl.rotordyn.campbell.frames import RotatingCampbell
+from solidwhirl.rotordyn.campbell.body_frames import RotatingCampbell, campbell_seen_by_body
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.plots.modes import (
     draw_rotating_campbell,

@@ -22,8 +22,7 @@ from solidwhirl.core.fields import (
 from solidwhirl.core.outcome import Outcome
 from solidwhirl.rotordyn import CriticalSpeed, critical_speeds
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
-from solidwhirl.rotordyn.modes.excitation import unbalance_excitation
-from solidwhirl.rotordyn.modes.whirl import moves_laterally
+from solidwhirl.rotordyn.modes.whirl import moves_laterally, unbalance_excitation
 from solidwhirl.rotordyn.plots.margins import draw_separation_margins
 from solidwhirl.rotordyn.response.separation_margins import (
     MarginMethod,

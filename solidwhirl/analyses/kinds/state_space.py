@@ -31,7 +31,7 @@ from solidwhirl.rotordyn.checks.plain_responses import Channel, check_transfer
 from solidwhirl.rotordyn.checks.plain_system import PlainSystem
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
 from solidwhirl.rotordyn.response.resonance_samples import with_knots
-from solidwhirl.rotordyn.state_space.channels import ForceInput, Input, MotionOutput, Output
+from solidwhirl.rotordyn.state_space.channels import ForceInput, MotionOutput, Output
 from solidwhirl.rotordyn.state_space.file import export_mat, export_npz, write_state_space
 from solidwhirl.rotordyn.state_space.model import StateSpace, state_space, tabulated_state_space
 
@@ -53,7 +53,7 @@ class StateSpaceSpec(Analysis):
 
     def run(self, engine: Engine) -> Outcome:
         """A, B, C, D between forces and motions at interfaces over the speed."""
-        inputs: list[Input] = [
+        inputs = [
             ForceInput(body=b, interface=i, component=c)
             for b, i, c in _all(self.inputs, engine.system)
         ]

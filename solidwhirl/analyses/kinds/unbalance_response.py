@@ -41,12 +41,12 @@ from solidwhirl.rotordyn.plots.response import (
     draw_orbits,
     draw_unbalance_response,
 )
-from solidwhirl.rotordyn.response.orbit_peaks import orbit_peaks
 from solidwhirl.rotordyn.response.orbits import elliptic_orbits
 from solidwhirl.rotordyn.response.unbalance import (
     ExciterResponse,
     Unbalance,
     UnbalanceResponse,
+    orbit_peaks,
     resolving_speeds,
     unbalance_response,
 )

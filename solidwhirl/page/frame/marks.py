@@ -7,11 +7,5 @@ _NONE = "◇"
 
 
 def whirl_text(whirl: str | None) -> str:
-    """Word of a whirl with its sign before it, which a table shows in the colour of the whirl.
-
-    Parameters
-    ----------
-    whirl
-        As in `results.json`; None and "" where there is none.
-    """
+    """Word of a whirl with its sign before it, which a table shows in the colour of the whirl."""
     return f"{WHIRL_SIGNS.get(whirl or '', _NONE)} {whirl or 'none'}"

@@ -17,15 +17,7 @@ if TYPE_CHECKING:
 def operating_speeds(
     document: Mapping[str, Any], ratios: Mapping[str, float]
 ) -> tuple[Operating, ...]:
-    """Return the operating speeds of shafts, each once.
-
-    Parameters
-    ----------
-    document
-        The contents of `results.json`.
-    ratios
-        Speed ratio of every body.
-    """
+    """Return the operating speeds of shafts, each once, of `results.json`."""
     return tuple(
         Operating(o["shaft"], o["from_rpm"], o["to_rpm"], abs(ratios[o["shaft"]]))
         for o in document["operating"]
@@ -33,18 +25,7 @@ def operating_speeds(
 
 
 def operating_rad_s(results: Results) -> dict[str, tuple[float, float]]:
-    """Return the operating speeds as speeds of the reference shaft, for static diagrams.
-
-    Parameters
-    ----------
-    results
-        Of a run.
-
-    Returns
-    -------
-    dict
-        Lowest and highest speed, rad/s, by what a legend says.
-    """
+    """Return lowest and highest operating Ω of the reference shaft, by what a legend says."""
     return {
         o.text: (o.from_rpm / o.ratio * RAD_S_PER_RPM, o.to_rpm / o.ratio * RAD_S_PER_RPM)
         for o in scene_operating(results.scene)
@@ -52,18 +33,7 @@ def operating_rad_s(results: Results) -> dict[str, tuple[float, float]]:
 
 
 def margin_words(margin: float) -> str:
-    """Return the distance of a critical speed from operating speeds in words.
-
-    Parameters
-    ----------
-    margin
-        (N_c − N_op) / N_op, 0 inside.
-
-    Returns
-    -------
-    str
-        Such as "66.3 % below", or "inside".
-    """
+    """Return a margin (N_c − N_op) / N_op in words: "66.3 % below", or "inside" for 0."""
     if margin == 0.0:
         return "inside"
     size = 100.0 * abs(margin)

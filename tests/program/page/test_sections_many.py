@@ -17,11 +17,12 @@ from solidwhirl.page.modes import shapes
 from solidwhirl.page.modes.margins import margin_blocks
 from solidwhirl.page.modes.stability import law_chart
 from solidwhirl.page.run import summary
-from solidwhirl.page.run.checks import _by_reason
+from solidwhirl.page.run.checks import reasons
 from solidwhirl.page.sections import page_of, sections_of, without_needless_names
 from solidwhirl.rotordyn.plots.chart import Axis, Curve, Look
 from solidwhirl.rotordyn.plots.chart import Chart as ChartRecord
 from solidwhirl.rotordyn.plots.response import ExciterCurves, force_chart, moving
+from solidwhirl.rotordyn.superelement.invariants import undecided
 from solidwhirl.scene.joints import BearingSpec
 from solidwhirl.scene_checks.operating import nearest
 
@@ -122,9 +123,10 @@ def test_margins_are_those_of_the_exciting_shaft():
 def test_summary_has_the_verdict_and_the_margins(laval):
     run = everything()
     found = summary.section(run)
-    row, picture = (next(b for b in found.blocks if isinstance(b, k)) for k in (Row, Picture))
-    table, chart = row.blocks
-    assert isinstance(chart, Chart) and picture.data.startswith("<svg")
+    row = next(b for b in found.blocks if isinstance(b, Row))
+    table, chart, picture = row.blocks
+    assert isinstance(chart, Chart) and isinstance(picture, Picture)
+    assert picture.data.startswith("<svg")
     about = [cells[0] for cells in table.rows]
     assert about[0] == "Stability" and {"Accuracy", "Checks", "Separation margins"} <= {*about}
     table = next(b for b in found.every_block if getattr(b, "title", "") == "Critical speeds")
@@ -169,11 +171,12 @@ def test_bearings_with_the_same_law_share_a_curve():
 
 def test_what_is_not_applicable_is_said_once_for_each_reason():
     checks = [
-        {"name": "a", "where": "rest", "reason": "damping"},
-        {"name": "b", "where": "rest", "reason": "no factor"},
-        {"name": "c", "where": "speed", "reason": "damping"},
-    ]
-    assert list(_by_reason(checks)) == ["- damping: a (rest); c (speed)", "- no factor: b (rest)"]
+        undecided(name, where, "", reason)
+        for name, where, reason in (
+            ("a", "rest", "damping"), ("b", "rest", "no factor"), ("c", "speed", "damping"),
+        )
+    ]  # fmt: skip
+    assert list(reasons(checks)) == ["- damping: a (rest); c (speed)", "- no factor: b (rest)"]
 
 
 def test_names_that_say_no_more_than_the_kind_are_left_out():

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from solidwhirl.batch.rows import row_of_results
+from solidwhirl.batch.rows import row_of_document
+from solidwhirl.output.documents import results_document
 from solidwhirl.pipeline.run import run_scene
-from solidwhirl.rotordyn.campbell.shape_prints import likeness
+from solidwhirl.rotordyn.campbell.branch_numbers import modal_assurance
 from solidwhirl.scene_reading.reader import parse_scene
 from solidwhirl.sweep.analysis import SweepPictureSettings, analyse_sweep
 from solidwhirl.sweep.bands import LEVELS, campbell_bands
@@ -24,16 +25,14 @@ OPERATING_RPM = (7000.0, 8000.0)
 
 def scene(stiffness, damping):
     """A disk in the middle of a light shaft: lateral and conical motion do not couple."""
-    ends = {"first": "left", "second": "right"}
+    light = {"density_kg_per_m3": 1.0, "youngs_modulus_pa": 2.1e11, "poissons_ratio": 0.3}
+    disk = {"name": "disk", "at_m": LENGTH / 2, "mass_kg": MASS}
+    disk |= {"polar_inertia_kg_m2": 0.5, "diametral_inertia_kg_m2": 0.3}
+    low, high = OPERATING_RPM
+    operating = [{"shaft": "rotor", "from_rpm": low, "to_rpm": high}]
     return {
         "name": "films",
-        "materials": {
-            "light": {
-                "density_kg_per_m3": 1.0,
-                "youngs_modulus_pa": 2.1e11,
-                "poissons_ratio": 0.3,
-            }
-        },
+        "materials": {"light": light},
         "speeds": {"from_rpm": 0.0, "to_rpm": TOP_RPM, "count": 5},
         "campbell": {"branches": 8},
         "model": {"estimates": "off"},
@@ -43,15 +42,7 @@ def scene(stiffness, damping):
                 "stations_m": [0.0, 0.2, 0.4, 0.6, LENGTH],
                 "outer_radius_m": [RADIUS],
                 "interfaces": {"left": 0.0, "disk": LENGTH / 2, "right": LENGTH},
-                "disks": [
-                    {
-                        "name": "disk",
-                        "at_m": LENGTH / 2,
-                        "mass_kg": MASS,
-                        "polar_inertia_kg_m2": 0.5,
-                        "diametral_inertia_kg_m2": 0.3,
-                    }
-                ],
+                "disks": [disk],
             }
         },
         "bearings": [
@@ -61,15 +52,10 @@ def scene(stiffness, damping):
                 "stiffness_n_per_m": stiffness,
                 "damping_n_s_per_m": damping,
             }
-            for end in ends.values()
+            for end in ("left", "right")
         ],
         "analyses": [
-            {
-                "kind": "separation_margins",
-                "operating": [
-                    {"shaft": "rotor", "from_rpm": OPERATING_RPM[0], "to_rpm": OPERATING_RPM[1]}
-                ],
-            },
+            {"kind": "separation_margins", "operating": operating},
             {"kind": "stability", "to_rpm": TOP_RPM, "count": 5},
         ],
     }
@@ -82,17 +68,22 @@ def films(stiffness, damping):
     rotor |= {"outer_radius_m": [0.045], "stations_m": [0.0, 0.2, 0.3, 0.6, LENGTH]}
     rotor["interfaces"]["disk"] = rotor["disks"][0]["at_m"] = 0.3
     data["speeds"]["to_rpm"] = 20000.0
-    return data
+    return data | {"analyses": []}
+
+
+def row_of(number, values, data):
+    """The row of a case that is run here."""
+    case = BatchCase(
+        name=f"{data['name']}-{number:04d}", scene_path=None, values=values, data=data, digest=""
+    )
+    document = results_document(run_scene(parse_scene(data, "test")))
+    return row_of_document(case, document, 0.0, 1)
 
 
 def table(make, stiffness, damping):
-    found = []
-    for number, (k, c) in enumerate((k, c) for k in stiffness for c in damping):
-        values = {"stiffness_n_per_m": k, "damping_n_s_per_m": c}
-        data, name = make(k, c), f"films-{number:04d}"
-        case = BatchCase(name=name, scene_path=None, values=values, data=data, digest="")
-        found.append(row_of_results(case, run_scene(parse_scene(data, "test")), 0.0, 1))
-    return found
+    pairs = [(k, c) for k in stiffness for c in damping]
+    names = ("stiffness_n_per_m", "damping_n_s_per_m")
+    return [row_of(n, dict(zip(names, p, strict=True)), make(*p)) for n, p in enumerate(pairs)]
 
 
 def lateral_root(stiffness, damping):
@@ -198,7 +189,7 @@ def test_likeness_is_that_of_shapes_not_of_their_scale_or_phase():
     forward, backward, none = [1.0, -1j], [1.0, 1j], [0.0, 0.0]
     first = np.array([forward, none], dtype=complex)
     second = np.array([[3j, 3.0], backward, none], dtype=complex)
-    assert likeness(first, second) == pytest.approx(np.array([[1, 0, 0], [0, 0, 1]]))
+    assert modal_assurance(first, second) == pytest.approx(np.array([[1, 0, 0], [0, 0, 1]]))
 
 
 @pytest.fixture(scope="module")
@@ -218,11 +209,7 @@ def crossing_rows():
                 {"name": n, "first": f"r.{n}", "stiffness_n_per_m": 1e6} for n in ("a", "b")
             ],
         }
-        values = {"mass_kg": mass, "tilt": tilt}
-        case = BatchCase(
-            name=f"rigid-{number:04d}", scene_path=None, values=values, data=data, digest=""
-        )
-        found.append(row_of_results(case, run_scene(parse_scene(data)), 0.0, 1))
+        found.append(row_of(number, {"mass_kg": mass, "tilt": tilt}, data))
     return found
 
 

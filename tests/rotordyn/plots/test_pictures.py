@@ -19,7 +19,6 @@ from solidwhirl.rotordyn import (
     modes_at_speed,
 )
 from solidwhirl.rotordyn.campbell.body_frames import campbell_seen_by_body
-from solidwhirl.rotordyn.campbell.frames import campbell_in_rotating_frame
 from solidwhirl.rotordyn.modes.mode_shapes import mode_shapes
 from solidwhirl.rotordyn.modes.participation import participation
 from solidwhirl.rotordyn.plots.campbell import draw_annotated_campbell, draw_damped_campbell
@@ -184,10 +183,11 @@ def test_rotating_frames(frames, tmp_path, drawn):
     assert all(np.nanmin(line.get_ydata()) >= 0 for line in lines)
 
 
-def test_frames_without_shares_show_both_circles(results, tmp_path, drawn):
+def test_frames_without_shares_show_both_circles(twin, results, tmp_path, drawn):
     diagram, _ = results
-    flat = dataclasses.replace(diagram, whirl=np.full(diagram.whirl.shape, "planar"))
-    draw_rotating_campbell([campbell_in_rotating_frame(flat, 1.0)], tmp_path / "r.png", "t")
+    seen = campbell_seen_by_body(twin(), diagram, "inner")
+    unknown = dataclasses.replace(seen, share=np.full(seen.share.shape, np.nan))
+    draw_rotating_campbell([unknown], tmp_path / "r.png", "t")
     (axes,) = drawn[0].axes
     ends = {round(float(y), 3) for line in axes.lines for y in np.atleast_1d(line.get_ydata())
             if np.isfinite(y)}  # fmt: skip
