@@ -187,13 +187,6 @@ def _fineness(found: Resolution | None) -> dict[str, Any]:
 def write_results(results: Results, out: str | Path, *, pictures: bool = True) -> Path:
     """Write the folder of a run, all of it or nothing, and return it.
 
-    Parameters
-    ----------
-    out
-        The folder; another run must not be writing there.
-    pictures
-        Whether to draw; the numbers are the same without.
-
     Raises
     ------
     OutputError

@@ -99,8 +99,6 @@ class Keeper:
 
         Parameters
         ----------
-        label, title
-            Of the analysis, and what stands over its pictures.
         compute
             Runs it; called later where it is kept but a picture of it is not.
         """
