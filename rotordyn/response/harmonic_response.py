@@ -534,8 +534,11 @@ def _checked(
         )
     if not np.isfinite(force).all():
         raise AnalysisError("loads holds a number that is not finite")
-    pair = (np.broadcast_to(values, (points,)) for values in (speeds, frequencies))
-    return _Points(*pair, np.broadcast_to(force, (points, *force.shape[1:])))
+    return _Points(
+        np.broadcast_to(speeds, (points,)),
+        np.broadcast_to(frequencies, (points,)),
+        np.broadcast_to(force, (points, *force.shape[1:])),
+    )
 
 
 def _matrices_of(assembled: AssembledSystem, rows: IntArray | slice) -> PointMatrices:
@@ -574,8 +577,10 @@ def _by_split(assembled: AssembledSystem, split: SplitSystem, points: _Points) -
     solved = _with_rest(split.form, points, lateral)
     left = found.unsolved
     if left.any():
-        some = (part[left] for part in points)
-        whole = solve_points(_matrices_of(assembled, slice(None)), *some)
+        speeds, frequencies, force = points
+        whole = solve_points(
+            _matrices_of(assembled, slice(None)), speeds[left], frequencies[left], force[left]
+        )
         solved.displacement[left] = whole.displacement
         solved.relative_residual[left] = whole.relative_residual
     return solved
