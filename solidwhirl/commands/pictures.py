@@ -15,8 +15,13 @@ from solidwhirl.console.guard import guarded
 from solidwhirl.console.terminal import telling
 from solidwhirl.core.errors import OutputError
 from solidwhirl.core.stages import Progress
-from solidwhirl.files.picture_index import INDEX, write_index
-from solidwhirl.files.picture_record import MOVING_FORMATS, STILL_FORMATS, Picture
+from solidwhirl.files.picture_index import (
+    INDEX,
+    MOVING_FORMATS,
+    STILL_FORMATS,
+    Picture,
+    write_index,
+)
 from solidwhirl.pictures.picture_names import refuse_unknown_names
 from solidwhirl.scene.records import Scene
 
