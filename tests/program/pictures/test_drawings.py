@@ -12,7 +12,6 @@ from solidwhirl.page.run.accuracy import time_chart
 from solidwhirl.page.run.checks import checks_chart
 from solidwhirl.pictures.engine import draw_engine
 from solidwhirl.pictures.series import draw_stability, draw_waterfall
-from solidwhirl.rotordyn import AnalysisError
 from solidwhirl.rotordyn.plots.frame import (
     TEXT_PT,
     WHIRL_STYLES,
@@ -111,11 +110,6 @@ def test_whirl_is_told_apart_without_colour():
     assert len(set(marks)) == len(marks)
     assert WHIRL_STYLES["forward"].face == WHIRL_STYLES["forward"].color
     assert WHIRL_STYLES["backward"].face == "white"
-
-
-def test_unknown_kind_is_refused(geared, tmp_path):
-    with pytest.raises(AnalysisError, match=r"suffix '.bmp'"):
-        draw_engine(geared, tmp_path / "e.bmp", "t")
 
 
 def test_stability_shows_first_modes_and_unstable_speeds(tmp_path, drawn):
