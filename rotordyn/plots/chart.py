@@ -236,15 +236,43 @@ class Heat:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Ridges:
+    """Lines over x one behind the other: in space on a screen, each above its place on paper.
+
+    Attributes
+    ----------
+    x, y
+        Points of the lines, shape (n,), and their places, rising, shape (m,).
+    values
+        Heights, shape (m, n).
+    label, unit
+        Of the heights.
+    rise
+        Units of y for one of the heights, on paper.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    values: FloatArray
+    label: str
+    unit: str
+    rise: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Bars:
-    """Bars of one kind over the places of the axis x, beside those of other kinds."""
+    """Bars of one kind over the places of the axis x, beside or upon those of other kinds.
+
+    `texts`: what a reader is told at each, as of a curve.
+    """
 
     values: FloatArray
     name: str
     look: Look
+    texts: Sequence[str] = ()
 
 
-Mark = Curve | Fill | Span | Rule | Label | Heat | Bars
+Mark = Curve | Fill | Span | Rule | Label | Heat | Ridges | Bars
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -303,6 +331,8 @@ class Chart:
         Whether both axes have the same scale.
     has_legend
         Whether names show.
+    is_stacked
+        Whether bars stand upon each other, negative ones below zero.
     """
 
     name: str
@@ -317,6 +347,7 @@ class Chart:
     height_px: int = 420
     is_to_scale: bool = False
     has_legend: bool = True
+    is_stacked: bool = False
 
     def marks(self, kind: type[Any] | None = None) -> list[Any]:
         """Return all marks, or those of a kind, of all toggles and options too."""
@@ -329,12 +360,6 @@ class Chart:
             else:
                 found.append(part)
         return [m for m in found if kind is None or isinstance(m, kind)]
-
-
-#: All records of a chart, for those who store them.
-CHART_RECORDS = (
-    Axis, Bars, Chart, Choice, Curve, Fill, Heat, Label, Look, Option, Rule, Span, Toggle,
-)  # fmt: skip
 
 
 class Run(NamedTuple):
@@ -393,6 +418,12 @@ def branch_curves(
     ]
     order = [whirl_name(w) for w in WHIRL_LOOKS]
     return sorted(found, key=lambda curve: order.index(curve.name))
+
+
+def hertz_text(frequency_hz: float, digits: int = 4) -> str:
+    """Return a frequency with its unit and so many digits, never with a power of ten."""
+    text = np.format_float_positional(frequency_hz, digits, fractional=False, trim="-")
+    return f"{text} Hz"
 
 
 def metric(largest: float, unit: str) -> tuple[str, float]:

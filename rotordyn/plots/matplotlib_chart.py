@@ -21,8 +21,10 @@ from solidwhirl.rotordyn.plots.chart import (
     Fill,
     Heat,
     Label,
+    Look,
     Option,
     Part,
+    Ridges,
     Rule,
     Span,
     Toggle,
@@ -189,7 +191,8 @@ def _set_axis(axes: Axes, axis: Axis, which: str) -> None:
     if axis.low is not None and axis.high is not None:
         (axes.set_xlim if which == "x" else axes.set_ylim)(axis.low, axis.high)
     if axis.places:
-        own.set_ticks(range(len(axis.places)), [*axis.places], fontsize=SMALL_PT)
+        names = [p.replace(", ", "\n") if which == "x" else p for p in axis.places]
+        own.set_ticks(range(len(names)), names, fontsize=SMALL_PT)
     elif axis.step:
         from matplotlib.ticker import MultipleLocator
 
@@ -223,6 +226,8 @@ class _Drawing:
             _draw_label(axes, mark)
         elif isinstance(mark, Heat):
             _draw_heat(self.figure, axes, mark, self.chart.y)
+        elif isinstance(mark, Ridges):
+            _draw_ridges(axes, mark)
         elif isinstance(mark, Bars):
             self._add_bars(mark)
 
@@ -234,12 +239,29 @@ class _Drawing:
         return self.right
 
     def _add_bars(self, bars: Bars) -> None:
-        every = self.chart.marks(Bars)
-        number, width = every.index(bars), 0.8 / len(every)
-        at = np.arange(len(bars.values)) + width * (number - 0.5 * (len(every) - 1))
+        """Draw bars beside or upon those of the other kinds."""
+        every = [part for part in self.chart.parts if isinstance(part, Bars)]
+        number, at = every.index(bars), np.arange(float(len(bars.values)))
+        width = 0.7 if self.chart.is_stacked else 0.8 / len(every)
+        bottom = 0.0 * bars.values
+        if self.chart.is_stacked:
+            sign = np.where(bars.values < 0.0, -1.0, 1.0)
+            for other in every[:number]:
+                bottom += np.where(sign * other.values > 0.0, other.values, 0.0)
+        else:
+            at = at + width * (number - 0.5 * (len(every) - 1))
         color, _ = color_of(bars.look)
-        self.axes.bar(at, bars.values, width, color=color, label=bars.name, edgecolor="white",
-                      hatch=_HATCHES[number % len(_HATCHES)])  # fmt: skip
+        self.axes.bar(at, bars.values, width, bottom=bottom, color=color, label=bars.name,
+                      edgecolor="white", hatch=_HATCHES[number % len(_HATCHES)])  # fmt: skip
+
+
+def _draw_ridges(axes: Axes, ridges: Ridges) -> None:
+    """Draw lines above their places, the first in front."""
+    color, count = color_of(Look("@c0"))[0], ridges.y.size
+    for k, (at, height) in reversed(list(enumerate(zip(ridges.y, ridges.values, strict=True)))):
+        line, order = at + ridges.rise * height, 1.0 + (count - k) / count
+        axes.fill_between(ridges.x, at, line, color="white", linewidth=0, zorder=order)
+        axes.plot(ridges.x, line, color=color, linewidth=0.7, zorder=order)
 
 
 def _draw_curve(axes: Axes, curve: Curve, order: float) -> None:

@@ -44,9 +44,11 @@ _RECORDS_PER_TURN = 2.5
 _LARGEST_ANGLE_RAD = 1.0
 # Suffixes of the files of an analysis after its name, where it writes more than a picture.
 _SUFFIXES = {
-    "run_up": (".png", ".npz", "_spectrogram.png", "_response.png", "_complexity.png"),
+    "run_up": (
+        *(".png", ".npz", "_spectrogram.png", "_waterfall.png", "_response.png"),
+        "_complexity.png",
+    ),
     "state_space": (".h5", ".npz", ".mat"),
-    "stability": (),
     "recovery": (),
 }
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from solidwhirl.analyses.base import Operating
+from solidwhirl.analyses.kinds.separation_margins import margin_words
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
 from solidwhirl.scene_checks.operating import margin_of
 from solidwhirl.scene_checks.operating import operating_speeds as scene_operating
@@ -49,26 +50,6 @@ def operating_rad_s(results: Results) -> dict[str, tuple[float, float]]:
         o.text: (o.from_rpm / o.ratio * RAD_S_PER_RPM, o.to_rpm / o.ratio * RAD_S_PER_RPM)
         for o in scene_operating(results.scene)
     }
-
-
-def margin_words(margin: float) -> str:
-    """Return the distance of a critical speed from operating speeds in words.
-
-    Parameters
-    ----------
-    margin
-        (N_c − N_op) / N_op, 0 inside.
-
-    Returns
-    -------
-    str
-        Such as "66.3 % below", or "inside".
-    """
-    if margin == 0.0:
-        return "inside"
-    size = 100.0 * abs(margin)
-    said = f"{size:.1f}" if round(size, 1) > 0.0 else "less than 0.1"
-    return f"{said} % {'above' if margin > 0.0 else 'below'}"
 
 
 def margin_text(

@@ -55,9 +55,9 @@ ALL = {k: {**spec, **(SPAN if "bearings" in spec else {})} for k, spec in ALL.it
 FILES = {
     "unbalance_response": [".png", "_bearing_forces.png", "_orbits.png"],
     "mode_shapes": [f"_6000rpm{t}.png" for t in ("", "_participation", "_lp")],
-    "run_up": [f"{t}.png" for t in ("", "_spectrogram", "_response", "_complexity")] + [".npz"],
+    "run_up": [".npz", ".png"]
+    + [f"_{t}.png" for t in ("spectrogram", "waterfall", "response", "complexity")],
     "state_space": [".h5", ".npz", ".mat"],
-    "stability": [],
     "bearing_laws": ["_A.png"],
 }
 # lengths of what keys hold; none where that is a number, or of any length
@@ -207,6 +207,7 @@ def test_nothing_is_overwritten(analyses):
     files = [name for entry in results.analyses.values() for name in entry.files]
     assert len({*files, "campbell.png"}) == 1 + len(files)
     pictures = {"unbalance_response": 3, "place_map": 1, "mode_shapes": 4, "rotating_campbell": 1}
+    pictures |= {"stability": 1}
     assert len(files) == sum(pictures.get(a["kind"], 0) for a in analyses)
 
 
