@@ -3,7 +3,7 @@
     python bench/multigrid.py             all sizes: table and JSON in out/multigrid (half an hour)
     python bench/multigrid.py --small     up to 50 000 unknowns
     python bench/multigrid.py --methods   four ways to the modes without a factorisation, one size
-    python bench/multigrid.py --fit       writes solidwhirl/cost/scale_coefficients.py as well, and
+    python bench/multigrid.py --fit       writes the coefficients of the solvers as well, and
                                           the tables of docs/scaling.md, after bench/ranks.py
     python bench/multigrid.py --reuse --fit   no new measurements
 

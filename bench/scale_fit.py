@@ -1,4 +1,4 @@
-"""Measurements of bench/multigrid.py and bench/ranks.py as a module of the program."""
+"""Measurements of bench/multigrid.py and bench/ranks.py as a module, and laws for the program."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def more_ranks(rows: list[dict]) -> float:
 
 
 def write_module(root: Path, rows: list[dict]) -> Path:
-    """Write solidwhirl/cost/scale_coefficients.py from the rows of both roads."""
+    """Write bench/scale_coefficients.py from the rows of both roads, and the program's laws."""
     by_road = {
         road: sorted((r for r in rows if r["road"] == road), key=lambda r: r["solved"])
         for road in QUANTITIES
@@ -107,9 +107,33 @@ def write_module(root: Path, rows: list[dict]) -> Path:
         "#: Memory of several ranks over that of one, the program left out.",
         f"RANKS_FACTOR = {{{factors}}}",
     ]
-    path = root / "solidwhirl" / "cost" / "scale_coefficients.py"
+    path = root / "bench" / "scale_coefficients.py"
     path.write_text("\n".join([*lines, ""]), encoding="utf-8")
+    write_laws(root)
     return path
+
+
+def write_laws(root: Path) -> None:
+    """Write solidwhirl/cost/solver_coefficients.py: what the program predicts solvers with."""
+    from scale_laws import law, measured
+
+    names = ["direct.memory_gib", *(f"iterative.{q}" for q in QUANTITIES["iterative"])]
+    laws = {name: law(*name.split(".")) for name in names}
+    lines = [
+        '"""Growth of both solvers of a solid, written by `python bench/multigrid.py --fit`."""',
+        "",
+        "from __future__ import annotations",
+        "",
+        "#: Modes of one eigensolution, and unknowns solved for in the largest measurement.",
+        f"MODES, LARGEST = {measured.MODES}, {next(iter(laws.values())).largest:.0f}",
+        '#: "solver.quantity": GiB or s at 1e5 unknowns solved for, their power as fitted, and by '
+        "theory.",
+        "SOLVERS: dict[str, tuple[float, float, float]] = {",
+        *(f'    "{n}": ({v.value:.6g}, {v.power:.6g}, {v.theory:.6}),' for n, v in laws.items()),
+        "}",
+    ]
+    path = root / "solidwhirl" / "cost" / "solver_coefficients.py"
+    path.write_text("\n".join([*lines, ""]), encoding="utf-8")
 
 
 def write_page(root: Path, tables: dict[str, str]) -> Path:

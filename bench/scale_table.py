@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from solidwhirl.cost import scale_coefficients as measured
-from solidwhirl.cost.scale import ROADS, ScaleError, law
+import scale_coefficients as measured
+from scale_laws import ROADS, ScaleError, law
 
 #: Part of the ideal speed-up that ranks reach, least and largest: assumptions from what is
 #: published of MUMPS and of multigrid in solid mechanics (Adams, Bayraktar, Keaveny and
@@ -32,7 +32,7 @@ class Workload:
         Right-hand sides: constraint modes, their inertia, and three per column of the basis for the
         error estimate.
     eigensolutions
-        Of `cost_scale_coefficients.MODES` modes each.
+        Of `scale_coefficients.MODES` modes each.
     """
 
     setups: float = 2.0

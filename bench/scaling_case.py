@@ -28,7 +28,7 @@ STAGES = {
     ("constrained", "eigenpairs"): "eigensolutions",
     ("slepc_modes", "slepc_pairs"): "eigensolutions",
     ("spinning_modes", "modes_at_speed"): "eigensolutions",
-    ("spinning_modes", "remaining_stiffness"): "eigensolutions",
+    ("overspeed", "softest_direction"): "eigensolutions",
     ("craig_bampton", "reduction_basis"): "projection",
     ("craig_bampton", "orthogonality_error"): "projection",
     ("superelements", "reduce_block"): "projection",

@@ -3,12 +3,9 @@
 The rotation axis is z; bodies of revolution are drawn in the half-plane (z, r), r >= 0, SI units.
 """
 
-from __future__ import annotations
-
 from solidwhirl.geometry.errors import GeometryError
 from solidwhirl.geometry.mass_properties import (
     MassProperties,
-    combine,
     mass_by_material_kg,
     mass_properties,
     section_mass_properties,
@@ -16,14 +13,7 @@ from solidwhirl.geometry.mass_properties import (
 from solidwhirl.geometry.materials import MATERIALS, Material
 from solidwhirl.geometry.meridian.fillet_merge import merge_fillets
 from solidwhirl.geometry.meridian.subdivision import Corner, Curve, Face, Subdivision, subdivide
-from solidwhirl.geometry.profile import (
-    Body,
-    Coupling,
-    Interface,
-    InterfaceKind,
-    RigidDisk,
-    Section,
-)
+from solidwhirl.geometry.profile import Body, Coupling, Interface, InterfaceKind, RigidDisk, Section
 from solidwhirl.geometry.stages import (
     TABLE_7,
     Cone,
@@ -52,7 +42,6 @@ __all__ = [
     "StageGroup",
     "Subdivision",
     "Web",
-    "combine",
     "mass_by_material_kg",
     "mass_properties",
     "merge_fillets",

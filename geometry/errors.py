@@ -1,7 +1,5 @@
 """The error that every refusal of the geometry stage raises."""
 
-from __future__ import annotations
-
 from solidwhirl.core.errors import UserError
 
 

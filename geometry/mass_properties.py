@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from solidwhirl.geometry.errors import GeometryError
 from solidwhirl.geometry.meridian.contact import refuse_overlaps
 from solidwhirl.geometry.meridian.fillets import Fillet
 from solidwhirl.geometry.meridian.snapping import scale_of, snap_body
@@ -32,23 +31,12 @@ _ARC_NODES, _ARC_WEIGHTS = _gauss_rule(24)
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class MassProperties:
-    """Hold mass, centre of gravity and inertia of a body that is symmetric about z.
-
-    Attributes
-    ----------
-    mass_kg : float
-        Mass [kg].
-    center_of_gravity_m : (3,) float array
-        Centre of gravity (0, 0, z) [m], read-only.
-    polar_inertia_kg_m2 : float
-        Moment of inertia about z [kg m^2].
-    diametral_inertia_kg_m2 : float
-        Moment of inertia about x or y through the centre of gravity [kg m^2].
-    """
+    """Hold mass, centre of gravity and inertia of a body that is symmetric about z."""
 
     mass_kg: float
-    center_of_gravity_m: FloatArray
-    polar_inertia_kg_m2: float
+    center_of_gravity_m: FloatArray  #: (3,) Centre of gravity (0, 0, z) [m], read-only
+    polar_inertia_kg_m2: float  #: Moment of inertia about z [kg m^2]
+    #: Moment of inertia about x or y through the centre of gravity [kg m^2]
     diametral_inertia_kg_m2: float
 
     def __post_init__(self) -> None:
@@ -58,10 +46,7 @@ class MassProperties:
 def section_mass_properties(section: Section) -> MassProperties:
     """Return the mass properties of one section of revolution in closed form.
 
-    Returns
-    -------
-    MassProperties
-        Exact to round-off, for thin walls too.
+    Result: exact to round-off, for thin walls too.
     """
     inner_0, inner_1 = section.inner_radius_m
     outer_0, outer_1 = section.outer_radius_m
@@ -72,120 +57,62 @@ def section_mass_properties(section: Section) -> MassProperties:
     ring = math.pi * (outer - inner) * (outer + inner)
     mass = section.material.density_kg_per_m3 * width * _WEIGHTS * ring
     return _gather(
-        mass=mass,
-        axial=section.start_m + width * _NODES,
-        square_radius=0.5 * (outer**2 + inner**2),
+        mass=mass, axial=section.start_m + width * _NODES, square_radius=0.5 * (outer**2 + inner**2)
     )
 
 
 def mass_properties(body: Body) -> MassProperties:
     """Return the mass properties of a body: sections, fillets and rigid disks.
 
-    Parameters
-    ----------
-    body : Body
-        Body whose sections do not overlap.
-
-    Returns
-    -------
-    MassProperties
-        Closed form for the sections, Gauss quadrature to round-off for the fillets.
-
-    Raises
-    ------
-    GeometryError
-        If sections overlap; with fillets, whatever `subdivide` refuses.
+    Closed form for the sections, Gauss quadrature to round-off for the fillets. Raises
+    GeometryError if sections overlap; with fillets, whatever `subdivide` refuses.
     """
-    tolerance = scale_of(body).tolerance_m
-    refuse_overlaps(snap_body(body, tolerance), tolerance)
-    fillets = planned_fillets(body) if body.fillet_radius_m > 0.0 else ()
+    sections, fillets = _meshed_parts(body)
     masters = {interface.name: interface.position_m[2] for interface in body.interfaces}
-    return combine(
-        [
-            *(section_mass_properties(section) for section in body.sections),
-            *(
-                fillet_mass_properties(
-                    fillet, body.sections[fillet.section].material.density_kg_per_m3
-                )
-                for fillet in fillets
-            ),
-            *(_disk_mass_properties(disk, masters[disk.interface]) for disk in body.rigid_disks),
-        ]
-    )
+    disks = (_disk_mass_properties(disk, masters[disk.interface]) for disk in body.rigid_disks)
+    return _combine([*(part for _, part in (*sections, *fillets)), *disks])
 
 
 def mass_by_material_kg(body: Body) -> dict[str, float]:
     """Return the mass of the sections and fillets of a body by material, without rigid disks.
 
-    Parameters
-    ----------
-    body : Body
-        Body whose sections do not overlap.
-
-    Returns
-    -------
-    dict of str to float
-        Mass [kg] by the name of the material, in the order of the sections.
-
-    Raises
-    ------
-    GeometryError
-        As `mass_properties`.
+    In the order of the sections. Raises GeometryError as `mass_properties`.
     """
-    tolerance = scale_of(body).tolerance_m
-    refuse_overlaps(snap_body(body, tolerance), tolerance)
     found: dict[str, list[float]] = {}
-    for section in body.sections:
-        mass = section_mass_properties(section).mass_kg
-        found.setdefault(section.material.name, []).append(mass)
-    for fillet in planned_fillets(body) if body.fillet_radius_m > 0.0 else ():
-        own = body.sections[fillet.section].material
-        mass = fillet_mass_properties(fillet, own.density_kg_per_m3).mass_kg
-        found[own.name].append(mass)
+    for sections_or_fillets in _meshed_parts(body):
+        for name, part in sections_or_fillets:
+            found.setdefault(name, []).append(part.mass_kg)
     return {name: math.fsum(masses) for name, masses in found.items()}
 
 
-def combine(parts: Iterable[MassProperties]) -> MassProperties:
-    """Return the mass properties of several parts on the common axis z.
+_Parts = list[tuple[str, MassProperties]]
 
-    Parameters
-    ----------
-    parts : iterable of MassProperties
-        At least one, with centres of gravity on the z axis.
 
-    Returns
-    -------
-    MassProperties
-        By the parallel axis theorem.
+def _meshed_parts(body: Body) -> tuple[_Parts, _Parts]:
+    """Sections and fillets of a body, by the names of their materials."""
+    tolerance = scale_of(body).tolerance_m
+    refuse_overlaps(snap_body(body, tolerance), tolerance)
+    fillets = []
+    for fillet in planned_fillets(body) if body.fillet_radius_m > 0.0 else ():
+        own = body.sections[fillet.section].material
+        part = fillet_mass_properties(fillet, own.density_kg_per_m3)
+        fillets.append((own.name, part))
+    return [(s.material.name, section_mass_properties(s)) for s in body.sections], fillets
 
-    Raises
-    ------
-    GeometryError
-        For no part, no mass, or a centre of gravity off the axis.
-    """
-    found = list(parts)
-    mass = math.fsum(part.mass_kg for part in found)
-    if not mass > 0.0:
-        raise GeometryError(
-            f"mass properties of {len(found)} parts with {mass} kg in total cannot be combined; "
-            "needs at least one part with mass"
-        )
-    for part in found:
-        if np.any(part.center_of_gravity_m[:2] != 0.0):
-            raise GeometryError(
-                f"a part has its centre of gravity at {part.center_of_gravity_m} m; only parts on "
-                "the z axis can be combined"
-            )
-    axial = [float(part.center_of_gravity_m[2]) for part in found]
-    centre = math.fsum(p.mass_kg * z for p, z in zip(found, axial, strict=True)) / mass
+
+def _combine(parts: Sequence[MassProperties]) -> MassProperties:
+    """Return the mass properties of several parts with mass, by the parallel axis theorem."""
+    mass = math.fsum(part.mass_kg for part in parts)
+    axial = [float(part.center_of_gravity_m[2]) for part in parts]
+    centre = math.fsum(p.mass_kg * z for p, z in zip(parts, axial, strict=True)) / mass
     diametral = math.fsum(
         part.diametral_inertia_kg_m2 + part.mass_kg * (z - centre) ** 2
-        for part, z in zip(found, axial, strict=True)
+        for part, z in zip(parts, axial, strict=True)
     )
     return MassProperties(
         mass_kg=mass,
         center_of_gravity_m=np.array([0.0, 0.0, centre]),
-        polar_inertia_kg_m2=math.fsum(part.polar_inertia_kg_m2 for part in found),
+        polar_inertia_kg_m2=math.fsum(part.polar_inertia_kg_m2 for part in parts),
         diametral_inertia_kg_m2=diametral,
     )
 

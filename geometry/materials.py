@@ -14,22 +14,13 @@ from solidwhirl.geometry.errors import GeometryError
 class Material:
     """Hold the constants of a linear elastic isotropic material.
 
-    Attributes
-    ----------
-    density_kg_per_m3 : float
-        Mass density [kg/m^3], positive.
-    poissons_ratio : float
-        Poisson's ratio [-], in the open interval (-1, 0.5) of positive strain energy.
-
-    Raises
-    ------
-    GeometryError
-        If the name is empty or a constant is not finite or outside its range.
+    Raises GeometryError if the name is empty or a constant is not finite or outside its range.
     """
 
     name: str
-    density_kg_per_m3: float
+    density_kg_per_m3: float  #: Mass density [kg/m^3], positive
     youngs_modulus_pa: float
+    #: Poisson's ratio [-], in the open interval (-1, 0.5) of positive strain energy
     poissons_ratio: float
 
     def __post_init__(self) -> None:

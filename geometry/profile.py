@@ -22,22 +22,15 @@ Coupling = Literal["distributing", "rigid"]
 class Section:
     """Describe a trapezoid of the meridian with radial ends and linearly varying radii.
 
-    Attributes
-    ----------
-    start_m, end_m : float
-        Axial position of the two radial ends [m], start < end.
-    inner_radius_m, outer_radius_m : tuple of float
-        Radii at start and end [m]. Inner and outer may meet at one end (a triangle), not at both.
-
-    Raises
-    ------
-    GeometryError
-        For a value that is not finite, a negative width or radius, crossing radii, no thickness.
+    Raises GeometryError for a value that is not finite, a negative width or radius, crossing radii,
+    no thickness.
     """
 
     name: str
+    #: Axial position of the two radial ends [m], start < end
     start_m: float
     end_m: float
+    #: Radii at start and end [m]. Inner and outer may meet at one end (a triangle), not at both.
     inner_radius_m: tuple[float, float]
     outer_radius_m: tuple[float, float]
     material: Material
@@ -79,20 +72,8 @@ class Section:
     def radii_at(self, z_m: float) -> tuple[float, float]:
         """Return inner and outer radius [m] at an axial position, exact at the two ends.
 
-        Parameters
-        ----------
-        z_m : float
-            Axial position [m] within the section.
-
-        Returns
-        -------
-        tuple of float
-            Inner and outer radius [m].
-
-        Raises
-        ------
-        GeometryError
-            If the position lies outside the section.
+        `z_m`: axial position [m] within the section. Result: inner and outer radius [m]. Raises
+        GeometryError if the position lies outside the section.
         """
         if not self.start_m <= z_m <= self.end_m:
             raise GeometryError(
@@ -110,32 +91,24 @@ class Section:
 class Interface:
     """Name a part of the body where bearings, gears or other bodies attach.
 
-    Attributes
-    ----------
-    kind : {"section", "outer", "inner", "face", "slab"}
-        "section": every curve of the material cross-section in the plane z = `start_m`, inside
-        the body or on its outline; where the cross-section jumps in that plane, the union of both
-        sides. "face": the part of the outline that lies in the plane z = `start_m`. "outer" and
-        "inner": the part of the outline between `start_m` and `end_m` whose outward normal points
-        away from the axis (n_r > 0) or towards it (n_r < 0). "slab": all curves of the piece of
-        the body between the planes `start_m` and `end_m`, both cross-sections included; rigidly
-        coupled it moves as one piece, as the cross-sections of a beam under a clamped hub do.
-    start_m, end_m : float
-        Axial range [m]; equal for "section" and "face", start < end otherwise.
-    radius_m : tuple of float, optional
-        Radial range [m] the interface is limited to; everything when None.
-
-    Raises
-    ------
-    GeometryError
-        For an unknown word, a value that is not finite, or a range that does not fit the kind.
+    Raises GeometryError for an unknown word, a value that is not finite, or a range that does not
+    fit the kind.
     """
 
     name: str
+    #: "section": every curve of the material cross-section in the plane z = `start_m`, inside the
+    #: body or on its outline; where the cross-section jumps in that plane, the union of both sides.
+    #: "face": the part of the outline that lies in the plane z = `start_m`. "outer" and "inner":
+    #: the part of the outline between `start_m` and `end_m` whose outward normal points away from
+    #: the axis (n_r > 0) or towards it (n_r < 0). "slab": all curves of the piece of the body
+    #: between the planes `start_m` and `end_m`, both cross-sections included; rigidly coupled it
+    #: moves as one piece, as the cross-sections of a beam under a clamped hub do.
     kind: InterfaceKind
     coupling: Coupling
+    #: Axial range [m]; equal for "section" and "face", start < end otherwise
     start_m: float
     end_m: float
+    #: Radial range [m] the interface is limited to; everything when None
     radius_m: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
@@ -179,32 +152,17 @@ class Interface:
 class RigidDisk:
     """Lump a rigid disk on the master node of an interface.
 
-    Attributes
-    ----------
-    name : str
-        Unique among the rigid disks of its body.
-    interface : str
-        Name of the interface that carries the disk.
-    mass_kg : float
-        Mass [kg], not negative.
-    polar_inertia_kg_m2, diametral_inertia_kg_m2 : float
-        Moments of inertia [kg m^2] about the disk's centre of gravity, not negative and
-        polar <= 2 diametral (to 1 %), as for every mass distribution.
-    offset_m : float
-        Axial distance [m] of the centre of gravity from the master node.
-
-    Raises
-    ------
-    GeometryError
-        If a value is not finite or the inertia cannot belong to a body.
+    Raises GeometryError if a value is not finite or the inertia cannot belong to a body.
     """
 
-    name: str
-    interface: str
-    mass_kg: float
+    name: str  #: Unique among the rigid disks of its body
+    interface: str  #: Name of the interface that carries the disk
+    mass_kg: float  #: Mass [kg], not negative
+    #: Moments of inertia [kg m^2] about the disk's centre of gravity, not negative and polar <= 2
+    #: diametral (to 1 %), as for every mass distribution
     polar_inertia_kg_m2: float
     diametral_inertia_kg_m2: float
-    offset_m: float = 0.0
+    offset_m: float = 0.0  #: Axial distance [m] of the centre of gravity from the master node
 
     def __post_init__(self) -> None:
         _require_name("rigid disk", self.name)
@@ -228,25 +186,16 @@ class RigidDisk:
 class Body:
     """Collect the sections, interfaces and lumped disks of one body of revolution.
 
-    Attributes
-    ----------
-    sections : tuple of Section
-        At least one; names unique.
-    rigid_disks : tuple of RigidDisk
-        Each refers to an interface of this body; names unique.
-    fillet_radius_m : float
-        Radius [m] of the fillet at every re-entrant corner of the outline; 0 for sharp corners.
-
-    Raises
-    ------
-    GeometryError
-        For no section, a duplicate name, a disk on an unknown interface, a bad fillet radius.
+    Raises GeometryError for no section, a duplicate name, a disk on an unknown interface, a bad
+    fillet radius.
     """
 
     name: str
-    sections: tuple[Section, ...]
+    sections: tuple[Section, ...]  #: At least one; names unique
     interfaces: tuple[Interface, ...] = ()
+    #: Each refers to an interface of this body; names unique
     rigid_disks: tuple[RigidDisk, ...] = ()
+    #: Radius [m] of the fillet at every re-entrant corner of the outline; 0 for sharp corners
     fillet_radius_m: float = 0.0
 
     def __post_init__(self) -> None:

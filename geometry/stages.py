@@ -20,23 +20,13 @@ __all__ = ["TABLE_7", "Cone", "StageGroup", "Web", "stage_group_sections", "stag
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Web:
-    """Describe a radial disk of constant thickness from the shaft to a stage's ring.
+    """Describe a radial disk of constant thickness from the shaft to a stage's ring."""
 
-    Attributes
-    ----------
-    stage : int
-        Stage that the web carries, counted from 1.
-    thickness_m : float
-        Axial thickness [m], at most the ring's width.
-    inner_radius_m : float
-        Radius [m] where the web starts: the shaft's outer radius, below the ring's inner radius.
-    position : {"centre", "front", "back"}
-        Middle of the ring, or flush with its face towards stage 1 ("front") or away from it.
-    """
-
-    stage: int
-    thickness_m: float
+    stage: int  #: Stage that the web carries, counted from 1
+    thickness_m: float  #: Axial thickness [m], at most the ring's width
+    #: Radius [m] where the web starts: the shaft's outer radius, below the ring's inner radius
     inner_radius_m: float
+    #: Middle of the ring, or flush with its face towards stage 1 ("front") or away from it
     position: Literal["centre", "front", "back"] = "centre"
 
 
@@ -48,24 +38,15 @@ class Cone:
     to the ring's inner radius, at the ring's face that looks to the foot. The foot is as high as
     the shell is in radial direction, so both ends are bonded over the whole wall. Only a face
     without a spacer can be met: the front of the first stage and the back of the last one.
-
-    Attributes
-    ----------
-    stage : int
-        Stage that the cone carries, counted from 1.
-    shaft_radius_m : float
-        Outer radius [m] of the shaft under the foot, below the ring's inner radius.
-    foot_start_m, foot_end_m : float
-        Axial range [m] of the foot on the shaft, all of it on one side of the ring.
-    thickness_m : float
-        Wall thickness [m] normal to the cone.
     """
 
-    stage: int
+    stage: int  #: Stage that the cone carries, counted from 1
+    #: Outer radius [m] of the shaft under the foot, below the ring's inner radius
     shaft_radius_m: float
+    #: Axial range [m] of the foot on the shaft, all of it on one side of the ring
     foot_start_m: float
     foot_end_m: float
-    thickness_m: float
+    thickness_m: float  #: Wall thickness [m] normal to the cone
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -126,18 +107,18 @@ def stage_group_sections(
 
     Parameters
     ----------
-    group : StageGroup
+    group
         Dimensions, for example from `TABLE_7` (see there for the assumed meaning of its rows).
-    start_m : float
+    start_m
         Axial position [m] of the front face of stage 1.
-    direction : {1, -1}
+    direction
         1: the stages follow towards larger z; -1: towards smaller z.
-    spacer_thickness_m : float
-        Radial thickness [m] of the spacers. A spacer's inner line runs from the inner radius of
-        one ring to that of the next; at a ring thinner than this it takes the ring's thickness.
-    web : Web, Cone, sequence of them, or None
+    spacer_thickness_m
+        Radial thickness [m] of the spacers. A spacer's inner line runs from the inner radius of one
+        ring to that of the next; at a ring thinner than this it takes the ring's thickness.
+    web
         Connections to the shaft. The shaft itself is not part of the result.
-    prefix : str
+    prefix
         Names are `<prefix>_stage_1`, `<prefix>_spacer_1`, `<prefix>_web_1`, `<prefix>_cone_1` and
         `<prefix>_foot_1`, with the number of the stage.
 
@@ -307,25 +288,10 @@ def _require_below(group: StageGroup, where: str, radius_m: float, ring: Section
 def stage_values(origin: float, factor: float, count: int) -> FloatArray:
     """Return a dimension of consecutive stages: value = origin * factor**(stage - 1).
 
-    Parameters
-    ----------
-    origin : float
-        Value of stage 1, in any unit.
-    factor : float
-        Ratio of consecutive stages [-].
+    `origin`: value of stage 1, in any unit. `factor`: ratio of consecutive stages [-]. Returned:
+    (count,) in the unit of `origin`, read-only. Raises GeometryError if origin or factor is not
+    finite and positive, or there is no stage.
 
-    Returns
-    -------
-    (count,) float array
-        In the unit of `origin`, read-only.
-
-    Raises
-    ------
-    GeometryError
-        If origin or factor is not finite and positive, or there is no stage.
-
-    Notes
-    -----
     Rule of Appendix C of Müller and Hennings, rotor dynamics of an ultra-high bypass ratio engine.
     """
     for label, value in (("origin", origin), ("factor", factor)):
@@ -342,23 +308,16 @@ def stage_values(origin: float, factor: float, count: int) -> FloatArray:
 class StageGroup:
     """Hold the first stage's dimensions of a group and their ratios from stage to stage.
 
-    Attributes
-    ----------
-    inner_radius_m, outer_radius_m, width_m, second_width_m : float
-        Values of stage 1 [m]. `width_m` is the axial width of the disk or drum ring; for
-        `second_width_m` see `TABLE_7`.
-    inner_factor, outer_factor, width_factor, second_width_factor : float
-        Ratio of consecutive stages [-].
-
-    Raises
-    ------
-    GeometryError
-        If a value is not finite and positive, or a ring's inner radius reaches its outer one.
+    Raises GeometryError if a value is not finite and positive, or a ring's inner radius reaches its
+    outer one.
     """
 
     name: str
     count: int
+    #: Values of stage 1 [m]. `width_m` is the axial width of the disk or drum ring; for
+    #: `second_width_m` see `TABLE_7`.
     inner_radius_m: float
+    #: Ratio of consecutive stages [-]
     inner_factor: float
     outer_radius_m: float
     outer_factor: float

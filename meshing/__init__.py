@@ -3,18 +3,10 @@
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.own.files import write_gmsh, write_vtu
 from solidwhirl.meshing.own.meridian import MINIMUM_SCALED_JACOBIAN, mesh_meridian
-from solidwhirl.meshing.own.prediction import predict_unknowns
 from solidwhirl.meshing.own.quality import scaled_jacobians, straighten
 from solidwhirl.meshing.own.refinement import CORNER_RATE, refined_size
 from solidwhirl.meshing.own.solid import mesh_solid
-from solidwhirl.meshing.records import (
-    FloatArray,
-    IntArray,
-    LocalSize,
-    Mesh,
-    MeshQuality,
-    MeshSize,
-)
+from solidwhirl.meshing.records import FloatArray, IntArray, LocalSize, Mesh, MeshQuality, MeshSize
 
 __all__ = [
     "CORNER_RATE",
@@ -28,7 +20,6 @@ __all__ = [
     "MeshingError",
     "mesh_meridian",
     "mesh_solid",
-    "predict_unknowns",
     "refined_size",
     "scaled_jacobians",
     "straighten",

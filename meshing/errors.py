@@ -1,7 +1,5 @@
 """The one error of the meshing stage."""
 
-from __future__ import annotations
-
 from solidwhirl.core.errors import UserError
 
 

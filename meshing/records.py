@@ -17,27 +17,14 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True, kw_only=True)
 class MeshSize:
-    """What is asked of a mesh.
+    """What is asked of a mesh."""
 
-    Attributes
-    ----------
-    size_m
-        Largest element edge [m].
-    corner_size_m
-        Element edge at the re-entrant corners of the meridian [m].
-    growth
-        Growth of the edge length per metre of distance from a corner (dimensionless, > 0).
-    through_thickness
-        Elements asked for across the smaller dimension of a section.
-    around
-        Elements asked for around the circumference (solid meshes only).
-    """
-
-    size_m: float
-    corner_size_m: float
+    size_m: float  #: Largest element edge [m]
+    corner_size_m: float  #: Element edge at the re-entrant corners of the meridian [m]
+    #: Growth of the edge length per metre of distance from a corner (dimensionless, > 0)
     growth: float = 0.3
-    through_thickness: float = 1.0
-    around: int = 16
+    through_thickness: float = 1.0  #: Elements asked for across the smaller dimension of a section
+    around: int = 16  #: Elements asked for around the circumference (solid meshes only)
 
     def __post_init__(self) -> None:
         """Refuse sizes that no mesh can have."""
@@ -53,27 +40,14 @@ class MeshSize:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LocalSize:
-    """Element sizes wanted over a meridian, as a function that is linear in triangles.
+    """Element sizes wanted over a meridian, as a function that is linear in triangles."""
 
-    Attributes
-    ----------
-    points
-        (m, 2) places (z, r) [m].
-    triangles
-        (c, 3) corners of the triangles.
-    size_m
-        (m,) element edge at the points [m].
-    places
-        (z, r, h): places with an element edge of their own, from which it grows.
-    growth
-        Growth of the edge per metre of distance from these places.
-    """
-
-    points: FloatArray
-    triangles: IntArray
-    size_m: FloatArray
+    points: FloatArray  #: (m, 2) places (z, r) [m]
+    triangles: IntArray  #: (c, 3) corners of the triangles
+    size_m: FloatArray  #: (m,) element edge at the points [m]
+    #: (z, r, h): places with an element edge of their own, from which it grows
     places: tuple[tuple[float, float, float], ...] = ()
-    growth: float = 0.6
+    growth: float = 0.6  #: Growth of the edge per metre of distance from these places
 
     def __post_init__(self) -> None:
         """Refuse sizes that no mesh can have; make the arrays read-only."""
@@ -85,62 +59,32 @@ class LocalSize:
 
 @dataclass(frozen=True, kw_only=True)
 class MeshQuality:
-    """Quality of the curved elements.
+    """Quality of the curved elements."""
 
-    Attributes
-    ----------
-    minimum_scaled_jacobian
-        Smallest scaled Jacobian over all elements (1: ideal simplex, <= 0: folded), a guaranteed
-        lower bound (Bernstein coefficients), not a sample.
-    mean_scaled_jacobian
-        Mean over the elements of the same bound.
-    straightened_elements
-        Elements whose curved edges were made straight because they were folded or nearly so.
-    """
-
+    #: Smallest scaled Jacobian over all elements (1: ideal simplex, <= 0: folded), a guaranteed
+    #: lower bound (Bernstein coefficients), not a sample
     minimum_scaled_jacobian: float
-    mean_scaled_jacobian: float
+    mean_scaled_jacobian: float  #: Mean over the elements of the same bound
+    #: Elements whose curved edges were made straight because they were folded or nearly so
     straightened_elements: int = 0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Mesh:
-    """A second-order simplex mesh of the meridian (triangles) or of the solid (tetrahedra).
+    """A second-order simplex mesh of the meridian (triangles) or of the solid (tetrahedra)."""
 
-    Attributes
-    ----------
-    points
-        (n, d) node coordinates [m]; d = 2: (z, r), d = 3: (x, y, z).
-    cells
-        (c, 6) or (c, 10) node numbers of the cells, gmsh's node order.
-    cell_section
-        (c,) index into ``section_names`` of every cell.
-    cell_material
-        (c,) index into ``materials`` of every cell.
-    materials
-        Materials by index.
-    section_names
-        Names of the profile's sections.
-    interfaces
-        Name to (f, 3) or (f, 6) nodes of the facets of every interface.
-    outline
-        (k,) nodes on the boundary of the meridian at θ = 0 (pictures are drawn from these).
-    size
-        What was asked.
-    quality
-        What was got.
-    """
-
-    points: FloatArray
-    cells: IntArray
-    cell_section: IntArray
-    cell_material: IntArray
-    materials: tuple[Material, ...]
-    section_names: tuple[str, ...]
+    points: FloatArray  #: (n, d) node coordinates [m]; d = 2: (z, r), d = 3: (x, y, z)
+    cells: IntArray  #: (c, 6) or (c, 10) node numbers of the cells, gmsh's node order
+    cell_section: IntArray  #: (c,) index into ``section_names`` of every cell
+    cell_material: IntArray  #: (c,) index into ``materials`` of every cell
+    materials: tuple[Material, ...]  #: Materials by index
+    section_names: tuple[str, ...]  #: Names of the profile's sections
+    #: Name to (f, 3) or (f, 6) nodes of the facets of every interface
     interfaces: Mapping[str, IntArray]
+    #: (k,) nodes on the boundary of the meridian at θ = 0 (pictures are drawn from these)
     outline: IntArray
-    size: MeshSize
-    quality: MeshQuality
+    size: MeshSize  #: What was asked
+    quality: MeshQuality  #: What was got
 
     @property
     def dimension(self) -> int:

@@ -1,7 +1,5 @@
 """Errors of the reduction stage."""
 
-from __future__ import annotations
-
 from solidwhirl.core.errors import UserError
 
 

@@ -27,7 +27,7 @@ MOVED = {
     "rotordyn.exchange.exudyn": "rotordyn.exchange.python.exudyn",
     "rotordyn.files": "rotordyn.storage.files",
     "rotordyn.force_spectrum": "rotordyn.run_up.force_spectrum",
-    "rotordyn.frames": "rotordyn.campbell.frames",
+    "rotordyn.frames": "rotordyn.campbell.body_frames",
     "rotordyn.harmonic_response": "rotordyn.response.harmonic_response",
     "rotordyn.invariants": "rotordyn.superelement.invariants",
     "rotordyn.modal_truncation": "rotordyn.modes.modal_truncation",

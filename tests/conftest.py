@@ -2,25 +2,15 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+
 import pytest
 
-from solidwhirl.geometry import MATERIALS, Body, Interface, Material, Section
+sys.path.append(str(Path(__file__).parent))  # helpers of the tests can be imported
+from shapes import body, plane, section
 
-
-def section(name, start, end, inner, outer, material=MATERIALS["steel"]):
-    pair = lambda r: r if isinstance(r, tuple) else (r, r)  # noqa: E731
-    return Section(
-        name=name,
-        start_m=start,
-        end_m=end,
-        inner_radius_m=pair(inner),
-        outer_radius_m=pair(outer),
-        material=material,
-    )
-
-
-def plane(name, z, coupling="distributing", kind="section"):
-    return Interface(name=name, kind=kind, coupling=coupling, start_m=z, end_m=z)
+from solidwhirl.geometry import Material
 
 
 @pytest.fixture
@@ -30,26 +20,18 @@ def reference_rotor():
     First free bending frequency 600.45 Hz; two independent harmonic calculations outside this
     project agree to 1e-5 on 600.45, 1178.58, 2884.60, 5499.70, 6636.76 Hz.
     """
-    return Body(
-        name="rotor",
-        sections=(
-            section("shaft", 0.0, 0.4, 0.0, 0.02),
-            section("disk", 0.145, 0.175, 0.02, 0.15),
-        ),
-    )
+    return body(section("shaft", 0.0, 0.4, 0.0, 0.02), section("disk", 0.145, 0.175, 0.02, 0.15))
 
 
 @pytest.fixture
 def twin_inner():
     """Inner rotor of the coaxial twin rotor with its three bearing planes."""
     third = 0.4 / 3.0
-    return Body(
-        name="inner",
-        sections=(
-            section("shaft", 0.0, 0.4, 0.0, 0.02),
-            section("disk", third - 0.015, third + 0.015, 0.02, 0.15),
-        ),
+    return body(
+        section("shaft", 0.0, 0.4, 0.0, 0.02),
+        section("disk", third - 0.015, third + 0.015, 0.02, 0.15),
         interfaces=(plane("A", 0.0), plane("C", 2.0 * third), plane("B", 0.4)),
+        name="inner",
     )
 
 
@@ -59,7 +41,7 @@ def spinning_ring():
     material = Material(
         name="ring", density_kg_per_m3=7850.0, youngs_modulus_pa=2.1e11, poissons_ratio=0.3
     )
-    return Body(name="ring", sections=(section("ring", 0.0, 0.002, 0.099, 0.101, material),))
+    return body(section("ring", 0.0, 0.002, 0.099, 0.101, material), name="ring")
 
 
 @pytest.fixture
@@ -68,7 +50,7 @@ def annular_disk():
     material = Material(
         name="disk", density_kg_per_m3=7850.0, youngs_modulus_pa=2.1e11, poissons_ratio=0.3
     )
-    return Body(name="disk", sections=(section("disk", 0.0, 0.01, 0.05, 0.2, material),))
+    return body(section("disk", 0.0, 0.01, 0.05, 0.2, material), name="disk")
 
 
 @pytest.fixture

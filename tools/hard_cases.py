@@ -29,7 +29,6 @@ FAMILIES = {
     "body_details": "small details of bodies",
     "body_matter": "Poisson's ratio near 1/2, contrasts of stiffness and density",
     "body_modes": "number of modes, rigid motions, double modes",
-    "body_speed": "bodies at high speed, loss of stiffness",
     "body_thin": "drums, disks, needles, the axis",
     "more_meshes": "folded elements, sizes, scales",
     "more_modes": "near interfaces, modes in groups",

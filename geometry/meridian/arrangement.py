@@ -33,22 +33,10 @@ def materials_of(body: Body) -> tuple[Material, ...]:
 def arrange(body: Body, tolerance_m: float) -> PlaneGraph:
     """Return the conforming subdivision of sections that do not overlap.
 
-    Parameters
-    ----------
-    body : Body
-        Body with snapped coordinates whose sections do not overlap.
-    tolerance_m : float
-        Distance [m] up to which a vertex counts as lying on an edge.
-
-    Returns
-    -------
-    PlaneGraph
-        One face per section, or several where interfaces cut it.
-
-    Raises
-    ------
-    GeometryError
-        If a vertex lies in a tip so sharp that it cannot be told from both of the tip's edges.
+    `body`: body with snapped coordinates whose sections do not overlap. `tolerance_m`: distance [m]
+    up to which a vertex counts as lying on an edge. Result: one face per section, or several
+    where interfaces cut it. Raises GeometryError if a vertex lies in a tip so sharp that it cannot
+    be told from both of the tip's edges.
     """
     planes = [(z, item) for item in body.interfaces for z in item.planes_m]
     panels = [
@@ -66,9 +54,7 @@ def arrange(body: Body, tolerance_m: float) -> PlaneGraph:
     faces = []
     for (number, panel), polygon in zip(panels, polygons, strict=True):
         loop = _loop(_with_vertices_on_edges(polygon, points, tolerance_m), curves)
-        faces.append(
-            Face(loop=loop, section=number, material=materials.index(panel.material)),
-        )
+        faces.append(Face(loop=loop, section=number, material=materials.index(panel.material)))
     graph = PlaneGraph(
         points=points,
         curves=tuple(Curve(start=start, end=end) for start, end in curves),

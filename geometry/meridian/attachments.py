@@ -21,12 +21,8 @@ from solidwhirl.rotordyn.core.arrays import FloatArray
 def split_at_interfaces(graph: PlaneGraph, body: Body, tolerance_m: float) -> PlaneGraph:
     """Split the outline where interfaces of kind "outer", "inner" and "face" begin and end.
 
-    Parameters
-    ----------
-    graph : PlaneGraph
-        Subdivision with a straight outline.
-    tolerance_m : float
-        Distance [m] below which a bound falls on an existing vertex.
+    `graph`: subdivision with a straight outline. `tolerance_m`: distance [m] below which a bound
+    falls on an existing vertex.
     """
     for interface in body.interfaces:
         if interface.planes_m:
@@ -46,15 +42,8 @@ def interface_curves(
 ) -> Mapping[str, tuple[int, ...]]:
     """Return the curve indices of every interface, ascending.
 
-    Parameters
-    ----------
-    tolerance_m : float
-        Distance [m] a curve may lie outside the bounds.
-
-    Raises
-    ------
-    GeometryError
-        If an interface finds no curve, or its axial range is not covered.
+    `tolerance_m`: distance [m] a curve may lie outside the bounds. Raises GeometryError if an
+    interface finds no curve, or its axial range is not covered.
     """
     found = {}
     for interface in body.interfaces:

@@ -17,15 +17,8 @@ from solidwhirl.rotordyn.core.arrays import FloatArray, together
 def refuse_overlaps(body: Body, tolerance_m: float) -> None:
     """Refuse two sections that share material.
 
-    Parameters
-    ----------
-    tolerance_m : float
-        Radial depth [m] up to which sections count as touching.
-
-    Raises
-    ------
-    GeometryError
-        Naming the two sections, the shared meridian area and the place where it is deepest.
+    `tolerance_m`: radial depth [m] up to which sections count as touching. Raises GeometryError
+    naming the two sections, the shared meridian area and the place where it is deepest.
     """
     for first, second in combinations(body.sections, 2):
         stations, depths = _common_thickness(first, second)
@@ -82,10 +75,7 @@ def _zero(at_0: float, at_1: float) -> tuple[float, ...]:
 def refuse_pinches(body: Body, graph: PlaneGraph) -> None:
     """Refuse an outline that touches itself, or the axis, in a single point.
 
-    Raises
-    ------
-    GeometryError
-        Naming the sections that meet there and the point.
+    Raises GeometryError naming the sections that meet there and the point.
     """
     outline = [curve for curve, _ in outline_curves(graph)]
     axis: Counter[int] = Counter()
@@ -128,10 +118,7 @@ def _quoted(names: Iterable[str]) -> str:
 def refuse_pieces(body: Body, graph: PlaneGraph) -> None:
     """Refuse a body whose sections are not all bonded through edges of positive length.
 
-    Raises
-    ------
-    GeometryError
-        Naming the groups of sections, and the narrowest gap between two of them.
+    Raises GeometryError naming the groups of sections, and the narrowest gap between two of them.
     """
     groups = _bonded_groups(len(body.sections), graph)
     if len(groups) == 1:
@@ -199,17 +186,9 @@ def _nearest_on_segment(points: FloatArray, start: FloatArray, end: FloatArray) 
 def refuse_tiny_details(body: Body, graph: PlaneGraph, detail_m: float) -> None:
     """Refuse vertices nearly on a curve or on each other: slips that no mesh can resolve.
 
-    Parameters
-    ----------
-    graph : PlaneGraph
-        Subdivision; arcs count with their end points only.
-    detail_m : float
-        Shortest distance [m] allowed between a vertex and a curve it does not belong to.
-
-    Raises
-    ------
-    GeometryError
-        Naming the sections, the place and the distance.
+    `graph`: subdivision; arcs count with their end points only. `detail_m`: shortest distance [m]
+    allowed between a vertex and a curve it does not belong to. Raises GeometryError naming the
+    sections, the place and the distance.
     """
     used = np.unique([(curve.start, curve.end) for curve in graph.curves])
     for number, curve in enumerate(graph.curves):

@@ -21,10 +21,7 @@ def merge_fillets(subdivision: Subdivision) -> Subdivision:
     another material stays a face with one cusp). The material at every place stays what it was;
     the joined half counts to the section of the face it is joined to.
 
-    Returns
-    -------
-    Subdivision
-        Curve and point indices are new. Every fillet has two entries in `fillet_arcs`.
+    Result: curve and point indices are new. Every fillet has two entries in `fillet_arcs`.
     """
     points = [(float(z), float(r)) for z, r in subdivision.points]
     curves, faces = list(subdivision.curves), list(subdivision.faces)

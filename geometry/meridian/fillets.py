@@ -33,30 +33,16 @@ from solidwhirl.rotordyn.core.arrays import FloatArray
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class Fillet:
-    """Hold one planned fillet: an arc tangent to the two straight runs at a re-entrant corner.
+    """Hold one planned fillet: an arc tangent to the two straight runs at a re-entrant corner."""
 
-    Attributes
-    ----------
-    corner : int
-        Point index of the corner.
-    vertex_m : (2,) float array
-        The corner (z, r) [m].
-    section : int
-        Section whose material fills the fillet: the one listed first of the two at the corner.
-    tangent_length_m : float
-        Distance [m] from the corner to both tangent points.
-    centre_m : (2,) float array
-        Centre of the arc (z, r) [m].
-    before, after : StraightRun
-        Outline from the corner against, and along, the outline's direction.
-    """
-
-    corner: int
-    vertex_m: FloatArray
+    corner: int  #: Point index of the corner
+    vertex_m: FloatArray  #: (2,) The corner (z, r) [m]
+    #: Section whose material fills the fillet: the one listed first of the two at the corner
     section: int
     radius_m: float
-    tangent_length_m: float
-    centre_m: FloatArray
+    tangent_length_m: float  #: Distance [m] from the corner to both tangent points
+    centre_m: FloatArray  #: (2,) Centre of the arc (z, r) [m]
+    #: Outline from the corner against, and along, the outline's direction
     before: StraightRun
     after: StraightRun
 
@@ -80,18 +66,9 @@ def plan_fillets(
 
     Corners so flat that the tangent length falls below `Scale.detail_m` get none.
 
-    Parameters
-    ----------
-    graph : PlaneGraph
-        Subdivision with a straight outline.
-    body : Body
-        Body with snapped coordinates; its `fillet_radius_m` may be 0.
-
-    Raises
-    ------
-    GeometryError
-        If the radius is too small to resolve, a tangent length does not fit on its edge, or a
-        fillet runs into another part of the body.
+    `graph`: subdivision with a straight outline. `body`: body with snapped coordinates; its
+    `fillet_radius_m` may be 0. Raises GeometryError if the radius is too small to resolve, a
+    tangent length does not fit on its edge, or a fillet runs into another part of the body.
     """
     if body.fillet_radius_m == 0.0:
         return ()
@@ -220,15 +197,8 @@ def refuse_swallowed_interfaces(
 ) -> None:
     """Refuse fillets that cover a curve of an interface or widen its cross-section.
 
-    Parameters
-    ----------
-    tolerance_m : float
-        Length [m] of overlap that does not count.
-
-    Raises
-    ------
-    GeometryError
-        Naming the interface and the fillet's place.
+    `tolerance_m`: length [m] of overlap that does not count. Raises GeometryError naming the
+    interface and the fillet's place.
     """
     for fillet in fillets:
         covered = _covered_curves(graph, fillet, tolerance_m)
@@ -284,11 +254,11 @@ def add_fillet_faces(
 
     Parameters
     ----------
-    graph : PlaneGraph
+    graph
         Subdivision with a straight outline.
-    material_of_section : sequence of int
+    material_of_section
         Material index of every section.
-    tolerance_m : float
+    tolerance_m
         Distance [m] below which a tangent point falls on an existing vertex.
 
     Returns

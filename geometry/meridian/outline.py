@@ -17,52 +17,31 @@ STRAIGHT_ANGLE_RAD = 1e-6
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Corner:
-    """Mark a re-entrant corner of the outline.
+    """Mark a re-entrant corner of the outline."""
 
-    Attributes
-    ----------
-    point : int
-        Point index. A filleted corner's point lies inside the body.
-    interior_angle_rad : float
-        Angle of the material between the two straight edges [rad], above pi.
-    filleted : bool
-        Whether a fillet covers the corner; if not, the stress there is singular.
-    """
-
-    point: int
+    point: int  #: Point index. A filleted corner's point lies inside the body.
+    #: Angle of the material between the two straight edges [rad], above pi
     interior_angle_rad: float
+    #: Whether a fillet covers the corner; if not, the stress there is singular
     filleted: bool = False
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Outline:
-    """Hold the successor and predecessor of every curve of an outline that is not pinched.
+    """Hold the successor and predecessor of every curve of an outline that is not pinched."""
 
-    Attributes
-    ----------
-    leaving, arriving : mapping of int to (int, int)
-        Point index to the directed curve, material on its left, that starts or ends there.
-    """
-
+    #: Point index to the directed curve, material on its left, that starts or ends there
     leaving: Mapping[int, DirectedCurve]
     arriving: Mapping[int, DirectedCurve]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class StraightRun:
-    """Hold consecutive outline curves that lie on one line, walking away from a corner.
-
-    Attributes
-    ----------
-    stations : tuple of int
-        Point indices, one more than curves; the first is the corner.
-    direction : (2,) float array
-        Unit vector (z, r) from the corner to the far end.
-    """
+    """Hold consecutive outline curves that lie on one line, walking away from a corner."""
 
     curves: tuple[int, ...]
-    stations: tuple[int, ...]
-    direction: FloatArray
+    stations: tuple[int, ...]  #: Point indices, one more than curves; the first is the corner
+    direction: FloatArray  #: (2,) Unit vector (z, r) from the corner to the far end
     length_m: float
 
 
@@ -80,18 +59,9 @@ def reentrant_corners(
 ) -> tuple[Corner, ...]:
     """Return the corners whose interior angle exceeds pi, by point index.
 
-    Parameters
-    ----------
-    graph : PlaneGraph
-        Subdivision with a straight outline.
-    tolerance_m : float
-        Vertices closer than twice this to the line through their neighbours are no corners; they
-        come from snapping.
-
-    Returns
-    -------
-    tuple of Corner
-        None of them filleted.
+    `graph`: subdivision with a straight outline. `tolerance_m`: vertices closer than twice this to
+    the line through their neighbours are no corners; they come from snapping. Result: none of
+    them filleted.
     """
     found = []
     for point, leaving in sorted(outline.leaving.items()):
@@ -106,23 +76,14 @@ def reentrant_corners(
 
 
 def straight_run(
-    graph: PlaneGraph,
-    step: Mapping[int, DirectedCurve],
-    corner: int,
-    tolerance_m: float,
+    graph: PlaneGraph, step: Mapping[int, DirectedCurve], corner: int, tolerance_m: float
 ) -> StraightRun:
     """Return the outline curves from a corner on that lie on one straight line.
 
-    Parameters
-    ----------
-    graph : PlaneGraph
-        Subdivision with a straight outline.
-    step : mapping
-        `Outline.leaving` to walk along the outline, `Outline.arriving` to walk against it.
-    corner : int
-        Point index to start from.
-    tolerance_m : float
-        Distance [m] of passed points from the line that still counts as straight, twofold.
+    `graph`: subdivision with a straight outline. `step`: `Outline.leaving` to walk along the
+    outline, `Outline.arriving` to walk against it. `corner`: point index to start from.
+    `tolerance_m`: distance [m] of passed points from the line that still counts as straight,
+    twofold.
     """
     curves: list[int] = []
     stations = [corner]

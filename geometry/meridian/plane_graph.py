@@ -15,49 +15,29 @@ DirectedCurve = tuple[int, int]  # curve index, +1 along the curve or -1 against
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Curve:
-    """Join two points by a straight line or a circular arc.
-
-    Attributes
-    ----------
-    centre : int, optional
-        Point index of the arc's centre; the arc is the one below 180 degrees. None if straight.
-    """
+    """Join two points by a straight line or a circular arc."""
 
     start: int
     end: int
+    #: Point index of the arc's centre; the arc is the one below 180 degrees. None if straight.
     centre: int | None = None
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Face:
-    """Bound a piece of one section.
+    """Bound a piece of one section."""
 
-    Attributes
-    ----------
-    loop : tuple of (int, int)
-        (curve index, +1 along or -1 against it), counterclockwise with z to the right and r up.
-    section : int
-        Index into the body's sections.
-    material : int
-        Index into the subdivision's materials.
-    """
-
+    #: (curve index, +1 along or -1 against it), counterclockwise with z to the right and r up
     loop: tuple[DirectedCurve, ...]
-    section: int
-    material: int
+    section: int  #: Index into the body's sections
+    material: int  #: Index into the subdivision's materials
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class PlaneGraph:
-    """Hold points, curves and faces that share whole curves.
+    """Hold points, curves and faces that share whole curves."""
 
-    Attributes
-    ----------
-    points : (p, 2) float array
-        Coordinates (z, r) [m], read-only.
-    """
-
-    points: FloatArray
+    points: FloatArray  #: (p, 2) Coordinates (z, r) [m], read-only
     curves: tuple[Curve, ...]
     faces: tuple[Face, ...]
 
@@ -123,13 +103,9 @@ def split_curves(
 ) -> PlaneGraph:
     """Split straight curves at given points.
 
-    Parameters
-    ----------
-    points : (p, 2) float array
-        Its points followed by new ones, (z, r) [m].
-    cuts : mapping of int to sequence of int
-        Curve index to the points on it. The order does not matter; the ends are left out. The
-        piece at the start keeps the curve's index, the others get new ones.
+    `points`: (p, 2) Its points followed by new ones, (z, r) [m]. `cuts`: curve index to the points
+    on it. The order does not matter; the ends are left out. The piece at the start keeps the
+    curve's index, the others get new ones.
     """
     curves = list(graph.curves)
     pieces: dict[int, list[int]] = {}

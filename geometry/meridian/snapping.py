@@ -10,15 +10,9 @@ from solidwhirl.geometry.profile import Body, Interface, Section
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Scale:
-    """Hold a body's size and the two small lengths derived from it.
+    """Hold a body's size and the two small lengths derived from it."""
 
-    Attributes
-    ----------
-    size_m : float
-        Larger of the axial length and the outer radius [m].
-    """
-
-    size_m: float
+    size_m: float  #: Larger of the axial length and the outer radius [m]
 
     @property
     def tolerance_m(self) -> float:
@@ -56,16 +50,9 @@ def scale_of(body: Body) -> Scale:
 def snap_body(body: Body, tolerance_m: float) -> Body:
     """Return the body with coordinates that differ by less than the tolerance made equal.
 
-    Parameters
-    ----------
-    tolerance_m : float
-        Length [m]. Among near-equal coordinates the one met first wins (sections before
-        interfaces, and the axis r = 0 before every other radius).
-
-    Raises
-    ------
-    GeometryError
-        If a section or interface has no width or thickness left.
+    `tolerance_m`: length [m]. Among near-equal coordinates the one met first wins (sections before
+    interfaces, and the axis r = 0 before every other radius). Raises GeometryError if a section or
+    interface has no width or thickness left.
     """
     axial = _grid(
         [

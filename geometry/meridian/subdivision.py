@@ -11,20 +11,10 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from solidwhirl.geometry.materials import Material
+from solidwhirl.geometry.meridian import contact
+from solidwhirl.geometry.meridian import fillets as rounding
 from solidwhirl.geometry.meridian.arrangement import arrange, materials_of
 from solidwhirl.geometry.meridian.attachments import interface_curves, split_at_interfaces
-from solidwhirl.geometry.meridian.contact import (
-    refuse_overlaps,
-    refuse_pieces,
-    refuse_pinches,
-    refuse_tiny_details,
-)
-from solidwhirl.geometry.meridian.fillets import (
-    Fillet,
-    add_fillet_faces,
-    plan_fillets,
-    refuse_swallowed_interfaces,
-)
 from solidwhirl.geometry.meridian.outline import Corner, outline_of, reentrant_corners
 from solidwhirl.geometry.meridian.plane_graph import Curve, Face, PlaneGraph, outline_curves
 from solidwhirl.geometry.meridian.snapping import Scale, scale_of, snap_body
@@ -36,39 +26,21 @@ __all__ = ["Corner", "Curve", "Face", "Subdivision", "planned_fillets", "subdivi
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class Subdivision:
-    """Hold the conforming planar subdivision of a body's meridian half-plane (z, r).
+    """Hold the conforming planar subdivision of a body's meridian half-plane (z, r)."""
 
-    Attributes
-    ----------
-    points : (p, 2) float array
-        Coordinates (z, r) [m], read-only. Centres of arcs are among them.
-    faces : tuple of Face
-        Pieces of the sections, followed by one face per fillet.
-    materials : tuple of Material
-        What `Face.material` refers to; each material once, in the order of first use.
-    section_names : tuple of str
-        What `Face.section` refers to; the body's sections in their order.
-    boundary : tuple of int
-        Curves with one adjacent face, those on the axis left out; ascending.
-    axis : tuple of int
-        Curves with one adjacent face and r = 0 at both ends; ascending.
-    corners : tuple of Corner
-        Re-entrant corners of the outline as drawn, by point index.
-    fillet_arcs : tuple of int
-        Curve indices of the fillets' arcs, all of them in `boundary`.
-    interfaces : mapping of str to tuple of int
-        Curve indices of every interface, ascending; read-only.
-    """
-
-    points: FloatArray
+    points: FloatArray  #: (p, 2) Coordinates (z, r) [m], read-only. Centres of arcs are among them.
     curves: tuple[Curve, ...]
-    faces: tuple[Face, ...]
+    faces: tuple[Face, ...]  #: Pieces of the sections, followed by one face per fillet
+    #: What `Face.material` refers to; each material once, in the order of first use
     materials: tuple[Material, ...]
+    #: What `Face.section` refers to; the body's sections in their order
     section_names: tuple[str, ...]
+    #: Curves with one adjacent face, those on the axis left out; ascending
     boundary: tuple[int, ...]
-    axis: tuple[int, ...]
-    corners: tuple[Corner, ...]
-    fillet_arcs: tuple[int, ...]
+    axis: tuple[int, ...]  #: Curves with one adjacent face and r = 0 at both ends; ascending
+    corners: tuple[Corner, ...]  #: Re-entrant corners of the outline as drawn, by point index
+    fillet_arcs: tuple[int, ...]  #: Curve indices of the fillets' arcs, all of them in `boundary`
+    #: Curve indices of every interface, ascending; read-only
     interfaces: Mapping[str, tuple[int, ...]]
 
     def __post_init__(self) -> None:
@@ -84,7 +56,7 @@ class _Plan:
     graph: PlaneGraph
     interfaces: Mapping[str, tuple[int, ...]]
     corners: tuple[Corner, ...]
-    fillets: tuple[Fillet, ...]
+    fillets: tuple[rounding.Fillet, ...]
 
 
 def subdivide(body: Body) -> Subdivision:
@@ -100,22 +72,19 @@ def subdivide(body: Body) -> Subdivision:
     edge. Corners so flat that the tangent length is below 1e-6 of the body's size stay as they
     are (and unfilleted in `Subdivision.corners`).
 
-    Raises
-    ------
-    GeometryError
-        If sections overlap, touch only in a point, are in pieces or leave a gap or edge below
-        1e-6 of the size; if an interface lies outside or partially outside; if a fillet does not
-        fit or covers an interface.
+    Raises GeometryError if sections overlap, touch only in a point, are in pieces or leave a gap or
+    edge below 1e-6 of the size; if an interface lies outside or partially outside; if a fillet does
+    not fit or covers an interface.
     """
     plan = _plan(body)
     materials = materials_of(plan.body)
-    graph, arcs = add_fillet_faces(
+    graph, arcs = rounding.add_fillet_faces(
         plan.graph,
         plan.fillets,
         [materials.index(section.material) for section in plan.body.sections],
         plan.scale.tolerance_m,
     )
-    refuse_tiny_details(plan.body, graph, plan.scale.detail_m)
+    contact.refuse_tiny_details(plan.body, graph, plan.scale.detail_m)
     outline = sorted(curve for curve, _ in outline_curves(graph))
     filleted = {fillet.corner for fillet in plan.fillets}
     return Subdivision(
@@ -132,7 +101,7 @@ def subdivide(body: Body) -> Subdivision:
     )
 
 
-def planned_fillets(body: Body) -> tuple[Fillet, ...]:
+def planned_fillets(body: Body) -> tuple[rounding.Fillet, ...]:
     """Return the fillets that `subdivide` adds to a body; raises what it raises."""
     return _plan(body).fillets
 
@@ -142,22 +111,17 @@ def _plan(body: Body) -> _Plan:
     scale = scale_of(body)
     tolerance = scale.tolerance_m
     body = snap_body(body, tolerance)
-    refuse_overlaps(body, tolerance)
+    contact.refuse_overlaps(body, tolerance)
     graph = arrange(body, tolerance)
-    refuse_pinches(body, graph)
-    refuse_pieces(body, graph)
+    contact.refuse_pinches(body, graph)
+    contact.refuse_pieces(body, graph)
     graph = split_at_interfaces(graph, body, tolerance)
     interfaces = interface_curves(graph, body, tolerance)
-    refuse_tiny_details(body, graph, scale.detail_m)
+    contact.refuse_tiny_details(body, graph, scale.detail_m)
     outline = outline_of(graph)
     corners = reentrant_corners(graph, outline, tolerance)
-    fillets = plan_fillets(graph, outline, corners, body, scale)
-    refuse_swallowed_interfaces(graph, fillets, body.interfaces, interfaces, tolerance)
+    fillets = rounding.plan_fillets(graph, outline, corners, body, scale)
+    rounding.refuse_swallowed_interfaces(graph, fillets, body.interfaces, interfaces, tolerance)
     return _Plan(
-        body=body,
-        scale=scale,
-        graph=graph,
-        interfaces=interfaces,
-        corners=corners,
-        fillets=fillets,
+        body=body, scale=scale, graph=graph, interfaces=interfaces, corners=corners, fillets=fillets
     )

@@ -8,15 +8,9 @@ import numpy as np
 
 from solidwhirl.geometry import RigidDisk
 from solidwhirl.meshing.errors import MeshingError
+from solidwhirl.meshing.imported import measures
 from solidwhirl.meshing.imported.files import read_mesh_file
 from solidwhirl.meshing.imported.groups import cell_materials, interface_facets, volume_groups
-from solidwhirl.meshing.imported.measures import (
-    flat_pieces,
-    mass_integrals,
-    measured,
-    roundness,
-    volume_m3,
-)
 from solidwhirl.meshing.imported.records import (
     FileMesh,
     MeshedBody,
@@ -47,10 +41,7 @@ _SMALLEST_SPREAD = 1e-9
 def mesh_from_file(request: MeshRequest, name: str) -> Mesh:
     """Read a mesh file as a body: second-order tetrahedra, straight where it has no middles.
 
-    Raises
-    ------
-    MeshingError
-        What can't be read, does not hang together, is folded, or lacks a group.
+    Raises MeshingError: what can't be read, does not hang together, is folded, or lacks a group.
     """
     return mesh_of(read_mesh_file(request.path), request, name)
 
@@ -125,10 +116,7 @@ def edge_lengths(points: FloatArray, cells: IntArray) -> tuple[float, float]:
 def counts_of(mesh: Mesh) -> PredictedMesh:
     """Numbers of a mesh that is there.
 
-    Parameters
-    ----------
-    mesh
-        Second-order tetrahedra.
+    `mesh`: second-order tetrahedra.
     """
     vertices = len(np.unique(mesh.cells[:, :4]))
     edges = len(mesh.points) - vertices
@@ -148,19 +136,17 @@ def body_of_mesh(
 ) -> MeshedBody:
     """Describe a body by its mesh: places of its interfaces, mass, size, roundness.
 
-    Raises
-    ------
-    MeshingError
-        A turning body that is none of revolution, or an interface that can't be one.
+    Raises MeshingError: a turning body that is none of revolution, or an interface that can't be
+    one.
     """
     faces = faces_of(mesh.cells)
     outside = faces.nodes[faces.outside]
     placed = tuple(
-        measured(_placed(i, mesh, request), mesh, outside) for i in _with_margins(request)
+        measures.measured(_placed(i, mesh, request), mesh, outside) for i in _with_margins(request)
     )
     round_to = None
     if request.shape == "round":
-        round_to = roundness(mesh, _round_faces(mesh))
+        round_to = measures.roundness(mesh, _round_faces(mesh))
         _refuse_uneven(name, round_to)
     return MeshedBody(
         name=name,
@@ -172,8 +158,8 @@ def body_of_mesh(
         longest_m=mesh.size.size_m,
         length_m=float(np.ptp(mesh.points[:, 2])),
         radius_m=float(np.hypot(mesh.points[:, 0], mesh.points[:, 1]).max()),
-        volume_m3=volume_m3(mesh),
-        mass=mass_integrals(mesh),
+        volume_m3=measures.volume_m3(mesh),
+        mass=measures.mass_integrals(mesh),
         roundness=round_to,
     )
 
@@ -212,7 +198,7 @@ def _placed(interface: MeshInterface, mesh: Mesh, request: MeshRequest) -> MeshI
     """The interface with the place of its node."""
     where = f"interface {interface.name!r}"
     facets = mesh.interfaces[interface.name]
-    corner = flat_pieces(mesh.points, facets)
+    corner = measures.flat_pieces(mesh.points, facets)
     area = 0.5 * np.linalg.norm(
         np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1
     )

@@ -36,10 +36,7 @@ _MSH_HEAD = b"$MeshFormat"
 def read_mesh_file(path: str | Path) -> FileMesh:
     """Read gmsh .msh (2.2, 4.1), Abaqus or CalculiX .inp, Nastran .bdf (.nas, .dat), VTK .vtu.
 
-    Raises
-    ------
-    MeshingError
-        The file can't be read, or has what this program does not know.
+    Raises MeshingError: the file can't be read, or has what this program does not know.
     """
     path = Path(path)
     reader = _READERS.get(path.suffix.lower())

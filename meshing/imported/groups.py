@@ -22,10 +22,7 @@ _MOST_NAMED = 20
 def volume_groups(mesh: FileMesh, tetrahedra: Tetrahedra) -> dict[str, IntArray]:
     """Cells of every group that has volume elements.
 
-    Parameters
-    ----------
-    mesh, tetrahedra
-        A file and what became of its elements.
+    `mesh`, `tetrahedra`: a file and what became of its elements.
     """
     volume = {int(k) for k in np.unique(tetrahedra.block)}
     out = {}
@@ -47,10 +44,7 @@ def cell_materials(
 ) -> tuple[IntArray, tuple[Material, ...]]:
     """Material number of every cell, and the materials.
 
-    Raises
-    ------
-    MeshingError
-        A group that the file has not, cells with two materials or none.
+    Raises MeshingError: a group that the file has not, cells with two materials or none.
     """
     materials: list[Material] = []
     out = np.full(count, -1, dtype=np.int64)
@@ -91,10 +85,7 @@ def interface_facets(
 ) -> IntArray:
     """Find the facets (f, 6) of an interface by its group or box; points on their axis [m].
 
-    Raises
-    ------
-    MeshingError
-        The file has no such group, or nothing of the mesh belongs to it.
+    Raises MeshingError: the file has no such group, or nothing of the mesh belongs to it.
     """
     where = f"interface {interface.name!r}"
     if interface.box_m is not None:

@@ -69,15 +69,8 @@ class _Content:
 def read_inp(path: Path) -> FileMesh:
     """Read nodes, elements, NSET, ELSET and element SURFACE; all other keywords are passed over.
 
-    Parameters
-    ----------
-    path
-        The file. One part, with its instance in place.
-
-    Raises
-    ------
-    MeshingError
-        Elements that are not known, generated nodes, included files, several instances.
+    `path`: the file. One part, with its instance in place. Raises MeshingError: elements that are
+    not known, generated nodes, included files, several instances.
     """
     content = _Content()
     with path.open("r", encoding="utf-8", errors="replace") as file:

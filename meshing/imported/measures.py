@@ -53,10 +53,7 @@ def _rule(count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
 def volume_m3(mesh: Mesh) -> float:
     """Volume of the curved elements.
 
-    Parameters
-    ----------
-    mesh
-        Second-order tetrahedra.
+    `mesh`: second-order tetrahedra.
     """
     ones = tuple(replace(m, density_kg_per_m3=1.0) for m in mesh.materials)
     volumes = _masses(replace(mesh, materials=ones), _OF_VOLUME)
@@ -78,10 +75,7 @@ def _masses(mesh: Mesh, count: int) -> Iterator[tuple[FloatArray, FloatArray]]:
 def mass_integrals(mesh: Mesh) -> MassIntegrals:
     """Integrate mass, centre of gravity and inertia over the curved elements.
 
-    Parameters
-    ----------
-    mesh
-        Second-order tetrahedra.
+    `mesh`: second-order tetrahedra.
     """
     total, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
     for x, mass in _masses(mesh, _OF_INERTIA):
@@ -101,13 +95,8 @@ def mass_integrals(mesh: Mesh) -> MassIntegrals:
 def roundness(mesh: Mesh, surface: IntArray) -> Roundness:
     """Measure how far a mesh is from a body of revolution about z.
 
-    Parameters
-    ----------
-    surface
-        (f, 6) faces that must be of revolution: the surface, and faces between materials.
+    `surface`: (f, 6) faces that must be of revolution: the surface, and faces between materials.
 
-    Notes
-    -----
     Gyroscopic and inertia forces of motions of circumferential order 1 depend on the mass through
     its circumferential orders 0 and 2, unbalance on order 1: ∫ρ (x+iy)^m P_k(z) dV, m = 1, 2, is
     looked at for the first Legendre polynomials along the body, against ∫ρ r^m dV. What has
@@ -200,10 +189,7 @@ def _distance(x: FloatArray, triangles: FloatArray) -> FloatArray:
 def measured(interface: MeshInterface, mesh: Mesh, outside: IntArray) -> MeshInterface:
     """Return an interface with its area and centre, and with what its box cuts.
 
-    Parameters
-    ----------
-    outside
-        (f, 6) facets of the whole surface.
+    `outside`: (f, 6) facets of the whole surface.
     """
     area, centre = facet_areas(mesh.points, mesh.interfaces[interface.name])
     mean = area @ centre / area.sum()

@@ -38,18 +38,10 @@ _UNKNOWN = re.compile("CTRIAX6?|CQUADX[48]?|CTRAX[36]|CIHEX[12]?|CHEXA(8|20)|CSL
 def read_nastran(path: Path) -> FileMesh:
     """Read GRID in the basic system, solid elements and shells; groups are property numbers.
 
-    Parameters
-    ----------
-    path
-        Bulk data in small, large or free fields, with or without a head before BEGIN BULK.
-
-    Raises
-    ------
-    MeshingError
-        Nodes in another coordinate system, elements that are not known, included files (a mesh is
-        known by the content of one file).
-    SuperelementError
-        A line that is no entry, with file and line.
+    `path`: bulk data in small, large or free fields, with or without a head before BEGIN BULK.
+    Raises MeshingError: nodes in another coordinate system, elements that are not known, included
+    files (a mesh is known by the content of one file). Raises SuperelementError: a line that is no
+    entry, with file and line.
     """
     grids, elements = [], dict[str, list[list[int]]]()
     properties: dict[str, list[str]] = {}
@@ -82,11 +74,7 @@ def read_nastran(path: Path) -> FileMesh:
         for number in np.unique(own):
             groups.setdefault(str(number), {})[k] = np.flatnonzero(own == number)
     return FileMesh(
-        points=points,
-        blocks=tuple(blocks),
-        element_groups=groups,
-        node_groups={},
-        face_groups={},
+        points=points, blocks=tuple(blocks), element_groups=groups, node_groups={}, face_groups={}
     )
 
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.imported.records import FileMesh
+from solidwhirl.meshing.imported.surface import place_text
 from solidwhirl.meshing.own.quality import EDGES
 from solidwhirl.meshing.records import FloatArray, IntArray
 
@@ -68,34 +69,21 @@ _ONE_PLACE = 1e-6
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tetrahedra:
-    """Second-order tetrahedra of a file.
+    """Second-order tetrahedra of a file."""
 
-    Attributes
-    ----------
-    points
-        (n, 3) in the file's unit: its corner nodes first, then the middles of edges.
-    cells
-        (c, 10) in gmsh's order.
-    block, row
-        (c,) element of the file that each comes from.
-    corner_row
-        Point of every node of the file, -1 for those that are no corner.
-    """
-
+    #: (n, 3) in the file's unit: its corner nodes first, then the middles of edges
     points: FloatArray
-    cells: IntArray
+    cells: IntArray  #: (c, 10) in gmsh's order
+    #: (c,) element of the file that each comes from
     block: IntArray
     row: IntArray
-    corner_row: IntArray
+    corner_row: IntArray  #: Point of every node of the file, -1 for those that are no corner
 
 
 def as_tetrahedra(mesh: FileMesh) -> Tetrahedra:
     """Cut all volume elements into tetrahedra; middles of edges and faces stay where they are.
 
-    Raises
-    ------
-    MeshingError
-        Kinds of elements that are not known, no volume, or edges with two middles.
+    Raises MeshingError: kinds of elements that are not known, no volume, or edges with two middles.
     """
     _refuse_unknown(mesh)
     pieces: list[IntArray] = []
@@ -239,15 +227,12 @@ def _put_given(
     split = apart > _ONE_PLACE * length[same]
     if split.any():
         a, b = keys[same[split][0]] // stride, keys[same[split][0]] % stride
+        first, last = place_text(points[a]), place_text(points[b])
         raise MeshingError(
-            f"the edge between the nodes at {_place(points[a])} and {_place(points[b])} has two "
+            f"the edge between the nodes at {first} and {last} has two "
             "middle nodes at different places; the elements beside it are not joined"
         )
     at = np.searchsorted(keys, wanted)
     at[at == len(keys)] = 0
     found = keys[at] == wanted
     middle[found] = places[at[found]]
-
-
-def _place(point: FloatArray) -> str:
-    return "(" + ", ".join(f"{v:.6g}" for v in point) + ")"

@@ -19,12 +19,11 @@ from solidwhirl.meshing.imported.records import (
     axis_turn,
 )
 from solidwhirl.meshing.own.drawing import gmsh_session
+from solidwhirl.meshing.own.files import as_vtk
 from solidwhirl.meshing.own.meridian import TETRAHEDRON10, TRIANGLE6, element_blocks, node_table
 from solidwhirl.meshing.own.prediction import PredictedMesh
 from solidwhirl.meshing.records import IntArray
 
-#: Suffixes of geometry files that are read.
-STEP_SUFFIXES = (".step", ".stp")
 # Geometry is worked on in millimetres, whatever the unit of the file: gmsh's kernel takes points
 # nearer than 1e-7 for one.
 _UNIT, _UNIT_M = "MM", 1e-3
@@ -36,45 +35,25 @@ _TETRAHEDRA, _BY_SKIN = 0.65, 2.7
 _COUNTED = 2e5
 _TRIANGLE3 = 2  # gmsh's number of the flat triangle
 _PER_TETRAHEDRON, _PER_SURFACE = 1.0 / 5.6, 0.23
-# gmsh's node order is VTK's but for the last two edges of the tetrahedron.
-_TO_VTK = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
 
 
 @dataclass(frozen=True, kw_only=True)
 class StepGeometry:
-    """What is known of a STEP file before it is meshed.
+    """What is known of a STEP file before it is meshed."""
 
-    Attributes
-    ----------
-    solids
-        Number of solids.
-    volume_m3
-        Of all.
-    low_m, high_m
-        Corners of the box around it, in the file's coordinates.
-    expected
-        Numbers of the mesh with the sizes asked for, within a factor 3.
-    """
-
-    solids: int
-    volume_m3: float
+    solids: int  #: Number of solids
+    volume_m3: float  #: Of all
+    #: Corners of the box around it, in the file's coordinates
     low_m: tuple[float, float, float]
     high_m: tuple[float, float, float]
-    expected: PredictedMesh
+    expected: PredictedMesh  #: Numbers of the mesh with the sizes asked for, within a factor 3
 
 
 def step_geometry(path: str | Path, size: StepSize) -> StepGeometry:
     """Look at a STEP file without meshing it.
 
-    Parameters
-    ----------
-    path
-        The file; its own unit of length is taken into account.
-
-    Raises
-    ------
-    MeshingError
-        The file can't be read or has no solid.
+    `path`: the file; its own unit of length is taken into account. Raises MeshingError: the file
+    can't be read or has no solid.
     """
     with _imported(Path(path)) as volumes:
         volume = sum(gmsh.model.occ.getMass(3, tag) for tag in volumes) * _UNIT_M**3
@@ -106,21 +85,9 @@ def step_geometry(path: str | Path, size: StepSize) -> StepGeometry:
 def mesh_step(request: MeshRequest) -> FileMesh:
     """Mesh a STEP file with second-order tetrahedra that follow its surfaces.
 
-    Parameters
-    ----------
-    request
-        File, unit and sizes. Solids that touch are joined. The boxes of interfaces are cut into
-        the solids, so that elements end where boxes do.
-
-    Returns
-    -------
-    FileMesh
-        In the unit of the request; labels of solids and faces are groups.
-
-    Raises
-    ------
-    MeshingError
-        gmsh can't read or mesh the file.
+    `request`: file, unit and sizes. Solids that touch are joined. The boxes of interfaces are cut
+    into the solids, so that elements end where boxes do. Result: in the unit of the request;
+    labels of solids and faces are groups. Raises MeshingError: gmsh can't read or mesh the file.
     """
     size = request.step
     assert size is not None
@@ -145,7 +112,7 @@ def mesh_step(request: MeshRequest) -> FileMesh:
     return FileMesh(
         points=points,
         blocks=(
-            ElementBlock(kind="tetra10", nodes=cells[:, _TO_VTK]),
+            ElementBlock(kind="tetra10", nodes=as_vtk(cells)),
             ElementBlock(kind="triangle6", nodes=facets),
         ),
         element_groups=groups,
@@ -184,7 +151,7 @@ def _imported(path: Path) -> Iterator[list[int]]:
                 f"{path.name}: has no solid; a body needs closed volumes, no surfaces alone"
             )
         if len(solids) > 1:
-            _join(solids)
+            _fragment(solids, [])  # those that touch get common faces
         volumes = [tag for _, tag in gmsh.model.getEntities(3)]
         if not sum(gmsh.model.occ.getMass(3, tag) for tag in volumes) > 0.0:
             raise MeshingError(f"{path.name}: its solids have no volume")
@@ -211,11 +178,6 @@ def _imprint(volumes: list[int], request: MeshRequest) -> list[int]:
     gmsh.model.occ.remove(outside, recursive=True)
     gmsh.model.occ.synchronize()
     return [tag for _, tag in gmsh.model.getEntities(3)]
-
-
-def _join(solids: list[tuple[int, int]]) -> None:
-    """Give solids that touch common faces, and what comes of them their labels."""
-    _fragment(solids, [])
 
 
 def _fragment(solids: list[tuple[int, int]], tools: list[tuple[int, int]]) -> set[tuple[int, int]]:

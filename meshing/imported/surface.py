@@ -22,24 +22,14 @@ _FOLDED = -1.0 + 1e-9
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Faces:
-    """All faces of a mesh, each once.
+    """All faces of a mesh, each once."""
 
-    Attributes
-    ----------
-    nodes
-        (f, 6) corners and middles; of faces of the surface the normal points outwards.
-    keys
-        (f, 3) corners in rising order, the faces in lexical order.
-    outside
-        (f,) whether one tetrahedron alone has it.
-    cells
-        (f, 2) tetrahedra on both sides, -1: none.
-    """
-
+    #: (f, 6) corners and middles; of faces of the surface the normal points outwards
     nodes: IntArray
-    keys: IntArray
+    keys: IntArray  #: (f, 3) corners in rising order, the faces in lexical order
+    #: (f,) whether one tetrahedron alone has it
     outside: np.ndarray[tuple[int], np.dtype[np.bool_]]
-    cells: IntArray
+    cells: IntArray  #: (f, 2) tetrahedra on both sides, -1: none
 
     def rows_of(self, corners: IntArray) -> IntArray:
         """Return the row of every face (m, 3), -1 where the mesh has none."""
@@ -62,10 +52,7 @@ class Faces:
 def faces_of(cells: IntArray) -> Faces:
     """Find the faces of second-order tetrahedra (c, 10) in gmsh's order, of positive volume.
 
-    Raises
-    ------
-    MeshingError
-        A face belongs to three tetrahedra.
+    Raises MeshingError: a face belongs to three tetrahedra.
     """
     nodes = cells[:, _FACES].reshape(-1, 6)
     owner = np.repeat(np.arange(len(cells)), 4)
@@ -90,10 +77,7 @@ def faces_of(cells: IntArray) -> Faces:
 def refuse_unjoined(points: FloatArray, cells: IntArray, faces: Faces) -> None:
     """Refuse nodes at one place, parts that do not hang together, and faces that do not match.
 
-    Raises
-    ------
-    MeshingError
-        With numbers and places.
+    Raises MeshingError with numbers and places.
     """
     corners = np.unique(cells[:, :4])
     ends = cells[:, [0, 0, 0, 1, 1, 2, 1, 2, 3, 2, 3, 3]].reshape(-1, 2, 6)

@@ -14,7 +14,7 @@ import numpy as np
 
 from solidwhirl.geometry import Body, Face, Subdivision
 from solidwhirl.meshing.errors import MeshingError
-from solidwhirl.meshing.records import FloatArray, LocalSize, MeshSize
+from solidwhirl.meshing.records import FloatArray, IntArray, LocalSize, MeshSize
 
 # Elements across the quarter circle of a fillet.
 _ACROSS_FILLET = 4
@@ -26,16 +26,15 @@ _SLICE = {2: 0.05, 3: 0.25}
 _SHORTEST = 0.3
 # Decimals and digits that are drawn: units that differ give the same numbers, and the same mesh.
 _DECIMALS, _DIGITS = 12, 12
+# Two curves whose directions add up to less than this are one straight line.
+_STRAIGHT = 1e-9
 
 
 @contextmanager
 def gmsh_session() -> Iterator[None]:
     """Run gmsh quietly, with one thread (repeatable meshes), and always close it.
 
-    Raises
-    ------
-    MeshingError
-        What gmsh itself could not do, in its own words.
+    Raises MeshingError: what gmsh itself could not do, in its own words.
     """
     with _without_chatter():
         yield from _session()
@@ -98,15 +97,8 @@ def drawn_length(length_m: float, unit_m: float) -> float:
 def draw(subdivision: Subdivision, unit_m: float) -> Drawing:
     """Draw the faces of a meridian in the plane y = 0, with x = r.
 
-    Parameters
-    ----------
-    unit_m
-        Length [m] that is drawn as 1.
-
-    Returns
-    -------
-    Drawing
-        Tags of curves and faces in the open gmsh model.
+    `unit_m`: length [m] that is drawn as 1. Result: tags of curves and faces in the open gmsh
+    model.
     """
     occ = gmsh.model.occ
     drawn = [[round(float(x) / unit_m, _DECIMALS) for x in p] for p in subdivision.points]
@@ -153,10 +145,7 @@ def face_edges(subdivision: Subdivision, face: Face) -> tuple[FloatArray, FloatA
 def local_size_field(local: LocalSize, size: MeshSize, unit_m: float) -> None:
     """Set gmsh's size field of a meridian: sizes given at points, and no larger than the largest.
 
-    Parameters
-    ----------
-    unit_m
-        Length [m] that is drawn as 1.
+    `unit_m`: length [m] that is drawn as 1.
     """
     corners = local.points[local.triangles] / unit_m
     z, r = corners[:, :, 0], corners[:, :, 1]
@@ -183,11 +172,7 @@ def _drawn_places(
 ) -> list[tuple[float, float, float]]:
     """Places and their element sizes in units of the drawing."""
     return [
-        (
-            round(z / unit_m, _DECIMALS),
-            round(r / unit_m, _DECIMALS),
-            drawn_length(h, unit_m),
-        )
+        (round(z / unit_m, _DECIMALS), round(r / unit_m, _DECIMALS), drawn_length(h, unit_m))
         for z, r, h in places
     ]
 
@@ -220,13 +205,8 @@ def size_fields(
 ) -> None:
     """Set gmsh's size field: graded to re-entrant corners, bounded by the sections' thickness.
 
-    Parameters
-    ----------
-    entities
-        Tags of the drawn faces (2D) or of the volumes swept by them (3D), in the order of the
-        subdivision's faces.
-    unit_m
-        Length [m] that is drawn as 1.
+    `entities`: tags of the drawn faces (2D) or of the volumes swept by them (3D), in the order of
+    the subdivision's faces. `unit_m`: length [m] that is drawn as 1.
     """
     field = gmsh.model.mesh.field
     dimension = 3 if gmsh.model.getEntities(3) else 2
@@ -295,8 +275,10 @@ def graded_places(
             places.append((float(z), float(r), size.corner_size_m))
     for interface in body.interfaces:
         if interface.coupling == "rigid":  # the stress is singular where the rigid part ends
-            for z, r in _ends(subdivision, subdivision.interfaces[interface.name]):
-                places.append((z, r, size.corner_size_m))
+            own = [subdivision.curves[c] for c in subdivision.interfaces[interface.name]]
+            chain = np.array([(curve.start, curve.end) for curve in own])
+            for z, r in subdivision.points[chain_ends(subdivision.points, chain, _STRAIGHT)]:
+                places.append((float(z), float(r), size.corner_size_m))
     arc_size = body.fillet_radius_m * (np.pi / 2.0) / _ACROSS_FILLET
     for c in subdivision.fillet_arcs:
         curve = subdivision.curves[c]
@@ -305,19 +287,20 @@ def graded_places(
     return places
 
 
-def _ends(subdivision: Subdivision, curves: tuple[int, ...]) -> list[tuple[float, float]]:
-    """Corners of a chain of curves off the axis: where it ends or turns."""
+def chain_ends(points: FloatArray, segments: IntArray, straight: float) -> list[int]:
+    """Return the points (z, r) off the axis where a chain of segments (s, 2) ends or turns.
+
+    `straight`: two unit directions that add up to less are one line.
+    """
     directions: dict[int, list[FloatArray]] = {}
-    for c in curves:
-        curve = subdivision.curves[c]
-        a, b = subdivision.points[curve.start], subdivision.points[curve.end]
-        step = (b - a) / np.linalg.norm(b - a)
-        directions.setdefault(curve.start, []).append(step)
-        directions.setdefault(curve.end, []).append(-step)
-    ends = []
-    for point, steps in directions.items():
-        z, r = subdivision.points[point]
-        straight = len(steps) == 2 and np.linalg.norm(steps[0] + steps[1]) < 1e-9
-        if r > 0.0 and not straight:
-            ends.append((float(z), float(r)))
-    return ends
+    for a, b in segments:
+        step = (points[b] - points[a]) / np.linalg.norm(points[b] - points[a])
+        directions.setdefault(int(a), []).append(step)
+        directions.setdefault(int(b), []).append(-step)
+    near = 1e-9 * float(np.abs(points).max())
+    return [
+        point
+        for point, steps in directions.items()
+        if points[point, 1] > near
+        and not (len(steps) == 2 and np.linalg.norm(steps[0] + steps[1]) < straight)
+    ]

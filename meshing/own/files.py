@@ -22,7 +22,7 @@ def write_vtu(mesh: Mesh, path: Path) -> None:
     kind, _ = _CELL[mesh.dimension]
     meshio.Mesh(
         _points(mesh),
-        [(kind, _vtk(mesh.cells))],
+        [(kind, as_vtk(mesh.cells))],
         cell_data={
             "section": [mesh.cell_section.astype(np.int32)],
             "material": [mesh.cell_material.astype(np.int32)],
@@ -38,11 +38,11 @@ def write_gmsh(mesh: Mesh, path: Path) -> None:
     for k, name in enumerate(mesh.section_names):
         chosen = mesh.cells[mesh.cell_section == k]
         if len(chosen):
-            blocks.append((kind, _vtk(chosen)))
+            blocks.append((kind, as_vtk(chosen)))
             groups.append(np.full(len(chosen), k + 1))
             names[name] = np.array([k + 1, mesh.dimension])
     for k, (name, facets) in enumerate(mesh.interfaces.items()):
-        blocks.append((facet, _vtk(facets)))
+        blocks.append((facet, as_vtk(facets)))
         groups.append(np.full(len(facets), k + 1))
         names[f"interface_{name}"] = np.array([k + 1, mesh.dimension - 1])
     out = meshio.Mesh(
@@ -54,7 +54,8 @@ def write_gmsh(mesh: Mesh, path: Path) -> None:
     meshio.gmsh.write(path, out, fmt_version="2.2", binary=False)
 
 
-def _vtk(cells: IntArray) -> IntArray:
+def as_vtk(cells: IntArray) -> IntArray:
+    """Second-order cells (c, 3, 6 or 10) in VTK's order of nodes, from gmsh's."""
     return np.asarray(cells[:, _TO_VTK[cells.shape[1]]])
 
 

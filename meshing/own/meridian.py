@@ -9,22 +9,9 @@ import numpy as np
 
 from solidwhirl.geometry import Body, Subdivision, merge_fillets, subdivide
 from solidwhirl.meshing.errors import MeshingError
-from solidwhirl.meshing.own.drawing import (
-    draw,
-    drawing_unit_m,
-    gmsh_session,
-    local_size_field,
-    size_fields,
-)
-from solidwhirl.meshing.own.quality import scaled_jacobians, straighten
-from solidwhirl.meshing.records import (
-    FloatArray,
-    IntArray,
-    LocalSize,
-    Mesh,
-    MeshQuality,
-    MeshSize,
-)
+from solidwhirl.meshing.own import drawing as drawn
+from solidwhirl.meshing.own.quality import doubled_areas, scaled_jacobians, straighten
+from solidwhirl.meshing.records import FloatArray, IntArray, LocalSize, Mesh, MeshQuality, MeshSize
 
 #: Elements below this scaled Jacobian are straightened; what stays below is refused.
 MINIMUM_SCALED_JACOBIAN = 0.02
@@ -36,33 +23,19 @@ _NODES = {LINE3: 3, TRIANGLE6: 6, TETRAHEDRON10: 10}
 def mesh_meridian(body: Body, size: MeshSize, local: LocalSize | None = None) -> Mesh:
     """Mesh the meridian of a body with second-order triangles.
 
-    Parameters
-    ----------
-    body
-        The body; its sections become cell sections, its interfaces sets of facets.
-    local
-        Element sizes over the meridian, in place of those that corners and thicknesses ask for.
-
-    Returns
-    -------
-    Mesh
-        With points (z, r) [m].
-
-    Raises
-    ------
-    GeometryError
-        An invalid body.
-    MeshingError
-        gmsh failed, or elements stay folded.
+    `body`: the body; its sections become cell sections, its interfaces sets of facets. `local`:
+    element sizes over the meridian, in place of those that corners and thicknesses ask for.
+    Result: points (z, r) [m]. Raises GeometryError: an invalid body. Raises MeshingError:
+    gmsh failed, or elements stay folded.
     """
     subdivision = merge_fillets(subdivide(body))
-    unit_m = drawing_unit_m(subdivision)
-    with gmsh_session():
-        drawing = draw(subdivision, unit_m)
+    unit_m = drawn.drawing_unit_m(subdivision)
+    with drawn.gmsh_session():
+        drawing = drawn.draw(subdivision, unit_m)
         if local is None:
-            size_fields(body, subdivision, size, list(drawing.faces), unit_m)
+            drawn.size_fields(body, subdivision, size, list(drawing.faces), unit_m)
         else:
-            local_size_field(local, size, unit_m)
+            drawn.local_size_field(local, size, unit_m)
         gmsh.option.setNumber("Mesh.Algorithm", 6)
         gmsh.model.mesh.generate(2)
         gmsh.model.mesh.setOrder(2)
@@ -111,10 +84,7 @@ def checked_quality(
 ) -> tuple[FloatArray, MeshQuality]:
     """Repair badly curved elements, measure, and refuse what stays folded.
 
-    Raises
-    ------
-    MeshingError
-        With the place of the worst element.
+    Raises MeshingError with the place of the worst element.
     """
     points, count = straighten(points, cells, MINIMUM_SCALED_JACOBIAN)
     jacobians = scaled_jacobians(points, cells)
@@ -137,10 +107,7 @@ def element_blocks(
 ) -> tuple[IntArray, IntArray]:
     """Connectivity of one element type on entities, and which entity each row is from.
 
-    Raises
-    ------
-    MeshingError
-        An entity has no such elements.
+    Raises MeshingError: an entity has no such elements.
     """
     rows, owner = [], []
     for k, tag in enumerate(tags):
@@ -154,8 +121,7 @@ def element_blocks(
 
 def _counterclockwise(points: FloatArray, cells: IntArray) -> IntArray:
     """Turn the triangles so that (z, r) is positively oriented."""
-    a, b, c = (points[cells[:, k]] for k in range(3))
-    signed = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    signed = doubled_areas(points[cells[:, :3]])
     flipped = cells.copy()
     flipped[signed < 0] = cells[signed < 0][:, [0, 2, 1, 5, 4, 3]]
     return flipped

@@ -15,6 +15,7 @@ import numpy as np
 
 from solidwhirl.geometry import Body, Subdivision, merge_fillets, subdivide
 from solidwhirl.meshing.own.drawing import face_bounds, face_edges, graded_places
+from solidwhirl.meshing.own.quality import doubled_areas
 from solidwhirl.meshing.records import FloatArray, IntArray, LocalSize, MeshSize
 
 # Equilateral triangle and regular tetrahedron of edge 1.
@@ -39,33 +40,22 @@ _Density = Callable[[FloatArray, FloatArray], FloatArray]
 
 @dataclass(frozen=True, kw_only=True)
 class PredictedMesh:
-    """Numbers of a mesh that has not been made.
+    """Numbers of a mesh that has not been made."""
 
-    Attributes
-    ----------
-    dimension
-        2 (meridian, triangles) or 3 (solid, tetrahedra).
-    vertices, edges, facets
-        Of the cells; facets are the triangles of a solid mesh, 0 on a meridian.
-    graded_places
-        Places that the element size is graded to; each costs the mesher time at every vertex.
-    """
-
-    dimension: int
+    dimension: int  #: 2 (meridian, triangles) or 3 (solid, tetrahedra)
     cells: int
+    #: Of the cells; facets are the triangles of a solid mesh, 0 on a meridian
     vertices: int
     edges: int
     facets: int
+    #: Places that the element size is graded to; each costs the mesher time at every vertex
     graded_places: int
 
     def unknowns(self, degree: int) -> int:
         """Three displacements at every node of continuous elements of an order.
 
-        Parameters
-        ----------
-        degree
-            Polynomial degree p of the displacement, 1 or more: p - 1 nodes inside an edge,
-            (p-1)(p-2)/2 inside a triangle, (p-1)(p-2)(p-3)/6 inside a tetrahedron.
+        `degree`: polynomial degree p of the displacement, 1 or more: p - 1 nodes inside an edge,
+        (p-1)(p-2)/2 inside a triangle, (p-1)(p-2)(p-3)/6 inside a tetrahedron.
         """
         p, solid = degree, self.dimension == 3
         triangles = self.facets if solid else self.cells
@@ -75,26 +65,11 @@ class PredictedMesh:
         return 3 * nodes
 
 
-def predict_unknowns(body: Body, size: MeshSize) -> int:
-    """Predict the unknowns of a second-order solid mesh; see `predict_mesh`."""
-    return predict_mesh(body, size, 3).unknowns(2)
-
-
 def predict_mesh(body: Body, size: MeshSize, dimension: int) -> PredictedMesh:
     """Predict the numbers of a mesh: a meridian within a factor 1.5, a solid within 2.
 
-    Parameters
-    ----------
-    dimension
-        2: meridian, 3: solid.
+    `dimension`: 2: meridian, 3: solid. Raises GeometryError: an invalid body.
 
-    Raises
-    ------
-    GeometryError
-        An invalid body.
-
-    Notes
-    -----
     Where a section is thinner than its elements are long, the edges (triangles) of its outline
     count instead. Vertices, edges and facets are related by Euler's formula.
     """
@@ -110,15 +85,11 @@ def predict_mesh(body: Body, size: MeshSize, dimension: int) -> PredictedMesh:
 def predict_refined(local: LocalSize) -> PredictedMesh:
     """Predict the numbers of a meridian mesh with local sizes, within a factor 1.5.
 
-    Parameters
-    ----------
-    local
-        Sizes that will be asked of the mesh.
+    `local`: sizes that will be asked of the mesh.
     """
     weights = _centroids()
     corners = local.points[local.triangles]
-    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    area = 0.5 * np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+    area = 0.5 * np.abs(doubled_areas(corners))
     size = local.size_m[local.triangles] @ weights.T
     at = np.einsum("ck,mkd->mcd", weights, corners)
     for z, r, h in local.places:
@@ -233,7 +204,7 @@ def _over_polygon(corners: FloatArray, size: _ElementSize, density: _Density) ->
     """Integral of density(x, h(x)) over a polygon, by triangles from its first corner."""
     fan = np.array([[corners[0], corners[k], corners[k + 1]] for k in range(1, len(corners) - 1)])
     size = size.near(corners)
-    cross = _cross(fan)
+    cross = doubled_areas(fan)
     fan = fan[cross != 0.0]
     sign = np.sign(cross[cross != 0.0])
     total = 0.0
@@ -241,16 +212,10 @@ def _over_polygon(corners: FloatArray, size: _ElementSize, density: _Density) ->
         if not len(fan):
             return abs(total)
         done, h = _small_enough(fan, size)
-        area = 0.5 * np.abs(_cross(fan[done]))
+        area = 0.5 * np.abs(doubled_areas(fan[done]))
         total += float(np.sum(sign[done] * area * density(fan[done].mean(axis=1), h[done])))
         fan, sign = _quartered(fan[~done]), np.repeat(sign[~done], 4)
     return abs(total)
-
-
-def _cross(triangles: FloatArray) -> FloatArray:
-    """Twice the signed area of (n, 3, 2) triangles."""
-    a, b = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
-    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
 
 
 def _quartered(triangles: FloatArray) -> FloatArray:
@@ -273,10 +238,7 @@ def _small_enough(
 
 
 def _curve_elements(
-    subdivision: Subdivision,
-    curve: int,
-    size: _ElementSize,
-    density: _Density,
+    subdivision: Subdivision, curve: int, size: _ElementSize, density: _Density
 ) -> float:
     """Integral of density(x, h(x)) along a curve (arcs as chords)."""
     ends = subdivision.curves[curve]

@@ -19,6 +19,12 @@ EDGES: dict[int, tuple[tuple[int, int], ...]] = {
 _IDEAL = {2: np.sqrt(3.0) / 2.0, 3: np.sqrt(2.0) / 2.0}
 
 
+def doubled_areas(corners: FloatArray) -> FloatArray:
+    """Twice the signed areas of plane triangles (n, 3, 2)."""
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    return np.asarray(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+
+
 def _exponents(dimension: int, degree: int) -> IntArray:
     """All multi-indices of barycentric exponents with the given sum."""
     rows = [e for e in product(range(degree + 1), repeat=dimension + 1) if sum(e) == degree]
@@ -59,16 +65,8 @@ def scaled_jacobians(points: FloatArray, cells: IntArray) -> FloatArray:
     359-372). It is scaled by the cube (square) of the longest straight edge such that the
     equilateral simplex scores 1.
 
-    Parameters
-    ----------
-    points
-        (n, d) coordinates [m].
-    cells
-        (c, 6) or (c, 10) nodes in gmsh's order.
-
-    Returns
-    -------
-    (c,) bounds; a value <= 0 means that the element may be folded.
+    `points`: (n, d) coordinates [m]. `cells`: (c, 6) or (c, 10) nodes in gmsh's order. Returns (c,)
+    bounds; a value <= 0 means that the element may be folded.
     """
     dimension = points.shape[1]
     gradients, to_bernstein = _jacobian_tables(dimension)
@@ -88,15 +86,8 @@ def scaled_jacobians(points: FloatArray, cells: IntArray) -> FloatArray:
 def straighten(points: FloatArray, cells: IntArray, threshold: float) -> tuple[FloatArray, int]:
     """Move edge nodes of badly curved elements back to the middle of their edges.
 
-    Parameters
-    ----------
-    threshold
-        Elements with a bound below this, that are better when straight, are straightened.
-
-    Returns
-    -------
-    points, count
-        New coordinates and the number of elements that were straightened.
+    `threshold`: elements with a bound below this, that are better when straight, are straightened.
+    Returns points, count: new coordinates and the number of elements that were straightened.
     """
     dimension = points.shape[1]
     vertices = dimension + 1

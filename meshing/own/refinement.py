@@ -7,6 +7,7 @@ import numpy as np
 from solidwhirl.geometry import Body, merge_fillets, subdivide
 from solidwhirl.meshing.errors import MeshingError
 from solidwhirl.meshing.own.drawing import graded_places
+from solidwhirl.meshing.own.quality import doubled_areas
 from solidwhirl.meshing.records import FloatArray, IntArray, LocalSize, MeshSize
 
 #: Twice the exponent of the elastic corner singularity at 270°: errors of frequencies fall so.
@@ -35,21 +36,10 @@ def refined_size(
     (1987) 337-357, with the count as cost). Elements at re-entrant corners and at the ends of rigid
     interfaces fall as h^1.09 only; there the size is set at the corner and grows with the distance.
 
-    Parameters
-    ----------
-    points, triangles
-        Vertices (m, 2) and cells (c, 3) of the last mesh.
-    errors
-        (c,) errors of its elements.
-    target
-        What the errors shall add up to.
-    last
-        Local sizes of the last mesh, if it had any.
-
-    Raises
-    ------
-    MeshingError
-        The target is not positive, or there are no errors to go by.
+    `points`, `triangles`: vertices (m, 2) and cells (c, 3) of the last mesh. `errors`: (c,) errors
+    of its elements. `target`: what the errors shall add up to. `last`: local sizes of the last
+    mesh, if it had any. Raises MeshingError: the target is not positive, or there are no errors to
+    go by.
     """
     if not (target > 0.0 and np.isfinite(target) and np.isfinite(errors).all()):
         raise MeshingError(f"mesh target error is {target}; a positive number is needed")
@@ -106,9 +96,7 @@ def _touching(
 
 def _edges(points: FloatArray, triangles: IntArray) -> FloatArray:
     """Edge of the equilateral triangle with the same area, per cell."""
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    u, v = b - a, c - a
-    area = 0.5 * np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+    area = 0.5 * np.abs(doubled_areas(points[triangles]))
     return np.asarray(np.sqrt(4.0 / np.sqrt(3.0) * area))
 
 

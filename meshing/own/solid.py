@@ -15,15 +15,8 @@ from scipy.spatial import cKDTree
 
 from solidwhirl.geometry import Body, Subdivision, merge_fillets, subdivide
 from solidwhirl.meshing.errors import MeshingError
+from solidwhirl.meshing.own import meridian as plane_mesh
 from solidwhirl.meshing.own.drawing import Drawing, draw, drawing_unit_m, gmsh_session, size_fields
-from solidwhirl.meshing.own.meridian import (
-    TETRAHEDRON10,
-    TRIANGLE6,
-    checked_quality,
-    compact,
-    element_blocks,
-    node_table,
-)
 from solidwhirl.meshing.records import FloatArray, IntArray, Mesh, MeshSize
 
 # A quarter turn about z: (x, y) -> (-y, x), exact in floating point.
@@ -43,28 +36,15 @@ class _Quarter:
 def mesh_solid(body: Body, size: MeshSize) -> Mesh:
     """Mesh a body of revolution with second-order tetrahedra.
 
-    Parameters
-    ----------
-    body
-        The body; its sections become cell sections, its interfaces sets of facets.
-
-    Returns
-    -------
-    Mesh
-        With points (x, y, z) [m]; unchanged by a quarter turn about z.
-
-    Raises
-    ------
-    GeometryError
-        An invalid body.
-    MeshingError
-        gmsh failed, the cut faces do not match, or elements stay folded.
+    `body`: the body; its sections become cell sections, its interfaces sets of facets. Returned:
+    with points (x, y, z) [m]; unchanged by a quarter turn about z. Raises GeometryError: an invalid
+    body. Raises MeshingError: gmsh failed, the cut faces do not match, or elements stay folded.
     """
     subdivision = merge_fillets(subdivide(body))
     with gmsh_session():
         quarter = _mesh_quarter(body, subdivision, size)
     points, cells, turned = _turn_four_times(quarter.points, quarter.cells)
-    points, quality = checked_quality(points, cells, "solid")
+    points, quality = plane_mesh.checked_quality(points, cells, "solid")
     owner = np.tile(quarter.owner, 4)
     return Mesh(
         points=points,
@@ -102,10 +82,10 @@ def _mesh_quarter(body: Body, subdivision: Subdivision, size: MeshSize) -> _Quar
     gmsh.model.mesh.generate(3)
     gmsh.model.mesh.optimize("Netgen")
     gmsh.model.mesh.setOrder(2)
-    numbering, points = node_table(unit_m)
-    tetrahedra, owner = element_blocks(volumes, TETRAHEDRON10, numbering)
+    numbering, points = plane_mesh.node_table(unit_m)
+    tetrahedra, owner = plane_mesh.element_blocks(volumes, plane_mesh.TETRAHEDRON10, numbering)
     facets = _facets_of_curves(subdivision, numbering, points)
-    cells, points, used = compact(points, tetrahedra)
+    cells, points, used = plane_mesh.compact(points, tetrahedra)
     interfaces = {
         name: used[np.vstack([facets[c] for c in indices])]
         for name, indices in subdivision.interfaces.items()
@@ -147,7 +127,7 @@ def _facets_of_curves(
     scale = float(np.abs(subdivision.points).max())
     found: dict[int, list[IntArray]] = {c: [] for c in wanted}
     for _, tag in gmsh.model.getEntities(2):
-        triangles, _ = element_blocks([tag], TRIANGLE6, numbering)
+        triangles, _ = plane_mesh.element_blocks([tag], plane_mesh.TRIANGLE6, numbering)
         x = points[np.unique(triangles[:, :3])]
         if np.abs(x[:, 0]).max() < 1e-9 * scale or np.abs(x[:, 1]).max() < 1e-9 * scale:
             continue  # a cut face

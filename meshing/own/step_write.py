@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import re
-import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 
 import gmsh
@@ -28,26 +25,10 @@ _PRODUCT = re.compile(r"'Open CASCADE STEP translator [0-9.]+ [0-9]+(?:\.([0-9]+
 def write_step(bodies: Sequence[Body], path: Path, *, unit_m: float = 1e-3) -> tuple[str, ...]:
     """Write bodies of revolution as closed solids, one for every region of one material.
 
-    Parameters
-    ----------
-    bodies
-        The bodies, with their fillets. Rigid disks are no geometry and are left out.
-    path
-        The file; it appears when it is complete.
-    unit_m
-        Unit of its coordinates: 1e-3 (millimetres) or 1.
-
-    Returns
-    -------
-    tuple of str
-        Names of the solids, body_material.
-
-    Raises
-    ------
-    GeometryError
-        An invalid body.
-    MeshingError
-        The kernel made no closed solids.
+    `bodies`: the bodies, with their fillets. Rigid disks are no geometry and are left out. `path`:
+    the file; it appears when it is complete. `unit_m`: unit of its coordinates: 1e-3 (millimetres)
+    or 1. Result: names of the solids, body_material. Raises GeometryError: an invalid body.
+    Raises MeshingError: the kernel made no closed solids.
     """
     if unit_m not in _UNITS:
         raise MeshingError(f"unit_m is {unit_m}; allowed are {', '.join(map(str, _UNITS))}")
@@ -62,8 +43,7 @@ def write_step(bodies: Sequence[Body], path: Path, *, unit_m: float = 1e-3) -> t
         with replacing(path) as temporary:
             drawn = temporary.with_name(temporary.name + ".step")  # gmsh goes by the suffix
             try:
-                with _silence():
-                    gmsh.write(str(drawn))
+                gmsh.write(str(drawn))
                 text = drawn.read_text(encoding="utf-8")
                 temporary.write_text(_named(text, path.stem, names), encoding="utf-8")
             finally:
@@ -105,17 +85,3 @@ def _named(text: str, whole: str, names: Sequence[str]) -> str:
         return f"'{names[number] if 0 <= number < len(names) else whole}'"
 
     return _PRODUCT.sub(name, text)
-
-
-@contextmanager
-def _silence() -> Iterator[None]:
-    """Keep what the kernel says of its writing from the terminal."""
-    sys.stdout.flush()
-    kept = os.dup(1)
-    try:
-        with Path(os.devnull).open("w") as nowhere:
-            os.dup2(nowhere.fileno(), 1)
-            yield
-    finally:
-        os.dup2(kept, 1)
-        os.close(kept)

@@ -14,14 +14,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from solidwhirl.reduction.basis.fixed_interface_modes import (
-    HeldModes,
-    HeldProblem,
-    held_solver,
-    interior_modes,
-    modes_from_rest,
-    modes_with_own_solver,
-)
+from solidwhirl.reduction.basis import fixed_interface_modes as fixed_modes
 from solidwhirl.reduction.basis.merging import merged, reference_eigenvalue
 from solidwhirl.reduction.basis.overspeed import MAXIMUM_HOOP_STRAIN, refuse_overspeed
 from solidwhirl.reduction.operators.matrices import BodyOperators
@@ -40,49 +33,29 @@ _DEPENDENT = 1e-14
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Basis:
-    """Reduction basis of one family, columns [constraint modes, interior modes].
+    """Reduction basis of one family, columns [constraint modes, interior modes]."""
 
-    Attributes
-    ----------
-    vectors
-        (local û, b + m).
-    eigenvalues
-        (m,) squared angular frequencies of the interior vectors (Rayleigh-Ritz, at rest) [1/s²].
-    fixed_eigenvalues
-        (k,) those of the fixed-interface modes at rest, k <= m.
-    fixed_vectors
-        (local û, k) these modes, M-orthonormal.
-    omitted_eigenvalue
-        Lowest eigenvalue of a fixed-interface mode at rest that is not in the basis, or the
-        highest that is, whichever is known [1/s²].
-    factor
-        Solver of K - shift M at rest with the interfaces held.
-    shift
-        0, or a small negative number [1/s²] where rigid motions are not held.
-    free
-        (local û, f) rigid motions that the interfaces do not hold; they lie in the basis.
-    found_eigenvalues
-        Of all fixed-interface modes at rest that were computed, those of other circumferential
-        orders too, rising.
-    generator
-        (b + m, b + m) turn of a solid's coordinates where it is known by construction.
-    orthogonality
-        Deviation of the interior modes from M-orthonormality before they were put into pairs, whose
-        rigid motions are orthonormal in the mean over turns; None: they are as they were found.
-    """
-
-    vectors: FloatArray
+    vectors: FloatArray  #: (local û, b + m)
     interface_count: int
+    #: (m,) squared angular frequencies of the interior vectors (Rayleigh-Ritz, at rest) [1/s²]
     eigenvalues: FloatArray
-    fixed_eigenvalues: FloatArray
-    fixed_vectors: FloatArray
+    fixed_eigenvalues: FloatArray  #: (k,) those of the fixed-interface modes at rest, k <= m
+    fixed_vectors: FloatArray  #: (local û, k) these modes, M-orthonormal
+    #: Lowest eigenvalue of a fixed-interface mode at rest that is not in the basis, or the highest
+    #: that is, whichever is known [1/s²]
     omitted_eigenvalue: float
-    factor: Solver
-    shift: float
+    factor: Solver  #: Solver of K - shift M at rest with the interfaces held
+    shift: float  #: 0, or a small negative number [1/s²] where rigid motions are not held
+    #: (local û, f) rigid motions that the interfaces do not hold; they lie in the basis
     free: FloatArray
     solved: tuple[str, ...]
+    #: Of all fixed-interface modes at rest that were computed, those of other circumferential
+    #: orders too, rising
     found_eigenvalues: FloatArray = field(default_factory=lambda: np.empty(0))
+    #: (b + m, b + m) turn of a solid's coordinates where it is known by construction
     generator: FloatArray | None = None
+    #: Deviation of the interior modes from M-orthonormality before they were put into pairs, whose
+    #: rigid motions are orthonormal in the mean over turns; None: they are as they were found
     orthogonality: float | None = None
 
 
@@ -96,60 +69,42 @@ def reduction_basis(
 ) -> Basis:
     """Compute the basis.
 
-    Parameters
-    ----------
-    modes
-        Interior modes asked for per family (solid: of the circumferential orders wanted;
-        pairs are kept whole).
-    maximum_speed_rad_s
-        Top of the speed range.
-    orders
-        Solid only: circumferential orders of the modes that are kept. Orders other than 0 and 1
-        load no interface of a body of revolution. Empty: the modes are not told apart, and
-        `modes` counts each of them.
-    speeds_between_rad_s
-        Speeds between rest and the top whose modes are taken in as well.
-
-    Raises
-    ------
-    ReductionError
-        The centrifugal field is outside linear theory, or the body loses its stiffness below
-        the top speed, or modes did not converge.
+    `modes`: interior modes asked for per family (solid: of the circumferential orders wanted; pairs
+    are kept whole). `orders`: circumferential orders of a solid's modes that are kept; others than
+    0 and 1 load no interface of a body of revolution. Empty: modes are not told apart, and `modes`
+    counts each of them. `speeds_between_rad_s`: whose modes are taken in as those of the top speed
+    are. Raises ReductionError: the centrifugal field is outside linear theory, or the body loses
+    its stiffness below the top speed, or modes did not converge.
     """
     refuse_overspeed(operators, maximum_speed_rad_s)
-    rows = operators.coupling.rows
-    all_rows = np.hstack([rows, operators.coupling.anchors])
+    rows, all_rows = operators.coupling.rows, operators.coupling.held
     free = _unrestrained(operators, all_rows)
     shift = -reference_eigenvalue(operators) if free.shape[1] else 0.0
     kept = (orders or None) if operators.level == "solid" else None
-    problem = HeldProblem(
+    problem = fixed_modes.HeldProblem(
         operators=operators, rows=all_rows, free=free, shift=shift, modes=modes, orders=kept
     )
-    factor = held_solver(problem)
+    factor = fixed_modes.held_solver(problem)
     direct = isinstance(factor, ConstrainedFactor)
     solved = ["factorisation at rest" if direct else "multigrid at rest"]
     constraint = _constraint_modes(factor, rows.shape[1], all_rows.shape[1], len(rows))
-    statics = []
+    candidates = []
     if rows.shape[1]:
         # what the inertia of the constraint modes bends between the interfaces, statically
         inertia = apply(operators.mass, _apart(operators, constraint))
-        statics.append(factor.solve(inertia, None)[: len(rows)])
+        candidates.append(factor.solve(inertia, None)[: len(rows)])
         solved.append(f"inertia corrections of constraint modes: {rows.shape[1]}")
-    fixed = interior_modes(problem, factor)
+    fixed = fixed_modes.interior_modes(problem, factor)
     solved.append(f"fixed-interface modes at rest: {fixed.asked}")
-    if len(fixed.eigenvalues) < problem.wanted:
-        solved.append(
-            f"of the {problem.wanted} modes asked for the mesh has {len(fixed.eigenvalues)}"
-        )
-    candidates = [*statics, fixed.vectors]
+    if (count := len(fixed.eigenvalues)) < problem.wanted:
+        solved.append(f"of the {problem.wanted} modes asked for the mesh has {count}")
+    candidates.append(fixed.vectors)
     # a solid mesh mixes circumferential orders
     exact = len(candidates) if kept is None and direct else 0
     if _prestress_matters(operators, fixed.vectors, maximum_speed_rad_s):
         for speed in (*speeds_between_rad_s, maximum_speed_rad_s):
             named = "top speed" if speed == maximum_speed_rad_s else f"{speed:.6g} rad/s"
-            at_speed, did = _modes_at(problem, factor, fixed, speed, named)
-            candidates.append(at_speed)
-            solved += did
+            candidates.append(_modes_at(problem, factor, fixed, speed, named, solved))
     interior, eigenvalues = merged(operators, free, candidates, kept, exact=exact)
     return Basis(
         vectors=np.hstack([constraint, interior]),
@@ -167,14 +122,21 @@ def reduction_basis(
 
 
 def _modes_at(
-    problem: HeldProblem, factor: Solver, fixed: HeldModes, speed: float, named: str
-) -> tuple[FloatArray, list[str]]:
-    """Modes at a speed, and what was solved for them."""
-    found = modes_from_rest(problem, factor, fixed.every, speed)
+    problem: fixed_modes.HeldProblem,
+    factor: Solver,
+    fixed: fixed_modes.HeldModes,
+    speed: float,
+    named: str,
+    solved: list[str],
+) -> FloatArray:
+    """Modes at a speed; adds what was solved for them to a list."""
+    found = fixed_modes.modes_from_rest(problem, factor, fixed.every, speed)
     if found is not None:
-        return found[0], [f"modes at {named} with the factor at rest, solutions: {found[1]}"]
-    at_speed, did = modes_with_own_solver(problem, factor, fixed.every, speed)
-    return at_speed, [f"{what} at {named}{count}" for what, count in did]
+        solved.append(f"modes at {named} with the factor at rest, solutions: {found[1]}")
+        return found[0]
+    at_speed, did = fixed_modes.modes_with_own_solver(problem, factor, fixed.every, speed)
+    solved += [f"{what} at {named}{count}" for what, count in did]
+    return at_speed
 
 
 def _unrestrained(operators: BodyOperators, rows: FloatArray) -> FloatArray:

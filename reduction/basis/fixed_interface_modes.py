@@ -8,33 +8,17 @@ from typing import Any
 import numpy as np
 from petsc4py import PETSc
 
-from solidwhirl.reduction.basis.merging import (
-    CLUSTER,
-    is_of_order,
-    modes_of_orders,
-    reference_eigenvalue,
-    whole_clusters,
-)
-from solidwhirl.reduction.basis.overspeed import (
-    centrifugal_product,
-    negative_count,
-    operator_places,
-    refuse_instability,
-)
-from solidwhirl.reduction.basis.spinning_modes import (
-    MARGIN,
-    Spinning,
-    modes_at_speed,
-    remaining_stiffness,
-)
+from solidwhirl.reduction.basis import merging
+from solidwhirl.reduction.basis.overspeed import negative_count, refuse_instability, solver_of
+from solidwhirl.reduction.basis.spinning_modes import MARGIN, Spinning, modes_at_speed
 from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators.matrices import BodyOperators
-from solidwhirl.reduction.operators.solver_choice import Solver, prepared_solver
+from solidwhirl.reduction.operators.solver_choice import Solver
 from solidwhirl.reduction.solvers.constrained import ConstrainedFactor, eigenpairs, factorise
 from solidwhirl.reduction.solvers.iterative_modes import iterative_pairs
 from solidwhirl.reduction.solvers.multigrid import ConstrainedIteration
 from solidwhirl.reduction.solvers.slepc_modes import slepc_pairs
-from solidwhirl.reduction.solvers.vectors import apply, project
+from solidwhirl.reduction.solvers.vectors import project
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
 
 # All matrices of a body come from one space; the stiffness has all entries that others have.
@@ -54,25 +38,14 @@ _SEARCHED = 100
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HeldProblem:
-    """A body with its interfaces held, and which of its modes are wanted.
-
-    Attributes
-    ----------
-    rows
-        (local, b) constraint rows.
-    free
-        (local, f) M-orthonormal rigid motions that the rows do not hold.
-    shift
-        0, or a small negative number [1/s²] where there are such motions.
-    orders
-        Circumferential orders of a solid's modes that are told apart; None: all are wanted.
-    """
+    """A body with its interfaces held, and which of its modes are wanted."""
 
     operators: BodyOperators
-    rows: FloatArray
-    free: FloatArray
-    shift: float
+    rows: FloatArray  #: (local, b) constraint rows
+    free: FloatArray  #: (local, f) M-orthonormal rigid motions that the rows do not hold
+    shift: float  #: 0, or a small negative number [1/s²] where there are such motions
     modes: int
+    #: Circumferential orders of a solid's modes that are told apart; None: all are wanted
     orders: tuple[int, ...] | None
 
     @property
@@ -83,22 +56,14 @@ class HeldProblem:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HeldModes:
-    """Fixed-interface modes of the wanted circumferential orders.
+    """Fixed-interface modes of the wanted circumferential orders."""
 
-    Attributes
-    ----------
-    eigenvalues, vectors
-        (m,) rising [1/s²], (local, m).
-    beyond
-        The next eigenvalue, or the last one of the list.
-    every, known
-        Vectors and eigenvalues of all orders that were found.
-    """
-
+    #: (m,) rising [1/s²], (local, m)
     eigenvalues: FloatArray
     vectors: FloatArray
     asked: int
-    beyond: float
+    beyond: float  #: The next eigenvalue, or the last one of the list
+    #: Vectors and eigenvalues of all orders that were found
     every: FloatArray
     known: FloatArray
 
@@ -107,16 +72,7 @@ def held_solver(problem: HeldProblem) -> Solver:
     """Solver of K - shift M at rest under the constraint rows."""
     operators = problem.operators
     matrix = shifted_matrix(operators, operators.stiffness, problem.shift)
-    found = prepared_solver(
-        operators.stiffness,
-        matrix,
-        problem.rows,
-        lambda: operator_places(operators),
-        choice=operators.ingredients.effects.solver if operators.level == "solid" else "direct",
-        free=problem.free,
-        momentum=apply(operators.mass, problem.free),
-        shift=problem.shift,
-    )
+    found = solver_of(operators, matrix, problem.rows, problem.free, problem.shift)
     if isinstance(found, ConstrainedFactor) and matrix is not operators.stiffness:
         matrix.destroy()
     return found
@@ -127,14 +83,7 @@ def shifted_factor(
 ) -> ConstrainedFactor:
     """Factor of the bordered K - shift M.
 
-    Parameters
-    ----------
-    stiffness
-        K, at rest or at speed.
-    rows
-        (local, b) constraint rows.
-    shift
-        [1/s²].
+    `stiffness`: K, at rest or at speed. `rows`: (local, b) constraint rows.
     """
     matrix = shifted_matrix(operators, stiffness, shift)
     try:
@@ -158,17 +107,9 @@ def interior_modes(
 ) -> HeldModes:
     """Find the modes that are wanted, pairs whole.
 
-    Parameters
-    ----------
-    factor
-        Of K - shift M, at rest or at speed.
-    start
-        (local, s) fields that an iteration begins with.
-
-    Raises
-    ------
-    ReductionError
-        More modes than the mesh has, or none of the wanted orders among many.
+    `factor`: of K - shift M, at rest or at speed. `start`: (local, s) fields that an iteration
+    begins with. Raises ReductionError: more modes than the mesh has, or none of the wanted orders
+    among many.
     """
     operators, orders, wanted = problem.operators, problem.orders, problem.wanted
     available = operators.mass.getSize()[0] - problem.rows.shape[1] - problem.free.shape[1]
@@ -185,12 +126,12 @@ def interior_modes(
         values, vectors = _pairs(problem, factor, count, start)
         start = vectors
         # a space that is used up ends in vectors that break the constraint and have no stiffness
-        real = np.abs(values) > _NO_STIFFNESS * reference_eigenvalue(operators)
+        real = np.abs(values) > _NO_STIFFNESS * merging.reference_eigenvalue(operators)
         values, vectors = values[real], vectors[:, real]
         every, known, highest = vectors, np.sort(values), float(values.max(initial=0.0))
         if orders is not None:
-            values, vectors = modes_of_orders(operators, values, vectors, orders)
-        whole = whole_clusters(values, wanted, highest)
+            values, vectors = merging.modes_of_orders(operators, values, vectors, orders)
+        whole = merging.whole_clusters(values, wanted, highest)
         if whole > found:
             found, since = whole, count
         # a coarse mesh mixes the orders of its highest modes, more of which bring nothing; but a
@@ -231,33 +172,24 @@ def modes_from_rest(
     operators, orders, free = problem.operators, problem.orders, problem.free
     if orders is None or free.shape[1] or isinstance(factor, ConstrainedIteration):
         return None
-    centrifugal = centrifugal_product(operators)
-    left = remaining_stiffness(factor, operators.stiffness, centrifugal, free, speed)
-    if left < MARGIN:
+    body = Spinning(operators=operators, speed_rad_s=speed, factor=factor, free=free)
+    if body.remaining_stiffness < MARGIN:
         return None
-    body = Spinning(
-        stiffness=lambda block: apply(operators.stiffness, block),
-        centrifugal=centrifugal,
-        mass=operators.mass,
-        speed_rad_s=speed,
-        factor=factor,
-        free=free,
-    )
 
     def wanted(values: FloatArray, vectors: FloatArray) -> BoolArray:
         squared = np.diag(project(operators.circulation, vectors, operators.comm))
-        of_order = np.flatnonzero(is_of_order(squared, orders))
+        of_order = np.flatnonzero(merging.is_of_order(squared, orders))
         out = np.zeros(len(values), dtype=bool)
         if len(of_order):
-            last = values[of_order[: problem.wanted][-1]] * (1.0 + CLUSTER)
+            last = values[of_order[: problem.wanted][-1]] * (1.0 + merging.CLUSTER)
             out[of_order[values[of_order] <= last]] = True
         return out
 
     found = modes_at_speed(body, at_rest, wanted)
     if found is None:
         return None
-    values, vectors = modes_of_orders(operators, found[0], found[1], orders)
-    whole = whole_clusters(values, problem.wanted, float(found[0].max()))
+    values, vectors = merging.modes_of_orders(operators, found[0], found[1], orders)
+    whole = merging.whole_clusters(values, problem.wanted, float(found[0].max()))
     return vectors[:, :whole], found[2]
 
 
@@ -266,23 +198,9 @@ def modes_with_own_solver(
 ) -> tuple[FloatArray, tuple[tuple[str, str], ...]]:
     """Modes at speed with a solver of the stiffness there.
 
-    Parameters
-    ----------
-    factor
-        Solver at rest, whose multigrid serves at speed too.
-    at_rest
-        (local, m) modes at rest of all orders, which an iteration begins with.
-    speed
-        Ω [rad/s].
-
-    Returns
-    -------
-    vectors (local, m), what was solved and how often
-
-    Raises
-    ------
-    ReductionError
-        The body has no stiffness left at that speed.
+    `factor`: solver at rest, whose multigrid serves at speed too. `at_rest`: (local, m) modes at
+    rest of all orders, which an iteration begins with. Returns vectors (local, m), what was solved
+    and how often. Raises ReductionError: the body has no stiffness left at that speed.
     """
     operators, free = problem.operators, problem.free
     stiffness = _spinning_stiffness(operators, speed)

@@ -20,15 +20,9 @@ _ROUNDING = 1e-10
 def rigid_coefficients(operators: BodyOperators, basis: Basis) -> tuple[FloatArray, BoolArray]:
     """Return the reduced coordinates of the rigid motions about the origin.
 
-    Returns
-    -------
-    rigid : ndarray
-        (n, 6) coordinates of the motions ux ... rz of the first family; zero where absent.
-    present : ndarray
-        (6,) which of them lie in the basis.
+    Returns rigid: (n, 6) coordinates of the motions ux ... rz of the first family; zero where
+    absent; present: (6,) which of them lie in the basis.
 
-    Notes
-    -----
     The interface coordinates are those of the interfaces themselves; a fit of all coordinates would
     lose digits where interfaces are near each other and their constraint modes nearly parallel.
     """
@@ -58,17 +52,8 @@ def without_rigid_force(
     K R = 0 holds on the mesh but for the rounding of its stiffest entries, which a soft body shows
     as a small stiffness of either sign.
 
-    Parameters
-    ----------
-    stiffness, mass
-        (n, n) reduced matrices.
-    rigid
-        (n, 6) rigid motions; columns of zeros are absent.
-
-    Raises
-    ------
-    ReductionError
-        The force K R on the mesh is more than rounding.
+    `stiffness`, `mass`: (n, n) reduced matrices. `rigid`: (n, 6) rigid motions; columns of zeros
+    are absent. Raises ReductionError: the force K R on the mesh is more than rounding.
     """
     motions = rigid[:, rigid.any(axis=0)]
     if not motions.shape[1]:
@@ -86,17 +71,8 @@ def without_rigid_force(
 def straining_part(mass: FloatArray, rigid: FloatArray) -> FloatArray:
     """Return the projection of motions on those that are M-orthogonal to the rigid ones.
 
-    Parameters
-    ----------
-    mass
-        (n, n) reduced matrix.
-    rigid
-        (n, 6) rigid motions; columns of zeros are absent.
-
-    Returns
-    -------
-    ndarray
-        (n, n) I - R (Rᵀ M R)⁻¹ Rᵀ M.
+    `mass`: (n, n) reduced matrix. `rigid`: (n, 6) rigid motions; columns of zeros are absent.
+    Result: (n, n) I - R (Rᵀ M R)⁻¹ Rᵀ M.
     """
     motions = rigid[:, rigid.any(axis=0)]
     if not motions.shape[1]:

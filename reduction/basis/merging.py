@@ -153,12 +153,8 @@ def whole_clusters(values: FloatArray, wanted: int, highest: float) -> int:
 
     The last cluster may lack a member unless a mode of another order was found beyond it.
 
-    Parameters
-    ----------
-    values
-        (m,) rising eigenvalues of the wanted orders.
-    highest
-        Highest eigenvalue of all orders.
+    `values`: (m,) rising eigenvalues of the wanted orders. `highest`: highest eigenvalue of all
+    orders.
     """
     beyond = np.append(values[1:], highest)
     ends = [k + 1 for k in range(len(values)) if beyond[k] - values[k] > CLUSTER * abs(beyond[k])]
@@ -171,15 +167,8 @@ def modes_of_orders(
 ) -> tuple[FloatArray, FloatArray]:
     """Modes of the wanted circumferential orders, by the Rayleigh quotient of J².
 
-    Parameters
-    ----------
-    values, vectors
-        (m,) rising and (local û, m) M-orthonormal eigenpairs of all orders.
-
-    Returns
-    -------
-    values, vectors
-        Those of the wanted orders, rising.
+    `values`, `vectors`: (m,) rising and (local û, m) M-orthonormal eigenpairs of all orders.
+    Returns values, vectors: those of the wanted orders, rising.
     """
     squared = project(operators.circulation, vectors, operators.comm)
     gram = project(operators.mass, vectors, operators.comm)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators.matrices import BodyOperators
-from solidwhirl.reduction.operators.solver_choice import block_places, prepared_solver
+from solidwhirl.reduction.operators.solver_choice import Solver, block_places, prepared_solver
 from solidwhirl.reduction.solvers.block_krylov import krylov_pairs
 from solidwhirl.reduction.solvers.constrained import factorise
 from solidwhirl.reduction.solvers.hierarchy import BlockPlaces
@@ -26,10 +25,7 @@ _RESIDUAL = 1e-6
 def refuse_overspeed(operators: BodyOperators, speed_rad_s: float) -> None:
     """Linear prestress neglects the change of shape; refuse where that is not small.
 
-    Raises
-    ------
-    ReductionError
-        With the hoop strain and the speed up to which the prestress is good.
+    Raises ReductionError with the hoop strain and the speed up to which the prestress is good.
     """
     strain = operators.hoop_strain * speed_rad_s**2
     if strain > MAXIMUM_HOOP_STRAIN:
@@ -45,18 +41,8 @@ def refuse_instability(
 ) -> None:
     """Refuse a body whose stiffness at speed is not positive with its interfaces held.
 
-    Parameters
-    ----------
-    negative
-        Negative eigenvalues of its stiffness at speed.
-    speed_rad_s
-        Ω.
-
-    Raises
-    ------
-    ReductionError
-        With the speed and the number of negative eigenvalues there, and the speed at which the
-        first of them was zero.
+    `negative`: negative eigenvalues of its stiffness at speed. Raises ReductionError with the speed
+    and the number of negative eigenvalues there, and the speed at which the first of them was zero.
     """
     if negative <= 0:
         return
@@ -73,12 +59,7 @@ def negative_count(
 ) -> int:
     """Negative eigenvalues of a stiffness with interfaces and rigid motions held.
 
-    Parameters
-    ----------
-    stiffness
-        K + Ω²(Kσ - S), PETSc.
-    rows
-        (local, b) rows that the interfaces hold.
+    `stiffness`: K + Ω²(Kσ - S), PETSc. `rows`: (local, b) rows that the interfaces hold.
     """
     factor = factorise(stiffness, np.hstack([rows, apply(operators.mass, free)]))
     count = factor.indefinite_count
@@ -89,44 +70,51 @@ def negative_count(
 def speed_without_stiffness(operators: BodyOperators, free: FloatArray) -> float:
     """Lowest speed at which a direction of the held body has no stiffness left [rad/s].
 
-    Parameters
-    ----------
-    operators
-        Of the body, with its centrifugal matrices.
-    free
-        (local, f) M-orthonormal rigid motions that the interfaces leave free; they have no
-        stiffness at any speed and are left out.
-
-    Returns
-    -------
-    float
-        Root of -1/θ of the lowest θ of (Kσ - S) x = θ K x; inf if rotation stiffens all motions.
+    `operators`: of the body, with its centrifugal matrices. `free`: (local, f) M-orthonormal rigid
+    motions that the interfaces leave free; they have no stiffness at any speed and are left out.
+    Result: root of -1/θ of the lowest θ of (Kσ - S) x = θ K x; inf if rotation stiffens all
+    motions.
     """
-    coupling = operators.coupling
-    held = np.hstack([coupling.rows, coupling.anchors, apply(operators.mass, free)])
-    none = free[:, :0]
-    factor = prepared_solver(
-        operators.stiffness,
-        operators.stiffness,
-        held,
-        lambda: operator_places(operators),
-        choice=operators.ingredients.effects.solver if operators.level == "solid" else "direct",
-        free=none,
-        momentum=none,
-    )
-    centrifugal = centrifugal_product(operators)
-    theta, _, _ = krylov_pairs(
-        lambda block: factor.solve(centrifugal(block), None)[: len(block)],
+    held = np.hstack([operators.coupling.held, apply(operators.mass, free)])
+    factor = solver_of(operators, operators.stiffness, held, free[:, :0])
+    theta, _ = softest_direction(operators, factor, free[:, :0], _RESIDUAL)
+    factor.destroy()
+    return float(np.sqrt(-1.0 / theta)) if theta < 0.0 else float(np.inf)
+
+
+def softest_direction(
+    operators: BodyOperators, factor: Solver, free: FloatArray, tolerance: float
+) -> tuple[float, float]:
+    """Lowest θ of (Kσ - S) x = θ K x of the held body, and its possible error.
+
+    `factor`: solver of K at rest, without a shift. `free`: (local, f) what is left out. Returns
+    inf where rotation leaves the stiffness as it is.
+    """
+    theta, _, left = krylov_pairs(
+        lambda block: factor.solve(centrifugal_load(operators, block), None)[: len(block)],
         operators.stiffness,
         first=np.argsort,
         count=1,
-        tolerance=_RESIDUAL,
-        outside=free[:, :0],
+        tolerance=tolerance,
+        outside=free,
     )
-    factor.destroy()
-    if not len(theta) or theta[0] >= 0.0:
-        return float(np.inf)
-    return float(np.sqrt(-1.0 / theta[0]))
+    return (float(theta[0]), float(left[0])) if len(theta) else (float(np.inf), 0.0)
+
+
+def solver_of(
+    operators: BodyOperators, matrix: Any, rows: FloatArray, free: FloatArray, shift: float = 0.0
+) -> Solver:
+    """Solver of K - shift M at rest under constraint rows, by the way chosen for the body."""
+    return prepared_solver(
+        operators.stiffness,
+        matrix,
+        rows,
+        lambda: operator_places(operators),
+        choice=operators.ingredients.effects.solver if operators.level == "solid" else "direct",
+        free=free,
+        momentum=apply(operators.mass, free),
+        shift=shift,
+    )
 
 
 def operator_places(operators: BodyOperators) -> BlockPlaces:
@@ -136,11 +124,7 @@ def operator_places(operators: BodyOperators) -> BlockPlaces:
     return block_places(operators.space, operators.ingredients.kinematics, kept, masters)
 
 
-def centrifugal_product(operators: BodyOperators) -> Callable[[FloatArray], FloatArray]:
-    """Return the function that multiplies a block of vectors by Kσ - S."""
-
-    def product(block: FloatArray) -> FloatArray:
-        stiffening = apply(operators.stress_stiffening, block)
-        return np.asarray(stiffening - apply(operators.spin_softening, block))
-
-    return product
+def centrifugal_load(operators: BodyOperators, block: FloatArray) -> FloatArray:
+    """(Kσ - S) times a block of vectors."""
+    stiffening = apply(operators.stress_stiffening, block)
+    return np.asarray(stiffening - apply(operators.spin_softening, block))

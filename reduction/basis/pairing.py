@@ -28,6 +28,11 @@ _TURNED = {"ux": ("uy", 1.0), "uy": ("ux", -1.0), "rx": ("ry", 1.0), "ry": ("rx"
 # Fields of the plane of x and their turns: rigid motions and signs.
 _RIGID = ((("ux", 1.0), ("uy", 1.0)), (("ry", 1.0), ("rx", -1.0)))
 _HELD = 1e-9
+#: Quarter turn of the six rigid motions: ux to uy, rx to ry.
+RIGID_TURN = np.zeros((6, 6))
+RIGID_TURN[1, 0] = RIGID_TURN[4, 3] = 1.0
+RIGID_TURN[0, 1] = RIGID_TURN[3, 4] = -1.0
+RIGID_TURN.setflags(write=False)
 # Modes at rest and at speed, over the highest squared frequency of those at rest.
 _ABOVE = 1.05
 
@@ -35,23 +40,11 @@ _ABOVE = 1.05
 def paired(operators: BodyOperators, basis: Basis, orders: tuple[int, ...]) -> Basis:
     """Return the basis with its interior vectors in pairs, with the generator of turns in it.
 
-    Parameters
-    ----------
-    operators, basis
-        Of a solid that is a body of revolution, but whose mesh is the same after no turn.
-    orders
-        Circumferential orders that are kept; without 0 the vectors that do not turn are left out.
-
-    Returns
-    -------
-    Basis
-        Interface columns first and as they are, then rigid motions that are free, then modes; its
-        generator has entries -1, 0, 1.
-
-    Raises
-    ------
-    ReductionError
-        An interface carries a motion but not what it turns into.
+    `operators`, `basis`: of a solid that is a body of revolution, but whose mesh is the same after
+    no turn. `orders`: circumferential orders that are kept; without 0 the vectors that do not turn
+    are left out. Result: interface columns first and as they are, then rigid motions that are
+    free, then modes; its generator has entries -1, 0, 1. Raises ReductionError: an interface
+    carries a motion but not what it turns into.
     """
     b, f = basis.interface_count, basis.free.shape[1]
     constraint, elastic = basis.vectors[:, :b], basis.vectors[:, b + f :]
@@ -81,19 +74,12 @@ def paired(operators: BodyOperators, basis: Basis, orders: tuple[int, ...]) -> B
 def even_gyroscopic(operators: BodyOperators, basis: Basis, mass: FloatArray) -> FloatArray:
     """Return G of a round body from its mass and the turn of its coordinates.
 
-    Parameters
-    ----------
-    mass
-        (n, n) reduced mass, averaged over turns.
+    `mass`: (n, n) reduced mass, averaged over turns.
 
-    Notes
-    -----
     With D u = e_z × u - L u the matrix is 2 ∫ρ v·Du = 2 (∫ρ v·(e_z × u) - M L): the derivative
     along the spin of the field on the mesh, which mixes circumferential orders, is not needed.
     """
-    turned, full = operators.coupling.transformation, basis.vectors
-    if turned is not None:
-        full = apply(turned, full)
+    full = operators.coupling.displacement(basis.vectors)
     x, y = (np.ascontiguousarray(full[i::3]) for i in range(2))
     crossed = inner(y, apply(operators.ingredients.component_mass, x), operators.comm)
     across = evenly_turned(crossed - crossed.T, basis.generator)
@@ -104,10 +90,7 @@ def even_gyroscopic(operators: BodyOperators, basis: Basis, mass: FloatArray) ->
 def evenness(operators: BodyOperators, basis: Basis) -> float:
     """Return the largest change of M and K by averaging over turns, over their diagonals.
 
-    Parameters
-    ----------
-    operators, basis
-        Of a body of revolution, the basis in pairs.
+    `operators`, `basis`: of a body of revolution, the basis in pairs.
     """
     found = [
         symmetric(project(matrix, basis.vectors, operators.comm))
@@ -151,7 +134,7 @@ def _free_motions(operators: BodyOperators) -> tuple[list[FloatArray], list[Floa
     The pairs are exact motions, orthonormal in the mean over turns.
     """
     comm, motions = operators.comm, operators.rigid_motions
-    rows = np.hstack([operators.coupling.rows, operators.coupling.anchors])
+    rows = operators.coupling.held
 
     def held(motion: FloatArray) -> FloatArray:
         seen = inner(rows, motion[:, None], comm)[:, 0]
@@ -221,21 +204,11 @@ def turn_generator(
 ) -> tuple[FloatArray | None, FloatArray]:
     """Return the spin generator of a solid in its reduced coordinates.
 
-    Parameters
-    ----------
-    mass
-        (n, n) reduced mass matrix.
+    `mass`: (n, n) reduced mass matrix. Returns generator: (n, n) L of the superelement, in
+    coordinates whose sign is changed by `signs`; None if the modes do not come in pairs that turn
+    into each other, as the highest of a coarse mesh; signs: (n,) 1 or -1, so that the second mode
+    of each pair is the first one turned by 90°.
 
-    Returns
-    -------
-    generator : ndarray or None
-        (n, n) L of the superelement, in coordinates whose sign is changed by `signs`; None if the
-        modes do not come in pairs that turn into each other, as the highest of a coarse mesh.
-    signs : ndarray
-        (n,) 1 or -1, so that the second mode of each pair is the first one turned by 90°.
-
-    Notes
-    -----
     The mesh is the same after a quarter turn, so the projected form M⁻¹ ∫ ρ v·(e_z×u - D u) is
     exactly i times a positive matrix on fields of order 1; its polar factor in the metric of M
     is the quarter turn itself, free of the error of the mesh.
@@ -259,29 +232,33 @@ def turn_generator(
     return whole * np.outer(signs, signs), signs
 
 
+def known_turn(
+    operators: BodyOperators, basis: Basis, mass: FloatArray
+) -> tuple[FloatArray | None, FloatArray]:
+    """Return generator and signs of a solid's coordinates, see `turn_generator`.
+
+    `operators`, `basis`: of the solid; the basis of a round body has its generator. `mass`: (n, n)
+    reduced mass matrix.
+    """
+    if operators.ingredients.effects.shape == "quartered":
+        return turn_generator(operators, basis, mass)
+    return basis.generator, np.ones(len(mass))
+
+
 def evenly_turned_motions(rigid: FloatArray, generator: FloatArray | None) -> FloatArray:
     """Return the rigid motions of a body of revolution without the rounding that tells x from y.
 
-    Parameters
-    ----------
-    rigid
-        (n, 6) ux, uy, uz, rx, ry, rz in reduced coordinates.
-    generator
-        (n, n) L with entries -1, 0, 1; None leaves the motions as they are.
+    `rigid`: (n, 6) ux, uy, uz, rx, ry, rz in reduced coordinates. `generator`: (n, n) L with
+    entries -1, 0, 1; None leaves the motions as they are.
 
-    Notes
-    -----
     A turn takes ux to uy and rx to ry: L R = R T, hence R = -L R T, and the mean of both is taken.
     """
     if generator is None:
         return rigid
-    turned = np.zeros((6, 6))
-    turned[1, 0] = turned[4, 3] = 1.0
-    turned[0, 1] = turned[3, 4] = -1.0
     lateral = np.abs(generator).any(axis=0)
     out = rigid.copy()
-    even = 0.5 * (rigid - generator @ rigid @ turned)
-    columns = turned.any(axis=0)
+    even = 0.5 * (rigid - generator @ rigid @ RIGID_TURN)
+    columns = RIGID_TURN.any(axis=0)
     out[np.ix_(lateral, columns)] = even[np.ix_(lateral, columns)]
     out[np.ix_(~lateral, columns)] = 0.0
     return out
@@ -290,12 +267,8 @@ def evenly_turned_motions(rigid: FloatArray, generator: FloatArray | None) -> Fl
 def evenly_turned(matrix: FloatArray, generator: FloatArray | None) -> FloatArray:
     """Return a matrix of a body of revolution without the rounding that tells x from y.
 
-    Parameters
-    ----------
-    matrix
-        (n, n) in reduced coordinates.
-    generator
-        (n, n) L with entries -1, 0, 1; None leaves the matrix as it is.
+    `matrix`: (n, n) in reduced coordinates. `generator`: (n, n) L with entries -1, 0, 1; None
+    leaves the matrix as it is.
     """
     if generator is None:
         return matrix

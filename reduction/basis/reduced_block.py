@@ -15,35 +15,21 @@ from solidwhirl.rotordyn.superelement.record import Coordinate
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ReducedBlock:
-    """One circumferential order (or the solid) in reduced, named coordinates.
-
-    Attributes
-    ----------
-    matrices
-        "mass", "stiffness", "gyroscopic", "stress_stiffening", "spin_softening": (n, n).
-    rigid
-        (n, 6) rigid motions about the origin.
-    present
-        (6,) which of them the block can make.
-    recovery
-        (m, 3, n) displacement of the recovery points.
-    lateral_frequencies_hz
-        Elastic lateral frequencies of the free block at rest, repeated modes repeated.
-    generator
-        (n, n) change of the coordinates in a small turn of the field about the axis; None if it
-        is no exchange of coordinates.
-    signs, order
-        (n,) how the coordinates came from the families' own: sign, then order.
-    """
+    """One circumferential order (or the solid) in reduced, named coordinates."""
 
     coordinates: tuple[Coordinate, ...]
+    #: "mass", "stiffness", "gyroscopic", "stress_stiffening", "spin_softening": (n, n)
     matrices: Mapping[str, FloatArray]
-    rigid: FloatArray
-    present: BoolArray
-    recovery: FloatArray
+    rigid: FloatArray  #: (n, 6) rigid motions about the origin
+    present: BoolArray  #: (6,) which of them the block can make
+    recovery: FloatArray  #: (m, 3, n) displacement of the recovery points
+    #: Elastic lateral frequencies of the free block at rest, repeated modes repeated
     lateral_frequencies_hz: FloatArray
     fixed_frequencies_hz: FloatArray
+    #: (n, n) change of the coordinates in a small turn of the field about the axis; None if it is
+    #: no exchange of coordinates
     generator: FloatArray | None
+    #: (n,) how the coordinates came from the families' own: sign, then order
     signs: FloatArray
     order: IntArray
 

@@ -16,8 +16,10 @@ from typing import Any
 
 import numpy as np
 
+from solidwhirl.reduction.basis.overspeed import centrifugal_load, softest_direction
+from solidwhirl.reduction.operators.matrices import BodyOperators
 from solidwhirl.reduction.operators.solver_choice import Solver
-from solidwhirl.reduction.solvers.block_krylov import GrowingSpace, bordered_image, krylov_pairs
+from solidwhirl.reduction.solvers.block_krylov import GrowingSpace, bordered_image
 from solidwhirl.reduction.solvers.vectors import apply, inner
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
 
@@ -35,91 +37,50 @@ MARGIN = 0.2
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Spinning:
-    """The pencil of a body at speed, its interfaces held.
+    """The pencil of a body at speed, its interfaces held."""
 
-    Attributes
-    ----------
-    stiffness, centrifugal, mass
-        K and Kσ - S as functions of blocks; M as PETSc matrix.
-    speed_rad_s
-        Ω.
-    factor
-        Solver of K - shift M at rest.
-    free
-        (local, f) rigid motions that the interfaces leave free, M-orthonormal.
-    """
-
-    stiffness: Callable[[FloatArray], FloatArray]
-    centrifugal: Callable[[FloatArray], FloatArray]
-    mass: Any
+    operators: BodyOperators
     speed_rad_s: float
-    factor: Solver
-    free: FloatArray
+    factor: Solver  #: Solver of K - shift M at rest
+    free: FloatArray  #: (local, f) rigid motions that the interfaces leave free, M-orthonormal
+
+    @property
+    def mass(self) -> Any:
+        """M, PETSc."""
+        return self.operators.mass
 
     def times(self, block: FloatArray) -> FloatArray:
         """K + Ω² (Kσ - S) times a block."""
-        return self.stiffness(block) + self.speed_rad_s**2 * self.centrifugal(block)
+        centrifugal = centrifugal_load(self.operators, block)
+        return apply(self.operators.stiffness, block) + self.speed_rad_s**2 * centrifugal
 
     def answer(self, block: FloatArray) -> FloatArray:
         """Displacement of the held body at rest under a block of loads."""
         return self.factor.solve(block, None)[: len(block)]
 
+    @property
+    def remaining_stiffness(self) -> float:
+        """Least part of the stiffness at rest that the body has in any direction, at most 1.
 
-def remaining_stiffness(
-    factor: Solver, stiffness: Any, centrifugal: Any, free: FloatArray, speed: float
-) -> float:
-    """Least part of the stiffness at rest that a spinning held body has in any direction.
-
-    Parameters
-    ----------
-    factor
-        Solver at rest of the held body, without a shift.
-    centrifugal
-        Kσ - S as function of a block.
-    free
-        (local, 0); bodies with free rigid motions have no such ratio.
-    speed
-        Ω [rad/s].
-
-    Returns
-    -------
-    1 + Ω² θ of the lowest θ, less its possible error; at most 1.
-    """
-    theta, _, left = krylov_pairs(
-        lambda block: factor.solve(centrifugal(block), None)[: len(block)],
-        stiffness,
-        first=np.argsort,
-        count=1,
-        tolerance=_SOFTEST,
-        outside=free,
-    )
-    if not len(theta):
-        return -np.inf
-    return float(min(1.0, 1.0 + speed**2 * (theta[0] - left[0])))
+        1 + Ω² θ of the lowest θ, less its possible error; of a body without free rigid motions,
+        whose factor has no shift.
+        """
+        theta, error = softest_direction(self.operators, self.factor, self.free, _SOFTEST)
+        if not np.isfinite(theta):
+            return -np.inf
+        return float(min(1.0, 1.0 + self.speed_rad_s**2 * (theta - error)))
 
 
 def modes_at_speed(
-    body: Spinning,
-    start: FloatArray,
-    wanted: Callable[[FloatArray, FloatArray], BoolArray],
+    body: Spinning, start: FloatArray, wanted: Callable[[FloatArray, FloatArray], BoolArray]
 ) -> tuple[FloatArray, FloatArray, int] | None:
     """Fixed-interface modes at speed.
 
-    Parameters
-    ----------
-    start
-        (local, m) modes at rest, M-orthonormal.
-    wanted
-        Which of some eigenvalues (m,) and vectors (local, m) are to converge.
+    `start`: (local, m) modes at rest, M-orthonormal. `wanted`: which of some eigenvalues (m,) and
+    vectors (local, m) are to converge. Returns eigenvalues (m,), vectors (local, m), solutions:
+    rising, of which the wanted ones have converged; None if they have not, or if an eigenvalue is
+    not positive. Solutions counts the columns that went through the factor.
 
-    Returns
-    -------
-    eigenvalues (m,), vectors (local, m), solutions
-        Rising, of which the wanted ones have converged; None if they have not, or if an
-        eigenvalue is not positive. Solutions counts the columns that went through the factor.
-
-    Notes
-    -----
     What differs from the modes at rest is small, and a basis of both divides the error of the
     modes by it. The last corrections, which would spoil the space, are therefore taken off the
     converged modes themselves: each leaves some hundredths of the error.

@@ -33,47 +33,29 @@ _LATERAL_SIGNS = np.array([1.0, 1.0, -1.0])
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class OrderFields:
-    """Displacement of one circumferential order on the nodes of its meridian.
-
-    Attributes
-    ----------
-    places_m
-        (local nodes, 2) z and r.
-    amplitudes
-        Three (local nodes, k): those of a, b and c, of one family.
-    signs, rows
-        How the block's coordinates came from those of both families: sign, then order.
-    """
+    """Displacement of one circumferential order on the nodes of its meridian."""
 
     order: int
-    places_m: FloatArray
+    places_m: FloatArray  #: (local nodes, 2) z and r
+    #: Three (local nodes, k): those of a, b and c, of one family
     amplitudes: tuple[FloatArray, ...]
+    #: How the block's coordinates came from those of both families: sign, then order
     signs: FloatArray
     rows: IntArray
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BlockMoments:
-    """Mass moments of one reduced block, in its coordinates.
-
-    Attributes
-    ----------
-    across_kg
-        ∫ φ_aj φ_bk dm of j in each earlier block and k in this one, (3, 3, n earlier, n).
-    fields
-        For the blocks that follow; None on the solid, which is one block.
-    """
+    """Mass moments of one reduced block, in its coordinates."""
 
     own: MassMoments
+    #: ∫ φ_aj φ_bk dm of j in each earlier block and k in this one, (3, 3, n earlier, n)
     across_kg: tuple[FloatArray, ...]
-    fields: OrderFields | None
+    fields: OrderFields | None  #: For the blocks that follow; None on the solid, which is one block
 
 
 def block_moments(
-    operators: BodyOperators,
-    basis: Basis,
-    block: ReducedBlock,
-    earlier: Sequence[BlockMoments],
+    operators: BodyOperators, basis: Basis, block: ReducedBlock, earlier: Sequence[BlockMoments]
 ) -> BlockMoments:
     """Integrate the fields of one circumferential order, or of the solid, over the mass."""
     signs, order = block.signs, block.order
@@ -107,10 +89,7 @@ def block_moments(
 def joined_moments(blocks: Sequence[BlockMoments], order: IntArray) -> MassMoments:
     """Put the moments of all blocks of a body together.
 
-    Parameters
-    ----------
-    order
-        (n,) of the superelement's coordinates among those of the blocks.
+    `order`: (n,) of the superelement's coordinates among those of the blocks.
     """
     sizes = [block.own.displacement_kg.shape[1] for block in blocks]
     starts = np.concatenate([[0], np.cumsum(sizes)]).astype(int)
@@ -132,15 +111,9 @@ def joined_moments(blocks: Sequence[BlockMoments], order: IntArray) -> MassMomen
 def evenly_turned_moments(moments: MassMoments, generator: FloatArray | None) -> MassMoments:
     """Return the moments of a body of revolution without what its mesh tells between directions.
 
-    Parameters
-    ----------
-    moments
-        Of n coordinates of orders 0 and 1.
-    generator
-        (n, n) L with entries -1, 0, 1; None leaves the moments as they are.
+    `moments`: of n coordinates of orders 0 and 1. `generator`: (n, n) L with entries -1, 0, 1; None
+    leaves the moments as they are.
 
-    Notes
-    -----
     A turn of the field by α takes q to (1 + sin α L + (1 - cos α) L²) q and turns both directions
     of the moments. The mean over five turns is what every turn leaves as it is; the sum of the
     second moments of x, y and z is then that of the evenly turned mass matrix.
@@ -165,11 +138,8 @@ def evenly_turned_moments(moments: MassMoments, generator: FloatArray | None) ->
 def amplitudes_at(fields: OrderFields, places_m: FloatArray, comm: Any) -> tuple[FloatArray, ...]:
     """Return the amplitudes of one order at the nodes of another, on the same meridian.
 
-    Parameters
-    ----------
-    places_m
-        (local nodes, 2) z and r of the nodes of the second, which another distribution of the
-        mesh may number differently.
+    `places_m`: (local nodes, 2) z and r of the nodes of the second, which another distribution of
+    the mesh may number differently.
     """
     if comm.allreduce(int(not np.array_equal(fields.places_m, places_m))) == 0:
         return fields.amplitudes
@@ -191,8 +161,7 @@ def _places(operators: BodyOperators) -> FloatArray:
 
 def _components(operators: BodyOperators, block: FloatArray) -> tuple[FloatArray, ...]:
     """The three components of û at the local nodes, each (nodes, k) and stored by columns."""
-    transformation = operators.coupling.transformation
-    full = block if transformation is None else apply(transformation, block)
+    full = operators.coupling.displacement(block)
     return tuple(np.asfortranarray(full[i::3]) for i in range(3))
 
 

@@ -15,47 +15,22 @@ from solidwhirl.meshing.imported.records import AnyBody, MeshedBody
 from solidwhirl.reduction.basis.craig_bampton import Basis, orthogonality_error
 from solidwhirl.reduction.basis.pairing import evenness
 from solidwhirl.reduction.basis.reduced_block import ReducedBlock, joined_rows
+from solidwhirl.reduction.body import superelements, surfaces, verification
 from solidwhirl.reduction.body.mass_moments import block_moments
-from solidwhirl.reduction.body.mesh_bodies import (
-    check_evenness,
-    check_mesh_mass,
-    count_found_modes,
-    mesh_properties,
-    shape_of,
-    shown_points,
-)
 from solidwhirl.reduction.body.reduced_order import reduce_order
-from solidwhirl.reduction.body.request import ReductionRequest, order_effects, order_operators
-from solidwhirl.reduction.body.superelements import (
-    SolvedOrder,
-    build_superelement,
-    lateral_free_frequencies,
-    mesh_mass_properties,
+from solidwhirl.reduction.body.request import (
+    ReductionRequest,
+    order_effects,
+    order_operators,
+    shape_of,
 )
-from solidwhirl.reduction.body.surfaces import (
-    SurfaceMesh,
-    joined_surface,
-    surface_amplitudes,
-    surface_mesh,
-)
-from solidwhirl.reduction.body.verification import (
-    check_mass,
-    count_held_modes,
-    count_solid_modes,
-    meshed_part_properties,
-    verify_order,
-)
+from solidwhirl.reduction.body.superelements import SolvedOrder
 from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators.kinematics import COMPONENTS
 from solidwhirl.reduction.operators.matrices import BodyOperators
 from solidwhirl.reduction.operators.solver_choice import solver_name
+from solidwhirl.reduction.residuals import residual_energy as residuals
 from solidwhirl.reduction.residuals.indicators import ElementIndicators
-from solidwhirl.reduction.residuals.residual_energy import (
-    FinerSpace,
-    Omitted,
-    mesh_energy,
-    truncation_energy,
-)
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.superelement.invariants import Invariant
 from solidwhirl.rotordyn.superelement.record import Superelement
@@ -71,20 +46,12 @@ def reduce_body(
 ) -> tuple[Superelement, ReductionWork]:
     """Reduce a meshed body to its superelement.
 
-    Parameters
-    ----------
-    mesh
-        Meridian mesh (harmonic) or solid mesh, needed on rank 0 of `comm` only.
-    comm
-        Communicator; all its ranks get the same superelement.
-
-    Raises
-    ------
-    ReductionError
-        See `reduction_basis` and `couple`; or the interfaces' motions depend on each other.
+    `mesh`: meridian mesh (harmonic) or solid mesh, needed on rank 0 of `comm` only. `comm`:
+    communicator; all its ranks get the same superelement. Raises ReductionError: see
+    `reduction_basis` and `couple`; or the interfaces' motions depend on each other.
     """
     points = comm.bcast(_recovery_points(body, mesh) if comm.rank == 0 else None, root=0)
-    outline = comm.bcast(surface_mesh(mesh) if mesh is not None else None, root=0)
+    outline = comm.bcast(surfaces.surface_mesh(mesh) if mesh is not None else None, root=0)
     orders: list[SolvedOrder] = []
     for order in request.solved_orders:
         start = time.perf_counter()
@@ -95,18 +62,20 @@ def reduce_body(
         operators.release()
     properties = _properties(body, orders[-1].rigid_mass)
     blocks = [order.block for order in orders]
-    element = build_superelement(body, orders, request, properties, points, provenance)
+    element = superelements.build_superelement(
+        body, orders, request, properties, points, provenance
+    )
     amplitudes = [order.surface for order in orders]
-    surface = joined_surface(body, outline, element.harmonics, blocks, amplitudes)
+    surface = surfaces.joined_surface(body, outline, element.harmonics, blocks, amplitudes)
     element = replace(element, surface=surface)
     _refuse_dependent_interfaces(element, request)
     element = _with_rigid_disks(element, body, request)
     checks = [check for order in orders for check in order.checks]
     if orders[-1].rigid_mass is not None:
         if isinstance(body, MeshedBody):
-            checks.append(check_mesh_mass(body, properties))
+            checks.append(verification.check_mesh_mass(body, properties))
         else:
-            checks.append(check_mass(body, properties))
+            checks.append(verification.check_mass(body, properties))
     indicators = _indicators(body, blocks, [order.finer for order in orders])
     work = ReductionWork(
         assembled={order.label: order.assembled for order in orders},
@@ -129,7 +98,7 @@ def _solved(
     body: AnyBody,
     mesh: Mesh | None,
     request: ReductionRequest,
-    shown: tuple[FloatArray, SurfaceMesh],
+    shown: tuple[FloatArray, surfaces.SurfaceMesh],
     earlier: Sequence[SolvedOrder],
 ) -> SolvedOrder:
     """Reduce one order; `shown` are the recovery points and the surface."""
@@ -137,7 +106,7 @@ def _solved(
     start = time.perf_counter()
     basis, block = reduce_order(operators, request, points)
     error = orthogonality_error(operators, basis)
-    surface = surface_amplitudes(operators, basis, outline)
+    surface = surfaces.nodal_amplitudes(operators, basis, outline.points_m)
     reduced = time.perf_counter()
     omitted, finer, did = _omitted(operators, basis, body, request)
     estimated = time.perf_counter()
@@ -179,53 +148,45 @@ def order_checks(
 ) -> list[Invariant]:
     """What must hold for the basis of one order, while its factor is at hand."""
     where = body.name if operators.harmonic is None else f"{body.name}, n={operators.harmonic}"
-    out = list(verify_order(operators, basis, orthogonality, where))
+    out = list(verification.verify_order(operators, basis, orthogonality, where))
     if operators.harmonic is not None:
-        return [*out, count_held_modes(operators, basis, where)]
+        return [*out, verification.count_held_modes(operators, basis, where)]
     if isinstance(body, MeshedBody):
         if basis.generator is not None:
-            out.append(check_evenness(where, evenness(operators, basis)))
-        return [*out, count_found_modes(operators, basis, where)]
-    counted = count_solid_modes(
-        body,
-        mesh,
-        operators.comm,
-        basis,
-        request.orders,
-        lambda order: replace(
-            order_effects(body, request, order), gyroscopic=False, centrifugal=False
-        ),
-    )
+            out.append(verification.check_evenness(where, evenness(operators, basis)))
+        return [*out, verification.count_found_modes(operators, basis, where)]
+    still = replace(request, gyroscopic=False, centrifugal=False)
+    counted = None
+    if operators.comm.rank == 0:
+        counted = verification.count_solid_modes(
+            body, mesh, basis, request.orders, lambda order: order_effects(body, still, order)
+        )
+    counted = operators.comm.bcast(counted, root=0)
     return [*out, counted]
 
 
 def _omitted(
     operators: BodyOperators, basis: Basis, body: AnyBody, request: ReductionRequest
-) -> tuple[tuple[Omitted, ...], FinerSpace | None, tuple[str, ...]]:
+) -> tuple[tuple[residuals.Omitted, ...], residuals.FinerSpace | None, tuple[str, ...]]:
     """What one order leaves out, the finer space it was measured in, and what was solved."""
     if not request.estimates:
         return (), None, ()
-    truncation, answers = truncation_energy(operators, basis)
+    truncation, answers = residuals.truncation_energy(operators, basis)
     columns = basis.vectors.shape[1]
     did: tuple[str, ...] = (f"error estimate of the reduction: {3 * columns} solutions",)
     if "mesh" not in request.estimates:
         return (truncation,), None, did
-    mesh, finer = mesh_energy(operators, basis, answers, body.interfaces)
+    mesh, finer = residuals.mesh_energy(operators, basis, answers, body.interfaces)
     did += (f"error estimate of the mesh: factorisation one order higher, {3 * columns} solutions",)
     return (truncation, mesh), finer, did
 
 
 def _indicators(
-    body: AnyBody, blocks: Sequence[ReducedBlock], finer: Sequence[FinerSpace | None]
+    body: AnyBody, blocks: Sequence[ReducedBlock], finer: Sequence[residuals.FinerSpace | None]
 ) -> tuple[ElementIndicators, ...]:
     """Where on the mesh the estimated error arises, one record per circumferential order."""
     return tuple(
-        ElementIndicators(
-            finer=fine,
-            rows=rows,
-            signs=block.signs,
-            order=block.order,
-        )
+        ElementIndicators(finer=fine, rows=rows, signs=block.signs, order=block.order)
         for block, fine, rows in zip(blocks, finer, joined_rows(body, blocks), strict=True)
         if fine is not None
     )
@@ -235,10 +196,10 @@ def _properties(body: AnyBody, rigid_mass: FloatArray | None) -> MassProperties:
     """Mass properties of the meshed part: the mesh's own where it only approximates the body."""
     if isinstance(body, MeshedBody):
         assert rigid_mass is not None
-        return mesh_properties(rigid_mass, shape_of(body))
+        return superelements.mesh_properties(rigid_mass, shape_of(body))
     if rigid_mass is not None:
-        return mesh_mass_properties(rigid_mass)
-    return meshed_part_properties(body)
+        return superelements.mesh_mass_properties(rigid_mass)
+    return verification.meshed_part_properties(body)
 
 
 def _refuse_dependent_interfaces(element: Superelement, request: ReductionRequest) -> None:
@@ -272,15 +233,16 @@ def _with_rigid_disks(
         )
     if not request.gyroscopic:  # the disks brought theirs along
         element = replace(element, gyroscopic=np.zeros_like(element.gyroscopic))
-    return replace(element, free_frequencies_hz=lateral_free_frequencies(element)[:10])
+    return replace(
+        element, free_frequencies_hz=superelements.lateral_free_frequencies(element)[:10]
+    )
 
 
 def _recovery_points(body: AnyBody, mesh: Mesh | None) -> FloatArray:
     """Vertices of the outline at θ = 0 and at θ = 90°, or of a given mesh, (m, 3)."""
     assert mesh is not None
-    shown = shown_points(body, mesh)
-    if shown is not None:
-        return shown
+    if isinstance(body, MeshedBody):
+        return np.array(mesh.points[mesh.outline])
     vertices = np.intersect1d(mesh.outline, mesh.cells[:, : mesh.dimension + 1])
     x = mesh.points[vertices]
     if mesh.dimension == 2:

@@ -24,15 +24,7 @@ def reduce_order(
 ) -> tuple[Basis, ReducedBlock]:
     """Return the basis of one order, and what it makes of the operators.
 
-    Parameters
-    ----------
-    points
-        Recovery points, (m, 3) [m].
-
-    Raises
-    ------
-    ReductionError
-        See `reduction_basis`.
+    `points`: recovery points, (m, 3) [m]. Raises ReductionError: see `reduction_basis`.
     """
     basis = reduction_basis(
         operators,
@@ -63,13 +55,9 @@ def with_spin_answers(
 ) -> Basis:
     """Take static answers to the loads of the spin into a basis.
 
-    Parameters
-    ----------
-    operators, basis
-        Of one body and circumferential order; the factor of the basis is used again.
-    tolerance
-        Relative error of a frequency below which a combination of answers is left out; 0: the basis
-        is returned as it is.
+    `operators`, `basis`: of one body and circumferential order; the factor of the basis is used
+    again. `tolerance`: relative error of a frequency below which a combination of answers is left
+    out; 0: the basis is returned as it is.
     """
     if not tolerance or not speed_rad_s:
         return basis

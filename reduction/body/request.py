@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from solidwhirl.meshing import Mesh
-from solidwhirl.meshing.imported.records import AnyBody
-from solidwhirl.reduction.body.mesh_bodies import shape_of
+from solidwhirl.meshing.imported.records import AnyBody, MeshedBody
 from solidwhirl.reduction.operators.matrices import BodyOperators, OperatorEffects, build_operators
 
 _AXIAL = ("uz", "rz")
@@ -16,44 +15,30 @@ _AXIAL = ("uz", "rz")
 
 @dataclass(frozen=True, kw_only=True)
 class ReductionRequest:
-    """What a body's superelement has to hold.
-
-    Attributes
-    ----------
-    orders
-        Circumferential orders: 1 lateral, 0 axial and torsional (solid: which modes are kept;
-        harmonic: which problems are solved; others than 0 and 1 load no interface). Empty for a
-        solid of any shape, whose modes have no order.
-    components
-        Interface coordinates, of ux, uy, uz, rx, ry, rz.
-    interface_components
-        Interfaces that carry fewer of them, by name; each costs a constraint mode.
-    modes
-        Fixed-interface modes per order, pairs counted once.
-    speeds_between_rad_s
-        Speeds between rest and the top whose modes the basis takes in as well.
-    estimates
-        Errors to estimate: "mode_truncation", and on the harmonic level "mesh", which compares
-        with elements one order higher.
-    solver
-        How systems of a solid are solved: "direct", "iterative", or "auto": by the memory there is.
-    spin_tolerance
-        Harmonic level: relative error of a frequency from which on static answers to the loads of
-        the spin are in the basis (see `with_spin_answers`); 0: never.
-    """
+    """What a body's superelement has to hold."""
 
     level: str
+    #: Circumferential orders: 1 lateral, 0 axial and torsional (solid: which modes are kept;
+    #: harmonic: which problems are solved; others than 0 and 1 load no interface). Empty for a
+    #: solid of any shape, whose modes have no order.
     orders: tuple[int, ...]
-    components: tuple[str, ...]
+    components: tuple[str, ...]  #: Interface coordinates, of ux, uy, uz, rx, ry, rz
     degree: int
-    modes: int
+    modes: int  #: Fixed-interface modes per order, pairs counted once
     maximum_speed_rad_s: float
     gyroscopic: bool
     centrifugal: bool
+    #: Interfaces that carry fewer of them, by name; each costs a constraint mode
     interface_components: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    #: Speeds between rest and the top whose modes the basis takes in as well
     speeds_between_rad_s: tuple[float, ...] = ()
+    #: Errors to estimate: "mode_truncation", and on the harmonic level "mesh", which compares with
+    #: elements one order higher
     estimates: tuple[str, ...] = ()
+    #: How systems of a solid are solved: "direct", "iterative", or "auto": by the memory there is
     solver: str = "auto"
+    #: Harmonic level: relative error of a frequency from which on static answers to the loads of
+    #: the spin are in the basis (see `with_spin_answers`); 0: never
     spin_tolerance: float = 0.0
 
     @property
@@ -62,15 +47,16 @@ class ReductionRequest:
         return (None,) if self.level == "solid" else self.orders
 
 
+def shape_of(body: AnyBody) -> str:
+    """Return what the reduction may assume of a solid, see `OperatorEffects.shape`."""
+    return body.request.shape if isinstance(body, MeshedBody) else "quartered"
+
+
 def order_effects(body: AnyBody, request: ReductionRequest, order: int | None) -> OperatorEffects:
     """Return what is assembled for one circumferential order.
 
-    Parameters
-    ----------
-    body, request
-        The body and what its superelement has to hold.
-    order
-        Circumferential order; None for the solid. Axial motion and torsion live in order 0.
+    `body`, `request`: the body and what its superelement has to hold. `order`: circumferential
+    order; None for the solid. Axial motion and torsion live in order 0.
     """
     components = {}
     for interface in body.interfaces:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,16 +11,11 @@ import scipy.linalg
 from scipy.sparse.csgraph import connected_components
 
 from solidwhirl.meshing.imported.records import AnyBody
+from solidwhirl.reduction.basis import pairing
 from solidwhirl.reduction.basis.craig_bampton import Basis
 from solidwhirl.reduction.basis.free_motion import rigid_coefficients, without_rigid_force
-from solidwhirl.reduction.basis.pairing import (
-    even_gyroscopic,
-    evenly_turned,
-    evenly_turned_motions,
-)
 from solidwhirl.reduction.basis.reduced_block import ReducedBlock, joined_order
 from solidwhirl.reduction.body.mass_moments import BlockMoments, joined_moments
-from solidwhirl.reduction.body.mesh_bodies import known_turn
 from solidwhirl.reduction.body.request import ReductionRequest
 from solidwhirl.reduction.body.surfaces import recovery_modes
 from solidwhirl.reduction.operators.kinematics import COMPONENTS
@@ -39,10 +34,7 @@ _MATRICES = ("mass", "stiffness", "stress_stiffening", "spin_softening")
 def reduce_block(operators: BodyOperators, basis: Basis, points_m: FloatArray) -> ReducedBlock:
     """Project the operators of one order on its basis.
 
-    Parameters
-    ----------
-    points_m
-        (m, 3) recovery points at θ = 0 and 90°, vertices of the mesh.
+    `points_m`: (m, 3) recovery points at θ = 0 and 90°, vertices of the mesh.
     """
     comm = operators.comm
     n = basis.vectors.shape[1]
@@ -56,15 +48,15 @@ def reduce_block(operators: BodyOperators, basis: Basis, points_m: FloatArray) -
     if operators.families == 1:
         matrices["gyroscopic"] = skew(raw)
     if operators.harmonic is None:
-        generator, signs = known_turn(operators, basis, matrices["mass"])
+        generator, signs = pairing.known_turn(operators, basis, matrices["mass"])
         matrices = {
-            name: evenly_turned(matrix * np.outer(signs, signs), generator)
+            name: pairing.evenly_turned(matrix * np.outer(signs, signs), generator)
             for name, matrix in matrices.items()
         }
         recovery = recovery * signs
-        rigid = evenly_turned_motions(rigid * signs[:, None], generator)
+        rigid = pairing.evenly_turned_motions(rigid * signs[:, None], generator)
     if basis.generator is not None and operators.gyroscopic is not None:
-        matrices["gyroscopic"] = even_gyroscopic(operators, basis, matrices["mass"])
+        matrices["gyroscopic"] = pairing.even_gyroscopic(operators, basis, matrices["mass"])
     matrices["stiffness"] = without_rigid_force(
         operators, matrices["stiffness"], matrices["mass"], rigid
     )
@@ -102,24 +94,14 @@ def reduce_block(operators: BodyOperators, basis: Basis, points_m: FloatArray) -
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SolvedOrder:
-    """One circumferential order of a body, reduced, estimated and checked; its matrices are gone.
+    """One circumferential order of a body, reduced, estimated, checked; its matrices are gone."""
 
-    Attributes
-    ----------
-    label
-        "n=1", or "solid".
-    surface
-        (p, 3, n) amplitudes of the surface's points per column of the basis.
-    omitted
-        What the block leaves out, the same parts for all orders; empty without estimates.
-    finer
-        The space that errors of the mesh were measured in, None without them.
-    """
-
-    label: str
+    label: str  #: "n=1", or "solid"
     block: ReducedBlock
-    surface: FloatArray
+    surface: FloatArray  #: (p, 3, n) amplitudes of the surface's points per column of the basis
+    #: What the block leaves out, the same parts for all orders; empty without estimates
     omitted: tuple[Omitted, ...]
+    #: The space that errors of the mesh were measured in, None without them
     finer: FinerSpace | None
     moments: BlockMoments
     checks: tuple[Invariant, ...]
@@ -145,12 +127,8 @@ def build_superelement(
 
     Different orders do not couple in a body of revolution.
 
-    Parameters
-    ----------
-    properties
-        Mass properties of the meshed part (without rigid disks).
-    points_m
-        (m, 3) recovery points.
+    `properties`: mass properties of the meshed part (without rigid disks). `points_m`: (m, 3)
+    recovery points.
     """
     blocks = [found.block for found in orders]
     flat = [c for b in blocks for c in b.coordinates]
@@ -169,9 +147,7 @@ def build_superelement(
         coordinates=tuple(flat[k] for k in order),
         interfaces=tuple(
             InterfaceNode(
-                name=i.name,
-                position_m=np.array(i.position_m, dtype=float),
-                coupling=i.coupling,
+                name=i.name, position_m=np.array(i.position_m, dtype=float), coupling=i.coupling
             )
             for i in body.interfaces
         ),
@@ -202,13 +178,24 @@ def _joined_generator(blocks: Sequence[ReducedBlock], order: IntArray) -> FloatA
     return np.asarray(scipy.linalg.block_diag(*known)[np.ix_(order, order)])
 
 
+def mesh_properties(rigid_mass: FloatArray, shape: str) -> MassProperties:
+    """Mass properties from the rigid mass matrix of a mesh.
+
+    `rigid_mass`: (6, 6) for ux, uy, uz, rx, ry, rz about the origin. `shape`: "round": the mean
+    over quarter turns is taken, as of all matrices.
+    """
+    even = pairing.evenly_turned(rigid_mass, pairing.RIGID_TURN) if shape == "round" else rigid_mass
+    mass = float(even[0, 0])
+    centre = np.array([even[1, 5], -even[0, 5], even[0, 4]]) / mass
+    about = mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
+    inertia = even[3:, 3:] - about
+    return MassProperties(mass, centre, 0.5 * (inertia + inertia.T))
+
+
 def mesh_mass_properties(rigid_mass: FloatArray) -> MassProperties:
     """Mass properties of a mesh of a body of revolution from its rigid mass matrix.
 
-    Parameters
-    ----------
-    rigid_mass
-        (6, 6) for ux, uy, uz, rx, ry, rz about the origin.
+    `rigid_mass`: (6, 6) for ux, uy, uz, rx, ry, rz about the origin.
     """
     mass = float(rigid_mass[0, 0])
     z = rigid_mass[0, 4] / mass
@@ -294,10 +281,7 @@ def _free_frequencies(
 
 
 def _both_families(
-    operators: BodyOperators,
-    coordinates: list[Coordinate],
-    rigid: FloatArray,
-    present: BoolArray,
+    operators: BodyOperators, coordinates: list[Coordinate], rigid: FloatArray, present: BoolArray
 ) -> tuple[list[Coordinate], FloatArray, BoolArray, FloatArray]:
     """Coordinates of cos and sin family with true rotations, and the signs that make them so."""
     n = len(coordinates)
@@ -305,14 +289,7 @@ def _both_families(
     for k, c in enumerate(coordinates):
         component, sign = operators.second_family.get(c.component, (c.component, 1.0))
         signs[n + k] = sign
-        second.append(
-            Coordinate(
-                kind=c.kind,
-                interface=c.interface,
-                component=component,  # type: ignore[arg-type]
-                frequency_hz=c.frequency_hz,
-            )
-        )
+        second.append(replace(c, component=component))  # type: ignore[arg-type]
     both, there = np.zeros((2 * n, 6)), np.zeros(6, dtype=bool)
     for k in np.flatnonzero(present):
         component, sign = operators.second_family[COMPONENTS[k]]

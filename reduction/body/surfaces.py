@@ -17,7 +17,6 @@ from solidwhirl.reduction.basis.craig_bampton import Basis
 from solidwhirl.reduction.basis.reduced_block import ReducedBlock, joined_rows
 from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators.matrices import BodyOperators
-from solidwhirl.reduction.solvers.vectors import apply
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 from solidwhirl.rotordyn.superelement.surface import Surface, family_factors
 
@@ -27,18 +26,10 @@ _ON_AXIS = 1e-9
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SurfaceMesh:
-    """Corners of the elements on the boundary, and the facets between them.
+    """Corners of the elements on the boundary, and the facets between them."""
 
-    Attributes
-    ----------
-    points_m
-        (p, 2) z, r of a meridian without its axis, (p, 3) x, y, z of a solid.
-    cells
-        (c, 2) edges or (c, 3) triangles, outward normals to the right of an edge.
-    """
-
-    points_m: FloatArray
-    cells: IntArray
+    points_m: FloatArray  #: (p, 2) z, r of a meridian without its axis, (p, 3) x, y, z of a solid
+    cells: IntArray  #: (c, 2) edges or (c, 3) triangles, outward normals to the right of an edge
 
 
 def surface_mesh(mesh: Mesh) -> SurfaceMesh:
@@ -73,11 +64,6 @@ def _facets(points: FloatArray, corners: IntArray) -> IntArray:
         facet[turned] = facet[turned][:, [*range(d - 2), d - 1, d - 2]]
         found.append(facet)
     return np.concatenate(found)
-
-
-def surface_amplitudes(operators: BodyOperators, basis: Basis, outline: SurfaceMesh) -> FloatArray:
-    """Return the amplitudes (p, 3, n) of the surface's points per column of one order's basis."""
-    return nodal_amplitudes(operators, basis, outline.points_m)
 
 
 def joined_surface(
@@ -125,27 +111,12 @@ def recovery_modes(operators: BodyOperators, basis: Basis, points_m: FloatArray)
 def nodal_amplitudes(operators: BodyOperators, basis: Basis, places: FloatArray) -> FloatArray:
     """Return the values of the basis at nodes of the mesh.
 
-    Parameters
-    ----------
-    places
-        (m, 2) z, r on a meridian, (m, 3) x, y, z on a solid, all of it, also where half of it is
-        worked on.
-
-    Returns
-    -------
-    ndarray
-        (m, 3, n): amplitudes of one family, or displacements, per column of the basis; the same
-        on every rank.
-
-    Raises
-    ------
-    ReductionError
-        A place is no node.
+    `places`: (m, 2) z, r on a meridian, (m, 3) x, y, z on a solid, all of it, also where half of it
+    is worked on. Result: (m, 3, n): amplitudes of one family, or displacements, per column of the
+    basis; the same on every rank. Raises ReductionError: a place is no node.
     """
     n, comm = basis.vectors.shape[1], operators.comm
-    full = basis.vectors
-    if operators.coupling.transformation is not None:
-        full = apply(operators.coupling.transformation, full)
+    full = operators.coupling.displacement(basis.vectors)
     owned = len(full) // 3
     x = operators.space.tabulate_dof_coordinates()[:owned]
     kin, size = operators.ingredients.kinematics, float(np.abs(places).max(initial=1e-30))

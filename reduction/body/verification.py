@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 from mpi4py import MPI
@@ -11,6 +11,7 @@ from petsc4py import PETSc
 
 from solidwhirl.geometry import Body, GeometryError, mass_properties
 from solidwhirl.meshing import Mesh, MeshingError, MeshSize, mesh_meridian
+from solidwhirl.meshing.imported.records import AnyBody, MeshedBody
 from solidwhirl.reduction.basis.craig_bampton import Basis
 from solidwhirl.reduction.basis.fixed_interface_modes import shifted_factor
 from solidwhirl.reduction.basis.merging import reference_eigenvalue
@@ -18,6 +19,7 @@ from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators.matrices import BodyOperators, OperatorEffects, build_operators
 from solidwhirl.reduction.solvers.constrained import ConstrainedFactor, bordered
 from solidwhirl.reduction.solvers.vectors import apply, inner, project
+from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.superelement.invariants import Invariant, compared, undecided
 from solidwhirl.rotordyn.superelement.rigid_body import MassProperties
 
@@ -30,6 +32,10 @@ _ROUGH = 1e-2
 _ORTHOGONALITY_LIMIT = 5e-13  # [6.4e-15]
 _RECIPROCITY_LIMIT = 3e-7  # [1.2e-8], Young's moduli of 2e5 beside 2e11 Pa
 _MASS_LIMIT = 5e-3  # [3.8e-4] with 8 parabolas around the circumference, [1.2e-4] with 12
+# Of a mesh against its own quadrature: elements integrate curved ones to the fourth degree only.
+_MESH_MASS_LIMIT = 1e-4
+# Entries of the matrices that averaging over quarter turns may change, over the diagonal.
+_UNEVEN_LIMIT = 5e-2
 # Eigenvalues this far apart (relative) leave room for a shift on the same mesh.
 _GAP = 1e-4
 _SAME = PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN
@@ -43,16 +49,9 @@ def verify_order(
 ) -> tuple[Invariant, ...]:
     """Check the basis of one circumferential order, or of the solid.
 
-    Parameters
-    ----------
-    operators, basis
-        Of the body; the factor of the basis is used again.
-
-    Returns
-    -------
-    tuple of Invariant
-        Residual of the held modes at rest, M-orthonormality of them and of the basis, and
-        reciprocity of the interface forces.
+    `operators`, `basis`: of the body; the factor of the basis is used again. Result: residual of
+    the held modes at rest, M-orthonormality of them and of the basis, and reciprocity of the
+    interface forces.
     """
     out = []
     if basis.fixed_vectors.shape[1]:
@@ -75,14 +74,10 @@ def verify_order(
 def held_mode_errors(operators: BodyOperators, basis: Basis) -> tuple[float, float]:
     """Return the largest residual of the held modes at rest, and how far they are from orthonormal.
 
-    Returns
-    -------
-    residual
-        |x − (λ − σ)(K − σM)⁻¹M x| over |x| in the norm of M, with the interfaces held: a bound of
-        the relative distance of λ − σ from an eigenvalue. Over the ratio of λ − σ to the lowest
-        one, as the solution is only good to rounding of its largest part.
-    orthogonality
-        Largest entry of XᵀMX − 1, and of RᵀMX of the rigid motions that are free.
+    Returns residual: |x − (λ − σ)(K − σM)⁻¹M x| over |x| in the norm of M, with the interfaces
+    held: a bound of the relative distance of λ − σ from an eigenvalue. Over the ratio of λ − σ to
+    the lowest one, as the solution is only good to rounding of its largest part; orthogonality:
+    largest entry of XᵀMX − 1, and of RᵀMX of the rigid motions that are free.
     """
     comm, vectors = operators.comm, basis.fixed_vectors
     weight = apply(operators.mass, vectors)
@@ -106,19 +101,16 @@ def held_mode_errors(operators: BodyOperators, basis: Basis) -> tuple[float, flo
 def reciprocity_error(operators: BodyOperators, basis: Basis) -> float:
     """Return how far the interface forces of the constraint modes are from reciprocal.
 
-    Returns
-    -------
-    float
-        With (K − σM)Ψ = B F the forces F at the interfaces for unit motions Ψ: largest of F − Fᵀ
-        (Betti's theorem) and of F − Ψᵀ(K − σM)Ψ (forces do the work that is stored), relative to
-        the work and the inertia of the motions at the lowest held frequency.
+    Result: with (K − σM)Ψ = B F the forces F at the interfaces for unit motions Ψ: largest of F −
+    Fᵀ (Betti's theorem) and of F − Ψᵀ(K − σM)Ψ (forces do the work that is stored), relative to the
+    work and the inertia of the motions at the lowest held frequency.
     """
     comm = operators.comm
     modes = basis.vectors[:, : basis.interface_count]
     force = apply(operators.stiffness, modes)
     if basis.shift:
         force = force - basis.shift * apply(operators.mass, modes)
-    rows = np.hstack([operators.coupling.rows, operators.coupling.anchors])
+    rows = operators.coupling.held
     length = np.sqrt(np.diag(inner(rows, rows, comm)))
     rows = rows / length
     reaction = np.linalg.solve(inner(rows, rows, comm), inner(rows, force, comm)) / length[:, None]
@@ -141,15 +133,11 @@ def _lowest(operators: BodyOperators, basis: Basis) -> float:
 def modes_below(operators: BodyOperators, eigenvalue: float) -> int:
     """Count the held eigenvalues at rest below a shift, free rigid motions included.
 
-    Parameters
-    ----------
-    operators
-        Of the body; all ranks must call.
-    eigenvalue
-        σ [1/s²]; costs one factorisation of K − σM under the constraints, whose negative pivots
-        are the border's and these (Sylvester's law of inertia).
+    `operators`: of the body; all ranks must call. `eigenvalue`: σ [1/s²]; costs one factorisation
+    of K − σM under the constraints, whose negative pivots are the border's and these (Sylvester's
+    law of inertia).
     """
-    rows = np.hstack([operators.coupling.rows, operators.coupling.anchors])
+    rows = operators.coupling.held
     factor = shifted_factor(operators, operators.stiffness, rows, eigenvalue)
     count = factor.indefinite_count
     factor.destroy()
@@ -168,8 +156,20 @@ def count_held_modes(operators: BodyOperators, basis: Basis, where: str) -> Inva
         counted = _moved_factor_count(operators, basis, shift) - basis.free.shape[1]
     except ReductionError as error:
         return undecided(MISSING, where, MODES, str(error))
-    text = f"{counted} modes counted, {found} found below {_hertz(shift)}"
+    text = f"{counted} modes counted, {found} found below {np.sqrt(shift) / (2.0 * np.pi):.6g} Hz"
     return compared(MISSING, where, abs(counted - found), 0.0, MODES, text)
+
+
+def count_found_modes(operators: BodyOperators, basis: Basis, where: str) -> Invariant:
+    """Check on its own mesh that no fixed-interface mode is missing; the basis' factor is used up.
+
+    `operators`, `basis`: of a solid on a mesh of any kind.
+    """
+    found = basis.found_eigenvalues
+    if len(found) < 2:
+        return undecided(MISSING, where, MODES, "fewer than two modes were looked for")
+    every = replace(basis, fixed_eigenvalues=found[:-1], omitted_eigenvalue=float(found[-1]))
+    return count_held_modes(operators, every, where)
 
 
 def _moved_factor_count(operators: BodyOperators, basis: Basis, eigenvalue: float) -> int:
@@ -190,26 +190,26 @@ def _moved_factor_count(operators: BodyOperators, basis: Basis, eigenvalue: floa
     return negative - factor.border
 
 
-def highest_gap(basis: Basis, least: float = _GAP) -> tuple[float, int]:
-    """Return a shift in the highest gap of the list of held modes, and the modes below it.
+def highest_gap(basis: Basis) -> tuple[float, int]:
+    """Return a shift [1/s²] in the highest gap of the list of held modes, and the modes below it.
 
-    Parameters
-    ----------
-    basis
-        With its fixed-interface modes at rest and the eigenvalue that follows them.
-    least
-        Smallest relative gap that counts.
-
-    Returns
-    -------
-    shift [1/s²], count
-        Zero modes if there is no gap.
+    The list is that of the modes at rest and the eigenvalue that follows them; zero modes if there
+    is no gap of relative size `_GAP`.
     """
     values = np.sort(np.append(basis.fixed_eigenvalues, basis.omitted_eigenvalue))
-    gaps = np.flatnonzero(np.diff(values) > least * values[1:])
-    if not gaps.size:
-        return 0.0, 0
-    place = int(gaps[-1])
+    gaps = np.flatnonzero(np.diff(values) > _GAP * values[1:])
+    return _between(values, int(gaps[-1])) if gaps.size else (0.0, 0)
+
+
+def widest_gap(basis: Basis) -> tuple[float, int]:
+    """As `highest_gap`, of the widest gap in the upper half of the list, `_WIDE` at least."""
+    values = np.sort(np.append(basis.fixed_eigenvalues, basis.omitted_eigenvalue))
+    gaps = np.diff(values) / values[:-1]
+    gaps[: len(gaps) // 2] = 0.0
+    return _between(values, int(gaps.argmax())) if gaps.max(initial=0.0) >= _WIDE else (0.0, 0)
+
+
+def _between(values: FloatArray, place: int) -> tuple[float, int]:
     return float(np.sqrt(values[place] * values[place + 1])), place + 1
 
 
@@ -219,9 +219,7 @@ def meshed_part_properties(body: Body) -> MassProperties:
     exact = mass_properties(bare)
     diametral, polar = exact.diametral_inertia_kg_m2, exact.polar_inertia_kg_m2
     return MassProperties(
-        exact.mass_kg,
-        np.array(exact.center_of_gravity_m),
-        np.diag([diametral, diametral, polar]),
+        exact.mass_kg, np.array(exact.center_of_gravity_m), np.diag([diametral, diametral, polar])
     )
 
 
@@ -235,18 +233,48 @@ def check_mass(body: Body, properties: MassProperties) -> Invariant:
         (properties.center_of_gravity_m[2] - exact.center_of_gravity_m[2]) / length,
         *(np.diag(properties.inertia_kg_m2) / inertia - 1.0),
     ]
+    return _mass_check(body, errors, _MASS_LIMIT, "against the profile in closed form")
+
+
+def check_mesh_mass(body: MeshedBody, properties: MassProperties) -> Invariant:
+    """Check the mass of the finite elements against the integrals over the mesh."""
+    exact = body.mass
+    if exact is None:
+        return undecided(_MASS, body.name, _MASS_CONCERNS, "not integrated")
+    inertia = np.array(exact.inertia_kg_m2)
+    size = np.trace(inertia)
+    length = np.sqrt(size / exact.mass_kg)
+    errors = [
+        properties.mass_kg / exact.mass_kg - 1.0,
+        np.abs(properties.inertia_kg_m2 - inertia).max() / size,
+        np.abs(properties.center_of_gravity_m - np.array(exact.center_of_gravity_m)).max() / length,
+    ]
+    limit = _MESH_MASS_LIMIT
+    if body.roundness is not None:
+        # the mean over turns moves them by what the mesh is off a body of revolution
+        limit += body.roundness.static_unbalance + body.roundness.uneven_mass
+    return _mass_check(body, errors, limit, "against the integrals over the elements")
+
+
+_MASS, _MASS_CONCERNS = "mass properties of the mesh", "mass, and all frequencies of the body"
+
+
+def _mass_check(body: AnyBody, errors: list[float], limit: float, reason: str) -> Invariant:
+    worst = float(np.abs(errors).max())
+    return compared(_MASS, body.name, worst, limit, _MASS_CONCERNS, reason)
+
+
+def check_evenness(name: str, value: float) -> Invariant:
+    """Check the largest change of M and K over their diagonals by averaging over turns."""
     return compared(
-        "mass properties of the mesh",
-        body.name,
-        float(np.abs(errors).max()),
-        _MASS_LIMIT,
-        "mass, and all frequencies of the body",
-        "against the profile in closed form",
+        "the mesh is the same in all directions",
+        name,
+        value,
+        _UNEVEN_LIMIT,
+        "frequencies of the body",
+        "mass and stiffness were averaged over turns about the axis, which moves the mean "
+        "frequency of a pair by the square of this",
     )
-
-
-def _hertz(eigenvalue: float) -> str:
-    return f"{np.sqrt(eigenvalue) / (2.0 * np.pi):.6g} Hz"
 
 
 # Two eigenvalues this far apart (relative) stay in order on both meshes, of which each may be off
@@ -261,37 +289,15 @@ _FAMILIES = {0: 1, 1: 2}
 def count_solid_modes(
     body: Body,
     mesh: Mesh | None,
-    comm: Any,
     basis: Basis,
     orders: tuple[int, ...],
     effects_of: Callable[[int], OperatorEffects],
 ) -> Invariant:
-    """Check that no fixed-interface mode at rest of a solid is missing.
+    """Check on one rank that no fixed-interface mode at rest of a solid is missing.
 
-    Parameters
-    ----------
-    mesh
-        Of the solid, on rank 0.
-    comm
-        Communicator of the solid; the meridian is worked on by rank 0.
-
-    Returns
-    -------
-    Invariant
-        Not decided where the list has no gap that is wide enough.
+    Its mesh gives the sizes of a meridian. Not decided where the list of modes has no gap that is
+    wide enough.
     """
-    found = _on_rank_0(body, mesh, basis, orders, effects_of) if comm.rank == 0 else None
-    out: Invariant = comm.bcast(found, root=0)
-    return out
-
-
-def _on_rank_0(
-    body: Body,
-    mesh: Mesh | None,
-    basis: Basis,
-    orders: tuple[int, ...],
-    effects_of: Callable[[int], OperatorEffects],
-) -> Invariant:
     shift, below = widest_gap(basis)
     if not below:
         reason = "no gap between the eigenvalues is wider than what a mesh may move them"
@@ -307,28 +313,6 @@ def _on_rank_0(
     return compared(MISSING, body.name, abs(counted - below), 0.0, MODES, text)
 
 
-def widest_gap(basis: Basis) -> tuple[float, int]:
-    """Return a shift in the widest gap in the upper half of the held modes, and the modes below.
-
-    Parameters
-    ----------
-    basis
-        With its fixed-interface modes at rest and the eigenvalue that follows them.
-
-    Returns
-    -------
-    shift [1/s²], count
-        Zero modes if no gap is wide enough.
-    """
-    values = np.sort(np.append(basis.fixed_eigenvalues, basis.omitted_eigenvalue))
-    gaps = np.diff(values) / values[:-1]
-    gaps[: len(gaps) // 2] = 0.0
-    if not gaps.size or gaps.max() < _WIDE:
-        return 0.0, 0
-    place = int(gaps.argmax())
-    return float(np.sqrt(values[place] * values[place + 1])), place + 1
-
-
 def meridian_count(
     body: Body,
     size: MeshSize,
@@ -338,30 +322,15 @@ def meridian_count(
 ) -> int:
     """Count the held eigenvalues below a shift on a coarse meridian, those of pairs twice.
 
-    Parameters
-    ----------
-    orders
-        Circumferential orders, of 0 and 1.
-    eigenvalue
-        σ [1/s²].
+    `orders`: circumferential orders, of 0 and 1.
     """
     corner = min(_COARSER * size.corner_size_m, size.size_m)
-    coarse = MeshSize(
-        size_m=size.size_m,
-        corner_size_m=corner,
-        growth=size.growth,
-        through_thickness=size.through_thickness,
-    )
-    meridian = mesh_meridian(body, coarse)
+    meridian = mesh_meridian(body, replace(size, corner_size_m=corner))
     count = 0
     for order in orders:
+        effects = effects_of(order)
         operators = build_operators(
-            body,
-            meridian,
-            MPI.COMM_SELF,
-            order=order,
-            degree=_DEGREE,
-            effects=effects_of(order),
+            body, meridian, MPI.COMM_SELF, order=order, degree=_DEGREE, effects=effects
         )
         try:
             count += _FAMILIES[order] * modes_below(operators, eigenvalue)

@@ -5,7 +5,6 @@ Nothing else in the project calls a dolfinx function whose name or signature dif
 
 from __future__ import annotations
 
-import logging
 import re
 import sys
 import warnings
@@ -18,7 +17,7 @@ import ufl
 from petsc4py import PETSc
 
 from solidwhirl.meshing import IntArray, Mesh
-from solidwhirl.reduction.operators.form_cache import guard_compiler
+from solidwhirl.reduction.operators.form_cache import guard_compiler, silent
 
 
 @contextmanager
@@ -91,23 +90,18 @@ def _cell_nodes(mesh: Any) -> Any:
     return nodes.array.reshape(count, -1) if hasattr(nodes, "array") else np.asarray(nodes)
 
 
-def straight_cells(mesh: Any) -> tuple[Any, IntArray]:
-    """Coordinates of the mesh's nodes and the vertices of its cells (one process).
-
-    The cells come in the order of the cell-wise constants of the mesh.
-    """
-    table = _cell_nodes(mesh)
-    dimension = mesh.topology.dim
-    return mesh.geometry.x[:, :dimension].copy(), table[:, : dimension + 1].astype(np.int64)
-
-
 def curved_cells(mesh: Any) -> tuple[Any, IntArray]:
-    """Coordinates of the mesh's nodes and all nodes of its cells (one process).
+    """Coordinates of the mesh's nodes and all nodes of its cells, corners first (one process).
 
-    In dolfinx's order; cells as in `straight_cells`.
+    In dolfinx's order; cells come in the order of the cell-wise constants of the mesh.
     """
-    table = _cell_nodes(mesh)
-    return mesh.geometry.x[:, : mesh.topology.dim].copy(), table.astype(np.int64)
+    return mesh.geometry.x[:, : mesh.topology.dim].copy(), _cell_nodes(mesh).astype(np.int64)
+
+
+def straight_cells(mesh: Any) -> tuple[Any, IntArray]:
+    """As `curved_cells`, of the cells the vertices alone."""
+    points, nodes = curved_cells(mesh)
+    return points, nodes[:, : mesh.topology.dim + 1]
 
 
 def cell_unknowns(space: Any) -> IntArray:
@@ -130,29 +124,24 @@ def owned_values(function: Any) -> Any:
     return function.x.array[: dofmap.index_map.size_local * dofmap.index_map_bs]
 
 
+@contextmanager
+def _quiet_compiler() -> Iterator[None]:
+    """Without the chatter of the form compiler, and what it leaves of files and deprecations."""
+    with silent(), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
 def compiled(form: Any) -> Any:
-    """Compile a UFL form (or find it in the compiler's cache), without the compiler's chatter."""
-    before = logging.root.manager.disable
-    logging.disable(logging.INFO)
-    try:
-        with warnings.catch_warnings():
-            # the compiler leaves files and deprecations of its own behind
-            warnings.simplefilter("ignore")
-            return fem.form(form)
-    finally:
-        logging.disable(before)
+    """Compile a UFL form, or find it in the compiler's cache."""
+    with _quiet_compiler():
+        return fem.form(form)
 
 
 def expression(value: Any, points: Any) -> Any:
     """Expression of fields, compiled for some points of the reference cell."""
-    before = logging.root.manager.disable
-    logging.disable(logging.INFO)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # as in `compiled`
-            return fem.Expression(value, points)
-    finally:
-        logging.disable(before)
+    with _quiet_compiler():
+        return fem.Expression(value, points)
 
 
 def evaluated(found: Any, mesh: Any) -> Any:
@@ -223,18 +212,9 @@ def _tags(mesh: Any, dimension: int, entities: IntArray, values: IntArray) -> An
 def distribute(mesh: Mesh | None, dimension: int, comm: Any) -> tuple[Any, Any, dict[str, Any]]:
     """Distribute a mesh that rank 0 holds.
 
-    Parameters
-    ----------
-    mesh
-        The mesh on rank 0; ignored elsewhere.
-    dimension
-        2 or 3.
-
-    Returns
-    -------
-    domain, material tags, facet tags by interface name
-        Facets of an interface have the tag 1 in that interface's own tags (interfaces may share
-        facets).
+    `mesh`: the mesh on rank 0; ignored elsewhere. `dimension`: 2 or 3. Returns domain, material
+    tags, facet tags by interface name: facets of an interface have the tag 1 in that interface's
+    own tags (interfaces may share facets).
     """
     nodes, facet_nodes = {2: (6, 3), 3: (10, 6)}[dimension]
     cells = np.empty((0, nodes), dtype=np.int64)

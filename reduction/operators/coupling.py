@@ -20,7 +20,7 @@ from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators import compat
 from solidwhirl.reduction.operators.dofs import motion_vectors, node_of, unknowns_transformation
 from solidwhirl.reduction.operators.kinematics import COMPONENTS, Kinematics
-from solidwhirl.reduction.solvers.vectors import apply_transposed
+from solidwhirl.reduction.solvers.vectors import apply, apply_transposed
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 
 # Rows of two interfaces that differ by less, relative to their length, are rounding apart.
@@ -29,40 +29,32 @@ _EQUAL_ROWS = 1e-7
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Coupling:
-    """Interface maps of a body.
+    """Interface maps of a body."""
 
-    Attributes
-    ----------
-    transformation
-        PETSc matrix T, u = T û: û holds the unknowns that are free (of one sector, if symmetry
-        is used) and the rigid masters; None if that is all of u.
-    kept
-        Local unknowns of u that û holds, in û's order; rigid masters come after them.
-    rows
-        (local û, b) rows B of the interface coordinates q = B û.
-    coordinates
-        (interface, component) of every row.
-    anchors
-        (local û, a) rows of axial motion and torsion at the first interface that are no
-        coordinates. Held at zero they cost no modes: in a body of revolution both decouple from
-        lateral motion.
-    """
-
+    #: PETSc matrix T, u = T û: û holds the unknowns that are free (of one sector, if symmetry is
+    #: used) and the rigid masters; None if that is all of u
     transformation: Any
-    kept: IntArray
-    rows: FloatArray
-    coordinates: tuple[tuple[str, str], ...]
+    kept: IntArray  #: Local unknowns of u that û holds, in û's order; rigid masters come after them
+    rows: FloatArray  #: (local û, b) rows B of the interface coordinates q = B û
+    coordinates: tuple[tuple[str, str], ...]  #: (interface, component) of every row
+    #: (local û, a) rows of axial motion and torsion at the first interface that are no coordinates.
+    #: Held at zero they cost no modes: in a body of revolution both decouple from lateral motion.
     anchors: FloatArray
+
+    @property
+    def held(self) -> FloatArray:
+        """Rows that the interfaces and the anchors hold, (local û, b + a)."""
+        return np.hstack([self.rows, self.anchors])
+
+    def displacement(self, block: FloatArray) -> FloatArray:
+        """Displacement u = T û of every column, (local u, k)."""
+        return block if self.transformation is None else apply(self.transformation, block)
 
 
 def rigid_motion_at(component: str, place_m: tuple[float, float, float]) -> dict[str, float]:
     """Motion of a point for a unit rigid motion about the origin, by component."""
     x, y, z = place_m
-    moved = {
-        "rx": {"uy": -z, "uz": y},
-        "ry": {"ux": z, "uz": -x},
-        "rz": {"ux": -y, "uy": x},
-    }
+    moved = {"rx": {"uy": -z, "uz": y}, "ry": {"ux": z, "uz": -x}, "rz": {"ux": -y, "uy": x}}
     return {component: 1.0, **moved.get(component, {})}
 
 
@@ -76,20 +68,10 @@ def couple(
 ) -> Coupling:
     """Build the interface maps.
 
-    Parameters
-    ----------
-    interfaces
-        The interfaces, in the order of their coordinates.
-    components
-        Which of the kinematics' components become coordinates, by interface.
-    shape
-        As in `OperatorEffects`; in a body of any shape axial motion and torsion couple to lateral
-        motion, and nothing is held that is no coordinate.
-
-    Raises
-    ------
-    ReductionError
-        Two rigid interfaces share nodes.
+    `interfaces`: the interfaces, in the order of their coordinates. `components`: which of the
+    kinematics' components become coordinates, by interface. `shape`: as in `OperatorEffects`; in a
+    body of any shape axial motion and torsion couple to lateral motion, and nothing is held that is
+    no coordinate. Raises ReductionError: two rigid interfaces share nodes.
     """
     wanted = {
         i.name: [c for c in COMPONENTS if c in components[i.name] and c in kin.rigid_motions]

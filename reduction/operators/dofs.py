@@ -36,24 +36,11 @@ def unknowns_transformation(
 ) -> tuple[Any, IntArray]:
     """Map û of free unknowns and rigid masters to all unknowns u = T û.
 
-    Parameters
-    ----------
-    kin
-        Kinematics; its symmetry leaves the unknowns of one sector.
-    rigid
-        Interfaces whose nodes follow a master.
-
-    Returns
-    -------
-    transformation, kept
-        T as PETSc matrix (None if T is the identity) and the local unknowns that û holds, in
-        order; the masters of all interfaces, each with the kinematics' motions, come last on the
-        last rank.
-
-    Raises
-    ------
-    ReductionError
-        Two rigid interfaces share nodes, or the mesh lacks the symmetry.
+    `kin`: kinematics; its symmetry leaves the unknowns of one sector. `rigid`: interfaces whose
+    nodes follow a master. Returns transformation, kept: T as PETSc matrix (None if T is the
+    identity) and the local unknowns that û holds, in order; the masters of all interfaces, each
+    with the kinematics' motions, come last on the last rank. Raises ReductionError: two rigid
+    interfaces share nodes, or the mesh lacks the symmetry.
     """
     motions = [c for c in COMPONENTS if c in kin.rigid_motions]
     related = symmetric_unknowns(space, kin.symmetry)

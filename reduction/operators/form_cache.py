@@ -34,10 +34,7 @@ _ELF = b"\x7fELF"
 def guard_compiler(module: Any) -> None:
     """Let one process at a time compile into a cache, and remove what is damaged there.
 
-    Parameters
-    ----------
-    module
-        `ffcx.codegeneration.jit`; its functions that compile are replaced, once.
+    `module`: `ffcx.codegeneration.jit`; its functions that compile are replaced, once.
     """
     for name in _COMPILERS:
         found = getattr(module, name, None)
@@ -152,7 +149,7 @@ def _guarded(compiler: Callable[..., Any]) -> Callable[..., Any]:
             return compiler(*args, **options)
         cache = Path(cache)
         try:
-            with _alone(cache), _silent():
+            with _alone(cache), silent():
                 return compiler(*args, **options)
         except OSError as error:
             if isinstance(error, TimeoutError):
@@ -165,8 +162,8 @@ def _guarded(compiler: Callable[..., Any]) -> Callable[..., Any]:
 
 
 @contextlib.contextmanager
-def _silent() -> Iterator[None]:
-    """Keep the commands of the C compiler out of the error stream."""
+def silent() -> Iterator[None]:
+    """Keep the commands and the progress of the compilers out of the error stream."""
     before = logging.root.manager.disable
     logging.disable(max(before, logging.INFO))
     try:

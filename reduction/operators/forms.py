@@ -25,15 +25,9 @@ from solidwhirl.reduction.operators.kinematics import Kinematics
 
 @dataclass(frozen=True, kw_only=True)
 class Medium:
-    """Material as cell-wise constant fields on the mesh.
+    """Material as cell-wise constant fields on the mesh."""
 
-    Attributes
-    ----------
-    density
-        kg/m³.
-    """
-
-    density: Any
+    density: Any  #: kg/m³
     first_lame: Any
     second_lame: Any
 
@@ -61,12 +55,14 @@ def medium(domain: Any, material_tags: Any, materials: tuple[Any, ...]) -> Mediu
     return Medium(density=fields[0], first_lame=fields[1], second_lame=fields[2])
 
 
-def quadrature_degree(kinematics: Kinematics, degree: int) -> int:
-    """One quadrature for all forms: Kσ and S cancel for a rigid tilt only if they share it.
+def measure(domain: Any, kinematics: Kinematics, degree: int) -> Any:
+    """Volume measure of all forms, for elements of a degree.
 
-    The terms in 1/r of the meridian are no polynomials and get two degrees more.
+    One quadrature for all: Kσ and S cancel for a rigid tilt only if they share it. The terms in
+    1/r of the meridian are no polynomials and get two degrees more.
     """
-    return 2 * degree if kinematics.harmonic is None else 2 * degree + 2
+    exact = 2 * degree if kinematics.harmonic is None else 2 * degree + 2
+    return ufl.Measure("dx", domain=domain, metadata={"quadrature_degree": exact})
 
 
 def stress(kinematics: Kinematics, matter: Medium, u: Any) -> Any:

@@ -17,7 +17,7 @@ import numpy as np
 import ufl
 
 from solidwhirl.reduction.operators import compat
-from solidwhirl.reduction.operators.symmetry import AXISYMMETRIC, LATERAL, NONE, Symmetry
+from solidwhirl.reduction.operators.symmetry import LATERAL, NONE, Symmetry
 from solidwhirl.rotordyn.core.arrays import FloatArray
 
 #: Rigid motions: translations and right-handed rotations about x, y, z through a point.
@@ -26,56 +26,35 @@ COMPONENTS = ("ux", "uy", "uz", "rx", "ry", "rz")
 
 @dataclass(frozen=True, kw_only=True)
 class Kinematics:
-    """Strain, gradient and spin derivative of a displacement, as UFL.
+    """Strain, gradient and spin derivative of a displacement, as UFL."""
 
-    Attributes
-    ----------
-    dimension
-        2 (meridian) or 3 (solid).
-    harmonic
-        Circumferential order n of the meridian, or None for the solid.
-    families
-        How many copies of the body's unknowns there are: 2 for n >= 1 (cos and sin family,
-        which share every matrix and are coupled by the spin derivative), else 1.
-    weight
-        Factor of the volume element (r times the integral over θ; `copies` for the solid).
-    strain, gradient
-        Functions of u: (3, 3) UFL tensors.
-    spin
-        D u; for two families, P u with D cos = -P sin, D sin = P cos.
-    rigid_motions
-        By component (of the first family), the rigid motion of unit amplitude about the point
-        (0, 0, z0): nodal values (m, 3) from node coordinates (m, 3) and z0; on the solid about any
-        point (3,).
-    second_family
-        First family's component to (component, sign) of the second family.
-    copies
-        Turned copies of the mesh that make the solid.
-    centrifugal
-        Body force per unit density and unit speed squared, r e_r, in the components of u.
-    """
-
-    dimension: int
-    harmonic: int | None
+    dimension: int  #: 2 (meridian) or 3 (solid)
+    harmonic: int | None  #: Circumferential order n of the meridian, or None for the solid
+    #: How many copies of the body's unknowns there are: 2 for n >= 1 (cos and sin family, which
+    #: share every matrix and are coupled by the spin derivative), else 1
     families: int
+    #: Factor of the volume element (r times the integral over θ; `copies` for the solid)
     weight: Any
+    #: Functions of u: (3, 3) UFL tensors
     strain: Callable[[Any], Any]
     gradient: Callable[[Any], Any]
-    spin: Callable[[Any], Any]
+    spin: Callable[[Any], Any]  #: D u; for two families, P u with D cos = -P sin, D sin = P cos
+    #: By component (of the first family), the rigid motion of unit amplitude about the point (0, 0,
+    #: z0): nodal values (m, 3) from node coordinates (m, 3) and z0; on the solid about any point
+    #: (3,)
     rigid_motions: Mapping[str, Callable[[FloatArray, Any], FloatArray]]
+    #: First family's component to (component, sign) of the second family
     second_family: Mapping[str, tuple[str, float]]
+    #: Body force per unit density and unit speed squared, r e_r, in the components of u
     centrifugal: Any
     symmetry: Symmetry = NONE
-    copies: int = 1
+    copies: int = 1  #: Turned copies of the mesh that make the solid
 
 
 def solid(domain: Any) -> Kinematics:
     """Kinematics of the three-dimensional solid.
 
-    Parameters
-    ----------
-    domain
-        Mesh of dimension 3, rotation axis z.
+    `domain`: mesh of dimension 3, rotation axis z.
     """
     x = ufl.SpatialCoordinate(domain)
     along_spin = ufl.as_vector((-x[1], x[0], 0.0 * x[0]))
@@ -94,35 +73,19 @@ def solid(domain: Any) -> Kinematics:
     )
 
 
-def solid_lateral(domain: Any, copies: int = 1) -> Kinematics:
-    """Kinematics of the solid, for lateral motion alone (odd circumferential orders).
+def symmetric_solid(domain: Any, symmetry: Symmetry, copies: int = 1) -> Kinematics:
+    """Kinematics of the solid, for the fields of one symmetry and their rigid motions alone.
 
-    Parameters
-    ----------
-    domain
-        Mesh of the solid, or of the half at 0 <= θ <= 180°.
-    copies
-        Turned copies of the mesh that make the solid: 1 or 2.
+    `domain`: mesh of the solid, or of the half at 0 <= θ <= 180°, of which two turned copies make
+    the solid. `symmetry`: LATERAL (odd circumferential orders) or AXISYMMETRIC (the centrifugal
+    field).
     """
     whole = solid(domain)
-    lateral = {c: m for c, m in whole.rigid_motions.items() if c in ("ux", "uy", "rx", "ry")}
+    named = ("ux", "uy", "rx", "ry") if symmetry == LATERAL else ("uz", "rz")
     return replace(
         whole,
-        rigid_motions=lateral,
-        symmetry=LATERAL,
-        copies=copies,
-        weight=compat.constant(domain, float(copies)),
-    )
-
-
-def solid_axisymmetric(domain: Any, copies: int = 1) -> Kinematics:
-    """Kinematics of the solid, for the centrifugal field; parameters as for lateral motion."""
-    whole = solid(domain)
-    axial = {c: m for c, m in whole.rigid_motions.items() if c in ("uz", "rz")}
-    return replace(
-        whole,
-        rigid_motions=axial,
-        symmetry=AXISYMMETRIC,
+        rigid_motions={c: m for c, m in whole.rigid_motions.items() if c in named},
+        symmetry=symmetry,
         copies=copies,
         weight=compat.constant(domain, float(copies)),
     )
@@ -135,12 +98,7 @@ def harmonic(domain: Any, order: int) -> Kinematics:
     u_z = c cos nθ, and for the sin family u_r = a sin nθ, u_θ = -b cos nθ, u_z = c sin nθ.
     For n = 0 they are u_r, u_θ, u_z themselves.
 
-    Parameters
-    ----------
-    domain
-        Mesh of dimension 2, coordinates (z, r).
-    order
-        n >= 0.
+    `domain`: mesh of dimension 2, coordinates (z, r). `order`: n >= 0.
     """
     n = float(order)
     r = ufl.SpatialCoordinate(domain)[1]

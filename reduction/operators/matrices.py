@@ -17,7 +17,12 @@ from solidwhirl.reduction.operators.coupling import Coupling, couple, reduced_mo
 from solidwhirl.reduction.operators.dofs import motion_vectors
 from solidwhirl.reduction.operators.kinematics import Kinematics
 from solidwhirl.reduction.operators.prestress import centrifugal_displacement
-from solidwhirl.reduction.operators.symmetry import sector_mesh, whole_node_count
+from solidwhirl.reduction.operators.symmetry import (
+    AXISYMMETRIC,
+    LATERAL,
+    sector_mesh,
+    whole_node_count,
+)
 from solidwhirl.reduction.solvers.memory import return_free_memory
 from solidwhirl.reduction.solvers.vectors import folded, project
 from solidwhirl.rotordyn.core.arrays import FloatArray
@@ -25,51 +30,34 @@ from solidwhirl.rotordyn.core.arrays import FloatArray
 
 @dataclass(frozen=True, kw_only=True)
 class OperatorEffects:
-    """Which matrices are assembled.
-
-    Attributes
-    ----------
-    centrifugal
-        Prestress solve, Kσ and S; the two belong together in the inertial frame, so there is no
-        switch for one of them alone.
-    components
-        Rigid motions that each interface carries, some of ux, uy, uz, rx, ry, rz.
-    lateral_only
-        Solid level: only lateral motion is asked for, so only fields with its symmetry under a
-        half turn are sought.
-    shape
-        Of a solid: "quartered" is of revolution, and its mesh the same after a quarter turn;
-        "round" is of revolution on a mesh of any kind; "any" does not turn and may have any shape.
-    solver
-        How systems of a solid are solved, see `solidwhirl.reduction.operators.solver_choice`.
-    """
+    """Which matrices are assembled."""
 
     gyroscopic: bool
+    #: Prestress solve, Kσ and S; the two belong together in the inertial frame, so there is no
+    #: switch for one of them alone
     centrifugal: bool
+    #: Rigid motions that each interface carries, some of ux, uy, uz, rx, ry, rz
     components: Mapping[str, tuple[str, ...]]
+    #: Solid level: only lateral motion is asked for, so only fields with its symmetry under a half
+    #: turn are sought
     lateral_only: bool
+    #: Of a solid: "quartered" is of revolution, and its mesh the same after a quarter turn; "round"
+    #: is of revolution on a mesh of any kind; "any" does not turn and may have any shape
     shape: str = "quartered"
+    #: How systems of a solid are solved, see `solidwhirl.reduction.operators.solver_choice`
     solver: str = "auto"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Ingredients:
-    """What the matrices of a body are assembled from.
-
-    Attributes
-    ----------
-    centrifugal_field
-        Displacement at unit speed (Function), None without it.
-    component_mass
-        M of one component of u on all nodes, PETSc.
-    """
+    """What the matrices of a body are assembled from."""
 
     kinematics: Kinematics
     matter: forms.Medium
     facet_tags: Mapping[str, Any]
-    centrifugal_field: Any
+    centrifugal_field: Any  #: Displacement at unit speed (Function), None without it
     effects: OperatorEffects
-    component_mass: Any
+    component_mass: Any  #: M of one component of u on all nodes, PETSc
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -78,53 +66,32 @@ class BodyOperators:
 
     The unknowns û are the displacement degrees of freedom, of which those on rigid interfaces are
     replaced by their master's motions.
-
-    Attributes
-    ----------
-    harmonic
-        Circumferential order, None for the solid.
-    families
-        Copies of the unknowns (2: cos and sin family with the same matrices).
-    gyroscopic
-        G (one family) or N of G = [[0, 2N], [-2N, 0]] (two); None if not asked.
-    stress_stiffening, spin_softening
-        Kσ and S at unit speed; None if not asked.
-    circulation
-        Solid only: ∫ ρ Jv·Ju with J the generator of a turn of the whole field; its Rayleigh
-        quotient over M is the square of a mode's circumferential order.
-    turn
-        Solid only: ∫ ρ v·Ju.
-    coupling
-        Interface rows B and the map u = T û.
-    rigid_motions
-        Rigid motions about the origin by component, local rows of û.
-    second_family
-        Component of the first family to (component, sign) of the second.
-    hoop_strain
-        Largest hoop strain of the centrifugal field at unit speed (per (rad/s)²), 0 without it.
-    rigid_mass
-        Solid: (6, 6) mass matrix of the mesh for the rigid motions about the origin; None on the
-        meridian, whose straight edges hold the profile exactly.
-    full_dofs
-        Unknowns of the whole body (all families) before reduction.
     """
 
     level: str
-    harmonic: int | None
-    families: int
+    harmonic: int | None  #: Circumferential order, None for the solid
+    families: int  #: Copies of the unknowns (2: cos and sin family with the same matrices)
     mass: Any
     stiffness: Any
-    gyroscopic: Any
+    gyroscopic: Any  #: G (one family) or N of G = [[0, 2N], [-2N, 0]] (two); None if not asked
+    #: Kσ and S at unit speed; None if not asked
     stress_stiffening: Any
     spin_softening: Any
+    #: Solid only: ∫ ρ Jv·Ju with J the generator of a turn of the whole field; its Rayleigh
+    #: quotient over M is the square of a mode's circumferential order
     circulation: Any
-    turn: Any
-    coupling: Coupling
+    turn: Any  #: Solid only: ∫ ρ v·Ju
+    coupling: Coupling  #: Interface rows B and the map u = T û
+    #: Rigid motions about the origin by component, local rows of û
     rigid_motions: Mapping[str, FloatArray]
+    #: Component of the first family to (component, sign) of the second
     second_family: Mapping[str, tuple[str, float]]
+    #: Largest hoop strain of the centrifugal field at unit speed (per (rad/s)²), 0 without it
     hoop_strain: float
+    #: Solid: (6, 6) mass matrix of the mesh for the rigid motions about the origin; None on the
+    #: meridian, whose straight edges hold the profile exactly
     rigid_mass: FloatArray | None
-    full_dofs: int
+    full_dofs: int  #: Unknowns of the whole body (all families) before reduction
     space: Any
     ingredients: Ingredients
     assembled: tuple[str, ...]
@@ -138,10 +105,8 @@ class BodyOperators:
         """Free the matrices, which Python alone would not, on all ranks; then they are gone."""
         comm = self.mass.comm
         compat.collect_garbage(comm)
-        spinning = (self.gyroscopic, self.stress_stiffening, self.spin_softening)
-        others = (self.circulation, self.turn, self.coupling.transformation)
-        one = self.ingredients.component_mass
-        for matrix in (self.mass, self.stiffness, *spinning, *others, one):
+        own = (getattr(self, name) for name in _MATRICES)
+        for matrix in (*own, self.coupling.transformation, self.ingredients.component_mass):
             if matrix is not None:
                 matrix.destroy()
         return_free_memory()
@@ -158,17 +123,9 @@ def build_operators(
 ) -> BodyOperators:
     """Assemble the operators of a body.
 
-    Parameters
-    ----------
-    mesh
-        Meridian (harmonic level) or solid mesh; needed on rank 0 only.
-    order
-        Circumferential order n on a meridian mesh, None on a solid mesh.
-
-    Raises
-    ------
-    ReductionError
-        Interfaces that can not be coupled.
+    `mesh`: meridian (harmonic level) or solid mesh; needed on rank 0 only. `order`: circumferential
+    order n on a meridian mesh, None on a solid mesh. Raises ReductionError: interfaces that can not
+    be coupled.
     """
     dimension = 3 if order is None else 2
     copies = 2 if order is None and effects.lateral_only else 1
@@ -181,18 +138,11 @@ def build_operators(
     coupling = couple(space, kin, facet_tags, body.interfaces, effects.components, effects.shape)
     assemble = _assemble_solid if order is None else _assemble_meridian
     assembly = assemble(space, kin, matter, degree, effects, coupling)
-    whole = assembly.matrices
     return BodyOperators(
         level="solid" if order is None else "harmonic",
         harmonic=order,
         families=kin.families,
-        mass=whole.get("mass"),
-        stiffness=whole.get("stiffness"),
-        gyroscopic=whole.get("gyroscopic"),
-        stress_stiffening=whole.get("stress_stiffening"),
-        spin_softening=whole.get("spin_softening"),
-        circulation=whole.get("circulation"),
-        turn=whole.get("turn"),
+        **{name: assembly.matrices.get(name) for name in _MATRICES},
         coupling=coupling,
         rigid_motions={
             c: reduced_motion(space, kin, coupling, body.interfaces, c) for c in kin.rigid_motions
@@ -214,6 +164,11 @@ def build_operators(
     )
 
 
+# In the order in which they are freed.
+_MATRICES = ("mass", "stiffness", "gyroscopic", "stress_stiffening", "spin_softening",
+             "circulation", "turn")  # fmt: skip
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Assembly:
     """Matrices of the unknowns û by name, and what was done for them."""
@@ -226,12 +181,6 @@ class _Assembly:
     ledger: tuple[str, ...]
 
 
-def _measure(space: Any, kin: Kinematics, degree: int) -> Any:
-    """The volume measure of all forms of a body."""
-    metadata = {"quadrature_degree": forms.quadrature_degree(kin, degree)}
-    return ufl.Measure("dx", domain=space.mesh, metadata=metadata)
-
-
 def _assemble_meridian(
     space: Any,
     kin: Kinematics,
@@ -241,29 +190,26 @@ def _assemble_meridian(
     coupling: Coupling,
 ) -> _Assembly:
     """Assemble what the effects ask for, nothing else."""
-    u, v, dx = ufl.TrialFunction(space), ufl.TestFunction(space), _measure(space, kin, degree)
+    u, v, dx = (
+        ufl.TrialFunction(space),
+        ufl.TestFunction(space),
+        forms.measure(space.mesh, kin, degree),
+    )
     wanted = {"stiffness": forms.stiffness_form, "mass": forms.mass_form}
     if effects.gyroscopic:
         wanted["gyroscopic"] = forms.gyroscopic_form
-    matrices = {
-        name: compat.assemble_matrix(compat.compiled(form(kin, matter, u, v, dx)))
-        for name, form in wanted.items()
-    }
+    matrices = {name: assembled(form(kin, matter, u, v, dx)) for name, form in wanted.items()}
     ledger, field, hoop = list(matrices), None, 0.0
     if effects.centrifugal:
         around, static = kin, matrices["stiffness"]
         if kin.harmonic != 0:
             around = kinematics.harmonic(space.mesh, 0)
-            form = forms.stiffness_form(around, matter, u, v, dx)
-            static = compat.assemble_matrix(compat.compiled(form))
+            static = assembled(forms.stiffness_form(around, matter, u, v, dx))
             ledger.append("axisymmetric_stiffness")
         field, hoop = centrifugal_displacement(space, around, matter, dx, static)
         prestress = forms.stress(around, matter, field)
-        for name, form in (
-            ("stress_stiffening", forms.stiffening_form(kin, prestress, u, v, dx)),
-            ("spin_softening", forms.softening_form(kin, matter, u, v, dx)),
-        ):
-            matrices[name] = compat.assemble_matrix(compat.compiled(form))
+        matrices["stress_stiffening"] = assembled(forms.stiffening_form(kin, prestress, u, v, dx))
+        matrices["spin_softening"] = assembled(forms.softening_form(kin, matter, u, v, dx))
         ledger += ["prestress", "stress_stiffening", "spin_softening"]
     one = _one_component(matrices["mass"])
     return _Assembly(
@@ -285,21 +231,20 @@ def _assemble_solid(
     coupling: Coupling,
 ) -> _Assembly:
     """Assemble the stiffness of vectors and all other matrices by component."""
-    u, v, dx = ufl.TrialFunction(space), ufl.TestFunction(space), _measure(space, kin, degree)
+    u, v, dx = (
+        ufl.TrialFunction(space),
+        ufl.TestFunction(space),
+        forms.measure(space.mesh, kin, degree),
+    )
     turned = coupling.transformation
     parts = solid_matrices.component_matrices(space, kin, matter, dx)
     ledger, field, hoop = ["stiffness", "mass", "spin", "spin_softening"], None, 0.0
-    matrices = {
-        "mass": solid_matrices.mass_matrix(parts, turned),
-    }
-    if effects.shape != "any":
-        matrices["circulation"] = solid_matrices.circulation_matrix(parts, turned)
-        matrices["turn"] = solid_matrices.turn_matrix(parts, turned)
-    if effects.gyroscopic:
-        matrices["gyroscopic"] = solid_matrices.gyroscopic_matrix(parts, turned)
-    stiffness = compat.assemble_matrix(compat.compiled(forms.stiffness_form(kin, matter, u, v, dx)))
+    names = ["mass", *(["circulation", "turn"] if effects.shape != "any" else [])]
+    names += ["gyroscopic"] if effects.gyroscopic else []
+    matrices = {name: solid_matrices.vector_matrix(name, parts, turned) for name in names}
+    stiffness = assembled(forms.stiffness_form(kin, matter, u, v, dx))
     if effects.centrifugal:
-        around, weight = kinematics.solid_axisymmetric(space.mesh, kin.copies), None
+        around, weight = (kinematics.symmetric_solid(space.mesh, AXISYMMETRIC, kin.copies), None)
         if effects.shape != "quartered":
             around, weight = kin, parts.mass
         field, hoop = centrifugal_displacement(
@@ -325,7 +270,11 @@ def _kinematics(domain: Any, order: int | None, copies: int) -> Kinematics:
     if order is not None:
         return kinematics.harmonic(domain, order)
     # the half is worked on when lateral motion alone is asked for
-    return kinematics.solid(domain) if copies == 1 else kinematics.solid_lateral(domain, copies)
+    return (
+        kinematics.solid(domain)
+        if copies == 1
+        else kinematics.symmetric_solid(domain, LATERAL, copies)
+    )
 
 
 def _rigid_mass(space: Any, kin: Kinematics, mass: Any) -> FloatArray:
@@ -350,9 +299,15 @@ def _one_component(matrix: Any) -> Any:
     return out
 
 
+def assembled(form: Any, coupling: Coupling | None = None) -> Any:
+    """Matrix of a UFL form, with a coupling in the unknowns û."""
+    matrix = compat.assemble_matrix(compat.compiled(form))
+    return matrix if coupling is None else _coupled(matrix, coupling)
+
+
 def _coupled(matrix: Any, coupling: Coupling) -> Any:
     """Tᵀ A T; A is destroyed."""
-    if matrix is None or coupling.transformation is None:
+    if coupling.transformation is None:
         return matrix
     out = folded(matrix, coupling.transformation)
     matrix.destroy()

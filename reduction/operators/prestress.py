@@ -36,20 +36,11 @@ def centrifugal_displacement(
     determinate way, so that no reaction arises. Rigid interface couplings are not applied: the
     stress they would carry is not seen by the geometric stiffness.
 
-    Parameters
-    ----------
-    kin
-        Kinematics of order 0 (meridian) or of the solid's axisymmetric fields.
-    stiffness
-        K of all unknowns, without interface couplings.
-    component_mass
-        M of one component (solid), for a mesh without symmetry: what is left of the load's
-        resultants there is taken up by the inertia of a rigid motion. None: nothing is left.
-
-    Returns
-    -------
-    u0, hoop
-        Displacement (Function) [m/(rad/s)²] and the largest hoop strain u_r/r [1/(rad/s)²].
+    `kin`: kinematics of order 0 (meridian) or of the solid's axisymmetric fields. `stiffness`: K of
+    all unknowns, without interface couplings. `component_mass`: M of one component (solid), for a
+    mesh without symmetry: what is left of the load's resultants there is taken up by the inertia of
+    a rigid motion. None: nothing is left. Returns u0, hoop: displacement (Function) [m/(rad/s)²]
+    and the largest hoop strain u_r/r [1/(rad/s)²].
     """
     v = ufl.TestFunction(space)
     load = compat.assembled_vector(compat.compiled(forms.centrifugal_form(kin, matter, v, dx)))

@@ -42,21 +42,17 @@ def component_matrices(
 ) -> ComponentMatrices:
     """Assemble the matrices that need no prestress.
 
-    Parameters
-    ----------
-    space
-        Vector space of the displacement on a solid mesh.
+    `space`: vector space of the displacement on a solid mesh.
     """
     nodes = _node_space(space)
     u, v = ufl.TrialFunction(nodes), ufl.TestFunction(nodes)
-    found = {}
-    for name, form in (
-        ("mass", forms.mass_form(kin, matter, u, v, dx)),
-        ("spin", forms.spin_form(kin, matter, u, v, dx)),
-        ("softening", forms.softening_form(kin, matter, u, v, dx)),
-    ):
-        found[name] = compat.assemble_matrix(compat.compiled(form))
-    return ComponentMatrices(**found)
+    forms_of = {"mass": forms.mass_form, "spin": forms.spin_form, "softening": forms.softening_form}
+    return ComponentMatrices(
+        **{
+            name: compat.assemble_matrix(compat.compiled(form(kin, matter, u, v, dx)))
+            for name, form in forms_of.items()
+        }
+    )
 
 
 def component_stiffening(space: Any, kin: Kinematics, prestress: Any, dx: Any) -> Any:
@@ -74,28 +70,23 @@ def _node_space(space: Any) -> Any:
     return nodes
 
 
-def mass_matrix(parts: ComponentMatrices, transformation: Any) -> Any:
-    """M of the unknowns û."""
-    return on_vectors([(_ALL, parts.mass)], transformation)
+def vector_matrix(name: str, parts: ComponentMatrices, transformation: Any) -> Any:
+    """Matrix of the unknowns û, by name.
 
-
-def gyroscopic_matrix(parts: ComponentMatrices, transformation: Any) -> Any:
-    """G = ∫ρ (v·Du - u·Dv), exactly skew."""
-    return on_vectors([(_ALL, _skew_twice(parts.spin))], transformation)
-
-
-def circulation_matrix(parts: ComponentMatrices, transformation: Any) -> Any:
-    """∫ρ Jv·Ju with J u = e_z × u - D u, see `forms`."""
-    # the mixed terms: -∫ρ (e_z×v)·Du - ∫ρ Dv·(e_z×u), and (e_z×)ᵀ = -(e_z×)
-    skew = _skew_twice(parts.spin)
-    return on_vectors(
-        [(_LATERAL, parts.mass), (_QUARTER, skew), (_ALL, parts.softening)], transformation
-    )
-
-
-def turn_matrix(parts: ComponentMatrices, transformation: Any) -> Any:
-    """∫ρ v·Ju."""
-    return on_vectors([(_QUARTER, parts.mass), (-_ALL, parts.spin)], transformation)
+    "mass": M. "gyroscopic": G = ∫ρ (v·Du - u·Dv), exactly skew. "turn": ∫ρ v·Ju. "circulation":
+    ∫ρ Jv·Ju with J u = e_z × u - D u, see `forms`; its mixed terms are -∫ρ (e_z×v)·Du - ∫ρ
+    Dv·(e_z×u), and (e_z×)ᵀ = -(e_z×).
+    """
+    if name == "mass":
+        terms = [(_ALL, parts.mass)]
+    elif name == "turn":
+        terms = [(_QUARTER, parts.mass), (-_ALL, parts.spin)]
+    elif name == "gyroscopic":
+        terms = [(_ALL, _skew_twice(parts.spin))]
+    else:
+        skew = _skew_twice(parts.spin)
+        terms = [(_LATERAL, parts.mass), (_QUARTER, skew), (_ALL, parts.softening)]
+    return on_vectors(terms, transformation)
 
 
 def componentwise(matrix: Any, transformation: Any) -> Any:
@@ -116,12 +107,8 @@ def _skew_twice(matrix: Any) -> Any:
 def on_vectors(terms: Sequence[tuple[FloatArray, Any]], transformation: Any) -> Any:
     """Tᵀ (Σ C ⊗ A) T with the three components of a node next to each other.
 
-    Parameters
-    ----------
-    terms
-        Pairs of C, (3, 3), and A, a PETSc AIJ matrix of nodes; all A have one pattern.
-    transformation
-        T as PETSc matrix, None for the identity.
+    `terms`: pairs of C, (3, 3), and A, a PETSc AIJ matrix of nodes; all A have one pattern.
+    `transformation`: T as PETSc matrix, None for the identity.
     """
     first = terms[0][1]
     indptr, columns, _ = first.getValuesCSR()

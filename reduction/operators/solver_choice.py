@@ -30,17 +30,10 @@ _UNKNOWNS = 1e5
 
 @dataclass(frozen=True, kw_only=True)
 class ExpectedFactor:
-    """Whether a factorisation is expected to fit.
+    """Whether a factorisation is expected to fit."""
 
-    Attributes
-    ----------
-    needed_bytes
-        Predicted memory of the factor, on all ranks.
-    available_bytes
-        Memory there is, for all ranks; None where the system does not tell.
-    """
-
-    needed_bytes: float
+    needed_bytes: float  #: Predicted memory of the factor, on all ranks
+    #: Memory there is, for all ranks; None where the system does not tell
     available_bytes: float | None
 
     @property
@@ -57,10 +50,7 @@ def predicted_factor_bytes(unknowns: int) -> float:
 def expected_factor(unknowns: int, comm: Any) -> ExpectedFactor:
     """Compare the predicted memory of a factor with what is available.
 
-    Parameters
-    ----------
-    comm
-        mpi4py communicator; all ranks must call.
+    `comm`: mpi4py communicator; all ranks must call.
     """
     each = available_memory_bytes(comm)
     return ExpectedFactor(
@@ -87,18 +77,9 @@ def prepared_solver(
 ) -> Solver:
     """Prepare solutions with a symmetric matrix under constraint rows.
 
-    Parameters
-    ----------
-    places
-        Makes the places of the unknowns, where they are needed.
-    choice
-        Of `SOLVERS`. "auto" factorises if the factor's predicted memory is there, and if MUMPS
-        agrees after its analysis.
-
-    Raises
-    ------
-    ReductionError
-        An unknown choice; what both ways of solving raise.
+    `places`: makes the places of the unknowns, where they are needed. `choice`: of `SOLVERS`.
+    "auto" factorises if the factor's predicted memory is there, and if MUMPS agrees after its
+    analysis. Raises ReductionError: an unknown choice; what both ways of solving raise.
     """
     if choice not in SOLVERS:
         raise ReductionError(f"solver {choice!r}: allowed are {', '.join(SOLVERS)}")
@@ -119,11 +100,8 @@ def block_places(
 ) -> BlockPlaces:
     """Places of a solid's unknowns û in blocks of three.
 
-    Parameters
-    ----------
-    masters
-        Values of the rigid motions in the unknowns of rigid masters, which come after them on the
-        last rank, by component.
+    `masters`: values of the rigid motions in the unknowns of rigid masters, which come after them
+    on the last rank, by component.
     """
     _, node = np.unique(kept // 3, return_inverse=True)
     nodes = int(node.max(initial=-1)) + 1

@@ -28,18 +28,10 @@ _OFF = 1e-6
 
 @dataclass(frozen=True, kw_only=True)
 class Symmetry:
-    """u(R x) = character · R u(x), R a turn of 360°/turns about z.
+    """u(R x) = character · R u(x), R a turn of 360°/turns about z."""
 
-    Attributes
-    ----------
-    turns
-        1 (no symmetry), 2 or 4: the turns whose matrices are signed permutations.
-    character
-        +1 or -1.
-    """
-
-    turns: int
-    character: int
+    turns: int  #: 1 (no symmetry), 2 or 4: the turns whose matrices are signed permutations
+    character: int  #: +1 or -1
 
     def power(self, m: int) -> FloatArray:
         """(χ R)^m as a (3, 3) matrix of 0, 1 and -1."""
@@ -58,30 +50,17 @@ AXISYMMETRIC = Symmetry(turns=4, character=1)
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SymmetricUnknowns:
-    """How the local unknowns follow from those of one sector.
+    """How the local unknowns follow from those of one sector."""
 
-    Attributes
-    ----------
-    source
-        (n local unknowns,) global unknown that each follows, -1: zero by symmetry.
-    sign
-        (n,) its factor.
-    kept
-        (n,) whether it is one of the sector's own unknowns.
-    """
-
-    source: IntArray
-    sign: FloatArray
-    kept: BoolArray
+    source: IntArray  #: (n local unknowns,) global unknown that each follows, -1: zero by symmetry
+    sign: FloatArray  #: (n,) its factor
+    kept: BoolArray  #: (n,) whether it is one of the sector's own unknowns
 
 
 def symmetric_unknowns(space: Any, symmetry: Symmetry) -> SymmetricUnknowns:
     """Relate the unknowns of a vector space of three components to those of one sector.
 
-    Raises
-    ------
-    ReductionError
-        The mesh does not have the symmetry.
+    Raises ReductionError: the mesh does not have the symmetry.
     """
     nodes, comm = space.dofmap.index_map, space.mesh.comm
     first, count = nodes.local_range[0], nodes.size_local
@@ -157,17 +136,9 @@ def _owners(
 def sector_mesh(mesh: Mesh, turns: int) -> Mesh:
     """Return the cells of a solid mesh at 0 <= θ <= 180°, of which turned copies make the rest.
 
-    Parameters
-    ----------
-    mesh
-        Of the whole solid, unchanged by a half turn.
-    turns
-        Copies that make the whole; 1 returns the mesh, 2 its half.
-
-    Raises
-    ------
-    ReductionError
-        Half of the cells do not make half of the mesh.
+    `mesh`: of the whole solid, unchanged by a half turn. `turns`: copies that make the whole; 1
+    returns the mesh, 2 its half. Raises ReductionError: half of the cells do not make half of the
+    mesh.
     """
     if turns == 1:
         return mesh

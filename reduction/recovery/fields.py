@@ -17,7 +17,6 @@ from solidwhirl.reduction.body.request import ReductionRequest, order_operators
 from solidwhirl.reduction.errors import ReductionError
 from solidwhirl.reduction.operators import compat
 from solidwhirl.reduction.operators.matrices import Ingredients
-from solidwhirl.reduction.solvers.vectors import apply
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 from solidwhirl.rotordyn.superelement.record import Superelement
 
@@ -27,25 +26,14 @@ _SAME, _SAME_SPACE = 1e-9, 1e-5
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class OrderFields:
-    """Fields of one circumferential order, or of the solid.
+    """Fields of one circumferential order, or of the solid."""
 
-    Attributes
-    ----------
-    harmonic
-        Order, None for the solid.
-    space, ingredients
-        Displacement space, and what the matrices were assembled from.
-    values
-        (unknowns of the space, n) fields of one family.
-    rows
-        (m,) coordinates of the superelement, m = n times families.
-    """
-
-    harmonic: int | None
+    harmonic: int | None  #: Order, None for the solid
+    #: Displacement space, and what the matrices were assembled from
     space: Any
     ingredients: Ingredients
-    values: FloatArray
-    rows: IntArray
+    values: FloatArray  #: (unknowns of the space, n) fields of one family
+    rows: IntArray  #: (m,) coordinates of the superelement, m = n times families
     signs: FloatArray
     order: IntArray
 
@@ -58,19 +46,12 @@ class OrderFields:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BodyFields:
-    """All fields of one body.
-
-    Attributes
-    ----------
-    materials
-        Of the mesh, by number.
-    turn
-        (n, n) takes coordinates of the superelement to those of the fields; None: they are one.
-    """
+    """All fields of one body."""
 
     name: str
-    materials: tuple[Any, ...]
+    materials: tuple[Any, ...]  #: Of the mesh, by number
     orders: tuple[OrderFields, ...]
+    #: (n, n) takes coordinates of the superelement to those of the fields; None: they are one
     turn: FloatArray | None
 
     @property
@@ -91,13 +72,8 @@ def body_fields(
 ) -> BodyFields:
     """Reduce a body once more, in this process alone, and keep its fields.
 
-    Raises
-    ------
-    ReductionError
-        The second reduction does not span the motions of the superelement.
+    Raises ReductionError: the second reduction does not span the motions of the superelement.
 
-    Notes
-    -----
     The answer of a reduction is the same to the last bit in the same process layout. With another
     number of ranks or another machine, modes of equal frequency may be mixed and signs exchanged:
     the fields' coordinates are then an orthogonal mixture of the superelement's (both are
@@ -110,13 +86,12 @@ def body_fields(
         operators = order_operators(body, mesh, MPI.COMM_SELF, request, order)
         basis, block = reduce_order(operators, request, points)
         blocks.append(block)
-        turned = operators.coupling.transformation
         found.append(
             {
                 "harmonic": order,
                 "space": operators.space,
                 "ingredients": operators.ingredients,
-                "values": basis.vectors if turned is None else apply(turned, basis.vectors),
+                "values": operators.coupling.displacement(basis.vectors),
                 "signs": block.signs,
                 "order": block.order,
             }
@@ -135,10 +110,7 @@ def body_fields(
     orders = tuple(OrderFields(**f, rows=own) for f, own in zip(found, rows, strict=True))
     _refuse_other_cells(body, orders)
     return BodyFields(
-        name=body.name,
-        materials=mesh.materials,
-        orders=orders,
-        turn=_turn(body, element, again),
+        name=body.name, materials=mesh.materials, orders=orders, turn=_turn(body, element, again)
     )
 
 

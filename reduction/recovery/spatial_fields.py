@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from solidwhirl.meshing.own.quality import doubled_areas
 from solidwhirl.reduction.recovery.stresses import FieldPoints, FieldTerm, RecoveredFields
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray
 from solidwhirl.rotordyn.superelement.surface import angles, around_axis, family_factors
@@ -26,31 +27,19 @@ _TURNED, _TURNED_TENSOR = np.array([-1.0, -1.0, 1.0]), np.array([1.0, 1.0, 1.0, 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SpatialFields:
-    """One body in one state, in space.
+    """One body in one state, in space."""
 
-    Attributes
-    ----------
-    points_m
-        (P, 3); a point of a meridian stands once for every half plane.
-    point, theta_rad
-        (P,) point of `FieldPoints` and angle of each.
-    material
-        (P,) number of the material.
-    cells
-        VTK's number of a kind of cell, and points of such cells.
-    displacement_m, stress_pa
-        (P, 3) and (P, 6) along and about x, y, z; xx, yy, zz, xy, yz, xz. Real or complex.
-    steady_displacement_m, steady_stress_pa
-        Of the centrifugal load, None where it was not computed.
-    """
-
-    points_m: FloatArray
+    points_m: FloatArray  #: (P, 3); a point of a meridian stands once for every half plane
+    #: (P,) point of `FieldPoints` and angle of each
     point: IntArray
     theta_rad: FloatArray
-    material: IntArray
+    material: IntArray  #: (P,) number of the material
+    #: VTK's number of a kind of cell, and points of such cells
     cells: tuple[tuple[int, IntArray], ...]
+    #: (P, 3) and (P, 6) along and about x, y, z; xx, yy, zz, xy, yz, xz. Real or complex.
     displacement_m: NDArray[Any]
     stress_pa: NDArray[Any]
+    #: Of the centrifugal load, None where it was not computed
     steady_displacement_m: FloatArray | None
     steady_stress_pa: FloatArray | None
 
@@ -58,10 +47,7 @@ class SpatialFields:
 def in_space(found: RecoveredFields, sectors: int) -> SpatialFields:
     """Return the fields of a body in space.
 
-    Parameters
-    ----------
-    sectors
-        Half planes around the circumference of a meridian; of no effect on a solid.
+    `sectors`: half planes around the circumference of a meridian; of no effect on a solid.
     """
     points = found.points
     flat = points.points_m.shape[1] == 2
@@ -83,21 +69,12 @@ def in_space(found: RecoveredFields, sectors: int) -> SpatialFields:
 
 
 def values_at(
-    terms: Sequence[FieldTerm],
-    points: FieldPoints,
-    theta: FloatArray,
-    kept: IntArray | None = None,
+    terms: Sequence[FieldTerm], points: FieldPoints, theta: FloatArray, kept: IntArray | None = None
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return displacement (s, p, 3) and stress (s, p, 6) along x, y, z at angles of a meridian.
 
-    Parameters
-    ----------
-    terms, points
-        Of one body; no terms are fields of zeros.
-    theta
-        (s,) angles; of a solid 0 and, where half of it was worked on, 180°.
-    kept
-        Points that are wanted; None: all.
+    `terms`, `points`: of one body; no terms are fields of zeros. `theta`: (s,) angles; of a solid 0
+    and, where half of it was worked on, 180°. `kept`: points that are wanted; None: all.
     """
     own = np.arange(len(points.points_m)) if kept is None else kept
     moved: Any = np.zeros((len(theta), len(own), 3))
@@ -160,8 +137,7 @@ def _wedges(points: FieldPoints, sectors: int) -> tuple[tuple[int, IntArray], ..
     z, r = points.points_m.T
     axis = r <= _ON_AXIS * r.max()
     triangles = np.concatenate([points.cells[:, list(part)] for part in _PARTS])
-    a, b, c = (points.points_m[triangles[:, k]] for k in range(3))
-    area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    area = doubled_areas(points.points_m[triangles])
     triangles[area < 0.0] = triangles[area < 0.0][:, [0, 2, 1]]
     on = axis[triangles].sum(axis=1)
     count, number = len(z), np.arange(sectors)[:, None]

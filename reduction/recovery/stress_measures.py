@@ -17,10 +17,7 @@ _THIRD = 2.0 * np.pi / 3.0
 def von_mises(stress_pa: FloatArray) -> FloatArray:
     """Return the von Mises stress.
 
-    Parameters
-    ----------
-    stress_pa
-        xx, yy, zz, xy, yz, xz in any right-angled axes, shape (..., 6).
+    `stress_pa`: xx, yy, zz, xy, yz, xz in any right-angled axes, shape (..., 6).
     """
     return np.asarray(np.sqrt(np.maximum(_product(stress_pa, stress_pa), 0.0)))
 
@@ -30,20 +27,10 @@ def peak_von_mises(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the largest von Mises stress of s + Re(σ e^{iφ}) over the phase.
 
-    Parameters
-    ----------
-    amplitude_pa
-        σ, shape (p, 6), complex; real stress does not change with the phase.
-    steady_pa
-        s, shape (p, 6); None: zero.
+    `amplitude_pa`: σ, shape (p, 6), complex; real stress does not change with the phase.
+    `steady_pa`: s, shape (p, 6); None: zero. Returns largest, phase: (p,) stress, and φ in rad
+    where it occurs.
 
-    Returns
-    -------
-    largest, phase
-        (p,) stress, and φ in rad where it occurs.
-
-    Notes
-    -----
     Its square is a trigonometric polynomial of second degree in φ. Without s the maximum is in
     closed form; with it, the largest of 48 phases is improved by Newton's method and never
     replaced by less.
@@ -84,13 +71,8 @@ def peak_von_mises(
 def principal_stresses(stress_pa: FloatArray) -> FloatArray:
     """Return the principal stresses, falling, shape (..., 3).
 
-    Parameters
-    ----------
-    stress_pa
-        xx, yy, zz, xy, yz, xz, shape (..., 6).
+    `stress_pa`: xx, yy, zz, xy, yz, xz, shape (..., 6).
 
-    Notes
-    -----
     The trigonometric form of the roots (Smith 1961, Commun. ACM 4, 168); where two are equal they
     are off by 1e-8 of the stress.
     """
@@ -110,15 +92,8 @@ def principal_range(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the largest and the smallest principal stress of s + Re(σ e^{iφ}) over the phase.
 
-    Parameters
-    ----------
-    phases
-        At which a cycle is looked at: 24 miss at most 0.9 % of the amplitude.
-
-    Returns
-    -------
-    largest, smallest
-        (p,).
+    `phases`: at which a cycle is looked at: 24 miss at most 0.9 % of the amplitude. Returns
+    largest, smallest: (p,).
     """
     rest = 0.0 if steady_pa is None else steady_pa
     if not np.iscomplexobj(amplitude_pa):

@@ -23,76 +23,46 @@ _EDGES = {3: ((1, 2), (0, 2), (0, 1)), 4: ((2, 3), (1, 3), (1, 2), (0, 3), (0, 2
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FieldPoints:
-    """Nodes of the mesh, once for each material that meets there.
+    """Nodes of the mesh, once for each material that meets there."""
 
-    Attributes
-    ----------
-    points_m
-        (p, 2) z, r or (p, 3) x, y, z.
-    cells
-        (c, 6) or (c, 10) points of the second-order cells, dolfinx's order.
-    cell_material, point_material
-        (c,) and (p,) numbers of materials.
-    copies
-        Half turns of the mesh that make the solid: 1 or 2.
-    """
-
-    points_m: FloatArray
-    cells: IntArray
+    points_m: FloatArray  #: (p, 2) z, r or (p, 3) x, y, z
+    cells: IntArray  #: (c, 6) or (c, 10) points of the second-order cells, dolfinx's order
+    #: (c,) and (p,) numbers of materials
     cell_material: IntArray
     point_material: IntArray
-    copies: int
+    copies: int  #: Half turns of the mesh that make the solid: 1 or 2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FieldTerm:
-    """Displacement and stress of one order and family.
+    """Displacement and stress of one order and family."""
 
-    Attributes
-    ----------
-    order, family
-        Circumferential order and family, as in `rotordyn.superelement.Surface`; order None
-        for a solid.
-    character
-        Of the solid in a half turn: the displacement at the other half is this times the turned
-        one.
-    displacement_m
-        (p, 3) amplitudes along r, θ, z, or along x, y, z; real or complex.
-    stress_pa
-        (p, 6) rr, θθ, zz, rθ, θz, rz, or xx, yy, zz, xy, yz, xz. The components rθ and θz go with
-        the factor of u_θ, the others with that of u_r.
-    """
-
+    #: Circumferential order and family, as in `rotordyn.superelement.Surface`; order None for a
+    #: solid
     order: int | None
     family: int
+    #: Of the solid in a half turn: the displacement at the other half is this times the turned one
     character: int
+    #: (p, 3) amplitudes along r, θ, z, or along x, y, z; real or complex
     displacement_m: NDArray[Any]
+    #: (p, 6) rr, θθ, zz, rθ, θz, rz, or xx, yy, zz, xy, yz, xz. The components rθ and θz go with
+    #: the factor of u_θ, the others with that of u_r.
     stress_pa: NDArray[Any]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RecoveredFields:
-    """Fields of one body in one state.
-
-    Attributes
-    ----------
-    steady
-        Of the centrifugal load; None where it was not computed.
-    strain_energy_j
-        ½ ∫ σ:ε* of the state's own displacement.
-    """
+    """Fields of one body in one state."""
 
     points: FieldPoints
     terms: tuple[FieldTerm, ...]
-    steady: FieldTerm | None
-    strain_energy_j: float
+    steady: FieldTerm | None  #: Of the centrifugal load; None where it was not computed
+    strain_energy_j: float  #: ½ ∫ σ:ε* of the state's own displacement
 
 
 class StressRecovery:
     """Recover states of one body, one after the other.
 
-    Notes
-    -----
     In every element the stress is taken at the points of the quadrature that is exact to twice the
     degree of the strain (for second order these are the points of Barlow 1976, Int. J. Numer.
     Methods Eng. 10, where it is more accurate than elsewhere), fitted by a polynomial of the
@@ -126,10 +96,7 @@ class StressRecovery:
     def recover(self, motion: NDArray[Any], speed_rad_s: float) -> RecoveredFields:
         """Return the fields of a state.
 
-        Parameters
-        ----------
-        motion
-            Coordinates of the superelement, real, or complex amplitudes, shape (n,).
+        `motion`: coordinates of the superelement, real, or complex amplitudes, shape (n,).
         """
         q = self._fields.own_motion(np.asarray(motion))
         terms: list[FieldTerm] = []
@@ -198,10 +165,8 @@ class _Sampler:
         stress = forms.stress(kin, matter, self._field)
         self._stress = compat.expression(stress, at)
         self._outward = _fit(at, weights, nodes, degree - 1)
-        metadata = {"quadrature_degree": forms.quadrature_degree(kin, degree)}
-        dx = ufl.Measure("dx", domain=self._domain, metadata=metadata)
         density = 0.5 * ufl.inner(stress, kin.strain(self._field)) * kin.weight
-        self._energy = compat.compiled(density * dx)
+        self._energy = compat.compiled(density * forms.measure(self._domain, kin, degree))
         lagrange = basix.LagrangeVariant.gll_warped
         element = basix.create_element(basix.ElementFamily.P, kind, degree, lagrange)
         self._shapes = element.tabulate(0, nodes)[0].reshape(len(nodes), -1)

@@ -19,40 +19,23 @@ _SHARE = 0.98
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ElementIndicators:
-    """The error fields of one circumferential order of one body.
+    """The error fields of one circumferential order of one body."""
 
-    Attributes
-    ----------
-    finer
-        Space one order higher, with the omitted displacement per term of the residual.
-    rows
-        Coordinates of the superelement that belong to this order.
-    """
-
+    #: Space one order higher, with the omitted displacement per term of the residual
     finer: FinerSpace
-    rows: IntArray
+    rows: IntArray  #: Coordinates of the superelement that belong to this order
     signs: FloatArray
     order: IntArray
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MotionSample:
-    """A motion q e^{st} of a body, at which errors are wanted.
+    """A motion q e^{st} of a body, at which errors are wanted."""
 
-    Attributes
-    ----------
-    coordinates
-        (n,) complex, superelement's coordinates.
-    s
-        Complex frequency [1/s].
-    weight
-        Factor on the energy, such as 1 / what makes it a relative error.
-    """
-
-    coordinates: ComplexArray
-    s: complex
+    coordinates: ComplexArray  #: (n,) complex, superelement's coordinates
+    s: complex  #: Complex frequency [1/s]
     speed_rad_s: float
-    weight: float
+    weight: float  #: Factor on the energy, such as 1 / what makes it a relative error
 
 
 def element_errors(
@@ -60,12 +43,8 @@ def element_errors(
 ) -> tuple[FloatArray, FloatArray, IntArray]:
     """Share of every element in the weighted sum of the samples' errors.
 
-    Returns
-    -------
-    errors
-        (c,) per cell.
-    points, triangles
-        (m, 2) vertices (z, r) and (c, 3) vertices of the cells.
+    Returns errors: (c,) per cell; points, triangles: (m, 2) vertices (z, r) and (c, 3) vertices of
+    the cells.
     """
     fine = indicators.finer
     terms = np.concatenate([_terms(indicators, sample) for sample in samples], axis=2)
@@ -109,9 +88,7 @@ def _by_element(fine: FinerSpace, fields: FloatArray) -> tuple[FloatArray, Float
     density = ufl.inner(forms.stress(kin, matter, field), kin.strain(field)) * kin.weight
     form = compat.compiled(density * test * dx)
     out = np.zeros(len(compat.owned_values(fem.Function(cells))))
-    full = fields
-    if fine.coupling.transformation is not None:
-        full = apply(fine.coupling.transformation, fields)
+    full = fine.coupling.displacement(fields)
     for k in range(full.shape[1]):
         compat.owned_values(field)[:] = full[:, k]
         field.x.scatter_forward()

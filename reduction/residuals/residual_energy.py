@@ -21,15 +21,16 @@ import numpy as np
 import scipy.linalg
 import ufl
 from dolfinx import fem
-from petsc4py import PETSc
 from scipy.special import gammaln
 
+from solidwhirl.meshing.own.drawing import chain_ends
 from solidwhirl.reduction.basis.craig_bampton import Basis
+from solidwhirl.reduction.basis.fixed_interface_modes import shifted_matrix
 from solidwhirl.reduction.basis.free_motion import straining_part
 from solidwhirl.reduction.basis.reduced_block import ReducedBlock
 from solidwhirl.reduction.operators import compat, forms, kinematics
 from solidwhirl.reduction.operators.coupling import Coupling, couple
-from solidwhirl.reduction.operators.matrices import BodyOperators
+from solidwhirl.reduction.operators.matrices import BodyOperators, assembled
 from solidwhirl.reduction.solvers.constrained import ConstrainedFactor, factorise
 from solidwhirl.reduction.solvers.vectors import apply, inner, project, symmetric
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, IntArray
@@ -54,38 +55,22 @@ _SERIES = 100_000
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Omitted:
-    """Energy of what is left out, one family of one circumferential order.
-
-    Attributes
-    ----------
-    gram
-        (4 n, 4 n) symmetric, blocks in the order K, M, G (N for two families), Kσ - S.
-    safety
-        Factor on the energy that covers what the comparison can not see.
-    cutoff_rad_s
-        Lowest angular frequency of what is left out; inf: far away.
-    """
+    """Energy of what is left out, one family of one circumferential order."""
 
     part: str
+    #: (4 n, 4 n) symmetric, blocks in the order K, M, G (N for two families), Kσ - S
     gram: FloatArray
-    safety: float
-    cutoff_rad_s: float
+    safety: float  #: Factor on the energy that covers what the comparison can not see
+    cutoff_rad_s: float  #: Lowest angular frequency of what is left out; inf: far away
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FinerSpace:
-    """The body on the same mesh with elements one order higher, and how V misses it.
-
-    Attributes
-    ----------
-    stiffness
-        Its K (û of that space).
-    misses
-        (4 blocks, local û, n) the omitted displacement per unit of each term of the residual.
-    """
+    """The body on the same mesh with elements one order higher, and how V misses it."""
 
     space: Any
-    stiffness: Any
+    stiffness: Any  #: Its K (û of that space)
+    #: (4 blocks, local û, n) the omitted displacement per unit of each term of the residual
     misses: FloatArray
     coupling: Coupling
     ingredients: Any
@@ -94,18 +79,9 @@ class FinerSpace:
 def truncation_energy(operators: BodyOperators, basis: Basis) -> tuple[Omitted, FloatArray]:
     """Energy of the modes that the basis lacks.
 
-    Parameters
-    ----------
-    operators, basis
-        Of one body and order; the factor of the basis is used again.
-
-    Returns
-    -------
-    energy
-        Part "mode_truncation".
-    answers
-        (4, local û, n) displacement of the held body under the terms K V, M V, G V, (Kσ - S) V
-        as loads, in the whole space of the mesh.
+    `operators`, `basis`: of one body and order; the factor of the basis is used again. Returns
+    energy: part "mode_truncation"; answers: (4, local û, n) displacement of the held body under the
+    terms K V, M V, G V, (Kσ - S) V as loads, in the whole space of the mesh.
     """
     comm, v, b = operators.comm, basis.vectors, basis.interface_count
     interior = v[:, b:]
@@ -159,20 +135,9 @@ def mesh_energy(
 ) -> tuple[Omitted, FinerSpace]:
     """Energy that elements one order higher would take up, on the same meridian mesh.
 
-    Parameters
-    ----------
-    operators, basis
-        Of one body and order, harmonic level.
+    `operators`, `basis`: of one body and order, harmonic level. Returns energy: part "mesh"; finer:
+    for indicators of single elements.
 
-    Returns
-    -------
-    energy
-        Part "mesh".
-    finer
-        For indicators of single elements.
-
-    Notes
-    -----
     The next order does not show the whole error. The energy of every element is multiplied by what
     it leaves out: `singular_factor` where the element touches a re-entrant corner or the end of a
     rigid interface, a constant elsewhere.
@@ -183,8 +148,11 @@ def mesh_energy(
     loads = residual_terms(finer, _raised(operators, finer, v))
     free = _raised(operators, finer, basis.free)
     loads = balanced(loads, finer, free)
-    rows = np.hstack([finer.coupling.rows, finer.coupling.anchors])
-    factor = factorise(_shifted(finer, basis.shift), rows)
+    rows = finer.coupling.held
+    shifted = shifted_matrix(finer, finer.stiffness, basis.shift)
+    factor = factorise(shifted, rows)
+    if shifted is not finer.stiffness:
+        shifted.destroy()
     for k in range(1, 4):  # in place of the loads, which are not needed any more
         if loads[k].any():
             moved = factor.solve(loads[k], None)[: loads.shape[1]]
@@ -247,30 +215,13 @@ def _without(
     return out
 
 
-def _shifted(operators: BodyOperators, shift: float) -> Any:
-    """K - shift M."""
-    if shift == 0.0:
-        return operators.stiffness
-    matrix = operators.stiffness.copy()
-    matrix.axpy(-shift, operators.mass, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
-    return matrix
-
-
 def singular_factor(degree: int, exponent: float = _SINGULAR_EXPONENT) -> float:
     """Ratio of the energy error of an element at a singular point to what the next order shows.
 
-    Parameters
-    ----------
-    exponent
-        α of the displacement r^α at the point.
-
-    Returns
-    -------
-    float
-        Σ_{n ≥ p} c_n² / c_p² with the coefficients c_n of r^(α-1) in the polynomials that are
-        orthogonal on (0, 1) with weight r (Jacobi): c_n² ~ (n + 1) [Γ(n+1-α) / Γ(n+2+α)]². For
-        large p this is 1 / (1 - (p / (p + 1))^(4α)), the rate of Babuška and Suri, SIAM Review 36
-        (1994) 578-632.
+    `exponent`: α of the displacement r^α at the point. Result: Σ_{n ≥ p} c_n² / c_p² with the
+    coefficients c_n of r^(α-1) in the polynomials that are orthogonal on (0, 1) with weight r
+    (Jacobi): c_n² ~ (n + 1) [Γ(n+1-α) / Γ(n+2+α)]². For large p this is 1 / (1 - (p / (p +
+    1))^(4α)), the rate of Babuška and Suri, SIAM Review 36 (1994) 578-632.
     """
     n = np.arange(degree, degree + _SERIES, dtype=float)
     ratio = gammaln(n + 1.0 - exponent) - gammaln(n + 2.0 + exponent)
@@ -290,12 +241,8 @@ def _weighted_stiffness(operators: BodyOperators, finer: BodyOperators, interfac
     compat.owned_values(factor)[:] = values
     kin = replace(given.kinematics, weight=factor * given.kinematics.weight)
     u, v = ufl.TrialFunction(finer.space), ufl.TestFunction(finer.space)
-    metadata = {"quadrature_degree": forms.quadrature_degree(kin, degree + 1)}
-    dx = ufl.Measure("dx", domain=domain, metadata=metadata)
-    form = forms.stiffness_form(kin, given.matter, u, v, dx)
-    matrix = compat.assemble_matrix(compat.compiled(form))
-    turned = finer.coupling.transformation
-    return matrix if turned is None else matrix.PtAP(turned)
+    dx = forms.measure(domain, kin, degree + 1)
+    return assembled(forms.stiffness_form(kin, given.matter, u, v, dx), finer.coupling)
 
 
 def _singular_cells(domain: Any, facet_tags: Any, interfaces: Any) -> BoolArray:
@@ -311,7 +258,7 @@ def _singular_cells(domain: Any, facet_tags: Any, interfaces: Any) -> BoolArray:
     for interface in interfaces:
         if interface.coupling == "rigid":
             facets = _facet_nodes(domain, cells, facet_tags[interface.name])
-            singular[_ends(points, facets)] = True
+            singular[chain_ends(points, facets, _STRAIGHT)] = True
     return np.asarray(singular[cells].any(axis=1))
 
 
@@ -324,22 +271,6 @@ def _facet_nodes(domain: Any, cells: IntArray, tags: Any) -> IntArray:
     node[corners] = cells
     ends = topology.connectivity(1, 0).array.reshape(-1, 2)
     return np.asarray(node[ends[tags.indices]])
-
-
-def _ends(points: FloatArray, facets: IntArray) -> list[int]:
-    """Nodes off the axis where a chain of facets ends or turns."""
-    directions: dict[int, list[FloatArray]] = {}
-    for a, b in facets:
-        step = (points[b] - points[a]) / np.linalg.norm(points[b] - points[a])
-        directions.setdefault(int(a), []).append(step)
-        directions.setdefault(int(b), []).append(-step)
-    scale = 1e-9 * float(np.abs(points).max())
-    return [
-        node
-        for node, steps in directions.items()
-        if points[node, 1] > scale
-        and not (len(steps) == 2 and np.linalg.norm(steps[0] + steps[1]) < _STRAIGHT)
-    ]
 
 
 def _gram(stiffness: Any, blocks: FloatArray, comm: Any) -> FloatArray:
@@ -361,8 +292,7 @@ def _finer_operators(operators: BodyOperators, degree: int, interfaces: Any) -> 
     space = compat.vector_space(operators.space.mesh, degree, 3)
     coupling = couple(space, kin, dict(given.facet_tags), interfaces, given.effects.components)
     u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
-    metadata = {"quadrature_degree": forms.quadrature_degree(kin, degree)}
-    dx = ufl.Measure("dx", domain=space.mesh, metadata=metadata)
+    dx = forms.measure(space.mesh, kin, degree)
     wanted = {
         "stiffness": forms.stiffness_form(kin, matter, u, v, dx),
         "mass": forms.mass_form(kin, matter, u, v, dx),
@@ -374,11 +304,7 @@ def _finer_operators(operators: BodyOperators, degree: int, interfaces: Any) -> 
         prestress = forms.stress(around, matter, given.centrifugal_field)
         wanted["stress_stiffening"] = forms.stiffening_form(kin, prestress, u, v, dx)
         wanted["spin_softening"] = forms.softening_form(kin, matter, u, v, dx)
-    matrices = {}
-    for name, form in wanted.items():
-        matrix = compat.assemble_matrix(compat.compiled(form))
-        turned = coupling.transformation
-        matrices[name] = matrix if turned is None else matrix.PtAP(turned)
+    matrices = {name: assembled(form, coupling) for name, form in wanted.items()}
     return replace(operators, coupling=coupling, space=space, **matrices)
 
 
@@ -386,7 +312,7 @@ def _raised(operators: BodyOperators, finer: BodyOperators, block: FloatArray) -
     """Columns û of the body's space as û of the finer space."""
     source, target = fem.Function(operators.space), fem.Function(finer.space)
     given, wanted = operators.coupling, finer.coupling
-    full = block if given.transformation is None else apply(given.transformation, block)
+    full = given.displacement(block)
     kept = wanted.kept
     rows = len(kept) + len(block) - len(given.kept)
     out = np.empty((rows, block.shape[1]))
@@ -406,18 +332,12 @@ _OF_STRAIN = (0, 3)
 
 
 def joined_forms(
-    blocks: Sequence[ReducedBlock],
-    omitted: Sequence[tuple[Omitted, ...]],
-    order: IntArray,
+    blocks: Sequence[ReducedBlock], omitted: Sequence[tuple[Omitted, ...]], order: IntArray
 ) -> tuple[ErrorForm, ...]:
     """Error forms of a superelement.
 
-    Parameters
-    ----------
-    omitted
-        What every block leaves out, the same parts for all; () for none.
-    order
-        Order of the superelement's coordinates among those of the stacked blocks.
+    `omitted`: what every block leaves out, the same parts for all; () for none. `order`: order of
+    the superelement's coordinates among those of the stacked blocks.
     """
     out = []
     for parts in zip(*omitted, strict=True):

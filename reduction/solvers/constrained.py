@@ -27,17 +27,9 @@ _MEGABYTE = 1_000_000
 def bordered(matrix: Any, rows: FloatArray) -> Any:
     """Border a distributed symmetric matrix with dense rows and their transposes.
 
-    Parameters
-    ----------
-    matrix
-        (N, N) PETSc AIJ matrix.
-    rows
-        (local N, b) this rank's part of Bᵀ.
-
-    Returns
-    -------
-    (N + b, N + b) PETSc SBAIJ matrix, of which the upper half is stored; the b new unknowns are
-    the last of the last rank.
+    `matrix`: (N, N) PETSc AIJ; `rows`: (local N, b) this rank's part of Bᵀ. Returns a PETSc SBAIJ
+    matrix (N + b, N + b), of which the upper half is stored; the b new unknowns are the last of the
+    last rank.
     """
     comm = matrix.comm.tompi4py()
     last = comm.rank == comm.size - 1
@@ -76,27 +68,16 @@ def _upper_half(matrix: Any) -> tuple[NDArray[Any], NDArray[Any], FloatArray]:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ConstrainedFactor:
-    """Factorised ``[[A, Bᵀ], [B, 0]]``.
+    """Factorised ``[[A, Bᵀ], [B, 0]]``."""
 
-    Attributes
-    ----------
-    matrix, solver
-        The bordered PETSc matrix and its factorised KSP.
-    border
-        b, the number of constraint rows.
-    negative_pivots
-        Negative eigenvalues of the bordered matrix; b of them belong to the border if A is
-        positive definite under the constraint (Sylvester), every further one is an eigenvalue
-        of A below zero.
-    memory_bytes
-        Memory of the factor, on all ranks.
-    """
-
+    #: The bordered PETSc matrix and its factorised KSP
     matrix: Any
     solver: Any
-    border: int
+    border: int  #: b, the number of constraint rows
+    #: Negative eigenvalues of the bordered matrix; b of them belong to the border if A is positive
+    #: definite under the constraint (Sylvester), every further one is an eigenvalue of A below zero
     negative_pivots: int
-    memory_bytes: int
+    memory_bytes: int  #: Memory of the factor, on all ranks
 
     @property
     def indefinite_count(self) -> int:
@@ -111,16 +92,8 @@ class ConstrainedFactor:
     def solve(self, force: FloatArray | None, values: FloatArray | None) -> FloatArray:
         """Solve A u + Bᵀ λ = force, B u = values.
 
-        Parameters
-        ----------
-        force
-            (local N, k) or None for zero.
-        values
-            (b, k) or None for zero.
-
-        Returns
-        -------
-        (local N + own border rows, k): u, then on the last rank the reactions λ.
+        `force`: (local N, k) or None for zero. `values`: (b, k) or None for zero. Returns (local N
+        + own border rows, k): u, then on the last rank the reactions λ.
         """
         comm = self.matrix.comm.tompi4py()
         given = force if force is not None else values
@@ -136,17 +109,9 @@ class ConstrainedFactor:
         return self.solve_whole(right)
 
     def solve_whole(self, right: FloatArray) -> FloatArray:
-        """Solve the bordered system for every column of a block.
+        """Solve the bordered system for every column of a block (local N + own border rows, k).
 
-        Parameters
-        ----------
-        right
-            (local N + own border rows, k).
-
-        Returns
-        -------
-        Same shape. All columns go through the factor together, which is several times faster
-        than one by one.
+        All columns go through the factor together, several times faster than one by one.
         """
         if not right.shape[1]:
             return np.empty(right.shape)
@@ -165,20 +130,9 @@ class ConstrainedFactor:
 def factorise(matrix: Any, rows: FloatArray) -> ConstrainedFactor:
     """Factorise a symmetric matrix bordered with constraint rows.
 
-    Parameters
-    ----------
-    matrix
-        (N, N) PETSc matrix.
-    rows
-        (local N, b) this rank's part of Bᵀ (b may be 0).
-
-    Raises
-    ------
-    FactorMemoryError
-        The factor needs more memory than the machine has available, which is known before any
-        of it is computed.
-    ReductionError
-        The factorisation failed.
+    `matrix`: (N, N) PETSc matrix. `rows`: (local N, b) this rank's part of Bᵀ (b may be 0). Raises
+    FactorMemoryError: the factor needs more memory than the machine has available, which is known
+    before any of it is computed. Raises ReductionError: the factorisation failed.
     """
     whole = bordered(matrix, rows)
     solver = PETSc.KSP().create(whole.comm)

@@ -16,14 +16,8 @@ _SLABS = 64
 def values_of_owners(own: IntArray, wanted: IntArray, comm: Any) -> IntArray:
     """Return values that other ranks hold.
 
-    Parameters
-    ----------
-    own
-        (n,) values of this rank; the numbering goes on from rank to rank.
-    wanted
-        (m,) numbers in that numbering, of any rank.
-    comm
-        Communicator; all ranks must call.
+    `own`: (n,) values of this rank; the numbering goes on from rank to rank. `wanted`: (m,) numbers
+    in that numbering, of any rank. `comm`: communicator; all ranks must call.
     """
     ends = np.cumsum(comm.allgather(len(own)))
     distinct, place = np.unique(wanted, return_inverse=True)
@@ -37,6 +31,9 @@ def numbers_at_places(
     places: FloatArray, numbers: IntArray, wanted: FloatArray, near: float, comm: Any
 ) -> tuple[IntArray, FloatArray]:
     """Return the number of the nearest place of any rank for every wanted place.
+
+    Places meet on the rank of their slab of the third coordinate; one near the end of its slab is
+    told to both sides.
 
     Parameters
     ----------
@@ -55,11 +52,6 @@ def numbers_at_places(
     -------
     numbers (m,), distances (m,) [m]
         -1 and inf where nothing is near.
-
-    Notes
-    -----
-    Places meet on the rank of their slab of the third coordinate; one near the end of its slab is
-    told to both sides.
     """
     low, high = _extent(places[:, 2], wanted[:, 2], comm)
     height = max((high - low) / (_SLABS * comm.size), 4.0 * near, np.finfo(float).tiny)

@@ -41,18 +41,11 @@ _OPTIONS = {
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BlockPlaces:
-    """Where unknowns stand in blocks of three: a node, the displacement or turn of a master.
+    """Where unknowns stand in blocks of three: a node, the displacement or turn of a master."""
 
-    Attributes
-    ----------
-    place
-        (local,) rising; 3 times the block plus the component.
-    rigid
-        (local, 6) rigid motions of the body in the unknowns, whatever its symmetry.
-    """
-
-    place: IntArray
+    place: IntArray  #: (local,) rising; 3 times the block plus the component
     blocks: int
+    #: (local, 6) rigid motions of the body in the unknowns, whatever its symmetry
     rigid: FloatArray
 
 
@@ -86,21 +79,11 @@ class Level:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Hierarchy:
-    """A symmetric positive V-cycle for a stiffness.
+    """A symmetric positive V-cycle for a stiffness."""
 
-    Attributes
-    ----------
-    finest
-        The stiffness, which is another's.
-    levels
-        From the finest on, without the coarsest.
-    coarsest
-        Inverse of the coarsest matrix, this rank's rows.
-    """
-
-    finest: Any
-    levels: tuple[Level, ...]
-    coarsest: FloatArray
+    finest: Any  #: The stiffness, which is another's
+    levels: tuple[Level, ...]  #: From the finest on, without the coarsest
+    coarsest: FloatArray  #: Inverse of the coarsest matrix, this rank's rows
     comm: Any
 
     def cycle(self, load: FloatArray, level: int = 0) -> FloatArray:
@@ -133,10 +116,7 @@ class Hierarchy:
 def hierarchy_of(matrix: Any, places: BlockPlaces) -> Hierarchy:
     """Make the hierarchy of a stiffness.
 
-    Parameters
-    ----------
-    matrix
-        (N, N) PETSc AIJ, symmetric, semidefinite; it stays in use as the finest level.
+    `matrix`: (N, N) PETSc AIJ, symmetric, semidefinite; it stays in use as the finest level.
     """
     comm = matrix.comm.tompi4py()
     lifted = _lifted_blocks(matrix, places)
@@ -158,10 +138,7 @@ def hierarchy_of(matrix: Any, places: BlockPlaces) -> Hierarchy:
         rows[np.diag_indices(len(rows))] *= 1.0 + _LIFT
         first, end = matrix.getOwnershipRange()
     out = Hierarchy(
-        finest=matrix,
-        levels=tuple(levels),
-        coarsest=_inverse(rows)[first:end],
-        comm=comm,
+        finest=matrix, levels=tuple(levels), coarsest=_inverse(rows)[first:end], comm=comm
     )
     pc.destroy()
     lifted.destroy()
@@ -202,10 +179,7 @@ def _level(matrix: Any, prolongation: Any, comm: Any) -> Level:
         x = product * inverse[:, None]
         x = x / np.sqrt(inner(x, x, comm)[0, 0])
     return Level(
-        matrix=matrix,
-        inverse_diagonal=inverse,
-        largest=largest,
-        prolongation=prolongation,
+        matrix=matrix, inverse_diagonal=inverse, largest=largest, prolongation=prolongation
     )
 
 

@@ -35,24 +35,9 @@ def iterative_pairs(
 ) -> tuple[FloatArray, FloatArray]:
     """Lowest eigenpairs of K u = λ M u under the constraints of an iteration.
 
-    Parameters
-    ----------
-    iteration
-        With A = K - σ M.
-    tolerance
-        Error of a mode in the energy norm.
-    start
-        (local, s) fields to begin with.
-
-    Returns
-    -------
-    eigenvalues (count,), vectors (local, count)
-        Rising, of K; M-orthonormal.
-
-    Raises
-    ------
-    ReductionError
-        Fewer pairs than asked converged.
+    `iteration`: with A = K - σ M. `tolerance`: error of a mode in the energy norm. `start`: (local,
+    s) fields to begin with. Returns eigenvalues (count,), vectors (local, count): rising, of K;
+    M-orthonormal. Raises ReductionError: fewer pairs than asked converged.
     """
     comm, local = iteration.comm, mass.getLocalSize()[0]
     width = count + max(_GUARD, int(_GUARD_PART * count))
@@ -84,10 +69,7 @@ def iterative_pairs(
 
 
 def _projected(
-    basis: tuple[FloatArray, ...],
-    images: tuple[FloatArray, ...],
-    going: BoolArray,
-    comm: Any,
+    basis: tuple[FloatArray, ...], images: tuple[FloatArray, ...], going: BoolArray, comm: Any
 ) -> tuple[FloatArray, ...]:
     """Rayleigh-Ritz on [X, P, W]: values, X, A X, and P, A P of the modes that go on."""
     m = basis[0].shape[1]

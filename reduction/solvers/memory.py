@@ -11,10 +11,7 @@ from solidwhirl.rotordyn.core.available_memory import available_memory
 def available_memory_bytes(comm: Any) -> int | None:
     """Return the memory that each rank may still take, None where the system does not tell.
 
-    Parameters
-    ----------
-    comm
-        mpi4py communicator; ranks of one machine share what it has, and the least is returned.
+    `comm`: mpi4py communicator; ranks of one machine share what it has, and the least is returned.
     """
     from mpi4py import MPI
 

@@ -35,36 +35,17 @@ class ConstrainedIteration:
     """Solves A u + Bᵀ λ = force, B u = values by conjugate gradients.
 
     The counterpart of `ConstrainedFactor`, with the same `solve`.
-
-    Attributes
-    ----------
-    matrix
-        A, PETSc, positive definite on the constrained fields.
-    normals
-        (local, c) C = [Bᵀ, M F] times `scale`.
-    answers
-        (local, c) P⁻¹ C.
-    gram
-        Cholesky factor of Cᵀ P⁻¹ C.
-    scale
-        (c,).
-    border
-        b, the number of constraint rows.
-    free
-        (local, f) rigid motions F that the rows leave free, M-orthonormal.
-    shift
-        σ of A = K - σ M; the stiffness of the free motions is -σ.
     """
 
-    matrix: Any
+    matrix: Any  #: A, PETSc, positive definite on the constrained fields
     hierarchy: Hierarchy
-    normals: FloatArray
-    answers: FloatArray
-    gram: tuple[FloatArray, bool]
-    scale: FloatArray
-    border: int
-    free: FloatArray
-    shift: float
+    normals: FloatArray  #: (local, c) C = [Bᵀ, M F] times `scale`
+    answers: FloatArray  #: (local, c) P⁻¹ C
+    gram: tuple[FloatArray, bool]  #: Cholesky factor of Cᵀ P⁻¹ C
+    scale: FloatArray  #: (c,)
+    border: int  #: b, the number of constraint rows
+    free: FloatArray  #: (local, f) rigid motions F that the rows leave free, M-orthonormal
+    shift: float  #: σ of A = K - σ M; the stiffness of the free motions is -σ
 
     @property
     def comm(self) -> Any:
@@ -96,30 +77,13 @@ class ConstrainedIteration:
         return np.asarray(residual - self.normals @ forces)
 
     def solve(
-        self,
-        force: FloatArray | None,
-        values: FloatArray | None,
-        tolerance: float = SOLUTION,
+        self, force: FloatArray | None, values: FloatArray | None, tolerance: float = SOLUTION
     ) -> FloatArray:
         """Solve A u + Bᵀ λ = force, B u = values.
 
-        Parameters
-        ----------
-        force
-            (local N, k) or None for zero.
-        values
-            (b, k) or None for zero.
-        tolerance
-            Error of the solution in the energy norm, over that of the start.
-
-        Returns
-        -------
-        (local N, k): u.
-
-        Raises
-        ------
-        ReductionError
-            The iteration comes to no end.
+        `force`: (local N, k) or None for zero. `values`: (b, k) or None for zero. `tolerance`:
+        error of the solution in the energy norm, over that of the start. Returns (local N, k): u.
+        Raises ReductionError: the iteration comes to no end.
         """
         given = force if force is not None else values
         assert given is not None
@@ -206,23 +170,10 @@ def constrained_iteration(
 ) -> ConstrainedIteration:
     """Prepare solutions with a symmetric matrix under constraint rows.
 
-    Parameters
-    ----------
-    stiffness
-        K that the hierarchy is made of, PETSc AIJ.
-    matrix
-        A = K - σ M, or K itself.
-    rows
-        (local, b) this rank's part of Bᵀ.
-    free, momentum
-        (local, f) rigid motions that the rows leave free, M-orthonormal, and M times them.
-    shift
-        σ [1/s²].
-
-    Raises
-    ------
-    ReductionError
-        Rows that depend on each other.
+    `stiffness`: K that the hierarchy is made of, PETSc AIJ. `matrix`: A = K - σ M, or K itself.
+    `rows`: (local, b) this rank's part of Bᵀ. `free`, `momentum`: (local, f) rigid motions that the
+    rows leave free, M-orthonormal, and M times them. Raises ReductionError: rows that depend on
+    each other.
     """
     comm = stiffness.comm.tompi4py()
     grids = hierarchy_of(stiffness, places)

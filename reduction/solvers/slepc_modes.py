@@ -40,15 +40,8 @@ def slepc_pairs(
     as its matrix and zero as its shift, so that nothing is factorised twice; what it clears at its
     end is a solver around the factor.
 
-    Returns
-    -------
-    eigenvalues (m,), vectors (local N, m)
-        Rising, m >= count unless the space has fewer; M-orthonormal to round-off.
-
-    Raises
-    ------
-    ReductionError
-        If fewer pairs than asked converged.
+    Returns eigenvalues (m,), vectors (local N, m): rising, m >= count unless the space has fewer;
+    M-orthonormal to round-off. Raises ReductionError if fewer pairs than asked converged.
     """
     local = mass.getLocalSize()[0]
     operator = factor.matrix

@@ -13,10 +13,7 @@ from solidwhirl.rotordyn.core.arrays import FloatArray
 def apply(matrix: Any, block: FloatArray) -> FloatArray:
     """Matrix times every column; rows are this rank's.
 
-    Parameters
-    ----------
-    block
-        (local columns of the matrix, k).
+    `block`: (local columns of the matrix, k).
     """
     rows, width = matrix.getLocalSize()[0], matrix.getSize()[1]
     dense = dense_matrix(block, width, matrix.comm)
@@ -52,10 +49,7 @@ def folded(matrix: Any, transformation: Any) -> Any:
 def dense_matrix(block: FloatArray, height: int, comm: Any) -> Any:
     """PETSc dense matrix of a block; shares the memory of a block that is stored by columns.
 
-    Parameters
-    ----------
-    block
-        (local rows, k).
+    `block`: (local rows, k).
     """
     rows, k = block.shape
     size = ((rows, height), (PETSc.DECIDE, k))

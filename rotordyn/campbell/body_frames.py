@@ -1,19 +1,32 @@
-"""A Campbell diagram in the frame of one body, with the shares measured on that body's motion."""
+"""A Campbell diagram in the frame of one body, with the shares measured on that body's motion.
+
+A motion z = x + iy = f e^{iωt} + b e^{−iωt} of the axis, ω > 0, has a forward and a backward
+circle. Seen from a body that turns at nΩ about +z it is f e^{i(ω − nΩ)t} + b e^{−i(ω + nΩ)t}: two
+frequencies with a sign, positive where the motion turns about +z in that frame. A forward circle
+slower than the body turns backward there: its frequency is mirrored at zero, its sign negative.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
 import scipy.linalg as la
 from scipy.optimize import linear_sum_assignment
-from scipy.sparse.csgraph import connected_components
 
 from solidwhirl.rotordyn.assembly.coordinates import body_rows
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.campbell.diagram import Campbell
-from solidwhirl.rotordyn.campbell.frames import RotatingCampbell, signed_frequency
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, StringArray
+from solidwhirl.rotordyn.core.arrays import (
+    BoolArray,
+    ComplexArray,
+    FloatArray,
+    IntArray,
+    ReadOnlyArrays,
+    StringArray,
+    together,
+)
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.centreline import centreline_motion
 from solidwhirl.rotordyn.modes.eigen import modes_at_speed
@@ -25,30 +38,59 @@ _SAME = 1e-6
 _FOUND = 1e-6
 
 
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class RotatingCampbell(ReadOnlyArrays):
+    """Hold the branches of a Campbell diagram as a turning body sees them.
+
+    Each branch has c components, patterns of |μ| waves round the axis that turn about +z (μ > 0)
+    or −z (μ < 0): μ = ±1 the two circles of an orbit, 0 axial motion and torsion.
+
+    `body`: name of the body. `speed_ratio`: n: the frame turns at nΩ. `speeds_rad_s`: Ω of the
+    reference shaft, shape (s,). `orders`: μ of the components, shape (c,). `signed_hz`: sign(μ) f −
+    |μ| nΩ/2π with the inertial frequency f, shape (c, b, s), Hz; positive where the pattern turns
+    about +z in the frame of the body. f itself for μ = 0; nan where a branch has ended. `share`:
+    part of each component in the branch, 0 to 1 and 1 in all, shape (c, b, s); nan where the body
+    stands still. `body_share`: part of the body in the kinetic energy of the branch, shape (b, s).
+    `growth_rate_1_s`: re λ, 1/s, the same in all frames, shape (b, s). `share_source`: where the
+    shares come from: "kinetic energy" of the body's motion, or "orbits" of its axis.
+    """
+
+    body: str
+    speed_ratio: float
+    speeds_rad_s: FloatArray
+    orders: IntArray
+    signed_hz: FloatArray
+    share: FloatArray
+    body_share: FloatArray
+    growth_rate_1_s: FloatArray
+    share_source: Literal["kinetic energy", "orbits"]
+
+    @property
+    def spin_rad_s(self) -> FloatArray:
+        """Spin speed of the body nΩ, rad/s, shape (s,)."""
+        return self.speed_ratio * self.speeds_rad_s
+
+    @property
+    def frequency_hz(self) -> FloatArray:
+        """Frequencies the body sees, Hz, not negative, shape (c, b, s)."""
+        return np.asarray(np.abs(self.signed_hz))
+
+    @property
+    def is_mirrored(self) -> BoolArray:
+        """Whether a component turns the other way in the frame of the body, shape (c, b, s)."""
+        return np.asarray(self.signed_hz * np.sign(self.orders)[:, None, None] < 0)
+
+
 def campbell_seen_by_body(
     assembled: AssembledSystem, campbell: Campbell, body: str
 ) -> RotatingCampbell:
     """Transform a Campbell diagram to the frame of a body, with the shares of its components.
 
-    Parameters
-    ----------
-    campbell
-        In the inertial frame.
-
-    Returns
-    -------
-    RotatingCampbell
-        Components in the order 1, −1, 0, 2, −2, ... as far as the body has them. Shares are those
-        of the body's own kinetic energy (modes of equal frequency are parted by their labels); of
-        the squared circles of its axis, orders 1 and −1 only, where the body does not know its
-        spin generator.
-
-    Raises
-    ------
-    AnalysisError
-        If the diagram does not belong to the system.
-    AssemblyError
-        If there is no such body.
+    Components come in the order 1, −1, 0, 2, −2, ... as far as the body has them. Shares are those
+    of the body's own kinetic energy (modes of equal frequency are parted by their labels); of the
+    squared circles of its axis, orders 1 and −1 only, where the body does not know its spin
+    generator. Raises AnalysisError if the diagram does not belong to the system, AssemblyError if
+    there is no such body.
     """
     parts = _parts(assembled, body)
     orders = np.array(sorted(set(parts.orders.tolist()), key=lambda m: (abs(abs(m) - 1), -m)))
@@ -68,12 +110,23 @@ def campbell_seen_by_body(
         speed_ratio=ratio,
         speeds_rad_s=campbell.speeds_rad_s,
         orders=orders,
-        signed_hz=signed_frequency(campbell, ratio, orders),
+        signed_hz=_signed_frequency(campbell, ratio, orders),
         share=share,
         body_share=body_share,
         growth_rate_1_s=campbell.eigenvalues.real,
         share_source=parts.source,
     )
+
+
+def _signed_frequency(campbell: Campbell, speed_ratio: float, orders: IntArray) -> FloatArray:
+    """Return sign(μ) f − |μ| nΩ/2π of components μ (c,), f for μ = 0, shape (c, b, s), Hz.
+
+    Müller and Hennings, appendix B, equations 15 to 17, from the other side: |f − Ω/2π| backward,
+    f + Ω/2π forward, −f + Ω/2π mirrored are the inertial frequencies of what a body sees at f.
+    """
+    turn = speed_ratio * campbell.speeds_rad_s / (2.0 * np.pi)
+    sign = np.where(orders == 0, 1, np.sign(orders))[:, None, None]
+    return np.asarray(sign * campbell.frequency_hz - np.abs(orders)[:, None, None] * turn)
 
 
 class _Parts(NamedTuple):
@@ -165,9 +218,7 @@ def _sense(whirl: StringArray, speed: float) -> IntArray:
 def _clusters(values: ComplexArray) -> list[IntArray]:
     """Return groups of two and more equal eigenvalues."""
     near = np.abs(values[:, None] - values) <= _SAME * np.abs(values)
-    count, label = connected_components(near, directed=False)
-    groups = [np.flatnonzero(label == k) for k in range(count)]
-    return [group for group in groups if group.size > 1]
+    return [group for group in together(near) if group.size > 1]
 
 
 def _parted(assembled: AssembledSystem, parts: _Parts, shapes: ComplexArray) -> ComplexArray:

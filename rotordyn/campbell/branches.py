@@ -175,12 +175,8 @@ def _selected(
 def begins(at_speeds: Sequence[Tracked], rest: int) -> tuple[IntArray, BoolArray]:
     """Return where branches begin, seen from rest, and which of them the spin lifts from rest.
 
-    Returns
-    -------
-    begin, lifted : ndarray
-        Index of the first speed of each branch, and whether it comes from rest though it is not
-        there: its frequency is in proportion to the speed, so that only rounding says from where
-        on it turns.
+    Index of the first speed of each branch, and whether it comes from rest though it is not there:
+    its frequency is in proportion to the speed, so that only rounding says from where on it turns.
     """
     alive = np.array([at_speed.columns >= 0 for at_speed in at_speeds])
     places = np.arange(len(at_speeds))[:, None]
@@ -270,15 +266,7 @@ def branch_notes(
 ) -> tuple[TrackingNote, ...]:
     """Return the remarks on a set of branches, by kind and place.
 
-    Parameters
-    ----------
-    speeds
-        All speeds the branches were followed through.
-
-    Returns
-    -------
-    tuple of TrackingNote
-        Possibly empty.
+    `speeds`: all speeds the branches were followed through. Possibly empty.
     """
     return (
         *_range_notes(assembled, at_speeds),

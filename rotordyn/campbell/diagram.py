@@ -17,7 +17,7 @@ from solidwhirl.rotordyn.campbell.branches import (
     lowest,
 )
 from solidwhirl.rotordyn.campbell.tracking import Tracked
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, StringArray, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays, StringArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.reprs import lines_of, speed_range
 from solidwhirl.rotordyn.modes.damping import log_decrement
@@ -25,7 +25,7 @@ from solidwhirl.rotordyn.modes.whirl import whirl_at_speed
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class Campbell:
+class Campbell(ReadOnlyArrays):
     """Hold the tracked branches of a system over the speed.
 
     Attributes
@@ -55,19 +55,18 @@ class Campbell:
     overlap: FloatArray
     notes: tuple[TrackingNote, ...]
 
-    def __post_init__(self) -> None:
-        freeze_arrays(
-            self,
-            "speeds_rad_s",
-            "eigenvalues",
-            "frequency_hz",
-            "log_decrement",
-            "whirl",
-            "overlap",
-        )
-
     def __repr__(self) -> str:
-        return _campbell_text(self)
+        branches = []
+        pairs = zip(self.frequency_hz, self.whirl, strict=True)
+        for number, (frequency, whirl) in enumerate(pairs, start=1):
+            alive = np.flatnonzero(np.isfinite(frequency))
+            ends = [
+                f"{frequency[k]:.2f} Hz {whirl[k]}" for k in alive[[0, -1] if alive.size else []]
+            ]
+            branches.append(f"{number}: {' to '.join(ends) or 'absent'}")
+        notes = f", {len(self.notes)} notes" if self.notes else ""
+        head = f"Campbell: {len(branches)} branches, {speed_range(self.speeds_rad_s)}{notes}"
+        return lines_of(head, branches)
 
 
 def campbell(
@@ -79,33 +78,15 @@ def campbell(
 ) -> Campbell:
     """Follow the modes of a system over a range of speeds.
 
-    Parameters
-    ----------
-    speeds_rad_s
-        Ω, strictly monotonic, shape (s,).
-    branch_count
-        Hold every mode that is among this many lowest ones at one of the speeds or on the way
-        there from rest, and those of equal frequency that it would cut off from them; all, if there
-        are fewer.
-    frequency_max_hz
-        Hold every mode that comes below this frequency at one of the speeds. Exactly one of the
-        two is given.
+    `speeds_rad_s`: Ω, strictly monotonic, shape (s,); `branch_count`: hold every mode that is among
+    this many lowest ones at one of the speeds or on the way there from rest, and those of equal
+    frequency that it would cut off from them; all, if there are fewer; `frequency_max_hz`: hold
+    every mode that comes below this frequency at one of the speeds. Exactly one of the two is
+    given. Branches by rising frequency at rest, those that the spin lifts from zero first and equal
+    ones by that at the next speed; then those that begin at a speed, by that speed. Modes are
+    followed from rest, so that neither the branches nor their order depend on where the range
+    begins. There may be none. Raises AnalysisError if the arguments have no meaning.
 
-    Returns
-    -------
-    Campbell
-        Branches by rising frequency at rest, those that the spin lifts from zero first and equal
-        ones by that at the next speed; then those that begin at a speed, by that speed. Modes are
-        followed from rest, so that neither the branches nor their order depend on where the range
-        begins. There may be none.
-
-    Raises
-    ------
-    AnalysisError
-        If the arguments have no meaning.
-
-    Notes
-    -----
     Branches are paired by the MAC of their states in the energy product, one pairing for all
     modes (assignment problem). A step is halved where a branch changes much, and looked into where
     two branches exchange their order: a veering wider than 1e-4 of the frequency is not taken for
@@ -169,16 +150,3 @@ def _whirl(assembled: AssembledSystem, at_speed: Tracked) -> StringArray:
     whirl = np.full(alive.size, "", dtype="<U8")
     whirl[alive] = everyone[at_speed.columns[alive]]
     return whirl
-
-
-def _campbell_text(campbell: Campbell) -> str:
-    """Speeds, and both ends of every branch."""
-    branches = []
-    pairs = zip(campbell.frequency_hz, campbell.whirl, strict=True)
-    for number, (frequency, whirl) in enumerate(pairs, start=1):
-        alive = np.flatnonzero(np.isfinite(frequency))
-        ends = [f"{frequency[k]:.2f} Hz {whirl[k]}" for k in alive[[0, -1]]] if alive.size else []
-        branches.append(f"{number}: {' to '.join(ends) or 'absent'}")
-    notes = f", {len(campbell.notes)} notes" if campbell.notes else ""
-    head = f"Campbell: {len(branches)} branches, {speed_range(campbell.speeds_rad_s)}{notes}"
-    return lines_of(head, branches)

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
-from solidwhirl.rotordyn.campbell.diagram import Campbell
-from solidwhirl.rotordyn.checks.dynamic_stiffness import dynamic_stiffness, split_stiffness
 from solidwhirl.rotordyn.checks.mode_counts import missing_modes
 from solidwhirl.rotordyn.checks.plain_checks import (
     COUNT,
     ROOTS,
-    check_branches,
     root_miss,
     worst_of,
 )
-from solidwhirl.rotordyn.checks.plain_system import PlainSystem
+from solidwhirl.rotordyn.checks.plain_system import PlainMatrices, PlainSystem
 from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.eigen import Modes
 from solidwhirl.rotordyn.superelement.invariants import Invariant, compared, undecided
 
@@ -32,51 +31,109 @@ _GAP = 1e-3
 _ROUNDINGS = 16.0
 # Roots at rest that are looked at one by one.
 _LOWEST = 24
+# A pivot of the scaled stiffness below this many roundings of the size is none.
+_PIVOT = 64.0
+# Coordinates softer than this part of the stiffest are scaled by their mass.
+_SOFT = 1e-3
+# Shifts that are tried, each four times the last.
+_SHIFTS = 80
+# Rigid motions are counted at this part of the lowest frequency.
+_BELOW = 0.1
 
 _AT_REST = "modes at rest"
 _RESIDUAL = "residual of every eigenpair"
 
 
 def check_modes_at_rest(assembled: AssembledSystem, modes: Modes) -> tuple[Invariant, ...]:
-    """Check the modes of a system at zero speed.
+    """Check the modes of a system at zero speed, all of which are given.
 
-    `modes`: all of its modes at rest. Returns backward error |D(λ)φ| / |φ| over the sizes of the
-    terms, in coordinates where K is about one; without damping also M- and K-orthogonality,
-    equality of elastic and kinetic energy, and the number of modes (`SplitStiffness.modes_below`).
+    Returns backward error |D(λ)φ| / |φ| over the sizes of the terms, in coordinates where K is
+    about one; without damping also M- and K-orthogonality, equality of elastic and kinetic energy,
+    and the number of modes by the signs of K − σ²M.
     """
     if not modes.eigenvalues.size:
         return ()
-    stiffness = dynamic_stiffness(assembled, modes.speed_rad_s, float(abs(modes.eigenvalues[0])))
+    plain = PlainSystem.of(assembled).at(modes.speed_rad_s)
     concerns = "frequencies at rest and the beginning of every branch"
-    residual = float(stiffness.residuals(modes.eigenvalues, modes.shapes).max())
+    residuals, rounding = _residuals(assembled, modes)
     reason = no_count(assembled, modes.negative_stiffness_count)
-    limit = residual_limit(reason, stiffness.rounding)
-    out = [compared(_RESIDUAL, _AT_REST, residual, limit, concerns)]
-    out.append(_roots_at_rest(assembled, modes, concerns))
+    limit = _GENERAL_RESIDUAL_LIMIT if reason else _RESIDUAL_LIMIT
+    limit += _ROUNDINGS * rounding
+    out = [compared(_RESIDUAL, _AT_REST, float(residuals.max()), limit, concerns)]
+    lowest = modes.eigenvalues[:_LOWEST]
+    misses = [root_miss(plain, complex(value), modes.speed_rad_s) for value in lowest]
+    out.append(worst_of(ROOTS, _AT_REST, concerns, misses, f"the lowest {lowest.size}"))
     if reason:
         unknown = ("orthogonality of the modes", "elastic energy equals kinetic")
         out += [undecided(name, _AT_REST, concerns, reason) for name in unknown]
         half = (modes.eigenvalues.size + 1) // 2
-        matrices = PlainSystem.of(assembled).at(modes.speed_rad_s)
-        lost = missing_modes(matrices, modes.eigenvalues, count=half)
+        lost = missing_modes(plain, modes.eigenvalues, count=half)
         text = f"full spectrum, the lowest {half} modes"
         return (*out, compared(COUNT, _AT_REST, lost.size, 0.0, concerns, text))
-    out += _products(assembled, modes, stiffness.rounding)
+    out += _products(assembled, modes, rounding)
     frequencies = modes.eigenvalues.imag
-    between = _places(frequencies)[0]
+    between = _highest_gap(frequencies)
     found = int(np.count_nonzero(frequencies < between))
-    counted = split_stiffness(assembled, modes.speed_rad_s, float(frequencies[0]))
-    missing = abs(counted.modes_below(between) - found)
+    counted = modes_below(plain, between)
+    if frequencies.size < assembled.size:
+        # what is not listed is rigid motion, or missing
+        counted -= modes_below(plain, _BELOW * float(frequencies.min()))
     text = f"{found} modes counted below {between / (2.0 * np.pi):.6g} Hz"
-    return (*out, compared(COUNT, _AT_REST, missing, 0.0, concerns, text))
+    return (*out, compared(COUNT, _AT_REST, abs(counted - found), 0.0, concerns, text))
 
 
-def _roots_at_rest(assembled: AssembledSystem, modes: Modes, concerns: str) -> Invariant:
-    """Relative error of the lowest roots in the system as it is given."""
-    matrices = PlainSystem.of(assembled).at(modes.speed_rad_s)
-    values = modes.eigenvalues[:_LOWEST]
-    misses = [root_miss(matrices, complex(value), modes.speed_rad_s) for value in values]
-    return worst_of(ROOTS, _AT_REST, concerns, misses, f"the lowest {values.size}")
+def _residuals(assembled: AssembledSystem, modes: Modes) -> tuple[FloatArray, float]:
+    """Return |D(λ)φ| over |φ| and the sizes of the terms, (m,), and what rounding in K may do.
+
+    In coordinates y = Pᵀq, P Pᵀ = K + s²M; the rounding is the relative error of the lowest modes.
+    """
+    matrices, values = matrices_at_speed(assembled, modes.speed_rad_s), modes.eigenvalues
+    velocity = matrices.damping + matrices.gyroscopic
+    even = 0.5 * (matrices.stiffness + matrices.stiffness.T)
+    floor = _SOFT * (assembled.body_rate or 1.0) * np.diag(matrices.mass)
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(even), floor))
+    outer = np.outer(scale, scale)
+    lower = _factor(outer * even, outer * matrices.mass, float(abs(values[0])))
+    scaled = (lower.T / scale) @ modes.shapes
+    left = np.zeros_like(scaled)
+    sizes = np.zeros(values.size)
+    for power, matrix in ((0, matrices.stiffness), (1, velocity), (2, matrices.mass)):
+        inner = la.solve_triangular(lower, outer * matrix, lower=True)
+        own = la.solve_triangular(lower, inner.T, lower=True).T
+        left += own @ (scaled * values**power)
+        # a bound of the 2-norm
+        sizes += np.abs(values) ** power * np.sqrt(la.norm(own, 1) * la.norm(own, np.inf))
+    residuals = la.norm(left, axis=0) / (la.norm(scaled, axis=0) * sizes)
+    return np.asarray(residuals), float(np.finfo(float).eps / np.diag(lower).min() ** 2)
+
+
+def _factor(stiffness: FloatArray, mass: FloatArray, slowest: float) -> FloatArray:
+    """Return the Cholesky factor of K + s²M with the least s² that makes it positive."""
+    least = np.sqrt(_PIVOT * len(mass) * np.finfo(float).eps)
+    for step in range(_SHIFTS):
+        shift = slowest**2 * 4.0 ** (step - 1) if step else 0.0
+        try:
+            lower = la.cholesky(stiffness + shift * mass, lower=True)
+        except la.LinAlgError:
+            continue
+        if (np.diag(lower) > least).all():
+            return np.asarray(lower)
+    raise AnalysisError("the mass matrix is not positive definite; every coordinate needs inertia")
+
+
+def modes_below(matrices: PlainMatrices, frequency_rad_s: float) -> int:
+    """Count the modes ω < σ of a conservative system at rest, rigid motions among them.
+
+    They are as many as K − σ²M has negative eigenvalues (Sylvester's law of inertia), which are
+    read from LDLᵀ with blocks of one and two rows (Bunch and Kaufman 1977); a block of two has one.
+    """
+    square = frequency_rad_s**2
+    scale = np.abs(np.diag(matrices.stiffness)) + square * np.diag(matrices.mass)
+    shifted = (matrices.stiffness - square * matrices.mass) / np.sqrt(np.outer(scale, scale))
+    factors, pivots, _ = la.lapack.dsytrf(shifted, lower=1)
+    single = pivots > 0
+    negative = np.count_nonzero(np.diag(factors)[single] < 0)
+    return int(negative + np.count_nonzero(~single) // 2)
 
 
 def _products(assembled: AssembledSystem, modes: Modes, rounding: float) -> list[Invariant]:
@@ -106,47 +163,13 @@ def _products(assembled: AssembledSystem, modes: Modes, rounding: float) -> list
     ]
 
 
-def check_campbell(
-    assembled: AssembledSystem,
-    diagram: Campbell,
-    frequency_max_hz: float | None = None,
-    branch_count: int | None = None,
-) -> tuple[Invariant, ...]:
-    """Check a Campbell diagram against the system as it is given.
-
-    `frequency_max_hz`: as given to `campbell`: below it the branches are all modes, at every speed.
-    `branch_count`: as given to `campbell`: at every speed they hold that many lowest modes. None
-    with no limit either takes the smallest number of branches at a speed. The result is as
-    `check_branches`.
-    """
-    alive = np.isfinite(diagram.eigenvalues).sum(axis=0)
-    return check_branches(
-        PlainSystem.of(assembled),
-        diagram.speeds_rad_s,
-        diagram.eigenvalues,
-        branch_count=int(alive.min()) if branch_count is None else branch_count,
-        frequency_max_hz=frequency_max_hz,
-    )
-
-
-def _places(frequencies: FloatArray) -> tuple[float, list[tuple[float, float]]]:
-    """Return the middle of the highest gap of a list, and both sides of near equal ones below."""
+def _highest_gap(frequencies: FloatArray) -> float:
+    """Return the middle of the highest gap of a list."""
     rising = np.sort(frequencies)
     ends = np.flatnonzero(np.diff(rising) > _GAP * rising[1:])
     if not ends.size:
-        return 0.5 * float(rising[0]), []
-    highest = 0.5 * float(rising[ends[-1]] + rising[ends[-1] + 1])
-    near = [
-        (float(rising[first] * (1.0 - 0.5 * _GAP)), float(rising[last] * (1.0 + 0.5 * _GAP)))
-        for first, last in zip((0, *ends[:-1] + 1), ends, strict=True)
-        if last > first
-    ]
-    return highest, near
-
-
-def residual_limit(no_signs: str, rounding: float) -> float:
-    """Return the limit of residuals, by the solver that the system called for."""
-    return (_GENERAL_RESIDUAL_LIMIT if no_signs else _RESIDUAL_LIMIT) + _ROUNDINGS * rounding
+        return 0.5 * float(rising[0])
+    return 0.5 * float(rising[ends[-1]] + rising[ends[-1] + 1])
 
 
 def no_count(assembled: AssembledSystem, negative_stiffness_count: int) -> str:

@@ -12,6 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from solidwhirl.rotordyn.assembly.system import AssembledSystem
+from solidwhirl.rotordyn.campbell.diagram import Campbell
 from solidwhirl.rotordyn.checks.mode_counts import full_spectrum, missing_modes
 from solidwhirl.rotordyn.checks.plain_system import (
     PlainMatrices,
@@ -19,7 +21,7 @@ from solidwhirl.rotordyn.checks.plain_system import (
     joint_errors,
     root_error,
 )
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
+from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.modes.damping import DEFAULT_RULE
 from solidwhirl.rotordyn.superelement.invariants import Invariant, compared, undecided
@@ -107,21 +109,22 @@ def worst_of(name: str, where: str, concerns: str, misses: Sequence[Miss], text:
     return compared(name, where, worst.error, worst.limit, concerns, reason)
 
 
-def check_branches(
-    plain: PlainSystem,
-    speeds_rad_s: FloatArray,
-    eigenvalues: ComplexArray,
-    *,
-    branch_count: int | None,
-    frequency_max_hz: float | None,
+def check_campbell(
+    assembled: AssembledSystem,
+    diagram: Campbell,
+    frequency_max_hz: float | None = None,
+    branch_count: int | None = None,
 ) -> tuple[Invariant, ...]:
     """Check the branches of a Campbell diagram against the system as it is given.
 
-    `branch_count`, `frequency_max_hz`: which modes the diagram must hold at every speed, as in
-    `missing_modes`. `speeds_rad_s`, `eigenvalues`: of the diagram, shapes (s,) and (b, s); nan
-    where a branch does not exist. Returns relative error of every root, and modes of the whole
-    spectrum that no branch holds.
+    `frequency_max_hz`, `branch_count`: as given to `campbell`: which modes the diagram must hold at
+    every speed. None with no limit either takes the smallest number of branches at a speed. Returns
+    relative error of every root, and modes of the whole spectrum that no branch holds.
     """
+    plain, speeds_rad_s = PlainSystem.of(assembled), diagram.speeds_rad_s
+    eigenvalues = diagram.eigenvalues
+    if branch_count is None:
+        branch_count = int(np.isfinite(eigenvalues).sum(axis=0).min())
     where, concerns = "Campbell diagram", "branches of the Campbell diagram"
     cube = float(plain.transformation.shape[1]) ** 3
     work = cube * (_PER_ROOT * len(eigenvalues) + _PER_SPECTRUM)

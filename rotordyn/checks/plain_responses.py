@@ -151,9 +151,11 @@ def check_peaks(
         if moved is None:
             continue
         major = _major(moved.amplitude.reshape(-1, 2))
+        # a place that the load does not reach moves by the rounding of the others
+        rounding = ROUNDINGS * _EPS * major.max()
         after = int(np.searchsorted(speeds_rad_s, speed))
         beside = np.nanmax(listed[max(0, after - 2) : after + 2], axis=0)
-        seen = major > _SMALL * highest
+        seen = major > np.maximum(_SMALL * highest, rounding)
         if seen.any():
             times = float((major[seen] / np.maximum(beside[seen], np.finfo(float).tiny)).max())
             misses.append(Miss(times, _HIGHER, speed))
@@ -200,7 +202,7 @@ def check_stability(
         least = 0.1 * NEUTRAL if speed in tops else -ROUNDING
         grows = growth_sign(plain.at(float(speed)), float(speed), least)
         if (inside and grows < 0) or (not inside and grows > 0):
-            found = "all decays" if inside else "a motion grows"
+            found = "stable" if inside else "unstable"
             faults.append(f"{found} at {speed * RPM_PER_RAD_S:.9g} rpm")
     text = "; ".join(faults[:6]) or f"all roots at {len(looked)} speeds"
     name = "unstable intervals are those of the system"

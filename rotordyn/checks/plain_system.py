@@ -58,10 +58,8 @@ class RootError(NamedTuple):
 class PlainSystem:
     """A system and its coordinates.
 
-    Attributes
-    ----------
-    transformation
-        Coordinates of all bodies, one after the other, from the independent ones, shape (N, n).
+    `transformation`: coordinates of all bodies, one after the other, from the independent ones,
+    shape (N, n).
     """
 
     system: System

@@ -10,8 +10,13 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.campbell.diagram import Campbell
-from solidwhirl.rotordyn.checks.mode_checks import check_campbell, check_modes_at_rest, no_count
-from solidwhirl.rotordyn.checks.plain_checks import COUNT_SPEEDS, check_critical_roots, check_joints
+from solidwhirl.rotordyn.checks.mode_checks import check_modes_at_rest, no_count
+from solidwhirl.rotordyn.checks.plain_checks import (
+    COUNT_SPEEDS,
+    check_campbell,
+    check_critical_roots,
+    check_joints,
+)
 from solidwhirl.rotordyn.checks.plain_system import PlainSystem
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.dense import scale_by_stiffness

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,16 @@ def freeze_arrays(record: Any, *names: str) -> None:
         array = np.array(getattr(record, name))
         array.setflags(write=False)
         object.__setattr__(record, name, array)
+
+
+class ReadOnlyArrays:
+    """Base of frozen dataclasses that replace all arrays they are given by read-only copies."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        names = (field.name for field in fields(self))  # type: ignore[arg-type]
+        freeze_arrays(self, *(n for n in names if isinstance(getattr(self, n), np.ndarray)))
 
 
 def together(near: BoolArray) -> list[IntArray]:

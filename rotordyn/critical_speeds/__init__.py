@@ -6,18 +6,6 @@ In: `AssembledSystem` and a range. Out: `CriticalSpeed` records, `CriticalSpeedM
 
 from __future__ import annotations
 
-from solidwhirl.rotordyn.critical_speeds.search import (
-    CriticalSpeed,
-    CriticalSpeedCount,
-    count_critical_speeds,
-    critical_speeds,
-    undamped_places,
-)
+from solidwhirl.rotordyn.critical_speeds.search import count_critical_speeds, critical_speeds
 
-__all__ = [
-    "CriticalSpeed",
-    "CriticalSpeedCount",
-    "count_critical_speeds",
-    "critical_speeds",
-    "undamped_places",
-]
+__all__ = ["count_critical_speeds", "critical_speeds"]

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -14,23 +14,24 @@ import scipy.linalg as la
 from scipy.optimize import linear_sum_assignment
 
 from solidwhirl.rotordyn.assembly.bearing_laws import PolynomialLaw
-from solidwhirl.rotordyn.assembly.law_pieces import LawPieces
+from solidwhirl.rotordyn.assembly.parts import Bearing
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, LawJoint, assemble
 from solidwhirl.rotordyn.core.arrays import (
     BoolArray,
     ComplexArray,
     FloatArray,
     IntArray,
+    ReadOnlyArrays,
     StringArray,
-    freeze_arrays,
 )
 from solidwhirl.rotordyn.core.errors import AnalysisError, AssemblyError
 from solidwhirl.rotordyn.core.reprs import row
+from solidwhirl.rotordyn.critical_speeds.search import checked_excitation
 from solidwhirl.rotordyn.critical_speeds.speed_roots import speed_roots
 from solidwhirl.rotordyn.critical_speeds.whirl_pencils import Pencil, direct_speeds, whirl_pencils
 from solidwhirl.rotordyn.modes.whirl import interface_orbits, separated_whirl, whirl_direction
 
-# Below this likeness a step of stiffness is halved, and two shapes are not the same branch.
+# Below this MAC a step of stiffness is halved, and two shapes are not the same branch.
 _GOOD, _POOR = 0.8, 0.4
 # Halvings of one step, and of one on which branches begin or end, which no step is too small for.
 _HALVINGS, _HALVINGS_AT_ENDS = 5, 1
@@ -47,21 +48,21 @@ class MapPoint(NamedTuple):
 
 
 class MapBranches(NamedTuple):
-    """Column of each branch at each stiffness, −1 where there is none, and its likeness.
+    """Column of each branch at each stiffness, −1 where there is none, and its MAC.
 
-    Both have shape (b, s); the likeness to the previous stiffness is 1 where a branch begins.
+    Both have shape (b, s); the MAC to the previous stiffness is 1 where a branch begins.
     """
 
     columns: IntArray
-    likeness: FloatArray
+    mac: FloatArray
 
 
 class _Pairs(NamedTuple):
-    """Partner of each column of the first point in the second (−1: none), and the likeness."""
+    """Partner of each column of the first point in the second (−1: none), and the MAC."""
 
     second: MapPoint
     partner: IntArray
-    likeness: FloatArray
+    mac: FloatArray
 
 
 def follow_branches(
@@ -80,23 +81,23 @@ def follow_branches(
     """
     turned = [points[0]]
     columns = [[int(c)] for c in range(points[0].speeds.size)]
-    likeness = [[1.0] for _ in columns]
+    mac = [[1.0] for _ in columns]
     for place, point in enumerate(points[1:], start=1):
         pairs = _advance(turned[-1], point, solve, metric, wanted, _HALVINGS)
         turned.append(pairs.second)
         taken = set()
-        for branch, score in zip(columns, likeness, strict=True):
+        for branch, score in zip(columns, mac, strict=True):
             here = branch[-1]
             there = int(pairs.partner[here]) if here >= 0 else -1
             branch.append(there)
-            score.append(float(pairs.likeness[here]) if there >= 0 else 0.0)
+            score.append(float(pairs.mac[here]) if there >= 0 else 0.0)
             taken.add(there)
         for new in sorted(set(range(point.speeds.size)) - taken):
             columns.append([-1] * place + [new])
-            likeness.append([0.0] * place + [1.0])
+            mac.append([0.0] * place + [1.0])
     shape = (len(columns), len(points))
     return turned, MapBranches(
-        np.array(columns, dtype=int).reshape(shape), np.array(likeness).reshape(shape)
+        np.array(columns, dtype=int).reshape(shape), np.array(mac).reshape(shape)
     )
 
 
@@ -117,22 +118,22 @@ def _advance(
         return pairs
     before = _advance(first, solve(middle), solve, metric, wanted, halvings - 1)
     after = _advance(before.second, second, solve, metric, wanted, halvings - 1)
-    partner, likeness = np.full(first.speeds.size, -1), np.zeros(first.speeds.size)
+    partner, mac = np.full(first.speeds.size, -1), np.zeros(first.speeds.size)
     for here, between in enumerate(before.partner):
         if between >= 0 and after.partner[between] >= 0:
             partner[here] = after.partner[between]
-            likeness[here] = min(before.likeness[here], after.likeness[between])
-    return _Pairs(after.second, partner, likeness)
+            mac[here] = min(before.mac[here], after.mac[between])
+    return _Pairs(after.second, partner, mac)
 
 
 def _doubtful(pairs: _Pairs, wanted: int) -> bool:
     """Whether one of the lowest speeds of either point has no good partner."""
     unmatched = np.setdiff1d(np.arange(pairs.second.speeds.size), pairs.partner)
-    return bool((pairs.likeness[:wanted] < _GOOD).any() or (unmatched < wanted).any())
+    return bool((pairs.mac[:wanted] < _GOOD).any() or (unmatched < wanted).any())
 
 
 def _paired(first: MapPoint, second: MapPoint, metric: FloatArray) -> _Pairs:
-    """Pair by the best total likeness; among equal shapes the nearer speed is preferred."""
+    """Pair by the best total MAC; among equal shapes the nearer speed is preferred."""
     one, two = _unit(first.shapes, metric), _unit(second.shapes, metric)
     product = one.conj().T @ metric @ two
     for cluster in _clusters(second.speeds):
@@ -143,13 +144,13 @@ def _paired(first: MapPoint, second: MapPoint, metric: FloatArray) -> _Pairs:
         turn = (left @ right).conj().T
         two[:, cluster] = two[:, cluster] @ turn
         product[:, cluster] = product[:, cluster] @ turn
-    likeness = np.minimum(np.abs(product) ** 2, 1.0)
+    mac = np.minimum(np.abs(product) ** 2, 1.0)
     distance = np.abs(np.log(np.divide.outer(first.speeds, second.speeds)))
-    rows, columns = linear_sum_assignment(-likeness * np.exp(-distance))
+    rows, columns = linear_sum_assignment(-mac * np.exp(-distance))
     partner, found = np.full(first.speeds.size, -1), np.zeros(first.speeds.size)
     for left, right in zip(rows, columns, strict=True):
-        if likeness[left, right] > _POOR:
-            partner[left], found[left] = right, likeness[left, right]
+        if mac[left, right] > _POOR:
+            partner[left], found[left] = right, mac[left, right]
     return _Pairs(second._replace(shapes=two), partner, found)
 
 
@@ -187,24 +188,15 @@ class MapRequest(NamedTuple):
     limit: float
 
 
-class _Factor(NamedTuple):
-    """Stiffness (2, 2) of a law over Ω for a base of one, and its pieces."""
-
-    stiffness: Callable[[float], FloatArray]
-    pieces: LawPieces | None
-
-
 class _Family(NamedTuple):
     """The system with the stiffness of the named bearings left open, for a range of stiffness.
 
-    `change` takes its coordinates to those of the first family, shape (n, n); `factors` are the
-    laws of its bearings for a base stiffness of one.
+    `change` takes its coordinates to those of the first family, shape (n, n).
     """
 
     assembled: AssembledSystem
     pencils: tuple[Pencil, ...]
     change: FloatArray
-    factors: Mapping[str, _Factor]
 
 
 class MapSolver:
@@ -233,22 +225,13 @@ class MapSolver:
 
     def _assembled_family(self, stiffness: float) -> _Family:
         assembled = _opened(self.assembled, self.request.names, stiffness)
-        if self._first is None:
-            change = np.eye(assembled.size)
-        else:
+        change = np.eye(assembled.size)
+        if self._first is not None:
             start = self._first.assembled.transformation
             change = la.lstsq(start, assembled.transformation)[0]
-        pencils = whirl_pencils(assembled, self.request.ratio)
-        if self._first is None:
-            factors = {j.bearing: _factor(j) for j in assembled.law_joints if self._varies(j)}
-        else:
-            factors = dict(self._first.factors)
-        family = _Family(assembled, pencils, change, factors)
+        family = _Family(assembled, whirl_pencils(assembled, self.request.ratio), change)
         self._first = self._first or family
         return family
-
-    def _varies(self, joint: LawJoint) -> bool:
-        return joint.bearing in self.request.names
 
     def point(self, place: int, stiffness: float) -> MapPoint:
         """Return the critical speeds of one pencil, with shapes in the first family's x."""
@@ -282,18 +265,24 @@ class MapSolver:
 
 def _opened(assembled: AssembledSystem, names: Sequence[str], stiffness: float) -> AssembledSystem:
     """Assemble again with a law, and without damping, in the named bearings."""
-    system = assembled.system
-    bearings = tuple(
-        dataclasses.replace(
+    return _reassembled(
+        assembled,
+        names,
+        lambda bearing: dataclasses.replace(
             bearing,
             stiffness_n_per_m=stiffness * np.eye(2),
             damping_n_s_per_m=np.zeros((2, 2)),
             speed_law=bearing.speed_law or _OPEN,
-        )
-        if bearing.name in names
-        else bearing
-        for bearing in system.bearings
+        ),
     )
+
+
+def _reassembled(
+    assembled: AssembledSystem, names: Sequence[str], change: Callable[[Bearing], Bearing]
+) -> AssembledSystem:
+    """Assemble again with the named bearings changed."""
+    system = assembled.system
+    bearings = tuple(change(b) if b.name in names else b for b in system.bearings)
     return assemble(system.rotors, bearings, system.reference, system.gears)
 
 
@@ -308,30 +297,17 @@ def _closed(family: _Family, place: int, names: Sequence[str], stiffness: float)
         elif joints[law.bearing].law is _OPEN:
             constant = constant + stiffness * (law.motion.T @ law.motion)
         elif stiffness > 0:
-            factor = family.factors[law.bearing]
-            scaled = partial(_scaled_law, factor.stiffness, stiffness)
-            pieces = None if factor.pieces is None else factor.pieces.times(stiffness)
+            unit = dataclasses.replace(
+                joints[law.bearing], stiffness_n_per_m=np.eye(2), damping_n_s_per_m=np.zeros((2, 2))
+            )
+            scaled = partial(_scaled_law, unit, stiffness)
+            pieces = None if unit.pieces is None else unit.pieces.times(stiffness)
             laws.append(law._replace(stiffness=scaled, pieces=pieces))
     return pencil._replace(stiffness=constant, laws=tuple(laws))
 
 
-def _scaled_law(
-    factor: Callable[[float], FloatArray], stiffness: float, speed_rad_s: float
-) -> FloatArray:
-    return stiffness * factor(speed_rad_s)
-
-
-def _factor(joint: LawJoint) -> _Factor:
-    """Return the stiffness of a law for a base of one, computed once for each speed."""
-    one = dataclasses.replace(
-        joint, stiffness_n_per_m=np.eye(2), damping_n_s_per_m=np.zeros((2, 2))
-    )
-
-    @cache
-    def stiffness(speed_rad_s: float) -> FloatArray:
-        return one.coefficients(speed_rad_s)[0]
-
-    return _Factor(stiffness, one.pieces)
+def _scaled_law(unit: LawJoint, stiffness: float, speed_rad_s: float) -> FloatArray:
+    return stiffness * unit.coefficients(speed_rad_s)[0]
 
 
 def _solved(
@@ -373,22 +349,19 @@ def _asymptote(
 
 def rigid_speeds(assembled: AssembledSystem, request: MapRequest) -> tuple[FloatArray, StringArray]:
     """Return the critical speeds and whirl with the named bearings rigid."""
-    system = assembled.system
     zero = np.zeros((2, 2))
-    bearings = tuple(
-        dataclasses.replace(
+
+    def made_rigid(bearing: Bearing) -> Bearing:
+        return dataclasses.replace(
             bearing,
             stiffness_n_per_m=zero,
             damping_n_s_per_m=zero,
             speed_law=None,
             rigid=tuple(dict.fromkeys((*bearing.rigid, "ux", "uy"))),
         )
-        if bearing.name in request.names
-        else bearing
-        for bearing in system.bearings
-    )
+
     try:
-        held = assemble(system.rotors, bearings, system.reference, system.gears)
+        held = _reassembled(assembled, request.names, made_rigid)
     except AssemblyError:
         # Rigid joints leave nothing that can move.
         return np.empty(0), np.empty(0, dtype="<U8")
@@ -407,32 +380,21 @@ def stiffness_at_rest(assembled: AssembledSystem, name: str) -> FloatArray:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class CriticalSpeedMap:
+class CriticalSpeedMap(ReadOnlyArrays):
     """Hold undamped critical speeds over the stiffness of some bearings.
 
-    Attributes
-    ----------
-    bearings
-        Names of the bearings that were varied, all to the same stiffness k·I.
-    stiffness_n_per_m
-        k, rising, shape (s,), N/m; the stiffness at rest times a factor where a law depends on
-        the speed.
-    excitation_ratio
-        α: frequency of the excitation over Ω.
-    speed_rad_s
-        Ω of each branch, shape (b, s), rad/s; nan where a branch is above the limit or absent.
-    whirl
-        "forward", "backward", "mixed" or "planar", shape (b, s); empty where the speed is nan.
-    likeness
-        Of the shape to that at the previous stiffness, 0 to 1: the smallest on the way, shape
-        (b, s); 1 where a branch begins, 0 where there is none.
-    chosen_stiffness_n_per_m
-        k_xx and k_yy at rest of the bearings as the system has them, shape (len(bearings), 2).
-    free_rad_s, free_whirl
-        Critical speeds without the bearings, shape (f,): where the branches come from. Empty as
-        well if a free body then whirls without force at any speed.
-    rigid_rad_s, rigid_whirl
-        Critical speeds with ux and uy joined rigidly, shape (r,): where the branches go to.
+    `bearings`: names of the bearings that were varied, all to the same stiffness k·I.
+    `stiffness_n_per_m`: k, rising, shape (s,), N/m; the stiffness at rest times a factor where a
+    law depends on the speed. `excitation_ratio`: α: frequency of the excitation over Ω.
+    `speed_rad_s`: Ω of each branch, shape (b, s), rad/s; nan where a branch is above the limit or
+    absent. `whirl`: "forward", "backward", "mixed" or "planar", shape (b, s); empty where the speed
+    is nan. `likeness`: of the shape to that at the previous stiffness, 0 to 1: the smallest on the
+    way, shape (b, s); 1 where a branch begins, 0 where there is none. `chosen_stiffness_n_per_m`:
+    k_xx and k_yy at rest of the bearings as the system has them, shape (len(bearings), 2).
+    `free_rad_s`, `free_whirl`: critical speeds without the bearings, shape (f,): where the branches
+    come from. Empty as well if a free body then whirls without force at any speed. `rigid_rad_s`,
+    `rigid_whirl`: critical speeds with ux and uy joined rigidly, shape (r,): where the branches go
+    to.
     """
 
     bearings: tuple[str, ...]
@@ -447,22 +409,12 @@ class CriticalSpeedMap:
     rigid_rad_s: FloatArray
     rigid_whirl: StringArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(
-            self,
-            "stiffness_n_per_m",
-            "speed_rad_s",
-            "whirl",
-            "likeness",
-            "chosen_stiffness_n_per_m",
-            "free_rad_s",
-            "free_whirl",
-            "rigid_rad_s",
-            "rigid_whirl",
-        )
-
     def __repr__(self) -> str:
-        return _critical_speed_map_text(self)
+        k = self.stiffness_n_per_m
+        return (
+            f"CriticalSpeedMap of {row(self.bearings)}: {len(self.speed_rad_s)} branches, "
+            f"{k.size} stiffnesses from {k[0]:.4g} to {k[-1]:.4g} N/m"
+        )
 
 
 def critical_speed_map(
@@ -476,42 +428,23 @@ def critical_speed_map(
 ) -> CriticalSpeedMap:
     """Compute the undamped critical speeds over the stiffness of some bearings.
 
-    Parameters
-    ----------
-    assembled
-        The system; its damping is left out.
-    bearings
-        Names of the bearings that get the stiffness k·I on (ux, uy) instead of their own. One with
-        a `PolynomialLaw` keeps it: k is its stiffness before the factor of the law.
-    stiffnesses_n_per_m
-        k, positive, strictly rising, shape (s,), N/m. Spaced by equal factors as a rule.
-    excitation_ratio
-        α, as for `critical_speeds`.
-    branch_count
-        Lowest branches wanted of each whirl direction; twice that number in all where directions
-        cannot be told apart beforehand (anisotropic supports). None is all below the limit.
-    speed_max_rad_s
-        Leave out what lies above; None is the range the bodies were made for.
+    `assembled`: the system; its damping is left out; `bearings`: names of the bearings that get the
+    stiffness k·I on (ux, uy) instead of their own. One with a `PolynomialLaw` keeps it: k is its
+    stiffness before the factor of the law. `stiffnesses_n_per_m`: k, positive, strictly rising,
+    shape (s,), N/m. Spaced by equal factors as a rule. `excitation_ratio`: α, as for
+    `critical_speeds`; `branch_count`: lowest branches wanted of each whirl direction; twice that
+    number in all where directions cannot be told apart beforehand (anisotropic supports). None is
+    all below the limit. `speed_max_rad_s`: leave out what lies above; None is the range the bodies
+    were made for. Lateral critical speeds only. Branches by rising speed where they begin. Where a
+    bearing stiffens faster than Ω² a curve may turn back over k: it is then cut into branches that
+    begin or end there, and all of them are found if no `branch_count` is given. Raises
+    AnalysisError if the arguments have no meaning, a bearing to vary is rigid, the stiffness is not
+    symmetric, or neither a limit nor a number of branches is known.
 
-    Returns
-    -------
-    CriticalSpeedMap
-        Lateral critical speeds only. Branches by rising speed where they begin. Where a bearing
-        stiffens faster than Ω² a curve may turn back over k: it is then cut into branches that
-        begin or end there, and all of them are found if no `branch_count` is given.
-
-    Raises
-    ------
-    AnalysisError
-        If the arguments have no meaning, a bearing to vary is rigid, the stiffness is not
-        symmetric, or neither a limit nor a number of branches is known.
-
-    Notes
-    -----
     Each point is solved directly (see `critical_speeds`), forward and backward whirl apart where
     the system is isotropic; nothing is assembled anew but where k passes the stiffness of
     another bearing, because the coordinates follow the stiffest path of joints. Branches are
-    paired by the likeness of shapes in the energy product of the stiffness. See Müller and
+    paired by the MAC of shapes in the energy product of the stiffness. See Müller and
     Hennings, section 5.3 and figure 9.
     """
     stiffness = _checked_stiffness(stiffnesses_n_per_m)
@@ -537,7 +470,7 @@ def _solved_map(solver: MapSolver, stiffness: FloatArray) -> CriticalSpeedMap:
         excitation_ratio=request.ratio,
         speed_rad_s=np.array([branch.speeds for branch in found]).reshape(shape),
         whirl=np.array([branch.whirl for branch in found], dtype="<U8").reshape(shape),
-        likeness=np.array([branch.likeness for branch in found]).reshape(shape),
+        likeness=np.array([branch.mac for branch in found]).reshape(shape),
         chosen_stiffness_n_per_m=np.array(chosen),
         free_rad_s=free,
         free_whirl=free_whirl,
@@ -547,11 +480,11 @@ def _solved_map(solver: MapSolver, stiffness: FloatArray) -> CriticalSpeedMap:
 
 
 class _Branch(NamedTuple):
-    """Critical speed (nan where absent), whirl and likeness over the stiffness, each (s,)."""
+    """Critical speed (nan where absent), whirl and MAC over the stiffness, each (s,)."""
 
     speeds: FloatArray
     whirl: list[str]
-    likeness: FloatArray
+    mac: FloatArray
 
 
 def _branches(solver: MapSolver, place: int, stiffness: FloatArray) -> Iterator[_Branch]:
@@ -562,7 +495,7 @@ def _branches(solver: MapSolver, place: int, stiffness: FloatArray) -> Iterator[
     points, branches = follow_branches(
         points, partial(solver.point, place), partial(solver.metric, place), wanted
     )
-    for columns, likeness in zip(branches.columns, branches.likeness, strict=True):
+    for columns, mac in zip(branches.columns, branches.mac, strict=True):
         if not ((columns >= 0) & (columns < wanted)).any():
             continue
         speeds = np.array(
@@ -571,7 +504,7 @@ def _branches(solver: MapSolver, place: int, stiffness: FloatArray) -> Iterator[
         speeds[~(speeds <= request.limit)] = np.nan
         if np.isfinite(speeds).any():
             whirl = _branch_whirl(solver, pencil, points, columns, speeds)
-            yield _Branch(speeds, whirl, likeness)
+            yield _Branch(speeds, whirl, mac)
 
 
 def _wanted(points: Sequence[MapPoint], request: MapRequest, pencil: Pencil) -> int:
@@ -631,14 +564,9 @@ def _checked_request(
             "the stiffness is not symmetric (cross-coupled bearings); a critical speed map is that "
             "of an undamped system with a symmetric one"
         )
-    ratio = abs(float(excitation_ratio))
-    if not np.isfinite(ratio) or ratio == 0:
-        raise AnalysisError(f"excitation_ratio is {excitation_ratio}; finite and not 0 is allowed")
+    ratio, limit = checked_excitation(assembled, excitation_ratio, speed_max_rad_s)
     if branch_count is not None and branch_count < 1:
         raise AnalysisError(f"branch_count is {branch_count}; it must be 1 or more, or None")
-    limit = assembled.speed_limit_rad_s if speed_max_rad_s is None else float(speed_max_rad_s)
-    if not limit > 0:
-        raise AnalysisError(f"speed_max_rad_s is {speed_max_rad_s}; it must be positive")
     depends = any(known[j.bearing].speed_law is not None for j in assembled.law_joints)
     if not np.isfinite(limit) and (branch_count is None or depends):
         raise AnalysisError(
@@ -646,12 +574,3 @@ def _checked_request(
             + ("bearings depend on the speed" if depends else "no branch_count is given")
         )
     return MapRequest(tuple(names), ratio, branch_count, limit)
-
-
-def _critical_speed_map_text(found: CriticalSpeedMap) -> str:
-    """Bearings, stiffnesses and the number of branches."""
-    k = found.stiffness_n_per_m
-    return (
-        f"CriticalSpeedMap of {row(found.bearings)}: {len(found.speed_rad_s)} branches, "
-        f"{k.size} stiffnesses from {k[0]:.4g} to {k[-1]:.4g} N/m"
-    )

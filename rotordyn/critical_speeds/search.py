@@ -12,7 +12,7 @@ import numpy as np
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
 from solidwhirl.rotordyn.campbell.branches import all_below, follow
 from solidwhirl.rotordyn.campbell.tracking import CREEPING, Tracked, match_modes
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.dense import scale_by_stiffness
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
@@ -31,7 +31,7 @@ from solidwhirl.rotordyn.modes.damping import (
     damping_ratio,
     log_decrement,
 )
-from solidwhirl.rotordyn.modes.eigen import modes_at_speed
+from solidwhirl.rotordyn.modes.eigen import modes_at_speed, scaled_stiffness
 from solidwhirl.rotordyn.modes.whirl import separated_whirl, whirl_direction
 
 # Steps of the search for a damped critical speed, and its relative accuracy.
@@ -48,7 +48,7 @@ class _Meeting(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class CriticalSpeed:
+class CriticalSpeed(ReadOnlyArrays):
     """Hold one critical speed.
 
     Attributes
@@ -71,11 +71,12 @@ class CriticalSpeed:
     shape: ComplexArray
     log_decrement: float
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "shape")
-
     def __repr__(self) -> str:
-        return _critical_speed_text(self)
+        rpm = self.speed_rad_s * RPM_PER_RAD_S
+        return (
+            f"CriticalSpeed: {rpm:.2f} rpm, {self.frequency_hz:.2f} Hz, {self.whirl}, "
+            f"log decrement {self.log_decrement:.3g}"
+        )
 
     @property
     def eigenvalue(self) -> complex:
@@ -96,17 +97,11 @@ class CriticalSpeed:
 class CriticalSpeedCount:
     """Hold the number of critical speeds of an undamped system up to a limit.
 
-    Attributes
-    ----------
-    speed_max_rad_s
-        The limit, rad/s.
-    below_at_rest, below_at_limit
-        Number of negative eigenvalues of K(Ω) + Ω² (K2 + iαG − α²M) near rest and at the limit.
-    falls, rises
-        Number of critical speeds at which an eigenvalue turns negative, or positive; a constant
-        stiffness has the first kind only.
-    unresolved_rad_s
-        Intervals in which an eigenvalue touches zero to rounding: no critical speed, or two.
+    `speed_max_rad_s`: the limit, rad/s. `below_at_rest`, `below_at_limit`: number of negative
+    eigenvalues of K(Ω) + Ω² (K2 + iαG − α²M) near rest and at the limit. `falls`, `rises`: number
+    of critical speeds at which an eigenvalue turns negative, or positive; a constant stiffness has
+    the first kind only. `unresolved_rad_s`: intervals in which an eigenvalue touches zero to
+    rounding: no critical speed, or two.
     """
 
     speed_max_rad_s: float
@@ -129,29 +124,13 @@ def critical_speeds(
 ) -> tuple[CriticalSpeed, ...]:
     """Compute the critical speeds of a system.
 
-    Parameters
-    ----------
-    excitation_ratio
-        α: frequency of the excitation over Ω, such as the speed ratio of the shaft that carries
-        the unbalance, or the order of a harmonic. Its sign does not matter, as modes of either
-        whirl are returned.
-    speed_max_rad_s
-        Leave out what lies above; None is the range the bodies were made for (no limit for
-        beams). A system with damping, an unsymmetric stiffness or bearings that depend on the
-        speed needs a finite limit.
+    `excitation_ratio`: α: frequency of the excitation over Ω, such as the speed ratio of the shaft
+    that carries the unbalance, or the order of a harmonic. Its sign does not matter, as modes of
+    either whirl are returned. `speed_max_rad_s`: leave out what lies above; None is the range the
+    bodies were made for (no limit for beams). A system with damping, an unsymmetric stiffness or
+    bearings that depend on the speed needs a finite limit. They come by rising speed. Raises
+    AnalysisError if the ratio is zero or not finite, or a limit is needed and missing.
 
-    Returns
-    -------
-    tuple of CriticalSpeed
-        By rising speed.
-
-    Raises
-    ------
-    AnalysisError
-        If the ratio is zero or not finite, or a limit is needed and missing.
-
-    Notes
-    -----
     Without damping, ω = αΩ turns the problem into [K + Ω² (K2 + iαG − α²M)] φ = 0, Hermitian and,
     for constant bearings, linear in Ω²; no speed is swept (Genta 2005, Dynamics of Rotating
     Systems, section 4.6). An eigenvalue Ω² that is negative or infinite belongs to no speed: the
@@ -163,7 +142,7 @@ def critical_speeds(
     With damping, the branches are followed from rest and Im λ(Ω) = αΩ is solved on each; steps
     begin and end at the critical speeds without damping and the knots of speed laws.
     """
-    ratio, limit = _checked(assembled, excitation_ratio, speed_max_rad_s)
+    ratio, limit = checked_excitation(assembled, excitation_ratio, speed_max_rad_s)
     if _is_undamped_problem(assembled):
         speeds, shapes = _undamped(assembled, ratio, limit)
         decrements = np.zeros(speeds.size)
@@ -176,20 +155,16 @@ def critical_speeds(
         )
     directions = whirl_direction(assembled, shapes)
     return tuple(
-        _record(ratio, *found)
-        for found in zip(speeds, shapes.T, decrements, directions, strict=True)
-    )
-
-
-def _record(
-    ratio: float, speed: float, shape: ComplexArray, decrement: float, whirl: str
-) -> CriticalSpeed:
-    return CriticalSpeed(
-        speed_rad_s=float(speed),
-        frequency_hz=float(ratio * speed / (2.0 * np.pi)),
-        whirl=str(whirl),
-        shape=shape / shape[np.abs(shape).argmax()],
-        log_decrement=float(decrement),
+        CriticalSpeed(
+            speed_rad_s=float(speed),
+            frequency_hz=float(ratio * speed / (2.0 * np.pi)),
+            whirl=str(whirl),
+            shape=shape / shape[np.abs(shape).argmax()],
+            log_decrement=float(decrement),
+        )
+        for speed, shape, decrement, whirl in zip(
+            speeds, shapes.T, decrements, directions, strict=True
+        )
     )
 
 
@@ -200,26 +175,13 @@ def count_critical_speeds(
 ) -> CriticalSpeedCount:
     """Count the critical speeds of a system without damping by the signs of its eigenvalues.
 
-    Parameters
-    ----------
-    assembled
-        The system; damping is left out.
-    excitation_ratio, speed_max_rad_s
-        As for `critical_speeds`; the limit must be finite.
-
-    Returns
-    -------
-    CriticalSpeedCount
-        For constant bearings from the matrices at rest and at the limit only, so that it
-        certifies the list of `critical_speeds` independently.
-
-    Raises
-    ------
-    AnalysisError
-        If the ratio is zero or not finite, the limit is not finite, or the constant part of the
-        stiffness is negative.
+    `assembled`: the system; damping is left out; `excitation_ratio`, `speed_max_rad_s`: as for
+    `critical_speeds`; the limit must be finite. For constant bearings from the matrices at rest and
+    at the limit only, so that it certifies the list of `critical_speeds` independently. Raises
+    AnalysisError if the ratio is zero or not finite, the limit is not finite, or the constant part
+    of the stiffness is negative.
     """
-    ratio, limit = _checked(assembled, excitation_ratio, speed_max_rad_s)
+    ratio, limit = checked_excitation(assembled, excitation_ratio, speed_max_rad_s)
     if not np.isfinite(limit):
         raise AnalysisError("speed_max_rad_s is needed: critical speeds are counted up to it")
     at_rest = at_limit = falls = rises = 0
@@ -250,7 +212,7 @@ def count_critical_speeds(
     )
 
 
-def _checked(
+def checked_excitation(
     assembled: AssembledSystem, excitation_ratio: float, speed_max_rad_s: float | None
 ) -> tuple[float, float]:
     """Return |α| and the limit."""
@@ -305,10 +267,8 @@ def undamped_places(assembled: AssembledSystem, ratio: float, limit: float) -> F
     if any(joint.pieces is None for joint in assembled.law_joints):
         return np.empty(0)
     start = matrices_at_speed(assembled, 0.0)
-    for stiffness in (assembled.stiffness, start.stiffness):
-        symmetric = 0.5 * (stiffness + stiffness.T)
-        scaled = scale_by_stiffness(symmetric, assembled.mass, assembled.body_rate)
-        if scaled.negative_count:
+    for matrices in (start, start._replace(stiffness=assembled.stiffness)):
+        if scaled_stiffness(assembled, matrices).negative_count:
             return np.empty(0)
     seeds = []
     for pencil in whirl_pencils(assembled, ratio):
@@ -404,11 +364,3 @@ def _branch_at(
             f"the branch at {here.modes.speed_rad_s:.6g} rad/s has no partner at {speed:.6g} rad/s"
         )
     return Tracked(modes=match.second, columns=column, overlap=match.mac[here.columns])
-
-
-def _critical_speed_text(found: CriticalSpeed) -> str:
-    """Speed, frequency, whirl and damping."""
-    return (
-        f"CriticalSpeed: {found.speed_rad_s * RPM_PER_RAD_S:.2f} rpm, {found.frequency_hz:.2f} Hz, "
-        f"{found.whirl}, log decrement {found.log_decrement:.3g}"
-    )

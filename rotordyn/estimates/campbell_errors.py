@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,12 +10,11 @@ from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.campbell.body_frames import branch_columns
 from solidwhirl.rotordyn.campbell.diagram import Campbell
 from solidwhirl.rotordyn.campbell.tracking import mode_columns
-from solidwhirl.rotordyn.core.arrays import FloatArray, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.estimates.eigenvalue_errors import (
+    FrequencyErrors,
     bodies_without_forms,
     frequency_errors,
-    frozen_parts,
-    sum_of_parts,
 )
 from solidwhirl.rotordyn.modes.eigen import modes_at_speed
 
@@ -25,50 +23,22 @@ _ABOVE = 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class CampbellErrors:
+class CampbellErrors(FrequencyErrors):
     """Hold relative error estimates of the eigenvalues of a Campbell diagram.
 
-    Attributes
-    ----------
-    parts
-        |δs| / |s| by name of the part, shape (b, s) each, nan where a branch is absent; see
-        `campbell_errors` for what "mode_truncation" and "speed_interpolation" share.
-    total
-        Sum of all parts but "interface_coupling", shape (b, s).
-    bodies_without_estimate
-        Bodies whose errors are not in the numbers.
+    Parts have the shape (b, s), nan where a branch is absent; see `campbell_errors` for what
+    "mode_truncation" and "speed_interpolation" share.
     """
 
     campbell: Campbell
-    parts: Mapping[str, FloatArray]
-    total: FloatArray
-    bodies_without_estimate: tuple[str, ...]
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "total")
-        object.__setattr__(self, "parts", frozen_parts(self.parts))
 
 
 def campbell_errors(assembled: AssembledSystem, campbell: Campbell) -> CampbellErrors:
-    """Estimate the relative errors of the branches of a Campbell diagram.
+    """Estimate the relative errors of the branches of a Campbell diagram, by branch and speed.
 
-    Parameters
-    ----------
-    campbell
-        The diagram; its modes are computed again, as it does not keep them.
+    The modes are computed again, as a diagram does not keep them. Raises AnalysisError if the
+    diagram does not belong to the system.
 
-    Returns
-    -------
-    CampbellErrors
-        By branch and speed.
-
-    Raises
-    ------
-    AnalysisError
-        If the diagram does not belong to the system.
-
-    Notes
-    -----
     The basis of a body is made of modes at rest and at top speed. With e(Ω) the error of the
     reduction along a branch and t = (Ω² − a²) / (b² − a²) between its slowest and its fastest
     speed a and b (rest and top speed of the diagram, as a rule),
@@ -76,7 +46,7 @@ def campbell_errors(assembled: AssembledSystem, campbell: Campbell) -> CampbellE
     rest: what exceeds the line between both ends comes from speeds the basis was not made for.
     """
     shape = campbell.eigenvalues.shape
-    parts: dict[str, FloatArray] = {}
+    parts = {"eigen_solver": np.full(shape, np.nan)}
     for place, speed in enumerate(campbell.speeds_rad_s):
         alive = np.flatnonzero(np.isfinite(campbell.eigenvalues[:, place]))
         if not alive.size:
@@ -94,7 +64,6 @@ def campbell_errors(assembled: AssembledSystem, campbell: Campbell) -> CampbellE
     return CampbellErrors(
         campbell=campbell,
         parts=parts,
-        total=sum_of_parts(parts) if parts else np.full(shape, np.nan),
         bodies_without_estimate=bodies_without_forms(assembled),
     )
 

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, speed_derivative
 from solidwhirl.rotordyn.campbell.tracking import mode_columns
-from solidwhirl.rotordyn.core.arrays import FloatArray, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.critical_speeds.search import CriticalSpeed
 from solidwhirl.rotordyn.estimates.campbell_errors import CampbellErrors
 from solidwhirl.rotordyn.estimates.eigenvalue_errors import (
+    FrequencyErrors,
     bodies_without_forms,
     eigenvalue_shifts,
-    frozen_parts,
-    sum_of_parts,
 )
 from solidwhirl.rotordyn.modes.eigen import Modes, modes_at_speed
 
@@ -32,26 +31,8 @@ _ABOVE = 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class CriticalSpeedErrors:
-    """Hold relative error estimates of critical speeds.
-
-    Attributes
-    ----------
-    parts
-        |δΩ| / Ω by name of the part, shape (k,) each; that of the frequency αΩ is the same.
-    total
-        Sum of all parts but "interface_coupling", shape (k,).
-    bodies_without_estimate
-        Bodies whose errors are not in the numbers.
-    """
-
-    parts: Mapping[str, FloatArray]
-    total: FloatArray
-    bodies_without_estimate: tuple[str, ...]
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "total")
-        object.__setattr__(self, "parts", frozen_parts(self.parts))
+class CriticalSpeedErrors(FrequencyErrors):
+    """Hold |δΩ| / Ω of critical speeds by part, (k,) each; that of the frequency is the same."""
 
 
 def critical_speed_errors(
@@ -59,34 +40,18 @@ def critical_speed_errors(
     critical_speeds: Sequence[CriticalSpeed],
     campbell_errors: CampbellErrors | None = None,
 ) -> CriticalSpeedErrors:
-    """Estimate the relative errors of critical speeds.
+    """Estimate the relative errors of critical speeds with any excitation ratios, in their order.
 
-    Parameters
-    ----------
-    critical_speeds
-        With any excitation ratios.
-    campbell_errors
-        Of the same system: gives the share of "speed_interpolation" in the error of the reduction
-        where a branch passes. Without it, and beyond its speeds, all is "mode_truncation".
+    `campbell_errors`: of the same system: gives the share of "speed_interpolation" in the error of
+    the reduction where a branch passes. Without it, and beyond its speeds, all is
+    "mode_truncation". Raises AnalysisError if one is no mode of the system at its speed.
 
-    Returns
-    -------
-    CriticalSpeedErrors
-        In the order given.
-
-    Raises
-    ------
-    AnalysisError
-        If one is no mode of the system at its speed.
-
-    Notes
-    -----
     With δs of the mode at the critical speed and its slope ds/dΩ = −yᵀ(dD/dΩ)x / (yᵀD'x), the
     branch meets the line αΩ at δΩ = Im δs / (α − Im ds/dΩ). Without damping that is
     yᵀ(E − Ω²ΔK2)x / (yᵀ[dD/dΩ + iα D']x).
     """
     count = len(critical_speeds)
-    parts: dict[str, FloatArray] = {}
+    parts = {"eigen_solver": np.zeros(count)}
     for place, critical in enumerate(critical_speeds):
         for part, value in _errors_of(assembled, critical).items():
             parts.setdefault(part, np.zeros(count))[place] = value
@@ -95,11 +60,7 @@ def critical_speed_errors(
         whole = parts.get("mode_truncation", np.zeros(count))
         parts["speed_interpolation"] = share * whole
         parts["mode_truncation"] = whole - parts["speed_interpolation"]
-    return CriticalSpeedErrors(
-        parts=parts,
-        total=sum_of_parts(parts) if parts else np.zeros(count),
-        bodies_without_estimate=bodies_without_forms(assembled),
-    )
+    return CriticalSpeedErrors(parts=parts, bodies_without_estimate=bodies_without_forms(assembled))
 
 
 def _errors_of(assembled: AssembledSystem, critical: CriticalSpeed) -> dict[str, float]:

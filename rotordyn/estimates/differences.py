@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from solidwhirl.rotordyn.campbell.diagram import Campbell
-from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.critical_speeds.search import CriticalSpeed
 
@@ -22,64 +22,37 @@ _OPPOSITE = 0.5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class CampbellDifferences:
+class CampbellDifferences(ReadOnlyArrays):
     """Hold how the branches of one Campbell diagram differ from those of another.
 
-    Attributes
-    ----------
-    partner
-        Branch of the second diagram for each of the first, −1 for none, shape (b,).
-    frequency
-        (f₁ − f₂) / f₁, shape (b, s); nan where a branch has no partner or one of both is absent.
+    `partner`: branch of the second diagram for each of the first, −1 for none, shape (b,);
+    `frequency`: (f₁ − f₂) / f₁, shape (b, s); nan where a branch has no partner or one of both is
+    absent.
     """
 
     partner: IntArray
     frequency: FloatArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "partner", "frequency")
-
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class CriticalSpeedDifferences:
+class CriticalSpeedDifferences(ReadOnlyArrays):
     """Hold how the critical speeds of one model differ from those of another.
 
-    Attributes
-    ----------
-    partner
-        Critical speed of the second model for each of the first, −1 for none, shape (k,).
-    speed
-        (Ω₁ − Ω₂) / Ω₁, shape (k,); nan without a partner.
+    `partner`: critical speed of the second model for each of the first, −1 for none, shape (k,);
+    `speed`: (Ω₁ − Ω₂) / Ω₁, shape (k,), nan without a partner.
     """
 
     partner: IntArray
     speed: FloatArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "partner", "speed")
-
 
 def campbell_differences(first: Campbell, second: Campbell) -> CampbellDifferences:
     """Compare the branches of two Campbell diagrams over the same speeds.
 
-    Parameters
-    ----------
-    first, second
-        Of two models of one engine; give the second some branches more, so that those of the
-        first that lie on its upper edge find their partners.
+    `first`, `second`: of two models of one engine; give the second some branches more, so that
+    those of the first that lie on its upper edge find their partners, of which each has one at
+    most. Raises AnalysisError if the speeds differ.
 
-    Returns
-    -------
-    CampbellDifferences
-        Of the first diagram's branches, each with one partner at most.
-
-    Raises
-    ------
-    AnalysisError
-        If the speeds differ.
-
-    Notes
-    -----
     Branches are paired for the least sum (assignment problem) of the mean relative difference of
     their frequencies along the speeds, plus half the share of the speeds at which one whirls
     forward and the other backward. A pair that costs 0.25 or more is no pair.

@@ -14,8 +14,6 @@ from solidwhirl.rotordyn.assembly.system import AssembledSystem, SpeedMatrices, 
 from solidwhirl.rotordyn.core.arrays import (
     ComplexArray,
     FloatArray,
-    IntArray,
-    freeze_arrays,
     together,
 )
 from solidwhirl.rotordyn.modes.eigen import Modes
@@ -43,25 +41,22 @@ _NEARNESS = 1e-3
 class FrequencyErrors:
     """Hold relative error estimates of eigenvalues.
 
-    Attributes
-    ----------
-    parts
-        |δs| / |s| by name of the part, shape (m,) each, near zero over `error_scale`. A part that
-        no body has a form of is absent; "eigen_solver" is always there.
-    total
-        Sum of all parts but "interface_coupling", shape (m,).
-    bodies_without_estimate
-        Bodies that have no error forms (beams, rigid bodies, imported ones): nothing of theirs is
-        in the numbers.
+    `parts`: |δs| / |s| by name of the part, shape (m,) each, near zero over `error_scale`. A part
+    that no body has a form of is absent; "eigen_solver" is always there. `bodies_without_estimate`:
+    bodies that have no error forms (beams, rigid bodies, imported ones): nothing of theirs is in
+    the numbers.
     """
 
     parts: Mapping[str, FloatArray]
-    total: FloatArray
     bodies_without_estimate: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, "total")
         object.__setattr__(self, "parts", frozen_parts(self.parts))
+
+    @property
+    def total(self) -> FloatArray:
+        """Sum of all parts but those that are a choice of the model, in their shape."""
+        return sum_of_parts(self.parts)
 
 
 class EigenvalueShifts(NamedTuple):
@@ -73,20 +68,10 @@ class EigenvalueShifts(NamedTuple):
 
 
 def frequency_errors(assembled: AssembledSystem, modes: Modes) -> FrequencyErrors:
-    """Estimate the relative errors of the eigenvalues of a system at one speed.
+    """Estimate the relative errors of the eigenvalues of a system at one speed, for each mode.
 
-    Parameters
-    ----------
-    modes
-        Its modes; modes of equal frequency are best all there.
+    `modes`: modes of equal frequency are best all there.
 
-    Returns
-    -------
-    FrequencyErrors
-        For each mode.
-
-    Notes
-    -----
     To first order δs = yᵀ(E − Ω²ΔK2)x / (yᵀD'(s)x), summed over the bodies, each at its own speed
     and times its safety and amplification. Modes nearer to each other than three times their
     estimates (and a tenth of s) are changed together: eigenvalues of the change projected on all
@@ -98,11 +83,7 @@ def frequency_errors(assembled: AssembledSystem, modes: Modes) -> FrequencyError
     size = error_scale(assembled, shifts.pairs.rates)
     parts = {name: np.abs(shift) / size for name, shift in shifts.parts.items()}
     parts["eigen_solver"] = shifts.solver / size
-    return FrequencyErrors(
-        parts=parts,
-        total=sum_of_parts(parts),
-        bodies_without_estimate=bodies_without_forms(assembled),
-    )
+    return FrequencyErrors(parts=parts, bodies_without_estimate=bodies_without_forms(assembled))
 
 
 def error_scale(assembled: AssembledSystem, rates: npt.ArrayLike) -> FloatArray:
@@ -136,18 +117,16 @@ def eigenvalue_shifts(assembled: AssembledSystem, modes: Modes) -> EigenvalueShi
         )
         for group in together(near):
             if group.size > 1:
-                states = _group_states(matrices, pairs, group)
+                rates, left, right = (a[..., group] for a in (pairs.rates, pairs.left, pairs.right))
+                states = state_products(matrices, rates, left, right)
                 for part, change in changes.items():
                     inside = change[np.ix_(group, group)]
-                    shifts[part][group] = _cluster_shifts(pairs.rates[group], states, inside)
+                    shifts[part][group] = _cluster_shifts(rates, states, inside)
     return EigenvalueShifts(shifts, _solver_shifts(assembled, matrices, pairs), pairs)
 
 
 def body_forms(assembled: AssembledSystem) -> Iterator[tuple[FloatArray, float, ErrorForm]]:
-    """Yield the forms of all bodies, each with its rows of the motion and its speed ratio.
-
-    Yields coordinates of the body per independent coordinate, shape (n_body, n), ratio, form.
-    """
+    """Yield of each form the rows of its body (n_body, n), the speed ratio, and the form."""
     for name, rotor in assembled.system.rotors.items():
         rows = assembled.transformation[assembled.body_slices[name]]
         for form in rotor.element.error_forms:
@@ -155,27 +134,18 @@ def body_forms(assembled: AssembledSystem) -> Iterator[tuple[FloatArray, float, 
 
 
 def bodies_without_forms(assembled: AssembledSystem) -> tuple[str, ...]:
-    """Return the names of the bodies of a system that have no error forms.
-
-    The result is in the order of the system.
-    """
+    """Return the names of the bodies that have no error forms, in the order of the system."""
     rotors = assembled.system.rotors
     return tuple(name for name, rotor in rotors.items() if not rotor.element.error_forms)
 
 
 def sum_of_parts(parts: Mapping[str, FloatArray]) -> FloatArray:
-    """Return the total of an estimate: all parts but those that are a choice of the model.
-
-    `parts`: relative errors by part, equal shapes. The result is of that shape.
-    """
+    """Return the total of all parts (of one shape) but those that are a choice of the model."""
     return np.asarray(sum(value for part, value in parts.items() if part not in NOT_SUMMED))
 
 
 def frozen_parts(parts: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-    """Return read-only copies of the parts in the order of `error_forms.PARTS`.
-
-    Returns new arrays.
-    """
+    """Return read-only copies of the parts in the order of `residual_energy.PARTS`."""
     frozen = {part: np.array(parts[part], dtype=float) for part in PARTS if part in parts}
     for values in frozen.values():
         values.setflags(write=False)
@@ -193,10 +163,6 @@ def _projected_changes(
         root = np.sqrt(form_weight(form, pairs.rates))
         changes[form.part] = changes.get(form.part, 0.0) + root[:, None] * found * root
     return changes
-
-
-def _group_states(matrices: SpeedMatrices, pairs: ModePairs, group: IntArray) -> ComplexArray:
-    return state_products(matrices, pairs.rates[group], pairs.left[:, group], pairs.right[:, group])
 
 
 def _cluster_shifts(

@@ -43,32 +43,34 @@ _SAME_RATIO = 1e-12
 class PeakErrors:
     """Hold relative error estimates of resonance peaks.
 
-    Attributes
-    ----------
-    position_rad_s
-        Speed or frequency of the summits, found again between the samples, rad/s, shape (k,).
-    position, height
-        Relative errors of the speed or frequency of each peak, and of its height, by name of the
-        part, shape (k,) each; heights are nan for a system without damping. "mode_truncation"
-        holds the share of "speed_interpolation"; "eigen_solver" is that of the linear solution;
-        "sampling" is how far a peak as it was given lies from the summit.
-    position_total, height_total
-        Sums of all parts but "interface_coupling", shape (k,).
-    bodies_without_estimate
-        Bodies whose errors are not in the numbers.
+    `position_rad_s`: speed or frequency of the summits, found again between the samples, rad/s,
+    shape (k,); `position`, `height`: relative errors of the speed or frequency of each peak, and of
+    its height, by name of the part, shape (k,) each; heights are nan for a system without damping.
+    "mode_truncation" holds the share of "speed_interpolation"; "eigen_solver" is that of the linear
+    solution; "sampling" is how far a peak as it was given lies from the summit.
+    `bodies_without_estimate`: bodies whose errors are not in the numbers.
+
     """
 
     position_rad_s: FloatArray
     position: Mapping[str, FloatArray]
     height: Mapping[str, FloatArray]
-    position_total: FloatArray
-    height_total: FloatArray
     bodies_without_estimate: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, "position_rad_s", "position_total", "height_total")
+        freeze_arrays(self, "position_rad_s")
         object.__setattr__(self, "position", frozen_parts(self.position))
         object.__setattr__(self, "height", frozen_parts(self.height))
+
+    @property
+    def position_total(self) -> FloatArray:
+        """Sum of all parts of the position but "interface_coupling", shape (k,)."""
+        return sum_of_parts(self.position)
+
+    @property
+    def height_total(self) -> FloatArray:
+        """Sum of all parts of the height but "interface_coupling", shape (k,)."""
+        return sum_of_parts(self.height)
 
 
 class _Point(NamedTuple):
@@ -101,45 +103,19 @@ class _Solved(NamedTuple):
     point: _Point
 
 
-class _Found(NamedTuple):
-    """A summit, how far a given peak lies from it, and how far from its height."""
-
-    place: float
-    shift: float
-    difference: float
-
-
 def unbalance_peak_errors(
     assembled: AssembledSystem,
     unbalances: Sequence[Unbalance],
     node: End,
     peaks: Sequence[ResonancePeak],
 ) -> PeakErrors:
-    """Estimate the errors of the peaks of an unbalance response over the speed.
+    """Estimate the errors of speed and height of the peaks of an unbalance response.
 
-    Parameters
-    ----------
-    unbalances
-        All that turn at one frequency, as in an `ExciterResponse`.
-    node
-        Interface whose orbit was looked at.
-    peaks
-        Of the major half axis of the orbit over the speed Ω.
+    `unbalances`: all that turn at one frequency, as in an `ExciterResponse`; `peaks`: of the major
+    half axis of the orbit of `node` over the speed Ω. Raises AnalysisError if the unbalances turn
+    at different frequencies, or there is none, AssemblyError if the node does not exist or lacks ux
+    or uy.
 
-    Returns
-    -------
-    PeakErrors
-        Of the speeds and heights of the peaks.
-
-    Raises
-    ------
-    AnalysisError
-        If the unbalances turn at different frequencies, or there is none.
-    AssemblyError
-        If the node does not exist or lacks ux or uy.
-
-    Notes
-    -----
     With z of Dᵀz = l, l the gradient of the amplitude, the pole moves by
     zᵀ(E − Ω²ΔK2)u / (zᵀ(dD/dΩ)u), dD/dΩ along ω = αΩ, and the summit changes by Re zᵀ(E − Ω²ΔK2)u.
     """
@@ -206,12 +182,11 @@ def _peak_errors(
 ) -> PeakErrors:
     damped = not assembled.is_conservative
     count = len(peaks)
-    position: dict[str, FloatArray] = {}
-    height: dict[str, FloatArray] = {}
+    position, height = ({"eigen_solver": np.zeros(count)} for _ in range(2))
     places = np.zeros(count)
     for index, peak in enumerate(peaks):
         found = _found_again(assembled, sweep, peak) if damped else None
-        places[index] = found.place if found else peak.position_rad_s
+        places[index] = found[0] if found else peak.position_rad_s
         solved = _solved(assembled, sweep, places[index])
         turn = solved.adjoint @ (solved.point.slope(solved.matrices) @ solved.motion)
         changes, solver = _changes(assembled, solved)
@@ -219,7 +194,7 @@ def _peak_errors(
         higher = {part: abs(change.real) for part, change in changes.items()}
         moved["eigen_solver"], higher["eigen_solver"] = solver / float(abs(turn)), solver
         if found:
-            moved["sampling"], higher["sampling"] = found.shift, found.difference
+            moved["sampling"], higher["sampling"] = found[1:]
         for part in moved:
             position.setdefault(part, np.zeros(count))[index] = moved[part] / places[index]
             relative = higher[part] / solved.amplitude if damped else np.nan
@@ -228,14 +203,17 @@ def _peak_errors(
         position_rad_s=places,
         position=position,
         height=height,
-        position_total=sum_of_parts(position) if position else np.zeros(count),
-        height_total=sum_of_parts(height) if height else np.zeros(count),
         bodies_without_estimate=bodies_without_forms(assembled),
     )
 
 
-def _found_again(assembled: AssembledSystem, sweep: _Sweep, peak: ResonancePeak) -> _Found:
-    """Find a summit between the half-power points by the general solver."""
+def _found_again(
+    assembled: AssembledSystem, sweep: _Sweep, peak: ResonancePeak
+) -> tuple[float, float, float]:
+    """Find a summit between the half-power points by the general solver.
+
+    Returns its place, how far the given peak lies from it, and how far from its height.
+    """
     middle = peak.position_rad_s
     low, high = peak.half_power_low_rad_s, peak.half_power_high_rad_s
     low = low if np.isfinite(low) else (1.0 - _NARROW) * middle
@@ -252,11 +230,8 @@ def _found_again(assembled: AssembledSystem, sweep: _Sweep, peak: ResonancePeak)
     # What the search may have left: higher places, and the fall within its accuracy.
     missed = max(float(heights.max()) - top, 0.0)
     fall = float(np.abs(heights[np.abs(_PROBES) == SUMMIT] - top).max())
-    return _Found(
-        place,
-        abs(place - middle) + SUMMIT * (high - low),
-        abs(top - peak.amplitude) + missed + fall,
-    )
+    shift = abs(place - middle) + SUMMIT * (high - low)
+    return place, shift, abs(top - peak.amplitude) + missed + fall
 
 
 def _solved(assembled: AssembledSystem, sweep: _Sweep, place: float) -> _Solved:

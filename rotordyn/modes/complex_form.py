@@ -15,7 +15,7 @@ from solidwhirl.rotordyn.core.arrays import (
     FloatArray,
     IntArray,
     Matrix,
-    freeze_arrays,
+    ReadOnlyArrays,
 )
 
 # Parts of a matrix that break the form may reach this fraction of its entries (scaled).
@@ -38,7 +38,7 @@ class IsotropicLaw(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class ComplexForm:
+class ComplexForm(ReadOnlyArrays):
     """Hold the lateral motion of an isotropic system in z = p + i s.
 
     A z'' + (c − iΩ g) z' + (k + Ω² k2 − iΩ ν) z = f_p + i f_s, plus −i ½ Ω' g z while the speed
@@ -70,21 +70,6 @@ class ComplexForm:
     damping: FloatArray
     circulatory: FloatArray
     laws: tuple[IsotropicLaw, ...]
-
-    def __post_init__(self) -> None:
-        freeze_arrays(
-            self,
-            "first",
-            "second",
-            "second_sign",
-            "rest",
-            "mass",
-            "gyroscopic",
-            "stiffness",
-            "centrifugal_stiffness",
-            "damping",
-            "circulatory",
-        )
 
     @property
     def size(self) -> int:
@@ -126,15 +111,7 @@ class ComplexForm:
     def at_speed(self, speed_rad_s: float) -> ComplexMatrices:
         """Return A, c − iΩ g and k + Ω² k2 − iΩ ν at a speed.
 
-        Parameters
-        ----------
-        speed_rad_s
-            Ω, rad/s.
-
-        Returns
-        -------
-        ComplexMatrices
-            With the bearings that depend on the speed.
+        `speed_rad_s`: Ω, rad/s. With the bearings that depend on the speed.
         """
         stiffness, damping = self.real_parts(speed_rad_s)
         return ComplexMatrices(
@@ -158,15 +135,10 @@ class Pairs(NamedTuple):
 def complex_form(assembled: AssembledSystem) -> ComplexForm | None:
     """Return the complex form of a system, None where it has none.
 
-    Returns
-    -------
-    ComplexForm or None
-        None if bodies do not know how they turn, or a bearing is not the same in x and y, or
-        couples them, or lateral motion couples to axial motion or torsion, or a solid's mesh has
-        no mirror plane.
+    None if bodies do not know how they turn, or a bearing is not the same in x and y, or couples
+    them, or lateral motion couples to axial motion or torsion, or a solid's mesh has no mirror
+    plane.
 
-    Notes
-    -----
     Genta 2005, Dynamics of Rotating Systems, section 3.4 (complex coordinates).
     """
     return matrix_form(assembled) if _has_isotropic_joints(assembled) else None

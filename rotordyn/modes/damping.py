@@ -23,17 +23,10 @@ CRITICALLY_DAMPED = 2.5
 class DampingRule:
     """Say which roots are resonances.
 
-    Attributes
-    ----------
-    amplification_min
-        A root counts from this amplification factor 1 / 2ζ on. Below it the root is critically
-        damped in the words of API 617, whose limit is 2.5: neither a critical speed nor looked at
-        for margins and accuracy. Roots that grow always count.
-
-    Raises
-    ------
-    AnalysisError
-        If the limit is below 0 or not finite.
+    `amplification_min`: a root counts from this amplification factor 1 / 2ζ on. Below it the root
+    is critically damped in the words of API 617, whose limit is 2.5: neither a critical speed nor
+    looked at for margins and accuracy. Roots that grow always count. Raises AnalysisError if the
+    limit is below 0 or not finite.
     """
 
     amplification_min: float = CRITICALLY_DAMPED

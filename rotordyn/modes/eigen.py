@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, SpeedMatrices, matrices_at_speed
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.dense import (
     Scaled,
     Spectrum,
@@ -30,7 +30,7 @@ _SPARE = 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class Modes:
+class Modes(ReadOnlyArrays):
     """Hold the oscillatory modes q = φ e^{λt} of a system at one speed.
 
     Attributes
@@ -65,13 +65,11 @@ class Modes:
     negative_stiffness_count: int
     family: IntArray | None = None
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "eigenvalues", "shapes", "real_eigenvalues")
-        if self.family is not None:
-            freeze_arrays(self, "family")
-
     def __repr__(self) -> str:
-        return _modes_text(self)
+        unstable = int((self.log_decrement < 0).sum())
+        warned = f", {unstable} of them unstable" if unstable else ""
+        rpm, count = self.speed_rad_s * RPM_PER_RAD_S, self.eigenvalues.size
+        return f"Modes at {rpm:.6g} rpm: {count}{warned}\n  {hertz(self.frequency_hz)}"
 
     @property
     def frequency_hz(self) -> FloatArray:
@@ -94,26 +92,11 @@ def modes_at_speed(
 ) -> Modes:
     """Compute the lowest oscillatory modes of a system at one speed.
 
-    Parameters
-    ----------
-    speed_rad_s
-        Ω, rad/s.
-    count
-        Number of modes; None for all. Modes of equal frequency stay together: where the last one
-        has partners beyond the count, they are returned as well.
+    `speed_rad_s`: Ω, rad/s; `count`: number of modes; None for all. Modes of equal frequency stay
+    together: where the last one has partners beyond the count, they are returned as well. Zero and
+    real eigenvalues are counted, not listed among the modes. Raises AnalysisError if the speed is
+    not finite, `count` is not positive, or M is not positive definite.
 
-    Returns
-    -------
-    Modes
-        Zero and real eigenvalues are counted, not listed among the modes.
-
-    Raises
-    ------
-    AnalysisError
-        If the speed is not finite, `count` is not positive, or M is not positive definite.
-
-    Notes
-    -----
     Without damping and with K symmetric and positive (semi)definite the problem is solved as a
     Hermitian one and λ is exactly imaginary; otherwise as a general one. See `spectrum`.
 
@@ -161,27 +144,20 @@ def _lowest_modes(
     assembled: AssembledSystem, matrices: SpeedMatrices, speed_rad_s: float, count: int
 ) -> Modes:
     """Return the lowest modes with the solver that fits the system."""
+    split = None
     if speed_rad_s != 0.0 or not assembled.is_conservative:
         split = split_spectrum(assembled, matrices, speed_rad_s, count)
-        if split is not None:
-            return Modes(
-                speed_rad_s=speed_rad_s,
-                eigenvalues=split.spectrum.eigenvalues,
-                shapes=split.spectrum.shapes,
-                real_eigenvalues=split.spectrum.real_eigenvalues,
-                zero_count=split.zero_count,
-                negative_stiffness_count=0,
-                family=split.family,
-            )
-    planes = plane_spectrum(assembled, matrices, count) if matrices.gyroscopic.any() else None
-    if planes is not None:
+    if split is None and matrices.gyroscopic.any():
+        split = plane_spectrum(assembled, matrices, count)
+    if split is not None:
         return Modes(
             speed_rad_s=speed_rad_s,
-            eigenvalues=1j * planes.frequencies,
-            shapes=planes.shapes,
-            real_eigenvalues=np.empty(0),
-            zero_count=0,
+            eigenvalues=split.spectrum.eigenvalues,
+            shapes=split.spectrum.shapes,
+            real_eigenvalues=split.spectrum.real_eigenvalues,
+            zero_count=split.zero_count,
             negative_stiffness_count=0,
+            family=split.family,
         )
     scaled = scaled_stiffness(assembled, matrices)
     # Where zeros are possible they are counted by what is missing, so all modes are needed.
@@ -226,13 +202,3 @@ def _normalised(shapes: ComplexArray, mass: FloatArray) -> ComplexArray:
     scaled = shapes / size
     largest = scaled[np.abs(scaled).argmax(axis=0), np.arange(scaled.shape[1])]
     return np.asarray(scaled * (np.abs(largest) / largest))
-
-
-def _modes_text(modes: Modes) -> str:
-    """Speed, number and the lowest frequencies."""
-    unstable = int((modes.log_decrement < 0).sum())
-    warned = f", {unstable} of them grow" if unstable else ""
-    return (
-        f"Modes at {modes.speed_rad_s * RPM_PER_RAD_S:.6g} rpm: {modes.eigenvalues.size}{warned}\n"
-        f"  {hertz(modes.frequency_hz)}"
-    )

@@ -26,14 +26,10 @@ _SOME = 1e-4
 class FreeMotion:
     """Bodies that can move laterally at no cost of energy.
 
-    Attributes
-    ----------
-    bodies
-        Those that move, joined with each other by joints that act laterally.
-    held_by
-        Bearings that act laterally between them and what does not move.
-    count
-        Number of independent motions at rest, each a pair of zero eigenvalues.
+    `bodies`: those that move, joined with each other by joints that act laterally; `held_by`:
+    bearings that act laterally between them and what does not move; `count`: number of independent
+    motions at rest, each a pair of zero eigenvalues.
+
     """
 
     bodies: tuple[str, ...]

@@ -53,26 +53,12 @@ def project_system(assembled: AssembledSystem, basis: npt.ArrayLike) -> Assemble
 def truncated_system(assembled: AssembledSystem, mode_count: int) -> AssembledSystem:
     """Restrict a system to its lowest modes at rest.
 
-    Parameters
-    ----------
-    mode_count
-        Number of modes of M and the symmetric part of K at rest, without damping; rigid motions
-        come first.
+    `mode_count`: number of modes of M and the symmetric part of K at rest, without damping; rigid
+    motions come first. In the amplitudes of the modes, M the unit matrix, the symmetric part of K
+    at rest diagonal. Gyroscopic, centrifugal and damping matrices couple them. Raises AnalysisError
+    if there are not as many modes, or the last one taken has a partner of the same frequency that
+    is left out: half of a pair has no gyroscopic coupling.
 
-    Returns
-    -------
-    AssembledSystem
-        In the amplitudes of the modes, M the unit matrix, the symmetric part of K at rest
-        diagonal. Gyroscopic, centrifugal and damping matrices couple them.
-
-    Raises
-    ------
-    AnalysisError
-        If there are not as many modes, or the last one taken has a partner of the same frequency
-        that is left out: half of a pair has no gyroscopic coupling.
-
-    Notes
-    -----
     A model that is exact at rest and wrong at speed: Müller and Hennings, section 4.2, need 22
     modes of a shaft where the analytical model has one bending mode per plane.
     """

@@ -14,8 +14,8 @@ from solidwhirl.rotordyn.core.arrays import (
     BoolArray,
     ComplexArray,
     FloatArray,
+    ReadOnlyArrays,
     StringArray,
-    freeze_arrays,
 )
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.centreline import centreline_motion, interface_rows
@@ -42,27 +42,18 @@ class Orbits(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class BodyShape:
+class BodyShape(ReadOnlyArrays):
     """Hold the lateral motion of one body in m modes.
 
     The point at axial_m moves along x and y by Re(motion e^{λt}), in units of the largest
     semi-axis of all orbits of the mode.
 
-    Attributes
-    ----------
-    axial_m
-        Points of the centre line along the axis, rising, shape (p,), m.
-    motion
-        Complex amplitudes of ux, uy, shape (p, 2, m).
-    deflection
-        Of the points in the plane of the largest orbit's major axis, at the moment it is at its
-        end there, shape (p, m); 1 at that point.
-    interfaces
-        Names of the interface nodes that can move laterally.
-    interface_axial_m
-        Their places along the axis, shape (i,), m.
-    interface_motion, interface_deflection
-        Of these nodes, shapes (i, 2, m) and (i, m).
+    `axial_m`: points of the centre line along the axis, rising, shape (p,), m. `motion`: complex
+    amplitudes of ux, uy, shape (p, 2, m). `deflection`: of the points in the plane of the largest
+    orbit's major axis, at the moment it is at its end there, shape (p, m); 1 at that point.
+    `interfaces`: names of the interface nodes that can move laterally. `interface_axial_m`: their
+    places along the axis, shape (i,), m. `interface_motion`, `interface_deflection`: of these
+    nodes, shapes (i, 2, m) and (i, m).
     """
 
     body: str
@@ -74,35 +65,15 @@ class BodyShape:
     interface_motion: ComplexArray
     interface_deflection: FloatArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(
-            self,
-            "axial_m",
-            "motion",
-            "deflection",
-            "interface_axial_m",
-            "interface_motion",
-            "interface_deflection",
-        )
-
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class ModeShapes:
+class ModeShapes(ReadOnlyArrays):
     """Hold the lateral shapes of the modes of a system at one speed.
 
-    Attributes
-    ----------
-    speed_rad_s
-        Ω, rad/s.
-    eigenvalues
-        λ in 1/s, shape (m,).
-    whirl
-        "forward", "backward", "mixed" or "planar", shape (m,).
-    bodies
-        Shapes of every body. A mode without lateral motion (axial, torsion, disk modes with two
-        and more nodal diameters) is zero throughout.
-    numbers
-        What the modes are called, 0 for no number; None counts them.
+    `speed_rad_s`: Ω, rad/s. `eigenvalues`: λ in 1/s, shape (m,). `whirl`: "forward", "backward",
+    "mixed" or "planar", shape (m,). `bodies`: shapes of every body. A mode without lateral motion
+    (axial, torsion, disk modes with two and more nodal diameters) is zero throughout. `numbers`:
+    what the modes are called, 0 for no number; None counts them.
     """
 
     speed_rad_s: float
@@ -110,9 +81,6 @@ class ModeShapes:
     whirl: StringArray
     bodies: tuple[BodyShape, ...]
     numbers: tuple[int, ...] | None = None
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "eigenvalues", "whirl")
 
     @property
     def frequency_hz(self) -> FloatArray:
@@ -136,42 +104,34 @@ def mode_shapes(
 ) -> ModeShapes:
     """Return the shapes of modes along the axis.
 
-    Parameters
-    ----------
-    numbers
-        What the modes are called, such as `branch_numbers`, 0 for no number, shape (m,); None
-        counts them.
-
-    Returns
-    -------
-    ModeShapes
-        Each mode scaled so that the largest orbit of all bodies has the semi-axis 1.
-
-    Raises
-    ------
-    AnalysisError
-        If the modes have another number of coordinates than the system.
+    `numbers`: what the modes are called, such as `branch_numbers`, 0 for no number, shape (m,);
+    None counts them. Each mode scaled so that the largest orbit of all bodies has the semi-axis 1.
+    Raises AnalysisError if the modes have another number of coordinates than the system.
     """
     if modes.shapes.shape[0] != assembled.size:
         raise AnalysisError(
             f"the modes have {modes.shapes.shape[0]} coordinates, the system has {assembled.size}"
         )
-    raw = [_body_motion(assembled, name, modes.shapes) for name in assembled.system.rotors]
-    everything = np.concatenate([part for b in raw for part in (b.line, b.nodes)])
+    raw = []
+    for name, rotor in assembled.system.rotors.items():
+        own = body_rows(assembled, name) @ modes.shapes
+        line, nodes = centreline_motion(rotor.element), interface_rows(rotor.element)
+        raw.append((name, line, nodes, line.modes @ own, nodes.modes @ own))
+    everything = np.concatenate([part for *_, along, at in raw for part in (along, at)])
     factor = _unit_factor(assembled, modes.shapes, everything)
     plane = _plane(everything * factor)
     bodies = tuple(
         BodyShape(
             body=name,
-            axial_m=b.axial_m,
-            motion=b.line * factor,
-            deflection=np.einsum("pcm,cm->pm", (b.line * factor).real, plane),
-            interfaces=b.interfaces,
-            interface_axial_m=b.interface_axial_m,
-            interface_motion=b.nodes * factor,
-            interface_deflection=np.einsum("pcm,cm->pm", (b.nodes * factor).real, plane),
+            axial_m=line.axial_m,
+            motion=along * factor,
+            deflection=np.einsum("pcm,cm->pm", (along * factor).real, plane),
+            interfaces=nodes.names,
+            interface_axial_m=nodes.axial_m,
+            interface_motion=at * factor,
+            interface_deflection=np.einsum("pcm,cm->pm", (at * factor).real, plane),
         )
-        for name, b in zip(assembled.system.rotors, raw, strict=True)
+        for name, line, nodes, along, at in raw
     )
     return ModeShapes(
         speed_rad_s=modes.speed_rad_s,
@@ -203,25 +163,6 @@ def orbits(motion: ComplexArray) -> Orbits:
         minor=np.abs(forward) - np.abs(backward),
         inclination_rad=inclination - turned,
         phase_rad=phase + turned,
-    )
-
-
-class _BodyMotion(NamedTuple):
-    """Unscaled motion of the centre line (p, 2, m) and of the interface nodes (i, 2, m)."""
-
-    axial_m: FloatArray
-    line: ComplexArray
-    interfaces: tuple[str, ...]
-    interface_axial_m: FloatArray
-    nodes: ComplexArray
-
-
-def _body_motion(assembled: AssembledSystem, body: str, shapes: ComplexArray) -> _BodyMotion:
-    element = assembled.system.rotors[body].element
-    own = body_rows(assembled, body) @ shapes
-    line, nodes = centreline_motion(element), interface_rows(element)
-    return _BodyMotion(
-        line.axial_m, line.modes @ own, nodes.names, nodes.axial_m, nodes.modes @ own
     )
 
 

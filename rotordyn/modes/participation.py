@@ -12,36 +12,27 @@ from solidwhirl.rotordyn.assembly.internal_damping import body_damping
 from solidwhirl.rotordyn.assembly.joints import tooth_motion
 from solidwhirl.rotordyn.assembly.parts import Bearing, Rotor
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.eigen import Modes
 from solidwhirl.rotordyn.superelement.free_body import free_body_matrices
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class Participation:
+class Participation(ReadOnlyArrays):
     """Hold the part of each body and joint in m modes.
 
     Energies are means over a period, divided by those of the whole system.
 
-    Attributes
-    ----------
-    speed_rad_s
-        Ω, rad/s.
-    eigenvalues
-        λ in 1/s, shape (m,).
-    bodies, joints
-        Names; the joints are the bearings, then the gears with an elastic mesh.
-    kinetic_bodies
-        Shares of the kinetic energy (of the motion against the inertial frame, without the spin),
-        shape (b, m); 1 in all.
-    strain_bodies, centrifugal_bodies, strain_joints
-        Shares of the energy of the symmetric stiffness: elastic, centrifugal (stress stiffening
-        less spin softening, may be negative) and of the joints, shapes (b, m), (b, m), (k, m); 1
-        in all, nan for a mode that has none, such as the nutation of a free rigid body.
-    decrement_bodies, decrement_joints
-        Parts of the logarithmic decrement from internal damping and from the joints, shapes
-        (b, m) and (k, m). Their sum is the decrement of the mode; negative drives the motion.
+    `speed_rad_s`: Ω, rad/s. `eigenvalues`: λ in 1/s, shape (m,). `bodies`, `joints`: names; the
+    joints are the bearings, then the gears with an elastic mesh. `kinetic_bodies`: shares of the
+    kinetic energy (of the motion against the inertial frame, without the spin), shape (b, m); 1 in
+    all. `strain_bodies`, `centrifugal_bodies`, `strain_joints`: shares of the energy of the
+    symmetric stiffness: elastic, centrifugal (stress stiffening less spin softening, may be
+    negative) and of the joints, shapes (b, m), (b, m), (k, m); 1 in all, nan for a mode that has
+    none, such as the nutation of a free rigid body. `decrement_bodies`, `decrement_joints`: parts
+    of the logarithmic decrement from internal damping and from the joints, shapes (b, m) and (k,
+    m). Their sum is the decrement of the mode; negative drives the motion.
     """
 
     speed_rad_s: float
@@ -54,18 +45,6 @@ class Participation:
     strain_joints: FloatArray
     decrement_bodies: FloatArray
     decrement_joints: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(
-            self,
-            "eigenvalues",
-            "kinetic_bodies",
-            "strain_bodies",
-            "centrifugal_bodies",
-            "strain_joints",
-            "decrement_bodies",
-            "decrement_joints",
-        )
 
 
 class _Part(NamedTuple):
@@ -81,18 +60,9 @@ class _Part(NamedTuple):
 def participation(assembled: AssembledSystem, modes: Modes) -> Participation:
     """Share out the energy and the damping of modes.
 
-    Returns
-    -------
-    Participation
-        By body and joint.
+    By body and joint. Raises AnalysisError if the modes have another number of coordinates than the
+    system.
 
-    Raises
-    ------
-    AnalysisError
-        If the modes have another number of coordinates than the system.
-
-    Notes
-    -----
     The real part of λ̄ φᴴ(λ²M + λ(C + ΩG) + K)φ = 0 is, with K = S + W (symmetric and skew) and
     λ = δ + iω, −δ = Σ (|λ|² φᴴCφ + ω Im φᴴWφ) / (|λ|² φᴴMφ + φᴴSφ): a sum over the parts.
     """

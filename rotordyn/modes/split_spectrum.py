@@ -34,13 +34,6 @@ from solidwhirl.rotordyn.modes.complex_form import (
 _ROUNDING = 1e-11
 
 
-class PlaneSpectrum(NamedTuple):
-    """ω of the lowest modes, rad/s, rising, and their shapes (n, m)."""
-
-    frequencies: FloatArray
-    shapes: ComplexArray
-
-
 @lru_cache(maxsize=4)
 def planes_apart(assembled: AssembledSystem) -> tuple[IntArray, IntArray] | None:
     """Return the coordinates of two planes that only the gyroscopic matrix couples.
@@ -77,7 +70,7 @@ def planes_apart(assembled: AssembledSystem) -> tuple[IntArray, IntArray] | None
 
 def plane_spectrum(
     assembled: AssembledSystem, matrices: SpeedMatrices, count: int
-) -> PlaneSpectrum | None:
+) -> SplitSpectrum | None:
     """Solve an undamped system whose two planes only spin couples.
 
     `count`: number of lowest modes wanted. Returns None if the planes are coupled otherwise, or K
@@ -115,7 +108,7 @@ def plane_spectrum(
     in_y = la.solve_triangular(lower_y, right[kept, :ny].T, lower=True, trans="T")
     shapes[planes[0]] = scale_x[:, None] * in_x
     shapes[planes[1]] = -1j * scale_y[:, None] * in_y
-    return PlaneSpectrum(1.0 / inverse[kept], shapes)
+    return SplitSpectrum(Spectrum(1j * (1.0 / inverse[kept]), shapes, np.empty(0)), 0, None)
 
 
 # |Im λ| below this fraction of |λ| is real: equal real eigenvalues split into pairs by rounding.
@@ -123,11 +116,11 @@ _REAL_FRACTION = 1e-6
 
 
 class SplitSpectrum(NamedTuple):
-    """A spectrum, the number of zero eigenvalues among the 2n, and the family of each mode."""
+    """A spectrum, the number of zero eigenvalues among the 2n, and the families if there are."""
 
     spectrum: Spectrum
     zero_count: int
-    family: IntArray
+    family: IntArray | None
 
 
 class _Part(NamedTuple):

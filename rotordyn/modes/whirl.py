@@ -1,7 +1,8 @@
-"""Whirl direction of modes, from the orbits of the interface nodes."""
+"""Whirl direction of modes, from the orbits of the interface nodes; what unbalance can excite."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -30,6 +31,8 @@ _EQUAL = 1e-8
 _DEPENDENT = 1e-8
 # Lateral motion below this fraction of axial motion and torsion is none.
 _NO_LATERAL = 1e-6
+# Circles below this fraction of the largest orbit of the mode are rounding.
+_NO_CIRCLE = 1e-6
 
 
 class Orbits(NamedTuple):
@@ -42,19 +45,10 @@ class Orbits(NamedTuple):
 def whirl_direction(assembled: AssembledSystem, shapes: ComplexArray) -> StringArray:
     """Tell whether the orbits of each mode turn with the reference shaft or against it.
 
-    Parameters
-    ----------
-    shapes
-        Modes φ of q = φ e^{iωt}, ω > 0, in its independent coordinates, shape (n, m).
+    `shapes`: modes φ of q = φ e^{iωt}, ω > 0, in its independent coordinates, shape (n, m). Shape
+    (m,): "forward" if all orbits turn with +Ω, "backward" if all turn against it, "mixed" if some
+    do either, "planar" if all are lines.
 
-    Returns
-    -------
-    ndarray of str
-        Shape (m,): "forward" if all orbits turn with +Ω, "backward" if all turn against it,
-        "mixed" if some do either, "planar" if all are lines.
-
-    Notes
-    -----
     An orbit is the sum of a forward circle of radius |X + iY|/2 and a backward one of |X − iY|/2.
     Orbits at all interface nodes count, save those below 1/100 of the largest; a line is one with
     an axis ratio below 1/1000. Where no interface node translates, the path of the tilting axis
@@ -220,3 +214,46 @@ def rotor_length(assembled: AssembledSystem) -> float:
         gyration = np.sqrt(np.abs(rotor.element.inertia_kg_m2).max() / rotor.element.mass_kg)
         lengths.append(max(float(np.ptp(positions)) if positions else 0.0, float(gyration)))
     return max(lengths)
+
+
+class Excitation(NamedTuple):
+    """Whether an unbalance can excite a mode, and why or why not."""
+
+    excited: bool
+    why: str
+
+
+def unbalance_excitation(
+    assembled: AssembledSystem, shape: ComplexArray, bodies: Sequence[str]
+) -> Excitation:
+    """Tell whether the unbalance of bodies can excite a mode.
+
+    `shape`: mode φ of q = φ e^{iωt}, ω > 0, in its independent coordinates, shape (n,). Returns an
+    unbalance turns with its body. In an isotropic system orbits of modes are circles, and those
+    that turn the other way take no energy from it; otherwise orbits are ellipses, which hold a
+    circle of either direction.
+
+    The work of the rotating force on q = φ e^{iωt} is proportional to the part of the orbit that
+    turns with it, |X + iY|/2 for a body that turns with the reference shaft and |X − iY|/2 for
+    one that turns against it (Genta 2005, Dynamics of Rotating Systems, section 5.7).
+    """
+    if not moves_laterally(assembled, shape):
+        return Excitation(False, "no lateral motion")
+    turning = [b for b in bodies if assembled.system.rotors[b].speed_ratio != 0]
+    if any(_circle(assembled, shape, body, 1.0) for body in turning):
+        return Excitation(True, "orbits have a part that turns with the shaft")
+    if any(_circle(assembled, shape, body, -1.0) for body in turning):
+        return Excitation(False, "orbits are circles that turn against the shaft")
+    return Excitation(False, "the mode does not move the shaft")
+
+
+def _circle(assembled: AssembledSystem, shape: ComplexArray, body: str, turn: float) -> bool:
+    """Whether the orbits of a body have a part that turns with it (turn 1) or against it (−1)."""
+    orbits = interface_orbits(assembled, shape[:, None])
+    rotors = assembled.system.rotors
+    owners = [name for name, rotor in rotors.items() for _ in rotor.element.interfaces]
+    own = np.array([name == body for name in owners])
+    sense = turn * np.sign(rotors[body].speed_ratio)
+    circles = 0.5 * np.abs(orbits.x + 1j * sense * orbits.y)[own]
+    largest = np.maximum(np.abs(orbits.x), np.abs(orbits.y)).max()
+    return bool(circles.max(initial=0.0) > _NO_CIRCLE * largest)

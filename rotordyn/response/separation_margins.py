@@ -16,7 +16,7 @@ from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.critical_speeds.search import CriticalSpeed
 from solidwhirl.rotordyn.modes.damping import CRITICALLY_DAMPED
-from solidwhirl.rotordyn.modes.excitation import Excitation
+from solidwhirl.rotordyn.modes.whirl import Excitation
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,26 +6,6 @@ In: `AssembledSystem` and a range. Out: unstable intervals, decrements of the fi
 
 from __future__ import annotations
 
-from solidwhirl.rotordyn.stability.intervals import (
-    StabilityChart,
-    UnstableInterval,
-    represented_hz,
-    stability_chart,
-    unstable_intervals,
-)
-from solidwhirl.rotordyn.stability.whirl_decrements import (
-    FirstMode,
-    WhirlDecrements,
-    whirl_decrements,
-)
+from solidwhirl.rotordyn.stability.intervals import stability_chart, unstable_intervals
 
-__all__ = [
-    "FirstMode",
-    "StabilityChart",
-    "UnstableInterval",
-    "WhirlDecrements",
-    "represented_hz",
-    "stability_chart",
-    "unstable_intervals",
-    "whirl_decrements",
-]
+__all__ = ["stability_chart", "unstable_intervals"]

@@ -79,18 +79,10 @@ class Block:
 class Spectral:
     """Hold all eigenvalues of a block at one speed.
 
-    Attributes
-    ----------
-    values
-        λ, shape (m,), m = 2n; exactly 0 for motions of free bodies.
-    slopes
-        dλ/dΩ on one side of the speed, shape (m,).
-    right, left
-        Vectors x (n, m) and y (m, n), y_i [(λ_i + λ_j) M + V] x_j = 1 for i = j, 0 else.
-    tolerance
-        Real parts below this are neutral: rounding, or growth too slow to be seen; shape (m,).
-    coefficients
-        V and K there.
+    `values`: λ, shape (m,), m = 2n; exactly 0 for motions of free bodies. `slopes`: dλ/dΩ on one
+    side of the speed, shape (m,). `right`, `left`: vectors x (n, m) and y (m, n), y_i [(λ_i + λ_j)
+    M + V] x_j = 1 for i = j, 0 else. `tolerance`: real parts below this are neutral: rounding, or
+    growth too slow to be seen; shape (m,). `coefficients`: v and K there.
     """
 
     speed_rad_s: float
@@ -312,14 +304,8 @@ def _moved(change: Coefficients, right: ComplexArray, rates: ComplexArray) -> Co
 class Stretch:
     """Hold the paths of all eigenvalues of a block between two speeds.
 
-    Attributes
-    ----------
-    first, second
-        Eigenvalues at both ends with slopes towards the inside.
-    partner
-        Index in `second` of each value of `first`, shape (m,).
-    MAC
-        Of their vectors, 0 to 1, shape (m,).
+    `first`, `second`: eigenvalues at both ends with slopes towards the inside; `partner`: index in
+    `second` of each value of `first`, shape (m,); `mac`: MAC of their vectors, 0 to 1, shape (m,).
     """
 
     first: Spectral

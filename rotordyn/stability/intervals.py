@@ -16,7 +16,7 @@ from solidwhirl.rotordyn.core.arrays import (
     ComplexArray,
     FloatArray,
     IntArray,
-    freeze_arrays,
+    ReadOnlyArrays,
 )
 from solidwhirl.rotordyn.core.dense import scale_by_stiffness
 from solidwhirl.rotordyn.core.errors import AnalysisError
@@ -40,32 +40,18 @@ _SEMIDEFINITE = 1e-12
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class UnstableInterval:
+class UnstableInterval(ReadOnlyArrays):
     """Hold a range of speeds in which some motion grows at every speed.
 
-    Attributes
-    ----------
-    low_rad_s, high_rad_s
-        Its ends Ω, rad/s.
-    opens, closes
-        Whether growth begins at the lower end and ceases at the upper one; False where the range
-        that was searched begins or ends with growth.
-    kind
-        At the lower end: "flutter" (an oscillation grows) or "divergence" (a motion grows without
-        oscillating).
-    growth_1_s
-        Largest Re λ in the interval, 1/s.
-    speed_rad_s
-        Ω of that.
-    eigenvalue
-        λ at the lower end, 1/s; Re λ = 0 to rounding if the interval opens.
-    frequency_hz, frequency_end_hz
-        |Im λ| / 2π at the lower and at the upper end, Hz; 0 for a divergence.
-    whirl
-        At the lower end, "forward", "backward", "mixed" or "planar"; empty for a divergence.
-    shape
-        Mode there in the independent coordinates, shape (n,), largest entry 1; empty for a
-        divergence.
+    `low_rad_s`, `high_rad_s`: its ends Ω, rad/s. `opens`, `closes`: whether growth begins at the
+    lower end and ceases at the upper one; False where the range that was searched begins or ends
+    with growth. `kind`: at the lower end: "flutter" (an oscillation grows) or "divergence" (a
+    motion grows without oscillating). `growth_1_s`: largest Re λ in the interval, 1/s.
+    `speed_rad_s`: Ω of that. `eigenvalue`: λ at the lower end, 1/s; Re λ = 0 to rounding if the
+    interval opens. `frequency_hz`, `frequency_end_hz`: |Im λ| / 2π at the lower and at the upper
+    end, Hz; 0 for a divergence. `whirl`: at the lower end, "forward", "backward", "mixed" or
+    "planar"; empty for a divergence. `shape`: mode there in the independent coordinates, shape
+    (n,), largest entry 1; empty for a divergence.
     """
 
     low_rad_s: float
@@ -81,29 +67,17 @@ class UnstableInterval:
     whirl: str
     shape: ComplexArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "shape")
-
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class StabilityChart:
+class StabilityChart(ReadOnlyArrays):
     """Hold the least damped motion of a system over the speed.
 
-    Attributes
-    ----------
-    speeds_rad_s
-        Ω, shape (s,).
-    log_decrement
-        Smallest of the lateral modes looked at, shape (s,); exactly 0 where it is rounding, nan
-        where there is none.
-    frequency_hz
-        Of that mode, shape (s,), Hz.
-    growth_rate_1_s
-        Largest Re λ of all motions, oscillating or not, shape (s,); zeros of rigid motion aside.
-    unstable_count
-        Number of eigenvalues that grow, an oscillation counting once, shape (s,).
-    first_forward, first_backward
-        The first mode of either whirl, see `whirl_decrements`.
+    `speeds_rad_s`: Ω, shape (s,). `log_decrement`: smallest of the lateral modes looked at, shape
+    (s,); exactly 0 where it is rounding, nan where there is none. `frequency_hz`: of that mode,
+    shape (s,), Hz. `growth_rate_1_s`: largest Re λ of all motions, oscillating or not, shape (s,);
+    zeros of rigid motion aside. `unstable_count`: number of eigenvalues that grow, an oscillation
+    counting once, shape (s,). `first_forward`, `first_backward`: the first mode of either whirl,
+    see `whirl_decrements`.
     """
 
     speeds_rad_s: FloatArray
@@ -114,16 +88,6 @@ class StabilityChart:
     first_forward: FirstMode
     first_backward: FirstMode
 
-    def __post_init__(self) -> None:
-        freeze_arrays(
-            self,
-            "speeds_rad_s",
-            "log_decrement",
-            "frequency_hz",
-            "growth_rate_1_s",
-            "unstable_count",
-        )
-
 
 def stability_chart(
     assembled: AssembledSystem,
@@ -132,24 +96,10 @@ def stability_chart(
 ) -> StabilityChart:
     """Compute the least damped motion of a system over a range of speeds.
 
-    Parameters
-    ----------
-    speeds_rad_s
-        Ω, shape (s,), in any order.
-    frequency_max_hz
-        Leave oscillatory modes above this out of `log_decrement`, and those above the highest mode
-        that every reduced body has kept: they are no modes of the machine. All count for
-        `unstable_count`.
-
-    Returns
-    -------
-    StabilityChart
-        For the damping of each branch use `campbell`.
-
-    Raises
-    ------
-    AnalysisError
-        If a speed is not finite or there is none.
+    `speeds_rad_s`: Ω, shape (s,), in any order; `frequency_max_hz`: leave oscillatory modes above
+    this out of `log_decrement`, and those above the highest mode that every reduced body has kept:
+    they are no modes of the machine. All count for `unstable_count`. For the damping of each branch
+    use `campbell`. Raises AnalysisError if a speed is not finite or there is none.
     """
     speeds = checked_speeds(speeds_rad_s)
     limit_hz = min(frequency_max_hz, represented_hz(assembled))
@@ -221,24 +171,11 @@ def unstable_intervals(
 ) -> tuple[UnstableInterval, ...]:
     """Find all ranges of speed in which some motion grows.
 
-    Parameters
-    ----------
-    speed_low_rad_s, speed_high_rad_s
-        Range of Ω that is searched, rad/s.
+    `speed_low_rad_s`, `speed_high_rad_s`: range of Ω that is searched, rad/s. Intervals rise and
+    lie apart from each other. Growth below 1e-8 of the eigenvalue counts as neutral, and so do
+    motions of free bodies. Raises AnalysisError if the speeds are not finite, or the second is not
+    above the first.
 
-    Returns
-    -------
-    tuple of UnstableInterval
-        Rising, apart from each other. Growth below 1e-8 of the eigenvalue counts as neutral, and
-        so do motions of free bodies.
-
-    Raises
-    ------
-    AnalysisError
-        If the speeds are not finite, or the second is not above the first.
-
-    Notes
-    -----
     A system without cross-coupling whose damping takes energy from every motion and whose
     stiffness is not negative has no such range, which is known without a search. Else all
     eigenvalues are followed between the knots of the speed laws, see `unstable_windows`.

@@ -9,7 +9,7 @@ import numpy.typing as npt
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
-from solidwhirl.rotordyn.core.arrays import FloatArray, freeze_arrays, together
+from solidwhirl.rotordyn.core.arrays import FloatArray, ReadOnlyArrays, together
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.damping import PEAKLESS, DampingRule
 from solidwhirl.rotordyn.modes.eigen import Modes, modes_at_speed
@@ -24,42 +24,28 @@ _EQUAL = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class FirstMode:
+class FirstMode(ReadOnlyArrays):
     """Hold damping and frequency of the first mode of one whirl over the speed.
 
-    Attributes
-    ----------
-    log_decrement
-        Shape (s,); exactly 0 where it is rounding, nan where there is no such mode.
-    frequency_hz
-        Shape (s,), Hz.
+    `log_decrement`: shape (s,); exactly 0 where it is rounding, nan where there is no such mode;
+    `frequency_hz`: shape (s,), Hz.
     """
 
     log_decrement: FloatArray
     frequency_hz: FloatArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "log_decrement", "frequency_hz")
-
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class WhirlDecrements:
+class WhirlDecrements(ReadOnlyArrays):
     """Hold the first forward and the first backward mode over the speed.
 
-    Attributes
-    ----------
-    speeds_rad_s
-        Ω, shape (s,).
-    first_forward, first_backward
-        The lateral mode of lowest frequency with that whirl and a damping ratio below 0.71.
+    `speeds_rad_s`: Ω, shape (s,); `first_forward`, `first_backward`: the lateral mode of lowest
+    frequency with that whirl and a damping ratio below 0.71.
     """
 
     speeds_rad_s: FloatArray
     first_forward: FirstMode
     first_backward: FirstMode
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "speeds_rad_s")
 
 
 def whirl_decrements(
@@ -67,24 +53,10 @@ def whirl_decrements(
 ) -> WhirlDecrements:
     """Compute damping and frequency of the first forward and the first backward mode.
 
-    Parameters
-    ----------
-    speeds_rad_s
-        Ω, shape (s,), in any order.
-    rule
-        Which modes are looked at; None takes those with a damping ratio below 0.71, which have a
-        resonance.
-
-    Returns
-    -------
-    WhirlDecrements
-        A mode goes forward if its orbits at the interfaces do on the whole, by the areas of their
-        forward and backward circles; at rest as it does at a very low speed.
-
-    Raises
-    ------
-    AnalysisError
-        If a speed is not finite or there is none.
+    `speeds_rad_s`: Ω, shape (s,), in any order; `rule`: which modes are looked at; None takes those
+    with a damping ratio below 0.71, which have a resonance. A mode goes forward if its orbits at
+    the interfaces do on the whole, by the areas of their forward and backward circles; at rest as
+    it does at a very low speed. Raises AnalysisError if a speed is not finite or there is none.
     """
     speeds = checked_speeds(speeds_rad_s)
     rows = [

@@ -6,54 +6,37 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from solidwhirl.beams.attached_inertia import Rider, fillet_rings, riders
+from solidwhirl.beams import plates
+from solidwhirl.beams.attached_inertia import CarriedRing, carried_rings, fillet_rings
 from solidwhirl.beams.nodes import Layout
-from solidwhirl.beams.plates import (
-    Edge,
-    PlateMatrices,
-    PlateMotion,
-    held_ring,
-    plate_center_m,
-    plate_matrices,
-    root_stiffness,
-)
+from solidwhirl.beams.plates import Edge, PlateMatrices, PlateMotion
 from solidwhirl.beams.profile import Cell, Place
-from solidwhirl.beams.sections import ShearRule, Spread, column_segment, stiff_radii
+from solidwhirl.beams.sections import ShearRule, column_segment, stiff_radii
 from solidwhirl.geometry import Body
+from solidwhirl.rotordyn.beams import families
 from solidwhirl.rotordyn.beams.elements import Family, Segment, section_motion
-from solidwhirl.rotordyn.beams.families import (
-    Attached,
-    FamilyMatrices,
-    add_attached,
-    family_matrices,
-    node_rows,
-    per_node,
-)
+from solidwhirl.rotordyn.beams.families import Attached, FamilyMatrices, per_node
 from solidwhirl.rotordyn.core.arrays import FloatArray
 
-DiskRule = Literal["rigid", "plate"]
 RootRule = Literal["elastic", "rigid"]
-
-# A rigid disk with an interface on its rim: its plate is this much stiffer than it is.
-_RIGID = 1e4
 
 
 class Pieces(NamedTuple):
     """Cross-sections along all elements, the rings that ride on them, and fillets at nodes."""
 
     segments: tuple[Segment, ...]
-    riders: tuple[Rider, ...]
+    carried_rings: tuple[CarriedRing, ...]
     fillets: tuple[Attached, ...]
 
 
-def pieces_of(body: Body, layout: Layout, spread: Spread, shear: ShearRule) -> Pieces:
+def pieces_of(body: Body, layout: Layout, slope: float, shear: ShearRule) -> Pieces:
     """Return stiffness and inertia along all elements, and what is attached to them."""
-    radii = stiff_radii(layout.skeleton, spread)
+    radii = stiff_radii(layout.skeleton, slope)
     columns = layout.skeleton.columns
     along = tuple(
         column_segment(columns[e.column], radii[e.column], e.ends_m, shear) for e in layout.elements
     )
-    return Pieces(along, riders(layout, radii, along), fillet_rings(body, layout))
+    return Pieces(along, carried_rings(layout, radii, along), fillet_rings(body, layout))
 
 
 def assembled_family(
@@ -61,19 +44,19 @@ def assembled_family(
 ) -> FamilyMatrices:
     """Assemble one family of motions: nodes, then what the plates of the family add."""
     nodes = [element.nodes for element in layout.elements]
-    found = family_matrices(
+    found = families.family_matrices(
         layout.nodes_m,
         zip(nodes, pieces.segments, strict=True),
         family,
         extra=sum(block.extra for block in blocks),
     )
-    for rider in pieces.riders:
-        piece = pieces.segments[rider.element]
-        rows = node_rows(nodes[rider.element], family)
+    for carried in pieces.carried_rings:
+        piece = pieces.segments[carried.element]
+        rows = families.node_rows(nodes[carried.element], family)
         at = np.ix_(rows, rows)
-        (moved,), (tilted,) = section_motion(piece, rider.xi(piece), family, rider.arm_m)
-        inertia = 2.0 * rider.second_kg_m2 if family == "torsion" else rider.mass_kg
-        spin = rider.second_kg_m2 * np.outer(tilted, tilted)
+        (moved,), (tilted,) = section_motion(piece, carried.xi(piece), family, carried.arm_m)
+        inertia = 2.0 * carried.second_kg_m2 if family == "torsion" else carried.mass_kg
+        spin = carried.second_kg_m2 * np.outer(tilted, tilted)
         found.mass[at] += inertia * np.outer(moved, moved) + spin
         found.gyroscopic[at] += 2.0 * spin
     next_free = per_node(family) * layout.nodes_m.size
@@ -85,7 +68,7 @@ def assembled_family(
         for total, local in zip(found, block.matrices[:5], strict=False):
             total += columns.T @ local @ columns
     for ring in pieces.fillets:
-        add_attached(found, layout.nodes_m, ring, family)
+        families.add_attached(found, layout.nodes_m, ring, family)
     return found
 
 
@@ -115,39 +98,24 @@ _MOTIONS: dict[Family, tuple[PlateMotion, ...]] = {
 
 
 def plate_blocks(
-    layout: Layout, family: Family, disks: DiskRule, roots: RootRule = "elastic"
+    layout: Layout, family: Family, roots: RootRule = "elastic"
 ) -> tuple[PlateBlock, ...]:
-    """Return the motions of all plates that belong to a family.
-
-    Parameters
-    ----------
-    disks
-        Whether disks with a free rim bend.
-    roots
-        Whether columns give way at the roots of plates.
-    """
+    """Return the motions of all plates that belong to a family; `roots`: of columns under them."""
     return tuple(
         block
         for index in range(len(layout.plate_nodes))
-        for block in _plate(layout, index, family, disks, roots)
+        for block in _plate(layout, index, family, roots)
     )
 
 
-def _plate(
-    layout: Layout, index: int, family: Family, disks: DiskRule, roots: RootRule
-) -> list[PlateBlock]:
+def _plate(layout: Layout, index: int, family: Family, roots: RootRule) -> list[PlateBlock]:
     plate, nodes = layout.skeleton.plates[index], layout.plate_nodes[index]
-    free = plate.inner is None or plate.outer is None
-    rigid = disks == "rigid" and free
     edges = _edges(layout, index, roots)
-    center = plate_center_m(plate)
-    rings = None if rigid else _rings(layout, index)
+    center, rings = plates.plate_center_m(plate), _rings(layout, index)
     blocks = []
     for motion in _MOTIONS[family]:
-        matrices = plate_matrices(plate, motion, edges, rings=rings)
+        matrices = plates.plate_matrices(plate, motion, edges, rings=rings)
         count = sum(edge is not None for edge in edges)
-        if rigid:
-            matrices = _stiffened(matrices, count)
         follow = np.zeros((count, per_node(family) * layout.nodes_m.size))
         for row, node in enumerate(n for n in nodes if n >= 0):
             if motion == "tilt":
@@ -170,7 +138,7 @@ def _edges(layout: Layout, index: int, roots: RootRule) -> tuple[Edge | None, Ed
         if place is not None and roots == "rigid":
             return Edge(root=np.inf)
         if place is not None:
-            return Edge(root=root_stiffness(layout.skeleton, cell, place))
+            return Edge(root=plates.root_stiffness(layout.skeleton, cell, place))
         return Edge(root=None, rigid=rigid) if node >= 0 else None
 
     return (
@@ -179,21 +147,12 @@ def _edges(layout: Layout, index: int, roots: RootRule) -> tuple[Edge | None, Ed
     )
 
 
-def _stiffened(matrices: PlateMatrices, count: int) -> PlateMatrices:
-    """Return a plate without its modes and without freedom between its edges."""
-    kept = slice(0, count)
-    held = PlateMatrices._make(
-        [*(m[kept, kept] for m in matrices[:5]), np.empty(0), matrices.fields[:, kept]]
-    )
-    return held._replace(stiffness=_RIGID * held.stiffness)
-
-
 def _rings(layout: Layout, index: int) -> tuple[Cell | None, Cell | None]:
     """Return the rings of the columns that stretch with a plate."""
     plate, skeleton = layout.skeleton.plates[index], layout.skeleton
     hub = rim = None
     if plate.inner is not None:
-        hub = held_ring(skeleton, plate.cells[0], plate.inner, outer=False)
+        hub = plates.held_ring(skeleton, plate.cells[0], plate.inner, outer=False)
     if plate.outer is not None:
-        rim = held_ring(skeleton, plate.cells[-1], plate.outer, outer=True)
+        rim = plates.held_ring(skeleton, plate.cells[-1], plate.outer, outer=True)
     return hub, rim

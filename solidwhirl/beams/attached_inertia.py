@@ -28,7 +28,7 @@ _RINGS = 4
 _THIN = 1e-9
 
 
-class Rider(NamedTuple):
+class CarriedRing(NamedTuple):
     """A ring at z, fixed to the cross-section of an element at another place."""
 
     mass_kg: float
@@ -47,15 +47,12 @@ class Rider(NamedTuple):
         return np.array([(self.carrier_m - piece.start_m) / piece.length_m])
 
 
-def riders(
+def carried_rings(
     layout: Layout, radii: tuple[StiffRadii, ...], pieces: tuple[Segment, ...]
-) -> tuple[Rider, ...]:
+) -> tuple[CarriedRing, ...]:
     """Return what lies outside the stiff part of the columns, ring by ring.
 
-    Parameters
-    ----------
-    pieces
-        Cross-sections of the elements, which hold the inertia of the stiff part alone.
+    `pieces`: cross-sections of the elements, which hold the inertia of the stiff part alone.
     """
     found = []
     for element, piece in zip(layout.elements, pieces, strict=True):
@@ -69,9 +66,8 @@ def riders(
                 for inner, outer in pairwise(edges):
                     ring = section_inertia(column, z, inner, outer)
                     at = _carrier(layout, radii, element.column, z, 0.5 * (inner + outer))
-                    found.append(
-                        Rider(weight * ring.mass, weight * ring.second, z, *_located(layout, *at))
-                    )
+                    inertia = weight * ring.mass, weight * ring.second
+                    found.append(CarriedRing(*inertia, z, *_located(layout, *at)))
     return tuple(found)
 
 

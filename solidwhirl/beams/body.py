@@ -9,21 +9,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from solidwhirl.beams.assembly import (
-    DiskRule,
-    Pieces,
-    PlateBlock,
-    RootRule,
-    assembled_family,
-    pieces_of,
-    plate_blocks,
-)
-from solidwhirl.beams.error import VARIANTS
+from solidwhirl.beams.assembly import Pieces, PlateBlock, assembled_family, pieces_of, plate_blocks
+from solidwhirl.beams.error import VARIANTS, Variant
 from solidwhirl.beams.moments import family_rings
 from solidwhirl.beams.nodes import Layout, layout_of
 from solidwhirl.beams.profile import BeamLevelError
-from solidwhirl.beams.sections import SPREADS, ShearRule, StiffnessRule
-from solidwhirl.geometry import Body, MassProperties, mass_properties
+from solidwhirl.beams.sections import SPREADS
+from solidwhirl.geometry import Body, Interface, mass_properties
 from solidwhirl.rotordyn import InterfaceNode, Superelement, attach_rigid_disk
 from solidwhirl.rotordyn.beams.elements import Family
 from solidwhirl.rotordyn.beams.families import ReducedFamily, reduced_family, spatial_fields
@@ -34,6 +26,7 @@ from solidwhirl.rotordyn.superelement.validation import MOTIONS, Component
 __all__ = ["BeamLevelError", "beam_element_of", "beam_variants"]
 
 _LATERAL: tuple[Component, ...] = ("ux", "uy", "rx", "ry")
+_MATRICES = ("mass", "stiffness", "gyroscopic", "stress_stiffening", "spin_softening")
 #: Fixed-interface modes kept in each plane unless the caller says so.
 MODES = 24
 
@@ -42,14 +35,16 @@ def beam_element_of(
     body: Body,
     *,
     components: Sequence[Component] = _LATERAL,
-    disks: DiskRule = "plate",
     element_length_m: float | None = None,
-    stiffness_rule: StiffnessRule = "spread",
-    shear_rule: ShearRule = "weighted",
-    root_rule: RootRule = "elastic",
     modes: int | None = MODES,
 ) -> Superelement:
     """Build the superelement of a body from its profile by beam theory.
+
+    Columns are Timoshenko beams on the axis, several at one place where a drum surrounds a shaft.
+    Disks and webs are Mindlin plates in circumferential order 1 (0 for axial motion and torsion)
+    with a rigid circle where they meet a beam. Rigid interfaces hold the whole cross-section
+    between their planes. Centrifugal stiffness: that of plates, under their own load and that of
+    the rings that hold them; drums and cones have none.
 
     Parameters
     ----------
@@ -57,22 +52,9 @@ def beam_element_of(
         Body of revolution with at least one interface.
     components
         Motions of the interfaces: ux, uy, rx, ry always, "uz" and "rz" if named.
-    disks
-        "plate": disks with a free rim bend with one nodal diameter and move in their plane;
-        "rigid": they do not, and sit on the shaft at their middle plane. Webs between a shaft
-        and a drum are plates in both.
     element_length_m
         Longest element, m; None is a sixtieth of the axial length. The error of frequencies falls
         with its square.
-    stiffness_rule
-        How a step or a disk stiffens the shaft: "spread" is the usual rule, "soft" and "stiff"
-        bracket it, "none" and "full" are its bounds (see `sections.SPREADS`).
-    shear_rule
-        Shear coefficient: that of Cowper (1966) or Hutchinson (2001), or "weighted", from
-        Hutchinson for solid sections to Cowper for thin tubes; "shifted" and "doubled" are
-        bounds of that.
-    root_rule
-        Whether the surface of a shaft gives way where a disk or web is built in.
     modes
         Fixed-interface modes kept in each plane, and of axial motion and torsion; None keeps all.
 
@@ -87,61 +69,31 @@ def beam_element_of(
         If the body is none of beams and plates, or an interface has no single place on them.
     GeometryError
         If the sections do not fit together.
-
-    Notes
-    -----
-    Columns are Timoshenko beams on the axis, several at one place where a drum surrounds a shaft.
-    Disks and webs are Mindlin plates in circumferential order 1 (0 for axial motion and torsion)
-    with a rigid circle where they meet a beam. Rigid interfaces hold the whole cross-section
-    between their planes. Centrifugal stiffness: that of plates, under their own load and that of
-    the rings that hold them; drums and cones have none.
     """
-    rules = _Rules(stiffness_rule, shear_rule, root_rule, disks)
     layout = _layout(body, components, element_length_m)
-    model = _model(body, layout, components, rules, modes)
+    model = _model(body, layout, components, VARIANTS[0], modes)
     return _element(body, model, _rings(model))
 
 
 def beam_variants(
-    body: Body,
-    *,
-    components: Sequence[Component] = _LATERAL,
-    disks: DiskRule = "plate",
-    element_length_m: float | None = None,
-    modes: int | None = MODES,
+    body: Body, *, components: Sequence[Component] = _LATERAL, modes: int | None = MODES
 ) -> tuple[Superelement, ...]:
     """Build the models of a body whose spread tells how far beam theory can be trusted.
 
-    Returns
-    -------
-    tuple of Superelement
-        In the order of `error.VARIANTS`, the first one that of `beam_element_of`; all
-        have the same coordinates but for the frequencies of their modes. The others do not know
-        their mass moments.
-
-    Raises
-    ------
-    BeamLevelError, GeometryError
-        As `beam_element_of`.
+    In the order of `error.VARIANTS`, the first one that of `beam_element_of`; all have the same
+    coordinates but for the frequencies of their modes. The others do not know their mass moments.
+    Raises BeamLevelError, GeometryError as `beam_element_of`.
     """
-    layout = _layout(body, components, element_length_m)
+    layout = _layout(body, components, None)
     found: list[Superelement] = []
-    for v in VARIANTS:
-        if v.centrifugal_rule == "none":
+    for variant in VARIANTS:
+        if variant.centrifugal_rule == "none":
             zero = np.zeros_like(found[0].mass)
             found.append(replace(found[0], stress_stiffening=zero, spin_softening=zero))
             continue
-        rules = _Rules(v.stiffness_rule, v.shear_rule, v.root_rule, disks)
-        model = _model(body, layout, components, rules, modes)
+        model = _model(body, layout, components, variant, modes)
         found.append(_element(body, model, () if found else _rings(model)))
     return tuple(found)
-
-
-class _Rules(NamedTuple):
-    stiffness: StiffnessRule
-    shear: ShearRule
-    roots: RootRule
-    disks: DiskRule
 
 
 def _layout(body: Body, components: Sequence[Component], element_length_m: float | None) -> Layout:
@@ -165,13 +117,13 @@ class _Model(NamedTuple):
 
 
 def _model(
-    body: Body, layout: Layout, components: Sequence[Component], rules: _Rules, modes: int | None
+    body: Body, layout: Layout, components: Sequence[Component], rules: Variant, modes: int | None
 ) -> _Model:
-    pieces = pieces_of(body, layout, SPREADS[rules.stiffness], rules.shear)
+    pieces = pieces_of(body, layout, SPREADS[rules.stiffness_rule], rules.shear_rule)
     wanted: list[Family] = ["lateral"]
     wanted += ["axial"] if "uz" in components else []
     wanted += ["torsion"] if "rz" in components else []
-    blocks = tuple(plate_blocks(layout, family, rules.disks, rules.roots) for family in wanted)
+    blocks = tuple(plate_blocks(layout, family, rules.root_rule) for family in wanted)
     families = tuple(
         reduced_family(
             layout.beam_nodes, assembled_family(layout, pieces, family, own), family, modes
@@ -180,10 +132,10 @@ def _model(
     )
     provenance = {
         "model": "Timoshenko beams and annular Mindlin plates from the profile",
-        "disks": rules.disks,
-        "stiffness_rule": rules.stiffness,
-        "shear_rule": rules.shear,
-        "root_rule": rules.roots,
+        "disks": "plate",
+        "stiffness_rule": rules.stiffness_rule,
+        "shear_rule": rules.shear_rule,
+        "root_rule": rules.root_rule,
         "elements": len(layout.elements),
         "longest_element_m": max(e.ends_m[1] - e.ends_m[0] for e in layout.elements),
         "plates": len(layout.plate_nodes),
@@ -221,17 +173,14 @@ def _superelement(body: Body, model: _Model, rings: tuple[Rings, ...]) -> Supere
     seats = layout.beam_nodes.interfaces
     first = [body.interfaces[layout.interfaces.index(node)] for node in seats]
     names = tuple(interface.name for interface in first)
-    properties: MassProperties = mass_properties(replace(body, rigid_disks=()))
+    properties = mass_properties(replace(body, rigid_disks=()))
     polar, diametral = properties.polar_inertia_kg_m2, properties.diametral_inertia_kg_m2
     axis = _axis_nodes(layout)
     fields = spatial_fields(names, families, layout.nodes_m.size)
     element = Superelement(
         name=body.name,
         **fields | {"recovery_modes": fields["recovery_modes"][axis]},
-        interfaces=tuple(
-            InterfaceNode(name=i.name, position_m=np.array(i.position_m), coupling="none")
-            for i in first
-        ),
+        interfaces=_nodes(first),
         mass_kg=properties.mass_kg,
         center_of_gravity_m=properties.center_of_gravity_m,
         inertia_kg_m2=np.diag([diametral, diametral, polar]),
@@ -246,6 +195,13 @@ def _superelement(body: Body, model: _Model, rings: tuple[Rings, ...]) -> Supere
         for interface, node in zip(body.interfaces, layout.interfaces, strict=True)
     }
     return _with_shared_seats(element, body, owner)
+
+
+def _nodes(interfaces: Sequence[Interface]) -> tuple[InterfaceNode, ...]:
+    return tuple(
+        InterfaceNode(name=i.name, position_m=np.array(i.position_m), coupling="none")
+        for i in interfaces
+    )
 
 
 def _axis_nodes(layout: Layout) -> list[int]:
@@ -278,10 +234,7 @@ def _with_shared_seats(element: Superelement, body: Body, owner: Mapping[str, st
     """
     modal = [c for c in element.coordinates if c.kind == "modal"]
     held = [
-        (
-            replace(c, interface=i.name),
-            element.interface_index(owner[i.name], c.component),
-        )
+        (replace(c, interface=i.name), element.interface_index(owner[i.name], c.component))
         for i in body.interfaces
         for c in element.coordinates
         if c.interface == owner[i.name]
@@ -293,15 +246,8 @@ def _with_shared_seats(element: Superelement, body: Body, owner: Mapping[str, st
     return replace(
         element,
         coordinates=(*(c for c, _ in held), *modal),
-        interfaces=tuple(
-            InterfaceNode(name=i.name, position_m=np.array(i.position_m), coupling="none")
-            for i in body.interfaces
-        ),
-        mass=spread.T @ element.mass @ spread,
-        stiffness=spread.T @ element.stiffness @ spread,
-        gyroscopic=spread.T @ element.gyroscopic @ spread,
-        stress_stiffening=spread.T @ element.stress_stiffening @ spread,
-        spin_softening=spread.T @ element.spin_softening @ spread,
+        interfaces=_nodes(body.interfaces),
+        **{name: spread.T @ getattr(element, name) @ spread for name in _MATRICES},
         rigid_body_modes=tie @ element.rigid_body_modes,
         recovery_modes=element.recovery_modes @ spread,
         spin_generator=None if generator is None else tie @ generator @ spread,

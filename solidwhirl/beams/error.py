@@ -43,23 +43,10 @@ _STEPS, _ROOTS, _COEFFICIENT, _SHORT_WAVES, _CENTRIFUGAL = 1.25, 0.5, 1.25, 2.0,
 def beam_theory_error(values: npt.ArrayLike) -> FloatArray:
     """Estimate the relative error that beam theory makes in frequencies or other numbers.
 
-    Parameters
-    ----------
-    values
-        The same positive numbers from all variants, in the order of `VARIANTS`, shape (7, m).
+    `values`: the same positive numbers from all variants, in the order of `VARIANTS`, shape (7, m).
+    Result: shape (m,), not negative, of the first variant. Raises BeamLevelError if the shape or
+    sign is wrong.
 
-    Returns
-    -------
-    ndarray
-        Shape (m,), not negative, of the first variant.
-
-    Raises
-    ------
-    BeamLevelError
-        If the shape or sign is wrong.
-
-    Notes
-    -----
     The sum of five parts: how steps and disks stiffen a shaft, how far it gives way at the roots
     of disks, the shear coefficient, centrifugal stiffness, of which drums have none here, and
     short waves, for which beam theory breaks down: that part goes with the square of what shear

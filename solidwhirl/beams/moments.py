@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from solidwhirl.beams.assembly import Pieces, PlateBlock
-from solidwhirl.beams.attached_inertia import Rider
+from solidwhirl.beams.attached_inertia import CarriedRing
 from solidwhirl.beams.nodes import Layout
 from solidwhirl.beams.plates import line_of, plate_center_m, wall_of
 from solidwhirl.rotordyn.beams.elements import Family, Segment, section_motion
@@ -34,9 +34,9 @@ def family_rings(
     """
     nodes = [element.nodes for element in layout.elements]
     parts = [segment_rings(p, n, reduced) for n, p in zip(nodes, pieces.segments, strict=True)]
-    for k in sorted({rider.element for rider in pieces.riders}):
-        own = [rider for rider in pieces.riders if rider.element == k]
-        parts.append(_rider_rings(own, pieces.segments[k], nodes[k], reduced))
+    for k in sorted({ring.element for ring in pieces.carried_rings}):
+        own = [ring for ring in pieces.carried_rings if ring.element == k]
+        parts.append(_carried_rings(own, pieces.segments[k], nodes[k], reduced))
     parts += [attached_rings(ring, layout.nodes_m, reduced) for ring in pieces.fillets]
     shapes = reduced.shapes
     start = per_node(reduced.family) * layout.nodes_m.size
@@ -51,12 +51,12 @@ def family_rings(
     return joined_rings(parts)
 
 
-def _rider_rings(
-    own: Sequence[Rider], piece: Segment, nodes: tuple[int, int], reduced: ReducedFamily
+def _carried_rings(
+    own: Sequence[CarriedRing], piece: Segment, nodes: tuple[int, int], reduced: ReducedFamily
 ) -> Rings:
     """Rings on one element, fixed to its cross-sections by arms."""
-    xi = np.concatenate([rider.xi(piece) for rider in own])
-    arms = np.array([rider.arm_m for rider in own])
+    xi = np.concatenate([ring.xi(piece) for ring in own])
+    arms = np.array([ring.arm_m for ring in own])
     ends = reduced.shapes[node_rows(nodes, reduced.family)]
     moved, tilted = section_motion(piece, xi, reduced.family, arms)
     mass, second, place = np.array([(r.mass_kg, r.second_kg_m2, r.z_m) for r in own]).T

@@ -47,28 +47,17 @@ class Rim(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class Layout:
-    """Hold nodes and elements of a beam model.
-
-    Attributes
-    ----------
-    nodes_m
-        Axial place of each node, shape (N,), m.
-    plate_nodes
-        Node under the inner and over the outer edge of each plate; −1 for a free edge.
-    rims
-        Free edges with a node, which `plate_nodes` names too.
-    interfaces
-        Node of each interface by its position in the body; several may share one.
-    ties
-        Nodes that follow another node as rigid pieces: (node, leader).
-    """
+    """Hold nodes and elements of a beam model."""
 
     skeleton: Skeleton
-    nodes_m: FloatArray
+    nodes_m: FloatArray  #: Axial place of each node, shape (N,), m
     elements: tuple[Element, ...]
+    #: Node under the inner and over the outer edge of each plate; −1 for a free edge
     plate_nodes: tuple[tuple[int, int], ...]
-    rims: tuple[Rim, ...]
+    rims: tuple[Rim, ...]  #: Free edges with a node, which `plate_nodes` names too
+    #: Node of each interface by its position in the body; several may share one
     interfaces: tuple[int, ...]
+    #: Nodes that follow another node as rigid pieces: (node, leader)
     ties: tuple[tuple[int, int], ...]
 
     @property
@@ -88,17 +77,9 @@ class _Seat(NamedTuple):
 def layout_of(body: Body, element_length_m: float | None) -> Layout:
     """Place the nodes of the beam model of a body.
 
-    Parameters
-    ----------
-    body
-        With at least one interface.
-    element_length_m
-        Longest element; None is a sixtieth of the body's axial length.
-
-    Raises
-    ------
-    BeamLevelError
-        For a body that is none of beams and plates, and an interface on several of its parts.
+    `body`: with at least one interface. `element_length_m`: longest element; None is a sixtieth of
+    the body's axial length. Raises BeamLevelError for a body that is none of beams and plates, and
+    an interface on several of its parts.
     """
     if not body.interfaces:
         raise BeamLevelError(f"body '{body.name}': the beam level needs at least one interface")

@@ -25,18 +25,12 @@ PLATE_MODES = 3
 
 
 class Edge(NamedTuple):
-    """How an edge of a plate is held.
+    """How an edge of a plate is held."""
 
-    Attributes
-    ----------
-    root
-        Built into a column: stiffness between its rotation and the column's, moment per angle and
-        length, N. None at a node that holds a rim.
-    rigid
-        At a rim: the whole rim moves as a rigid circle; otherwise the node is its mean.
-    """
-
+    #: Built into a column: stiffness between its rotation and the column's, moment per angle and
+    #: length, N. None at a node that holds a rim.
     root: float | None
+    #: At a rim: the whole rim moves as a rigid circle; otherwise the node is its mean
     rigid: bool = False
 
 
@@ -66,6 +60,8 @@ def plate_matrices(
 ) -> PlateMatrices:
     """Return one motion of a plate in those of its inner and outer edge, and its modes.
 
+    Mindlin plate with shear factor 5/6, Lagrange elements of degree 4 along the radius.
+
     Parameters
     ----------
     motion
@@ -83,10 +79,6 @@ def plate_matrices(
     -------
     PlateMatrices
         Exact for rigid motion.
-
-    Notes
-    -----
-    Mindlin plate with shear factor 5/6, Lagrange elements of degree 4 along the radius.
     """
     line = line_of(plate.cells)
     walls = [wall_of(cell, plate_center_m(plate)) for cell in plate.cells]
@@ -354,19 +346,10 @@ class Spin(NamedTuple):
 def spin_of(cells: tuple[Cell, ...], line: Line, hub: Cell | None, rim: Cell | None) -> Spin:
     """Return stiffening and softening of a plate that turns with its hub and rim.
 
-    Parameters
-    ----------
-    hub, rim
-        Rings of the columns inside and outside of it that stretch with it.
+    `hub`, `rim`: rings of the columns inside and outside of it that stretch with it. Returned:
+    their difference vanishes for a rigid tilt, as d(r t σr)/dr − t σφ + ρ t r² = 0 holds in the
+    weak form with the test function r.
 
-    Returns
-    -------
-    Spin
-        Their difference vanishes for a rigid tilt, as d(r t σr)/dr − t σφ + ρ t r² = 0 holds in
-        the weak form with the test function r.
-
-    Notes
-    -----
     Plane stress from the first ring to the last, both free.
     """
     before, after = [c for c in (hub,) if c], [c for c in (rim,) if c]
@@ -404,12 +387,9 @@ _THICK, _THIN = 0.5, 0.75
 def root_stiffness(skeleton: Skeleton, cell: Cell, place: Place) -> float:
     """Return the moment per angle and length of circumference at the root of a plate, N.
 
-    Returns
-    -------
-    float
-        A half-plane's surface (O'Donnell, J. Appl. Mech. 27, 1960) in series with the wall of
-        the tube on both sides, a long cylindrical shell (Timoshenko and Woinowsky-Krieger, Theory
-        of Plates and Shells, section 117): 2βD each.
+    Result: a half-plane's surface (O'Donnell, J. Appl. Mech. 27, 1960) in series with the wall of
+    the tube on both sides, a long cylindrical shell (Timoshenko and Woinowsky-Krieger, Theory of
+    Plates and Shells, section 117): 2βD each.
     """
     width = cell.end_m - cell.start_m
     surface = float(wall_of(cell, 0.0).membrane[0, 0]) * width / _ROOT
@@ -429,16 +409,8 @@ def root_stiffness(skeleton: Skeleton, cell: Cell, place: Place) -> float:
 def held_ring(skeleton: Skeleton, cell: Cell, place: Place, *, outer: bool) -> Cell:
     """Return the ring of a column that stretches with a plate which turns.
 
-    Parameters
-    ----------
-    outer
-        Whether the column lies outside the plate.
-
-    Returns
-    -------
-    Cell
-        The plate's width of a shaft; of a drum, a thin wall, also the 1/β on both sides that
-        follow as a shell.
+    `outer`: whether the column lies outside the plate. Result: the plate's width of a shaft; of a
+    drum, a thin wall, also the 1/β on both sides that follow as a shell.
     """
     column = skeleton.columns[place.column]
     inner, top = column.inner_m(place.z_m), column.outer_m(place.z_m)

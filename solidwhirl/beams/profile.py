@@ -36,29 +36,21 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Column:
-    """Rings bonded in radial direction between two planes.
+    """Rings bonded in radial direction between two planes."""
 
-    Attributes
-    ----------
-    start_m, end_m
-        Planes, m.
-    layers
-        Rings from the axis outwards; each may reach beyond the planes.
-    roof, floor
-        Plates on the outer and under the inner surface: they carry no axial stress far from the
-        column, and stiffen it as far as the stiffness rule says.
-    """
-
+    #: Planes, m
     start_m: float
     end_m: float
-    layers: tuple[Section, ...]
-    roof: tuple[Section, ...] = ()
-    floor: tuple[Section, ...] = ()
+    layers: tuple[Section, ...]  #: Rings from the axis outwards; each may reach beyond the planes
+    #: Plates on the outer and under the inner surface: they carry no axial stress far from the
+    #: column, and stiffen it as far as the stiffness rule says
+    outer_plates: tuple[Section, ...] = ()
+    inner_plates: tuple[Section, ...] = ()
 
     @property
     def is_straight(self) -> bool:
         """Whether all radii are constant, and no plate ends within the column."""
-        rings = (*self.layers, *self.roof, *self.floor)
+        rings = (*self.layers, *self.outer_plates, *self.inner_plates)
         return all(
             r.inner_radius_m[0] == r.inner_radius_m[1]
             and r.outer_radius_m[0] == r.outer_radius_m[1]
@@ -106,55 +98,32 @@ class Cell:
 
 @dataclass(frozen=True, kw_only=True)
 class Plate:
-    """An annular plate of stepped thickness.
-
-    Attributes
-    ----------
-    inner, outer
-        Columns that hold the edges; None is a free edge. One of them is not None.
-    """
+    """An annular plate of stepped thickness."""
 
     cells: tuple[Cell, ...]
+    #: Columns that hold the edges; None is a free edge. One of them is not None.
     inner: Place | None
     outer: Place | None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Skeleton:
-    """Columns, their contacts and the plates on them.
+    """Columns, their contacts and the plates on them."""
 
-    Attributes
-    ----------
-    columns
-        Ordered by start, then radius.
-    contacts
-        Pairs of columns (left, right) that share a piece of the plane between them.
-    tolerance_m
-        Length below which places are the same, m.
-    """
-
-    columns: tuple[Column, ...]
+    columns: tuple[Column, ...]  #: Ordered by start, then radius
+    #: Pairs of columns (left, right) that share a piece of the plane between them
     contacts: tuple[tuple[int, int], ...]
     plates: tuple[Plate, ...]
-    tolerance_m: float
+    tolerance_m: float  #: Length below which places are the same, m
 
 
 def skeleton_of(body: Body) -> Skeleton:
     """Take the meridian of a body apart into columns and plates.
 
-    Parameters
-    ----------
-    body
-        Body of revolution; fillets, interfaces and rigid disks are not looked at.
+    `body`: body of revolution; fillets, interfaces and rigid disks are not looked at. Raises
+    BeamLevelError if a part hangs on the rest by neither an end face nor the rim of a plate, or a
+    wall is steeper than 6 to 1.
 
-    Raises
-    ------
-    BeamLevelError
-        If a part hangs on the rest by neither an end face nor the rim of a plate, or a wall is
-        steeper than 6 to 1.
-
-    Notes
-    -----
     A flat section (radial faces, constant radii, taller than wide) is a plate where nothing but
     other flat sections touches its faces, and as long as the stack of such rings is taller than
     its widest one. The rest are columns: cut at all section ends, merged where they touch.
@@ -304,10 +273,7 @@ def _plate_chains(
 
 
 def _pieces_without(
-    sections: Sequence[Section],
-    bands: list[_Band],
-    chains: list[list[_Band]],
-    radii: list[float],
+    sections: Sequence[Section], bands: list[_Band], chains: list[list[_Band]], radii: list[float]
 ) -> list[Section]:
     """Return what is left of the sections without the plates, each piece a section."""
     plates = {(band.interval, k) for chain in chains for band in chain for k in band.sections}
@@ -383,9 +349,7 @@ def _plate(
         members = band.sections
         slices = tuple(
             Slice(
-                start_m=sections[k].start_m,
-                end_m=sections[k].end_m,
-                material=sections[k].material,
+                start_m=sections[k].start_m, end_m=sections[k].end_m, material=sections[k].material
             )
             for k in members
         )
@@ -424,8 +388,8 @@ def _edge_place(
 
 def _with_plates(column: Column, plates: Sequence[Plate], tolerance: float) -> Column:
     """Return the column with the plates on its surfaces, for the stiffness they lend."""
-    roof: tuple[Section, ...] = ()
-    floor: tuple[Section, ...] = ()
+    outer_plates: tuple[Section, ...] = ()
+    inner_plates: tuple[Section, ...] = ()
     middle = 0.5 * (column.start_m + column.end_m)
     for plate in plates:
         share = 0.5 if plate.inner and plate.outer else 1.0
@@ -435,10 +399,10 @@ def _with_plates(column: Column, plates: Sequence[Plate], tolerance: float) -> C
         above = plate.inner is not None and low.start_m < middle < low.end_m
         below = plate.outer is not None and high.start_m < middle < high.end_m
         if above and abs(column.outer_m(middle) - low.inner_m) <= tolerance:
-            roof = _as_sections(low, low.inner_m, top)
+            outer_plates = _as_sections(low, low.inner_m, top)
         if below and abs(column.inner_m(middle) - high.outer_m) <= tolerance:
-            floor = _as_sections(high, bottom, high.outer_m)
-    return replace(column, roof=roof, floor=floor)
+            inner_plates = _as_sections(high, bottom, high.outer_m)
+    return replace(column, outer_plates=outer_plates, inner_plates=inner_plates)
 
 
 def _as_sections(cell: Cell, inner: float, outer: float) -> tuple[Section, ...]:

@@ -8,33 +8,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solidwhirl.beams.body import MODES, BeamLevelError, beam_element_of, beam_variants
+from solidwhirl.beams.nodes import DEFAULT_ELEMENTS
 from solidwhirl.geometry import Body
+from solidwhirl.geometry.meridian.snapping import axial_range
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.rotordyn import Superelement
+from solidwhirl.rotordyn.superelement.validation import MOTIONS
 from solidwhirl.scene.records import Scene
-
-# The default length of a beam, over the body's: the estimate of its error halves it.
-_ELEMENTS = 60
-_MOTIONS = ("ux", "uy", "uz", "rx", "ry", "rz")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BeamBodies:
-    """Beam models of the bodies of a scene.
+    """Beam models of the bodies of a scene."""
 
-    Attributes
-    ----------
-    elements
-        By name, those of the run.
-    variants
-        Models with other choices, each all bodies by name (see `error.VARIANTS`).
-    finer
-        With beams half as long; empty without estimates.
-    """
-
-    elements: Mapping[str, Superelement]
+    elements: Mapping[str, Superelement]  #: By name, those of the run
+    #: Models with other choices, each all bodies by name (see `error.VARIANTS`)
     variants: tuple[Mapping[str, Superelement], ...]
-    finer: Mapping[str, Superelement]
+    finer: Mapping[str, Superelement]  #: With beams half as long; empty without estimates
 
 
 def beam_bodies(
@@ -42,15 +32,8 @@ def beam_bodies(
 ) -> BeamBodies:
     """Make the beam models of all bodies.
 
-    Parameters
-    ----------
-    estimated
-        Whether variants and finer models are wanted as well.
-
-    Raises
-    ------
-    BeamLevelError
-        A body is none of beams and plates.
+    `estimated`: whether variants and finer models are wanted as well. Raises BeamLevelError: a body
+    is none of beams and plates.
     """
     elements: dict[str, Superelement] = {}
     others: list[dict[str, Superelement]] = []
@@ -58,26 +41,20 @@ def beam_bodies(
     for name, body in bodies.items():
         modes = max(MODES, scene.bodies[name].modes or scene.model.modes or 0)
         used = {m for own in plan.bodies[name].interface_components.values() for m in own}
-        used |= {"ux", "uy", "rx", "ry"}
-        components = tuple(m for m in _MOTIONS if m in used)
+        components = tuple(m for m in MOTIONS if m in used or m in ("ux", "uy", "rx", "ry"))
         if not estimated:
-            made = beam_element_of(body, components=components, modes=modes)  # type: ignore[arg-type]
+            made = beam_element_of(body, components=components, modes=modes)
             elements[name] = _with_effects(made, plan)
             continue
-        models = beam_variants(body, components=components, modes=modes)  # type: ignore[arg-type]
-        models = tuple(_with_effects(m, plan) for m in models)
-        elements[name] = models[0]
-        others = others or [{} for _ in models[1:]]
-        for own, model in zip(others, models[1:], strict=True):
+        models = beam_variants(body, components=components, modes=modes)
+        elements[name], *rest = (_with_effects(m, plan) for m in models)
+        others = others or [{} for _ in rest]
+        for own, model in zip(others, rest, strict=True):
             own[name] = model
-        length = max(s.end_m for s in body.sections) - min(s.start_m for s in body.sections)
-        half = beam_element_of(
-            body,
-            components=components,  # type: ignore[arg-type]
-            element_length_m=0.5 * length / _ELEMENTS,
-            modes=modes,
-        )
-        finer[name] = _with_effects(half, plan)
+        start, end = axial_range(body)
+        half = 0.5 * (end - start) / DEFAULT_ELEMENTS
+        made = beam_element_of(body, components=components, element_length_m=half, modes=modes)
+        finer[name] = _with_effects(made, plan)
     return BeamBodies(elements=elements, variants=tuple(others), finer=finer)
 
 

@@ -7,7 +7,6 @@ stiffness rule says how steep, for steps of a shaft and for disks on it.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Literal, NamedTuple
 
@@ -15,18 +14,17 @@ import numpy as np
 
 from solidwhirl.beams.profile import Column, Skeleton
 from solidwhirl.geometry import Section
+from solidwhirl.rotordyn.beams import elements
 from solidwhirl.rotordyn.beams.elements import (
-    GAUSS_POINTS,
     SectionInertia,
     SectionStiffness,
     Segment,
-    segment,
     shear_coefficient,
 )
 from solidwhirl.rotordyn.core.arrays import FloatArray
 
-StiffnessRule = Literal["none", "soft", "spread", "stiff", "full"]
-ShearRule = Literal["weighted", "cowper", "hutchinson", "shifted", "doubled"]
+StiffnessRule = Literal["soft", "spread", "stiff"]
+ShearRule = Literal["weighted", "shifted", "doubled"]
 
 # Points per column on which the stiff radii are followed.
 _GRID = 65
@@ -35,30 +33,10 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)  # type: ignore[no-untyped
 _NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
 
 
-@dataclass(frozen=True, kw_only=True)
-class Spread:
-    """Slopes dr/dz at which stiffness spreads behind a step.
-
-    Attributes
-    ----------
-    disk
-        Into plates on its surface; 0 gives them no stiffness.
-    """
-
-    step: float
-    disk: float
-
-
-SPREADS: Mapping[StiffnessRule, Spread] = MappingProxyType(
-    {
-        "none": Spread(step=0.5, disk=0.0),
-        "soft": Spread(step=0.5, disk=0.5),
-        "spread": Spread(step=0.8, disk=0.8),
-        "stiff": Spread(step=1.3, disk=1.3),
-        "full": Spread(step=2.0, disk=1e6),
-    }
+SPREADS: Mapping[StiffnessRule, float] = MappingProxyType(
+    {"soft": 0.5, "spread": 0.8, "stiff": 1.3}
 )
-"""Slopes of the stiffness rules; "spread" is the 45° rule."""
+"""Slopes dr/dz at which stiffness spreads behind a step and into disks; 0.8 is the 45° rule."""
 
 
 class StiffRadii(NamedTuple):
@@ -74,28 +52,25 @@ class StiffRadii(NamedTuple):
         return float(inner), float(np.interp(z_m, self.z_m, self.outer_m))
 
 
-def stiff_radii(skeleton: Skeleton, rule: Spread) -> tuple[StiffRadii, ...]:
+def stiff_radii(skeleton: Skeleton, slope: float) -> tuple[StiffRadii, ...]:
     """Return the stiff part of every column.
 
-    Returns
-    -------
-    tuple of StiffRadii
-        The outer stiff radius is the largest function below the surface that grows no faster
-        than the rule's slope plus the slope of the opposite surface (so that a cone's wall is
-        stiff), in both directions; the inner one likewise.
+    Result: the outer stiff radius is the largest function below the surface that grows no faster
+    than the rule's slope plus the slope of the opposite surface (so that a cone's wall is stiff),
+    in both directions; the inner one likewise.
     """
     columns = skeleton.columns
     grids = [np.linspace(c.start_m, c.end_m, _GRID) for c in columns]
     found = []
-    outer = _followed(skeleton, grids, rule, outwards=True)
-    inner = _followed(skeleton, grids, rule, outwards=False)
+    outer = _followed(skeleton, grids, slope, outwards=True)
+    inner = _followed(skeleton, grids, slope, outwards=False)
     for grid, low, high in zip(grids, inner, outer, strict=True):
         found.append(StiffRadii(grid, -low, high))
     return tuple(found)
 
 
 def _followed(
-    skeleton: Skeleton, grids: Sequence[FloatArray], rule: Spread, *, outwards: bool
+    skeleton: Skeleton, grids: Sequence[FloatArray], slope: float, *, outwards: bool
 ) -> list[FloatArray]:
     """Return the stiff surface of all columns; inner surfaces as −r, so that both grow."""
     own, whole, opposite = [], [], []
@@ -103,7 +78,7 @@ def _followed(
         inner = np.array([column.inner_m(z) for z in grid])
         outer = np.array([column.outer_m(z) for z in grid])
         surface, other = (outer, inner) if outwards else (-inner, -outer)
-        plates = column.roof if outwards else column.floor
+        plates = column.outer_plates if outwards else column.inner_plates
         edge = max(
             (s.outer_radius_m[0] if outwards else -s.inner_radius_m[0] for s in plates),
             default=-np.inf,
@@ -111,10 +86,8 @@ def _followed(
         own.append(surface)
         whole.append(np.maximum(surface, edge))
         opposite.append(other)
-    limit = _both_ways(skeleton, grids, own, opposite, rule.step)
-    if rule.disk == 0.0:
-        return limit
-    raised = _both_ways(skeleton, grids, whole, opposite, rule.disk)
+    limit = _both_ways(skeleton, grids, own, opposite, slope)
+    raised = _both_ways(skeleton, grids, whole, opposite, slope)
     return [
         np.where(w > o, np.maximum(low, high), low)
         for w, o, low, high in zip(whole, own, limit, raised, strict=True)
@@ -180,8 +153,6 @@ def weighted(poissons_ratio: float, radius_ratio: float) -> float:
 _SHEAR: Mapping[ShearRule, Callable[[float, float], float]] = MappingProxyType(
     {
         "weighted": weighted,
-        "cowper": shear_coefficient,
-        "hutchinson": hutchinson,
         "shifted": lambda nu, m: weighted(nu, m) * shear_coefficient(nu, m) / hutchinson(nu, m),
         "doubled": lambda nu, m: 2.0 * weighted(nu, m),
     }
@@ -192,16 +163,14 @@ def column_segment(
     column: Column, stiff: StiffRadii, ends_m: tuple[float, float], shear: ShearRule
 ) -> Segment:
     """Return the beam between two places of a column."""
-    places = ends_m[0] + GAUSS_POINTS * (ends_m[1] - ends_m[0])
+    places = ends_m[0] + elements.GAUSS_POINTS * (ends_m[1] - ends_m[0])
     radii = [stiff.at(z) for z in places]
     if column.is_straight and all(pair == radii[0] for pair in radii):
         places = places[:1]
     stiffness = [section_stiffness(column, stiff, z, shear) for z in places]
     inertia = [section_inertia(column, z, *at) for z, at in zip(places, radii, strict=False)]
-    return segment(
-        ends_m,
-        SectionStiffness(*np.array(stiffness).T),
-        SectionInertia(*np.array(inertia).T),
+    return elements.segment(
+        ends_m, SectionStiffness(*np.array(stiffness).T), SectionInertia(*np.array(inertia).T)
     )
 
 
@@ -210,13 +179,8 @@ def section_stiffness(
 ) -> SectionStiffness:
     """Return the stiffness of the stiff part of a cross-section at a place, m.
 
-    Parameters
-    ----------
-    shear
-        Shear coefficient; that of a ring with the radii of the whole stiff part.
+    `shear`: shear coefficient; that of a ring with the radii of the whole stiff part.
 
-    Notes
-    -----
     A fibre with the slope tan α has the axial strain cos²α of that of a straight one, and so the
     axial stress; for a thin cone this is its membrane theory for one wave along the
     circumference (Flügge, Stresses in Shells, chapter 4): EI cos⁴α, κGA cos²α, and the shear
@@ -224,7 +188,7 @@ def section_stiffness(
     """
     low, high = stiff.at(z_m)
     bending = moment = axial = torsion = shearing = poisson = 0.0
-    for layer in (*column.layers, *column.roof, *column.floor):
+    for layer in (*column.layers, *column.outer_plates, *column.inner_plates):
         if not layer.start_m <= z_m <= layer.end_m:
             continue
         ring = _clipped(layer, z_m, low, high)

@@ -18,21 +18,14 @@ from solidwhirl.rotordyn.superelement.residual_energy import form_products, form
 
 @dataclass(frozen=True, kw_only=True)
 class AskedModes:
-    """The lowest modes that are asked for: a number, or all up to a frequency.
+    """The lowest modes that are asked for: a number, or all up to a frequency."""
 
-    Attributes
-    ----------
-    count, frequency_max_hz
-        One of them is None.
-    excitation_ratio
-        Modes below this times the speed have had their critical speed, and are asked for too.
-    rule
-        Which of these count: critically damped ones need no accuracy.
-    """
-
+    #: One of them is None
     count: int | None
     frequency_max_hz: float | None
+    #: Modes below this times the speed have had their critical speed, and are asked for too
     excitation_ratio: float = 0.0
+    #: Which of these count: critically damped ones need no accuracy
     rule: DampingRule = DEFAULT_RULE
 
     def number_of(self, frequency_hz: FloatArray, speed_rad_s: float = 0.0) -> int:
@@ -46,27 +39,14 @@ class AskedModes:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Contributions:
-    """Relative errors of the modes of a system at some speeds, by body and part.
+    """Relative errors of the modes of a system at some speeds, by body and part."""
 
-    Attributes
-    ----------
-    shares
-        (body, part) to (m,) estimates, modes of all speeds in a row.
-    speeds_rad_s
-        (m,) speed of the reference shaft of every mode.
-    rates
-        (m,) eigenvalues s [1/s].
-    motions
-        Body to (n, m) its coordinates in the modes.
-    spin_rad_s
-        Body to (m,) its own speed.
-    """
-
+    #: (body, part) to (m,) estimates, modes of all speeds in a row
     shares: Mapping[tuple[str, str], FloatArray]
-    speeds_rad_s: FloatArray
-    rates: ComplexArray
-    motions: Mapping[str, ComplexArray]
-    spin_rad_s: Mapping[str, FloatArray]
+    speeds_rad_s: FloatArray  #: (m,) speed of the reference shaft of every mode
+    rates: ComplexArray  #: (m,) eigenvalues s [1/s]
+    motions: Mapping[str, ComplexArray]  #: Body to (n, m) its coordinates in the modes
+    spin_rad_s: Mapping[str, FloatArray]  #: Body to (m,) its own speed
 
     @property
     def total(self) -> FloatArray:
@@ -80,9 +60,7 @@ class Contributions:
 
 
 def error_contributions(
-    system: AssembledSystem,
-    speeds_rad_s: Sequence[float],
-    asked: AskedModes,
+    system: AssembledSystem, speeds_rad_s: Sequence[float], asked: AskedModes
 ) -> Contributions:
     """Estimate the errors of the lowest modes at some speeds, body by body."""
     shares: dict[tuple[str, str], list[FloatArray]] = {}

@@ -55,42 +55,29 @@ class Clock:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Discretisation:
-    """How one body is discretised.
-
-    Attributes
-    ----------
-    local
-        Sizes over the meridian in their place; None: there are none.
-    speeds_between_rad_s
-        Speeds between rest and the top that the basis has modes of.
-    mesh_fixed, modes_fixed
-        Whether the scene fixes the mesh and the number of modes.
-    """
+    """How one body is discretised."""
 
     degree: int
     size: MeshSize
-    local: LocalSize | None
+    local: LocalSize | None  #: Sizes over the meridian in their place; None: there are none
     modes: int
+    #: Speeds between rest and the top that the basis has modes of
     speeds_between_rad_s: tuple[float, ...]
+    #: Whether the scene fixes the mesh and the number of modes
     mesh_fixed: bool
     modes_fixed: bool
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BodyResult:
-    """One body after its reduction.
-
-    Attributes
-    ----------
-    properties
-        Mass properties in closed form, rigid disks included; None of a mesh, whose own are those
-        of its element.
-    """
+    """One body after its reduction."""
 
     body: Body | MeshedBody
     discretisation: Discretisation
     mesh: Mesh
     element: Superelement
+    #: Mass properties in closed form, rigid disks included; None of a mesh, whose own are those of
+    #: its element
     properties: MassProperties | None
     work: ReductionWork
 
@@ -171,23 +158,9 @@ def reduce_meshed(
 ) -> BodyResult | None:
     """Reduce a meshed body.
 
-    Parameters
-    ----------
-    mesh
-        On rank 0 of the communicator, None elsewhere.
-    chosen
-        The discretisation that the mesh was made with.
-    comm
-        Communicator; every rank of it must call.
-
-    Returns
-    -------
-    BodyResult, or None on ranks without a mesh.
-
-    Raises
-    ------
-    ReductionError
-        See `solidwhirl.reduction.reduce_body`.
+    `mesh`: on rank 0 of the communicator, None elsewhere. `chosen`: the discretisation that the
+    mesh was made with. `comm`: communicator; every rank of it must call. Returns BodyResult, or
+    None on ranks without a mesh. Raises ReductionError: see `solidwhirl.reduction.reduce_body`.
     """
     from solidwhirl.reduction import ReductionError, reduce_body
 
@@ -249,12 +222,7 @@ def request_of(
 def solver_text(plan: BodyPlan, mesh: Mesh | None, comm: Any) -> str:
     """Return why a body is solved iteratively, as far as its mesh tells; nothing if it is not.
 
-    Parameters
-    ----------
-    mesh
-        On rank 0 of the communicator.
-    comm
-        Communicator; every rank of it must call.
+    `mesh`: on rank 0 of the communicator. `comm`: communicator; every rank of it must call.
     """
     if plan.level != "solid" or plan.solver == "direct":
         return ""

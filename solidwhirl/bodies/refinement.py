@@ -41,30 +41,17 @@ _BETWEEN = 0.1
 
 @dataclass(frozen=True, kw_only=True)
 class Round:
-    """One iteration of the adaptive refinement.
-
-    Attributes
-    ----------
-    estimate
-        Largest estimated relative error of the modes looked at.
-    refined
-        What was refined after it, such as "lp: mesh".
-    stopped
-        Why nothing was refined though the accuracy is not met; empty where that is no matter.
-    kept
-        Whether the results are of this round.
-    looked_at
-        Modes that were looked at, over all speeds.
-    """
+    """One iteration of the adaptive refinement."""
 
     unknowns: Mapping[str, int]
     modes: Mapping[str, int]
-    estimate: float
+    estimate: float  #: Largest estimated relative error of the modes looked at
     parts: Mapping[str, float]
-    refined: tuple[str, ...]
+    refined: tuple[str, ...]  #: What was refined after it, such as "lp: mesh"
+    #: Why nothing was refined though the accuracy is not met; empty where that is no matter
     stopped: str = ""
-    kept: bool = False
-    looked_at: int = 0
+    kept: bool = False  #: Whether the results are of this round
+    looked_at: int = 0  #: Modes that were looked at, over all speeds
 
 
 def next_discretisations(
@@ -72,11 +59,8 @@ def next_discretisations(
 ) -> tuple[Round, Mapping[str, Discretisation]]:
     """Judge a round and choose what to refine.
 
-    Returns
-    -------
-    round, changed
-        The record of the round and new discretisations of the bodies to be reduced again; empty
-        when the accuracy is met or nothing can be refined.
+    Returns round, changed: the record of the round and new discretisations of the bodies to be
+    reduced again; empty when the accuracy is met or nothing can be refined.
     """
     found = error_contributions(system, sample_speeds(plan), asked_modes(scene))
     estimate = float(found.total.max(initial=0.0))

@@ -19,10 +19,8 @@ from solidwhirl.core.machine import (
 from solidwhirl.cost.coefficients import BASE_GIB
 from solidwhirl.cost.memory import refuse_what_does_not_fit, with_chosen_solvers
 from solidwhirl.cost.work import (
-    REFERENCE_MACHINE,
     Cost,
     RunCost,
-    estimated_errors,
     predict_body_cost,
     predict_cost,
 )
@@ -37,14 +35,7 @@ _HEAD = ("what", "unknowns", "predicted s", "predicted GiB")
 _LABELS = {
     "import_solvers": "import of the solvers",
     "meshing": "mesh",
-    "assembly": "assembly",
-    "factorisations": "factorisations",
-    "static_solutions": "static solutions",
-    "eigensolutions": "eigensolutions",
-    "projection": "projection",
-    "error_estimate": "error estimate",
     "campbell": "Campbell diagram",
-    "critical_speeds": "critical speeds",
 }
 _SHARED = ("import_solvers", "campbell", "critical_speeds")
 
@@ -53,13 +44,9 @@ _SHARED = ("import_solvers", "campbell", "critical_speeds")
 class Forecast:
     """Predicted cost of a run on this machine, without the [[analyses]].
 
-    Attributes
-    ----------
-    first
-        With the meshes it begins with.
-    last
-        With meshes of the rule for the accuracy asked, where meshes follow their estimates: a
-        round like it comes after the first; None where the first is all.
+    `first`: with the meshes it begins with; `last`: with meshes of the rule for the accuracy asked,
+    where meshes follow their estimates: a round like it comes after the first; None where the first
+    is all.
     """
 
     first: RunCost
@@ -131,10 +118,7 @@ def refuse_too_large(
 ) -> None:
     """Refuse bodies whose first mesh needs more memory than is available, before it is made.
 
-    Raises
-    ------
-    MemoryShortageError
-        With the numbers and what would fit.
+    Raises MemoryShortageError with the numbers and what would fit.
     """
     available = min(available_memory_gib(), scene.model.memory_gib or np.inf)
     large = {
@@ -160,7 +144,17 @@ def shortage_of(
     machine = machine_speed()
 
     def shortage(todo: Mapping[str, Discretisation], reduced: Mapping[str, BodyResult]) -> str:
-        costs = [_again(scene, plan, bodies[n], c, machine) for n, c in todo.items()]
+        costs = [
+            predict_body_cost(
+                bodies[name],
+                plan.bodies[name],
+                modes=chosen.modes,
+                estimates=scene.model.estimates == "on",
+                machine=machine,
+                mesh=None if chosen.local is None else predict_refined(chosen.local),
+            )
+            for name, chosen in todo.items()
+        ]
         if not costs:
             return ""
         needed = max(cost.peak_memory_gib for cost in costs) - BASE_GIB
@@ -174,25 +168,6 @@ def shortage_of(
         return f"the next round needs about {needed:.2g} GiB, {max(left, 0.0):.2g} GiB are left"
 
     return shortage
-
-
-def _again(
-    scene: Scene,
-    plan: Plan,
-    body: Body | MeshedBody,
-    chosen: Discretisation,
-    machine: MachineSpeed = REFERENCE_MACHINE,
-) -> Cost:
-    """Cost of a body with the discretisation of a round."""
-    own = plan.bodies[body.name]
-    return predict_body_cost(
-        body,
-        own,
-        modes=chosen.modes,
-        estimates=estimated_errors(own.level, scene.model.estimates == "on"),
-        machine=machine,
-        mesh=None if chosen.local is None else predict_refined(chosen.local),
-    )
 
 
 def forecast_document(found: Forecast) -> dict[str, Any]:
@@ -231,23 +206,19 @@ def _modes(scene: Scene, plan: Plan, bodies: Mapping[str, Body | MeshedBody]) ->
 def cost_rows(cost: RunCost) -> tuple[tuple[str, str, str, str], ...]:
     """Rows (what, unknowns, predicted s, predicted GiB) as text, the first one is the head.
 
-    Returns
-    -------
-    tuple
-        Per body one row and one for each of its stages, then what the bodies share, then all.
-        Numbers that were extrapolated have "(extrapolated)" after the unknowns.
+    Per body one row and one for each of its stages, then what the bodies share, then all. Numbers
+    that were extrapolated have "(extrapolated)" after the unknowns.
     """
     rows = [_HEAD]
     for name, body in cost.bodies.items():
         rows.append(_row(name, body, body.total_s))
         rows += [
-            (f"  {_LABELS[stage]}", "", _seconds(spent), "")
-            for stage, spent in body.seconds.items()
+            (f"  {_label(stage)}", "", _seconds(spent), "") for stage, spent in body.seconds.items()
         ]
     for stage in _SHARED:
         if cost.whole.seconds.get(stage):
             size = "" if stage == "import_solvers" else f"{cost.whole.coordinates} coordinates"
-            rows.append((_LABELS[stage], size, _seconds(cost.whole.seconds[stage]), ""))
+            rows.append((_label(stage), size, _seconds(cost.whole.seconds[stage]), ""))
     # what bodies are compared with belongs to all of them
     own = sum(body.seconds.get("error_estimate", 0.0) for body in cost.bodies.values())
     shared = cost.whole.seconds.get("error_estimate", 0.0) - own
@@ -255,6 +226,10 @@ def cost_rows(cost: RunCost) -> tuple[tuple[str, str, str, str], ...]:
         rows.append(("other models", "", _seconds(shared), ""))
     rows.append(_row("all", cost.whole, cost.whole.total_s))
     return tuple(rows)
+
+
+def _label(stage: str) -> str:
+    return _LABELS.get(stage, stage.replace("_", " "))
 
 
 def _row(what: str, cost: Cost, seconds: float) -> tuple[str, str, str, str]:

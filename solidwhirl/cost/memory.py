@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from solidwhirl.cost.work import Cost, CostError, estimated_errors, fineness_of, predict_body_cost
+from solidwhirl.cost.work import Cost, CostError, fineness_of, predict_body_cost
 from solidwhirl.geometry import Body
 from solidwhirl.meshing import MeshSize
 from solidwhirl.meshing.imported.records import MeshedBody
@@ -33,29 +33,13 @@ def refuse_what_does_not_fit(
 ) -> None:
     """Refuse bodies whose reduction needs more memory than is available, before they are meshed.
 
-    Parameters
-    ----------
-    bodies, plans
-        Geometry and plan of the solids by name.
-    model
-        The scene's, for the mesh of another level.
-    modes
-        Fixed-interface modes of each.
-    available_gib
-        Memory to be had (see `solidwhirl.core.machine.available_memory_gib`).
-    estimates
-        Whether errors are estimated.
-
-    Raises
-    ------
-    MemoryShortageError
-        With what is needed and available, and what would fit: without the estimate of the mesh's
-        error, the iterative solver, another element order, a coarser mesh, another level.
+    `model`: the scene's, for the mesh of another level. Raises MemoryShortageError with what is
+    needed and available, and what would fit: without the estimate of the mesh's error, the
+    iterative solver, another element order, a coarser mesh, another level.
     """
     for name, body in bodies.items():
         plan = plans[name]
-        wanted = estimated_errors(plan.level, estimates)
-        cost = predict_body_cost(body, plan, modes=modes[name], estimates=wanted)
+        cost = predict_body_cost(body, plan, modes=modes[name], estimates=estimates)
         if cost.peak_memory_gib <= available_gib:
             continue
         if isinstance(body, MeshedBody):
@@ -66,7 +50,7 @@ def refuse_what_does_not_fit(
             )
         found = [
             f"{what} ({_numbers(c)})"
-            for what, c in _alternatives(body, plan, model, modes[name], wanted, available_gib)
+            for what, c in _alternatives(body, plan, model, modes[name], estimates, available_gib)
         ]
         advice = f"What fits: {'; '.join(found)}" if found else "No coarser mesh of its rule fits"
         raise MemoryShortageError(
@@ -89,8 +73,7 @@ def with_chosen_solvers(
         plan = plans[name]
         if plan.solver == "auto":
             direct = replace(plan, solver="direct")
-            wanted = estimated_errors(plan.level, estimates)
-            cost = predict_body_cost(body, direct, modes=modes[name], estimates=wanted)
+            cost = predict_body_cost(body, direct, modes=modes[name], estimates=estimates)
             fits = cost.peak_memory_gib <= available_gib
             out[name] = direct if fits else replace(plan, solver="iterative")
     return out
@@ -105,35 +88,32 @@ def _alternatives(
     plan: BodyPlan,
     model: ModelSpec,
     modes: int,
-    estimates: tuple[str, ...],
+    estimates: bool,
     available_gib: float,
 ) -> Iterator[tuple[str, Cost]]:
     """What fits, in the order of what it gives up."""
     resolution = fineness_of(plan)
-    size = resolution.size
-    tried: list[tuple[list[tuple[str, BodyPlan]], tuple[str, ...]]] = []
-    if "mesh" in estimates:
-        tried.append(([("estimates = 'off'", plan)], ()))
-    lower = [
-        (f"order = {degree}", replace(plan, resolution=replace(resolution, degree=degree)))
-        for degree in range(resolution.degree - 1, _LOWEST_ORDER - 1, -1)
-    ]
-    if plan.level == "solid" and plan.solver == "direct":
-        tried.append(([("solver = 'iterative'", replace(plan, solver="iterative"))], estimates))
-    tried.append((lower, estimates))
-    coarser = [
-        (
-            f"size_m = {factor * size.size_m:.3g} with corner_size_m = "
-            f"{factor * size.corner_size_m:.3g}",
-            replace(plan, resolution=replace(resolution, size=_larger(size, factor))),
-        )
-        for factor in _COARSER
-    ]
-    tried.append((coarser, estimates))
-    if plan.level == "solid":
-        tried.append(([("level = 'harmonic'", _harmonic(body, plan, model))], estimates))
-    for options, wanted in tried:
+    size, solid = resolution.size, plan.level == "solid"
+    tried: list[list[tuple[str, BodyPlan]]] = []
+    if estimates and not solid:
+        tried.append([("estimates = 'off'", plan)])
+    if solid and plan.solver == "direct":
+        tried.append([("solver = 'iterative'", replace(plan, solver="iterative"))])
+    lower = range(resolution.degree - 1, _LOWEST_ORDER - 1, -1)
+    tried.append(
+        [(f"order = {d}", replace(plan, resolution=replace(resolution, degree=d))) for d in lower]
+    )
+    tried.append([])
+    for factor in _COARSER:
+        larger = _larger(size, factor)
+        what = f"size_m = {larger.size_m:.3g} with corner_size_m = {larger.corner_size_m:.3g}"
+        coarser = replace(plan, resolution=replace(resolution, size=larger))
+        tried[-1].append((what, coarser))
+    if solid:
+        tried.append([("level = 'harmonic'", _harmonic(body, plan, model))])
+    for options in tried:
         for what, other in options:
+            wanted = estimates and what != "estimates = 'off'"
             cost = predict_body_cost(body, other, modes=modes, estimates=wanted)
             if cost.peak_memory_gib <= available_gib:
                 yield what, cost

@@ -7,18 +7,16 @@ one process; another machine is faster or slower by one factor (`solidwhirl.core
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from solidwhirl.core.errors import UserError
-from solidwhirl.core.fields import Matrix
 from solidwhirl.core.machine import MachineSpeed
 from solidwhirl.cost import coefficients as measured
-from solidwhirl.cost import scale_coefficients as scale
-from solidwhirl.cost.scale import ROADS, law
+from solidwhirl.cost.solver_coefficients import LARGEST, MODES, SOLVERS
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.imported.records import MeshedBody
 from solidwhirl.meshing.own.prediction import PredictedMesh, predict_mesh
@@ -42,8 +40,6 @@ STAGES = (
     "campbell",
     "critical_speeds",
 )
-#: Errors of a body that can be estimated, as `solidwhirl.reduction.ReductionRequest` has them.
-ESTIMATES = ("mode_truncation", "mesh")
 _UNKNOWNS, _COLUMNS, _COORDINATES = 1e5, 10.0, 100.0
 _AXIAL = ("uz", "rz")
 # Part of a solid's unknowns that is left by its symmetry: all motions, lateral motion alone, and
@@ -67,19 +63,11 @@ class CostError(UserError):
 class Cost:
     """Predicted cost of one body, or of a run.
 
-    Attributes
-    ----------
-    unknowns
-        Displacements before reduction, of all families and circumferential orders (as
-        ``full_dofs`` in the results).
-    coordinates
-        Coordinates after reduction, at most.
-    seconds
-        Processor seconds by stage (see `STAGES`); stages that do not occur are left out.
-    peak_memory_gib
-        Largest memory of the process, the program itself included.
-    extrapolated
-        Whether the unknowns are beyond what was measured.
+    `unknowns`: displacements before reduction, of all families and circumferential orders (as
+    ``full_dofs`` in the results); `coordinates`: after reduction, at most; `seconds`: processor
+    seconds by stage (see `STAGES`), without those that do not occur; `peak_memory_gib`: largest
+    memory of the process, the program itself included; `extrapolated`: whether the unknowns are
+    beyond what was measured.
     """
 
     unknowns: int
@@ -96,14 +84,9 @@ class Cost:
 
 @dataclass(frozen=True, kw_only=True)
 class RunCost:
-    """Predicted cost of a scene.
+    """Predicted cost of a scene: of each body, without what they share, and of the whole.
 
-    Attributes
-    ----------
-    bodies
-        By name, without what the bodies share.
-    whole
-        Everything but the [[analyses]], whose cost their own settings decide.
+    The whole is everything but the [[analyses]], whose cost their own settings decide.
     """
 
     bodies: Mapping[str, Cost]
@@ -115,34 +98,18 @@ def predict_body_cost(
     plan: BodyPlan,
     *,
     modes: int,
-    estimates: tuple[str, ...] = (),
+    estimates: bool = False,
     machine: MachineSpeed = REFERENCE_MACHINE,
     mesh: PredictedMesh | None = None,
 ) -> Cost:
     """Predict what meshing and reducing one body costs.
 
-    Parameters
-    ----------
-    plan
-        What is computed for it; level "beam" costs next to nothing.
-    modes
-        Fixed-interface modes per order, pairs counted once.
-    estimates
-        Errors to be estimated, of `ESTIMATES`; "mesh" on the harmonic level only.
-    mesh
-        Of the body; None: as the plan has it.
+    `modes`: fixed-interface modes per order, pairs counted once; `estimates`: whether errors are
+    estimated, that of the mesh on the harmonic level only; `mesh`: None for that of the plan.
 
-    Raises
-    ------
-    CostError
-        An unknown level or estimate.
-
-    Notes
-    -----
     One mesh and one reduction: if the mesh follows its error estimate, each round costs that of its
     own mesh, and this is the first.
     """
-    _refuse_unknown(plan, estimates)
     if plan.level == "beam" and isinstance(body, Body):
         return _beam_cost(body, plan, modes)
     dimension = 3 if plan.level == "solid" else 2
@@ -178,31 +145,13 @@ def predict_cost(
     estimates: bool = False,
     machine: MachineSpeed = REFERENCE_MACHINE,
 ) -> RunCost:
-    """Predict what a scene costs, from its plan.
-
-    Parameters
-    ----------
-    plan, scene
-        The plan and its scene.
-    bodies
-        Geometry of the solids by name.
-    modes
-        Fixed-interface modes of each solid.
-    estimates
-        Whether errors are estimated: the truncation, and on the harmonic level the mesh.
-    machine
-        Speed of the machine that will run it.
-    """
-    costs = {}
-    for name, body in bodies.items():
-        own = plan.bodies[name]
-        costs[name] = predict_body_cost(
-            body,
-            own,
-            modes=modes[name],
-            estimates=estimated_errors(own.level, estimates),
-            machine=machine,
+    """Predict what a scene costs, from its plan; `modes`: fixed-interface modes of each solid."""
+    costs = {
+        name: predict_body_cost(
+            body, plan.bodies[name], modes=modes[name], estimates=estimates, machine=machine
         )
+        for name, body in bodies.items()
+    }
     whole = _whole(plan, scene, costs, machine)
     if estimates:
         spent = whole.seconds.get("error_estimate", 0.0)
@@ -287,7 +236,7 @@ def _problem(plan: BodyPlan, order: int | None, modes: int) -> _Problem:
 
 
 def _problem_s(
-    plan: BodyPlan, mesh: PredictedMesh, problem: _Problem, problems: int, estimates: Iterable[str]
+    plan: BodyPlan, mesh: PredictedMesh, problem: _Problem, problems: int, estimates: bool
 ) -> dict[str, float]:
     """Reference seconds of one circumferential order, by stage."""
     key = f"{plan.level}.{fineness_of(plan).degree}"
@@ -300,10 +249,12 @@ def _problem_s(
     quartered = plan.level == "solid" and plan.shape == "quartered"
     iterative = plan.solver == "iterative"
     field = (_CENTRIFUGAL if quartered else _ALL) * unknowns
-    once = law("iterative", "setup_s").at if iterative else partial(_law, f"{key}.factorisation")
-    modes_s = _law(f"{key}.eigensolutions", solved, problem.pairs)
     if iterative:
-        modes_s = problem.pairs / scale.MODES * law("iterative", "modes_s").at(solved)
+        once = partial(_solver, "iterative.setup_s")
+        modes_s = problem.pairs / MODES * _solver("iterative.modes_s", solved)
+    else:
+        once = partial(_law, f"{key}.factorisation")
+        modes_s = _law(f"{key}.eigensolutions", solved, problem.pairs)
     out = {
         "assembly": plan.matrices / problems * _law(f"{key}.assembly", unknowns),
         "factorisations": held * once(solved) + static * once(field),
@@ -313,20 +264,18 @@ def _problem_s(
         "projection": _law(f"{key}.projection", unknowns, problem.columns),
     }
     if estimates:
-        out["error_estimate"] = _estimate_s(plan, mesh, problem, tuple(estimates))
+        out["error_estimate"] = _estimate_s(plan, mesh, problem)
     return out
 
 
-def _estimate_s(
-    plan: BodyPlan, mesh: PredictedMesh, problem: _Problem, estimates: tuple[str, ...]
-) -> float:
+def _estimate_s(plan: BodyPlan, mesh: PredictedMesh, problem: _Problem) -> float:
     """Seconds of the residual solves, and of the mesh with elements one order higher."""
     degree = fineness_of(plan).degree
     key, finer = f"{plan.level}.{degree}", f"{plan.level}.{degree + 1}"
     residuals = 3 * problem.columns
     solved = problem.share * mesh.unknowns(degree)
     spent = _solutions(key, solved, residuals, plan.solver == "iterative")
-    if "mesh" not in estimates:
+    if plan.level != "harmonic":
         return spent + _law(f"{key}.estimate", mesh.unknowns(degree), problem.columns)
     unknowns = mesh.unknowns(degree + 1)
     return (
@@ -348,8 +297,19 @@ def _law(name: str, unknowns: float, columns: float = _COLUMNS) -> float:
 def _solutions(key: str, unknowns: float, columns: int, iterative: bool = False) -> float:
     """Seconds of solutions with a factor or a hierarchy at hand."""
     if iterative:
-        return columns * law("iterative", "static_s").at(unknowns)
+        return columns * _solver("iterative.static_s", unknowns)
     return _law(f"{key}.static_solutions", unknowns, columns)
+
+
+def _solver(name: str, unknowns: float) -> float:
+    """Seconds or GiB of a solver; beyond the measurements the mean of fitted and theoretical power.
+
+    Factors of a solid under nested dissection have N^(4/3) entries (George, SIAM J. Numer. Anal. 10
+    (1973) 345-363); multigrid is linear in all.
+    """
+    value, power, theory = SOLVERS[name]
+    known = value * (min(unknowns, LARGEST) / _UNKNOWNS) ** power
+    return float(known * max(unknowns / LARGEST, 1.0) ** (0.5 * (power + theory)))
 
 
 def _meshing_s(level: str, mesh: PredictedMesh) -> float:
@@ -358,11 +318,9 @@ def _meshing_s(level: str, mesh: PredictedMesh) -> float:
     return once + mesh.cells * (cell + place * mesh.graded_places)
 
 
-def _memory_gib(
-    plan: BodyPlan, unknowns: int, problem: _Problem, estimates: tuple[str, ...]
-) -> float:
+def _memory_gib(plan: BodyPlan, unknowns: int, problem: _Problem, estimates: bool) -> float:
     """Memory of one order beyond the program: matrices and factors, vectors of the basis."""
-    what = "estimate" if "mesh" in estimates else "reduction"
+    what = "estimate" if estimates and plan.level == "harmonic" else "reduction"
     gib, power, copies = measured.MEMORY[f"{plan.level}.{fineness_of(plan).degree}.{what}"]
     # solids were measured for lateral motion
     size = unknowns * (problem.share / _LATERAL if plan.level == "solid" else 1.0)
@@ -370,8 +328,8 @@ def _memory_gib(
     own = gib * (size / _UNKNOWNS) ** power
     if plan.level == "solid":
         # the solver alone was measured up to larger sizes
-        solver = law(plan.solver if plan.solver in ROADS else "direct", "memory_gib")
-        alone = solver.at(problem.share * unknowns)
+        solver = "iterative" if plan.solver == "iterative" else "direct"
+        alone = _solver(f"{solver}.memory_gib", problem.share * unknowns)
         own = alone if plan.solver == "iterative" else max(own, alone)
     return float(own + copies * vectors)
 
@@ -387,24 +345,6 @@ def _beam_cost(body: Body, plan: BodyPlan, modes: int) -> Cost:
         peak_memory_gib=measured.BASE_GIB,
         extrapolated=False,
     )
-
-
-def estimated_errors(level: str, wanted: bool) -> tuple[str, ...]:
-    """Return the errors that are estimated on a level where estimates are wanted."""
-    known = {"beam": (), "harmonic": ESTIMATES, "solid": ESTIMATES[:1]}
-    return known[level] if wanted else ()
-
-
-def _refuse_unknown(plan: BodyPlan, estimates: tuple[str, ...]) -> None:
-    if plan.level not in ("beam", "harmonic", "solid"):
-        raise CostError(f"level is {plan.level!r}; known are beam, harmonic and solid")
-    allowed = estimated_errors(plan.level, True)
-    for name in estimates:
-        if name not in allowed:
-            raise CostError(
-                f"estimate {name!r} of level {plan.level}: allowed are "
-                f"{', '.join(allowed) or 'none'}"
-            )
 
 
 def _cubic(name: str, coordinates: int) -> float:
@@ -424,19 +364,14 @@ def _simple_coordinates(plan: Plan, scene: Scene) -> int:
 
 
 def _engine_kind(plan: Plan, scene: Scene) -> str:
-    """Which eigenproblem the engine has: damped, undamped with uneven supports, or even."""
+    """Kind of eigenproblem: damped, or undamped with isotropic ("even") supports or others."""
     if plan.on("bearing_damping") or plan.on("internal_damping"):
         return "damped"
-    even = not scene.imported and all(
-        _is_even(bearing.stiffness_n_per_m) for bearing in scene.bearings
-    )
-    return "even" if even and not plan.on("speed_dependent_bearings") else "uneven"
-
-
-def _is_even(stiffness: Matrix) -> bool:
-    """Whether a stiffness is the same in all directions."""
-    (xx, xy), (yx, yy) = stiffness
-    return xx == yy and xy == -yx
+    isotropic = not scene.imported and not plan.on("speed_dependent_bearings")
+    for bearing in scene.bearings:
+        (xx, xy), (yx, yy) = bearing.stiffness_n_per_m
+        isotropic = isotropic and xx == yy and xy == -yx
+    return "even" if isotropic else "uneven"
 
 
 def _exciters(plan: Plan, scene: Scene) -> int:

@@ -2,14 +2,16 @@
 
 Harmonic bodies carry error forms and need none of these. A solid mesh is held against the harmonic
 level, on meridian elements of the same sizes (what is left is the circumference) and on ones fine
-enough for the accuracy; beams against other beams of the same profile; and how interfaces are
-coupled, which is a choice of the model, against the other choice.
+enough for the accuracy; a mesh made of a STEP file against a coarser one; beams against other beams
+of the same profile; and how interfaces are coupled, which is a choice of the model, against the
+other choice.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
 from solidwhirl.bodies.reduction import (
@@ -23,7 +25,9 @@ from solidwhirl.bodies.refinement import Judgement, next_discretisations, rounds
 from solidwhirl.cost.forecast import shortage_of
 from solidwhirl.geometry import Body, GeometryError, Interface
 from solidwhirl.meshing import MeshingError
+from solidwhirl.meshing.imported.records import MeshedBody
 from solidwhirl.model.effects import make_plan
+from solidwhirl.model.mesh_bodies import described, made_mesh
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.rotordyn import AssembledSystem, Superelement
 from solidwhirl.scene.records import Scene
@@ -33,24 +37,18 @@ from solidwhirl.scene_checks.interface_motions import places_of_joints
 _FINER = 0.2
 # Accuracy of the pair of models that tell what the coupling of the interfaces does.
 _COARSE = 1e-2
+# Elements of the coarser mesh of a STEP file over those of the own, and the slowest rate at which
+# errors of frequencies fall with them: re-entrant edges, and rings of few elements.
+_COARSER, _RATE = 1.5, 0.8
+_FEWEST = 4
 
 Assemble = Callable[[Mapping[str, Superelement]], AssembledSystem]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Comparison:
-    """Two models whose results differ by one part of the error.
+class Comparison(NamedTuple):
+    """Two models whose results differ by one part of the error; `first` None for the scene's own.
 
-    Attributes
-    ----------
-    part
-        Name of the part.
-    first, second
-        Systems; None for the scene's own.
-    first_elements, second_elements
-        Their bodies, those that differ from the scene's own.
-    safety
-        Factor on the difference.
+    The elements are those that differ from the scene's own; `safety` is a factor on the difference.
     """
 
     part: str
@@ -68,23 +66,11 @@ def solid_comparisons(
     elements: Mapping[str, Superelement],
     assemble: Assemble,
 ) -> tuple[Comparison, ...]:
-    """Compare solid bodies with the harmonic level.
+    """Compare the bodies of the solid level with the harmonic level.
 
-    Parameters
-    ----------
-    scene, plan
-        As the run has them.
-    solids
-        Bodies of the solid level.
-    elements
-        All bodies of the engine.
-    assemble
-        Makes the engine of elements.
-
-    Returns
-    -------
-    Parts "circumferential" (own against harmonic elements of the same sizes and number of modes)
-    and "mesh" (those against a finer mesh, whose own estimate is to be added).
+    `elements`: all bodies of the engine; `assemble` makes the engine of elements. Returns parts
+    "circumferential" (own against harmonic elements of the same sizes and number of modes) and
+    "mesh" (those against a finer mesh, whose own estimate is to be added).
     """
     if not solids:
         return ()
@@ -104,21 +90,10 @@ def solid_comparisons(
     )
     like_own = assemble({**elements, **same})
     finer = assemble({**elements, **fine})
+    own_elements = {name: result.element for name, result in solids.items()}
     return (
-        Comparison(
-            part="circumferential",
-            first=None,
-            second=like_own,
-            first_elements={n: r.element for n, r in solids.items()},
-            second_elements=same,
-        ),
-        Comparison(
-            part="mesh",
-            first=like_own,
-            second=finer,
-            first_elements=same,
-            second_elements=fine,
-        ),
+        Comparison("circumferential", None, like_own, own_elements, same),
+        Comparison("mesh", like_own, finer, same, fine),
     )
 
 
@@ -129,29 +104,13 @@ def beam_comparison(
 ) -> tuple[Comparison, ...]:
     """Compare beams with ones half as long.
 
-    Parameters
-    ----------
-    elements
-        All bodies of the engine.
-    finer
-        Those made of beams, with beams half as long; the error of frequencies falls with the square
-        of the length, so 4/3 of the difference is the error.
-    assemble
-        Makes the engine of elements.
+    `finer`: bodies made of beams, with beams half as long; the error of frequencies falls with the
+    square of the length, so 4/3 of the difference is the error.
     """
     if not finer:
         return ()
     own = {name: elements[name] for name in finer}
-    return (
-        Comparison(
-            part="mesh",
-            first=None,
-            second=assemble({**elements, **finer}),
-            first_elements=own,
-            second_elements=finer,
-            safety=4.0 / 3.0,
-        ),
-    )
+    return (Comparison("mesh", None, assemble({**elements, **finer}), own, finer, 4.0 / 3.0),)
 
 
 def coupling_comparison(
@@ -162,17 +121,6 @@ def coupling_comparison(
 ) -> tuple[Comparison, ...]:
     """Compare rigid with distributing coupling of the interfaces that joints act on.
 
-    Parameters
-    ----------
-    scene, bodies
-        The scene and the geometry of its meshed bodies.
-    elements
-        All bodies of the engine.
-    assemble
-        Makes the engine of elements.
-
-    Returns
-    -------
     Part "interface_coupling", on the harmonic level and on coarse meshes; empty where no joint acts
     on a meshed body, or the other coupling can not be had (surfaces that touch).
     """
@@ -203,15 +151,8 @@ def coupling_comparison(
             second.pop(name, None)  # the other coupling is impossible there: nothing to compare
     if not second:
         return ()
-    return (
-        Comparison(
-            part="interface_coupling",
-            first=assemble({**elements, **first}),
-            second=assemble({**elements, **second}),
-            first_elements=first,
-            second_elements=second,
-        ),
-    )
+    mine, theirs = (assemble({**elements, **own}) for own in (first, second))
+    return (Comparison("interface_coupling", mine, theirs, first, second),)
 
 
 def _places_of_responses(scene: Scene) -> frozenset[str]:
@@ -266,8 +207,12 @@ def _reduced(
 
 def _unestimated(scene: Scene, plan: Plan, body: Body, chosen: Discretisation) -> Superelement:
     """The element of a body without an error estimate of its own."""
+    return _reduced(_without_estimates(scene), plan, body, chosen).element
+
+
+def _without_estimates(scene: Scene) -> Scene:
     model = scene.model.model_copy(update={"estimates": "off"})
-    return _reduced(scene.model_copy(update={"model": model}), plan, body, chosen).element
+    return scene.model_copy(update={"model": model})
 
 
 def _within_accuracy(
@@ -276,7 +221,7 @@ def _within_accuracy(
     elements: Mapping[str, Superelement],
     assemble: Assemble,
 ) -> dict[str, Superelement]:
-    """Harmonic bodies by the accuracy dial."""
+    """Harmonic bodies refined until their own errors are within the accuracy."""
     from mpi4py import MPI
 
     plan = make_plan(scene, bodies)
@@ -292,3 +237,56 @@ def _within_accuracy(
     shortage = shortage_of(scene, plan, bodies)
     reduced, _ = rounds_of(first, reduce_one, judge, MPI.COMM_SELF, shortage)
     return {name: r.element for name, r in reduced.items()}
+
+
+def step_comparisons(
+    scene: Scene,
+    plan: Plan,
+    results: Mapping[str, BodyResult],
+    elements: Mapping[str, Superelement],
+    assemble: Assemble,
+) -> tuple[Comparison, ...]:
+    """Compare reduced bodies from STEP files with coarser meshes of themselves: part "mesh".
+
+    Empty where no body is from a STEP file, or no coarser mesh can be had.
+
+    With e ~ h^r the error of the own mesh is the difference over 1.5^r - 1 (Richardson); r is taken
+    as that of the worst places, so that it is over- rather than underestimated.
+    """
+    own, coarser = {}, {}
+    for name, result in results.items():
+        body = result.body
+        if not isinstance(body, MeshedBody) or body.request.step is None:
+            continue
+        element = _coarser(scene, plan, body, result)
+        if element is not None:
+            own[name], coarser[name] = result.element, element
+    if not coarser:
+        return ()
+    safety = 1.0 / (_COARSER**_RATE - 1.0)
+    return (Comparison("mesh", None, assemble({**elements, **coarser}), own, coarser, safety),)
+
+
+def _coarser(scene: Scene, plan: Plan, body: MeshedBody, result: BodyResult) -> Superelement | None:
+    """The body on a coarser mesh; None where it can't be had."""
+    from mpi4py import MPI
+
+    from solidwhirl.reduction import ReductionError
+
+    size = body.request.step
+    assert size is not None
+    step = replace(
+        size,
+        size_m=_COARSER * size.size_m,
+        smallest_m=_COARSER * size.smallest_m,
+        around=max(round(size.around / _COARSER), _FEWEST),
+    )
+    asked = replace(body, request=replace(body.request, step=step), mass=None, roundness=None)
+    silent, chosen = _without_estimates(scene), result.discretisation
+    try:
+        mesh = made_mesh(asked)
+        found = reduce_meshed(silent, plan, described(asked, mesh), mesh, chosen, MPI.COMM_SELF)
+    except (MeshingError, ReductionError):
+        return None
+    assert found is not None
+    return found.element

@@ -6,27 +6,18 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solidwhirl.bodies.refinement import Round
 from solidwhirl.estimates.results import Estimates
-from solidwhirl.rotordyn import Invariant
+from solidwhirl.rotordyn import FrequencyErrors, Invariant
 from solidwhirl.scene.records import Scene
 
-FloatArray = NDArray[np.float64]
 
-
-def with_estimate(parts: Mapping[str, FloatArray], total: FloatArray) -> dict[str, Any]:
-    """Estimates of an array of frequencies.
-
-    Parameters
-    ----------
-    parts, total
-        Relative errors, shape of the frequencies each.
-    """
+def with_estimate(errors: FrequencyErrors) -> dict[str, Any]:
+    """Estimates of an array of frequencies, in its shape."""
     return {
-        "frequency_error_estimate": total.tolist(),
-        "error_parts": {part: values.tolist() for part, values in parts.items()},
+        "frequency_error_estimate": errors.total.tolist(),
+        "error_parts": {part: values.tolist() for part, values in errors.parts.items()},
     }
 
 
@@ -47,16 +38,8 @@ def accuracy_document(
 ) -> dict[str, Any]:
     """What was asked, what was got, and how.
 
-    Parameters
-    ----------
-    scene
-        For the accuracy asked.
-    estimates
-        None where the scene has them off.
-    rounds
-        Of the accuracy dial.
-    checks
-        Of the run: where one fails, an estimate of the same numbers says nothing.
+    `estimates`: None where the scene has them off; `rounds`: of the adaptive refinement; `checks`:
+    of the run: where one fails, an estimate of the same numbers says nothing.
     """
     failed = sum(check.passed is False for check in checks)
     achieved = np.nan if estimates is None else estimates.largest
@@ -88,15 +71,7 @@ def accuracy_document(
 
 
 def followed_by(rounds: Sequence[Mapping[str, Any]], index: int) -> str:
-    """Return what came after a round: what was refined, or why it was the last.
-
-    Parameters
-    ----------
-    rounds
-        "rounds" of the accuracy document.
-    index
-        Of the round.
-    """
+    """Return what came after a round of the accuracy document: what was refined, or its end."""
     found = rounds[index]
     if not found.get("stopped"):
         return ", ".join(found["refined"])
@@ -105,13 +80,7 @@ def followed_by(rounds: Sequence[Mapping[str, Any]], index: int) -> str:
 
 
 def several_materials(scene: Scene) -> dict[str, list[str]]:
-    """Return the bodies that are of several materials, with the names of these.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Return the bodies that are of several materials, with the names of these."""
     found: dict[str, list[str]] = {}
     for name, body in scene.bodies.items():
         own = [part.material for part in body.sections]
@@ -127,16 +96,8 @@ def several_materials(scene: Scene) -> dict[str, list[str]]:
 def coupling_effect(document: Mapping[str, Any]) -> float | None:
     """Return by how much the other coupling of the interfaces moves what matters at most.
 
-    Parameters
-    ----------
-    document
-        The contents of `results.json`.
-
-    Returns
-    -------
-    float or None
-        Relative, of the critical speeds that count; where there is none, of the modes of the
-        diagram that do. None where it was not computed.
+    `document`: the contents of `results.json`. Relative, of the critical speeds that count; where
+    there is none, of the modes of the diagram that do; None where it was not computed.
     """
     counted = [c for c in document["critical_speeds"] if not c.get("critically_damped")]
     speeds = [c.get("error_parts", {}).get("interface_coupling") for c in counted]
@@ -157,13 +118,7 @@ def coupling_effect(document: Mapping[str, Any]) -> float | None:
 
 
 def coupling_text(effect: float) -> str:
-    """Return what the part of the coupling means and what to do, as one paragraph.
-
-    Parameters
-    ----------
-    effect
-        From `coupling_effect`.
-    """
+    """Return what an effect from `coupling_effect` means and what to do, as one paragraph."""
     return (
         "Choice of the coupling: with rigid interfaces where the scene has distributing ones, and "
         f"the reverse, critical speeds (or else frequencies) move by up to {100.0 * effect:.2g} %. "
@@ -174,13 +129,7 @@ def coupling_text(effect: float) -> str:
 
 
 def materials_text(names: Sequence[str]) -> str:
-    """Return what the estimate does not cover at junctions of materials.
-
-    Parameters
-    ----------
-    names
-        Of the materials of a body.
-    """
+    """Return what the estimate does not cover where the named materials of a body join."""
     return (
         f"is of several materials ({', '.join(names)}): the estimate has not been checked on such "
         "bodies, and where they join stresses can be more singular than it takes them to be; "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -42,88 +43,60 @@ def with_peak_estimates(
 ) -> Outcome:
     """Put error estimates beside the peaks of an unbalance response or a place map.
 
-    Parameters
-    ----------
-    outcome, spec
-        The analysis; others than these two come back as they are.
-    system
-        The engine.
-    comparisons
-        Other models of it (see `solidwhirl.estimates.comparators`).
+    Other analyses come back as they are. `comparisons`: other models of the engine.
     """
+    if not isinstance(spec, UnbalanceResponseSpec | PlaceMapSpec):
+        return outcome
+    speeds = np.asarray(outcome.document["speed_rpm"]) * RAD_S_PER_RPM
+    estimated = partial(_estimated, system, comparisons, speeds)
     if isinstance(spec, UnbalanceResponseSpec):
-        return _of_response(outcome, spec, system, comparisons)
-    if isinstance(spec, PlaceMapSpec):
-        return _of_places(outcome, spec, system, comparisons)
-    return outcome
-
-
-def _of_response(
-    outcome: Outcome,
-    spec: UnbalanceResponseSpec,
-    system: AssembledSystem,
-    comparisons: tuple[Comparison, ...],
-) -> Outcome:
-    speeds = np.asarray(outcome.document["speed_rpm"]) * RAD_S_PER_RPM
-    placed = [unbalance_of(u) for u in spec.unbalances]
-    exciters = []
-    for exciter in outcome.document["exciters"]:
-        ratio = exciter["frequency_ratio"]
-        own = turning_at(system, placed, ratio)
-        peaks = {
-            place: _estimated(system, own, end_of(place), found, speeds, comparisons)
-            for place, found in exciter["peaks"].items()
-        }
-        exciters.append({**exciter, "peaks": peaks})
-    return replace(outcome, document={**outcome.document, "exciters": exciters})
-
-
-def _of_places(
-    outcome: Outcome,
-    spec: PlaceMapSpec,
-    system: AssembledSystem,
-    comparisons: tuple[Comparison, ...],
-) -> Outcome:
-    speeds = np.asarray(outcome.document["speed_rpm"]) * RAD_S_PER_RPM
+        placed = [unbalance_of(u) for u in spec.unbalances]
+        exciters = []
+        for exciter in outcome.document["exciters"]:
+            own = turning_at(system, placed, exciter["frequency_ratio"])
+            of_place = exciter["peaks"].items()
+            peaks = {place: estimated(own, end_of(place), found) for place, found in of_place}
+            exciters.append({**exciter, "peaks": peaks})
+        return replace(outcome, document={**outcome.document, "exciters": exciters})
     peaks = {}
     for place, found in outcome.document["peaks"].items():
         at = end_of(place)
         own = [Unbalance(body=at.body, interface=at.interface, moment_kg_m=spec.moment_kg_m)]
-        node = end_of(spec.observe or place)
-        peaks[place] = _estimated(system, own, node, found, speeds, comparisons)
+        peaks[place] = estimated(own, end_of(spec.observe or place), found)
     return replace(outcome, document={**outcome.document, "peaks": peaks})
 
 
 def _estimated(
     system: AssembledSystem,
+    comparisons: tuple[Comparison, ...],
+    speeds_rad_s: FloatArray,
     unbalances: Sequence[Unbalance],
     node: End,
     found: Sequence[Mapping[str, Any]],
-    speeds_rad_s: Any,
-    comparisons: tuple[Comparison, ...],
 ) -> list[dict[str, Any]]:
     """Peaks of one place with relative errors of their frequency and height."""
     if not found:
         return []
-    ratio = frequency_ratio(system, unbalances[0])
-    peaks = [_as_peak(p, np.asarray(speeds_rad_s)) for p in found]
+    peaks = [_as_peak(p, speeds_rad_s) for p in found]
     errors = unbalance_peak_errors(system, unbalances, node, peaks)
-    position = {part: values.copy() for part, values in errors.position.items()}
-    height = {part: values.copy() for part, values in errors.height.items()}
+    position, height = dict(errors.position), dict(errors.height)
+    ratio = frequency_ratio(system, unbalances[0])
     for pair in comparisons:
-        _add_difference(position, height, pair, unbalances, node, peaks, speeds_rad_s, ratio)
+        second = _peaks_of(pair.second, unbalances, node, speeds_rad_s, ratio)
+        first = list(peaks)
+        if pair.first is not None:
+            first = _peaks_of(pair.first, unbalances, node, speeds_rad_s, ratio)
+        for parts, values in zip((position, height), _apart(peaks, first, second), strict=True):
+            parts[pair.part] = parts.get(pair.part, 0.0) + pair.safety * values
     out = []
     for k, peak in enumerate(found):
-        places = {part: float(values[k]) for part, values in position.items()}
-        heights = {part: float(values[k]) for part, values in height.items()}
-        out.append(
-            {
-                **peak,
-                "frequency_error_estimate": _sum(places),
-                "amplitude_error_estimate": _sum(heights),
-                "error_parts": places,
-            }
-        )
+        places, heights = ({n: float(v[k]) for n, v in p.items()} for p in (position, height))
+        errors_of = {
+            "frequency_error_estimate": _sum(places),
+            "amplitude_error_estimate": _sum(heights),
+            "error_parts": places,
+        }
+        out.append({**peak, **errors_of})
     return out
 
 
@@ -148,36 +121,24 @@ def _as_peak(document: Mapping[str, Any], speeds_rad_s: FloatArray) -> Resonance
     )
 
 
-def _add_difference(
-    position: dict[str, Any],
-    height: dict[str, Any],
-    pair: Comparison,
-    unbalances: Sequence[Unbalance],
-    node: End,
-    peaks: Sequence[ResonancePeak],
-    speeds_rad_s: Any,
-    ratio: float,
-) -> None:
-    """Add how far the peaks of two models lie apart."""
-    second = _peaks_of(pair.second, unbalances, node, speeds_rad_s, ratio)
-    first = list(peaks)
-    if pair.first is not None:
-        first = _peaks_of(pair.first, unbalances, node, speeds_rad_s, ratio)
+def _apart(
+    peaks: Sequence[ResonancePeak], first: Sequence[ResonancePeak], second: Sequence[ResonancePeak]
+) -> FloatArray:
+    """How far the peaks of two models lie apart, in place and height: relative, (2, peaks)."""
     shift = np.full((2, len(peaks)), np.nan)
     for k, peak in enumerate(peaks):
         a, b = _nearest(first, peak), _nearest(second, peak)
         if a is not None and b is not None:
             shift[0, k] = abs(a.position_rad_s - b.position_rad_s) / peak.position_rad_s
             shift[1, k] = abs(a.amplitude - b.amplitude) / peak.amplitude
-    for parts, values in ((position, shift[0]), (height, shift[1])):
-        parts[pair.part] = parts.get(pair.part, 0.0) + pair.safety * values
+    return shift
 
 
 def _peaks_of(
     system: AssembledSystem,
     unbalances: Sequence[Unbalance],
     node: End,
-    speeds_rad_s: Any,
+    speeds_rad_s: FloatArray,
     ratio: float,
 ) -> list[ResonancePeak]:
     """Peaks over the speed of another model at a place."""

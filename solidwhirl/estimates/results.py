@@ -5,18 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solidwhirl.beams.error import beam_theory_error
 from solidwhirl.core.displays import indented, percent
-from solidwhirl.estimates.beams import (
-    MORE_BRANCHES,
-    at_rest_errors,
-    branch_errors,
-    critical_speed_errors_of_beams,
-    free_errors,
-)
 from solidwhirl.estimates.comparators import Comparison
 from solidwhirl.rotordyn import (
     AssembledSystem,
@@ -30,6 +24,7 @@ from solidwhirl.rotordyn import (
     critical_speeds,
     modes_at_speed,
 )
+from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 from solidwhirl.rotordyn.estimates.campbell_errors import CampbellErrors, campbell_errors
 from solidwhirl.rotordyn.estimates.critical_speed_errors import (
     CriticalSpeedErrors,
@@ -43,34 +38,23 @@ from solidwhirl.rotordyn.estimates.eigenvalue_errors import (
     FrequencyErrors,
     error_scale,
     frequency_errors,
-    sum_of_parts,
 )
 from solidwhirl.rotordyn.modes.damping import DEFAULT_RULE, DampingRule
 
-FloatArray = NDArray[np.float64]
-Parts = Mapping[str, FloatArray]
+# Branches that a compared diagram has more, so that those at the upper edge find their partners.
+_MORE_BRANCHES = 4
+# Speeds at which the branches of the variants are computed.
+_SPEEDS = 5
+_PER_SPEED = ("eigenvalues", "frequency_hz", "whirl", "log_decrement", "overlap")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Estimates:
     """Relative error estimates of a run.
 
-    Attributes
-    ----------
-    at_rest
-        Of the modes at rest.
-    campbell
-        Of the branches over the speeds.
-    critical_speeds
-        In the order of the run's list.
-    free_frequencies
-        Body to (k,) estimates of the frequencies of the free body at rest.
-    comparisons
-        Other models that were computed for it.
-    critical
-        The critical speeds.
-    rule
-        Which of the modes count; the others are critically damped.
+    `critical_speeds` are in the order of `critical`. `free_frequencies`: body to (k,) estimates of
+    the frequencies of the free body at rest. `comparisons`: other models that were computed for it.
+    `rule`: which of the modes count; the others are critically damped.
     """
 
     at_rest: FrequencyErrors
@@ -104,17 +88,8 @@ class Estimates:
         return float(known.max()) if len(known) else float("nan")
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class BeamVariants:
-    """Models of the engine in the order of `beam_level_error.VARIANTS`, without the first.
-
-    Attributes
-    ----------
-    systems
-        Assembled.
-    elements
-        Their beams by name.
-    """
+class BeamVariants(NamedTuple):
+    """Models of the engine with the other choices of beam theory, and their beams by name."""
 
     systems: tuple[AssembledSystem, ...]
     elements: tuple[Mapping[str, Superelement], ...]
@@ -129,18 +104,10 @@ def estimate_errors(
     comparisons: tuple[Comparison, ...] = (),
     beams: BeamVariants | None = None,
 ) -> Estimates:
-    """Estimate the errors of modes at rest, Campbell diagram and critical speeds.
+    """Estimate the errors of modes at rest, Campbell diagram and critical speeds of an engine.
 
-    Parameters
-    ----------
-    system, elements
-        The engine and its bodies.
-    at_rest, diagram, critical
-        What was computed of it.
-    comparisons
-        Other models of the same engine.
-    beams
-        Models that differ in the choices of beam theory.
+    `comparisons`: other models of the same engine; `beams`: models that differ in the choices of
+    beam theory.
     """
     rest = frequency_errors(system, at_rest)
     branches = campbell_errors(system, diagram)
@@ -148,7 +115,7 @@ def estimate_errors(
     rest_parts, branch_parts = dict(rest.parts), dict(branches.parts)
     speed_parts = dict(speeds.parts)
     # one model may be the second of a comparison and the first of the next
-    count = len(diagram.frequency_hz) + MORE_BRANCHES
+    count = len(diagram.frequency_hz) + _MORE_BRANCHES
     diagram_of = cache(lambda other: campbell(other, diagram.speeds_rad_s, branch_count=count))
     speeds_of = cache(lambda other: _critical_like(critical, other, diagram))
     for pair in comparisons:
@@ -158,27 +125,25 @@ def estimate_errors(
     free = {}
     if beams is not None:
         own_hz = at_rest.frequency_hz
-        found = at_rest_errors(at_rest, beams.systems)
+        found = _theory_at_rest_errors(at_rest, beams.systems)
         rest_parts["beam_theory"] = found * own_hz / _scale_hz(system, own_hz)
         own_hz = diagram.frequency_hz
-        of_branches = branch_errors(diagram, beams.systems) * own_hz / _scale_hz(system, own_hz)
+        of_branches = (
+            _theory_branch_errors(diagram, beams.systems) * own_hz / _scale_hz(system, own_hz)
+        )
         branch_parts["beam_theory"] = of_branches
-        speed_parts["beam_theory"] = critical_speed_errors_of_beams(critical, diagram, of_branches)
+        speed_parts["beam_theory"] = _critical_speed_errors_of_beams(critical, diagram, of_branches)
         own = {name: elements[name] for name in beams.elements[0]}
-        free = free_errors(own, beams.elements)
+        free = _theory_free_errors(own, beams.elements)
     free |= {n: _free(e, n, comparisons) for n, e in elements.items() if e.error_forms}
     return Estimates(
-        at_rest=replace(rest, parts=rest_parts, total=_total(rest_parts, rest.total)),
-        campbell=replace(branches, parts=branch_parts, total=_total(branch_parts, branches.total)),
-        critical_speeds=replace(speeds, parts=speed_parts, total=_total(speed_parts, speeds.total)),
+        at_rest=replace(rest, parts=rest_parts),
+        campbell=replace(branches, parts=branch_parts),
+        critical_speeds=replace(speeds, parts=speed_parts),
         free_frequencies=free,
         comparisons=comparisons,
         critical=tuple(critical),
     )
-
-
-def _total(parts: Parts, like: FloatArray) -> FloatArray:
-    return sum_of_parts(parts) if parts else np.zeros_like(like)
 
 
 def _add(parts: dict[str, FloatArray], pair: Comparison, difference: FloatArray) -> None:
@@ -238,7 +203,7 @@ def _scale_hz(system: AssembledSystem, frequency_hz: FloatArray) -> FloatArray:
     return error_scale(system, 2.0 * np.pi * frequency_hz) / (2.0 * np.pi)
 
 
-def _at_partners(partner: NDArray[np.int_], values: FloatArray) -> FloatArray:
+def _at_partners(partner: IntArray, values: FloatArray) -> FloatArray:
     """Rows of the partners; nan where there is none."""
     out = np.full((len(partner), *values.shape[1:]), np.nan)
     has = partner >= 0
@@ -276,4 +241,92 @@ def _free(element: Superelement, name: str, comparisons: tuple[Comparison, ...])
         count = min(len(out), len(first), len(second))
         out[:count] += pair.safety * np.abs(first[:count] - second[:count]) / first[:count]
         out[count:] = np.nan
+    return out
+
+
+# What beam theory may be wrong by in the results of a scene on the beam level.
+
+
+def _theory_at_rest_errors(at_rest: Modes, variants: Sequence[AssembledSystem]) -> FloatArray:
+    """Errors of the modes at rest, (m,); nan beyond the shortest list of the variants."""
+    own = at_rest.frequency_hz
+    return _theory_errors(
+        own, [_filled(own, modes_at_speed(v, 0.0).frequency_hz) for v in variants]
+    )
+
+
+def _theory_branch_errors(diagram: Campbell, variants: Sequence[AssembledSystem]) -> FloatArray:
+    """Errors of the branches of a Campbell diagram, (b, s), between a few speeds linear in them."""
+    speeds = diagram.speeds_rad_s
+    chosen = np.unique(np.linspace(0, len(speeds) - 1, min(_SPEEDS, len(speeds))).round())
+    at = chosen.astype(int)
+    own = diagram.frequency_hz[:, at]
+    few = replace(
+        diagram,
+        speeds_rad_s=speeds[at],
+        **{name: getattr(diagram, name)[:, at] for name in _PER_SPEED},
+    )
+    others = []
+    for variant in variants:
+        second = campbell(variant, speeds[at], branch_count=len(own) + _MORE_BRANCHES)
+        others.append((1.0 - campbell_differences(few, second).frequency) * own)
+    found = _theory_errors(own, others)
+    out = np.array([np.interp(speeds, speeds[at], errors) for errors in found])
+    out = out.reshape(diagram.frequency_hz.shape)
+    return np.where(np.isfinite(diagram.frequency_hz), out, np.nan)
+
+
+def _critical_speed_errors_of_beams(
+    critical: Sequence[CriticalSpeed], diagram: Campbell, errors: FloatArray
+) -> FloatArray:
+    """Errors of critical speeds from those of the branches that make them, (k,).
+
+    A branch of slope f' meets the line f = αΩ/2π, and a change e of its frequency moves the meeting
+    by e f / (f - Ω f'). `errors`: of the branches of the diagram of the same engine, (b, s).
+    """
+    out = np.full(len(critical), np.nan)
+    speeds = diagram.speeds_rad_s
+    if len(speeds) < 2:
+        return out
+    for k, point in enumerate(critical):
+        # the nearest branch that is there on both sides
+        rows = [np.interp(point.speed_rad_s, speeds, row) for row in diagram.frequency_hz]
+        gap = np.abs(np.array(rows) - point.frequency_hz)
+        if not np.isfinite(gap).any():
+            continue
+        branch = int(np.nanargmin(gap))
+        slope = np.interp(
+            point.speed_rad_s, speeds, np.gradient(diagram.frequency_hz[branch], speeds)
+        )
+        lever = point.frequency_hz / abs(point.frequency_hz - point.speed_rad_s * slope)
+        out[k] = lever * np.interp(point.speed_rad_s, speeds, errors[branch])
+    return out
+
+
+def _theory_free_errors(
+    elements: Mapping[str, Superelement], variants: Sequence[Mapping[str, Superelement]]
+) -> dict[str, FloatArray]:
+    """Errors of the frequencies of the free bodies at rest, by name."""
+    out = {}
+    for name, element in elements.items():
+        own = element.free_frequencies_hz
+        others = [_filled(own, v[name].free_frequencies_hz) for v in variants]
+        out[name] = _theory_errors(own, others)
+    return out
+
+
+def _filled(own: FloatArray, other: FloatArray) -> FloatArray:
+    """The other list at the length of the first, nan where it ends."""
+    out = np.full(own.shape, np.nan)
+    count = min(len(own), len(other))
+    out[:count] = other[:count]
+    return out
+
+
+def _theory_errors(own: FloatArray, others: Sequence[FloatArray]) -> FloatArray:
+    values = np.array([own, *others])
+    known = np.isfinite(values).all(axis=0) & (values > 0.0).all(axis=0)
+    out = np.full(own.shape, np.nan)
+    if known.any():
+        out[known] = beam_theory_error(values[:, known])
     return out

@@ -41,10 +41,9 @@ from solidwhirl.plausibility.supports import support_doubts
 from solidwhirl.plausibility.units import implausible
 from solidwhirl.rotordyn import Superelement, draw_campbell, write_superelement
 from solidwhirl.rotordyn.assembly.bearing_notes import note_lines
-from solidwhirl.rotordyn.campbell.branch_numbers import branch_numbers
-from solidwhirl.rotordyn.campbell.shape_prints import branch_prints, shape_print
+from solidwhirl.rotordyn.campbell.branch_numbers import branch_numbers, branch_prints, shape_print
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
-from solidwhirl.rotordyn.modes.excitation import unbalance_excitation
+from solidwhirl.rotordyn.modes.whirl import unbalance_excitation
 from solidwhirl.rotordyn.plots.errors import (
     draw_campbell_errors,
     draw_critical_speed_errors,
@@ -154,9 +153,8 @@ def critical_speed_document(results: Results, found: ExcitedCriticalSpeed) -> di
 
 def _put_estimates(document: dict[str, Any], estimates: Estimates) -> None:
     """Put the error estimates beside the numbers that they belong to."""
-    rest, branches = estimates.at_rest, estimates.campbell
-    document["modes_at_rest"] |= with_estimate(rest.parts, rest.total)
-    document["campbell"] |= with_estimate(branches.parts, branches.total)
+    document["modes_at_rest"] |= with_estimate(estimates.at_rest)
+    document["campbell"] |= with_estimate(estimates.campbell)
     for index, entry in enumerate(document["critical_speeds"]):
         entry |= critical_speed_entry(estimates, index)
     for name, values in estimates.free_frequencies.items():

@@ -18,8 +18,8 @@ from solidwhirl.estimates.comparators import (
     beam_comparison,
     coupling_comparison,
     solid_comparisons,
+    step_comparisons,
 )
-from solidwhirl.estimates.mesh_comparisons import step_comparisons
 from solidwhirl.estimates.peaks import with_peak_estimates
 from solidwhirl.estimates.results import BeamVariants, Estimates, estimate_errors
 from solidwhirl.geometry import Body

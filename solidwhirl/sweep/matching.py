@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from solidwhirl.rotordyn.campbell.shape_prints import likeness
+from solidwhirl.rotordyn.campbell.branch_numbers import modal_assurance
 from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 
 # Differences of logarithms: no difference; farther is in doubt; leaves another whirl no partner.
@@ -166,7 +166,7 @@ def _costs(
         expected = _extrapolated(found.scaled[case], found.scaled[cases], values)
         distance = _distances(expected[None], logs)[0]
         if shapes is not None:
-            mac = likeness(shapes[cases[0]][[track[cases[0]]]], shapes[case])[0]
+            mac = modal_assurance(shapes[cases[0]][[track[cases[0]]]], shapes[case])[0]
             distance = np.where(mac < _UNLIKE, _NEVER, distance + _SHAPE * (1.0 - mac))
         number, whirl = found.kinds[cases[0]][track[cases[0]]]
         for column, (other_number, other) in enumerate(kinds):

@@ -79,7 +79,7 @@ class BatchRow:
     critical_error_estimate
         Relative error of each, of speed and frequency alike; nan if not known.
     critical_motion
-        The lateral motion of interfaces of each (`rotordyn.campbell.shape_prints`); the same
+        The lateral motion of interfaces of each (`rotordyn.campbell.branch_numbers`); the same
         interfaces in all cases of a scene. Empty in rows of earlier releases.
     campbell_speed_rpm
         Speeds of the diagram (s).

@@ -163,7 +163,7 @@ def shapes_of(
     Parameters
     ----------
     motions
-        By case and mode, from `solidwhirl.rotordyn.campbell.shape_prints`.
+        By case and mode, from `solidwhirl.rotordyn.campbell.branch_numbers`.
     counts
         Modes of each case.
     """

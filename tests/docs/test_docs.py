@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import re
 import shlex
@@ -249,3 +250,19 @@ def test_every_analysis_has_a_how_to():
     assert len(kinds) > 10
     text = "".join(text for _, text in blocks(ROOT / "docs" / "howto.md", "toml"))
     assert kinds <= set(re.findall(r'kind = "(\w+)"', text))
+
+
+# `reduction.operators.forms`, with or without a name in it
+STAGE = "geometry|meshing|reduction|rotordyn"
+MODULE = re.compile(rf"`((?:solidwhirl\.)?(?:{STAGE})\.[A-Za-z_.]*[a-z])")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_modules_that_pages_name_exist(page):
+    for name in set(MODULE.findall(page.read_text(encoding="utf-8"))):
+        found, *rest = name.removeprefix("solidwhirl.").split(".")
+        stage, folder = importlib.import_module(f"solidwhirl.{found}"), ROOT / found
+        while rest and (folder / rest[0]).is_dir():
+            folder /= rest.pop(0)
+        module = rest and (folder / f"{rest[0]}.py").exists()
+        assert not rest or module or hasattr(stage, rest[0]), f"{name_of(page)}: no {name}"

@@ -4,67 +4,29 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
+import shapes
 
-from solidwhirl.geometry import MATERIALS, Body, Interface, Section, Subdivision
-
-STEEL = MATERIALS["steel"]
-
-
-def _pair(radius):
-    return radius if isinstance(radius, tuple) else (radius, radius)
-
-
-def build_section(name, start, end, inner, outer, material=STEEL) -> Section:
-    """Return a section; radii as one number or as (start, end)."""
-    return Section(
-        name=name,
-        start_m=start,
-        end_m=end,
-        inner_radius_m=_pair(inner),
-        outer_radius_m=_pair(outer),
-        material=material,
-    )
-
-
-def build_body(*sections, interfaces: Sequence[Interface] = (), fillet=0.0, disks=()) -> Body:
-    return Body(
-        name="rotor",
-        sections=sections,
-        interfaces=tuple(interfaces),
-        rigid_disks=tuple(disks),
-        fillet_radius_m=fillet,
-    )
-
-
-def build_interface(name, kind, start, end=None, radius=None) -> Interface:
-    return Interface(
-        name=name,
-        kind=kind,
-        coupling="distributing",
-        start_m=start,
-        end_m=start if end is None else end,
-        radius_m=radius,
-    )
+from solidwhirl.geometry import Body, Interface, Section, Subdivision
 
 
 @pytest.fixture(scope="session")
 def section() -> Callable[..., Section]:
-    return build_section
+    return shapes.section
 
 
 @pytest.fixture(scope="session")
 def body() -> Callable[..., Body]:
-    return build_body
+    return shapes.body
 
 
 @pytest.fixture(scope="session")
 def interface() -> Callable[..., Interface]:
-    return build_interface
+    return shapes.interface
 
 
 @pytest.fixture(scope="session")
@@ -72,9 +34,9 @@ def shaft_and_disk() -> Callable[..., Body]:
     """Reference rotor: steel shaft 0.4 m long, disk 0.03 m wide centred at z = 0.16 m."""
 
     def build(**options: Any) -> Body:
-        return build_body(
-            build_section("shaft", 0.0, 0.4, 0.0, 0.02),
-            build_section("disk", 0.145, 0.175, 0.02, 0.15),
+        return shapes.body(
+            shapes.section("shaft", 0.0, 0.4, 0.0, 0.02),
+            shapes.section("disk", 0.145, 0.175, 0.02, 0.15),
             **options,
         )
 

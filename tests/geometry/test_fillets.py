@@ -212,38 +212,35 @@ def test_refused_where_another_part_is_in_the_way(section, body):
         subdivide(body(*parts, fillet=0.05))
 
 
-def test_refused_over_an_interface(section, body, interface):
-    seat = interface("seat", "outer", 0.2, 0.3)
-    with pytest.raises(
-        GeometryError,
-        match=r"at z = 0.3 m, r = 0.1 m covers a part of the interface 'seat'; move .* 0.005 m",
-    ):
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("outer", 0.2, 0.3), "covers a part of the interface 'seat'; move .* 0.005 m"),
+        (("outer", 0.2, 0.297), "covers a part of the interface 'seat'"),
+        (("section", 0.297), "widens the cross-section of the interface 'seat'"),
+        # the whole plane at the foot of a disk loses its corner to the fillet
+        (("section", 0.3), "covers a part of the interface 'seat'"),
+    ],
+)
+def test_refused_over_an_interface(section, body, interface, arguments, message):
+    seat = interface("seat", *arguments)
+    with pytest.raises(GeometryError, match=rf"at z = 0.3 m, r = 0.1 m {message}"):
         subdivide(groove(section, body, 0.05, 0.005, interfaces=[seat]))
-    near = interface("seat", "outer", 0.2, 0.297)
-    with pytest.raises(GeometryError, match="covers a part of the interface 'seat'"):
-        subdivide(groove(section, body, 0.05, 0.005, interfaces=[near]))
-    clear = interface("seat", "outer", 0.2, 0.295)
-    found = subdivide(groove(section, body, 0.05, 0.005, interfaces=[clear]))
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("outer", 0.2, 0.295),
+        ("section", 0.297, None, (0.0, 0.1)),
+        ("section", 0.3, None, (0.0, 0.1)),
+    ],
+)
+def test_interfaces_beside_a_fillet_are_untouched(section, body, interface, arguments):
+    """Clear of it, or limited to the shaft."""
+    seat = interface("seat", *arguments)
+    found = subdivide(groove(section, body, 0.05, 0.005, interfaces=[seat]))
     assert len(found.interfaces["seat"]) == 1
-
-
-def test_refused_across_a_section_plane(section, body, interface):
-    plane = interface("plane", "section", 0.297)
-    with pytest.raises(GeometryError, match="widens the cross-section of the interface 'plane'"):
-        subdivide(groove(section, body, 0.05, 0.005, interfaces=[plane]))
-    limited = interface("plane", "section", 0.297, radius=(0.0, 0.1))
-    found = subdivide(groove(section, body, 0.05, 0.005, interfaces=[limited]))
-    assert len(found.interfaces["plane"]) == 1
-
-
-def test_section_plane_at_the_foot_of_a_disk(section, body, interface):
-    """The whole plane loses its corner to the fillet; limited to the shaft it is untouched."""
-    whole = interface("plane", "section", 0.3)
-    with pytest.raises(GeometryError, match="covers a part of the interface 'plane'"):
-        subdivide(groove(section, body, 0.05, 0.005, interfaces=[whole]))
-    limited = interface("plane", "section", 0.3, radius=(0.0, 0.1))
-    found = subdivide(groove(section, body, 0.05, 0.005, interfaces=[limited]))
-    assert len(found.interfaces["plane"]) == 1
 
 
 def smallest_face_angle(found, chords_of):

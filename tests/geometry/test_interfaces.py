@@ -74,10 +74,7 @@ def test_section_plane_where_the_body_steps(stepped, interface):
 
 def test_face_is_the_outline_in_the_plane(stepped, interface):
     found = subdivide(
-        stepped(
-            interface("side", "face", 0.1),
-            interface("rim", "face", 0.2, radius=(0.05, 0.08)),
-        )
+        stepped(interface("side", "face", 0.1), interface("rim", "face", 0.2, radius=(0.05, 0.08)))
     )
     assert spans(found, "side") == [((0.1, 0.02), (0.1, 0.1))]
     assert spans(found, "rim") == [((0.2, 0.05), (0.2, 0.08))]
@@ -85,10 +82,7 @@ def test_face_is_the_outline_in_the_plane(stepped, interface):
 
 def test_bearing_seat_splits_the_surface(stepped, interface, conforming):
     found = subdivide(
-        stepped(
-            interface("seat", "outer", 0.25, 0.3),
-            interface("bore", "inner", 0.05, 0.15),
-        )
+        stepped(interface("seat", "outer", 0.25, 0.3), interface("bore", "inner", 0.05, 0.15))
     )
     conforming(found)
     assert spans(found, "seat") == [((0.25, 0.02), (0.3, 0.02))]

@@ -12,7 +12,6 @@ from solidwhirl.geometry import (
     GeometryError,
     MassProperties,
     RigidDisk,
-    combine,
     mass_by_material_kg,
     mass_properties,
     section_mass_properties,
@@ -78,10 +77,7 @@ def test_cone(section):
 
 @pytest.mark.parametrize(
     ("inner", "outer", "published"),
-    [
-        (0.02, 0.15, (16.2464, 0.186022, 0.0942293)),
-        (0.035, 0.1, (6.45079, 0.0362051, 0.0185863)),
-    ],
+    [(0.02, 0.15, (16.2464, 0.186022, 0.0942293)), (0.035, 0.1, (6.45079, 0.0362051, 0.0185863))],
 )
 def test_disks_of_the_twin_rotor(section, inner, outer, published):
     found = section_mass_properties(section("disk", 0.0, 0.03, inner, outer))
@@ -103,7 +99,7 @@ def test_reference_rotor(shaft_and_disk):
     assert about_zero == pytest.approx(0.7196344504, rel=1e-9)
 
 
-def test_splitting_changes_nothing(section):
+def test_splitting_changes_nothing(section, body):
     whole = section("a", 0.1, 0.9, (0.02, 0.1), (0.3, 0.15))
     cut = 0.37
     parts = [
@@ -116,17 +112,8 @@ def test_splitting_changes_nothing(section):
         )
         for start, end in ((0.1, cut), (cut, 0.9))
     ]
-    joined = combine(section_mass_properties(part) for part in parts)
+    joined = mass_properties(body(*(replace(part, name=f"part {part.end_m}") for part in parts)))
     assert values(joined) == pytest.approx(values(section_mass_properties(whole)), rel=ROUND_OFF)
-
-
-def test_order_of_combining_changes_nothing(section):
-    parts = [
-        section_mass_properties(section("a", z, z + 0.1, 0.01 * k, 0.1 + 0.02 * k))
-        for k, z in enumerate((0.0, 0.3, 1.7))
-    ]
-    nested = combine([combine([parts[2], parts[0]]), parts[1]])
-    assert values(nested) == pytest.approx(values(combine(parts)), rel=ROUND_OFF)
 
 
 def test_translation_moves_the_centre_only(shaft_and_disk):
@@ -258,16 +245,6 @@ def test_rigid_disk_sits_at_master_plus_offset(section, body, interface):
 def test_refusals(section, body):
     with pytest.raises(GeometryError, match="'a' and 'b' overlap"):
         mass_properties(body(section("a", 0.0, 1.0, 0.0, 0.1), section("b", 0.5, 1.5, 0.05, 0.2)))
-    with pytest.raises(GeometryError, match=r"mass properties of 0 parts with 0.0 kg"):
-        combine([])
-    eccentric = MassProperties(
-        mass_kg=1.0,
-        center_of_gravity_m=np.array([0.1, 0.0, 0.0]),
-        polar_inertia_kg_m2=1.0,
-        diametral_inertia_kg_m2=1.0,
-    )
-    with pytest.raises(GeometryError, match="only parts on the z axis can be combined"):
-        combine([eccentric])
 
 
 def test_centre_of_gravity_is_read_only(shaft_and_disk):

@@ -45,11 +45,6 @@ def test_table_is_read_only():
     ],
 )
 def test_refused_constants(change, message):
-    good = {
-        "name": "x",
-        "density_kg_per_m3": 1.0,
-        "youngs_modulus_pa": 1.0,
-        "poissons_ratio": 0.0,
-    }
+    good = {"name": "x", "density_kg_per_m3": 1.0, "youngs_modulus_pa": 1.0, "poissons_ratio": 0.0}
     with pytest.raises(GeometryError, match=message):
         Material(**{**good, **change})

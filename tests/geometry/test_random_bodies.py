@@ -11,14 +11,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+import shapes
 from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
 from solidwhirl.geometry import (
     MATERIALS,
-    Body,
     GeometryError,
-    Interface,
     Section,
     mass_properties,
     merge_fillets,
@@ -39,38 +38,26 @@ def bodies(draw):
         length = draw(st.integers(20, 90))
         first = draw(st.integers(15, 60))
         last = draw(st.one_of(st.just(first), st.integers(15, 60)))
-        shaft = Section(
-            name=f"shaft {number}",
-            start_m=z * MM,
-            end_m=(z + length) * MM,
-            inner_radius_m=(bore * MM, bore * MM),
-            outer_radius_m=(first * MM, last * MM),
-            material=draw(MATERIAL),
-        )
+        ends, outer = (z * MM, (z + length) * MM), (first * MM, last * MM)
+        shaft = shapes.section(f"shaft {number}", *ends, bore * MM, outer, draw(MATERIAL))
         sections.append(shaft)
         sections += draw(disks(shaft, z, length, number))
         cuts.append(z + draw(st.integers(0, length)))
         z += length
     planes = tuple(
-        Interface(
-            name=f"plane {k}",
-            kind="section",
+        shapes.interface(
+            f"plane {k}",
+            "section",
+            cut * MM,
+            radius=draw(st.sampled_from([None, (0.0, 10 * MM)])),
             coupling="rigid",
-            start_m=cut * MM,
-            end_m=cut * MM,
-            radius_m=draw(st.sampled_from([None, (0.0, 10 * MM)])),
         )
         for k, cut in enumerate(draw(st.lists(st.sampled_from(cuts), max_size=3)))
     )
     start, end = sections[0].start_m, z * MM
-    seat = Interface(
-        name="seat",
-        kind="outer",
-        coupling="distributing",
-        start_m=start + 2 * MM,
-        end_m=end - draw(st.integers(2, 15)) * MM,
-    )
-    return Body(name="random", sections=draw(st.permutations(sections)), interfaces=(*planes, seat))
+    last = end - draw(st.integers(2, 15)) * MM
+    seat = shapes.interface("seat", "outer", start + 2 * MM, last)
+    return shapes.body(*draw(st.permutations(sections)), interfaces=(*planes, seat))
 
 
 @st.composite
@@ -83,16 +70,8 @@ def disks(draw, shaft, z, length, number):
             ends = (max(start * MM, shaft.start_m), min(end * MM, shaft.end_m))
             feet = tuple(shaft.radii_at(place)[1] for place in ends)
             heights = draw(st.tuples(st.integers(70, 200), st.integers(70, 200)))
-            found.append(
-                Section(
-                    name=f"disk {number}.{k}",
-                    start_m=ends[0],
-                    end_m=ends[1],
-                    inner_radius_m=feet,
-                    outer_radius_m=(heights[0] * MM, heights[1] * MM),
-                    material=draw(MATERIAL),
-                )
-            )
+            rims = (heights[0] * MM, heights[1] * MM)
+            found.append(shapes.section(f"disk {number}.{k}", *ends, feet, rims, draw(MATERIAL)))
     return found
 
 
@@ -136,11 +115,11 @@ def test_random_fillets(body, conforming, area_of):
     edge than any mesh resolves; that is refused too.
     """
     radius = 0.1 * MM
-    shape = Body(name="random", sections=body.sections, fillet_radius_m=radius)
+    shape = shapes.body(*body.sections, fillet=radius)
     try:
         found = subdivide(shape)
     except GeometryError as error:
-        sharp = subdivide(Body(name="random", sections=body.sections)).corners
+        sharp = subdivide(shapes.body(*body.sections)).corners
         wedges = [2.0 * math.pi - c.interior_angle_rad for c in sharp]
         if "does not fit: it needs" in str(error):
             assert min(wedges) < 2.0 * math.atan(0.2)

@@ -35,6 +35,20 @@ def lay(group, start=0.0, direction=1, spacer=0.005, web=None):
     )
 
 
+def web_at(stage, thickness, inner, position="centre"):
+    return Web(stage=stage, thickness_m=thickness, inner_radius_m=inner, position=position)
+
+
+def cone_at(stage, shaft_radius, foot, thickness):
+    return Cone(
+        stage=stage,
+        shaft_radius_m=shaft_radius,
+        foot_start_m=foot[0],
+        foot_end_m=foot[1],
+        thickness_m=thickness,
+    )
+
+
 def by_name(sections):
     return {section.name: section for section in sections}
 
@@ -155,7 +169,7 @@ def test_drum_thinner_than_its_spacers_takes_its_own_thickness():
 @pytest.mark.parametrize(("position", "share"), [("centre", 0.5), ("front", 0.0), ("back", 1.0)])
 def test_web_position(direction, position, share):
     """The web's free width is (1 - share) behind it and share before it, seen from stage 1."""
-    web = Web(stage=2, thickness_m=0.01, inner_radius_m=0.05, position=position)
+    web = web_at(2, 0.01, 0.05, position)
     found = by_name(lay("lp_compressor", direction=direction, web=web))
     ring, disk = found["g_stage_2"], found["g_web_2"]
     before = disk.start_m - ring.start_m if direction == 1 else ring.end_m - disk.end_m
@@ -182,26 +196,14 @@ def test_low_pressure_spool_is_one_piece(section, body, conforming, direction):
             for part in lay(
                 "lp_compressor",
                 direction=direction,
-                web=[
-                    Web(stage=1, thickness_m=0.035, inner_radius_m=0.05),
-                    Web(stage=3, thickness_m=0.01, inner_radius_m=0.05, position="back"),
-                ],
+                web=[web_at(1, 0.035, 0.05), web_at(3, 0.01, 0.05, "back")],
             )
         ),
         *lay(
             "lp_turbine",
             start=turbine,
             direction=direction,
-            web=[
-                Web(stage=2, thickness_m=0.008, inner_radius_m=0.05),
-                Cone(
-                    stage=4,
-                    shaft_radius_m=0.05,
-                    foot_start_m=foot[0],
-                    foot_end_m=foot[1],
-                    thickness_m=0.002,
-                ),
-            ],
+            web=[web_at(2, 0.008, 0.05), cone_at(4, 0.05, foot, 0.002)],
         ),
     )
     found = subdivide(shape)
@@ -219,14 +221,7 @@ def test_cone_wall(section, body, conforming, direction, ahead):
     low, high = min(part.start_m for part in parts), max(part.end_m for part in parts)
     below = ahead == (direction == 1)
     foot = (low - 0.06, low - 0.04) if below else (high + 0.04, high + 0.06)
-    cone = Cone(
-        stage=stage,
-        shaft_radius_m=0.02,
-        foot_start_m=foot[0],
-        foot_end_m=foot[1],
-        thickness_m=0.003,
-    )
-    sections = lay("hp_compressor", direction=direction, web=cone)
+    sections = lay("hp_compressor", direction=direction, web=cone_at(stage, 0.02, foot, 0.003))
     found = by_name(sections)
     wall, ring = found[f"g_cone_{stage}"], found[f"g_stage_{stage}"]
     length = wall.end_m - wall.start_m
@@ -243,53 +238,33 @@ def test_cone_wall(section, body, conforming, direction, ahead):
 @pytest.mark.parametrize(
     ("web", "message"),
     [
-        (Web(stage=4, thickness_m=0.01, inner_radius_m=0.05), "a web is asked for at stage 4"),
-        (Web(stage=0, thickness_m=0.01, inner_radius_m=0.05), "stage 0, there are stages 1 to 3"),
+        (web_at(4, 0.01, 0.05), "a web is asked for at stage 4"),
+        (web_at(0, 0.01, 0.05), "stage 0, there are stages 1 to 3"),
+        (web_at(3, 0.02, 0.05), "web at stage 3 is 0.02 m thick, the ring is only 0.01715 m wide"),
+        (web_at(1, 0.0, 0.05), "web at stage 1: thickness is 0.0 m"),
         (
-            Web(stage=3, thickness_m=0.02, inner_radius_m=0.05),
-            "web at stage 3 is 0.02 m thick, the ring is only 0.01715 m wide",
-        ),
-        (Web(stage=1, thickness_m=0.0, inner_radius_m=0.05), "web at stage 1: thickness is 0.0 m"),
-        (
-            Web(stage=1, thickness_m=0.01, inner_radius_m=0.46),
+            web_at(1, 0.01, 0.46),
             "web at stage 1 starts at r = 0.46 m, which must lie below the ring's inner radius",
         ),
+        (cone_at(1, 0.5, (-0.3, -0.2), 0.01), "cone at stage 1 starts at r = 0.5 m"),
         (
-            Cone(stage=1, shaft_radius_m=0.5, foot_start_m=-0.3, foot_end_m=-0.2, thickness_m=0.01),
-            "cone at stage 1 starts at r = 0.5 m",
-        ),
-        (
-            Cone(
-                stage=1, shaft_radius_m=0.05, foot_start_m=-0.2, foot_end_m=-0.3, thickness_m=0.01
-            ),
+            cone_at(1, 0.05, (-0.2, -0.3), 0.01),
             "foot from z = -0.2 m to -0.3 m; the end must lie beyond",
         ),
         (
-            Cone(stage=1, shaft_radius_m=0.05, foot_start_m=-0.2, foot_end_m=0.0, thickness_m=0.01),
+            cone_at(1, 0.05, (-0.2, 0.0), 0.01),
             "must lie on one side of the ring, clear of z = 0 m to 0.035 m; use a web",
         ),
         (
-            Cone(stage=1, shaft_radius_m=0.05, foot_start_m=0.2, foot_end_m=0.3, thickness_m=0.01),
+            cone_at(1, 0.05, (0.2, 0.3), 0.01),
             "at z = 0.035 m, which the spacer to stage 2 occupies",
         ),
+        (cone_at(3, 0.05, (-0.2, -0.1), 0.01), "which the spacer to stage 2 occupies"),
         (
-            Cone(
-                stage=3, shaft_radius_m=0.05, foot_start_m=-0.2, foot_end_m=-0.1, thickness_m=0.01
-            ),
-            "which the spacer to stage 2 occupies",
-        ),
-        (
-            Cone(
-                stage=1, shaft_radius_m=0.05, foot_start_m=-0.2, foot_end_m=-0.1, thickness_m=0.03
-            ),
+            cone_at(1, 0.05, (-0.2, -0.1), 0.03),
             "is 0.126606 m thick in radial direction, the ring's face is only 0.1 m high",
         ),
-        (
-            Cone(
-                stage=1, shaft_radius_m=0.05, foot_start_m=-0.2, foot_end_m=-0.1, thickness_m=-1.0
-            ),
-            "cone at stage 1: thickness is -1.0 m",
-        ),
+        (cone_at(1, 0.05, (-0.2, -0.1), -1.0), "cone at stage 1: thickness is -1.0 m"),
     ],
 )
 def test_refused_connections(web, message):

@@ -109,10 +109,7 @@ def test_sloped_edges_in_contact(section, body, conforming, area_of):
     sleeve = section("sleeve", 1.0 / 3.0, 0.7, (ends[0], ends[1]), 0.5)
     found = subdivide(body(cone, sleeve))
     conforming(found)
-    assert curve_between(found, (1.0 / 3.0, ends[0]), (0.7, ends[1])) not in (
-        None,
-        *found.boundary,
-    )
+    assert curve_between(found, (1.0 / 3.0, ends[0]), (0.7, ends[1])) not in (None, *found.boundary)
     assert len(found.corners) == 2
     # Angle between the cone's surface and a radial face: 270 degrees less or more atan(0.3).
     slope = math.atan(0.3)
@@ -154,10 +151,7 @@ def test_triangles_on_the_axis(section, body, conforming):
 
 def test_triangle_with_its_edge_on_a_neighbour(section, body, conforming):
     found = subdivide(
-        body(
-            section("shaft", 0.0, 1.0, 0.0, 0.1),
-            section("wedge", 0.2, 0.5, 0.1, (0.1, 0.3)),
-        )
+        body(section("shaft", 0.0, 1.0, 0.0, 0.1), section("wedge", 0.2, 0.5, 0.1, (0.1, 0.3)))
     )
     conforming(found)
     assert len(found.corners) == 2

@@ -185,10 +185,10 @@ def _lattice(dimension: int, parts: int) -> FloatArray:
     return np.asarray(grid[grid.sum(axis=1) == parts] / parts)
 
 
-def smallest_jacobians(mesh: Mesh) -> FloatArray:
+def smallest_jacobians(points: FloatArray, cells: NDArray[np.int64]) -> FloatArray:
     """Smallest Jacobian of each element over a lattice of points, corners and edges included."""
-    slopes = _second_order(_lattice(mesh.dimension, 5))[1]
-    x = mesh.points[mesh.cells]
+    slopes = _second_order(_lattice(points.shape[1], 5))[1]
+    x = points[cells]
     out = np.full(len(x), np.inf)
     for slope in slopes:
         out = np.minimum(out, np.linalg.det(np.einsum("cnd,ne->cde", x, slope)))

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import tempfile
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -74,20 +73,6 @@ def hub(mass_kg=10.0, polar_kg_m2=0.1, diametral_kg_m2=0.05, name="disk") -> Sup
     return rigid_superelement(name, mass_kg, np.zeros(3), inertia, {"hub": 0.0}, LATERAL)
 
 
-def sprung_hub(stiffness_n_per_m, tilt_n_m_per_rad=1e5, mass_kg=10.0, **options) -> Superelement:
-    """Rigid disk on a massless shaft of its own: isotropic, held to the ground by its body."""
-    free = hub(mass_kg, **options)
-    held = np.diag([stiffness_n_per_m] * 2 + [tilt_n_m_per_rad] * 2).astype(float)
-    absent = np.zeros(6, dtype=bool)
-    return dataclasses.replace(
-        free,
-        stiffness=held,
-        rigid_body_present=absent,
-        rigid_body_modes=np.zeros((4, 6)),
-        constraint=None,
-    )
-
-
 @cache
 def shaft(name="shaft", elements=6, length_m=0.6, radius_m=0.02) -> Superelement:
     """Steel shaft with two bearing planes "a", "b" at its ends and a disk at a third of it."""
@@ -109,6 +94,14 @@ def reduced_body(level: str) -> Superelement:
 def reduced_rod(level: str) -> Superelement:
     """Slender steel rod with axial motion and torsion, to 13 000 rad/s, past its torsion."""
     return _reduced(level, "rod", (*LATERAL, "uz", "rz"), (0, 1), 13_000.0, wheel=False)
+
+
+# Bodies by their names in cases.csv, made when they are asked for.
+BODIES = {
+    "shaft": shaft,
+    **{f"{level}-body": partial(reduced_body, level) for level in ("harmonic", "solid")},
+    **{f"{level}-rod": partial(reduced_rod, level) for level in ("harmonic", "solid")},
+}
 
 
 def _reduced(level, name, components, orders, speed_rad_s, wheel) -> Superelement:

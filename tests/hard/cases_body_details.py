@@ -6,8 +6,8 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-from builders_body import STEEL, FloatArray, even, free_hz, meshed, plane, reduced, section, tube
-from numpy.typing import NDArray
+from builders_body import STEEL, even, free_hz, plane, reduced, section, tube
+from builders_more import smallest_jacobians
 
 from solidwhirl.geometry import Body, Interface, Section
 from solidwhirl.meshing import MeshSize
@@ -70,13 +70,6 @@ def _step(level: str, part: float) -> float:
     return abs(float(found[0] / found[1]) - 1.0)
 
 
-def _near_interfaces(level: str, part: float) -> float:
-    """Free bending frequency with two cross-sections this part of the length apart."""
-    element = _with_near_interfaces(level, part)
-    exact = free_hz(tube(0.4, 0.0, 0.02), "harmonic", even(0.01), components=(), degree=4)[0]
-    return abs(float(element.free_frequencies_hz[0] / exact) - 1.0)
-
-
 def _near_invariants(level: str) -> float:
     """Invariants that fail, with interfaces 1e-3 of the length apart."""
     found = check_superelement(_with_near_interfaces(level, 1e-3))
@@ -90,57 +83,16 @@ def _with_near_interfaces(level: str, part: float) -> Superelement:
     return reduced(body, level, size, modes=6, **spin)[0]
 
 
-# Vertex pairs of the edge nodes, by the number of nodes of an element.
-_EDGES = {
-    6: ((0, 1), (1, 2), (2, 0)),
-    10: ((0, 1), (1, 2), (2, 0), (3, 0), (2, 3), (1, 3)),
-}
-
-
-def _smallest_jacobians(points: FloatArray, cells: NDArray[np.int64]) -> FloatArray:
-    """Smallest sampled Jacobian of second-order simplices over that of their straight edges."""
-    d, edges = points.shape[1], _EDGES[cells.shape[1]]
-    inside = np.random.default_rng(0).dirichlet(np.full(d + 1, 0.5), 60)
-    samples = np.vstack([inside, np.eye(d + 1)])
-    bary = np.vstack([-np.ones(d), np.eye(d)])
-    x = points[cells]
-    straight = np.linalg.det(np.einsum("cnd,ne->cde", x[:, : d + 1], bary))
-    out = np.full(len(cells), np.inf)
-    for at in samples:
-        gradient = [(4.0 * at[i] - 1.0) * bary[i] for i in range(d + 1)]
-        gradient += [4.0 * (at[i] * bary[j] + at[j] * bary[i]) for i, j in edges]
-        jacobian = np.einsum("cnd,ne->cde", x, np.array(gradient))
-        out = np.minimum(out, np.linalg.det(jacobian) / straight)
-    return out
-
-
-def _folded(level: str) -> float:
-    """Folded elements left over a sweep of sizes of a rotor with fillets, by sampling.
-
-    At fillets that are small beside the elements gmsh bends edges through the elements.
-    """
-    sizes = (0.02, 0.03, 0.05, 0.08) if level == "harmonic" else (0.02, 0.03)
-    fillets = (0.0005, 0.004, 0.012) if level == "harmonic" else (0.004, 0.012)
-    left, repaired = 0, 0
-    for largest in sizes:
-        for fillet in fillets:
-            size = MeshSize(size_m=largest, corner_size_m=largest, growth=2.0, around=6)
-            mesh = meshed(_rotor(fillet_m=fillet), level, size)
-            left += int(np.sum(_smallest_jacobians(mesh.points, mesh.cells) <= 0.0))
-            repaired += mesh.quality.straightened_elements
-    return float(left) if repaired else np.inf
-
-
 def _bent_element() -> float:
     """Elements with an edge bent inwards: folded ones taken for good, or left folded."""
     wrong = 0
     for bend in np.linspace(0.05, 0.6, 23):
         points = np.array([[0, 0], [1, 0], [0, 1], [0.5, bend], [0.5, 0.5], [0, 0.5]], dtype=float)
         cells = np.arange(6)[None, :]
-        folded = _smallest_jacobians(points, cells)[0] <= 0.0
+        folded = smallest_jacobians(points, cells)[0] <= 0.0
         wrong += int(folded and scaled_jacobians(points, cells)[0] > 0.0)
         moved, _ = straighten(points, cells, 0.02)
-        wrong += int(_smallest_jacobians(moved, cells)[0] <= 0.0)
+        wrong += int(smallest_jacobians(moved, cells)[0] <= 0.0)
     return float(wrong)
 
 
@@ -158,31 +110,3 @@ def _slab(level: str) -> float:
     area, inertia, e = np.pi * 1e-4, np.pi * 1e-8 / 4.0, 2e11
     exact = 1.875104068711961**2 / 0.3**2 * np.sqrt(e * inertia / (7800.0 * area)) / (2.0 * np.pi)
     return float(np.abs(found[:4] / exact - 1.0).max())
-
-
-def _units(level: str) -> float:
-    """The same rotor with all lengths times 1000 and 1/1000: frequencies times length."""
-    found = []
-    for unit in (1.0, 1e3, 1e-3):
-        parts = [("shaft", 0.0, 0.4, 0.0, 0.05), ("disk", 0.145, 0.175, 0.05, 0.15)]
-        body = Body(
-            name="rotor",
-            sections=tuple(section(n, *(unit * x for x in where), STEEL) for n, *where in parts),
-            interfaces=(plane("a", 0.0), plane("b", 0.4 * unit)),
-        )
-        size = MeshSize(size_m=0.02 * unit, corner_size_m=0.004 * unit, growth=0.8)
-        if level == "solid":
-            size = MeshSize(size_m=0.1 * unit, corner_size_m=0.05 * unit, growth=1.0, around=8)
-        spin = {"maximum_speed_rad_s": 500.0 / unit, "centrifugal": True, "gyroscopic": True}
-        found.append(free_hz(body, level, size, modes=1, **spin) * unit)
-    return max(float(np.abs(f / found[0] - 1.0).max()) for f in found[1:])
-
-
-def _small_body(level: str) -> float:
-    """Bodies of 0.4 m to 4 µm in proportion."""
-    found = []
-    for unit in (1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5):
-        size = even(0.1 * unit, 8)
-        part = tube(0.4 * unit, 0.0, 0.05 * unit, plane("a", 0.1 * unit))
-        found.append(free_hz(part, level, size, modes=1)[0] * unit)
-    return float(np.ptp(found) / found[0])

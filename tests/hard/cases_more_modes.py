@@ -171,6 +171,10 @@ def _dumbbell(level: str, heavier: float, modes: int) -> tuple[Superelement, Red
     return reduce_body(body, mesh, MPI.COMM_SELF, asked, {})
 
 
+def _orthogonality(level: str) -> float:
+    return float(_dumbbell(level, 2e-8, 3)[1].orthogonality_error)
+
+
 def _split_error(level: str) -> float:
     """Split of two pairs that differ by 1e-8 against ω ∝ 1/√ρ, in parts of the frequency."""
     heavier = 2e-8

@@ -71,7 +71,12 @@ def _wrong_decisions(level: str, held: bool, order: int) -> float:
     return float(bool(below) + sum("lost its stiffness" not in text for text in above))
 
 
-def _hoop_limit(level: str) -> tuple[float, float]:
+def _hoop_limit(level: str, which: int) -> float:
+    return _ring(level)[which]
+
+
+@lru_cache(maxsize=2)
+def _ring(level: str) -> tuple[float, float]:
     """Error of the allowed speed that is stated, and wrong decisions 0.2 % from the closed form."""
     a, b, nu = 0.0995, 0.1005, STEEL.poissons_ratio
     body, size = tube(0.001, a, b), even(0.0005)

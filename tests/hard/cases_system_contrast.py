@@ -118,6 +118,10 @@ def _gears(mesh_n_per_m: float | None) -> float:
     )
 
 
+def _elastic_gears() -> float:
+    return max(_gears(1e8), _gears(1e13))
+
+
 # 10 Ω² passes k(Ω) before the first kink, after it, and exactly at the second.
 KINKS = (100.0, 200.0, 300.0)
 KINKED_N_PER_M = np.array([2e5, 0.9e5, 4e5, 5e5])
@@ -157,8 +161,9 @@ def _kinked_speeds(k) -> list[float]:
     return sorted(roots)
 
 
-def _kink_error(stiffness_n_per_m, damping_n_s_per_m: float = 0.0) -> float:
+def _kink_error(law: str, damping_n_s_per_m: float = 0.0) -> float:
     """Error of the critical speeds, a pair for each root; infinite for a wrong number of them."""
+    stiffness_n_per_m = {"kinked": KINKED_N_PER_M, "narrow": NARROW_N_PER_M}[law]
     system = _kinked(stiffness_n_per_m, damping_n_s_per_m)
     found = [c.speed_rad_s for c in critical_speeds(system, 1.0, 400.0)]
     expected = np.repeat(_kinked_speeds(stiffness_n_per_m), 2)

@@ -33,6 +33,14 @@ def _wrong_zeros(system, trains: int, axial: int = 0) -> float:
     return float(wrong)
 
 
+def _free_zeros(element, axial: int) -> float:
+    return _wrong_zeros(_free(element), 1, axial)
+
+
+def _train_zeros(element) -> float:
+    return _wrong_zeros(_two_free(element), 2)
+
+
 def _rigid_nutation() -> float:
     """Nutation of a free rigid disk against Ω Ip/It, from a turn in 2 hours to 1e5 rad/s."""
     errors = []

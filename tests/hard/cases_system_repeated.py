@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from builders_system import engine, ground, pinned, reduced_body, shaft, through_file
+from builders_system import engine, ground, reduced_body, shaft
 
 from solidwhirl.rotordyn import campbell, modes_at_speed
 
@@ -78,8 +78,9 @@ def _detuned_frequencies() -> float:
     return float(np.abs(split - expected).max())
 
 
-def _halved_pairs(system) -> float:
+def _halved_pairs(units: int) -> float:
     """Counts of modes at rest that leave one of two equal frequencies out."""
+    system = _one(shaft()) if units == 1 else _two_units()
     everything = modes_at_speed(system, 0.0).eigenvalues.imag
     cut = 0
     for count in range(1, 12):
@@ -126,19 +127,3 @@ def _too_many() -> float:
         return np.inf
     at_rest = modes_at_speed(system, 0.0).frequency_hz
     return max(error, float(np.abs(np.sort(diagram.frequency_hz[:, 0]) / at_rest - 1.0).max()))
-
-
-def _file_changes() -> float:
-    """Frequencies and shapes that change when the two units come from a file."""
-    differences = 0
-    for speed in SPEEDS:
-        found = []
-        for element in (reduced_body("harmonic"), through_file(reduced_body("harmonic"))):
-            bearings = [pinned(name, at) for name in ("left", "right") for at in "ab"]
-            found.append(
-                modes_at_speed(engine({"left": element, "right": element}, bearings), speed)
-            )
-        first, second = found
-        differences += int(np.count_nonzero(first.eigenvalues != second.eigenvalues))
-        differences += int(np.count_nonzero(first.shapes != second.shapes))
-    return float(differences)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from builders_system import engine, ground, hub, reduced_body, refused, shaft, through_file
+from builders_system import engine, ground, hub, reduced_body, refused, shaft
 
 from solidwhirl.rotordyn import (
     LEE_ANISOTROPIC,
@@ -202,14 +202,3 @@ def _run_up_notes() -> float:
         run = run_up(system, profile, [], step_s=1e-4)
         silent += abs(len(run.notes) - expected)
     return float(silent)
-
-
-def _file_changes() -> float:
-    """Numbers of an unbalance response and a run-up that change when the body is from a file."""
-    body, found = reduced_body("harmonic"), []
-    for element in (body, through_file(body)):
-        system = engine({"r": element}, [ground("r", at, 2e7, cx=1e-3) for at in "ab"])
-        response = unbalance_response(system, [_at("r", "a")], np.linspace(0.0, 2500.0, 101))
-        run = _run(system, 5e-4, body="r", interface="a", top=900.0, ramp_s=1.0)
-        found.append((response.exciters[0].translation_m, run.translation_m, run.energy.stored_j))
-    return float(sum(np.count_nonzero(a != b) for a, b in zip(*found, strict=True)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from builders_system import engine, ground, joint, reduced_body, refused, shaft, through_file
+from builders_system import engine, ground, joint, refused, shaft
 
 from solidwhirl.rotordyn import (
     LEE_ANISOTROPIC,
@@ -165,18 +165,4 @@ def _standing_law() -> float:
     at_rest = modes_at_speed(system, 0.0).eigenvalues
     return float(
         max(np.abs(modes_at_speed(system, v).eigenvalues / at_rest - 1.0).max() for v in SPEEDS)
-    )
-
-
-def _file_changes() -> float:
-    """Eigenvalues of opposite spools that change when one comes from a file."""
-    body = reduced_body("harmonic")
-    first, second = (_spools(e) for e in (body, through_file(body)))
-    return float(
-        sum(
-            np.count_nonzero(
-                modes_at_speed(first, v).eigenvalues != modes_at_speed(second, v).eigenvalues
-            )
-            for v in SPEEDS
-        )
     )

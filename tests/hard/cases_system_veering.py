@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from builders_system import engine, ground, joint, reduced_body, shaft, through_file
+from builders_system import engine, ground, joint, shaft
 from scipy.optimize import linear_sum_assignment, minimize_scalar
 
 from solidwhirl.rotordyn import campbell, modes_at_speed
@@ -35,16 +35,18 @@ def _difference(first, second) -> float:
     return float(apart[rows, columns].max())
 
 
-def _there_and_back(system) -> float:
+def _there_and_back(coupling_n_per_m: float, unlike: float = 1.0, element=None) -> float:
     """Difference of 8 branches over 200 steps followed forwards and backwards."""
+    system = _veering(coupling_n_per_m, unlike, element)
     speeds = np.linspace(0.0, TOP, 201)
     there = campbell(system, speeds, branch_count=8).frequency_hz
     back = campbell(system, speeds[::-1], branch_count=8).frequency_hz[:, ::-1]
     return _difference(there, back)
 
 
-def _refined(system) -> float:
+def _refined(coupling_n_per_m: float) -> float:
     """Largest difference of 8 branches at 9 speeds with 0, 40 and 150 random ones between."""
+    system = _veering(coupling_n_per_m)
     random = np.random.default_rng(3)
     plain = campbell(system, COMMON, branch_count=8).frequency_hz
     worst = 0.0
@@ -116,15 +118,3 @@ def _forward_gap(system, speed_rad_s):
     modes = modes_at_speed(system, speed_rad_s)
     below, above = modes.eigenvalues.imag[modes.family == 1][:2]
     return above - below
-
-
-def _file_changes() -> float:
-    """Numbers of a tracked diagram that change when the bodies come from a file."""
-    speeds = np.linspace(0.0, TOP, 25)
-    body = reduced_body("harmonic")
-    first, second = (
-        campbell(_veering(1e5, element=e), speeds, branch_count=8)
-        for e in (body, through_file(body))
-    )
-    pairs = ((first.eigenvalues, second.eigenvalues), (first.overlap, second.overlap))
-    return float(sum(np.count_nonzero(a != b) for a, b in pairs))

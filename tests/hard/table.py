@@ -1,4 +1,4 @@
-"""The hard cases: rows of a data file, each with a call that measures it.
+"""The hard cases: rows of a data file, each with the name of a function that measures it.
 
 The tests and the page of the documentation are made of the same rows.
 """
@@ -7,11 +7,14 @@ from __future__ import annotations
 
 import csv
 import importlib
-from collections.abc import Callable
+import json
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 from typing import Any
+
+from builders_system import BODIES
 
 FOLDER = Path(__file__).parent
 
@@ -20,22 +23,9 @@ FOLDER = Path(__file__).parent
 class HardCase:
     """One hard case and how far the program is from right on it.
 
-    Attributes
-    ----------
-    case
-        What is hard, such as "supports of 1e16 N/m".
-    level
-        "harmonic", "solid", "assembled", "reduced file" or "scene".
-    elsewhere
-        What commonly goes wrong with it, in one sentence.
-    figure
-        What is measured, with its unit; smaller is better.
-    limit
-        Largest figure allowed.
-    reason
-        Where the limit comes from.
-    measure
-        Computes the figure.
+    `level`: "harmonic", "solid", "assembled", "reduced file" or "scene"; `elsewhere`: what commonly
+    goes wrong with it; `figure`: what `measure` computes, with its unit; smaller is better;
+    `reason`: where the limit comes from.
     """
 
     case: str
@@ -47,23 +37,29 @@ class HardCase:
     measure: Callable[[], float]
 
 
-@cache
-def _names(module: str) -> dict[str, Any]:
-    """What a call may use: the names of `cases_<module>.py` and of all builders."""
-    builders = [path.stem for path in sorted(FOLDER.glob("builders_*.py"))]
-    found: dict[str, Any] = {}
-    for name in (*builders, f"cases_{module}"):
-        found |= vars(importlib.import_module(name))
-    return found
+def _argument(word: str) -> Any:
+    """A body by its name, a number or list of JSON, or the word itself."""
+    if word in BODIES:
+        return BODIES[word]()
+    try:
+        return json.loads(word)
+    except ValueError:
+        return word
+
+
+def _measured(function: Callable[..., float], words: Sequence[str]) -> float:
+    return function(*(_argument(word) for word in words))
 
 
 def cases_by_module() -> tuple[tuple[str, HardCase], ...]:
-    """Rows of cases.csv; `measure` is a call with the names of `cases_<module>.py`."""
+    """Rows of cases.csv; `measure` is a function of `cases_<module>.py` and its arguments."""
     found = []
     with (FOLDER / "cases.csv").open(newline="", encoding="utf-8") as file:
         for row in csv.DictReader(file):
-            module, call, limit = row.pop("module"), row.pop("measure"), float(row.pop("limit"))
-            measure = partial(eval, compile(call, "cases.csv", "eval"), _names(module))
+            module, limit = row.pop("module"), float(row.pop("limit"))
+            name, *words = row.pop("measure").split()
+            function = vars(importlib.import_module(f"cases_{module}"))[f"_{name}"]
+            measure = partial(_measured, function, words)
             found.append((module, HardCase(**row, limit=limit, measure=measure)))
     return tuple(found)
 

@@ -6,8 +6,10 @@ import math
 
 import numpy as np
 import pytest
+from shapes import body as body_of
+from shapes import interface, section
 
-from solidwhirl.geometry import MATERIALS, Body, Interface, Section, mass_properties
+from solidwhirl.geometry import mass_properties
 from solidwhirl.meshing import MeshingError, MeshSize, mesh_meridian, scaled_jacobians, straighten
 
 
@@ -38,7 +40,7 @@ def test_mass_of_the_mesh_is_that_of_the_profile(reference_rotor):
 
 
 def test_curved_edges_follow_a_fillet(reference_rotor):
-    body = Body(name="f", sections=reference_rotor.sections, fillet_radius_m=0.008)
+    body = body_of(*reference_rotor.sections, fillet=0.008)
     exact = mass_properties(body).mass_kg
     mesh = mesh_meridian(body, MeshSize(size_m=0.02, corner_size_m=0.004))
     fillet_mass = exact - mass_properties(reference_rotor).mass_kg
@@ -69,16 +71,8 @@ def test_interfaces_are_where_they_were_asked(twin_inner):
 
 
 def test_a_rigid_slab_holds_all_material_between_its_planes():
-    shaft = Section(
-        name="shaft",
-        start_m=0.0,
-        end_m=0.1,
-        inner_radius_m=(0.0, 0.0),
-        outer_radius_m=(0.01, 0.01),
-        material=MATERIALS["steel"],
-    )
-    slab = Interface(name="hub", kind="slab", coupling="rigid", start_m=0.04, end_m=0.06)
-    body = Body(name="b", sections=(shaft,), interfaces=(slab,))
+    slab = interface("hub", "slab", 0.04, 0.06, coupling="rigid")
+    body = body_of(section("shaft", 0.0, 0.1, 0.0, 0.01), interfaces=(slab,))
     mesh = mesh_meridian(body, MeshSize(size_m=0.01, corner_size_m=0.002))
     x = mesh.points[np.unique(mesh.interfaces["hub"])]
     assert x[:, 0].min() == pytest.approx(0.04)

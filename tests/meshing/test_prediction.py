@@ -7,32 +7,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from shapes import body as body_of
+from shapes import interface, section
 
-from solidwhirl.geometry import MATERIALS, Body, Interface, Section
-from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid, predict_unknowns
-from solidwhirl.meshing.own.prediction import (
-    PredictedMesh,
-    predict_mesh,
-)
+from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid
+from solidwhirl.meshing.own.prediction import PredictedMesh, predict_mesh
 
 
 def tube(inner, outer, length=0.3, **options):
-    section = Section(
-        name="tube",
-        start_m=0.0,
-        end_m=length,
-        inner_radius_m=inner,
-        outer_radius_m=outer,
-        material=MATERIALS["steel"],
-    )
-    return Body(name="tube", sections=(section,), **options)
+    return body_of(section("tube", 0.0, length, inner, outer), **options)
 
 
 def rigid_seat():
-    seat = Interface(
-        name="seat", kind="outer", coupling="rigid", start_m=0.1, end_m=0.13, radius_m=(0.0, 0.2)
-    )
-    return tube((0.02, 0.02), (0.03, 0.03), interfaces=(seat,))
+    seat = interface("seat", "outer", 0.1, 0.13, (0.0, 0.2), "rigid")
+    return tube(0.02, 0.03, interfaces=(seat,))
 
 
 def counted(mesh):
@@ -84,7 +72,7 @@ def test_meridian_within_a_factor_of_one_and_a_half(reference_rotor, name, sizes
     body = {
         "rotor": lambda: reference_rotor,
         "fillets": lambda: replace(reference_rotor, fillet_radius_m=0.004),
-        "thin": lambda: tube((0.098, 0.098), (0.1, 0.1)),
+        "thin": lambda: tube(0.098, 0.1),
         "cone": lambda: tube((0.01, 0.08), (0.03, 0.11)),
         "seat": rigid_seat,
     }[name]()
@@ -112,14 +100,14 @@ def test_meridian_within_a_factor_of_one_and_a_half(reference_rotor, name, sizes
 def test_solid_within_a_factor_of_two(reference_rotor, name, sizes):
     body = {
         "rotor": lambda: reference_rotor,
-        "shaft": lambda: tube((0.0, 0.0), (0.02, 0.02)),
-        "thin": lambda: tube((0.095, 0.095), (0.1, 0.1), length=0.1),
-        "wall": lambda: tube((0.04, 0.04), (0.05, 0.05), length=0.1),
+        "shaft": lambda: tube(0.0, 0.02),
+        "thin": lambda: tube(0.095, 0.1, length=0.1),
+        "wall": lambda: tube(0.04, 0.05, length=0.1),
     }[name]()
     given = {"size_m": 0.1, "growth": 0.6, "through_thickness": 1.2, "around": 12, **sizes}
     size = MeshSize(**given)
     made = 3 * len(mesh_solid(body, size).points)
-    assert 0.5 < predict_unknowns(body, size) / made < 2.0
+    assert 0.5 < predict_mesh(body, size, 3).unknowns(2) / made < 2.0
 
 
 @pytest.mark.parametrize("dimension", [2, 3])

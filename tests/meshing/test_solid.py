@@ -6,8 +6,10 @@ import meshio
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
+from shapes import body as body_of
+from shapes import section
 
-from solidwhirl.geometry import Body, mass_properties
+from solidwhirl.geometry import mass_properties
 from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid, write_gmsh, write_vtu
 
 
@@ -96,16 +98,8 @@ def test_files_read_back(make, twin_inner, tmp_path):
 
 
 def test_a_drum_on_a_web_is_meshed_in_one_piece(reference_rotor):
-    from solidwhirl.geometry import MATERIALS, TABLE_7, Section, Web, stage_group_sections
+    from solidwhirl.geometry import MATERIALS, TABLE_7, Web, stage_group_sections
 
-    shaft = Section(
-        name="shaft",
-        start_m=0.0,
-        end_m=0.3,
-        inner_radius_m=(0.0, 0.0),
-        outer_radius_m=(0.033, 0.033),
-        material=MATERIALS["steel"],
-    )
     stages = stage_group_sections(
         TABLE_7["hp_turbine"],
         start_m=0.1,
@@ -115,7 +109,7 @@ def test_a_drum_on_a_web_is_meshed_in_one_piece(reference_rotor):
         web=(Web(stage=1, thickness_m=0.01, inner_radius_m=0.033),),
         prefix="hpt",
     )
-    body = Body(name="hp", sections=(shaft, *stages))
+    body = body_of(section("shaft", 0.0, 0.3, 0.0, 0.033), *stages)
     mesh = mesh_solid(body, MeshSize(size_m=0.05, corner_size_m=0.01, growth=0.8))
     density = np.array([m.density_kg_per_m3 for m in mesh.materials])[mesh.cell_material]
     mass = float(np.sum(straight_volume(mesh) * density))

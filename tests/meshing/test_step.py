@@ -5,37 +5,25 @@ from __future__ import annotations
 import gmsh
 import numpy as np
 import pytest
+from shapes import STEEL, section
+from shapes import body as body_of
 
-from solidwhirl.geometry import MATERIALS, Body, Section, mass_properties
+from solidwhirl.geometry import MATERIALS, mass_properties
 from solidwhirl.meshing import MeshingError
 from solidwhirl.meshing.imported.body import body_of_mesh, mesh_of
 from solidwhirl.meshing.imported.records import MeshInterface, MeshRequest, StepSize
 from solidwhirl.meshing.imported.step import mesh_step, step_geometry
 from solidwhirl.meshing.own.step_write import write_step
 
-STEEL, TITANIUM = MATERIALS["steel"], MATERIALS["titanium"]
-
-
-def section(name, start, end, inner, outer, material=STEEL):
-    return Section(
-        name=name,
-        start_m=start,
-        end_m=end,
-        inner_radius_m=(inner, inner),
-        outer_radius_m=outer if isinstance(outer, tuple) else (outer, outer),
-        material=material,
-    )
+TITANIUM = MATERIALS["titanium"]
 
 
 def rotor(fillet_m=0.004, disk=STEEL):
-    return Body(
-        name="rotor",
-        sections=(
-            section("solid", 0.0, 0.1, 0.0, 0.02),
-            section("bored", 0.1, 0.3, 0.008, (0.02, 0.03)),
-            section("disk", 0.04, 0.06, 0.02, 0.08, disk),
-        ),
-        fillet_radius_m=fillet_m,
+    return body_of(
+        section("solid", 0.0, 0.1, 0.0, 0.02),
+        section("bored", 0.1, 0.3, 0.008, (0.02, 0.03)),
+        section("disk", 0.04, 0.06, 0.02, 0.08, disk),
+        fillet=fillet_m,
     )
 
 
@@ -59,7 +47,7 @@ def request(path, step, **changes):
 def test_boxes_are_cut_into_the_geometry(tmp_path, direction, origin):
     """Area and place of a seat on coarse elements, against those of the cylinder."""
     path = tmp_path / "shaft.step"
-    shaft = Body(name="shaft", sections=(section("s", 0.0, 0.3, 0.0, 0.03),))
+    shaft = body_of(section("s", 0.0, 0.3, 0.0, 0.03))
     write_step((shaft,), path, unit_m=1e-3)
     boxes = {
         "end": ((-1.0, -1.0, -0.001), (1.0, 1.0, 0.021)),

@@ -8,15 +8,14 @@ import meshio
 import numpy as np
 import pytest
 from mesh_makers import BDF, INP, brick, file_mesh, prism, request
+from shapes import body, interface, section
 
-from solidwhirl.geometry import MATERIALS, Body, Interface, Section
+from solidwhirl.geometry import MATERIALS
 from solidwhirl.meshing import MeshSize, mesh_solid, write_gmsh
 from solidwhirl.meshing.imported.body import body_of_mesh, mesh_from_file, mesh_of
 from solidwhirl.meshing.imported.files import read_mesh_file
 from solidwhirl.meshing.imported.measures import mass_integrals
-from solidwhirl.meshing.imported.records import (
-    MeshInterface,
-)
+from solidwhirl.meshing.imported.records import MeshInterface
 from solidwhirl.meshing.imported.split import as_tetrahedra
 from solidwhirl.meshing.imported.surface import faces_of, refuse_unjoined
 
@@ -28,31 +27,12 @@ TO_VTK = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
 @pytest.fixture(scope="module")
 def rotor():
     """A stepped shaft with curved elements and an interface."""
-    body = Body(
-        name="rotor",
-        sections=(
-            Section(
-                name="shaft",
-                start_m=0.0,
-                end_m=0.3,
-                inner_radius_m=(0.0, 0.0),
-                outer_radius_m=(0.02, 0.02),
-                material=STEEL,
-            ),
-            Section(
-                name="disk",
-                start_m=0.1,
-                end_m=0.13,
-                inner_radius_m=(0.02, 0.02),
-                outer_radius_m=(0.08, 0.08),
-                material=STEEL,
-            ),
-        ),
-        interfaces=(
-            Interface(name="seat", kind="outer", coupling="distributing", start_m=0.0, end_m=0.03),
-        ),
+    shape = body(
+        section("shaft", 0.0, 0.3, 0.0, 0.02),
+        section("disk", 0.1, 0.13, 0.02, 0.08),
+        interfaces=(interface("seat", "outer", 0.0, 0.03),),
     )
-    return mesh_solid(body, MeshSize(size_m=0.05, corner_size_m=0.02, growth=0.8, around=12))
+    return mesh_solid(shape, MeshSize(size_m=0.05, corner_size_m=0.02, growth=0.8, around=12))
 
 
 def written(mesh, path):
@@ -94,8 +74,8 @@ def test_formats_give_back_the_mesh(rotor, tmp_path, name):
     assert found.mass_kg == pytest.approx(own.mass_kg, rel=limit)
     inertia = np.array(own.inertia_kg_m2)
     assert np.abs(np.array(found.inertia_kg_m2) - inertia).max() < limit * np.trace(inertia)
-    body = body_of_mesh("rotor", asked, mesh)
-    assert body.interfaces[0].position_m == pytest.approx((0.0, 0.0, 0.015), abs=1e-6)
+    made = body_of_mesh("rotor", asked, mesh)
+    assert made.interfaces[0].position_m == pytest.approx((0.0, 0.0, 0.015), abs=1e-6)
 
 
 def test_gmsh_41_with_named_groups(rotor, tmp_path):
@@ -166,10 +146,9 @@ def test_second_order_hexahedra_keep_their_curves():
     for around in (6, 12):
         points, hexahedra = ring(around)
         mesh = file_mesh(points, hexahedron20=hexahedra)
-        found = as_tetrahedra(mesh)
-        body = replace_points(mesh, found)
+        made = mesh_of(mesh, request("ring.vtu"), "ring")
         exact = np.pi * (0.2**2 - 0.1**2) * 0.1 * STEEL.density_kg_per_m3
-        errors.append(abs(mass_integrals(body).mass_kg / exact - 1.0))
+        errors.append(abs(mass_integrals(made).mass_kg / exact - 1.0))
     assert errors[0] < 5e-3
     assert 14.0 < errors[0] / errors[1] < 18.0
 
@@ -190,11 +169,6 @@ def ring(around):
         local = [*corner, *(tuple((np.array(corner[a]) + corner[b]) // 2) for a, b in edges)]
         rows.append([i[(k + t) % count, rr, zz] for t, rr, zz in local])
     return points, np.array(rows)
-
-
-def replace_points(mesh, found):
-    """A mesh record of cut elements, of steel."""
-    return mesh_of(mesh, request("ring.vtu"), "ring")
 
 
 def test_axis_and_unit_put_a_mesh_where_it_belongs(rotor, tmp_path):
@@ -255,11 +229,11 @@ def test_files_written_by_hand(tmp_path, name, text, low, foot, roof):
         ),
     )
     mesh = mesh_from_file(asked, "block")
-    body = body_of_mesh("block", asked, mesh)
+    made = body_of_mesh("block", asked, mesh)
     density = STEEL.density_kg_per_m3 + TITANIUM.density_kg_per_m3
-    assert body.mass.mass_kg == pytest.approx(density, rel=1e-14)
-    assert body.volume_m3 == pytest.approx(2.0, rel=1e-14)
-    places = [i.position_m for i in body.interfaces]
+    assert made.mass.mass_kg == pytest.approx(density, rel=1e-14)
+    assert made.volume_m3 == pytest.approx(2.0, rel=1e-14)
+    places = [i.position_m for i in made.interfaces]
     assert places[0] == pytest.approx((0.5, 0.5, 0.0), abs=1e-14)
     assert places[1] == (0.1, 0.2, 2.0)
     assert places[2] == pytest.approx((0.0, 0.0, 1.5), abs=1e-14)

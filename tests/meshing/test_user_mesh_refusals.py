@@ -49,6 +49,14 @@ def shells():
     return file_mesh(POINTS, quad=HEXAHEDRA[:, :4])
 
 
+def block():
+    return file_mesh(POINTS, hexahedron=HEXAHEDRA)
+
+
+def seat(**where):
+    return {"interfaces": (MeshInterface(name="seat", coupling="rigid", **where),)}
+
+
 REFUSED = {
     "two parts": (two_parts, {}, "2 parts that share no face"),
     "nodes twice": (unmerged, {}, "9 pairs of nodes lie at one place"),
@@ -56,42 +64,30 @@ REFUSED = {
     "folded": (folded, {}, r"is folded|lie over their neighbours"),
     "shells": (shells, {}, "no volume elements, only quad"),
     "unknown kind": (lambda: file_mesh(POINTS, VTK_LAGRANGE_HEXAHEDRON=HEXAHEDRA), {}, "not known"),
-    "no group": (
-        lambda: file_mesh(POINTS, hexahedron=HEXAHEDRA),
-        {"interfaces": (MeshInterface(name="seat", coupling="rigid", group="SEAT"),)},
-        "interface 'seat': the file has no group 'SEAT'",
-    ),
+    "no group": (block, seat(group="SEAT"), "interface 'seat': the file has no group 'SEAT'"),
     "empty box": (
-        lambda: file_mesh(POINTS, hexahedron=HEXAHEDRA),
-        {
-            "interfaces": (
-                MeshInterface(name="seat", coupling="rigid", box_m=((8, 8, 8), (9, 9, 9))),
-            )
-        },
+        block,
+        seat(box_m=((8, 8, 8), (9, 9, 9))),
         r"no facet of the surface lies in the box; .* from \[0, 0, 0\] to \[1, 1, 3\] m",
     ),
-    "no material": (
-        lambda: file_mesh(POINTS, hexahedron=HEXAHEDRA),
-        {"material": None},
-        "96 of 96 elements are in none of the groups",
-    ),
+    "no material": (block, {"material": None}, "96 of 96 elements are in none of the groups"),
     "no such part": (
-        lambda: file_mesh(POINTS, hexahedron=HEXAHEDRA),
+        block,
         {"materials": (("RIM", TITANIUM),)},
         "no group 'RIM' of volume elements; it has none",
     ),
     "no direction": (
-        lambda: file_mesh(POINTS, hexahedron=HEXAHEDRA),
+        block,
         {"direction": (0.0, 0.0, 1.0), "x_direction": (0.0, 0.0, 2.0)},
         "x_direction lies along",
     ),
     "square": (
-        lambda: file_mesh(POINTS, hexahedron=HEXAHEDRA),
+        block,
         {"shape": "round", "origin": (0.5, 0.5, 0.0)},
         "mass is even around the axis, but its surface is not",
     ),
     "off its axis": (
-        lambda: file_mesh(POINTS, hexahedron=HEXAHEDRA),
+        block,
         {"shape": "round"},
         "it is no body of revolution about its axis: static unbalance 0.8",
     ),

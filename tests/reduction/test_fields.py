@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from shapes import body as body_of
+from shapes import plane, section
 
-from solidwhirl.geometry import Body, Interface, Material, Section
+from solidwhirl.geometry import Material
 from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid
 from solidwhirl.reduction import ReductionRequest, reduce_body
 from solidwhirl.reduction.recovery.fields import body_fields
@@ -36,24 +38,11 @@ def steel(poisson=0.3, name="steel", modulus=E):
     )
 
 
-def cylinder(length, outer, inner=0.0, material=None, interfaces=(), sections=()):
-    whole = Section(
-        name="all",
-        start_m=0.0,
-        end_m=length,
-        inner_radius_m=(inner, inner),
-        outer_radius_m=(outer, outer),
-        material=material or steel(),
-    )
+def cylinder(length, outer, inner=0.0, material=None, interfaces=(), sections=(), coupling=None):
+    whole = section("all", 0.0, length, inner, outer, material or steel())
     places = interfaces or (("left", 0.0), ("right", length))
-    return Body(
-        name="body",
-        sections=(whole, *sections),
-        interfaces=tuple(
-            Interface(name=n, kind="section", coupling="distributing", start_m=z, end_m=z)
-            for n, z in places
-        ),
-    )
+    planes = [plane(n, z, coupling or "distributing") for n, z in places]
+    return body_of(whole, *sections, interfaces=planes, name="body")
 
 
 def recovered(body, size, level="harmonic", **asked):
@@ -173,15 +162,7 @@ def test_bending_stress_is_moment_times_distance_over_inertia(level):
 def test_fields_are_those_of_the_coordinates(level, rng):
     """Rigid interfaces move as they should; energies agree; rigid motion has no stress."""
     places = (("left", 0.0), ("right", 0.15))
-    plain = cylinder(0.15, 0.03)
-    body = Body(
-        name="body",
-        sections=plain.sections,
-        interfaces=tuple(
-            Interface(name=n, kind="section", coupling="rigid", start_m=z, end_m=z)
-            for n, z in places
-        ),
-    )
+    body = cylinder(0.15, 0.03, coupling="rigid")
     every = ("ux", "uy", "uz", "rx", "ry", "rz")
     element, recovery = recovered(
         body, even(0.03, around=8), level, orders=(1, 0), components=every, **QUICK
@@ -239,14 +220,7 @@ def test_a_mode_has_the_same_stress_on_the_meridian_and_on_half_a_solid():
 
 def test_stress_jumps_between_materials_and_is_kept_apart():
     soft = steel(name="soft", modulus=0.5 * E)
-    ring = Section(
-        name="ring",
-        start_m=0.0,
-        end_m=0.2,
-        inner_radius_m=(0.01, 0.01),
-        outer_radius_m=(0.02, 0.02),
-        material=soft,
-    )
+    ring = section("ring", 0.0, 0.2, 0.01, 0.02, soft)
     body = cylinder(0.2, 0.01, sections=(ring,), material=steel(0.3))
     every = (*LATERAL, "uz", "rz")
     asked = {"orders": (1, 0), "components": every, **QUICK}
@@ -268,8 +242,7 @@ def test_stress_jumps_between_materials_and_is_kept_apart():
 
 def test_order_two_bulges_and_its_stress_turns_with_it(rng):
     """The field of a ring has the same size after a quarter turn, and after two."""
-    ring = cylinder(0.05, 0.1, 0.09)
-    body = Body(name="ring", sections=ring.sections)
+    body = body_of(section("ring", 0.0, 0.05, 0.09, 0.1, steel()))
     element, recovery = recovered(body, even(0.01), orders=(2,), components=(), modes=2)
     q = rng.normal(size=element.size)
     found = recovery.recover(q, 0.0)

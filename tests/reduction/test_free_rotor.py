@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from shapes import body, section
 
-from solidwhirl.geometry import MATERIALS, Body, Section
 from solidwhirl.meshing import MeshSize
 from solidwhirl.rotordyn import Rotor, assemble, check_superelement, modes_at_speed
 
@@ -56,6 +56,7 @@ def test_solid_level_within_half_a_percent_and_pairs_stay_double(reference_rotor
     np.testing.assert_allclose(found[1:6:2], found[:6:2], rtol=1e-9)
 
 
+@pytest.mark.verify
 def test_solid_level_converges(reference_rotor, reduce_to):
     found = []
     for corner, growth in ((8e-3, 1.2), (4e-3, 0.85), (2e-3, 0.6)):
@@ -116,17 +117,8 @@ def test_invariants_of_a_free_body(level, reference_rotor, reduce_to):
 
 def test_harmonic_torsion_and_axial_modes_of_a_rod(reduce_to):
     """Free rod: torsion n c_s/(2L), exactly; axial n c/(2L) up to (nu n pi r/(2 L))² (Rayleigh)."""
-    rod = Section(
-        name="rod",
-        start_m=0.0,
-        end_m=1.0,
-        inner_radius_m=(0.0, 0.0),
-        outer_radius_m=(0.02, 0.02),
-        material=MATERIALS["steel"],
-    )
-    body = Body(name="rod", sections=(rod,))
     element, _ = reduce_to(
-        body,
+        body(section("rod", 0.0, 1.0, 0.0, 0.02)),
         orders=(0,),
         components=("uz", "rz"),
         degree=3,

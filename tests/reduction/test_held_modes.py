@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from shapes import body as body_of
+from shapes import plane, section
 
 pytestmark = pytest.mark.solver
 
@@ -13,24 +15,12 @@ def held():
     """Operators of a tube on the meridian and the factor of its held stiffness."""
     from mpi4py import MPI
 
-    from solidwhirl.geometry import MATERIALS, Body, Interface, Section
     from solidwhirl.meshing import MeshSize, mesh_meridian
     from solidwhirl.reduction.operators.matrices import OperatorEffects, build_operators
     from solidwhirl.reduction.solvers.constrained import factorise
 
-    section = Section(
-        name="tube",
-        start_m=0.0,
-        end_m=0.3,
-        inner_radius_m=(0.03, 0.03),
-        outer_radius_m=(0.05, 0.05),
-        material=MATERIALS["steel"],
-    )
-    ends = tuple(
-        Interface(name=name, kind="section", coupling="distributing", start_m=z, end_m=z)
-        for name, z in (("a", 0.0), ("b", 0.3))
-    )
-    body = Body(name="tube", sections=(section,), interfaces=ends)
+    ends = (plane("a", 0.0), plane("b", 0.3))
+    body = body_of(section("tube", 0.0, 0.3, 0.03, 0.05), interfaces=ends)
     components = {"a": ("ux", "uy", "rx", "ry"), "b": ("ux", "uy")}
     effects = OperatorEffects(
         gyroscopic=False, centrifugal=False, components=components, lateral_only=True
@@ -53,8 +43,8 @@ def test_both_solvers_find_the_same_modes(held):
     # the modes are simple: the same directions
     from solidwhirl.reduction.solvers.vectors import apply
 
-    likeness = np.abs(np.einsum("ij,ij->j", first, apply(operators.mass, second)))
-    np.testing.assert_allclose(likeness, 1.0, rtol=1e-8)
+    mac = np.abs(np.einsum("ij,ij->j", first, apply(operators.mass, second)))
+    np.testing.assert_allclose(mac, 1.0, rtol=1e-8)
 
 
 def test_held_means_held(held):

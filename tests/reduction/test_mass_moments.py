@@ -12,8 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.linalg
+from shapes import body as body_of
+from shapes import plane, section
 
-from solidwhirl.geometry import MATERIALS, Body, Interface, Section
+from solidwhirl.geometry import MATERIALS
 from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid
 from solidwhirl.reduction import ReductionRequest, reduce_body
 
@@ -28,38 +30,18 @@ for k, d, a in itertools.permutations(range(3)):
     CROSS[a, k, d] = np.linalg.det(np.eye(3)[[k, d, a]])
 
 
-def steel(name, start, end, inner, outer):
-    return Section(
-        name=name,
-        start_m=start,
-        end_m=end,
-        inner_radius_m=(inner, inner),
-        outer_radius_m=(outer, outer),
-        material=MATERIALS["steel"],
-    )
-
-
-def plane(name, z, coupling):
-    return Interface(name=name, kind="section", coupling=coupling, start_m=z, end_m=z)
-
-
 def tube(couplings=("distributing", "rigid")):
     """Tube 0.1 m long from z = 0.05 m, radii 10 and 20 mm."""
     ends = zip("ab", (0.05, 0.15), couplings, strict=True)
-    return Body(
-        name="tube",
-        sections=(steel("tube", 0.05, 0.15, 0.01, 0.02),),
-        interfaces=tuple(plane(n, z, c) for n, z, c in ends),
-    )
+    planes = [plane(*end) for end in ends]
+    return body_of(section("tube", 0.05, 0.15, 0.01, 0.02), interfaces=planes, name="tube")
 
 
 def stepped(coupling="distributing"):
     """Shaft with a disk, nowhere symmetric along its axis."""
-    return Body(
-        name="stepped",
-        sections=(steel("shaft", 0.0, 0.1, 0.0, 0.02), steel("disk", 0.02, 0.04, 0.02, 0.04)),
-        interfaces=(plane("a", 0.0, coupling), plane("b", 0.1, coupling)) if coupling else (),
-    )
+    planes = (plane("a", 0.0, coupling), plane("b", 0.1, coupling)) if coupling else ()
+    shaft, disk = section("shaft", 0.0, 0.1, 0.0, 0.02), section("disk", 0.02, 0.04, 0.02, 0.04)
+    return body_of(shaft, disk, interfaces=planes, name="stepped")
 
 
 COARSE = MeshSize(size_m=0.02, corner_size_m=0.02, growth=0.8)
@@ -441,7 +423,7 @@ def test_nodes_of_two_orders_are_matched_by_their_place():
 RANKS = f"""
 import sys
 
-sys.path.insert(0, {str(TESTS / "reduction")!r})
+sys.path[:0] = [{str(TESTS)!r}, {str(TESTS / "reduction")!r}]
 import numpy as np
 from mpi4py import MPI
 from test_mass_moments import held_moments

@@ -20,7 +20,7 @@ sys.path.insert(0, {str(TESTS)!r})
 from dataclasses import replace
 
 import numpy as np
-from conftest import plane, section
+from shapes import plane, section
 from mpi4py import MPI
 
 from solidwhirl.geometry import Body
@@ -87,10 +87,7 @@ RANKS = {
     "OMPI_MCA_mpi_yield_when_idle": "1",
     "OPENBLAS_NUM_THREADS": "1",
 }
-MPIRUN = [
-    pytest.mark.mpi,
-    pytest.mark.skipif(shutil.which("mpirun") is None, reason="no mpirun"),
-]
+MPIRUN = [pytest.mark.mpi, pytest.mark.skipif(shutil.which("mpirun") is None, reason="no mpirun")]
 LONG = pytest.mark.verify
 PLACES = """
 import numpy as np
@@ -125,12 +122,7 @@ def run(ranks, code, *arguments):
     # this process may have MPI running; its children must not think that they are its ranks
     clean = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_", "ORTE_"))}
     done = subprocess.run(
-        command,
-        env={**clean, **RANKS},
-        capture_output=True,
-        text=True,
-        timeout=1800,
-        check=False,
+        command, env={**clean, **RANKS}, capture_output=True, text=True, timeout=1800, check=False
     )
     assert done.returncode == 0, done.stderr[-3000:]
     return done.stdout

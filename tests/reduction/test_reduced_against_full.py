@@ -10,8 +10,9 @@ import sys
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from shapes import body as body_of
+from shapes import plane, section
 
-from solidwhirl.geometry import Body, Interface
 from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid
 from solidwhirl.rotordyn import Bearing, End, Rotor, assemble, modes_at_speed
 
@@ -114,16 +115,8 @@ def test_first_ten_frequencies_at_speed(twin_inner, reduce_to, level, corner, fr
 
 def test_rigid_coupling_is_stiffer_than_distributing(twin_inner, reduce_to):
     """Both leave the free rigid motions alone; rigid planes stiffen, mean motions do not."""
-    rigid = Body(
-        name="inner",
-        sections=twin_inner.sections,
-        interfaces=tuple(
-            Interface(
-                name=i.name, kind="section", coupling="rigid", start_m=i.start_m, end_m=i.end_m
-            )
-            for i in twin_inner.interfaces
-        ),
-    )
+    planes = [plane(i.name, i.start_m, "rigid") for i in twin_inner.interfaces]
+    rigid = body_of(*twin_inner.sections, interfaces=planes, name="inner")
     # graded at the same places, so that all three have the same mesh but for the rigid ends
     size = MeshSize(size_m=0.02, corner_size_m=0.002)
     soft, _ = reduce_to(twin_inner, size=size, modes=14)
@@ -140,21 +133,8 @@ def test_rigid_coupling_is_stiffer_than_distributing(twin_inner, reduce_to):
 @pytest.mark.parametrize("coupling", ["rigid", "distributing"])
 def test_levels_agree_on_an_interface_stiffness(reduce_to, coupling):
     """Static stiffness of a clamped stub against an Euler beam with shear, on both levels."""
-    from solidwhirl.geometry import MATERIALS, Section
-
-    stub = Section(
-        name="stub",
-        start_m=0.0,
-        end_m=0.2,
-        inner_radius_m=(0.0, 0.0),
-        outer_radius_m=(0.02, 0.02),
-        material=MATERIALS["steel"],
-    )
-    ends = tuple(
-        Interface(name=n, kind="section", coupling=coupling, start_m=z, end_m=z)
-        for n, z in (("clamp", 0.0), ("tip", 0.2))
-    )
-    body = Body(name="stub", sections=(stub,), interfaces=ends)
+    ends = (plane("clamp", 0.0, coupling), plane("tip", 0.2, coupling))
+    body = body_of(section("stub", 0.0, 0.2, 0.0, 0.02), interfaces=ends)
     stiffness = []
     for level, size in (
         ("harmonic", MeshSize(size_m=0.01, corner_size_m=0.002)),
@@ -176,8 +156,7 @@ def test_levels_agree_on_an_interface_stiffness(reduce_to, coupling):
 
 def test_partly_restrained_bodies_keep_their_rigid_motions(reference_rotor, reduce_to):
     """One bearing plane with translations only leaves the tilt free."""
-    one = Interface(name="a", kind="section", coupling="distributing", start_m=0.0, end_m=0.0)
-    body = Body(name="rotor", sections=reference_rotor.sections, interfaces=(one,))
+    body = body_of(*reference_rotor.sections, interfaces=(plane("a", 0.0),))
     size = MeshSize(size_m=0.02, corner_size_m=0.002)
     free, _ = reduce_to(reference_rotor, size=size, modes=12)
     held, _ = reduce_to(body, size=size, modes=12)
@@ -222,6 +201,7 @@ stiffness_n_per_m = [1e8, 2e8]
 
 
 @pytest.mark.mpi
+@pytest.mark.verify  # tests of ranks beside this one reduce the same kinds of bodies
 def test_two_ranks_give_the_same_superelement(tmp_path):
     """The solid path under mpirun -n 2 and alone: the same numbers."""
     scene = tmp_path / "scene.toml"

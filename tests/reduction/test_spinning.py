@@ -71,6 +71,7 @@ def test_annular_disk_growth_and_stress(annular_disk, level):
 
     from solidwhirl.reduction.operators import compat, forms, kinematics
     from solidwhirl.reduction.operators.prestress import centrifugal_displacement
+    from solidwhirl.reduction.operators.symmetry import AXISYMMETRIC
 
     if level == "harmonic":
         mesh = mesh_meridian(annular_disk, MeshSize(size_m=0.005, corner_size_m=0.005))
@@ -80,7 +81,7 @@ def test_annular_disk_growth_and_stress(annular_disk, level):
     kin = (
         kinematics.harmonic(domain, 0)
         if level == "harmonic"
-        else kinematics.solid_axisymmetric(domain)
+        else kinematics.symmetric_solid(domain, AXISYMMETRIC)
     )
     matter = forms.medium(domain, tags, mesh.materials)
     space = compat.vector_space(domain, 2, 3)

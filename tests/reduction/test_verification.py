@@ -6,8 +6,10 @@ import dataclasses
 
 import numpy as np
 import pytest
+from shapes import body as body_of
+from shapes import plane, section
 
-from solidwhirl.geometry import MATERIALS, Body, Interface, RigidDisk, Section
+from solidwhirl.geometry import RigidDisk
 from solidwhirl.meshing import MeshSize
 
 pytestmark = pytest.mark.solver
@@ -24,34 +26,21 @@ def bad(checks):
 
 def shaft(*, interfaces=2, disk=False, coupling="distributing", fillet=0.0):
     """A stepped steel shaft with up to three planes."""
-    make = lambda name, a, b, r: Section(  # noqa: E731
-        name=name,
-        start_m=a,
-        end_m=b,
-        inner_radius_m=(0.0, 0.0),
-        outer_radius_m=(r, r),
-        material=MATERIALS["steel"],
-    )
     places = {"a": 0.0, "b": 0.3, "c": 0.18}
-    return Body(
+    on_b = RigidDisk(
+        name="disk",
+        interface="b",
+        mass_kg=3.0,
+        polar_inertia_kg_m2=0.02,
+        diametral_inertia_kg_m2=0.012,
+    )
+    return body_of(
+        section("thin", 0.0, 0.1, 0.0, 0.02),
+        section("thick", 0.1, 0.3, 0.0, 0.035),
+        interfaces=[plane(n, z, coupling) for n, z in list(places.items())[:interfaces]],
+        disks=(on_b,) if disk else (),
+        fillet=fillet,
         name="shaft",
-        sections=(make("thin", 0.0, 0.1, 0.02), make("thick", 0.1, 0.3, 0.035)),
-        interfaces=tuple(
-            Interface(name=n, kind="section", coupling=coupling, start_m=z, end_m=z)
-            for n, z in list(places.items())[:interfaces]
-        ),
-        rigid_disks=(
-            RigidDisk(
-                name="disk",
-                interface="b",
-                mass_kg=3.0,
-                polar_inertia_kg_m2=0.02,
-                diametral_inertia_kg_m2=0.012,
-            ),
-        )
-        if disk
-        else (),
-        fillet_radius_m=fillet,
     )
 
 
@@ -168,9 +157,9 @@ def test_modes_that_are_not_orthonormal_fail(reduce_to, monkeypatch):
 
 def test_interface_forces_that_are_not_reciprocal_fail(reduce_to, monkeypatch):
     """One constraint mode is off by 1e-3 of a held mode: no longer in equilibrium."""
-    from solidwhirl.reduction.body import reduce
+    from solidwhirl.reduction.body import verification
 
-    solve = reduce.verify_order
+    solve = verification.verify_order
 
     def spoiled(operators, basis, orthogonality, where):
         vectors = np.array(basis.vectors)
@@ -179,7 +168,7 @@ def test_interface_forces_that_are_not_reciprocal_fail(reduce_to, monkeypatch):
         vectors[:, 0] += 1e-3 * scale * held
         return solve(operators, dataclasses.replace(basis, vectors=vectors), orthogonality, where)
 
-    monkeypatch.setattr(reduce, "verify_order", spoiled)
+    monkeypatch.setattr(verification, "verify_order", spoiled)
     _, work = reduce_to(shaft(interfaces=3))
     assert bad(work.checks) == {"interface forces are reciprocal"}
     check = next(c for c in work.checks if c.passed is False)
@@ -187,12 +176,12 @@ def test_interface_forces_that_are_not_reciprocal_fail(reduce_to, monkeypatch):
 
 
 def test_wrong_mass_of_a_solid_fails(reduce_to, monkeypatch):
-    from solidwhirl.reduction.body import reduce
+    from solidwhirl.reduction.body import superelements
     from solidwhirl.rotordyn import check_superelement
 
-    right = reduce.mesh_mass_properties
+    right = superelements.mesh_mass_properties
     monkeypatch.setattr(
-        reduce,
+        superelements,
         "mesh_mass_properties",
         lambda rigid: right(rigid)._replace(mass_kg=1.02 * right(rigid).mass_kg),
     )

@@ -68,9 +68,9 @@ def engine_sections(runs: dict[str, Any]) -> list[str]:
         engine.picture("complexity_complexity.png", "Response of models of less complexity"),
         _complexity_table(engine),
         "### Appendix B: frames",
-        "`rotordyn.campbell.frames` has equations 15 to 17 (`inertial_frequency`) and turns a "
-        "whole diagram into the frame of any body; tests hold the round trip exactly and compare "
-        "with equations of motion written in the rotating frame.",
+        "`rotordyn.campbell.body_frames` turns a whole diagram into the frame of any body; tests "
+        "go back by equations 15 to 17 exactly and compare with equations of motion written in "
+        "the rotating frame.",
         "### Table 7 and Appendix C: stage factors",
         "`solidwhirl.geometry.TABLE_7` and `stage_group_sections`: value = origin · "
         "factor^(stage − 1) for all four groups. The second width row is read as the width of the "

@@ -11,8 +11,7 @@ from solidwhirl.analyses.base import Analysis, Charts, Engine, Found, Names
 from solidwhirl.core.blocks import AnalysisBlock, numbers
 from solidwhirl.core.outcome import Outcome, PageSection
 from solidwhirl.core.plain_data import Labels
-from solidwhirl.rotordyn.campbell.body_frames import campbell_seen_by_body
-from solidwhirl.rotordyn.campbell.frames import RotatingCampbell
+from solidwhirl.rotordyn.campbell.body_frames import RotatingCampbell, campbell_seen_by_body
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.plots.modes import FrameCurves, frame_chart, is_drawn
 

@@ -25,8 +25,7 @@ from solidwhirl.core.outcome import Outcome
 from solidwhirl.core.plain_data import Labels
 from solidwhirl.rotordyn import CriticalSpeed, critical_speeds
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
-from solidwhirl.rotordyn.modes.excitation import unbalance_excitation
-from solidwhirl.rotordyn.modes.whirl import moves_laterally
+from solidwhirl.rotordyn.modes.whirl import moves_laterally, unbalance_excitation
 from solidwhirl.rotordyn.plots import chart as charts
 from solidwhirl.rotordyn.response.separation_margins import (
     MarginMethod,

@@ -4,47 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
-from solidwhirl.geometry import MATERIALS, Body, Interface, Section
-
-STEEL = MATERIALS["steel"]
-
-
-def pair(value):
-    return value if isinstance(value, tuple) else (value, value)
+import shapes
 
 
 def body_of(*pieces, planes, fillet=0.0, disks=()):
     """A body of (name, start, end, inner, outer[, material]) with section interfaces."""
-    sections = tuple(
-        Section(
-            name=name,
-            start_m=start,
-            end_m=end,
-            inner_radius_m=pair(inner),
-            outer_radius_m=pair(outer),
-            material=rest[0] if rest else STEEL,
-        )
-        for name, start, end, inner, outer, *rest in pieces
-    )
-    interfaces = tuple(
-        Interface(
-            name=f"p{k}",
-            kind="section",
-            coupling="distributing",
-            start_m=z,
-            end_m=z,
-            radius_m=rest[0] if rest else None,
-        )
-        for k, (z, *rest) in enumerate(planes)
-    )
-    return Body(
-        name="rotor",
-        sections=sections,
-        interfaces=interfaces,
-        rigid_disks=disks,
-        fillet_radius_m=fillet,
-    )
+    interfaces = [
+        shapes.interface(f"p{k}", "section", z, None, *rest) for k, (z, *rest) in enumerate(planes)
+    ]
+    sections = (shapes.section(*piece) for piece in pieces)
+    return shapes.body(*sections, interfaces=interfaces, fillet=fillet, disks=disks)
 
 
 def disk_body(width, radius, *, shaft=0.02, length=0.4, at=0.16):
@@ -121,13 +90,7 @@ def harmonic_element(body, *, top=0.0, modes=6):
         for s in body.sections
     )
     length = max(s.end_m for s in body.sections) - min(s.start_m for s in body.sections)
-    size = MeshSize(
-        size_m=0.25 * length,
-        corner_size_m=0.05 * thin,
-        growth=0.8,
-        through_thickness=1.0,
-        around=12,
-    )
+    size = MeshSize(size_m=0.25 * length, corner_size_m=0.05 * thin, growth=0.8, around=12)
     request = ReductionRequest(
         level="harmonic",
         orders=(1,),

@@ -18,9 +18,7 @@ CLAMPED = Edge(root=np.inf)
 
 def plate_of(inner, outer, width):
     cell = Cell(
-        inner_m=inner,
-        outer_m=outer,
-        slices=(Slice(start_m=0.0, end_m=width, material=METAL),),
+        inner_m=inner, outer_m=outer, slices=(Slice(start_m=0.0, end_m=width, material=METAL),)
     )
     return Plate(cells=(cell,), inner=Place(0, 0.5 * width), outer=None)
 

@@ -9,13 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from solidwhirl.cost import scale_coefficients as measured
-from solidwhirl.cost.scale import ROADS, THEORY, ScaleError, law, power_law
+from solidwhirl.cost.solver_coefficients import SOLVERS
 
 BENCH = Path(__file__).resolve().parents[3] / "bench"
 sys.path.insert(0, str(BENCH))
+laws = importlib.import_module("scale_laws")
+measured = importlib.import_module("scale_coefficients")
 table = importlib.import_module("scale_table")
 sys.path.remove(str(BENCH))
+ROADS, THEORY, ScaleError = laws.ROADS, laws.THEORY, laws.ScaleError
+law, power_law = laws.law, laws.power_law
 Cluster, Workload = table.Cluster, table.Workload
 reduction_gib, scale_table = table.reduction_gib, table.scale_table
 
@@ -41,6 +44,12 @@ def test_the_largest_size_is_predicted_from_the_others(name):
     low, high = found.range_at(n[-1])
     assert low <= found.at(n[-1]) <= high
     assert abs(np.log(found.at(n[-1]) / values[-1])) < np.log(WITHIN[quantity])
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+def test_the_program_has_these_laws(name):
+    found = law(*name.split("."))
+    np.testing.assert_allclose(SOLVERS[name], (found.value, found.power, found.theory), rtol=1e-5)
 
 
 def test_a_power_law_is_found():

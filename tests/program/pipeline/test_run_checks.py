@@ -172,3 +172,60 @@ def test_report_and_document():
     assert back == list(CHECKS[3:])
     assert document[2]["value"] is None
     json.dumps(document, allow_nan=False)
+
+
+def test_a_shaft_that_an_unbalance_does_not_reach_is_no_missing_peak():
+    """Two shafts on a casing that stands still: one moves by the rounding of the other alone."""
+    from solidwhirl.pipeline.run import run_scene
+    from solidwhirl.scene_reading.reader import parse_scene
+
+    def shaft(at, **more):
+        disk = {"polar_inertia_kg_m2": 0.05, "diametral_inertia_kg_m2": 0.026, "mass_kg": 5.0}
+        return {
+            "material": "steel",
+            "stations_m": [at, at + 0.25, at + 0.5],
+            "outer_radius_m": [0.02],
+            "interfaces": {"l": at, "m": at + 0.25, "r": at + 0.5},
+            "disks": [{"name": "d", "at_m": at + 0.25, **disk}],
+            **more,
+        }
+
+    seats = {"al": 0.0, "ar": 0.5, "bl": 1.0, "br": 1.5}
+    bearing = {"stiffness_n_per_m": 1e7, "damping_n_s_per_m": 100.0}
+    fixed = ["ux", "uy", "uz", "rx", "ry", "rz"]
+    results = run_scene(
+        parse_scene(
+            {
+                "name": "apart",
+                "speeds": {"to_rpm": 9000, "count": 3},
+                "campbell": {"branches": 6},
+                "beams": {"a": shaft(0.0), "b": shaft(1.0, speed_ratio=0.7)},
+                "rigid_bodies": {
+                    "casing": {
+                        "mass_kg": 40.0,
+                        "center_of_gravity_m": [0.0, 0.0, 0.7],
+                        "inertia_kg_m2": [4.0, 4.0, 3.0],
+                        "interfaces": seats | {"p": 0.7},
+                    }
+                },
+                "bearings": [
+                    {"name": s, "first": f"{s[0]}.{s[1]}", "second": f"casing.{s}", **bearing}
+                    for s in seats
+                ]
+                + [{"name": "mount", "first": "casing.p", "rigid": fixed}],
+                "analyses": [
+                    {
+                        "kind": "unbalance_response",
+                        "unbalances": [{"at": "a.m", "moment_kg_m": 1e-5}],
+                        "observe": ["a.m", "b.m"],
+                        "to_rpm": 9000,
+                    }
+                ],
+            }
+        )
+    )
+    (exciter,) = results.analyses["unbalance_response"].document["exciters"]
+    reached, other = (max(exciter["places"][place]["major_m"]) for place in ("a.m", "b.m"))
+    assert 0.0 < other < 1e-20 * reached
+    assert len(exciter["peaks"]["a.m"]) == 1
+    assert not bad(results.checks)

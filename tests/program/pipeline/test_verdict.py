@@ -310,11 +310,12 @@ def test_the_accuracy_is_that_of_modes_that_count():
     assert counts.any()
     assert not counts.all()
     for where, largest in ((~counts, found.largest), (counts, 1.0)):
-        errors = replace(found.campbell, total=np.where(where, 1.0, found.campbell.total))
+        total = np.where(where, 1.0, found.campbell.total)
+        errors = replace(found.campbell, parts={"mesh": total})
         assert replace(found, campbell=errors).largest == largest
     for k, own in enumerate(found.critical):
         total = np.where(np.arange(len(found.critical)) == k, 1.0, found.critical_speeds.total)
-        errors = replace(found.critical_speeds, total=total)
+        errors = replace(found.critical_speeds, parts={"mesh": total})
         assert (replace(found, critical_speeds=errors).largest == 1.0) is own.counts(rule)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from solidwhirl.batch.rows import row_of_results
 from solidwhirl.pipeline.run import run_scene
-from solidwhirl.rotordyn.campbell.shape_prints import likeness
+from solidwhirl.rotordyn.campbell.branch_numbers import modal_assurance
 from solidwhirl.scene_reading.reader import parse_scene
 from solidwhirl.sweep.analysis import SweepPictureSettings, analyse_sweep
 from solidwhirl.sweep.bands import LEVELS, campbell_bands
@@ -198,7 +198,7 @@ def test_likeness_is_that_of_shapes_not_of_their_scale_or_phase():
     forward, backward, none = [1.0, -1j], [1.0, 1j], [0.0, 0.0]
     first = np.array([forward, none], dtype=complex)
     second = np.array([[3j, 3.0], backward, none], dtype=complex)
-    assert likeness(first, second) == pytest.approx(np.array([[1, 0, 0], [0, 0, 1]]))
+    assert modal_assurance(first, second) == pytest.approx(np.array([[1, 0, 0], [0, 0, 1]]))
 
 
 @pytest.fixture(scope="module")

@@ -98,23 +98,6 @@ def test_a_veering_narrower_than_resolved_is_a_crossing(coupled_disk):
         assert len(_by_kind(diagram, "crossing")) == 2
 
 
-def test_branches_do_not_depend_on_direction(twin, three_disk):
-    for system, top in ((twin(), 2000.0), (three_disk(), 2600.0)):
-        speeds = np.linspace(0, top, 9)
-        up = campbell(system, speeds, branch_count=6)
-        down = campbell(system, speeds[::-1], branch_count=14)
-        for branch in up.eigenvalues:
-            # Every point is the eigenvalue of the same matrices: equal to rounding.
-            distance = np.abs(down.eigenvalues[:, ::-1] - branch).max(axis=1)
-            assert distance.min() < 1e-7
-
-
-def test_branches_do_not_depend_on_the_grid(twin):
-    fine = campbell(twin(), np.linspace(0, 2000, 33), branch_count=8)
-    coarse = campbell(twin(), np.linspace(0, 2000, 3), branch_count=8)
-    np.testing.assert_allclose(coarse.eigenvalues, fine.eigenvalues[:, ::16], rtol=1e-12)
-
-
 def test_repeated_modes_at_rest_split_into_whirl_pairs(one_rotor, three_disk_element, ground):
     bearings = [ground("rotor", end, 7e7) for end in ("left", "right")]
     system = one_rotor(three_disk_element(), bearings)

@@ -20,7 +20,7 @@ from solidwhirl.rotordyn.assembly.bearing_laws import TableLaw
 from solidwhirl.rotordyn.assembly.system import matrices_at_speed
 from solidwhirl.rotordyn.campbell.branch_numbers import branch_numbers
 from solidwhirl.rotordyn.campbell.branches import follow, lowest
-from solidwhirl.rotordyn.checks.mode_checks import check_campbell
+from solidwhirl.rotordyn.checks.plain_checks import check_campbell
 from solidwhirl.rotordyn.checks.system_checks import check_system
 from solidwhirl.rotordyn.modes.mode_shapes import mode_shapes
 
@@ -30,6 +30,16 @@ KINDS = (
     "free", "held once", "dampers", "overdamped", "overdamped in two planes", "negative",
     "anisotropic", "cross-coupled", "table", "spools", "held once, damped",
 )  # fmt: skip
+
+
+def _seeds(often, all_of_them):
+    """Seeds of every kind; the later ones with the long comparisons."""
+    return [
+        pytest.param(
+            s, id=f"{KINDS[s % len(KINDS)]} {s}", marks=[pytest.mark.verify] if s >= often else []
+        )
+        for s in range(all_of_them)
+    ]
 
 
 def _bearing(rng, kind, body, end):
@@ -108,7 +118,7 @@ def _alive(column):
     return column[np.isfinite(column)]
 
 
-@pytest.mark.parametrize("seed", range(44), ids=lambda s: f"{KINDS[s % len(KINDS)]} {s}")
+@pytest.mark.parametrize("seed", _seeds(22, 44))
 def test_the_lowest_modes_at_every_speed_are_on_branches(seed):
     system, count = _system(seed)
     diagram = campbell(system, SPEEDS, branch_count=count)
@@ -129,7 +139,7 @@ def test_the_lowest_modes_at_every_speed_are_on_branches(seed):
     assert not [c for c in check_campbell(system, diagram, None, count) if c.passed is False]
 
 
-@pytest.mark.parametrize("seed", range(22), ids=lambda s: f"{KINDS[s % len(KINDS)]} {s}")
+@pytest.mark.parametrize("seed", _seeds(11, 22))
 def test_branches_do_not_depend_on_where_the_range_begins(seed):
     system, count = _system(seed)
     whole = campbell(system, SPEEDS, branch_count=count)
@@ -141,7 +151,7 @@ def test_branches_do_not_depend_on_where_the_range_begins(seed):
     np.testing.assert_array_equal(back.eigenvalues[:, ::-1], whole.eigenvalues)
 
 
-@pytest.mark.parametrize("seed", range(22), ids=lambda s: f"{KINDS[s % len(KINDS)]} {s}")
+@pytest.mark.parametrize("seed", _seeds(11, 22))
 def test_modes_have_the_numbers_of_their_branches(seed):
     """At speeds of the diagram and between them, by a diagram that has these speeds as well."""
     system, count = _system(seed)

@@ -27,23 +27,10 @@ from solidwhirl.rotordyn.assembly.bearing_laws import (
     PolynomialLaw,
     TableLaw,
 )
-from solidwhirl.rotordyn.checks.mode_checks import check_campbell
+from solidwhirl.rotordyn.checks.plain_checks import check_campbell
 from solidwhirl.rotordyn.critical_speeds.search import count_critical_speeds
-from solidwhirl.rotordyn.modes.excitation import unbalance_excitation
+from solidwhirl.rotordyn.modes.whirl import unbalance_excitation
 from solidwhirl.rotordyn.superelement.rigid_body import rigid_superelement
-
-
-@pytest.mark.parametrize("ratio", [1.0, 0.5, 3.0])
-def test_direct_solution_meets_the_modes_at_that_speed(twin, ratio):
-    system = twin()
-    found = critical_speeds(system, ratio, 2500.0)
-    assert len(found) >= 2
-    for critical in found:
-        omega = modes_at_speed(system, critical.speed_rad_s).eigenvalues.imag
-        assert np.abs(omega - ratio * critical.speed_rad_s).min() < 1e-8 * omega[0]
-        assert critical.frequency_hz == pytest.approx(
-            ratio * critical.speed_rad_s / (2 * np.pi), rel=1e-14
-        )
 
 
 @pytest.mark.parametrize("ratio", [1.0, 2.0])
@@ -100,16 +87,6 @@ def test_range_of_the_basis_is_the_default_limit(twin_bodies, twin_bearings):
     assert [round(c.frequency_hz) for c in found] == [159]
 
 
-def test_stiff_supports_cost_no_digits(twin):
-    limit = np.array([c.speed_rad_s for c in critical_speeds(twin(support=None), 1.0, 2500.0)])
-    error = {}
-    for k in (1e11, 1e13, 1e16):
-        found = [c.speed_rad_s for c in critical_speeds(twin(support=k, joint=k), 1.0, 2500.0)]
-        error[k] = found / limit - 1
-    np.testing.assert_allclose(error[1e13], error[1e11] / 100, rtol=2e-3)
-    assert np.abs(error[1e16]).max() < 1e-8
-
-
 def test_point_mass_has_one_forward_and_one_backward_speed(one_rotor, hub, ground):
     k, m = 3e5, 12.0
     disk = hub(mass_kg=m, polar_kg_m2=1e-3, diametral_kg_m2=1e-3)
@@ -138,15 +115,6 @@ def test_thin_disk_on_a_free_tilt_has_no_forward_speed(one_rotor, hub, polar, co
     assert [c.whirl for c in found] == ["backward", "forward"][:count]
     for critical in found:
         assert critical.speed_rad_s == pytest.approx(exact[critical.whirl], rel=1e-12)
-
-
-def test_free_shaft_has_the_critical_speeds_of_its_elastic_modes(three_disk_element, one_rotor):
-    system = one_rotor(three_disk_element(), [])
-    found = critical_speeds(system, 1.0, 4000.0)
-    assert found
-    for critical in found:
-        omega = modes_at_speed(system, critical.speed_rad_s).eigenvalues.imag
-        assert np.abs(omega / critical.speed_rad_s - 1).min() < 1e-10
 
 
 def test_free_body_that_whirls_without_force_is_refused(one_rotor, hub):
@@ -524,15 +492,6 @@ def test_bearing_without_stiffness_at_rest(point_mass):
     np.testing.assert_allclose([c.speed_rad_s for c in found], [500.0, 500.0], rtol=1e-12)
     count = count_critical_speeds(system, 1.0, 2000.0)
     assert (count.below_at_rest, count.below_at_limit, count.falls) == (0, 2, 2)
-
-
-@pytest.mark.parametrize("ratio", [1.0, 2.0])
-def test_count_certifies_the_direct_solution(twin, three_disk, ratio):
-    for system in (twin(), three_disk(0.0, 0.0)):
-        for limit in (500.0, 1500.0, 3000.0):
-            count = count_critical_speeds(system, ratio, limit)
-            assert count.count == len(critical_speeds(system, ratio, limit))
-            assert count.rises == 0
 
 
 def test_search_needs_a_limit_and_a_constant_part_that_is_not_negative(point_mass, one_rotor, hub):

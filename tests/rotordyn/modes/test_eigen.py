@@ -178,12 +178,6 @@ def test_stiff_supports_converge_to_rigid_ones_without_noise(stiff_cases, case, 
         assert (np.diff(frequencies, axis=0) > -1e-9 * limit.imag).all()
 
 
-def test_rigid_joint_is_the_limit_of_a_stiff_one(twin):
-    rigid = modes_at_speed(twin(), 1500.0, 8).frequency_hz
-    stiff = modes_at_speed(twin(joint=1e16), 1500.0, 8).frequency_hz
-    np.testing.assert_allclose(stiff, rigid, rtol=1e-8)
-
-
 # Free bodies, negative stiffness, overdamped motion.
 
 
@@ -192,16 +186,6 @@ def test_free_shaft_keeps_its_elastic_frequencies(three_disk_element, one_rotor)
     modes = modes_at_speed(one_rotor(element, []), 0.0)
     assert modes.zero_count == 8
     np.testing.assert_allclose(modes.frequency_hz[:10], element.free_frequencies_hz, rtol=1e-10)
-
-
-def test_free_shaft_at_speed_has_a_rigid_nutation(three_disk_element, one_rotor):
-    element, speed = three_disk_element(), 20.0
-    modes = modes_at_speed(one_rotor(element, []), speed)
-    assert modes.zero_count == 6
-    rigid = speed * element.inertia_kg_m2[2, 2] / element.inertia_kg_m2[0, 0]
-    # At 20 rad/s against 900 rad/s of the first bending mode the shaft is nearly rigid; its
-    # flexibility enters with the square of the ratio, 5e-4.
-    assert modes.eigenvalues[0].imag == pytest.approx(rigid, rel=5e-4)
 
 
 @pytest.mark.parametrize("stiffness", [1e4, 1e8])

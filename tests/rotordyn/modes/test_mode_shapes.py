@@ -15,7 +15,6 @@ from solidwhirl.rotordyn import (
     modes_at_speed,
 )
 from solidwhirl.rotordyn.modes.centreline import centreline_motion
-from solidwhirl.rotordyn.modes.modal_truncation import truncated_system
 from solidwhirl.rotordyn.modes.mode_shapes import mode_shapes, orbits
 
 LENGTH = 0.9
@@ -212,17 +211,6 @@ def test_axial_and_torsion_modes_have_no_deflection(
     lateral = shapes.whirl != "planar"
     assert lateral.sum() >= 4
     assert (np.abs(body.interface_deflection[:, lateral]).max(axis=0) > 0.1).all()
-
-
-def test_truncated_system_keeps_its_shapes(twin):
-    system = twin()
-    whole = mode_shapes(system, modes_at_speed(system, 500.0, 2))
-    reduced = truncated_system(system, 20)
-    few = mode_shapes(reduced, modes_at_speed(reduced, 500.0, 2))
-    for name in ("inner", "outer"):
-        np.testing.assert_allclose(
-            np.abs(few.body(name).deflection), np.abs(whole.body(name).deflection), atol=1e-5
-        )
 
 
 def test_hub_without_points_has_its_interface(hub):

@@ -18,7 +18,6 @@ from solidwhirl.rotordyn import (
     modes_at_speed,
 )
 from solidwhirl.rotordyn.assembly.bearing_laws import PolynomialLaw
-from solidwhirl.rotordyn.modes.modal_truncation import truncated_system
 from solidwhirl.rotordyn.modes.participation import participation
 
 
@@ -202,16 +201,6 @@ def test_free_nutation_stores_nothing(hub, one_rotor):
     result = participation(system, modes_at_speed(system, 100.0))
     assert result.kinetic_bodies.tolist() == [[1.0]]
     assert np.isnan(result.strain_bodies).all()
-
-
-def test_truncated_system_adds_up(twin):
-    system = truncated_system(twin(), 10)
-    modes = modes_at_speed(system, 1000.0, 6)
-    kinetic, potential, _ = _sums(participation(system, modes))
-    np.testing.assert_allclose(kinetic, 1.0, rtol=1e-10)
-    # The truncated stiffness is put down as ω², the parts are products of shapes: the rounding
-    # of supports of 1e10 N/m against modes of 1e7 N/m.
-    np.testing.assert_allclose(potential, 1.0, rtol=1e-8)
 
 
 def test_modes_of_another_system_are_refused(twin, three_disk):

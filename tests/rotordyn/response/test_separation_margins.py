@@ -9,7 +9,7 @@ from solidwhirl.rotordyn import AnalysisError, Rotor, assemble, critical_speeds
 from solidwhirl.rotordyn.assembly.coordinates import interface_row
 from solidwhirl.rotordyn.assembly.system import matrices_at_speed
 from solidwhirl.rotordyn.modes.damping import amplification_factor
-from solidwhirl.rotordyn.modes.excitation import unbalance_excitation
+from solidwhirl.rotordyn.modes.whirl import unbalance_excitation
 from solidwhirl.rotordyn.response.separation_margins import (
     MarginMethod,
     OperatingRange,

@@ -78,19 +78,6 @@ def test_laval_rotor_with_internal_damping(laval, internal, external):
     assert first_window(system, 0.99 * exact) is None
 
 
-def test_laval_rotor_put_together_by_hand(hub, one_rotor):
-    """The same from C and N = −d_i L written down."""
-    internal, external = 40.0, 100.0
-    disk = hub(mass_kg=MASS, polar_kg_m2=0.0, stiffness=np.diag([STIFFNESS] * 2 + [2e4] * 2))
-    system = assemble({"disk": Rotor(element=disk, speed_ratio=1.0)}, (_support(external),))
-    rotating = np.diag([internal, internal, 0.0, 0.0])
-    system = dataclasses.replace(
-        system, damping=system.damping + rotating, circulatory_stiffness=-rotating @ TURN
-    )
-    found = first_window(system, 3000.0)
-    assert found.low_rad_s == pytest.approx(OMEGA * 3.5, rel=1e-10)
-
-
 @pytest.mark.parametrize("damping", [{"stiffness_coefficient_s": 1e-6}, {"modal_ratio": 0.01}])
 def test_without_external_damping_the_critical_speed_is_the_threshold(
     three_disk_element, ground, damping
@@ -159,23 +146,6 @@ def test_unstable_range_between_two_speeds(laval, width):
     assert found.low_rad_s == pytest.approx(edge, rel=1e-10)
 
 
-def test_lowest_range_is_found_before_a_higher_one(laval):
-    """The tilts lose their damping for good at 575 rad/s, after a short range of the axis."""
-    film = _Law(damping=lambda v: 100 - 120 * np.exp(-(((v - 530) / 30) ** 2)), cross=lambda v: 0.0)
-    system = laval(0.0, 0.0, tilt=10.0, bearings=(_film(film),))
-    circulatory = np.zeros((4, 4))
-    # Id rx'' + 10 rx' + 2e4 rx + Ω n ry = 0 grows where Ω n = 10 √(2e4/Id), at 575 rad/s.
-    number = 10.0 * np.sqrt(2e4 / 0.05) / 575.0
-    circulatory[2, 3], circulatory[3, 2] = number, -number
-    system = dataclasses.replace(system, circulatory_stiffness=circulatory)
-    edge = 530 - 30 * np.sqrt(np.log(1.2))
-    found = first_window(system, 980.0)
-    assert found.low_rad_s == pytest.approx(edge, rel=1e-10)
-    alone = dataclasses.replace(system, law_joints=(), damping=system.damping + np.diag([1.0] * 4))
-    found = first_window(alone, 980.0)
-    assert found.low_rad_s == pytest.approx(575.0 * 1.1, rel=1e-10)
-
-
 @pytest.mark.parametrize("external", [120.0, 0.0])
 def test_divergence(laval, external):
     """Stiffness k − Ω² s vanishes at √(k/s), whatever the damping."""
@@ -187,19 +157,6 @@ def test_divergence(laval, external):
     # Without damping the eigenvalues ±iω meet in zero: no sign changes, growth starts there.
     assert found.low_rad_s == pytest.approx(exact, rel=1e-10)
     assert (found.kind, found.frequency_hz, found.whirl) == ("divergence", 0.0, "")
-
-
-def test_modes_that_meet_and_split(general, one_rotor):
-    """Undamped flutter: K = [[1 − a, e], [−e, 1 + a]] k grows once e > a, here e ~ Ω."""
-    body = general(np.eye(5), np.diag([0.8e5, 1.2e5, 9e5, 9e5, 9e5]), np.zeros((5, 5)))
-    circulatory = np.zeros((5, 5))
-    circulatory[0, 1], circulatory[1, 0] = 40.0, -40.0
-    system = dataclasses.replace(one_rotor(body, []), circulatory_stiffness=circulatory)
-    found = first_window(system, 1000.0)
-    # Growth begins as the root of the distance, so 1e-8 of |λ| is reached within 1e-15; the
-    # double eigenvalue there is found to the root of rounding, which shifts it by 1e-8 squared.
-    assert found.low_rad_s == pytest.approx(500.0, rel=1e-9)
-    assert found.frequency_hz == pytest.approx(np.sqrt(1e5) / (2 * np.pi), rel=1e-6)
 
 
 def test_unstable_at_rest(laval):

@@ -283,11 +283,11 @@ def _compare(seed, general, count):
 
 def test_random_rotors(general):
     """Windows anywhere, narrow ones at rows that no even grid meets: none missed, none false."""
-    assert sum(_compare(seed, general, 300) for seed in range(60)) > 40
+    assert sum(_compare(seed, general, 300) for seed in range(24)) > 12
 
 
 @pytest.mark.verify
-@pytest.mark.parametrize("first", range(60, 500, 44))
+@pytest.mark.parametrize("first", range(24, 500, 44))
 def test_more_random_rotors(general, first):
     for seed in range(first, first + 44):
         _compare(seed, general, 4000)

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-
-from solidwhirl.cost import scale_coefficients as measured
+import scale_coefficients as measured
 
 #: How the systems of a solid are solved.
 ROADS = ("direct", "iterative")

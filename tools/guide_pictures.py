@@ -1,0 +1,81 @@
+"""Make the pictures of docs/tutorial.md and docs/howto.md from the scenes that stand in them.
+
+.venv/bin/python tools/guide_pictures.py      # needs chromium, `tools/setup.sh browser`
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from PIL import Image
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+FENCE = re.compile(r"^```toml\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+#: Pictures by page: the scene in its blocks, and files of the run.
+PAGES = {
+    "tutorial": ("pump", ("unbalance_response",)),
+    "howto": (
+        "machine",
+        (
+            "separation_margins",
+            "unbalance_response",
+            "place_map",
+            "critical_speed_map",
+            "mode_shapes_6000rpm_participation",
+            "waterfall",
+            "run_up_spectrogram",
+            "rotating_campbell",
+        ),
+    ),
+}
+WIDTH = 900
+
+
+def main() -> None:
+    """Run both scenes and copy what their pages show."""
+    for page, (scene, pictures) in PAGES.items():
+        texts = FENCE.findall((DOCS / f"{page}.md").read_text(encoding="utf-8"))
+        target = DOCS / page
+        target.mkdir(exist_ok=True)
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / f"{scene}.toml"
+            path.write_text("".join(t for t in texts if t.startswith(f"# {scene}.toml")))
+            command = [sys.executable, "-m", "solidwhirl", "run", path, "--out", f"{folder}/out"]
+            subprocess.run(command, check=True)
+            for name in pictures:
+                _smaller(Path(folder) / "out" / f"{name}.png", target / f"{name}.png")
+            if page == "tutorial":
+                _first_screen(Path(folder) / "out" / "report.html", target / "first_screen.png")
+
+
+def _smaller(source: Path, target: Path) -> None:
+    with Image.open(source) as image:
+        size = (WIDTH, round(image.height * WIDTH / image.width))
+        small = image.convert("RGB").resize(size, Image.Resampling.LANCZOS)
+        small.quantize(64).save(target, optimize=True)
+
+
+def _first_screen(page: Path, target: Path) -> None:
+    shot = page.with_suffix(".png")
+    subprocess.run(
+        [
+            "chromium",
+            "--headless=new",
+            "--no-sandbox",
+            "--hide-scrollbars",
+            "--window-size=1400,900",
+            "--virtual-time-budget=20000",
+            f"--screenshot={shot}",
+            page.as_uri(),
+        ],
+        check=True,
+    )
+    _smaller(shot, target)
+
+
+if __name__ == "__main__":
+    main()
