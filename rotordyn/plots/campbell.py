@@ -94,12 +94,7 @@ class CampbellView:
 def campbell_chart(campbell: Campbell, view: CampbellView) -> Chart:
     """Return the diagram of frequencies with its excitation lines, critical speeds and notes.
 
-    Parameters
-    ----------
-    campbell
-        The branches. Their whirl shows by colour, dashes and marks.
-    view
-        What is shown beside them.
+    The whirl of branches shows by colour, dashes and marks.
     """
     rpm, damped = campbell.speeds_rad_s * RPM_PER_RAD_S, view.where_damped(campbell)
     hertz = np.where(damped, np.nan, campbell.frequency_hz)
@@ -140,10 +135,7 @@ def campbell_chart(campbell: Campbell, view: CampbellView) -> Chart:
 def damping_chart(campbell: Campbell) -> Chart:
     """Return the logarithmic decrements over the speed; below zero it is unstable.
 
-    Parameters
-    ----------
-    campbell
-        The branches. Decrements above 2 leave the frame, which says so.
+    Decrements above 2 leave the frame, which says so.
     """
     rpm = campbell.speeds_rad_s * RPM_PER_RAD_S
     decrement = campbell.log_decrement
@@ -192,18 +184,12 @@ def draw_campbell(
     excitation_ratios: Mapping[str, float],
     operating_rad_s: Mapping[str, tuple[float, float]] | None = None,
 ) -> None:
-    """Draw a Campbell diagram to a picture file.
+    """Draw a Campbell diagram to a picture file, whose suffix chooses the kind (.png, .svg, .pdf).
 
     Parameters
     ----------
-    campbell
-        The branches. Their whirl shows by colour, dashes and marker.
     critical_speeds
         Marked by circles and listed beside the diagram with their speed in rpm.
-    path
-        The file; its suffix chooses the kind (.png, .svg, .pdf). Replaced when complete.
-    title
-        Above the diagram.
     excitation_ratios
         Ratio of each excitation line by name, such as the speed ratio of each shaft; the line is
         |ratio| · Ω. Lines of equal |ratio| are drawn once with all their names.
@@ -216,8 +202,8 @@ def draw_campbell(
     AnalysisError
         If the suffix is not a kind of picture that can be written.
     """
-    view = _view(critical_speeds, excitation_ratios, operating_rad_s)
-    draw_charts([campbell_chart(replace(campbell, notes=()), view)], path, title)
+    plain = replace(campbell, notes=())
+    draw_annotated_campbell(plain, critical_speeds, path, title, excitation_ratios, operating_rad_s)
 
 
 def draw_annotated_campbell(
@@ -340,15 +326,7 @@ def _error_bands(campbell: Campbell, view: CampbellView) -> list[Choice]:
 
 
 def excitation_lines(ratios: Mapping[str, float], last: float, top: float) -> Toggle:
-    """Return the lines |ratio| · Ω, named where they leave the frame.
-
-    Parameters
-    ----------
-    ratios
-        By name.
-    last, top
-        Ends of the axes, rpm and Hz.
-    """
+    """Return the lines |ratio| · Ω, named where they leave the frame at `last` rpm, `top` Hz."""
     marks: list[Mark] = []
     look = Look("@ink", "solid", width=1.0)
     for ratio, names in same_ratios(ratios).items() if last > 0.0 else ():

@@ -123,12 +123,10 @@ class Curve:
         Shape (n,).
     name
         In the legend; curves with one name and look belong together. Empty: none.
-    look
-        How it is drawn.
     texts
         What a reader is told at each point, lines parted by line feeds; empty: the values alone.
-    errors
-        Half lengths of error bars along x, shape (n,); None without.
+    errors, errors_along
+        Half lengths of error bars, shape (n,), and their axis; None without.
     is_quiet
         Whether it waits in the legend where a chart can be changed.
     on_right
@@ -145,6 +143,7 @@ class Curve:
     look: Look = Look()
     texts: Sequence[str] = ()
     errors: FloatArray | None = None
+    errors_along: str = "x"
     is_quiet: bool = False
     on_right: bool = False
     written: str = ""
@@ -203,7 +202,7 @@ class Rule:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Label:
-    """A text at a point where a line leaves the frame at the "right" or "above"."""
+    """A text at the "right", the "left" or "above" of a point, where a line leaves the frame."""
 
     x: float
     y: float
@@ -261,14 +260,17 @@ class Ridges:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Bars:
-    """Bars of one kind over the places of the axis x, beside or upon those of other kinds.
+    """Bars of one kind from the places of the axis that has names.
 
-    `texts`: what a reader is told at each, as of a curve.
+    Upright ones stand beside those of other kinds, or upon them (`Chart.is_stacked`), and tell
+    their texts where they are pointed at; lying ones begin at `start`, else at zero, and have
+    their texts at their ends.
     """
 
     values: FloatArray
     name: str
     look: Look
+    start: FloatArray | None = None
     texts: Sequence[str] = ()
 
 
@@ -373,10 +375,7 @@ class Run(NamedTuple):
 def whirl_runs(whirl: Sequence[str | None]) -> Iterator[Run]:
     """Cut a branch into runs of one whirl; a step has the whirl of its faster end.
 
-    Parameters
-    ----------
-    whirl
-        At every speed; None or "" where the branch has ended.
+    The whirl is None or "" where the branch has ended.
     """
     step = [b or a or "" for a, b in pairwise(whirl)]
     if not step and whirl and whirl[0]:
@@ -393,16 +392,9 @@ def whirl_runs(whirl: Sequence[str | None]) -> Iterator[Run]:
 def branch_curves(
     x: FloatArray, y: FloatArray, whirl: Any, texts: Sequence[Sequence[str]] = ()
 ) -> list[Curve]:
-    """Return branches (b, s) over x (s,) in runs of one whirl, those of each whirl together.
+    """Return branches y (b, s) over x (s,) in runs of one whirl, those of each whirl together.
 
-    Parameters
-    ----------
-    x, y
-        Points; nan is a gap.
-    whirl
-        Direction at every point, b × s; None or "" where a branch does not exist.
-    texts
-        Of every point, b × s.
+    `whirl` and `texts` are b × s; the whirl is None or "" where a branch does not exist.
     """
     found = [
         Curve(
@@ -427,22 +419,11 @@ def hertz_text(frequency_hz: float, digits: int = 4) -> str:
 
 
 def metric(largest: float, unit: str) -> tuple[str, float]:
-    """Return a unit with a prefix in which a size is a number of a few digits, and its factor.
-
-    Parameters
-    ----------
-    largest
-        The size.
-    unit
-        Without prefix.
-    """
-    size = abs(float(largest))
-    for prefix, factor in (("G", 1e-9), ("M", 1e-6), ("k", 1e-3), ("", 1.0), ("m", 1e3)):
-        if size * factor >= 1.0:
-            return prefix + unit, factor
-    for prefix, factor in (("µ", 1e6), ("n", 1e9)):
-        if size * factor >= 1.0 or size == 0.0:
-            return prefix + unit, factor
+    """Return a unit with a prefix in which a size is a number of a few digits, and its factor."""
+    size = abs(float(largest)) or 1e-6
+    for power, prefix in zip(range(9, -12, -3), "GMk mµn", strict=True):
+        if size * 10.0**-power >= 1.0:
+            return prefix.strip() + unit, 10.0**-power
     return "p" + unit, 1e12
 
 
@@ -456,13 +437,7 @@ def same_ratios(ratios: Mapping[str, float]) -> dict[float, list[str]]:
 
 
 def operating_toggle(speeds_rad_s: Mapping[str, tuple[float, float]]) -> list[Toggle]:
-    """Return operating speeds as hatched ranges; nothing without any.
-
-    Parameters
-    ----------
-    speeds_rad_s
-        Lowest and highest of the reference shaft by what a reader is told.
-    """
+    """Return lowest and highest operating speeds, by what a reader is told, as hatched ranges."""
     spans: dict[tuple[float, float], Span] = {}
     for text, (low, high) in speeds_rad_s.items():
         name = "operating speed"

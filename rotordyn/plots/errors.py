@@ -75,15 +75,8 @@ def draw_campbell_errors(
 ) -> None:
     """Draw a Campbell diagram with error bands, and the estimates over the speed below it.
 
-    Bands are frequency · (1 ± total). Bodies without an estimate are named at the speed axis;
-    `path`, `title` and errors as in `draw_campbell`.
-
-    Parameters
-    ----------
-    errors
-        The diagram with its estimates.
-    excitation_ratios
-        Ratio of each excitation line by name, |ratio| · Ω; None for no lines.
+    Bands are frequency · (1 ± total). Bodies without an estimate are named at the speed axis; the
+    other arguments and errors are as in `draw_campbell`.
     """
     view = CampbellView(
         excitation_ratios=excitation_ratios or {}, operating_rad_s={}, errors=errors.total
@@ -100,16 +93,9 @@ def draw_critical_speed_errors(
     path: str | Path,
     title: str,
 ) -> None:
-    """Draw critical speeds with error bars, and below them the estimates by part.
+    """Draw the first 24 critical speeds with error bars, and below them the estimates by part.
 
     `path` and `title` as in `draw_campbell`.
-
-    Parameters
-    ----------
-    critical_speeds
-        One or more; the first 24 by speed are drawn.
-    errors
-        Their estimates.
 
     Raises
     ------

@@ -110,7 +110,7 @@ _MARKERS_OF = MappingProxyType(
     {
         "": "", "circle": "o", "square": "s", "diamond": "D", "triangle-up": "^", "x": "X",
         "cross": "P", "star": "*", "pentagon": "p", "triangle-left": "<", "triangle-right": ">",
-        "x-thin": "x",
+        "x-thin": "x", "line-ns": "|",
     }
 )  # fmt: skip
 
@@ -145,13 +145,7 @@ def in_style() -> AbstractContextManager[None]:
 
 
 def styled(draw: Callable[_P, _R]) -> Callable[_P, _R]:
-    """Make a function draw with the settings of all pictures.
-
-    Parameters
-    ----------
-    draw
-        The function.
-    """
+    """Make a function draw with the settings of all pictures."""
 
     @wraps(draw)
     def drawn(*arguments: _P.args, **options: _P.kwargs) -> _R:
@@ -164,19 +158,7 @@ def styled(draw: Callable[_P, _R]) -> Callable[_P, _R]:
 def new_figure(
     path: str | Path, width_mm: float = TWO_COLUMNS_MM, height_mm: float = USUAL_HEIGHT_MM
 ) -> Figure:
-    """Return an empty figure for a picture file.
-
-    Parameters
-    ----------
-    path
-        The file it will be written to.
-    width_mm, height_mm
-        Size.
-
-    Returns
-    -------
-    Figure
-        With 200 dots per inch and constrained layout.
+    """Return an empty figure for a picture file: 200 dots per inch, constrained layout.
 
     Raises
     ------
@@ -198,13 +180,8 @@ def new_figure(
 def write_figure(figure: Figure, path: str | Path) -> None:
     """Write a figure to its picture file, which is replaced when the new one is complete.
 
-    Parameters
-    ----------
-    figure
-        From `new_figure`.
-    path
-        The file; its suffix chooses the kind. Fonts are embedded, text in SVG stays text, and the
-        same figure gives the same file.
+    The suffix chooses the kind. Fonts are embedded, text in SVG stays text, and the same figure
+    gives the same file.
     """
     target = Path(path)
     kind = target.suffix.lower().lstrip(".")
@@ -219,26 +196,19 @@ def _without_formulas(figure: Figure) -> None:
     """Let axes that matplotlib numbers itself write powers of ten in plain letters."""
     from matplotlib.ticker import LogFormatterMathtext, ScalarFormatter
 
+    def write_plainly(formatter: Any) -> None:
+        ticks, offset = formatter.format_ticks, formatter.get_offset
+        formatter.format_ticks = lambda values: [plain_power(text) for text in ticks(values)]
+        formatter.get_offset = lambda: plain_power(offset())
+
     for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
         for found in (axis.get_major_formatter(), axis.get_minor_formatter()):
             if isinstance(found, LogFormatterMathtext | ScalarFormatter):
-                _let_write_plainly(found)
-
-
-def _let_write_plainly(formatter: Any) -> None:
-    ticks, offset = formatter.format_ticks, formatter.get_offset
-    formatter.format_ticks = lambda values: [plain_power(text) for text in ticks(values)]
-    formatter.get_offset = lambda: plain_power(offset())
+                write_plainly(found)
 
 
 def plain_power(formula: str) -> str:
-    r"""Return a number that matplotlib writes as a formula in plain letters.
-
-    Parameters
-    ----------
-    formula
-        Such as `$\mathdefault{2\times10^{-3}}$`, which is 2×10⁻³.
-    """
+    r"""Return a formula of matplotlib, `$\mathdefault{2\times10^{-3}}$`, as 2×10⁻³."""
 
     def plain(found: re.Match[str]) -> str:
         if found["power"] is not None:
@@ -258,16 +228,7 @@ def picture(
 ) -> Iterator[tuple[Figure, Axes]]:
     """Give a figure with one frame that is written to a file when the block ends.
 
-    Parameters
-    ----------
-    path
-        The file.
-    title
-        Above the frame.
-    height_mm, width_mm
-        Size of the figure.
-    letters
-        Letters in a line of the title at most.
+    Lines of its title have at most so many letters.
     """
     with in_style():
         figure = new_figure(path, width_mm, height_mm)
@@ -294,20 +255,9 @@ def add_legend(
     place: str = "outside right upper",
     columns: int = 1,
 ) -> None:
-    """Put each label of some frames once beside them; nothing if they have none.
+    """Put each label of some frames once beside them, lines of a note below; nothing if none.
 
-    Parameters
-    ----------
-    figure
-        The figure.
-    frames
-        Its frames.
-    note
-        Lines below the labels.
-    place
-        Where, in the words of matplotlib.
-    columns
-        Number of columns.
+    The place is in the words of matplotlib.
     """
     from matplotlib.lines import Line2D
 
@@ -323,28 +273,14 @@ def add_legend(
 
 
 def thousands(value: float, _: object = None) -> str:
-    """Return a number for an axis of speeds: from 10 000 on its digits stand in groups of three.
-
-    Parameters
-    ----------
-    value
-        The number.
-    """
+    """Return a number for an axis of speeds: from 10 000 on its digits stand in groups of three."""
     if abs(value) < _GROUPED:
         return f"{value:.6g}".replace("-", _MINUS)
     return f"{value:,.0f}".replace(",", _THIN_SPACE).replace("-", _MINUS)
 
 
 def number_text(value: float, digits: int = 3) -> str:
-    """Return a number as it is printed, such as 5.01×10⁸.
-
-    Parameters
-    ----------
-    value
-        The number.
-    digits
-        Significant digits; zeros at the end are left out.
-    """
+    """Return a number as it is printed, such as 5.01×10⁸, without zeros at the end."""
     text = f"{value:.{digits}g}"
     if "e" in text or 0.0 < abs(value) < _SMALL_NUMBER:
         mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
@@ -358,11 +294,8 @@ def number_text(value: float, digits: int = 3) -> str:
 def name_speeds(axis: Axis) -> None:
     """Write the numbers of an axis of speeds in rpm with groups of three digits.
 
-    Parameters
-    ----------
-    axis
-        Of a frame whose limits are set. Between the powers of ten of a logarithmic one 2 and 5 are
-        named as well, if it has three or fewer.
+    Its limits are set. Between the powers of ten of a logarithmic one 2 and 5 are named as well, if
+    it has three or fewer.
     """
     from matplotlib.ticker import FuncFormatter, LogFormatter
 
@@ -382,15 +315,7 @@ def name_speeds(axis: Axis) -> None:
 
 
 def mode_name(numbers: Sequence[int] | None, mode: int) -> str:
-    """Return what a mode is called.
-
-    Parameters
-    ----------
-    numbers
-        Of all modes, 0 for no number; None counts them.
-    mode
-        Its place, from 0.
-    """
+    """Return what a mode at a place from 0 is called; 0 is no number, None counts the modes."""
     if numbers is None:
         return str(mode + 1)
     return str(numbers[mode]) if numbers[mode] else "–"

@@ -12,40 +12,8 @@ import numpy as np
 
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
-from solidwhirl.rotordyn.plots.chart import (
-    Axis,
-    Bars,
-    Chart,
-    Choice,
-    Curve,
-    Fill,
-    Heat,
-    Label,
-    Look,
-    Option,
-    Part,
-    Ridges,
-    Rule,
-    Span,
-    Toggle,
-)
-from solidwhirl.rotordyn.plots.frame import (
-    DASHES_OF,
-    ONE_COLUMN_MM,
-    SMALL_PT,
-    TEXT_PT,
-    TITLE_PT,
-    TWO_COLUMNS_MM,
-    USUAL_HEIGHT_MM,
-    add_legend,
-    color_of,
-    draw_grid,
-    name_speeds,
-    new_figure,
-    style_of,
-    styled,
-    write_figure,
-)
+from solidwhirl.rotordyn.plots import chart as charts
+from solidwhirl.rotordyn.plots import frame
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -53,6 +21,10 @@ if TYPE_CHECKING:
 
 # Points of paper for a pixel of a screen: widths of lines, sizes of marks.
 _WIDTH_PT, _SIZE_PT = 0.75, 0.58
+# Longer notes stand below a picture.
+_BESIDE = 60
+# Axes that span less than this factor have more numbers than powers of ten.
+_FEW = 100.0
 # Colours of a map below this part of the largest are the same.
 _DARKEST = 1e-4
 # Marks along a curve, and frames side by side.
@@ -64,32 +36,28 @@ _LABEL_WIDTH, _MOST_LABELS = 0.02, 12
 _HATCHES = ("", "///", "xxx", "...", "\\\\\\", "+++", "---")
 
 
-@styled
-def draw_charts(charts: Sequence[Chart], path: str | Path, title: str) -> None:
-    """Draw charts to a picture file, one below the other.
+@frame.styled
+def draw_charts(drawn: Sequence[charts.Chart], path: str | Path, title: str) -> None:
+    """Draw charts to a picture file, one below the other, with a title above them.
 
-    Parameters
-    ----------
-    charts
-        One or more. Options of a choice that is drawn whole stand side by side.
-    path
-        The file; its suffix chooses the kind (.png, .svg, .pdf). Replaced when complete.
-    title
-        Above the picture.
+    Options of a choice that is drawn whole stand side by side. The suffix chooses the kind of file
+    (.png, .svg, .pdf), which is replaced when the new one is complete.
 
     Raises
     ------
     AnalysisError
         If there is nothing to draw, or the suffix is not a kind of picture that can be written.
     """
-    rows = [_frames_of(chart) for chart in charts]
+    rows = [_frames_of(chart) for chart in drawn]
     if not rows or not all(rows):
         raise AnalysisError("there is nothing to draw")
     if len(rows) == 1 and len(rows[0]) > 1:
-        across = min(_COLUMNS if charts[0].is_to_scale else 2, len(rows[0]))
+        same_y = len({id(chart.y) for chart, _ in rows[0]}) == 1
+        many = drawn[0].is_to_scale or (same_y and len(rows[0]) == _COLUMNS)
+        across = min(_COLUMNS if many else 2, len(rows[0]))
         rows = [rows[0][k : k + across] for k in range(0, len(rows[0]), across)]
-    single = len(charts) == 1
-    same_x = not single and len({chart.x.unit for chart in charts}) == 1
+    single = len(drawn) == 1
+    same_x = not single and len({chart.x.unit for chart in drawn}) == 1
     columns = max(len(row) for row in rows)
     figure = _new_figure(path, rows, columns)
     heights = [row[0][0].height_px for row in rows]
@@ -103,34 +71,42 @@ def draw_charts(charts: Sequence[Chart], path: str | Path, title: str) -> None:
             axes.set_visible(False)
         for (chart, name), axes in zip(row, own, strict=False):
             _draw(figure, axes, chart)
-            axes.set_title(name.replace(", ", ",\n", 1), fontsize=TEXT_PT)
+            axes.set_title(name.replace(", ", ",\n", 1), fontsize=frame.TEXT_PT)
             if same_x and number + 1 < len(rows):
                 axes.set_xlabel("")
+            if axes is not own[0] and chart.y is row[0][0].y:
+                axes.set_ylabel("")
     _entitle(figure, grid, fill(title, 60))
     figure.align_ylabels()
-    notes = [note for chart in charts for note in chart.notes]
-    if any(chart.has_legend for chart in charts):
-        below = single and (columns > 1 or bool(charts[0].marks(Heat)))
+    notes = [note for chart in drawn for note in chart.notes]
+    long = [fill(note, 118) for note in notes if len(note) > _BESIDE]
+    if long:
+        figure.supxlabel("\n".join(long), fontsize=frame.SMALL_PT, x=0.01, ha="left")
+    if any(chart.has_legend for chart in drawn):
+        below = single and (columns > 1 or bool(drawn[0].marks(charts.Heat)))
         place = "outside lower center" if below else "outside right upper"
-        add_legend(figure, list(grid.flat), "\n".join(notes), place, 3 if below else 1)
-    write_figure(figure, path)
+        short = "\n".join(note for note in notes if len(note) <= _BESIDE)
+        frame.add_legend(figure, list(grid.flat), short, place, 3 if below else 1)
+    frame.write_figure(figure, path)
 
 
-Frame = tuple[Chart, str]
+Frame = tuple[charts.Chart, str]
 
 
-def _frames_of(chart: Chart) -> list[Frame]:
+def _frames_of(chart: charts.Chart) -> list[Frame]:
     """A chart with what paper shows of its choices: one frame for each option drawn there."""
-    whole = next((p for p in chart.parts if isinstance(p, Choice) and p.on_paper == "each"), None)
-    options: Sequence[Option | None] = whole.options if whole else (None,)
+    whole = next(
+        (p for p in chart.parts if isinstance(p, charts.Choice) and p.on_paper == "each"), None
+    )
+    options: Sequence[charts.Option | None] = whole.options if whole else (None,)
     frames = []
     for option in options:
-        parts: list[Part] = []
+        parts: list[charts.Part] = []
         x, y = chart.x, chart.y
         for part in chart.parts:
-            if isinstance(part, Toggle):
+            if isinstance(part, charts.Toggle):
                 parts += part.marks
-            elif isinstance(part, Choice):
+            elif isinstance(part, charts.Choice):
                 chosen = option if part is whole and option else part.options[0]
                 parts += chosen.marks
                 x, y = chosen.x or x, chosen.y or y
@@ -143,131 +119,156 @@ def _frames_of(chart: Chart) -> list[Frame]:
 
 def _new_figure(path: str | Path, rows: Sequence[Sequence[Frame]], columns: int) -> Figure:
     """A figure whose height follows those of its frames."""
-    if rows[0][0][0].is_to_scale:
-        width = ONE_COLUMN_MM if columns == 1 else TWO_COLUMNS_MM
-        return new_figure(path, width, 30.0 + len(rows) * (14.0 + 0.9 * width / columns))
     first = rows[0][0][0]
-    height = USUAL_HEIGHT_MM
-    if first.y.places:
-        height = (34.0 + 6.0 * len(first.y.places)) * len(rows) - 45.0 * (len(rows) - 1)
-    height = min(height + 45.0 * (len(rows) - 1), max(height, _PAGE_MM))
-    return new_figure(path, TWO_COLUMNS_MM, height)
+    if first.is_to_scale:
+        slender = min(1.0, _aspect(first))
+        width = frame.ONE_COLUMN_MM if columns == 1 and slender > 0.5 else frame.TWO_COLUMNS_MM
+        return frame.new_figure(
+            path, width, 30.0 + len(rows) * (14.0 + 0.9 * slender * width / columns)
+        )
+    places, height = first.y.places, frame.USUAL_HEIGHT_MM + 45.0 * (len(rows) - 1)
+    if places:
+        lines = 1 + max(place.count("\n") for place in places)
+        height = (34.0 + (2.5 + 3.5 * lines) * len(places)) * len(rows)
+    height = min(height, max(_PAGE_MM, height / len(rows)))
+    return frame.new_figure(path, frame.TWO_COLUMNS_MM, height)
+
+
+def _aspect(chart: charts.Chart) -> float:
+    """Height over width of what is drawn to scale; of axes whose ends are set that of the frame."""
+    if chart.x.low is not None:
+        return 1.0
+    sides = [np.concatenate([getattr(c, key) for c in chart.marks(charts.Curve)]) for key in "xy"]
+    width, height = (float(np.nanmax(side) - np.nanmin(side)) for side in sides)
+    return height / width
 
 
 def _entitle(figure: Figure, grid: Any, title: str) -> None:
     """Put the title above the frame, or above all of several side by side."""
     if grid.shape[1] > 1:
-        figure.suptitle(title, fontsize=TITLE_PT)
+        figure.suptitle(title, fontsize=frame.TITLE_PT)
     else:  # room for names of lines that leave at the top
         own = grid[0, 0].get_title()
-        grid[0, 0].set_title(f"{title}\n{own}" if own else title, pad=20.0, fontsize=TITLE_PT)
+        grid[0, 0].set_title(f"{title}\n{own}" if own else title, pad=20.0, fontsize=frame.TITLE_PT)
 
 
-def _draw(figure: Figure, axes: Axes, chart: Chart) -> None:
+def _draw(figure: Figure, axes: Axes, chart: charts.Chart) -> None:
     _set_scale(axes, chart.x, chart.y)
-    drawing = _Drawing(figure, axes, chart)
-    for order, part in enumerate(chart.parts):
-        drawing.add(part, 2.0 + 1e-3 * order)
-    _set_axis(axes, chart.x, "x")
-    _set_axis(axes, chart.y, "y")
-    _number(axes, [part for part in chart.parts if isinstance(part, Curve) and part.is_numbered])
+    right: list[Axes] = []
+    for number, part in enumerate(chart.parts):
+        order = 2.0 + 1e-3 * number  # later ones cover earlier ones
+        match part:
+            case charts.Curve() if part.on_right and chart.right is not None:
+                if not right:
+                    right.append(axes.twinx())
+                    set_axis(right[0], chart.right, "y")
+                _draw_curve(right[0], part, order)
+            case charts.Curve():
+                _draw_curve(axes, part, order)
+            case charts.Fill():
+                color, opacity = frame.color_of(part.look)
+                axes.fill_between(part.x, part.low, part.high, color=color, alpha=0.8 * opacity,
+                                  linewidth=0.3, label=part.name or None, zorder=order)  # fmt: skip
+            case charts.Span():
+                _draw_span(axes, part)
+            case charts.Rule():
+                _draw_rule(axes, part)
+            case charts.Label():
+                _draw_label(axes, part)
+            case charts.Heat():
+                _draw_heat(figure, axes, part, chart.y)
+            case charts.Ridges():
+                _draw_ridges(axes, part)
+            case charts.Bars():
+                _draw_bars(axes, part, chart)
+    set_axis(axes, chart.x, "x")
+    set_axis(axes, chart.y, "y")
+    _number(
+        axes, [part for part in chart.parts if isinstance(part, charts.Curve) and part.is_numbered]
+    )
+    for axis, own in ((chart.x, axes.xaxis), (chart.y, axes.yaxis)):
+        if axis.is_log and axis.unit != "rpm":
+            _number_decades(own)
     if chart.is_to_scale:
         axes.set_aspect("equal")
         axes.locator_params(nbins=3, steps=[1, 2, 5, 10])
-    if not chart.marks(Heat):
-        draw_grid(axes, "both" if chart.x.is_log else "major")
+    if not chart.marks(charts.Heat):
+        frame.draw_grid(axes, "both" if chart.x.is_log else "major")
 
 
-def _set_scale(axes: Axes, x: Axis, y: Axis) -> None:
+def _number_decades(own: Any) -> None:
+    """Name 1, 2 and 5 on a logarithmic axis on which powers of ten would be too few."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    low, high = own.get_view_interval()
+    if high < _FEW * low:
+        own.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        own.set_minor_formatter(NullFormatter())
+        own.set_major_formatter(FuncFormatter(lambda value, _: frame.number_text(value)))
+
+
+def _set_scale(axes: Axes, x: charts.Axis, y: charts.Axis) -> None:
     if x.is_log:
         axes.set_xscale("log")
     if y.is_log:
         axes.set_yscale("log")
 
 
-def _set_axis(axes: Axes, axis: Axis, which: str) -> None:
-    """Set the ends, the numbers and the label of an axis."""
+def set_axis(axes: Axes, axis: charts.Axis, which: str) -> None:
+    """Set the ends, the numbers and the label of an axis, "x" or "y"."""
     own = axes.xaxis if which == "x" else axes.yaxis
     if axis.low is not None and axis.high is not None:
         (axes.set_xlim if which == "x" else axes.set_ylim)(axis.low, axis.high)
     if axis.places:
         names = [p.replace(", ", "\n") if which == "x" else p for p in axis.places]
-        own.set_ticks(range(len(names)), names, fontsize=SMALL_PT)
+        own.set_ticks(range(len(names)), names, fontsize=frame.SMALL_PT)
     elif axis.step:
         from matplotlib.ticker import MultipleLocator
 
         own.set_major_locator(MultipleLocator(axis.step))
     elif axis.unit == "rpm":
-        name_speeds(own)
+        frame.name_speeds(own)
     own.set_label_text(fill(axis.title, 60 if which == "x" else 40))
 
 
-class _Drawing:
-    """One frame while it is drawn."""
-
-    def __init__(self, figure: Figure, axes: Axes, chart: Chart) -> None:
-        self.figure, self.axes, self.chart = figure, axes, chart
-        self.right: Axes | None = None
-
-    def add(self, mark: Any, order: float) -> None:
-        """Draw a mark; later ones cover earlier ones."""
-        axes = self.axes
-        if isinstance(mark, Curve):
-            _draw_curve(self._right() if mark.on_right else axes, mark, order)
-        elif isinstance(mark, Fill):
-            color, opacity = color_of(mark.look)
-            axes.fill_between(mark.x, mark.low, mark.high, color=color, alpha=0.8 * opacity,
-                              linewidth=0.3, label=mark.name or None, zorder=order)  # fmt: skip
-        elif isinstance(mark, Span):
-            _draw_span(axes, mark)
-        elif isinstance(mark, Rule):
-            _draw_rule(axes, mark)
-        elif isinstance(mark, Label):
-            _draw_label(axes, mark)
-        elif isinstance(mark, Heat):
-            _draw_heat(self.figure, axes, mark, self.chart.y)
-        elif isinstance(mark, Ridges):
-            _draw_ridges(axes, mark)
-        elif isinstance(mark, Bars):
-            self._add_bars(mark)
-
-    def _right(self) -> Axes:
-        assert self.chart.right is not None
-        if self.right is None:
-            self.right = self.axes.twinx()
-            _set_axis(self.right, self.chart.right, "y")
-        return self.right
-
-    def _add_bars(self, bars: Bars) -> None:
-        """Draw bars beside or upon those of the other kinds."""
-        every = [part for part in self.chart.parts if isinstance(part, Bars)]
-        number, at = every.index(bars), np.arange(float(len(bars.values)))
-        width = 0.7 if self.chart.is_stacked else 0.8 / len(every)
-        bottom = 0.0 * bars.values
-        if self.chart.is_stacked:
-            sign = np.where(bars.values < 0.0, -1.0, 1.0)
-            for other in every[:number]:
-                bottom += np.where(sign * other.values > 0.0, other.values, 0.0)
-        else:
-            at = at + width * (number - 0.5 * (len(every) - 1))
-        color, _ = color_of(bars.look)
-        self.axes.bar(at, bars.values, width, bottom=bottom, color=color, label=bars.name,
-                      edgecolor="white", hatch=_HATCHES[number % len(_HATCHES)])  # fmt: skip
+def _draw_bars(axes: Axes, bars: charts.Bars, chart: charts.Chart) -> None:
+    """Draw upright bars beside those of other kinds, or lying ones with texts at their ends."""
+    every = chart.marks(charts.Bars)
+    number, color = every.index(bars), frame.color_of(bars.look)[0]
+    look: dict[str, Any] = {
+        "color": color, "label": bars.name or None, "edgecolor": "white",
+        "hatch": _HATCHES[number % len(_HATCHES)],
+    }  # fmt: skip
+    at = np.arange(float(len(bars.values)))
+    if chart.y.places:
+        start = np.zeros_like(at) if bars.start is None else bars.start
+        drawn = axes.barh(at, bars.values, 0.62, left=start, **look)
+        if bars.texts:
+            axes.bar_label(drawn, bars.texts, padding=3, fontsize=frame.SMALL_PT)
+        return
+    if chart.is_stacked:
+        sign, bottom = np.where(bars.values < 0.0, -1.0, 1.0), np.zeros_like(at)
+        for other in every[:number]:
+            bottom += np.where(sign * other.values > 0.0, other.values, 0.0)
+        axes.bar(at, bars.values, 0.7, bottom=bottom, **look)
+        return
+    width = 0.8 / len(every)
+    axes.bar(at + width * (number - 0.5 * (len(every) - 1)), bars.values, width, **look)
 
 
-def _draw_ridges(axes: Axes, ridges: Ridges) -> None:
+def _draw_ridges(axes: Axes, ridges: charts.Ridges) -> None:
     """Draw lines above their places, the first in front."""
-    color, count = color_of(Look("@c0"))[0], ridges.y.size
+    color, count = frame.color_of(charts.Look("@c0"))[0], ridges.y.size
     for k, (at, height) in reversed(list(enumerate(zip(ridges.y, ridges.values, strict=True)))):
         line, order = at + ridges.rise * height, 1.0 + (count - k) / count
         axes.fill_between(ridges.x, at, line, color="white", linewidth=0, zorder=order)
         axes.plot(ridges.x, line, color=color, linewidth=0.7, zorder=order)
 
 
-def _draw_curve(axes: Axes, curve: Curve, order: float) -> None:
+def _draw_curve(axes: Axes, curve: charts.Curve, order: float) -> None:
     """Draw a line with some of its marks, or all marks where there is no line."""
-    look, style = curve.look, style_of(curve.look)
-    color, opacity = color_of(look)
+    look, style = curve.look, frame.style_of(curve.look)
+    color, opacity = frame.color_of(look)
     apart = max(1, curve.x.size // _MARKED)
     line = axes.plot(
         curve.x,
@@ -288,10 +289,12 @@ def _draw_curve(axes: Axes, curve: Curve, order: float) -> None:
 
         line.set_path_effects([withStroke(linewidth=2.4, foreground="black")])
     if curve.errors is not None:
-        axes.errorbar(curve.x, curve.y, xerr=curve.errors, fmt="none", ecolor=color, capsize=3.0)
+        along_x, along_y = (curve.errors if curve.errors_along == a else None for a in "xy")
+        axes.errorbar(curve.x, curve.y, xerr=along_x, yerr=along_y, fmt="none", ecolor=color,
+                      capsize=3.0)  # fmt: skip
 
 
-def _number(axes: Axes, curves: Sequence[Curve]) -> None:
+def _number(axes: Axes, curves: Sequence[charts.Curve]) -> None:
     """Write places along x upright, of the highest points; one where several are near."""
     points = [xy for c in curves for xy in zip(c.x.tolist(), c.y.tolist(), strict=True)]
     width = _LABEL_WIDTH * float(np.ptp(axes.get_xlim()))
@@ -303,7 +306,7 @@ def _number(axes: Axes, curves: Sequence[Curve]) -> None:
         written.append(place)
         axes.annotate(
             f"{place:.0f}", (place, height), xytext=(0, 5), textcoords="offset points",
-            ha="center", va="bottom", rotation=90, fontsize=SMALL_PT,
+            ha="center", va="bottom", rotation=90, fontsize=frame.SMALL_PT,
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.4},
         )  # fmt: skip
     if written and axes.get_yscale() == "log":  # room above
@@ -311,13 +314,13 @@ def _number(axes: Axes, curves: Sequence[Curve]) -> None:
         axes.set_ylim(low, high * (high / low) ** 0.15)
 
 
-def _draw_span(axes: Axes, span: Span) -> None:
+def _draw_span(axes: Axes, span: charts.Span) -> None:
     along_x = span.along == "x"
     if span.low == span.high:
         draw = axes.axvline if along_x else axes.axhline
         draw(span.low, color="#8A8A8A", linewidth=2.4, zorder=0.4, label=span.name or None)
         return
-    color, _ = color_of(span.look)
+    color, _ = frame.color_of(span.look)
     look: dict[str, Any] = {"facecolor": color, "alpha": 0.2}
     if span.is_hatched:
         look = {"facecolor": "#EFEFEF", "edgecolor": "#B5B5B5", "hatch": "///"}
@@ -340,12 +343,12 @@ def _draw_span(axes: Axes, span: Span) -> None:
     )  # fmt: skip
 
 
-def _draw_rule(axes: Axes, rule: Rule) -> None:
-    color, _ = color_of(rule.look)
+def _draw_rule(axes: Axes, rule: charts.Rule) -> None:
+    color, _ = frame.color_of(rule.look)
     along_x = rule.along == "x"
     named = rule.name if rule.name else rule.text
     (axes.axvline if along_x else axes.axhline)(
-        rule.at, color=color, linestyle=DASHES_OF[rule.look.dash],
+        rule.at, color=color, linestyle=frame.DASHES_OF[rule.look.dash],
         linewidth=_WIDTH_PT * rule.look.width, label=named or None,
     )  # fmt: skip
     if rule.name and rule.text:  # along its line
@@ -354,26 +357,22 @@ def _draw_rule(axes: Axes, rule: Rule) -> None:
             rule.text, place if along_x else place[::-1], xytext=(-3, 0) if along_x else (0, 3),
             xycoords=coordinates if along_x else coordinates[::-1], textcoords="offset points",
             rotation=90 if along_x else 0, ha="right" if along_x else "left", va="bottom",
-            fontsize=SMALL_PT,
+            fontsize=frame.SMALL_PT,
         )  # fmt: skip
 
 
-def _draw_label(axes: Axes, label: Label) -> None:
-    """Write a text at a point, outside the frame where a line leaves it."""
-    right = label.side == "right"
-    axes.annotate(
-        label.text,
-        (label.x, label.y),
-        xytext=(4, 0) if right else (0, 4),
-        textcoords="offset points",
-        ha="left" if right else "center",
-        va="center" if right else "bottom",
-        fontsize=SMALL_PT,
-        annotation_clip=False,
-    )
+def _draw_label(axes: Axes, label: charts.Label) -> None:
+    """Write a text beside a point, outside the frame where a line leaves it."""
+    offset, ha, va = {
+        "right": ((4, 0), "left", "center"),
+        "left": ((-4, 0), "right", "center"),
+        "above": ((0, 4), "center", "bottom"),
+    }[label.side]
+    axes.annotate(label.text, (label.x, label.y), xytext=offset, textcoords="offset points", ha=ha,
+                  va=va, fontsize=frame.SMALL_PT, annotation_clip=False)  # fmt: skip
 
 
-def _draw_heat(figure: Figure, axes: Axes, heat: Heat, y: Axis) -> None:
+def _draw_heat(figure: Figure, axes: Axes, heat: charts.Heat, y: charts.Axis) -> None:
     """Draw values with a logarithmic, perceptually uniform scale of colours."""
     from matplotlib.colors import LogNorm
 

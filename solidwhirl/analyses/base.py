@@ -70,6 +70,8 @@ STABILITY = PageSection(
     "the speed.",
     100,
 )
+#: Why a body that stands still has no unbalance.
+UNBALANCE_TURNS = "an unbalance needs a turning body"
 #: Makes the charts of one picture, from top to bottom.
 Charts = Callable[[], Sequence[Chart]]
 Scalars = Iterator[tuple[str, float | None]]
@@ -220,6 +222,10 @@ class Analysis(Record):
     axes: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     #: Whether it writes arrays over the time as <name>.npz.
     has_record: ClassVar[bool] = False
+    #: Keys that name a body which must turn, and why.
+    turning: ClassVar[Mapping[str, str]] = {}
+    #: What its files have after the name, with other results too.
+    suffixes: ClassVar[tuple[str, ...]] = (".png",)
     #: Whether its results depend on the operating speeds of the scene.
     sees_operating: ClassVar[bool] = False
 
@@ -256,6 +262,13 @@ class Analysis(Record):
             What the analysis is called.
         """
         yield from ()
+
+    def possible_files(self, bearings: Mapping[str, bool]) -> tuple[str, ...]:
+        """Return the names of all files that it may write.
+
+        `bearings`: whether they have a speed law, by name.
+        """
+        return tuple(f"{self.label}{suffix}" for suffix in self.suffixes)
 
     def run(self, engine: Engine) -> Outcome:
         """Compute what is asked.

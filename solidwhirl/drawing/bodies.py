@@ -10,15 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from solidwhirl import geometry
 from solidwhirl.files.surface_files import shown_surface
-from solidwhirl.geometry import (
-    Body,
-    Curve,
-    Interface,
-    Subdivision,
-    section_mass_properties,
-    subdivide,
-)
+from solidwhirl.geometry import Body, Curve, Interface, Subdivision
 from solidwhirl.model.bodies import scene_materials
 from solidwhirl.pipeline.run import Results
 from solidwhirl.rotordyn import Superelement
@@ -133,7 +127,7 @@ def _silhouette(scene: Scene, name: str, element: Superelement, profile: Body | 
     lines: tuple[FloatArray, ...] = ()
     kind = "cut"
     if profile is not None:
-        drawn = subdivide(profile)
+        drawn = geometry.subdivide(profile)
         lines = tuple(_line(drawn, drawn.curves[k]) for k in drawn.boundary)
         for face in drawn.faces[len(drawn.faces) - len(drawn.fillet_arcs) :]:
             pieces = [_line(drawn, drawn.curves[c])[::sense][:-1] for c, sense in face.loop]
@@ -166,17 +160,10 @@ def _silhouette(scene: Scene, name: str, element: Superelement, profile: Body | 
 def profile_parts(body: Body) -> tuple[Part, ...]:
     """Return the sections of a profile, without its fillets."""
     return tuple(
-        Part(
-            s.name,
-            s.start_m,
-            s.end_m,
-            s.inner_radius_m,
-            s.outer_radius_m,
-            s.material.name,
-            section_mass_properties(s).mass_kg,
-        )
+        Part(s.name, s.start_m, s.end_m, s.inner_radius_m, s.outer_radius_m, s.material.name,
+             geometry.section_mass_properties(s).mass_kg)
         for s in body.sections
-    )
+    )  # fmt: skip
 
 
 def beam_parts(scene: Scene, name: str) -> tuple[Part, ...]:
@@ -190,17 +177,10 @@ def beam_parts(scene: Scene, name: str) -> tuple[Part, ...]:
     inner = np.broadcast_to(np.array(beam.inner_radius_m or (0.0,)), count).tolist()
     places = zip(pairwise(beam.stations_m), inner, outer, strict=True)
     return tuple(
-        Part(
-            f"section {k}",
-            a,
-            b,
-            (low, low),
-            (high, high),
-            beam.material,
-            math.pi * (high - low) * (high + low) * (b - a) * density,
-        )
+        Part(f"section {k}", a, b, (low, low), (high, high), beam.material,
+             math.pi * (high - low) * (high + low) * (b - a) * density)
         for k, ((a, b), low, high) in enumerate(places, start=1)
-    )
+    )  # fmt: skip
 
 
 def disks_of(scene: Scene, name: str, element: Superelement) -> tuple[RigidDisk, ...]:
@@ -222,15 +202,10 @@ def disks_of(scene: Scene, name: str, element: Superelement) -> tuple[RigidDisk,
         ]
     else:
         rows = [
-            (
-                str(d.get("name", d["interface"])),
-                at[d["interface"]] + float(d["offset_m"]),
-                float(d["mass_kg"]),
-                float(d["polar_kg_m2"]),
-                d["interface"],
-            )
+            (str(d.get("name", d["interface"])), at[d["interface"]] + float(d["offset_m"]),
+             float(d["mass_kg"]), float(d["polar_kg_m2"]), d["interface"])
             for d in element.provenance.get("rigid_disks", ())
-        ]
+        ]  # fmt: skip
     return tuple(
         RigidDisk(label, place, math.sqrt(2.0 * polar / mass), interface)
         for label, place, mass, polar, interface in rows

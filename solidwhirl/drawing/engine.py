@@ -67,9 +67,7 @@ class _Plan:
 
     def points(self, area_m: FloatArray) -> FloatArray:
         """Corners (k, 2) of (z, height) on the picture."""
-        z, height = area_m.T
-        x = self.left + (z - self.first_m) * self.scale
-        return np.column_stack([x, self.axis - height * self.scale])
+        return np.array([[self.x(z), self.y(height)] for z, height in area_m])
 
     def node(self, end: str) -> tuple[Silhouette, float, float]:
         """Body of "body.node", where the node is along the picture, its seat's distance."""
@@ -102,35 +100,27 @@ def engine_drawing(
     above: Sequence[Named],
     below: Sequence[Named],
 ) -> Drawing:
-    """Return the drawing of an engine.
+    """Return the drawing of an engine, with labels above and below it.
 
-    Parameters
-    ----------
-    scene
-        For bearings and gears.
-    bodies
-        From `silhouettes_of`.
-    size
-        Its width, and the largest height of the bodies.
-    above, below
-        Labels: from `node_labels` and `joint_labels`.
+    `size` is its width and the largest height of the bodies.
     """
     width, tallest = size
     low, high, radius = _extent(bodies)
     width = max(width, 2 * _MARGIN + 16.0 * max(len(above), len(below)))
     scale = min((width - 2 * _MARGIN) / (high - low), tallest / max(2 * radius, 1e-9))
     left = 0.5 * (width - (high - low) * scale)
-    grounds = _most_grounds(scene)
     casing = radius * scale + _BEYOND
-    half = casing + 12.0 if _has_casing(scene) else radius * scale + 8.0
-    half += grounds * _STEP + (8.0 if grounds else 0.0)
+    bare = _bare_distances(scene, bodies, scale, casing)
+    has_casing = any(b.speed_ratio == 0.0 for b in scene.rigid_bodies.values())
+    half = casing + 12.0 if has_casing else radius * scale + 8.0
+    half = max(half, _reach_of_grounds(scene, bodies, bare, scale) + 8.0)
     legend = _legend(bodies, width)
     labels = [Label(x=left + (z - low) * scale, words=(w,)) for z, w in above]
     joints = _stacked([(left + (z - low) * scale, w) for z, w in below])
     top = legend[-1][1] * _LEGEND_LINE + 8.0 + label_height(labels, width)
     plan = _Plan(
         bodies=tuple(bodies),
-        bare=_bare_distances(scene, bodies, scale, casing),
+        bare=bare,
         left=left,
         axis=top + half,
         first_m=low,
@@ -189,15 +179,21 @@ def _bare_distances(
     return found
 
 
-def _has_casing(scene: Scene) -> bool:
-    return any(b.speed_ratio == 0.0 for b in scene.rigid_bodies.values())
-
-
-def _most_grounds(scene: Scene) -> int:
-    """Most bearings on the ground at one place, which are drawn one outside the other."""
-    grounded = [b.first for b in scene.bearings if b.second == "ground"]
+def _reach_of_grounds(
+    scene: Scene, bodies: Sequence[Silhouette], bare: Mapping[str, float], scale: float
+) -> float:
+    """Farthest bearing on the ground; those at one place are drawn one outside the other."""
+    seats = {f"{b.name}.{node}": seat for b in bodies for node, seat in b.seats_m.items()}
     ends = [end for b in scene.bearings for end in (b.first, b.second)]
-    return max((ends.count(end) for end in grounded), default=0)
+    return max(
+        (
+            bare.get(b.first.partition(".")[0], seats[b.first] * scale)
+            + ends.count(b.first) * _STEP
+            for b in scene.bearings
+            if b.second == "ground"
+        ),
+        default=0.0,
+    )
 
 
 def engine_caption(scene: Scene, bodies: Sequence[Silhouette]) -> str:
@@ -267,19 +263,9 @@ def stiffness_text(bearing: BearingSpec) -> str:
 
 
 def matrix_text(matrix: FloatArray, unit: str) -> str:
-    """Return a 2 x 2 matrix of coefficients in a few words, with all that is not zero.
+    """Return a matrix [[xx, xy], [yx, yy]] in a few words, with all that is not zero.
 
-    Parameters
-    ----------
-    matrix
-        [[xx, xy], [yx, yy]], not all zero.
-    unit
-        Of its entries.
-
-    Returns
-    -------
-    str
-        Such as "2e7 N/m", "2e7, 3e7 N/m" or "±1.2e6 N/m cross" for xy = -yx = 1.2e6.
+    Such as "2e7 N/m", "2e7, 3e7 N/m" or "±1.2e6 N/m cross" for xy = -yx = 1.2e6.
     """
     (x, xy), (yx, y) = matrix
     said = []

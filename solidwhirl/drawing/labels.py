@@ -6,8 +6,10 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from solidwhirl.core.label_layout import spread
+import numpy as np
+
 from solidwhirl.drawing.shapes import LETTER, LINE, Line, Shape, Style, Words
+from solidwhirl.rotordyn.core.arrays import FloatArray
 
 # Labels stay upright if none has to move farther than this.
 _FARTHEST = 70.0
@@ -75,20 +77,9 @@ def label_height(labels: Sequence[Label], width: float) -> float:
 def label_block(
     labels: Sequence[Label], width: float, base: float, target: float, way: str
 ) -> Iterator[Shape]:
-    """Return labels on one side of the drawing.
+    """Return labels, whose places rise, above the drawing (way "up") or below it ("down").
 
-    Parameters
-    ----------
-    labels
-        Their places rise.
-    width
-        Of the picture.
-    base
-        Edge of the drawing towards the labels.
-    target
-        Where their lines end.
-    way
-        "up" for labels above the drawing, "down" for those below it.
+    `base` is the edge of the drawing towards them, `target` where their lines end.
     """
     if not labels:
         return
@@ -106,3 +97,26 @@ def label_block(
             continue
         y = foot + (-3.0 if way == "up" else 9.0)
         yield Words(x, y, label.words[0], anchor="start", angle=side * _ANGLE)
+
+
+def spread(places: Sequence[float], widths: Sequence[float]) -> FloatArray:
+    """Return places of labels, as near as can be to those they belong to, without overlaps.
+
+    The sum of squares of the distances is the smallest one that keeps their order (isotonic
+    regression by pooling of neighbours).
+    """
+    wanted = np.asarray(places, dtype=float)
+    order = np.argsort(wanted, kind="stable")
+    size = np.asarray(widths, dtype=float)[order]
+    # measured from where each would be if all stood side by side, they only need to rise
+    packed = np.concatenate(([0.0], np.cumsum(0.5 * (size[1:] + size[:-1]))))[: len(size)]
+    groups: list[tuple[float, int]] = []
+    for value in wanted[order] - packed:
+        total, count = float(value), 1
+        while groups and groups[-1][0] / groups[-1][1] > total / count:
+            before = groups.pop()
+            total, count = total + before[0], count + before[1]
+        groups.append((total, count))
+    out = np.empty(len(wanted))
+    out[order] = packed + [total / n for total, n in groups for _ in range(n)]
+    return out

@@ -25,20 +25,10 @@ _SPEEDS, MODES, _CRITICAL = 4, 8, 12
 class ShownModes:
     """Modes that are chosen together.
 
-    Attributes
-    ----------
-    label
-        What a list says.
-    modes
-        Of the system, by rising frequency; those at critical speeds each at its own speed.
-    rpm
-        Speed of the reference shaft at each mode, shape (m,).
-    whirl
-        Of each mode.
-    texts
-        What a list says of each mode.
-    numbers
-        Their branches of the Campbell diagram from 1, 0 for none; None where they are no list.
+    `label` and `texts` are what a list says of all and of each. The modes of the system are by
+    rising frequency; those at critical speeds are each at its own `rpm` of the reference shaft,
+    shape (m,). `numbers` are their branches of the Campbell diagram from 1, 0 for none; None where
+    they are no list.
     """
 
     label: str

@@ -52,20 +52,10 @@ class DrawnJoint(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class EngineInSpace:
-    """What moves in a mode.
+    """What moves in a mode: surfaces, points of the axis, bearings and gears.
 
-    Attributes
-    ----------
-    pieces
-        Surfaces.
-    stations
-        Points of the axis.
-    lines
-        Centre line of each body by the numbers of its stations.
-    joints
-        Bearings and gears.
-    bare
-        Bodies without a surface, of which the points for pictures are drawn.
+    `lines` has the centre line of each body by the numbers of its stations, `bare` the bodies
+    without a surface, of which the points for pictures are drawn.
     """
 
     system: AssembledSystem
@@ -170,13 +160,7 @@ def mode_in_space(engine: EngineInSpace, shown: ShownModes, number: int) -> Mode
 
 
 def unit_factor(fields: Sequence[ComplexArray]) -> complex:
-    """Return the factor that makes the largest displacement 1, at the phase 0.
-
-    Parameters
-    ----------
-    fields
-        Amplitudes of points, shape (p, 3) each.
-    """
+    """Return the factor of amplitudes (p, 3) that makes the largest displacement 1, at phase 0."""
     moved = np.concatenate([np.empty((0, 3), dtype=complex), *fields])
     squares = (moved**2).sum(axis=1)
     size = np.sqrt(0.5 * ((np.abs(moved) ** 2).sum(axis=1) + np.abs(squares)))
@@ -221,15 +205,15 @@ def _place(element: Superelement, interface: str) -> float:
 
 def _radius_at(pieces: Sequence[Piece], body: str, place: float) -> float:
     """Outer radius of the shaft of a body at a place."""
-    found = [0.0]
-    for piece in pieces:
-        if piece.body != body or piece.disk:
-            continue
-        z, r = places(piece)
-        cells = piece.surface.cells
-        near = (z[cells].min(axis=1) <= place + 1e-9) & (z[cells].max(axis=1) >= place - 1e-9)
-        found += [float(r[cells[near]].max(initial=0.0))]
-    return max(found)
+    own = [radii_at(p, place) for p in pieces if p.body == body and not p.disk]
+    return max((reach[1] for reach in own if reach), default=0.0)
+
+
+def radii_at(piece: Piece, place: float) -> tuple[float, float] | None:
+    """Return least and largest radius of the faces that a plane across the axis meets."""
+    z, r = (values[piece.surface.cells] for values in places(piece))
+    met = r[(z.min(axis=1) <= place + 1e-9) & (z.max(axis=1) >= place - 1e-9)]
+    return (float(met.min()), float(met.max())) if met.size else None
 
 
 def _senses(center: ComplexArray, has_orbit: Sequence[bool]) -> list[str]:

@@ -44,13 +44,8 @@ def pieces_of(
 ) -> tuple[Piece, ...]:
     """Return the surfaces of the bodies and of their rigid disks.
 
-    Parameters
-    ----------
-    elements
-        The bodies by name. Of one that knows no surface the profile is turned about the axis, its
-        sections square to the centre line; one without a profile has none.
-    bodies
-        What is seen of them.
+    Of a body that knows no surface the profile is turned about the axis, its sections square to the
+    centre line; one without a profile has none.
     """
     found: list[Piece] = []
     for body in bodies:
@@ -90,12 +85,7 @@ def _turned(element: Superelement, lines: Sequence[FloatArray]) -> Surface | Non
 def thinned(surface: Surface, spacing_m: float) -> Surface:
     """Return a surface with fewer points: corners of a meridian, clusters of a solid.
 
-    Parameters
-    ----------
-    surface
-        The surface.
-    spacing_m
-        Largest distance of points along the outline of a meridian.
+    Points along the outline of a meridian are at most so far apart.
     """
     if surface.kind == "solid":
         return _clustered(surface)
@@ -143,9 +133,7 @@ def _clustered(surface: Surface) -> Surface:
             break
         box *= 1.12
     cells = group.reshape(-1)[surface.cells]
-    flat = (
-        (cells[:, 0] == cells[:, 1]) | (cells[:, 1] == cells[:, 2]) | (cells[:, 2] == cells[:, 0])
-    )
+    flat = (cells == np.roll(cells, 1, axis=1)).any(axis=1)
     return replace(
         surface,
         points_m=points[first],
@@ -192,3 +180,12 @@ def _disk_surface(disk: RigidDisk, carrier_m: float, rows: Mapping[str, FloatArr
         np.tile(rows["uz"], (2, 1)),
         np.tile(rows["rz"], (2, 1)),
     )
+
+
+def outer_faces(tetrahedra: IntArray) -> IntArray:
+    """Return the faces (f, 3) that one of the tetrahedra (c, 4) alone has, seen from outside."""
+    faces = tetrahedra[:, [0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2]].reshape(-1, 3)
+    _, first, counts = np.unique(
+        np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True
+    )
+    return np.asarray(faces[first[counts == 1]])

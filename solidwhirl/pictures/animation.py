@@ -13,7 +13,7 @@ import numpy as np
 
 from solidwhirl.core.errors import OutputError
 from solidwhirl.pictures.engine_shape import EngineShape
-from solidwhirl.pictures.stills import Image, cropped, frame_of, scene_in_space, view
+from solidwhirl.pictures.stills import Image, frame_of, inked_part, scene_in_space, view
 from solidwhirl.rotordyn.core.atomic import replacing
 from solidwhirl.rotordyn.plots.frame import styled
 
@@ -35,19 +35,8 @@ def mode_frames(
             phase = 2.0 * np.pi * k / _FRAMES
             views.append(view(plotter, shape, phase, None if k else _ZOOM))
             told(k + 1, _FRAMES)
-    around = cropped(np.min(views, axis=0))
-    (top, left), (height, width) = _corner(np.min(views, axis=0), around), around.shape[:2]
-    return _framed([v[top : top + height, left : left + width] for v in views], shape, title)
-
-
-def _corner(image: Image, part: Image) -> tuple[int, int]:
-    """Row and column at which the cropped part of an image begins."""
-    inked = (image < 250).any(axis=2)
-    if part.shape == image.shape or not inked.any():
-        return 0, 0
-    margin = 12
-    top = max(int(np.flatnonzero(inked.any(axis=1))[0]) - margin, 0)
-    return top, max(int(np.flatnonzero(inked.any(axis=0))[0]) - margin, 0)
+    part = inked_part(np.min(views, axis=0))
+    return _framed([v[part] for v in views], shape, title)
 
 
 @styled

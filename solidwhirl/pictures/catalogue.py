@@ -13,10 +13,11 @@ from solidwhirl.core.outcome import Write, is_picture
 from solidwhirl.drawing.modes import pictured_modes
 from solidwhirl.files.picture_record import Picture
 from solidwhirl.page.frame.operating import operating_rad_s
+from solidwhirl.page.run.accuracy import time_chart
+from solidwhirl.page.run.checks import checks_chart
+from solidwhirl.page.run.meshes import plane_chart
 from solidwhirl.pictures.engine import draw_engine
 from solidwhirl.pictures.engine_shape import EngineShape, engine_shape
-from solidwhirl.pictures.meshes import draw_meridian_mesh
-from solidwhirl.pictures.series import draw_checks, draw_cost
 from solidwhirl.pipeline.run import Results
 from solidwhirl.rotordyn.plots.campbell import (
     draw_annotated_campbell,
@@ -24,9 +25,12 @@ from solidwhirl.rotordyn.plots.campbell import (
     draw_damped_campbell,
 )
 from solidwhirl.rotordyn.plots.errors import draw_campbell_errors, draw_critical_speed_errors
+from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
 
 # Decrements below this are rounding.
 _UNDAMPED = 1e-8
+# Of a meridian with more edges the outline alone is drawn.
+_MOST_EDGES = 200_000
 # Every so many frames of a film a line says how far it is.
 _TOLD = 4
 
@@ -61,19 +65,20 @@ def pictures_of(
 def _meshes(results: Results, title: str) -> Iterator[Picture]:
     for name, body in results.bodies.items():
         mesh, own = body.mesh, f"{title}: mesh of {name}"
-        flat = mesh.dimension == 2
-        degree = body.discretisation.degree
+        flat, degree = mesh.dimension == 2, body.discretisation.degree
         yield Picture(
             name=f"mesh_{name}",
             kind="plot" if flat else "still",
             caption=f"Mesh of {name}: {len(mesh.cells)} elements of order {degree}.",
-            draw=partial(draw_meridian_mesh, mesh, degree, title=own)
-            if flat
-            else partial(_draw_solid, mesh, own),
+            draw=partial(_draw_meridian if flat else _draw_solid, name, mesh, own),
         )
 
 
-def _draw_solid(mesh: Any, title: str, path: Path) -> None:
+def _draw_meridian(name: str, mesh: Any, title: str, path: Path) -> None:
+    draw_charts([plane_chart({name: mesh}, _MOST_EDGES)], path, title)
+
+
+def _draw_solid(_: str, mesh: Any, title: str, path: Path) -> None:
     from solidwhirl.pictures.stills import draw_solid_mesh
 
     draw_solid_mesh(mesh, path, title)
@@ -201,13 +206,13 @@ def _draw_stress(record: Write, title: str, path: Path) -> None:
 
 def _accounts(results: Results, title: str) -> Iterator[Picture]:
     """What the run cost, and whether its checks hold."""
-    checks = results.checks
-    if any(c.value is not None and c.limit for c in checks):
+    checks = checks_chart(results.checks)
+    if checks is not None:
         yield Picture(
             name="checks",
             kind="plot",
             caption="Errors of the checks of the run over their limits.",
-            draw=lambda path: draw_checks(checks, path, f"{title}: checks"),
+            draw=partial(draw_charts, [checks], title=f"{title}: checks"),
         )
     spent = {name: seconds for name, seconds in results.timings_s.items() if seconds > 0.0}
     if spent:
@@ -215,5 +220,5 @@ def _accounts(results: Results, title: str) -> Iterator[Picture]:
             name="cost",
             kind="plot",
             caption="Wall time of the stages that were computed in this run.",
-            draw=lambda path: draw_cost(spent, path, f"{title}: wall time"),
+            draw=partial(draw_charts, [time_chart(spent)], title=f"{title}: wall time"),
         )

@@ -12,16 +12,7 @@ from solidwhirl.drawing.bodies import silhouettes_of
 from solidwhirl.drawing.engine import engine_caption, engine_drawing, joint_labels, node_labels
 from solidwhirl.drawing.shapes import SIZE, Circle, Group, Line, Polygon, Shape, Style, Words
 from solidwhirl.pipeline.run import Results
-from solidwhirl.rotordyn.plots.frame import (
-    COLORS,
-    QUIET_COLOR,
-    SMALL_PT,
-    TITLE_PT,
-    TWO_COLUMNS_MM,
-    new_figure,
-    styled,
-    write_figure,
-)
+from solidwhirl.rotordyn.plots import frame
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,41 +20,29 @@ if TYPE_CHECKING:
 # Hatches of cross-sections, which tell bodies apart without colour.
 _HATCHES = ("////", "\\\\\\\\", "----", "||||", "//", "\\\\", "--", "||")
 # Points and mm of a unit of the drawing, by the size of its letters; height of the title, mm.
-_POINT = SMALL_PT / SIZE
+_POINT = frame.SMALL_PT / SIZE
 _MM = _POINT * 25.4 / 72.0
 _TITLE_MM, _LINE_MM, _TALLEST_MM = 10.0, 3.4, 190.0
 # Letters of the caption in a line.
 _LETTERS = 125
 
 
-@styled
+@frame.styled
 def draw_engine(results: Results, path: Path, title: str) -> None:
-    """Draw the engine of a run to scale.
+    """Draw the engine of a run to scale; the suffix chooses the kind of file (.png, .svg, .pdf).
 
-    Parameters
-    ----------
-    results
-        The run. Bodies with a shape are cut along the axis; those without one, such as a rigid
-        casing, are a bar around them. Rigid disks are shown as the uniform thin disk with their
-        polar inertia, √(2 Ip / m). Node names stand above, bearings and gears below.
-    path
-        The file; its suffix chooses the kind (.png, .svg, .pdf).
-    title
-        Above the drawing.
+    Bodies with a shape are cut along the axis; those without one, such as a rigid casing, are a bar
+    around them. Rigid disks are shown as the uniform thin disk with their polar inertia,
+    √(2 Ip / m). Node names stand above, bearings and gears below.
     """
     scene, bodies = results.scene, silhouettes_of(results)
-    drawing = engine_drawing(
-        scene,
-        bodies,
-        (TWO_COLUMNS_MM / _MM, _TALLEST_MM / _MM),
-        node_labels(bodies),
-        joint_labels(scene, bodies),
-    )
-    letters = int(_LETTERS * drawing.width * _MM / TWO_COLUMNS_MM)
+    size, above = (frame.TWO_COLUMNS_MM / _MM, _TALLEST_MM / _MM), node_labels(bodies)
+    drawing = engine_drawing(scene, bodies, size, above, joint_labels(scene, bodies))
+    letters = int(_LETTERS * drawing.width * _MM / frame.TWO_COLUMNS_MM)
     caption = wrap(engine_caption(scene, bodies), letters)
     below_mm = 3.0 + _LINE_MM * len(caption)
     width_mm, height_mm = drawing.width * _MM, drawing.height * _MM + _TITLE_MM + below_mm
-    figure = new_figure(path, width_mm, height_mm)
+    figure = frame.new_figure(path, width_mm, height_mm)
     figure.set_layout_engine("none")
     axes = figure.add_axes(
         (0.0, below_mm / height_mm, 1.0, 1.0 - (_TITLE_MM + below_mm) / height_mm)
@@ -72,9 +51,9 @@ def draw_engine(results: Results, path: Path, title: str) -> None:
     axes.set(xlim=(0.0, drawing.width), ylim=(drawing.height, 0.0), aspect="equal")
     for order, shape in enumerate(drawing.shapes):
         _draw(axes, shape, order)
-    figure.text(0.5, 2.0 / height_mm, "\n".join(caption), ha="center", fontsize=SMALL_PT)
-    figure.suptitle(fill(title, 90), fontsize=TITLE_PT, y=1.0 - 2.0 / height_mm, va="top")
-    write_figure(figure, path)
+    figure.text(0.5, 2.0 / height_mm, "\n".join(caption), ha="center", fontsize=frame.SMALL_PT)
+    figure.suptitle(fill(title, 90), fontsize=frame.TITLE_PT, y=1.0 - 2.0 / height_mm, va="top")
+    frame.write_figure(figure, path)
 
 
 def _draw(axes: Axes, shape: Shape, order: int) -> None:
@@ -96,18 +75,10 @@ def _draw(axes: Axes, shape: Shape, order: int) -> None:
                       linewidth=_POINT * shape.style.width, linestyle=_dashes(shape.style),
                       solid_capstyle="butt", dash_capstyle="butt", zorder=order)  # fmt: skip
         case Words():
-            axes.text(
-                shape.x,
-                shape.y,
-                shape.text,
-                ha={"start": "left", "middle": "center", "end": "right"}[shape.anchor],
-                va="baseline",
-                rotation=-shape.angle,
-                rotation_mode="anchor",
-                fontsize=SMALL_PT,
-                color=_color(shape.color),
-                zorder=order,
-            )
+            ha = {"start": "left", "middle": "center", "end": "right"}[shape.anchor]
+            axes.text(shape.x, shape.y, shape.text, ha=ha, va="baseline", rotation=-shape.angle,
+                      rotation_mode="anchor", fontsize=frame.SMALL_PT, color=_color(shape.color),
+                      zorder=order)  # fmt: skip
 
 
 def _fill(axes: Axes, style: Style, order: int, patch: Any) -> None:
@@ -136,5 +107,5 @@ def _dashes(style: Style) -> Any:
 
 
 def _color(name: str) -> str:
-    known = {"": "none", "ink": "black", "muted": QUIET_COLOR, "paper": "white"}
-    return known[name] if name in known else COLORS[int(name[1:]) % len(COLORS)]
+    known = {"": "none", "ink": "black", "muted": frame.QUIET_COLOR, "paper": "white"}
+    return known[name] if name in known else frame.COLORS[int(name[1:]) % len(frame.COLORS)]

@@ -17,6 +17,7 @@ from solidwhirl.drawing.motion import (
     engine_in_space,
     mode_in_space,
     places,
+    radii_at,
 )
 from solidwhirl.drawing.surfaces import Piece
 from solidwhirl.files.surface_files import surface_grid
@@ -159,15 +160,8 @@ def _encloses(piece: Piece, other: Piece) -> bool:
     return any(
         reach[1] < bore[0]
         for at in np.linspace(low, high, _PLACES)
-        if (bore := _radii_at(piece, at)) and (reach := _radii_at(other, at))
+        if (bore := radii_at(piece, at)) and (reach := radii_at(other, at))
     )
-
-
-def _radii_at(piece: Piece, place: float) -> tuple[float, float] | None:
-    """Smallest and largest radius of the faces that a plane across the axis meets."""
-    z, r = (values[piece.surface.cells] for values in places(piece))
-    met = r[(z.min(axis=1) <= place) & (z.max(axis=1) >= place)]
-    return (float(met.min()), float(met.max())) if met.size else None
 
 
 def _opened(body: BodyInSpace, outline: Silhouette) -> BodyInSpace:

@@ -17,18 +17,10 @@ _WILD = re.compile(r"[*?\[]")
 
 
 def refuse_unknown_names(scene: Scene, only: Sequence[str], modes: int) -> None:
-    """Refuse names that no picture of a scene's run can have.
+    """Refuse names, or patterns with * and ?, that no picture of a scene's run can have.
 
     What an analysis draws is known when it has run: of its pictures only the beginning is checked.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    only
-        Names, or patterns with * and ?.
-    modes
-        Modes shown in space at most.
+    At most so many modes are shown in space.
 
     Raises
     ------
@@ -42,17 +34,14 @@ def refuse_unknown_names(scene: Scene, only: Sequence[str], modes: int) -> None:
     names += [f"{name}_film" for name in shapes]
     begins = [spec.label for spec in scene.analyses]
     for pattern in only:
-        if not (_fits(pattern, names) or _may_begin(pattern, begins)):
+        fits = any(fnmatchcase(name, pattern) for name in names)
+        if not (fits or _may_begin(pattern, begins)):
             known = [*_ALWAYS, *(f"mesh_{name}" for name in meshed)]
             known += [f"{kind}_K and {kind}_K_film, K = 1 to {modes}" for kind in kinds if modes]
             known += [f"{label}..." for label in begins]
             raise OutputError(
                 f"--only: no picture is called {pattern!r}; there may be {', '.join(known)}"
             )
-
-
-def _fits(pattern: str, names: Sequence[str]) -> bool:
-    return any(fnmatchcase(name, pattern) for name in names)
 
 
 def _may_begin(pattern: str, begins: Sequence[str]) -> bool:

@@ -11,17 +11,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from solidwhirl.drawing.surfaces import outer_faces
 from solidwhirl.meshing import Mesh
 from solidwhirl.pictures.engine_shape import BodyInSpace, EngineShape, displaced
-from solidwhirl.rotordyn.plots.frame import (
-    SMALL_PT,
-    TITLE_PT,
-    TWO_COLUMNS_MM,
-    WHIRL_STYLES,
-    new_figure,
-    styled,
-    write_figure,
-)
+from solidwhirl.rotordyn.plots import frame
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -92,13 +85,7 @@ def edges_of(surface: Any) -> Any:
 
 
 def add_bodies(plotter: Any, shape: EngineShape, phase_rad: float) -> list[Any]:
-    """Add the bodies of a mode at a phase; those of the phase before make way.
-
-    Returns
-    -------
-    list
-        What was added.
-    """
+    """Add the bodies of a mode at a phase and return them; those of the phase before make way."""
     added = []
     for body in shape.bodies:
         surface = polydata(body, phase_rad, shape.largest_m)
@@ -129,7 +116,7 @@ def add_orbits(plotter: Any, shape: EngineShape, phase_rad: float) -> list[Any]:
     added = []
     at = phase_rad / (2.0 * np.pi)
     for number, orbit in enumerate(shape.orbits):
-        style = WHIRL_STYLES[orbit.whirl]
+        style = frame.WHIRL_STYLES[orbit.whirl]
         closed = np.vstack((orbit.points_m, orbit.points_m[:1]))
         path = _path(closed, orbit.whirl)
         wide, name = 5.0 * thickness(plotter), f"orbit {number}"
@@ -182,12 +169,12 @@ def shape_image(shape: EngineShape, phase_rad: float = 0.0) -> Image:
         return view(plotter, shape, phase_rad, _ZOOM)
 
 
-@styled
+@frame.styled
 def draw_mode_still(shape: EngineShape, path: Path, title: str) -> None:
     """Draw a mode in space: deformed bodies coloured by displacement, orbits by whirl."""
     image = cropped(shape_image(shape))
     figure = frame_of(image, path, title, shape)
-    write_figure(figure, path)
+    frame.write_figure(figure, path)
 
 
 def frame_of(image: Image, path: Path, title: str, shape: EngineShape) -> Figure:
@@ -197,52 +184,46 @@ def frame_of(image: Image, path: Path, title: str, shape: EngineShape) -> Figure
     from matplotlib.lines import Line2D
 
     height, width = image.shape[:2]
-    figure = new_figure(path, TWO_COLUMNS_MM, 156.0 * height / width + 20.0)
+    figure = frame.new_figure(path, frame.TWO_COLUMNS_MM, 156.0 * height / width + 20.0)
     axes = figure.add_subplot()
     axes.imshow(image, interpolation="antialiased")
     axes.set_axis_off()
-    figure.suptitle(f"{fill(title, 80)}\n{shape.text}", fontsize=TITLE_PT)
+    figure.suptitle(f"{fill(title, 80)}\n{shape.text}", fontsize=frame.TITLE_PT)
     colors = ScalarMappable(Normalize(0.0, 1.0), _COLORS)
     bar = figure.colorbar(colors, ax=axes, shrink=0.8, pad=0.01, aspect=28)
     bar.set_label("displacement, largest 1")
     texts = {"forward": "forward orbit", "backward": "backward orbit", "planar": "along a line"}
     rows = [
-        Line2D(
-            [],
-            [],
-            color=WHIRL_STYLES[kind].color,
-            linestyle=WHIRL_STYLES[kind].dashes,
-            marker=WHIRL_STYLES[kind].marker,
-            markerfacecolor=WHIRL_STYLES[kind].face,
-            markersize=4.5,
-            label=text,
-        )
+        Line2D([], [], color=style.color, linestyle=style.dashes, marker=style.marker,
+               markerfacecolor=style.face, markersize=4.5, label=text)
         for kind, text in texts.items()
+        for style in [frame.WHIRL_STYLES[kind]]
         if any(orbit.whirl == kind for orbit in shape.orbits)
-    ]
+    ]  # fmt: skip
     if rows:
         figure.legend(handles=rows, loc="outside lower center", ncols=3, frameon=False,
-                      fontsize=SMALL_PT, handlelength=3.2)  # fmt: skip
+                      fontsize=frame.SMALL_PT, handlelength=3.2)  # fmt: skip
     return figure
 
 
 def cropped(image: Image) -> Image:
     """Return the part of an image that is not white, with a margin."""
+    return image[inked_part(image)]
+
+
+def inked_part(image: Image) -> tuple[slice, ...]:
+    """Return rows and columns of an image that are not white, with a margin."""
     inked = (image < 250).any(axis=2)
-    rows, columns = np.flatnonzero(inked.any(axis=1)), np.flatnonzero(inked.any(axis=0))
-    if not rows.size:
-        return image
-    margin = 12
-    top, left = max(rows[0] - margin, 0), max(columns[0] - margin, 0)
-    return image[top : rows[-1] + margin + 1, left : columns[-1] + margin + 1]
+    places = [np.flatnonzero(inked.any(axis=axis)) for axis in (1, 0)]
+    return tuple(slice(max(p[0] - 12, 0), p[-1] + 13) for p in places if p.size)
 
 
-@styled
+@frame.styled
 def draw_solid_mesh(mesh: Mesh, path: Path, title: str) -> None:
     """Draw the mesh of a solid: its surface with the edges of the elements."""
     import pyvista
 
-    faces = _outer_faces(np.asarray(mesh.cells[:, :4], dtype=np.int64))
+    faces = outer_faces(np.asarray(mesh.cells[:, :4], dtype=np.int64))
     surface = pyvista.PolyData(np.asarray(mesh.points), faces=_with_count(faces))
     with scene_in_space(_PIXELS) as plotter:
         plotter.add_mesh(surface, color="#A9CCE3", show_edges=True, edge_color="#1B4F72",
@@ -250,18 +231,12 @@ def draw_solid_mesh(mesh: Mesh, path: Path, title: str) -> None:
         look_at(plotter)
         image = np.asarray(plotter.screenshot(return_img=True), dtype=np.uint8)
     image = cropped(image)
-    figure = new_figure(path, TWO_COLUMNS_MM, 176.0 * image.shape[0] / image.shape[1] + 13.0)
+    figure = frame.new_figure(
+        path, frame.TWO_COLUMNS_MM, 176.0 * image.shape[0] / image.shape[1] + 13.0
+    )
     axes = figure.add_subplot()
     axes.imshow(image, interpolation="antialiased")
     axes.set_axis_off()
     text = f"{fill(title, 80)}\n{len(mesh.cells)} elements"
-    axes.set_title(text, fontsize=TITLE_PT)
-    write_figure(figure, path)
-
-
-def _outer_faces(tetrahedra: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Triangles that belong to one tetrahedron only, shape (f, 3)."""
-    corners = [(1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2)]
-    faces = np.sort(tetrahedra[:, corners].reshape(-1, 3), axis=1)
-    found, count = np.unique(faces, axis=0, return_counts=True)
-    return np.asarray(found[count == 1])
+    axes.set_title(text, fontsize=frame.TITLE_PT)
+    frame.write_figure(figure, path)

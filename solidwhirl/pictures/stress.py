@@ -11,13 +11,7 @@ import numpy as np
 
 from solidwhirl.core.outcome import Write
 from solidwhirl.pictures.stills import Image, cropped, look_at, scene_in_space
-from solidwhirl.rotordyn.plots.frame import (
-    TITLE_PT,
-    TWO_COLUMNS_MM,
-    new_figure,
-    styled,
-    write_figure,
-)
+from solidwhirl.rotordyn.plots import frame
 
 _PIXELS = (2000, 1000)
 # Largest displacement as drawn, as a part of the length of the body.
@@ -31,7 +25,7 @@ _FIELDS = (
 _COLORS = "cividis"
 
 
-@styled
+@frame.styled
 def draw_stress_still(record: Write, path: Path, title: str) -> None:
     """Draw a recovered state: half of the body, deformed, coloured by its stress."""
     from matplotlib.cm import ScalarMappable
@@ -39,17 +33,17 @@ def draw_stress_still(record: Write, path: Path, title: str) -> None:
 
     image, label, largest, factor = _image(record)
     height, width = image.shape[:2]
-    figure = new_figure(path, TWO_COLUMNS_MM, 152.0 * height / width + 14.0)
+    figure = frame.new_figure(path, frame.TWO_COLUMNS_MM, 152.0 * height / width + 14.0)
     axes = figure.add_subplot()
     axes.imshow(image, interpolation="antialiased")
     axes.set_axis_off()
     text = f"displacement drawn {factor:.3g} times as large" if factor else "not deformed"
-    figure.suptitle(f"{fill(title, 80)}\n{text}", fontsize=TITLE_PT)
+    figure.suptitle(f"{fill(title, 80)}\n{text}", fontsize=frame.TITLE_PT)
     bar = figure.colorbar(
         ScalarMappable(Normalize(0.0, largest), _COLORS), ax=axes, shrink=0.85, pad=0.01, aspect=28
     )
     bar.set_label(label)
-    write_figure(figure, path)
+    frame.write_figure(figure, path)
 
 
 def _image(record: Write) -> tuple[Image, str, float, float]:

@@ -22,22 +22,11 @@ _STEP = 2.0**0.5
 class Ladders:
     """How much a study runs.
 
-    Attributes
-    ----------
-    reference_accuracy
-        Of the harmonic run that counts as the truth.
-    graded, uniform
-        Rungs (refinements) by element order.
-    solid
-        Solver by sizes over those of the first graded rung.
-    adaptive
-        Accuracies.
-    modes
-        Numbers of fixed-interface modes on one fine graded mesh of order 4.
-    ladder_modes, solid_modes
-        Modes of the mesh ladders: so many that the mesh's error shows.
-    longest_s, solid_longest_s
-        Cases with a longer predicted processor time are skipped, s.
+    `reference_accuracy` (of the truth) and `adaptive` are accuracies of harmonic runs;
+    `graded` and `uniform` are rungs (refinements) by element order; `solid` is the solver by sizes
+    over those of the first graded rung; `modes` are numbers of fixed-interface modes on one fine
+    graded mesh of order 4. The mesh ladders have so many modes that the mesh's error shows. Cases
+    with a longer predicted processor time [s] are skipped.
     """
 
     reference_accuracy: float
@@ -118,13 +107,7 @@ class StudyCase:
 
 
 def study_cases(scene: Scene, ladders: Ladders) -> tuple[StudyCase, ...]:
-    """Return the cases of a study, the reference first; analyses of the scene are left out.
-
-    Parameters
-    ----------
-    ladders
-        `FULL` or `QUICK`.
-    """
+    """Return the cases of a study, the reference first; analyses of the scene are left out."""
     bodies = {name: b.model_copy(update={"modes": None}) for name, b in scene.bodies.items()}
     base = scene.model_copy(update={"analyses": (), "bodies": bodies})
     spec = type(scene.model)
@@ -194,17 +177,9 @@ def _settings(thinnest: float, ladders: Ladders) -> Iterator[tuple[str, str, dic
         sizes = {"order": 4, **graded_sizes(thinnest, 4, 2)}
         yield f"harmonic, order 4, {modes} modes", "modes", {**fixed, **sizes, "modes": modes}
     for factor, solver in ladders.solid.items():
-        yield (
-            f"solid, order 2, graded, sizes times {factor:g}",
-            "graded",
-            {
-                "level": "solid",
-                "accuracy": _FIXED_ACCURACY,
-                "order": 2,
-                "modes": ladders.solid_modes,
-                "size_m": _LARGEST * thinnest * factor,
-                "corner_size_m": _SOLID_CORNER * thinnest * factor,
-                "growth": 0.8,
-                "solver": solver,
-            },
-        )
+        settings = {
+            "level": "solid", "accuracy": _FIXED_ACCURACY, "order": 2, "growth": 0.8,
+            "modes": ladders.solid_modes, "size_m": _LARGEST * thinnest * factor,
+            "corner_size_m": _SOLID_CORNER * thinnest * factor, "solver": solver,
+        }  # fmt: skip
+        yield f"solid, order 2, graded, sizes times {factor:g}", "graded", settings

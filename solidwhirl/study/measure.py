@@ -81,11 +81,8 @@ class Measured:
 def usage(status: Path = _STATUS) -> Usage:
     """Return what this process has used.
 
-    Parameters
-    ----------
-    status
-        Where the kernel tells the peak memory of this program alone; without such a file that of
-        getrusage is taken, which on some systems counts what the parent process had.
+    The status file of the kernel tells the peak memory of this program alone; without it that of
+    getrusage is taken, which on some systems counts what the parent process had.
     """
     used = resource.getrusage(resource.RUSAGE_SELF)
     peak = used.ru_maxrss
@@ -184,16 +181,9 @@ def _wider_critical_speeds(results: Results) -> list[CriticalSpeed]:
 
 
 def measured_apart(case: StudyCase, patience_s: float) -> Measured | str:
-    """Run a case in a new process with one thread of linear algebra.
+    """Run a case in a new process with one thread of linear algebra, ended after so long a time.
 
-    Parameters
-    ----------
-    patience_s
-        Wall time after which the process is ended.
-
-    Returns
-    -------
-    Results and cost, or why there are none.
+    Returns results and cost, or why there are none.
     """
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe(duplex=False)

@@ -6,9 +6,8 @@ import math
 import os
 import platform
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -16,29 +15,16 @@ from solidwhirl.core.errors import markdown_row, markdown_text
 from solidwhirl.core.machine import machine_speed
 from solidwhirl.core.plain_data import plain_data
 from solidwhirl.core.versions import package_versions
-from solidwhirl.rotordyn.plots.frame import (
-    COLORS,
-    TITLE_PT,
-    TWO_COLUMNS_MM,
-    add_legend,
-    draw_grid,
-    new_figure,
-    number_text,
-    styled,
-    write_figure,
-)
+from solidwhirl.rotordyn.plots import chart as charts
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_reading.reader import scene_hash
 from solidwhirl.study.table import LEVEL_SPAN, Outcome, StudyRow, StudyTable
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 SCHEMA = "solidwhirl-study-2"
-# Axes that span less than this factor have more numbers than powers of ten.
-_PLAIN = 100.0
-
-_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+# Axes of the picture, with their units.
+_COSTS = (
+    ("processor time", "s"), ("peak memory", "GiB"), ("unknowns before reduction", "1"),
+)  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,17 +105,14 @@ def _case(row: StudyRow) -> dict[str, Any]:
     }
     if found is None:
         return head
+    used = {
+        "startup": found.startup, "without_estimates": found.plain,
+        "with_estimates": found.estimated,
+    }  # fmt: skip
     return {
         **head,
         **{k: getattr(found, k) for k in ("unknowns", "coordinates", "bodies", "wall_s")},
-        **{
-            k: None if used is None else asdict(used)
-            for k, used in (
-                ("startup", found.startup),
-                ("without_estimates", found.plain),
-                ("with_estimates", found.estimated),
-            )
-        },
+        **{k: None if usage is None else asdict(usage) for k, usage in used.items()},
         "campbell": asdict(row.campbell),
         "critical_speeds": asdict(row.critical_speeds),
         "estimated_parts": found.parts,
@@ -200,53 +183,50 @@ def _short(value: float, kind: str = ".1e") -> str:
     return format(value, kind) if math.isfinite(value) else ""
 
 
-@styled
-def draw_study(study: Study, path: Path) -> None:
-    """Draw error against processor time, memory and unknowns, a line for each ladder."""
+def study_chart(study: Study) -> charts.Chart:
+    """Return error against processor time, memory and unknowns, a line for each ladder."""
     table = study.table
-    figure = new_figure(path, TWO_COLUMNS_MM, 110.0)
-    frames = list(figure.subplots(1, 3, sharey=True))
     rows = [row for row in table.rows if table.shown(row)]
-    series = dict.fromkeys(row.outcome.case.series for row in rows)
-    for k, name in enumerate(series):
-        own = [r for r in rows if r.outcome.case.series == name]
-        label = name + "".join(
-            f", error ~ N^{s.slope:.2f}"
-            for s in table.slopes
-            if (s.series, s.quantity) == (name, "error")
+    costs = np.array([_costs(row) for row in rows]).reshape(-1, 3)
+    errors = np.array([max(row.campbell.true, table.floor) for row in rows])
+    options = []
+    for column, (name, unit) in zip(costs.T, _COSTS, strict=True):
+        curves = []
+        for k, series in enumerate(dict.fromkeys(r.outcome.case.series for r in rows)):
+            own = np.flatnonzero([r.outcome.case.series == series for r in rows])
+            own = own[np.argsort(column[own])]
+            slopes = "".join(
+                f", error ~ N^{s.slope:.2f}"
+                for s in table.slopes
+                if (s.series, s.quantity) == (series, "error")
+            )
+            look = replace(charts.series_look(k), dash="solid", width=1.1, size=7.7)
+            curves.append(
+                charts.Curve(x=column[own], y=errors[own], name=series + slopes, look=look)
+            )
+        options.append(
+            charts.Option(label="", marks=curves, x=charts.Axis(label=name, unit=unit, is_log=True))
         )
-        error = np.array([max(r.campbell.true, table.floor) for r in own])
-        for axes, cost in zip(frames, zip(*map(_costs, own), strict=True), strict=True):
-            order = np.argsort(cost)
-            style = {"color": COLORS[k % len(COLORS)], "marker": _MARKERS[k % len(_MARKERS)]}
-            axes.plot(np.array(cost)[order], error[order], label=label, markersize=4.5,
-                      linewidth=0.8, **style)  # fmt: skip
-    names = ("processor time [s]", "peak memory [GiB]", "unknowns before reduction [1]")
-    for axes, label in zip(frames, names, strict=True):
-        _finish(axes, label, table.floor)
-    frames[0].set_ylabel("largest relative error\nof all branches and speeds [1]")
-    figure.suptitle(f"Error against cost: {study.scene.title or study.scene.name}",
-                    fontsize=TITLE_PT)  # fmt: skip
-    add_legend(figure, frames, place="outside lower center", columns=2)
-    write_figure(figure, path)
+    floor = charts.Rule(
+        at=table.floor,
+        along="y",
+        text="estimated error of the reference",
+        look=charts.Look("@muted", "dot"),
+    )
+    label = "largest relative error of all branches and speeds"
+    return charts.Chart(
+        name="study",
+        title=f"Error against cost: {study.scene.title or study.scene.name}",
+        x=charts.Axis(label=""),
+        y=charts.Axis(label=label, unit="1", is_log=True),
+        parts=[
+            *([floor] if table.floor > 0.0 else []),
+            charts.Choice(label="cost", options=options, on_paper="each"),
+        ],
+    )
 
 
 def _costs(row: StudyRow) -> tuple[float, float, float]:
     found = row.outcome.measured
     assert found is not None
     return found.usage.cpu_s, found.usage.peak_memory_gib, float(found.unknowns)
-
-
-def _finish(axes: Axes, label: str, floor: float) -> None:
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
-    if floor > 0.0:
-        axes.axhline(floor, color="#999999", linestyle=(0, (1, 2)), linewidth=1.2,
-                     label="estimated error of the reference")  # fmt: skip
-    axes.set(xscale="log", yscale="log", xlabel=label)
-    low, high = axes.get_xlim()
-    if high < _PLAIN * low:  # powers of ten would be too few
-        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axes.xaxis.set_minor_formatter(NullFormatter())
-        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: number_text(value)))
-    draw_grid(axes, "both", "both")

@@ -17,10 +17,11 @@ from solidwhirl.cost.work import predict_cost
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
 from solidwhirl.rotordyn.core.atomic import replacing
+from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
 from solidwhirl.scene_reading.reader import read_scene, scene_hash
 from solidwhirl.study.cases import FULL, QUICK, Ladders, StudyCase, study_cases
 from solidwhirl.study.measure import measured_apart
-from solidwhirl.study.report import Study, draw_study, study_document, summary
+from solidwhirl.study.report import Study, study_chart, study_document, summary
 from solidwhirl.study.table import Outcome, study_table
 
 Progress = Callable[[str], None]
@@ -39,15 +40,7 @@ class StudyError(ValueError):
 
 @dataclass(frozen=True, kw_only=True)
 class StudyDone:
-    """Files of a study, numbers of its cases, and what a reader must know.
-
-    Attributes
-    ----------
-    document, report, picture
-        study.json, study.md and study.png.
-    notes
-        One sentence per case that is missing or level that is not shown.
-    """
+    """Files of a study (.json, .md, .png), numbers of its cases, and what a reader must know."""
 
     out: Path
     document: Path
@@ -68,17 +61,9 @@ def study_command(
 ) -> StudyDone:
     """Measure error against processor time and memory over levels, orders, meshes and modes.
 
-    Parameters
-    ----------
-    scene_path
-        The scene file. It needs a body with a profile; its analyses are left out.
-    out
-        Folder for study.json, study.md and study.png. Results of finished cases are cached in its
-        folder cases/: a study that was interrupted continues where it stopped.
-    progress
-        Called with one line per case, with the time to go.
-    quick
-        Short ladders, under a minute for a small scene.
+    Results of finished cases are cached in the folder cases/: a study that was interrupted
+    continues where it stopped. `progress` is called with one line per case, with the time to go;
+    `quick` takes short ladders, under a minute for a small scene.
 
     Raises
     ------
@@ -103,7 +88,8 @@ def study_command(
         progress("picture")
         study = Study(scene=scene, quick=quick, outcomes=outcomes, table=study_table(outcomes))
         document = study_document(study)
-        draw_study(study, files[2])
+        chart = study_chart(study)
+        draw_charts([chart], files[2], chart.title)
         _write(files[1], summary(study, document))
         _write(files[0], json.dumps(document, indent=1, allow_nan=False) + "\n")
     except OSError as error:
@@ -136,14 +122,9 @@ def _write(path: Path, text: str) -> None:
 def run_cases(
     cases: Sequence[StudyCase], folder: Path, ladders: Ladders, progress: Progress
 ) -> tuple[Outcome, ...]:
-    """Run the cases that have no result yet, in their order, each in a process of its own.
+    """Run the cases that have no result yet, the reference first, each in a process of its own.
 
-    Parameters
-    ----------
-    cases
-        The reference first.
-    folder
-        Where results are cached; failed cases are run again.
+    Results are cached in the folder; failed cases are run again.
 
     Raises
     ------
@@ -152,18 +133,17 @@ def run_cases(
     """
     store = StageStore(folder)
     machine = machine_speed()
-    planned = [_planned(case, machine) for case in cases]
+    planned = [_planned(case, machine, _allowed_s(case, ladders)) for case in cases]
     keys = [
         store.key("study", scene_hash(c.scene), c.estimates, c.ladder == "reference")
         for c in (plan.case for plan in planned)
     ]
     found = [store.find(key, progress) for key in keys]
-    to_go = _TimeToGo(
-        [
-            0.0 if f is not None or _too_large(p, ladders) else p.cpu_s
-            for f, p in zip(found, planned, strict=True)
-        ]
-    )
+    predicted = [
+        0.0 if f is not None or _too_large(p, ladders) else p.cpu_s
+        for f, p in zip(found, planned, strict=True)
+    ]
+    begun = time.perf_counter()
     outcomes: list[Outcome] = []
     for k, (plan, known) in enumerate(zip(planned, found, strict=True)):
         case, said = plan.case, f"case {k + 1} of {len(cases)}, {plan.case.name}"
@@ -173,7 +153,7 @@ def run_cases(
             outcomes.append(Outcome(case=case, status="skipped", message=reason))
             continue
         if known is None:
-            progress(f"{said}; {to_go.text(k)}")
+            progress(f"{said}; {_to_go(predicted, k, time.perf_counter() - begun)}")
             known = measured_apart(case, _PATIENCE * _allowed_s(case, ladders))
         if isinstance(known, str):
             progress(f"{case.name} failed: {known}")
@@ -196,7 +176,7 @@ class _Planned:
     memory_gib: float
 
 
-def _planned(case: StudyCase, machine: MachineSpeed) -> _Planned:
+def _planned(case: StudyCase, machine: MachineSpeed, allowed_s: float) -> _Planned:
     """Predict a case, adaptive runs from the a-priori mesh rule; without estimates if it must."""
     if case.level == "beam":
         return _Planned(case=case, cpu_s=_START_S, memory_gib=0.0)
@@ -210,14 +190,13 @@ def _planned(case: StudyCase, machine: MachineSpeed) -> _Planned:
         predict_cost(plan, scene, bodies, modes=modes, estimates=e, machine=machine).whole
         for e in (False, True)
     )
+    cost, memory = _START_S + plain.total_s + estimated.total_s, estimated.peak_memory_gib
     if case.estimates == "on":
-        cost, memory = _ITERATIONS * estimated.total_s, estimated.peak_memory_gib
-    elif estimated.peak_memory_gib > _MEMORY_SHARE * available_memory_gib():
+        cost = _START_S + _ITERATIONS * estimated.total_s
+    elif cost > allowed_s or memory > _MEMORY_SHARE * available_memory_gib():
         case = replace(case, estimates="off")
-        cost, memory = plain.total_s, plain.peak_memory_gib
-    else:
-        cost, memory = plain.total_s + estimated.total_s, estimated.peak_memory_gib
-    return _Planned(case=case, cpu_s=_START_S + cost, memory_gib=memory)
+        cost, memory = _START_S + plain.total_s, plain.peak_memory_gib
+    return _Planned(case=case, cpu_s=cost, memory_gib=memory)
 
 
 def _allowed_s(case: StudyCase, ladders: Ladders) -> float:
@@ -242,17 +221,9 @@ def _too_large(plan: _Planned, ladders: Ladders) -> str:
     return ""
 
 
-class _TimeToGo:
-    """Time to go, from predicted times and how those of the cases so far turned out."""
-
-    def __init__(self, predicted_s: list[float]) -> None:
-        self._predicted = predicted_s
-        self._begun = time.perf_counter()
-
-    def text(self, number: int) -> str:
-        """Return "about 4 min to go", before a case is run."""
-        done = sum(self._predicted[:number])
-        slowness = (time.perf_counter() - self._begun) / done if done else 1.0
-        seconds = slowness * sum(self._predicted[number:])
-        amount = f"{seconds / 60.0:.0f} min" if seconds > 90.0 else f"{seconds:.0f} s"
-        return f"about {amount} to go"
+def _to_go(predicted_s: Sequence[float], number: int, spent_s: float) -> str:
+    """Say how long the cases from a number on take, by how those before turned out."""
+    done = sum(predicted_s[:number])
+    seconds = (spent_s / done if done else 1.0) * sum(predicted_s[number:])
+    amount = f"{seconds / 60.0:.0f} min" if seconds > 90.0 else f"{seconds:.0f} s"
+    return f"about {amount} to go"

@@ -30,13 +30,7 @@ QUANTITIES = ("error", "cpu_s", "memory_gib")
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """What became of a case: its measurement, or why there is none.
-
-    Attributes
-    ----------
-    status
-        "done", "failed" or "skipped".
-    """
+    """What became of a case, "done", "failed" or "skipped": its measurement, or why none."""
 
     case: StudyCase
     status: str
@@ -225,7 +219,9 @@ def _pair(
     true = [_largest(np.abs(row)) for row in difference / (1.0 - difference)]
     guess = [_largest(row) for row in estimate] if len(estimate) else [np.nan] * len(true)
     clear = [
-        (g, t) for g, t in zip(guess, true, strict=True) if np.isfinite(g) and t > _least(floor)
+        (g, t)
+        for g, t in zip(guess, true, strict=True)
+        if np.isfinite(g) and t > _CLEAR_OF_FLOOR * floor
     ]
     return ErrorPair(
         true=_largest(np.array(true)),
@@ -234,10 +230,6 @@ def _pair(
         least_effectivity=min(g / t for g, t in clear) if clear else np.nan,
         unmatched=int((partner < 0).sum()),
     )
-
-
-def _least(floor: float) -> float:
-    return _CLEAR_OF_FLOOR * floor
 
 
 def _largest(values: FloatArray) -> float:
@@ -265,7 +257,7 @@ def _counts(row: StudyRow, quantity: str, floor: float) -> bool:
     if quantity == "error":
         assert row.outcome.measured is not None
         other = floor + row.outcome.measured.parts.get("mode_truncation", 0.0)
-        return row.campbell.true > _least(other)
+        return row.campbell.true > _CLEAR_OF_FLOOR * other
     return row.value(quantity) > {"cpu_s": _LEAST_S, "memory_gib": _LEAST_GIB}[quantity]
 
 

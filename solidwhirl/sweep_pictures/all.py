@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from solidwhirl.rotordyn.core.atomic import replacing
+from solidwhirl.rotordyn.plots.chart import Chart
+from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
 from solidwhirl.sweep.analysis import (
     SweepAnalysis,
     SweepPictureSettings,
@@ -16,9 +18,9 @@ from solidwhirl.sweep.analysis import (
     document_of,
 )
 from solidwhirl.sweep.records import BatchRow
-from solidwhirl.sweep_pictures.bands import draw_campbell_bands
-from solidwhirl.sweep_pictures.effects import draw_tornado
-from solidwhirl.sweep_pictures.lines import draw_critical_speeds
+from solidwhirl.sweep_pictures.bands import bands_chart
+from solidwhirl.sweep_pictures.effects import tornado_chart
+from solidwhirl.sweep_pictures.lines import critical_speeds_chart
 from solidwhirl.sweep_pictures.margins import draw_margin_maps
 from solidwhirl.sweep_pictures.parallel import parallel_page
 
@@ -30,16 +32,10 @@ Draw = Callable[[SweepAnalysis, SweepPictureSettings, Path], None]
 def draw_batch(
     rows: Sequence[BatchRow], out: Path, *, settings: SweepPictureSettings | None = None
 ) -> tuple[Path, ...]:
-    """Draw all pictures that the rows of a batch allow.
+    """Draw all pictures that the rows of a batch allow into a folder.
 
-    Parameters
-    ----------
-    rows
-        From `read_batch`, of any number of scenes; those without a sweep have no pictures.
-    out
-        The folder, made if it is missing; files of the same names are replaced.
-    settings
-        What is asked for beyond the rows, such as operating speeds.
+    Rows are of any number of scenes; those without a sweep have no pictures. Files of the same
+    names are replaced.
 
     Returns
     -------
@@ -82,6 +78,14 @@ def _write(path: Path, text: str) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
+def _drawn(build: Callable[[SweepAnalysis, SweepPictureSettings], Chart]) -> Draw:
+    def draw(found: SweepAnalysis, settings: SweepPictureSettings, path: Path) -> None:
+        chart = build(found, settings)
+        draw_charts([chart], path, chart.title)
+
+    return draw
+
+
 def _write_page(found: SweepAnalysis, settings: SweepPictureSettings, path: Path) -> None:
     _write(path, parallel_page(found, settings))
 
@@ -94,9 +98,9 @@ def _has_bands(found: SweepAnalysis) -> bool:
 _EARLIER = ("parallel.png",)
 # By the end of their names: what they apply to, and who draws them.
 _PICTURES: tuple[tuple[str, Callable[[SweepAnalysis], bool], Draw], ...] = (
-    ("critical-speeds.png", lambda found: bool(found.tracks), draw_critical_speeds),
-    ("tornado.png", lambda found: bool(found.sensitivities), draw_tornado),
+    ("critical-speeds.png", lambda found: bool(found.tracks), _drawn(critical_speeds_chart)),
+    ("tornado.png", lambda found: bool(found.sensitivities), _drawn(tornado_chart)),
     ("parallel.html", lambda found: bool(found.quantities), _write_page),
     ("margins.png", lambda found: bool(found.maps), draw_margin_maps),
-    ("campbell-bands.png", _has_bands, draw_campbell_bands),
+    ("campbell-bands.png", _has_bands, _drawn(bands_chart)),
 )

@@ -19,13 +19,8 @@ _STYLE = "body{font-family:sans-serif;margin:1.5em auto;max-width:1400px;color:#
 def parallel_page(found: SweepAnalysis, settings: SweepPictureSettings) -> str:
     """Return parallel coordinates as a page: ranges are chosen by dragging along the axes.
 
-    Axes are the most influential parameters, then critical speeds and responses.
-
-    Returns
-    -------
-    str
-        HTML with the drawing library inside; cases that lack a result of an axis are left out
-        and counted.
+    Axes are the most influential parameters, then critical speeds and responses. The drawing
+    library is inside; cases that lack a result of an axis are left out and counted.
     """
     from plotly.graph_objects import Figure, Parcoords
     from plotly.offline import get_plotlyjs
@@ -77,12 +72,8 @@ def _parameter(
     axis: dict[str, Any] = {"label": escape(parameter_label(parameter.name, settings))}
     if parameter.choices:
         words = [escape(choice) for choice in parameter.choices]
-        return {
-            **axis,
-            "values": values[whole],
-            "tickvals": [*range(len(words))],
-            "ticktext": words,
-        }
+        places = [*range(len(words))]
+        return {**axis, "values": values[whole], "tickvals": places, "ticktext": words}
     if not parameter.logarithmic:
         return {**axis, "values": values[whole]}
     ticks = _round_numbers(values)

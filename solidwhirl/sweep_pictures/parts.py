@@ -1,32 +1,19 @@
-"""What the pictures of a sweep share: labels, axes, legend and notes."""
+"""What the pictures of a sweep share: labels and axes."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from textwrap import fill
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from solidwhirl.rotordyn.plots.frame import (
-    SMALL_PT,
-    SUPERSCRIPTS,
-    TITLE_PT,
-    WHIRL_STYLES,
-    Style,
-    number_text,
-)
+from solidwhirl.rotordyn.plots.chart import Axis, Look, Span
+from solidwhirl.rotordyn.plots.frame import SUPERSCRIPTS, number_text
 from solidwhirl.sweep.analysis import SweepAnalysis, SweepPictureSettings, ranking
 from solidwhirl.sweep.design import SweepDesign
-from solidwhirl.sweep.labels import label_of, wrapped
+from solidwhirl.sweep.labels import label_of
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-_OTHER_WHIRL = Style("#CC79A7", (0, (3, 1, 1, 1, 1, 1)), "^")
-_NOTES = 4
+# Room at both ends of an axis of a parameter, as a part of its range.
+_ROOM = 0.12
 
 
 def shown_parameters(found: SweepAnalysis) -> list[int]:
@@ -51,35 +38,31 @@ def parameter_label(name: str, settings: SweepPictureSettings) -> str:
 
 
 def parameter_axis(
-    axes: Axes, found: SweepAnalysis, settings: SweepPictureSettings, parameter: int, which: str
-) -> None:
-    """Label an axis with a parameter: its unit, its words, its logarithm."""
-    chosen = found.design.parameters[parameter]
+    found: SweepAnalysis, settings: SweepPictureSettings, number: int
+) -> tuple[Axis, float]:
+    """Return the axis of a parameter, and what its values are divided by on it."""
+    design = found.design
+    chosen, values = design.parameters[number], design.values[:, number]
     label = parameter_label(chosen.name, settings)
     if chosen.choices:
-        getattr(axes, f"set_{which}ticks")(range(len(chosen.choices)), chosen.choices)
-    elif chosen.logarithmic:
-        getattr(axes, f"set_{which}scale")("log")
-    else:
-        from matplotlib.ticker import FuncFormatter, MaxNLocator
-
-        largest = float(np.abs(found.design.values[:, parameter]).max(initial=0.0))
-        scale, label = in_powers_of_ten(label, largest)
-        axis = axes.xaxis if which == "x" else axes.yaxis
-        axis.set_major_locator(MaxNLocator(4 if which == "x" else 6, steps=[1, 2, 2.5, 5, 10]))
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value / scale:.6g}"))
-    getattr(axes, f"set_{which}label")(wrapped(label, 34))
+        count = len(chosen.choices)
+        return Axis(label=label, places=chosen.choices, low=-0.5, high=count - 0.5), 1.0
+    if design.left_out:
+        values = np.concatenate([values, design.left_out_values[:, number]])
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    if chosen.logarithmic:
+        room = (high / low) ** _ROOM
+        return Axis(label=label, low=low / room, high=high * room, is_log=True), 1.0
+    scale, label = in_powers_of_ten(label, max(abs(low), abs(high)))
+    room = _ROOM * ((high - low) or 1.0)
+    return Axis(label=label, low=(low - room) / scale, high=(high + room) / scale), scale
 
 
 def in_powers_of_ten(label: str, largest: float) -> tuple[float, str]:
     """Return what the numbers of an axis are divided by, and its label with that in its unit.
 
-    Parameters
-    ----------
-    label
-        With the unit in brackets at its end, or without one.
-    largest
-        The largest number without its sign; from 0.001 up to 10 000 nothing is divided.
+    The label may have its unit in brackets at the end. Where the largest number is from 0.001 up to
+    10 000 nothing is divided.
     """
     exponent = math.floor(math.log10(largest)) if largest > 0.0 else 0
     if -4 < exponent < 4:
@@ -96,22 +79,10 @@ def value_text(design: SweepDesign, name: str, value: float) -> str:
     return choices[int(value)] if choices else number_text(value, 4)
 
 
-def whirl_style(whirl: str) -> Style:
-    """Return how a critical speed is drawn; one of several whirls has a style of its own."""
-    return WHIRL_STYLES.get(whirl, _OTHER_WHIRL)
-
-
-def write_notes(figure: Figure, notes: Sequence[str]) -> None:
-    """Write the first notes below the diagram."""
-    said = list(notes[:_NOTES])
-    if len(notes) > _NOTES:
-        said.append(f"and {len(notes) - _NOTES} more notes in sweep.json")
-    if said:
-        figure.supxlabel(
-            "\n".join(fill(n, 118) for n in said), fontsize=SMALL_PT, x=0.01, ha="left"
-        )
-
-
-def write_title(figure: Figure, title: str) -> None:
-    """Write what is above all frames."""
-    figure.suptitle("\n".join(fill(line, 80) for line in title.split("\n")), fontsize=TITLE_PT)
+def operating_span(settings: SweepPictureSettings, along: str) -> list[Span]:
+    """Return the operating speeds that were asked for, shaded along an axis."""
+    if settings.operating_rpm is None:
+        return []
+    low, high = settings.operating_rpm
+    look = Look("@c4", "")
+    return [Span(low=low, high=high, along=along, name="operating speeds", look=look)]

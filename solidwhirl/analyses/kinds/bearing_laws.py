@@ -43,6 +43,10 @@ class BearingLawsSpec(Analysis):
     kind: Literal["bearing_laws"]
     to_rpm: Positive
 
+    def possible_files(self, bearings: Mapping[str, bool]) -> tuple[str, ...]:
+        """Return a picture for each bearing with a law."""
+        return tuple(f"{self.label}_{name}.png" for name, has_law in bearings.items() if has_law)
+
     def run(self, engine: Engine) -> Outcome:
         """Coefficients of the bearings that depend on the speed."""
         speeds = self._speeds(engine)

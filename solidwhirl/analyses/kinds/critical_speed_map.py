@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from solidwhirl.analyses.base import (
     CRITICAL_SPEEDS,
+    UNBALANCE_TURNS,
     Charts,
     Engine,
     Found,
@@ -29,6 +30,7 @@ class CriticalSpeedMapSpec(Stiffnesses):
     """Critical speeds over the stiffness of supports."""
 
     section = CRITICAL_SPEEDS
+    turning: ClassVar = {"excited_by": UNBALANCE_TURNS}
     axes = dict.fromkeys(
         ("critical_speed_rpm", "shaft_speed_rpm", "whirl", "likeness"),
         ("branch", "stiffness_n_per_m"),

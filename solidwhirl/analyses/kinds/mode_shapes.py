@@ -45,6 +45,15 @@ class ModeShapesSpec(Analysis):
     modes: Annotated[Count, Field(le=60)] = 8
     bodies: Annotated[tuple[Name, ...], Field(max_length=MOST)] = ()
 
+    def possible_files(self, bearings: Mapping[str, bool]) -> tuple[str, ...]:
+        """Return three pictures and more for each speed."""
+        ends = ("", "_participation", *(f"_{body}" for body in self.bodies))
+        return tuple(
+            f"{self.label}_{number_text(rpm)}rpm{end}.png"
+            for rpm in self.speeds_rpm
+            for end in ends
+        )
+
     def run(self, engine: Engine) -> Outcome:
         """Shapes of the lowest modes at some speeds, numbered as in the diagram."""
         documents = []

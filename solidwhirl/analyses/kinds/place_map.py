@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from pydantic import Field
 
 from solidwhirl.analyses.base import (
     RESPONSE_MAPS,
+    UNBALANCE_TURNS,
     Charts,
     Engine,
     Found,
@@ -42,6 +43,7 @@ class PlaceMapSpec(Frequencies):
     """Response to one unbalance at each place in turn, over its frequency."""
 
     section = RESPONSE_MAPS
+    turning: ClassVar = {"places": UNBALANCE_TURNS}
 
     kind: Literal["place_map"]
     frequency_count: Annotated[Count, Field(ge=3, le=20001)] = 500

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
@@ -25,6 +25,7 @@ class RotatingCampbellSpec(Analysis):
         "What a strain gauge on a turning body would measure.",
         40,
     )
+    turning: ClassVar = {"bodies": "its frame is the inertial one"}
 
     kind: Literal["rotating_campbell"]
     bodies: Names

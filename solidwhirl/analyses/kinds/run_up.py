@@ -8,12 +8,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from solidwhirl.analyses.base import Analysis, Charts, Engine, Found, Scalars
+from solidwhirl.analyses.base import UNBALANCE_TURNS, Analysis, Charts, Engine, Found, Scalars
 from solidwhirl.analyses.unbalances import UnbalanceSpec, end_of, unbalance_of
 from solidwhirl.core.blocks import AnalysisBlock, Table, Text, numbers
 from solidwhirl.core.fields import MOST, Finite, Name, NotNegative, Place, Positive
@@ -80,6 +80,14 @@ class RunUpSpec(Analysis):
         90,
     )
     has_record = True
+    turning: ClassVar = {
+        "at": UNBALANCE_TURNS,
+        "compare_flexible": "bodies at rest stay flexible in all models",
+    }
+    suffixes = (
+        *(".png", ".npz", "_spectrogram.png", "_waterfall.png", "_response.png"),
+        "_complexity.png",
+    )
 
     kind: Literal["run_up"]
     ramp_s: Positive

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -51,6 +51,7 @@ class SeparationMarginsSpec(Analysis):
     """Distance of critical speeds from operating speeds, sought up to a multiple of these."""
 
     section = CRITICAL_SPEEDS
+    turning: ClassVar = {"shaft": "it has no operating speed"}
     sees_operating = True
 
     kind: Literal["separation_margins"]

@@ -47,6 +47,7 @@ class StateSpaceSpec(Analysis):
         "Matrices A, B, C, D for control and simulation programs, as files of the run.",
         120,
     )
+    suffixes = (".h5", ".npz", ".mat")
 
     kind: Literal["state_space"]
     inputs: Places

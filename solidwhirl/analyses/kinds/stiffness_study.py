@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from solidwhirl.analyses.base import (
     RESPONSE_MAPS,
+    UNBALANCE_TURNS,
     Charts,
     Engine,
     Found,
@@ -50,6 +51,7 @@ class StiffnessStudySpec(Stiffnesses):
     """Response over excitation frequency and support stiffness, and the stiffness to choose."""
 
     section = RESPONSE_MAPS
+    turning: ClassVar = {"excite": UNBALANCE_TURNS}
     axes = dict.fromkeys(("amplitude_m", "highest_m"), ("stiffness_n_per_m", "frequency_hz"))
 
     kind: Literal["stiffness_study"]

@@ -6,12 +6,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import chain
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from solidwhirl.analyses.base import (
+    UNBALANCE_TURNS,
     Charts,
     Engine,
     Found,
@@ -72,12 +73,27 @@ class UnbalanceResponseSpec(Sweep):
         "Steady motion and bearing forces while the shafts turn with the unbalances of the scene.",
         80,
     )
+    turning: ClassVar = {"at": UNBALANCE_TURNS}
 
     kind: Literal["unbalance_response"]
     count: Annotated[Count, Field(ge=4, le=20001)] = 201
     unbalances: Annotated[tuple[UnbalanceSpec, ...], Field(min_length=1, max_length=MOST)]
     observe: Places
     orbits_at_rpm: Annotated[tuple[Positive, ...], Field(max_length=64)] = ()
+
+    def possible_files(self, bearings: Mapping[str, bool]) -> tuple[str, ...]:
+        """Return pictures, each with the curves that have room in it."""
+        places = len(parts(list(self.observe), MOST_CURVES))
+        counts = {
+            "": places,
+            "_bearing_forces": len(parts(list(bearings), MOST_CURVES)),
+            "_orbits": places * len(parts(list(self.orbits_at_rpm), MOST_ORBITS)),
+        }
+        return tuple(
+            f"{self.label}{what}{suffix}.png"
+            for what, count in counts.items()
+            for suffix, _ in numbered(list(range(count)))
+        )
 
     def run(self, engine: Engine) -> Outcome:
         """Unbalance response over the speed at the places that the engine observes."""

@@ -56,6 +56,7 @@ class RecoverySpec(Analysis):
         "Fields in the solid bodies in modes, responses and instants of run-ups.",
         110,
     )
+    suffixes = ()
 
     kind: Literal["recovery"]
     bodies: Annotated[tuple[Name, ...], Field(min_length=1, max_length=MOST)]

@@ -106,10 +106,6 @@ window.solidwhirl = (() => {
       }
       found.dragmode = "turntable";
     }
-    for (const key of Object.keys(found).filter((k) => /^polar\d*$/.test(k))) {
-      found[key] = merged({ bgcolor: theme.paper, radialaxis: { gridcolor: theme.faint },
-        angularaxis: { gridcolor: theme.faint } }, found[key]);
-    }
     return found;
   }
   const config = {

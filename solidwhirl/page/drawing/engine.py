@@ -6,15 +6,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from solidwhirl.drawing import engine as drawn
 from solidwhirl.drawing.bodies import Silhouette, silhouettes_of
-from solidwhirl.drawing.engine import (
-    engine_caption,
-    engine_drawing,
-    joint_labels,
-    matrix_text,
-    node_labels,
-    stiffness_text,
-)
 from solidwhirl.page.drawing.materials import sections_table
 from solidwhirl.page.drawing.svg import svg_of
 from solidwhirl.page.frame.records import Picture, Run, Section, Table
@@ -22,7 +15,7 @@ from solidwhirl.scene.records import Scene
 
 _SIZE = (1040.0, 560.0)
 # On the first screen of a page: width and height of the bodies, height and least width.
-_SMALL, _FIRST_SCREEN, _LEAST = (760.0, 170.0), 290, 560
+_SMALL, _FIRST_SCREEN, _LEAST = (580.0, 230.0), 360, 480
 
 
 def section(run: Run) -> Section:
@@ -34,10 +27,10 @@ def section(run: Run) -> Section:
         f"Longitudinal section with the bodies {names}, {len(scene.bearings)} bearings and "
         f"{len(scene.gears)} gears; places are in the tables."
     )
-    labels = (node_labels(bodies), joint_labels(scene, bodies))
+    labels = (drawn.node_labels(bodies), drawn.joint_labels(scene, bodies))
     picture = Picture(
-        data=svg_of(engine_drawing(scene, bodies, _SIZE, *labels)),
-        caption=engine_caption(scene, bodies),
+        data=svg_of(drawn.engine_drawing(scene, bodies, _SIZE, *labels)),
+        caption=drawn.engine_caption(scene, bodies),
         alt=alt,
         scroll_px=900,
     )
@@ -56,9 +49,9 @@ def section(run: Run) -> Section:
 def small_picture(run: Run) -> Picture:
     """Return the drawing for the first screen of a page: as high as there is room for."""
     scene, bodies = run.results.scene, silhouettes_of(run.results)
-    names = [(z, words.partition(":")[0]) for z, words in joint_labels(scene, bodies)]
+    names = [(z, words.partition(":")[0]) for z, words in drawn.joint_labels(scene, bodies)]
     return Picture(
-        data=svg_of(engine_drawing(scene, bodies, _SMALL, (), names)),
+        data=svg_of(drawn.engine_drawing(scene, bodies, _SMALL, (), names)),
         caption="",
         alt="Longitudinal section of all bodies, to scale.",
         scroll_px=_LEAST,
@@ -83,8 +76,8 @@ def _joints(scene: Scene) -> Iterator[Table]:
     rows: list[tuple[str, str, str, str, str]] = []
     for b in scene.bearings:
         damping = np.array(b.damping_n_s_per_m, dtype=float)
-        said = matrix_text(damping, "N s/m") if damping.any() else ""
-        rows.append((b.name, b.first, b.second, stiffness_text(b), said))
+        said = drawn.matrix_text(damping, "N s/m") if damping.any() else ""
+        rows.append((b.name, b.first, b.second, drawn.stiffness_text(b), said))
     for g in scene.gears:
         teeth = g.mesh_stiffness_n_per_m
         held = "rigid teeth" if teeth is None else f"teeth {teeth:.3g} N/m"

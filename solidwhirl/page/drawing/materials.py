@@ -14,28 +14,15 @@ from solidwhirl.scene.records import Scene
 
 
 def sections_table(scene: Scene, geometry: Mapping[str, Body]) -> Iterator[Table]:
-    """Return the sections of all bodies with their materials; none where there are no sections.
-
-    Parameters
-    ----------
-    geometry
-        Bodies from profiles by name.
-    """
+    """Yield the sections of all bodies with their materials; `geometry` has those of profiles."""
     parts = {name: profile_parts(body) for name, body in geometry.items()}
     parts |= {name: beam_parts(scene, name) for name in scene.beams}
     rows = [
-        (
-            f"{name}: {p.name}",
-            1e3 * p.start_m,
-            1e3 * p.end_m,
-            _radii(p.inner_m),
-            _radii(p.outer_m),
-            p.material,
-            p.mass_kg,
-        )
+        (f"{name}: {p.name}", 1e3 * p.start_m, 1e3 * p.end_m, _radii(p.inner_m), _radii(p.outer_m),
+         p.material, p.mass_kg)
         for name in scene.speed_ratios()
         for p in parts.get(name, ())
-    ]
+    ]  # fmt: skip
     if rows:
         yield Table(
             folded=f"Sections and their materials ({len(rows)})",
@@ -54,15 +41,7 @@ def _radii(ends_m: tuple[float, float]) -> str:
 def materials_table(
     scene: Scene, geometry: Mapping[str, Body], bodies: Mapping[str, Any]
 ) -> Iterator[Table]:
-    """Return the mass of every body by material; none where no material is known.
-
-    Parameters
-    ----------
-    geometry
-        Bodies from profiles by name.
-    bodies
-        `bodies` of `results.json`.
-    """
+    """Yield the mass of every body by material; `bodies` is that of `results.json`."""
     known = scene_materials(scene)
     rows: list[tuple[str, str, float | None, float, str]] = []
     for name, masses in _masses(scene, geometry, bodies).items():

@@ -5,26 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from html import escape
 
-from solidwhirl.drawing.shapes import (
-    SIZE,
-    Circle,
-    Drawing,
-    Group,
-    Line,
-    Polygon,
-    Shape,
-    Style,
-    Words,
-)
+from solidwhirl.drawing import shapes
 
 _COLORS = 8
 # Directions of hatching in degrees and its distance, by body: they differ without their colour.
 _HATCHES = ((45, 6), (-45, 6), (0, 5), (90, 5), (45, 10), (-45, 10), (0, 9), (90, 9))
 
 
-def svg_of(drawing: Drawing, alt: str = "drawing to scale") -> str:
+def svg_of(drawing: shapes.Drawing, alt: str = "drawing to scale") -> str:
     """Return a drawing as SVG, with what it is for those who can't see it."""
-    style = f'font-family="inherit" font-size="{SIZE:g}" fill="var(--ink)"'
+    style = f'font-family="inherit" font-size="{shapes.SIZE:g}" fill="var(--ink)"'
     box = f'viewBox="0 0 {_number(drawing.width)} {_number(drawing.height)}"'
     said = f'role="img" aria-label="{escape(alt)}"'
     parts = [*_patterns(drawing.bodies), *map(_element, drawing.shapes)]
@@ -32,19 +22,19 @@ def svg_of(drawing: Drawing, alt: str = "drawing to scale") -> str:
     return "\n".join([head, *parts, "</svg>"])
 
 
-def _element(shape: Shape) -> str:
+def _element(shape: shapes.Shape) -> str:
     match shape:
-        case Polygon():
+        case shapes.Polygon():
             return f'<polygon points="{_listed(shape.points)}" {_look(shape.style)}/>'
-        case Line():
+        case shapes.Line():
             return f'<polyline points="{_listed(shape.points)}" {_look(shape.style)}/>'
-        case Circle():
+        case shapes.Circle():
             place = f'cx="{_number(shape.x)}" cy="{_number(shape.y)}" r="{_number(shape.radius)}"'
             return f"<circle {place} {_look(shape.style)}/>"
-        case Group():
+        case shapes.Group():
             inside = "".join(map(_element, shape.shapes))
             return f"<g><title>{escape(shape.title)}</title>{inside}</g>"
-        case Words():
+        case shapes.Words():
             x, y = _number(shape.x), _number(shape.y)
             turn = f' transform="rotate({shape.angle:g} {x} {y})"' if shape.angle else ""
             tint = "" if shape.color == "ink" else f' fill="{_color(shape.color)}"'
@@ -52,7 +42,7 @@ def _element(shape: Shape) -> str:
             return f"<text {place}{turn}{tint}>{escape(shape.text)}</text>"
 
 
-def _look(style: Style) -> str:
+def _look(style: shapes.Style) -> str:
     fill = f"url(#drawing-hatch-{style.hatch})" if style.hatch >= 0 else _color(style.fill)
     found = [f'fill="{fill}"']
     if style.stroke:

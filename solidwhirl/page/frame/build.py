@@ -8,29 +8,14 @@ from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
+from solidwhirl.page.frame import render
 from solidwhirl.page.frame.records import Block, Chart, ModeViewer, Section, Table
-from solidwhirl.page.frame.render import (
-    data_json,
-    inline_html,
-    picture_html,
-    table_html,
-    text_html,
-)
 
 _FOLDER = Path(__file__).parents[1] / "assets"
 
 
 def page_html(sections: Sequence[Section], *, title: str, name: str) -> str:
-    """Return a page as HTML.
-
-    Parameters
-    ----------
-    sections
-        From top to bottom.
-    title
-        Of the page.
-    name
-        Short name that stands beside the title.
+    """Return a page as HTML; a short name stands beside its title.
 
     Raises
     ------
@@ -50,11 +35,11 @@ def page_html(sections: Sequence[Section], *, title: str, name: str) -> str:
         lstrip_blocks=True,
     )
     environment.filters |= {
-        "line": inline_html,
-        "text": text_html,
-        "rows": table_html,
-        "picture": picture_html,
-        "data": data_json,
+        "line": render.inline_html,
+        "text": render.text_html,
+        "rows": render.table_html,
+        "picture": render.picture_html,
+        "data": render.data_json,
     }
     environment.tests["shown_in_fold"] = _is_folded
     return environment.get_template("page.html").render(

@@ -18,15 +18,7 @@ if TYPE_CHECKING:
 def operating_speeds(
     document: Mapping[str, Any], ratios: Mapping[str, float]
 ) -> tuple[Operating, ...]:
-    """Return the operating speeds of shafts, each once.
-
-    Parameters
-    ----------
-    document
-        The contents of `results.json`.
-    ratios
-        Speed ratio of every body.
-    """
+    """Return the operating speeds of shafts, each once, of `results.json`."""
     return tuple(
         Operating(o["shaft"], o["from_rpm"], o["to_rpm"], abs(ratios[o["shaft"]]))
         for o in document["operating"]
@@ -34,18 +26,7 @@ def operating_speeds(
 
 
 def operating_rad_s(results: Results) -> dict[str, tuple[float, float]]:
-    """Return the operating speeds as speeds of the reference shaft, for static diagrams.
-
-    Parameters
-    ----------
-    results
-        Of a run.
-
-    Returns
-    -------
-    dict
-        Lowest and highest speed, rad/s, by what a legend says.
-    """
+    """Return lowest and highest operating Ω of the reference shaft, by what a legend says."""
     return {
         o.text: (o.from_rpm / o.ratio * RAD_S_PER_RPM, o.to_rpm / o.ratio * RAD_S_PER_RPM)
         for o in scene_operating(results.scene)

@@ -10,22 +10,7 @@ import numpy as np
 
 from solidwhirl.page.frame import records
 from solidwhirl.page.frame.traces import MAP_COLORS, Trace, slug
-from solidwhirl.rotordyn.plots.chart import (
-    Axis,
-    Bars,
-    Chart,
-    Choice,
-    Curve,
-    Fill,
-    Heat,
-    Label,
-    Mark,
-    Option,
-    Ridges,
-    Rule,
-    Span,
-    Toggle,
-)
+from solidwhirl.rotordyn.plots import chart as charts
 
 # Amplitudes below this part of the largest are drawn as dark as this; cells of a map.
 _DARKEST = 1e-4
@@ -34,6 +19,8 @@ _COLUMNS, _ROWS = 600, 200
 _RIDGE_POINTS = 800
 # Decades of an axis that is marked within them.
 _FEW_DECADES = 1.8
+# Letters of the name of a row.
+_LETTERS = 90
 _PATTERNS = ("", "/", "x", ".", "\\", "+", "-")
 _HATCHED = {
     "fillcolor": "@faint",
@@ -44,25 +31,16 @@ _HATCHED = {
 }  # fmt: skip
 
 
-def page_chart(chart: Chart, analysis: str = "") -> records.Chart:
-    """Return a chart as a block of the page.
-
-    Parameters
-    ----------
-    chart
-        The chart.
-    analysis
-        Whose it is; stands in its name. Empty: of the whole run.
-    """
+def page_chart(chart: charts.Chart, analysis: str = "") -> records.Chart:
+    """Return a chart as a block of the page; an analysis whose it is stands in its name."""
     drawing = _Drawing(chart)
-    layout = drawing.layout()
     return records.Chart(
         name=f"{chart.name}-{slug(analysis)}" if analysis else chart.name,
         title=chart.title,
         caption=chart.caption,
         alt=chart.alt,
         traces=drawing.traces,
-        layout=layout,
+        layout=drawing.layout(),
         height_px=chart.height_px,
         controls=drawing.controls,
     )
@@ -71,75 +49,79 @@ def page_chart(chart: Chart, analysis: str = "") -> records.Chart:
 class _Drawing:
     """Traces, shapes, annotations and controls of one chart."""
 
-    def __init__(self, chart: Chart) -> None:
+    def __init__(self, chart: charts.Chart) -> None:
         self.chart = chart
         self.traces: list[Trace] = []
         self.shapes: list[dict[str, Any]] = []
         self.annotations: list[dict[str, Any]] = []
         self.controls: list[records.Toggle | records.Choice] = []
-        for plain, group in groupby(chart.parts, lambda p: not isinstance(p, Toggle | Choice)):
+        for plain, group in groupby(
+            chart.parts, lambda p: not isinstance(p, charts.Toggle | charts.Choice)
+        ):
+            parts: list[Any] = [*group]
             if plain:
-                marks: list[Any] = [*group]
-                self._add(marks)
-                continue
-            for part in group:
-                if isinstance(part, Toggle):
-                    shown = self._add(part.marks)
-                    self.controls.append(
-                        records.Toggle(label=part.label, traces=shown, shown=part.is_shown)
-                    )
-                elif isinstance(part, Choice):
-                    options = [
-                        records.Option(
-                            label=o.label,
-                            traces=self._add(o.marks, o.x, o.y),
-                            layout=_changes(o),
-                        )
-                        for o in part.options
-                    ]
-                    self.controls.append(records.Choice(label=part.label, options=options))
+                self._add(parts)
+            else:
+                self.controls += map(self._control, parts)
+
+    def _control(self, part: charts.Toggle | charts.Choice) -> records.Toggle | records.Choice:
+        if isinstance(part, charts.Toggle):
+            shown = self._add(part.marks)
+            return records.Toggle(label=part.label, traces=shown, shown=part.is_shown)
+        options = [
+            records.Option(label=o.label, traces=self._add(o.marks, o.x, o.y), layout=_changes(o))
+            for o in part.options
+        ]
+        return records.Choice(label=part.label, options=options)
 
     def _add(
-        self, marks: Sequence[Mark], x: Axis | None = None, y: Axis | None = None
+        self,
+        marks: Sequence[charts.Mark],
+        x: charts.Axis | None = None,
+        y: charts.Axis | None = None,
     ) -> list[int]:
         """Add marks and return the numbers of their traces."""
         before = len(self.traces)
         axes = x or self.chart.x, y or self.chart.y
         for _, same in groupby(marks, _kind):
             group: list[Any] = [*same]
-            if isinstance(group[0], Curve):
+            if isinstance(group[0], charts.Curve):
                 self.traces.append(_curve_trace(group, axes, self.chart.right))
-            elif isinstance(group[0], Fill):
+            elif isinstance(group[0], charts.Fill):
                 self.traces.append(_fill_trace(group, axes))
             else:
                 for number, mark in enumerate(group):
                     bar = len(self.traces) - before  # each has a group of its own
-                    self._add_one(mark, axes, bar if isinstance(mark, Bars) else number)
+                    self._add_one(mark, axes, bar if isinstance(mark, charts.Bars) else number)
         return list(range(before, len(self.traces)))
 
-    def _add_one(self, mark: Any, axes: tuple[Axis, Axis], number: int) -> None:
-        if isinstance(mark, Span) and (mark.is_hatched or mark.between):
-            self.traces.append(_span_trace(mark, axes, number))
-        elif isinstance(mark, Span):
-            self.shapes.append(_span_shape(mark))
-        elif isinstance(mark, Rule):
-            self.shapes.append(_rule_shape(mark))
-        elif isinstance(mark, Label):
-            self.annotations.append(_annotation(mark))
-        elif isinstance(mark, Heat):
-            self.traces.append(_heat_trace(mark, axes))
-        elif isinstance(mark, Ridges):
-            self.traces.append(_ridge_trace(mark, axes))
-        elif isinstance(mark, Bars):
-            self.traces.append(_bars_trace(mark, axes, number))
+    def _add_one(self, mark: Any, axes: tuple[charts.Axis, charts.Axis], number: int) -> None:
+        match mark:
+            case charts.Span() if mark.is_hatched or mark.between:
+                self.traces.append(_span_trace(mark, axes, number))
+            case charts.Span():
+                self.shapes.append(_span_shape(mark))
+            case charts.Rule():
+                self.shapes.append(_rule_shape(mark))
+            case charts.Label():
+                self.annotations.append(_annotation(mark))
+            case charts.Heat():
+                self.traces.append(_heat_trace(mark, axes))
+            case charts.Ridges():
+                self.traces.append(_ridge_trace(mark, axes))
+            case charts.Bars():
+                self.traces.append(_bars_trace(mark, axes, number))
 
     def layout(self) -> dict[str, Any]:
         """Return what differs from the layout of the page."""
         chart = self.chart
-        if ridges := chart.marks(Ridges):
+        if ridges := chart.marks(charts.Ridges):
             return _in_space(chart, ridges[0])
-        layout: dict[str, Any] = {"xaxis": axis_layout(chart.x), "yaxis": axis_layout(chart.y)}
-        if any(isinstance(mark, Bars) for mark in chart.marks()):
+        layout: dict[str, Any] = {
+            "xaxis": axis_layout(chart.x),
+            "yaxis": axis_layout(chart.y, _LETTERS),
+        }
+        if chart.marks(charts.Bars) and not chart.y.places:
             layout["barmode"] = "relative" if chart.is_stacked else "group"
             layout["xaxis"] = {"title": {"text": chart.x.title}, "type": "category"}
         if chart.right is not None:
@@ -149,7 +131,7 @@ class _Drawing:
             layout["margin"] = {"r": 64}
         if chart.is_to_scale:
             layout["xaxis"]["constrain"] = "domain"
-            layout["yaxis"] |= {"scaleanchor": "x", "scaleratio": 1}
+            layout["yaxis"] |= {"scaleanchor": "x", "scaleratio": 1, "constrain": "domain"}
         if self.shapes:
             layout["shapes"] = self.shapes
         if self.annotations:
@@ -159,8 +141,11 @@ class _Drawing:
         return layout
 
 
-def axis_layout(axis: Axis) -> dict[str, Any]:
-    """Return an axis; a logarithmic one of many decades is marked at whole ones only."""
+def axis_layout(axis: charts.Axis, most: int = 24) -> dict[str, Any]:
+    """Return an axis; a logarithmic one of many decades is marked at whole ones only.
+
+    Names of places are cut to so many letters.
+    """
     found: dict[str, Any] = {"title": {"text": axis.title}}
     if axis.low is not None and axis.high is not None:
         ends = [axis.low, axis.high]
@@ -173,17 +158,19 @@ def axis_layout(axis: Axis) -> dict[str, Any]:
         found |= {"type": "log", "exponentformat": "power"}
     if axis.places:
         numbers = list(range(len(axis.places)))
-        names = [name if len(name) < 24 else name[:22] + " …" for name in axis.places]
+        names = [name if len(name) < most else name[: most - 2] + " …" for name in axis.places]
         found |= {"tickmode": "array", "tickvals": numbers, "ticktext": names}
     if axis.step:
         found |= {"tickmode": "linear", "tick0": 0, "dtick": axis.step}
     return found
 
 
-def _changes(option: Option) -> dict[str, Any]:
+def _changes(option: charts.Option) -> dict[str, Any]:
     """What axes of an option change in a layout, by plotly's dotted names."""
     changes: dict[str, Any] = {}
-    named, bars = (any(isinstance(mark, k) for mark in option.marks) for k in (Heat, Bars))
+    named, bars = (
+        any(isinstance(mark, k) for mark in option.marks) for k in (charts.Heat, charts.Bars)
+    )
     for key, axis in (("xaxis", option.x), ("yaxis", option.y)):
         if axis is None:
             continue
@@ -197,12 +184,12 @@ def _changes(option: Option) -> dict[str, Any]:
     return changes
 
 
-def _kind(mark: Mark) -> tuple[Any, ...]:
+def _kind(mark: charts.Mark) -> tuple[Any, ...]:
     """What marks that are one trace have in common."""
     return (type(mark), *(getattr(mark, key, "") for key in ("name", "look", "written")))
 
 
-def _hover(name: str, axes: tuple[Axis, Axis], value: str = "y") -> str:
+def _hover(name: str, axes: tuple[charts.Axis, charts.Axis], value: str = "y") -> str:
     """What a reader is told at a point: name, place and value with their units, text."""
     x, y = axes
     lines = [f"<b>{name}</b>"] if name else []
@@ -220,7 +207,9 @@ def _joined(parts: Iterable[Any]) -> Any:
     return np.concatenate(rows[:-1])
 
 
-def _curve_trace(curves: Sequence[Curve], axes: tuple[Axis, Axis], right: Axis | None) -> Trace:
+def _curve_trace(
+    curves: Sequence[charts.Curve], axes: tuple[charts.Axis, charts.Axis], right: charts.Axis | None
+) -> Trace:
     first = curves[0]
     look, on_right = first.look, first.on_right and right is not None
     shown = axes[0], right if on_right and right else axes[1]
@@ -254,7 +243,7 @@ def _curve_trace(curves: Sequence[Curve], axes: tuple[Axis, Axis], right: Axis |
         }  # fmt: skip
         trace["hovertemplate"] = trace["hovertemplate"].replace("%{text}", "%{hovertext}")
     if first.errors is not None:
-        trace["error_x"] = {
+        trace[f"error_{first.errors_along}"] = {
             "type": "data", "array": _joined([c.errors for c in curves]), "color": look.color,
             "thickness": 1.5,
         }  # fmt: skip
@@ -265,7 +254,7 @@ def _curve_trace(curves: Sequence[Curve], axes: tuple[Axis, Axis], right: Axis |
     return trace
 
 
-def _fill_trace(fills: Sequence[Fill], axes: tuple[Axis, Axis]) -> Trace:
+def _fill_trace(fills: Sequence[charts.Fill], axes: tuple[charts.Axis, charts.Axis]) -> Trace:
     """Outlines of areas as one trace; an area ends where its curves do."""
     xs, ys = [], []
     for fill in fills:
@@ -294,7 +283,7 @@ def _fill_trace(fills: Sequence[Fill], axes: tuple[Axis, Axis]) -> Trace:
     }
 
 
-def _span_trace(span: Span, axes: tuple[Axis, Axis], number: int) -> Trace:
+def _span_trace(span: charts.Span, axes: tuple[charts.Axis, charts.Axis], number: int) -> Trace:
     other = axes[1] if span.along == "x" else axes[0]
     ends = span.between or (other.low or 0.0, other.high or 1.0)
     along = np.array([span.low, span.low, span.high, span.high, span.low])
@@ -317,16 +306,11 @@ def _span_trace(span: Span, axes: tuple[Axis, Axis], number: int) -> Trace:
     }
 
 
-def _span_shape(span: Span) -> dict[str, Any]:
+def _span_shape(span: charts.Span) -> dict[str, Any]:
     """A shaded range, which stands behind the grid."""
-    own, other = ("x", "y") if span.along == "x" else ("y", "x")
     return {
         "type": "rect",
-        f"{own}0": span.low,
-        f"{own}1": span.high,
-        f"{other}ref": "paper",
-        f"{other}0": 0.0,
-        f"{other}1": 1.0,
+        **_across(span.along, span.low, span.high),
         "fillcolor": span.look.color,
         "opacity": 0.12,
         "line": {"width": 0},
@@ -337,16 +321,11 @@ def _span_shape(span: Span) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _rule_shape(rule: Rule) -> dict[str, Any]:
-    own, other = ("x", "y") if rule.along == "x" else ("y", "x")
+def _rule_shape(rule: charts.Rule) -> dict[str, Any]:
     look = rule.look
     return {
         "type": "line",
-        f"{own}0": rule.at,
-        f"{own}1": rule.at,
-        f"{other}ref": "paper",
-        f"{other}0": 0.0,
-        f"{other}1": 1.0,
+        **_across(rule.along, rule.at, rule.at),
         "line": {"color": look.color, "width": look.width, "dash": look.dash},
         "label": {
             "text": rule.text, "font": {"color": look.color, "size": 10}, "textposition": "end",
@@ -354,7 +333,16 @@ def _rule_shape(rule: Rule) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _annotation(label: Label) -> dict[str, Any]:
+def _across(along: str, low: float, high: float) -> dict[str, Any]:
+    """Where a shape lies that reaches over the whole of the other axis."""
+    other = "y" if along == "x" else "x"
+    return {
+        f"{along}0": low, f"{along}1": high,
+        f"{other}ref": "paper", f"{other}0": 0.0, f"{other}1": 1.0,
+    }  # fmt: skip
+
+
+def _annotation(label: charts.Label) -> dict[str, Any]:
     return {
         "x": label.x,
         "y": label.y,
@@ -382,7 +370,7 @@ def coarser(x: Any, y: Any, values: Any) -> tuple[Any, Any, Any]:
     return x, y, values
 
 
-def _heat_trace(heat: Heat, axes: tuple[Axis, Axis]) -> Trace:
+def _heat_trace(heat: charts.Heat, axes: tuple[charts.Axis, charts.Axis]) -> Trace:
     x, y, values = coarser(heat.x, heat.y, heat.values)
     largest = min(float(np.nanmax(values, initial=0.0)), heat.brightest)
     low = _DARKEST * largest if largest > 0.0 else 1.0
@@ -411,7 +399,7 @@ def _heat_trace(heat: Heat, axes: tuple[Axis, Axis]) -> Trace:
     }
 
 
-def _in_space(chart: Chart, ridges: Ridges) -> dict[str, Any]:
+def _in_space(chart: charts.Chart, ridges: charts.Ridges) -> dict[str, Any]:
     """Layout of lines in space."""
     titles = {"x": chart.x.title, "y": chart.y.title, "z": f"{ridges.label} [{ridges.unit}]"}
     return {
@@ -425,7 +413,7 @@ def _in_space(chart: Chart, ridges: Ridges) -> dict[str, Any]:
     }
 
 
-def _ridge_trace(ridges: Ridges, axes: tuple[Axis, Axis]) -> Trace:
+def _ridge_trace(ridges: charts.Ridges, axes: tuple[charts.Axis, charts.Axis]) -> Trace:
     """Lines one behind the other; between the points of one the highest is kept."""
     size = ridges.x.size
     edges = np.unique(np.linspace(0, size, min(size, _RIDGE_POINTS) + 1).astype(int))
@@ -456,16 +444,26 @@ def _ridge_trace(ridges: Ridges, axes: tuple[Axis, Axis]) -> Trace:
     }
 
 
-def _bars_trace(bars: Bars, axes: tuple[Axis, Axis], number: int) -> Trace:
+def _bars_trace(bars: charts.Bars, axes: tuple[charts.Axis, charts.Axis], number: int) -> Trace:
+    lying = bool(axes[1].places)
     pattern = {"shape": _PATTERNS[number % len(_PATTERNS)], "fillmode": "overlay",
                "fgcolor": "@paper"}  # fmt: skip
+    rows: Trace = {
+        "x": [place.replace(", ", "<br>") for place in axes[0].places], "y": bars.values,
+        **({"text": list(bars.texts), "textposition": "none"} if bars.texts else {}),
+    }  # fmt: skip
+    if lying:
+        rows = {
+            "x": bars.values, "y": np.arange(float(len(bars.values))), "orientation": "h",
+            "base": bars.start, "customdata": list(axes[1].places), "width": 0.65,
+            "text": list(bars.texts), "insidetextfont": {"color": "@paper"}, "cliponaxis": False,
+        }  # fmt: skip
+    place, value, axis = ("%{customdata}", "x", axes[0]) if lying else ("%{x}", "y", axes[1])
     return {
         "type": "bar",
-        "x": [place.replace(", ", "<br>") for place in axes[0].places],
-        "y": bars.values,
+        **rows,
         "name": bars.name,
         "marker": {"color": bars.look.color, "pattern": pattern},
-        **({"text": list(bars.texts), "textposition": "none"} if bars.texts else {}),
-        "hovertemplate": f"<b>{bars.name}</b><br>%{{x}}<br>%{{y:{axes[1].digits}}} "
-        f"{axes[1].unit}{'<br>%{text}' if bars.texts else ''}<extra></extra>",
+        "hovertemplate": f"<b>{bars.name}</b><br>{place}<br>%{{{value}:{axis.digits}}} "
+        f"{axis.unit}{'<br>%{text}' if bars.texts and not lying else ''}<extra></extra>",
     }

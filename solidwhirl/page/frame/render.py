@@ -6,7 +6,8 @@ import base64
 import json
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -25,13 +26,7 @@ _PROSE = 36
 
 
 def inline_html(text: str) -> Markup:
-    """Mark up one line: **bold**, `code`; everything else shows as it is written.
-
-    Parameters
-    ----------
-    text
-        The line.
-    """
+    """Mark up one line: **bold**, `code`; everything else shows as it is written."""
     parts = []
     for k, piece in enumerate(_CODE.split(text)):
         if k % 2:
@@ -42,45 +37,20 @@ def inline_html(text: str) -> Markup:
 
 
 def text_html(text: str) -> Markup:
-    """Mark up paragraphs, parted by blank lines, and lists, whose lines begin with "- ".
-
-    Parameters
-    ----------
-    text
-        See `solidwhirl.page.frame.records.Text`.
-    """
+    """Mark up paragraphs, parted by blank lines, and lists, whose lines begin with "- "."""
     parts = []
     for block in re.split(r"\n\s*\n", text.strip()):
-        lines = block.splitlines()
-        while lines:
-            items = list(_leading_items(lines))
-            if items:
-                parts.append(
-                    "<ul>" + "".join(f"<li>{inline_html(i)}</li>" for i in items) + "</ul>"
-                )
-                lines = lines[len(items) :]
-                continue
-            count = next((k for k, line in enumerate(lines) if line.startswith("- ")), len(lines))
-            parts.append(f"<p>{inline_html(' '.join(lines[:count]))}</p>")
-            lines = lines[count:]
+        for is_list, group in groupby(block.splitlines(), lambda line: line.startswith("- ")):
+            if is_list:
+                items = "".join(f"<li>{inline_html(line[2:])}</li>" for line in group)
+                parts.append(f"<ul>{items}</ul>")
+            else:
+                parts.append(f"<p>{inline_html(' '.join(group))}</p>")
     return Markup("".join(parts))
 
 
-def _leading_items(lines: Sequence[str]) -> Iterator[str]:
-    for line in lines:
-        if not line.startswith("- "):
-            return
-        yield line[2:]
-
-
 def cell_text(value: Any) -> str:
-    """Write a cell: floats with five digits, nothing for what is absent.
-
-    Parameters
-    ----------
-    value
-        Text, number, truth or None.
-    """
+    """Write a cell: floats with five digits, nothing for what is absent."""
     if value is None or (isinstance(value, float | np.floating) and not math.isfinite(value)):
         return _ABSENT
     if isinstance(value, bool | np.bool_):
@@ -92,11 +62,6 @@ def cell_text(value: Any) -> str:
 
 def table_html(table: Table) -> Markup:
     """Make a table; columns of numbers stand at the right.
-
-    Parameters
-    ----------
-    table
-        The table.
 
     Raises
     ------
@@ -149,13 +114,7 @@ def _cell(text: str) -> Markup:
 
 
 def picture_html(picture: Picture) -> Markup:
-    """Make the picture itself, SVG in place and PNG as data.
-
-    Parameters
-    ----------
-    picture
-        The picture.
-    """
+    """Make the picture itself, SVG in place and PNG as data."""
     if isinstance(picture.data, bytes):
         data = base64.b64encode(picture.data).decode("ascii")
         return Markup(f'<img alt="{escape(picture.alt)}" src="data:image/png;base64,{data}">')
@@ -163,13 +122,7 @@ def picture_html(picture: Picture) -> Markup:
 
 
 def data_json(block: Chart | ModeViewer) -> Markup:
-    """What the script needs of a chart or viewer, as JSON that is safe inside a script element.
-
-    Parameters
-    ----------
-    block
-        The chart or viewer.
-    """
+    """What the script needs of a chart or viewer, as JSON that is safe inside a script element."""
     if isinstance(block, Chart):
         data: dict[str, Any] = {
             "traces": list(block.traces),
@@ -192,13 +145,7 @@ def _control(control: Toggle | Choice) -> dict[str, Any]:
 
 
 def plain(value: Any) -> Any:
-    """Plain data for JSON: arrays as their bytes, other numbers with seven digits.
-
-    Parameters
-    ----------
-    value
-        Mappings, sequences, arrays, numbers, texts, None. Not finite numbers become null.
-    """
+    """Plain data for JSON: arrays as bytes, other numbers with seven digits, nan as null."""
     if isinstance(value, np.ndarray):
         return _array(value)
     if isinstance(value, Mapping):

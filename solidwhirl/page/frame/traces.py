@@ -6,16 +6,14 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from solidwhirl.rotordyn.core.arrays import FloatArray as FloatArray
+from solidwhirl.rotordyn.plots.chart import series_look
+
 Trace = dict[str, Any]
 
 # Blue to yellow in equal steps of lightness, told apart with any colour vision and in grey.
 MAP_COLORS = "Cividis"
-_SERIES = 8
-_DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
-_SYMBOLS = ("circle", "square", "diamond", "triangle-up", "x", "cross", "star", "pentagon")
 
 
 class WhirlStyle(NamedTuple):
@@ -27,18 +25,9 @@ class WhirlStyle(NamedTuple):
 
 
 def series_style(number: int) -> WhirlStyle:
-    """Return the style of one of several curves that have no whirl.
-
-    Parameters
-    ----------
-    number
-        From 0; colours, dashes and marks recur after 8, 6 and 8 curves, all three after 24.
-    """
-    return WhirlStyle(
-        f"@c{number % _SERIES}",
-        _DASHES[number % len(_DASHES)],
-        _SYMBOLS[number % len(_SYMBOLS)],
-    )
+    """Return the style of one of several curves, from 0; all of it recurs after 24."""
+    look = series_look(number)
+    return WhirlStyle(look.color, look.dash, look.mark)
 
 
 def numbers(values: Any) -> FloatArray:
@@ -47,19 +36,7 @@ def numbers(values: Any) -> FloatArray:
 
 
 def line(x: Any, y: Any, name: str, style: WhirlStyle, **more: Any) -> Trace:
-    """Return a line through points.
-
-    Parameters
-    ----------
-    x, y
-        Points.
-    name
-        In the legend.
-    style
-        Its colour and dashes.
-    more
-        Further keys of the trace.
-    """
+    """Return a line through points, with further keys of the trace."""
     # a mark at the edge of the frame is drawn whole
     whole = {"cliponaxis": False} if "markers" in more.get("mode", "") else {}
     return {
@@ -104,13 +81,9 @@ def analyses_of_kind(document: Mapping[str, Any], *kinds: str) -> dict[str, Mapp
 
 
 def slug(text: str) -> str:
-    """Return a text as part of an identifier in the page.
+    """Return a text, such as the name of an analysis, as part of an identifier in the page.
 
-    Parameters
-    ----------
-    text
-        Such as the name of an analysis; other signs than letters and digits become hyphens with
-        their number, so that two texts stay two.
+    Other signs than letters and digits become hyphens with their number: two texts stay two.
     """
     return "".join(
         c if c.isascii() and c.isalnum() else "-" if c == "_" else f"-{ord(c):x}-" for c in text

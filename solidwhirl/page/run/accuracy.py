@@ -13,31 +13,28 @@ from solidwhirl.estimates.documents import (
     followed_by,
     materials_text,
 )
-from solidwhirl.page.frame.records import Block, Chart, Run, Section, Table, Text
+from solidwhirl.page.frame.plotly_chart import page_chart
+from solidwhirl.page.frame.records import Block, Run, Section, Table, Text
+from solidwhirl.rotordyn.plots.chart import Axis, Bars, Chart, Look
 
 _MET = {True: "met", False: "**not met**", None: "not known"}
 _PER_BAR = 30
 
 
 def section(run: Run) -> Section:
-    """Accuracy and cost.
-
-    Parameters
-    ----------
-    run
-        The run.
-    """
+    """Accuracy and cost."""
     document = run.document
     return Section(
         name="accuracy",
         title="Accuracy and cost",
-        blocks=(*_accuracy(document), *_cost(document)),
+        blocks=(*accuracy_blocks(document), *_cost(document)),
         note="The estimates are of the discretisation: mesh, modes, and what is left out of the "
         "basis. Errors of the input, such as a bearing's stiffness, are not in them.",
     )
 
 
-def _accuracy(document: Mapping[str, Any]) -> Iterator[Block]:
+def accuracy_blocks(document: Mapping[str, Any]) -> Iterator[Block]:
+    """Yield the estimates of `results.json`, their parts, and what they leave out."""
     found = document["accuracy"]
     largest = found["largest_error_estimate"]
     if largest is None and not found["rounds"]:
@@ -125,40 +122,27 @@ def _cost(document: Mapping[str, Any]) -> Iterator[Block]:
     if kept:
         text += f"\n\nKept from an earlier run, and not computed again: {', '.join(sorted(kept))}."
     if spent:
-        yield _time_chart(spent)
+        yield page_chart(time_chart(spent))
     yield Text(text=text)
 
 
-def _time_chart(spent: Mapping[str, float]) -> Chart:
-    names = [name.replace("_", " ") for name in spent][::-1]
-    seconds = np.array(list(spent.values()))[::-1]
-    rows = np.arange(len(names), dtype=float)
+def time_chart(spent: Mapping[str, float]) -> Chart:
+    """Return the wall time [s] of the stages of a run, from top to bottom."""
+    names = [name.replace("_", " ") for name in spent]
+    seconds = np.array(list(spent.values()))
     return Chart(
         name="cost-time",
         title="Time by stage",
         caption="Wall time of the stages of this run [s], in their order from top to bottom.",
         alt="Bars of the wall time in seconds by stage: "
         + ", ".join(f"{name} {s:.2g}" for name, s in spent.items()),
-        traces=[
-            {
-                "type": "bar",
-                "orientation": "h",
-                "x": seconds,
-                "y": rows,
-                "customdata": names,
-                "text": [f"{s:.3g} s" for s in seconds],
-                "insidetextfont": {"color": "@paper"},
-                "textposition": "auto",
-                "cliponaxis": False,
-                "marker": {"color": "@c0"},
-                "hovertemplate": "%{customdata}: %{x:.3g} s<extra></extra>",
-            }
+        x=Axis(
+            label="wall time", unit="s", low=0.0, high=1.15 * float(seconds.max()), digits=".3g"
+        ),
+        y=Axis(label="", places=names, low=len(names) - 0.4, high=-0.6),
+        parts=[
+            Bars(values=seconds, name="", look=Look("@c0"), texts=[f"{s:.3g} s" for s in seconds])
         ],
-        layout={
-            "xaxis": {"title": {"text": "wall time [s]"}, "rangemode": "tozero"},
-            "yaxis": {"title": {"text": ""}, "ticks": "", "tickvals": rows, "ticktext": names},
-            "showlegend": False,
-            "bargap": 0.35,
-        },
+        has_legend=False,
         height_px=90 + _PER_BAR * len(names),
     )

@@ -8,7 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from solidwhirl.page.frame.records import Block, Chart, Run, Section, Table, Text
+from solidwhirl.page.frame.plotly_chart import page_chart
+from solidwhirl.page.frame.records import Block, Run, Section, Table, Text
+from solidwhirl.rotordyn.plots.chart import Axis, Bars, Chart, Curve, Look, Part, Rule
 
 _UNITS = (
     ("_kg_m2", "kg m²"), ("_n_per_m", "N/m"), ("_rad_s", "rad/s"), ("_hz", "Hz"),
@@ -18,13 +20,7 @@ _PER_ROW = 26
 
 
 def section(run: Run) -> Section | None:
-    """References of the scene beside the results; None where it has none.
-
-    Parameters
-    ----------
-    run
-        The run.
-    """
+    """References of the scene beside the results; None where it has none."""
     found = run.document.get("references", ())
     if not found:
         return None
@@ -34,7 +30,7 @@ def section(run: Run) -> Section | None:
         said = "\n".join(f"- {_title(e)}: {_difference(e)}, allowed {_allowed(e)}" for e in missed)
         blocks.append(Text(text=said, kind="warning"))
     chart = _chart([e for e in found if e["relative_difference"] is not None])
-    blocks += [chart] if chart else []
+    blocks += [page_chart(chart)] if chart else []
     blocks.append(_table(found))
     return Section(
         name="references",
@@ -45,13 +41,7 @@ def section(run: Run) -> Section | None:
 
 
 def unit_of(quantity: str) -> str:
-    """Unit of a place in the results, by the end of its last name; empty if it has none.
-
-    Parameters
-    ----------
-    quantity
-        The place.
-    """
+    """Unit of a place in the results, by the end of its last name; empty if it has none."""
     last = re.sub(r"\[\d+\]", "", quantity).rsplit(".", 1)[-1]
     return next((unit for ending, unit in _UNITS if last.endswith(ending)), "")
 
@@ -74,16 +64,10 @@ def _table(found: Sequence[Mapping[str, Any]]) -> Table:
     words = {True: "met", False: "**missed**", None: None}
     head = ["quantity", "unit", "published", "this run", "difference", "source"]
     rows = [
-        [
-            _title(e),
-            unit_of(e["quantity"]) or None,
-            e["value"],
-            e["result"],
-            _difference(e),
-            e["source"],
-        ]
+        [_title(e), unit_of(e["quantity"]) or None, *(e[k] for k in ("value", "result")),
+         _difference(e), e["source"]]
         for e in found
-    ]
+    ]  # fmt: skip
     if any(e["tolerance"] is not None for e in found):
         head[5:5] = ["allowed", ""]
         for row, e in zip(rows, found, strict=True):
@@ -102,69 +86,35 @@ def _chart(found: Sequence[Mapping[str, Any]]) -> Chart | None:
         return None
     names = [f"{_title(e)} · {e['source']}" for e in found]
     percent = np.array([100.0 * e["relative_difference"] for e in found])
-    rows = np.arange(len(found), dtype=float)
-    missed = [e["met"] is False for e in found]
+    missed = np.array([e["met"] is False for e in found])
     largest = found[int(np.argmax(np.abs(percent)))]
     allowed = np.array([100.0 * e["tolerance"] if e["tolerance"] else np.nan for e in found])
-    traces: list[dict[str, Any]] = []
+    texts = [
+        f"{name}\n{e['result']:.5g} instead of {e['value']:.5g} {unit_of(e['quantity'])}"
+        for name, e in zip(names, found, strict=True)
+    ]
+    marks: list[Part] = []
     if np.isfinite(allowed).any():
-        traces.append(_allowed_bars(allowed, rows))
-    traces.append(
-        {
-            "type": "scatter",
-            "mode": "markers",
-            "name": "this run",
-            "x": percent,
-            "y": rows,
-            "marker": {
-                "color": ["@bad" if m else "@c0" for m in missed],
-                "symbol": ["x" if m else "circle" for m in missed],
-                "size": 10,
-            },
-            "text": [
-                f"{name}<br>{e['result']:.5g} instead of {e['value']:.5g} {unit_of(e['quantity'])}"
-                for name, e in zip(names, found, strict=True)
-            ],
-            "hovertemplate": "%{text}: %{x:+.3g} %<extra></extra>",
-        }
-    )
-    more = "; bars show what the scene allows, crosses are outside" if len(traces) > 1 else ""
+        marks.append(
+            Bars(values=2.0 * allowed, start=-allowed, name="allowed", look=Look("@band/0.6"))
+        )
+    for rows, name, look in (
+        (np.flatnonzero(~missed), "this run", Look("@c0", "", "circle", 10.0)),
+        (np.flatnonzero(missed), "this run, not met", Look("@bad", "", "x", 10.0)),
+    ):
+        own = [texts[k] for k in rows]
+        mark = Curve(x=percent[rows], y=rows.astype(float), name=name, look=look, texts=own)
+        marks += [mark] if rows.size else []
+    more = "; bars show what the scene allows, crosses are outside" if len(marks) > 1 else ""
     return Chart(
         name="references-difference",
         title="Difference from what is published",
         caption=f"Results of this run over the published values, less one, in per cent{more}.",
         alt=f"{len(found)} differences; the largest is {_difference(largest)} at "
         f"{_title(largest)}.",
-        traces=traces,
-        layout={
-            "xaxis": {
-                "title": {"text": "difference [%]"},
-                "zeroline": True,
-                "zerolinecolor": "@muted",
-            },
-            "yaxis": {
-                "title": {"text": ""},
-                "ticks": "",
-                "tickvals": rows,
-                "ticktext": names,
-                "range": [len(found) - 0.4, -0.6],
-            },
-            "showlegend": len(traces) > 1,
-        },
+        x=Axis(label="difference", unit="%", digits="+.3g"),
+        y=Axis(label="", places=names, low=len(found) - 0.4, high=-0.6),
+        parts=[*marks, Rule(at=0.0, look=Look("@muted", "solid"))],
+        has_legend=len(marks) > 1,
         height_px=110 + _PER_ROW * len(found),
     )
-
-
-def _allowed_bars(allowed: Any, rows: Any) -> dict[str, Any]:
-    """What is allowed on both sides of zero [%]."""
-    return {
-        "type": "bar",
-        "orientation": "h",
-        "name": "allowed",
-        "base": -allowed,
-        "x": 2.0 * allowed,
-        "y": rows,
-        "width": 0.7,
-        "marker": {"color": "@band/0.6", "line": {"width": 0}},
-        "hoverinfo": "skip",
-    }

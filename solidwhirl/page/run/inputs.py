@@ -10,13 +10,7 @@ from solidwhirl.scene.records import Scene
 
 
 def section(run: Run) -> Section:
-    """Notes and inputs of a run.
-
-    Parameters
-    ----------
-    run
-        The run.
-    """
+    """Notes and inputs of a run."""
     notes = run.results.scene.notes
     blocks: list[Block] = []
     if notes:

@@ -9,20 +9,13 @@ import numpy as np
 
 from solidwhirl.page.drawing.materials import materials_table
 from solidwhirl.page.frame.records import Block, Run, Section, Table
-from solidwhirl.page.run.interfaces import interfaces_table
 
 # Frequencies listed of each body.
 _SHOWN = 6
 
 
 def section(run: Run) -> Section | None:
-    """Mass properties.
-
-    Parameters
-    ----------
-    run
-        The run.
-    """
+    """Mass properties."""
     bodies = run.document["bodies"]
     blocks = [
         _properties(bodies),
@@ -135,3 +128,34 @@ def _disks(run: Run) -> Iterator[Block]:
                   "diametral inertia [kg m²]", "offset [mm]"),
             rows=rows,
         )  # fmt: skip
+
+
+def interfaces_table(bodies: Mapping[str, Any]) -> Iterator[Table]:
+    """Yield the interfaces of bodies of `results.json`: where, how large, what was asked for."""
+    rows = [
+        (
+            f"{name}.{found['name']}",
+            _millimetres(found["position_m"]),
+            _millimetres(found["mean_position_m"]) if "mean_position_m" in found else None,
+            1e6 * found["area_m2"] if "area_m2" in found else None,
+            found.get("asked"),
+            found.get("cut_facets"),
+        )
+        for name, body in bodies.items()
+        for found in body.get("interfaces", ())
+    ]
+    if rows:
+        yield Table(
+            title="Interfaces",
+            head=(
+                "interface", "node (x, y, z) [mm]", "centre of area [mm]", "area [mm²]",
+                "asked for", "facets cut",
+            ),
+            rows=rows,
+            caption="Bearings, gears and disks hold a body at the node. Facets that a box cuts do "
+            "not belong to its interface.",
+        )  # fmt: skip
+
+
+def _millimetres(place: list[float]) -> str:
+    return ", ".join(f"{1e3 * value:.5g}" for value in place)

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solidwhirl.bodies.reduction import BodyResult
+from solidwhirl.drawing.surfaces import outer_faces
 from solidwhirl.meshing import Mesh
-from solidwhirl.page.frame.records import Block, Chart, Choice, Option, Run, Section, Table
+from solidwhirl.page.frame import records
+from solidwhirl.page.frame.plotly_chart import page_chart
+from solidwhirl.page.frame.records import Block, Run, Section, Table
+from solidwhirl.page.frame.traces import Trace
+from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
+from solidwhirl.rotordyn.plots.chart import Axis, Chart, Choice, Curve, Look, Option, series_look
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-Trace = dict[str, Any]
 # Edges that are drawn of one body; of finer meshes its outline alone.
 _MOST_EDGES = 30_000
 _COLORS = 8
@@ -23,13 +26,7 @@ _LONG, _HIGH = 3.0, 1.4
 
 
 def section(run: Run) -> Section | None:
-    """Meshes of a run; None where no body has one.
-
-    Parameters
-    ----------
-    run
-        The run.
-    """
+    """Meshes of a run; None where no body has one."""
     results = run.results.bodies
     if not results:
         return None
@@ -37,7 +34,8 @@ def section(run: Run) -> Section | None:
     solid = {name: r for name, r in results.items() if r.mesh.dimension == 3}
     blocks: list[Block] = []
     if plane:
-        blocks.append(_plane_chart(plane))
+        meshes = {name: r.mesh for name, r in plane.items()}
+        blocks.append(page_chart(plane_chart(meshes, _MOST_EDGES)))
     if solid:
         blocks.append(_solid_chart(solid))
     blocks.append(_table(run.document["bodies"], results))
@@ -77,18 +75,16 @@ def _table(bodies: Mapping[str, Any], results: Mapping[str, BodyResult]) -> Tabl
     )  # fmt: skip
 
 
-def _plane_chart(results: Mapping[str, BodyResult]) -> Chart:
-    traces: list[Trace] = []
-    options = []
-    thinned = []
-    for k, (name, result) in enumerate(results.items()):
-        own = list(_meridian_traces(name, result.mesh, f"@c{k % _COLORS}"))
-        if len(edges_of(result.mesh.cells[:, :3])) > _MOST_EDGES:
-            thinned.append(name)
-        options.append(Option(label=name, traces=range(len(traces), len(traces) + len(own))))
-        traces += own
-    said = ", ".join(f"{n} {len(r.mesh.cells)}" for n, r in results.items())
+def plane_chart(meshes: Mapping[str, Mesh], most_edges: int) -> Chart:
+    """Return meridian meshes, of several bodies one at a time; of finer ones the outline alone."""
+    options = [
+        Option(label=name, marks=_meridian_curves(name, mesh, most_edges))
+        for name, mesh in meshes.items()
+    ]
+    thinned = [name for name, mesh in meshes.items() if _edge_count(mesh) > most_edges]
+    said = ", ".join(f"{name} {len(mesh.cells)}" for name, mesh in meshes.items())
     more = f" Of {', '.join(thinned)} the outline alone is drawn." if thinned else ""
+    several = len(options) > 1
     return Chart(
         name="mesh-meridian",
         title="Meridian meshes",
@@ -96,78 +92,55 @@ def _plane_chart(results: Mapping[str, BodyResult]) -> Chart:
         "circumference is solved by Fourier series. Thick lines are interfaces. Drag over a part "
         f"to magnify it, click twice to go back.{more}",
         alt=f"Triangles of the meridians; elements by body: {said}.",
-        traces=traces,
-        layout={
-            "xaxis": {"title": {"text": "z [mm]"}, "showgrid": False, "constrain": "domain"},
-            "yaxis": {
-                "title": {"text": "r [mm]"},
-                "showgrid": False,
-                "scaleanchor": "x",
-                "scaleratio": 1,
-                "constrain": "domain",
-            },
-            "hovermode": "closest",
-        },
+        x=Axis(label="z", unit="mm", digits=".4g"),
+        y=Axis(label="r", unit="mm", digits=".4g"),
+        parts=[Choice(label="body", options=options)] if several else options[0].marks,
+        is_to_scale=True,
         height_px=460,
-        controls=(Choice(label="body", options=options),) if len(options) > 1 else (),
     )
 
 
-def _meridian_traces(name: str, mesh: Mesh, color: str) -> Iterator[Trace]:
-    """Edges of the elements, the outline, and the interfaces of one body."""
+def _edge_count(mesh: Mesh) -> int:
+    return len(edges_of(mesh.cells[:, :3]))
+
+
+def _meridian_curves(name: str, mesh: Mesh, most_edges: int) -> list[Curve]:
+    """Edges of the elements by material, the outline, and the interfaces of one body."""
     points = 1e3 * mesh.points
-    edges = edges_of(mesh.cells[:, :3])
-    if len(edges) <= _MOST_EDGES:
-        yield _lines(points, edges, f"{name}: elements", f"{color}/0.8", 0.8)
-    yield _lines(points, boundary_of(mesh.cells[:, :3]), f"{name}: outline", "@ink", 1.4)
-    for k, (interface, facets) in enumerate(mesh.interfaces.items()):
-        yield {
-            **_lines(points, facets[:, :2], "interfaces", "@backward", 4),
-            "hovertemplate": f"{name}.{interface}<br>"
-            "z %{x:.4g} mm, r %{y:.4g} mm<extra></extra>",
-            "hoverinfo": "all",
-            "legendgroup": "interfaces",
-            "showlegend": k == 0,
-        }
+    found = []
+    for k, material in enumerate(mesh.materials if _edge_count(mesh) <= most_edges else ()):
+        own = mesh.cells[mesh.cell_material == k, :3]
+        look = replace(series_look(k), mark="", width=0.8)
+        words = f"{material.name}, {len(own)} elements"
+        found.append(_lines(points, edges_of(own), words, replace(look, color=f"{look.color}/0.8")))
+    outline = boundary_of(mesh.cells[:, :3])
+    found.append(_lines(points, outline, "outline", Look("@ink", width=1.4)))
+    thick = Look("@backward", width=4.0)
+    for interface, facets in mesh.interfaces.items():
+        curve = _lines(points, facets[:, :2], "interfaces", thick)
+        found.append(replace(curve, texts=[f"{name}.{interface}"] * curve.x.size))
+    return found
 
 
-def _lines(points: FloatArray, edges: IntArray, name: str, color: str, width: float) -> Trace:
-    """Many separate edges as one trace."""
-    ends = points[edges]
-    gap = np.full((len(edges), 1), np.nan)
-    return {
-        "type": "scatter",
-        "mode": "lines",
-        "x": np.hstack([ends[:, :, 0], gap]).ravel(),
-        "y": np.hstack([ends[:, :, 1], gap]).ravel(),
-        "name": name,
-        "line": {"color": color, "width": width},
-        "hoverinfo": "skip",
-    }
+def _lines(points: FloatArray, edges: IntArray, name: str, look: Look) -> Curve:
+    """Many separate edges as one curve."""
+    return Curve(x=_apart(points[:, 0], edges), y=_apart(points[:, 1], edges), name=name, look=look)
+
+
+def _apart(values: FloatArray, edges: IntArray) -> FloatArray:
+    """Values at the ends of edges with a gap after each edge."""
+    return np.hstack([values[edges], np.full((len(edges), 1), np.nan)]).ravel()
 
 
 def edges_of(triangles: IntArray) -> IntArray:
-    """Return every edge of triangles once, shape (e, 2).
-
-    Parameters
-    ----------
-    triangles
-        Corners, shape (c, 3).
-    """
+    """Return every edge of triangles (c, 3) once, shape (e, 2)."""
     return np.unique(_all_edges(triangles), axis=0)
 
 
 def boundary_of(triangles: IntArray) -> IntArray:
-    """Return the edges that one triangle alone has, shape (e, 2).
-
-    Parameters
-    ----------
-    triangles
-        Corners, shape (c, 3).
-    """
+    """Return the edges that one triangle of (c, 3) alone has, shape (e, 2)."""
     edges, counts = np.unique(_all_edges(triangles), axis=0, return_counts=True)
-    alone: IntArray = edges[counts == 1]
-    return alone
+    return np.asarray(edges[counts == 1])
 
 
 def _all_edges(triangles: IntArray) -> IntArray:
@@ -176,26 +149,25 @@ def _all_edges(triangles: IntArray) -> IntArray:
 
 def _aspect(traces: Sequence[Trace]) -> dict[str, float]:
     """Sides of the box around what is drawn, as large as the view; the axis lies along x."""
-    sides = {key: _extent(np.concatenate([t[key] for t in traces])) for key in "xyz"}
+    sides = {key: float(np.nanmax(v) - np.nanmin(v)) for key in "xyz"
+             for v in [np.concatenate([t[key] for t in traces])]}  # fmt: skip
     scale = min(_LONG / sides["x"], _HIGH / max(sides["y"], sides["z"]))
     return {key: scale * side for key, side in sides.items()}
 
 
-def _extent(values: FloatArray) -> float:
-    return float(np.nanmax(values) - np.nanmin(values))
-
-
-def _solid_chart(results: Mapping[str, BodyResult]) -> Chart:
+def _solid_chart(results: Mapping[str, BodyResult]) -> records.Chart:
     traces: list[Trace] = []
     options = []
     for k, (name, result) in enumerate(results.items()):
         own = list(_solid_traces(name, result.mesh, f"@c{k % _COLORS}"))
         shown = range(len(traces), len(traces) + len(own))
-        options.append(Option(label=name, traces=shown, layout={"scene.aspectratio": _aspect(own)}))
+        options.append(
+            records.Option(label=name, traces=shown, layout={"scene.aspectratio": _aspect(own)})
+        )
         traces += own
     axis = {"tickformat": ".4~r"}
     said = ", ".join(f"{n} {len(r.mesh.cells)}" for n, r in results.items())
-    return Chart(
+    return records.Chart(
         name="mesh-solid",
         title="Solid meshes",
         caption="Surface of the tetrahedra, alike scaled in all directions; the axis is z. Drag "
@@ -219,13 +191,13 @@ def _solid_chart(results: Mapping[str, BodyResult]) -> Chart:
             "showlegend": False,
         },
         height_px=500,
-        controls=(Choice(label="body", options=options),) if len(options) > 1 else (),
+        controls=(records.Choice(label="body", options=options),) if len(options) > 1 else (),
     )
 
 
 def _solid_traces(name: str, mesh: Mesh, color: str) -> Iterator[Trace]:
     """Surface and edges of one body."""
-    faces = _skin(mesh.cells[:, :4])
+    faces = outer_faces(mesh.cells[:, :4])
     used, faces = np.unique(faces, return_inverse=True)
     faces = faces.reshape(-1, 3)
     x, y, z = (1e3 * mesh.points[used]).T
@@ -246,26 +218,13 @@ def _solid_traces(name: str, mesh: Mesh, color: str) -> Iterator[Trace]:
     edges = edges_of(faces)
     if len(edges) > _MOST_EDGES:
         return
-    ends = np.column_stack([z, x, y])[edges]
-    gap = np.full((len(edges), 1), np.nan)
-    lines = [np.hstack([ends[:, :, k], gap]).ravel() for k in range(3)]
     yield {
         "type": "scatter3d",
         "mode": "lines",
-        "x": lines[0],
-        "y": lines[1],
-        "z": lines[2],
+        "x": _apart(z, edges),
+        "y": _apart(x, edges),
+        "z": _apart(y, edges),
         "line": {"color": "@paper", "width": 1.5},
         "hoverinfo": "skip",
         "name": f"{name}: edges",
     }
-
-
-def _skin(tetrahedra: IntArray) -> IntArray:
-    """Faces that one tetrahedron alone has, shape (f, 3)."""
-    faces = tetrahedra[:, [0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2]].reshape(-1, 3)
-    _, first, counts = np.unique(
-        np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True
-    )
-    alone: IntArray = faces[first[counts == 1]]
-    return alone

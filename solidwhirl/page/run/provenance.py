@@ -11,13 +11,7 @@ from solidwhirl.page.frame.records import Block, Listing, Run, Section, Table, T
 
 
 def section(run: Run) -> Section:
-    """Provenance of a run.
-
-    Parameters
-    ----------
-    run
-        The run.
-    """
+    """Provenance of a run."""
     return Section(name="provenance", title="To repeat this run", blocks=tuple(_blocks(run)))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from solidwhirl.analyses.base import Operating
@@ -17,22 +18,19 @@ from solidwhirl.scene_checks.operating import critical_speeds_that_count, neares
 
 # Critical speeds that a reader in a hurry is shown.
 _MOST = 12
+# Height of the diagram on the first screen, pixels.
+_HIGH = 580
 
 
 def section(run: Run) -> Section:
-    """Summary of a run: the first screen of its page, warnings, critical speeds.
-
-    Parameters
-    ----------
-    run
-        The run.
-    """
+    """Summary of a run: the first screen of its page, warnings, critical speeds."""
     operating = operating_speeds(run.document, run.results.scene.speed_ratios())
     chart = small_chart(run.results)
+    # the diagram stands at the right of both others
+    beside = () if chart is None else (replace(chart, height_px=_HIGH),)
     blocks = [
         *_failures(run),
-        Row(blocks=(verdict_table(run), *((chart,) if chart else ()))),
-        small_picture(run),
+        Row(blocks=(verdict_table(run), *beside, small_picture(run))),
         *_warnings(run),
         _critical_speeds(critical_speeds_that_count(run.document), operating),
     ]
@@ -40,13 +38,7 @@ def section(run: Run) -> Section:
 
 
 def verdict_table(run: Run) -> Table:
-    """Return the answers of the verdict, the checks, and how many warnings there are.
-
-    Parameters
-    ----------
-    run
-        The run.
-    """
+    """Return the answers of the verdict, the checks, and how many warnings there are."""
     rows = [(a.about, a.marked) for a in answers(run.document)]
     rows.append(("Checks", checks_line(run.results.checks)))
     count = len(_messages(run.document))

@@ -188,7 +188,7 @@ def test_batch_draws_at_its_end(ring, tmp_path, monkeypatch):
     assert power == pytest.approx(0.5, abs=1e-9)
     table = (out / "batch.jsonl").read_bytes()
 
-    monkeypatch.setattr("solidwhirl.sweep_pictures.lines.new_figure", None)
+    monkeypatch.setattr("solidwhirl.rotordyn.plots.frame.new_figure", None)
     done = invoke("batch", ring, "--out", out, "--resume")
     assert done.exit_code == 0 and "no pictures: TypeError" in done.stderr, done.output
     assert (out / "batch.jsonl").read_bytes() == table

@@ -25,7 +25,9 @@ def _reach(group):
 
 
 def test_rings_lie_around_their_shaft_and_casings_around_all(geared):
-    rings = _drawn(run_scene(beam_scene("turbocharger", analyses=())))
+    scene = beam_scene("turbocharger", analyses=())
+    slow = scene.speeds.model_copy(update={"to_rpm": 100.0, "count": 2})
+    rings = _drawn(run_scene(scene.model_copy(update={"speeds": slow})))
     groups = {g.title: g for g in rings.shapes if isinstance(g, Group)}
     (low, high), shaft = _reach(groups["turbine_ring"]), _reach(groups["rotor"])
     assert all(isinstance(s, Line) for s in groups["turbine_ring"].shapes)

@@ -10,8 +10,7 @@ import scipy.optimize
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from solidwhirl.core.label_layout import spread
-from solidwhirl.drawing.labels import Label, label_block, label_height
+from solidwhirl.drawing.labels import Label, label_block, label_height, spread
 from solidwhirl.drawing.shapes import Words, ruler_steps
 
 

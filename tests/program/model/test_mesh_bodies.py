@@ -21,7 +21,7 @@ from solidwhirl.model.effects import make_plan
 from solidwhirl.model.interface_documents import cut_doubts
 from solidwhirl.model.mesh_bodies import build_mesh_bodies
 from solidwhirl.output.documents import results_document
-from solidwhirl.page.run.interfaces import interfaces_table
+from solidwhirl.page.run.masses import interfaces_table
 from solidwhirl.scene_reading.reader import parse_scene, scene_hash
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "meshing"))

@@ -319,6 +319,8 @@ def test_first_screen_has_verdict_diagram_and_drawing(driver, laval, tmp_path):
             f"return document.querySelector('{part}').getBoundingClientRect().toJSON()"
         )
         assert box["top"] > 0 and box["bottom"] <= 900 and box["height"] > 60, (part, box)
+    # the drawing, the last of them, takes most of the width beside the diagram
+    assert box["width"] > 500 and box["height"] > 250
     look_like(driver, *PHONE)
     open_page(driver, path)
     assert driver.execute_script("return document.documentElement.scrollWidth") == PHONE[0]

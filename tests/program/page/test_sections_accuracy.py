@@ -32,7 +32,7 @@ def test_bodies_of_several_materials_are_named(document, laval):
     assert document["accuracy"]["bodies_of_several_materials"] == {}
     document["accuracy"]["bodies_of_several_materials"] = {"rotor": ["steel", "titanium"]}
     said = "is of several materials (steel, titanium): the estimate has not been checked"
-    assert f"- `rotor` {said}" in texts(accuracy._accuracy(document))
+    assert f"- `rotor` {said}" in texts(accuracy.accuracy_blocks(document))
     assert f"- rotor {said}" in report_text(laval.results, document)
     assert several_materials(everything().results.scene) == {}
 
@@ -64,7 +64,7 @@ def test_choice_of_the_coupling_has_its_size(document, laval):
     document["critical_speeds"] = []
     parts["interface_coupling"] = [[0.01, None], [0.032, 0.02]]
     assert coupling_effect(document) == 0.032
-    for said in (texts(accuracy._accuracy(document)), report_text(laval.results, document)):
+    for said in (texts(accuracy.accuracy_blocks(document)), report_text(laval.results, document)):
         assert "move by up to 3.2 %" in said and "rigid where a stiff ring" in said
     del parts["interface_coupling"]
     assert coupling_effect(document) is None
@@ -81,10 +81,10 @@ def test_rounds_of_solids_say_what_they_leave_out(document, laval):
     document["accuracy"]["rounds"] = [entry]
     (body,) = document["bodies"].values()
     title, said = "Rounds of refinement", "is compared with a finer one after the last round"
-    assert title not in tables(accuracy._accuracy(document))
+    assert title not in tables(accuracy.accuracy_blocks(document))
     assert said not in report_text(laval.results, document)
     body["level"] = "solid"
-    assert said in tables(accuracy._accuracy(document))[title].caption
+    assert said in tables(accuracy.accuracy_blocks(document))[title].caption
     assert said in report_text(laval.results, document)
 
 

@@ -8,8 +8,9 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
+from solidwhirl.page.run.accuracy import time_chart
+from solidwhirl.page.run.checks import checks_chart
 from solidwhirl.pictures.engine import draw_engine
-from solidwhirl.pictures.series import draw_checks, draw_cost
 from solidwhirl.rotordyn import AnalysisError
 from solidwhirl.rotordyn.plots.frame import (
     TEXT_PT,
@@ -18,6 +19,7 @@ from solidwhirl.rotordyn.plots.frame import (
     styled,
     write_figure,
 )
+from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
 from solidwhirl.rotordyn.superelement.invariants import compared
 
 
@@ -118,14 +120,15 @@ def test_unknown_kind_is_refused(geared, tmp_path):
 def test_checks_stand_on_their_side_of_the_limit(tmp_path, drawn):
     good = compared("mass", "a", 1e-9, 1e-8, "x")
     bad = compared("stiffness", "a", 1e-3, 1e-4, "x")
-    draw_checks([good, bad], tmp_path / "c.png", "t")
+    draw_charts([checks_chart([good, bad])], tmp_path / "c.png", "t")
     (axes,) = drawn[0].axes
     by_label = {line.get_label(): line for line in axes.lines}
     assert by_label["holds"].get_xdata() == pytest.approx([0.1])
-    assert by_label["does not hold"].get_xdata() == pytest.approx([10.0])
+    assert by_label["fails"].get_xdata() == pytest.approx([10.0])
 
 
 def test_cost_has_a_bar_for_each_stage(tmp_path, drawn):
-    draw_cost({"mesh": 1.0, "modes": 3.0}, tmp_path / "c.png", "t")
+    draw_charts([time_chart({"mesh": 1.0, "modes": 3.0})], tmp_path / "c.png", "t")
     (axes,) = drawn[0].axes
     assert [p.get_width() for p in axes.patches] == [1.0, 3.0]
+    assert {"1 s", "3 s"} <= {t.get_text() for t in axes.texts}

@@ -14,6 +14,7 @@ import pytest
 from solidwhirl.core.errors import OutputError
 from solidwhirl.drawing.modes import pictured_modes
 from solidwhirl.drawing.motion import SECTORS
+from solidwhirl.drawing.surfaces import outer_faces
 from solidwhirl.pictures import animation, stills
 from solidwhirl.pictures.animation import mode_frames, write_film
 from solidwhirl.pictures.engine_shape import engine_shape
@@ -81,7 +82,7 @@ def test_a_solid_is_drawn_by_its_outer_faces(small, tmp_path):
     points = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
     paths = ((1, 3), (3, 2), (2, 6), (6, 4), (4, 5), (5, 1))
     cells = np.array([(0, a, b, 7) for a, b in paths])
-    faces = stills._outer_faces(cells)
+    faces = outer_faces(cells)
     assert len(faces) == 12
     sides = points[faces]
     # each lies in a plane x, y or z = 0 or 1

@@ -24,16 +24,14 @@ OPERATING_RPM = (7000.0, 8000.0)
 
 def scene(stiffness, damping):
     """A disk in the middle of a light shaft: lateral and conical motion do not couple."""
-    ends = {"first": "left", "second": "right"}
+    light = {"density_kg_per_m3": 1.0, "youngs_modulus_pa": 2.1e11, "poissons_ratio": 0.3}
+    disk = {"name": "disk", "at_m": LENGTH / 2, "mass_kg": MASS}
+    disk |= {"polar_inertia_kg_m2": 0.5, "diametral_inertia_kg_m2": 0.3}
+    low, high = OPERATING_RPM
+    operating = [{"shaft": "rotor", "from_rpm": low, "to_rpm": high}]
     return {
         "name": "films",
-        "materials": {
-            "light": {
-                "density_kg_per_m3": 1.0,
-                "youngs_modulus_pa": 2.1e11,
-                "poissons_ratio": 0.3,
-            }
-        },
+        "materials": {"light": light},
         "speeds": {"from_rpm": 0.0, "to_rpm": TOP_RPM, "count": 5},
         "campbell": {"branches": 8},
         "model": {"estimates": "off"},
@@ -43,15 +41,7 @@ def scene(stiffness, damping):
                 "stations_m": [0.0, 0.2, 0.4, 0.6, LENGTH],
                 "outer_radius_m": [RADIUS],
                 "interfaces": {"left": 0.0, "disk": LENGTH / 2, "right": LENGTH},
-                "disks": [
-                    {
-                        "name": "disk",
-                        "at_m": LENGTH / 2,
-                        "mass_kg": MASS,
-                        "polar_inertia_kg_m2": 0.5,
-                        "diametral_inertia_kg_m2": 0.3,
-                    }
-                ],
+                "disks": [disk],
             }
         },
         "bearings": [
@@ -61,15 +51,10 @@ def scene(stiffness, damping):
                 "stiffness_n_per_m": stiffness,
                 "damping_n_s_per_m": damping,
             }
-            for end in ends.values()
+            for end in ("left", "right")
         ],
         "analyses": [
-            {
-                "kind": "separation_margins",
-                "operating": [
-                    {"shaft": "rotor", "from_rpm": OPERATING_RPM[0], "to_rpm": OPERATING_RPM[1]}
-                ],
-            },
+            {"kind": "separation_margins", "operating": operating},
             {"kind": "stability", "to_rpm": TOP_RPM, "count": 5},
         ],
     }
@@ -82,7 +67,7 @@ def films(stiffness, damping):
     rotor |= {"outer_radius_m": [0.045], "stations_m": [0.0, 0.2, 0.3, 0.6, LENGTH]}
     rotor["interfaces"]["disk"] = rotor["disks"][0]["at_m"] = 0.3
     data["speeds"]["to_rpm"] = 20000.0
-    return data
+    return data | {"analyses": []}
 
 
 def table(make, stiffness, damping):

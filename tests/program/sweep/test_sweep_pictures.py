@@ -24,6 +24,7 @@ from solidwhirl.sweep_pictures.parts import in_powers_of_ten
 RPM = 30.0 / np.pi
 POLAR, DIAMETRAL, TILT = 0.05, 0.2, 6e4
 SPEEDS = np.linspace(0.0, 9000.0, 10)
+CORNERS = [{"p": p, "q": q} for p in (0.0, 1.0) for q in (0.0, 1.0)]
 
 
 def laval_row(number, values, stiffness=4e6, mass=15.0, tilt=TILT, top_rpm=1e9, scene="laval"):
@@ -56,6 +57,18 @@ def laval_row(number, values, stiffness=4e6, mass=15.0, tilt=TILT, top_rpm=1e9, 
         critical_error_estimate=tuple(0.01 for _ in critical),
         campbell_speed_rpm=tuple(SPEEDS),
         campbell_frequency_hz=tuple(tuple(b / (2.0 * np.pi)) for b in branches),
+    )
+
+
+def speed_row(number, values, *speeds, whirls=("forward",) * 9, error=0.0, ratios=(1.0,) * 9):
+    """A row with critical speeds that are given, each with its whirl and its excitation ratio."""
+    count = len(speeds)
+    return replace(
+        laval_row(number, values),
+        critical_speed_rpm=speeds,
+        critical_frequency_hz=tuple(s * r / 60.0 for s, r in zip(speeds, ratios, strict=False)),
+        critical_whirl=tuple(whirls[:count]),
+        critical_error_estimate=(error,) * count,
     )
 
 
@@ -247,16 +260,8 @@ def test_shafts_of_other_speed_are_told_apart():
     rows = []
     for n, p in enumerate(np.linspace(0.0, 1.0, 6)):
         first, second = 3000.0 + 1000.0 * p, 3900.0 - 1000.0 * p
-        pairs = sorted([(first, 1.0), (second, 1.5)])
-        rows.append(
-            replace(
-                laval_row(n, {"p": p}),
-                critical_speed_rpm=tuple(s for s, _ in pairs),
-                critical_frequency_hz=tuple(s * a / 60.0 for s, a in pairs),
-                critical_whirl=("forward",) * 2,
-                critical_error_estimate=(float("nan"),) * 2,
-            )
-        )
+        speeds, ratios = zip(*sorted([(first, 1.0), (second, 1.5)]), strict=True)
+        rows.append(speed_row(n, {"p": p}, *speeds, ratios=ratios, error=float("nan")))
     tracks = critical_tracks(sweep_designs(rows)[0])
     assert sorted(round(t.excitation_ratio, 6) for t in tracks) == [1.0, 1.5]
     assert next(t for t in tracks if t.excitation_ratio > 1.2).name.endswith(", 1.5×")
@@ -352,18 +357,7 @@ def test_bands_of_the_laval_rotor():
 
 def test_margins_between_cases_do_not_miss_the_band():
     """Critical speeds 4000 and 6000 rpm at the ends: linear between, so 5000 in the middle."""
-    rows = []
-    for n, (p, q) in enumerate([(0, 0), (0, 1), (1, 0), (1, 1)]):
-        speed = 4000.0 + 2000.0 * p
-        rows.append(
-            replace(
-                laval_row(n, {"p": float(p), "q": float(q)}),
-                critical_speed_rpm=(speed,),
-                critical_frequency_hz=(speed / 60.0,),
-                critical_whirl=("forward",),
-                critical_error_estimate=(0.0,),
-            )
-        )
+    rows = [speed_row(n, corner, 4000.0 + 2000.0 * corner["p"]) for n, corner in enumerate(CORNERS)]
     (found,) = analyse_sweep(rows, SweepPictureSettings(operating_rpm=(4900.0, 5100.0)))
     (one,) = found.maps
     speed = 4000.0 + 2000.0 * np.broadcast_to(one.x, one.margin.shape)
@@ -378,17 +372,9 @@ def test_margins_between_cases_do_not_miss_the_band():
 def test_no_margin_is_larger_than_what_was_searched():
     """One critical speed 40 % below; another above leaves the search at 9000 rpm, margin 80 %."""
     rows = []
-    for n, (p, q) in enumerate([(0, 0), (0, 1), (1, 0), (1, 1)]):
-        speeds = (3000.0, 8500.0) if p == 0 else (3000.0,)
-        rows.append(
-            replace(
-                laval_row(n, {"p": float(p), "q": float(q)}),
-                critical_speed_rpm=speeds,
-                critical_frequency_hz=tuple(s / 60.0 for s in speeds),
-                critical_whirl=("backward", "forward")[: len(speeds)],
-                critical_error_estimate=(0.0,) * len(speeds),
-            )
-        )
+    for n, corner in enumerate(CORNERS):
+        speeds = (3000.0,) if corner["p"] else (3000.0, 8500.0)
+        rows.append(speed_row(n, corner, *speeds, whirls=("backward", "forward")))
 
     def least(low, high, chosen=rows):
         settings = SweepPictureSettings(operating_rpm=(low, high), map_parameters=("p", "q"))
@@ -416,13 +402,7 @@ def test_margin_from_a_band_is_signed_and_zero_inside():
 def test_margins_take_the_least_over_other_parameters():
     values = [(p, q, r) for p in (0.0, 1.0) for q in (0.0, 1.0) for r in (0.0, 1.0)]
     rows = [
-        replace(
-            laval_row(n, {"p": p, "q": q, "r": r}),
-            critical_speed_rpm=(4000.0 + 100.0 * p + 10.0 * q + 500.0 * r,),
-            critical_frequency_hz=((4000.0 + 100.0 * p + 10.0 * q + 500.0 * r) / 60.0,),
-            critical_whirl=("forward",),
-            critical_error_estimate=(0.0,),
-        )
+        speed_row(n, {"p": p, "q": q, "r": r}, 4000.0 + 100.0 * p + 10.0 * q + 500.0 * r)
         for n, (p, q, r) in enumerate(values)
     ]
     settings = SweepPictureSettings(operating_rpm=(5000.0, 5000.0), map_parameters=("p", "q"))
