@@ -90,7 +90,7 @@ def beam_engine(name: str, evenness: float, damping_s: float, law=None) -> Engin
 
     def spool(label, start, stop, elements, radii, held, disks):
         stations = np.linspace(start, stop, elements + 1)
-        return beam_superelement(label, stations, *radii, 2e11, 0.3, 7800.0, held, disks)
+        return beam_superelement(label, stations, *radii, (2e11, 0.3, 7800.0), held, disks)
 
     fan_disks = [disk("fan", -0.5, 120.0, 18.0)]
     low_disks = [disk("booster", 0.25, 40.0, 1.2), disk("rear", 1.9, 38.0, 1.9)]

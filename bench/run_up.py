@@ -50,7 +50,7 @@ def engine(stations: int):
             for z, m, p, d in disks
         ]
         z = np.linspace(start, stop, stations)
-        return beam_superelement(name, z, *radii, *material, seats, parts)
+        return beam_superelement(name, z, *radii, material, seats, parts)
 
     elements = {
         "lp": shaft(

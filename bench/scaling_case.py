@@ -244,7 +244,7 @@ def engine(stations: int, evenness: float, damping_s: float):
     def spool(label, start, stop, radii, seats, at):
         disk = Disk(name="disk", position_m=at, mass_kg=40.0, polar_kg_m2=1.6, diametral_kg_m2=0.85)
         z = np.linspace(start, stop, stations + 1)
-        return beam_superelement(label, z, *radii, 2e11, 0.3, 7800.0, seats, [disk])
+        return beam_superelement(label, z, *radii, (2e11, 0.3, 7800.0), seats, [disk])
 
     def bearing(body, seat, second=None):
         k = 4e7 * np.diag([1.0, evenness])

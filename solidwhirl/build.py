@@ -27,14 +27,7 @@ def cylinder(
 ) -> Table:
     """Return a section of a body of revolution, solid or hollow.
 
-    Parameters
-    ----------
-    name
-        Unique within the body.
-    start_m, end_m
-        Its ends along the axis.
-    outer_radius_m, inner_radius_m
-        A number, or one at each end.
+    Its name is unique within the body; a radius is a number, or one at each end.
     """
     return _table(
         name=name,
@@ -60,8 +53,6 @@ def body(
         From `cylinder`.
     interfaces
         By name: the place of a cross-section along the axis in m, or a table for other kinds.
-    material
-        Of the whole body.
     speed_ratio
         Its speed over that of the reference shaft; negative turns the other way, 0 stands.
     keys
@@ -102,8 +93,6 @@ def beam(
         One for all elements, or one for each.
     interfaces
         Places along the axis by name.
-    material, speed_ratio
-        As of `body`.
     disks
         From `disk`.
     keys
@@ -125,10 +114,6 @@ def disk(name: str, *, mass_kg: float, polar: float, diametral: float, **place: 
 
     Parameters
     ----------
-    name
-        Unique within the body.
-    mass_kg
-        Its mass.
     polar, diametral
         Moments of inertia about the axis and across it, kg m².
     place
@@ -155,8 +140,6 @@ def bearing(
 
     Parameters
     ----------
-    name
-        Unique within the scene.
     first, second
         "body.interface", or "ground".
     stiffness_n_per_m, damping_n_s_per_m
@@ -182,8 +165,6 @@ def unbalance(
         Mass times its distance from the axis; None: by `grade` and `at_rpm`.
     phase_deg
         Angle from +x towards +y.
-    keys
-        Further keys of the table.
     """
     moment = {} if moment_kg_m is None else {"moment_kg_m": moment_kg_m}
     return _table(at=at, **moment, phase_deg=phase_deg, **keys)
@@ -205,8 +186,6 @@ def scene(
 
     Parameters
     ----------
-    name
-        Of the scene.
     bodies, beams
         By name, from `body` and `beam`.
     bearings
@@ -221,10 +200,6 @@ def scene(
         `[[analyses]]`, each a mapping with its kind.
     tables
         Further tables of the scene file by name: title, materials, gears, effects, ...
-
-    Returns
-    -------
-    Scene
 
     Raises
     ------
@@ -249,16 +224,10 @@ def with_changes(scene: Scene, changes: Mapping[str, Any]) -> Scene:
 
     Parameters
     ----------
-    scene
-        The scene; it stays as it is.
     changes
         New values by place, spelt as in a sweep: keys joined by dots, [name] or [number] behind a
         list, such as "bearings[kxx].stiffness_n_per_m" or "bodies.inner.speed_ratio". A dot
         instead of the brackets means the same.
-
-    Returns
-    -------
-    Scene
 
     Raises
     ------

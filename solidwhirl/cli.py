@@ -8,7 +8,18 @@ from typing import Annotated
 
 import typer
 
-from solidwhirl.commands import batches, doctor, files, init, pictures, plan, run, searches
+from solidwhirl.commands import (
+    batches,
+    check,
+    doctor,
+    files,
+    geometry,
+    init,
+    pictures,
+    plan,
+    run,
+    searches,
+)
 from solidwhirl.commands.options import Command, examples
 from solidwhirl.console.exit_handling import end_of_defect, keep_petsc_from_signals
 from solidwhirl.console.streams import lasting_streams
@@ -56,11 +67,11 @@ app.command(cls=Command, epilog=run.EXAMPLES)(run.run)
 app.command(cls=Command, epilog=plan.EXAMPLES)(plan.plan)
 app.command(cls=Command, epilog=searches.STUDY_EXAMPLES)(searches.study)
 app.command(cls=Command, epilog=searches.IDENTIFY_EXAMPLES)(searches.identify)
-app.command(cls=Command, epilog=files.CHECK_EXAMPLES)(files.check)
+app.command(cls=Command, epilog=check.EXAMPLES)(check.check)
 app.command(cls=Command, epilog=batches.EXAMPLES)(batches.batch)
 app.command(cls=Command, epilog=batches.PICTURES_EXAMPLES)(batches.batch_pictures)
 app.command(cls=Command, epilog=pictures.EXAMPLES)(pictures.pictures)
-app.command(cls=Command, epilog=files.GEOMETRY_EXAMPLES)(files.geometry)
+app.command(cls=Command, epilog=geometry.EXAMPLES)(geometry.geometry)
 app.command(cls=Command, epilog=files.EXPORT_EXAMPLES)(files.export)
 app.command(cls=Command, epilog=files.FORMATS_EXAMPLES)(files.formats)
 app.command(cls=Command, epilog=files.SCHEMA_EXAMPLES)(files.schema)

@@ -60,10 +60,7 @@ class MovedModules(MetaPathFinder):
     """Refuses the import of a moved module with its new path."""
 
     def find_spec(
-        self,
-        fullname: str,
-        path: Sequence[str] | None = None,
-        target: ModuleType | None = None,
+        self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         """Raise ModuleNotFoundError for moved modules, and leave all others to Python."""
         new = MOVED.get(fullname.removeprefix("solidwhirl."))

@@ -47,33 +47,41 @@ class SpeedLaw(Protocol):
         """Lowest and highest spin speed the law was made for, rad/s."""
 
     def coefficients(
-        self,
-        speed_rad_s: float,
-        stiffness_n_per_m: FloatArray,
-        damping_n_s_per_m: FloatArray,
+        self, speed_rad_s: float, stiffness_n_per_m: FloatArray, damping_n_s_per_m: FloatArray
     ) -> BearingCoefficients:
-        """Return the coefficients at a spin speed (not negative) from the bearing's own ones."""
+        """Return the coefficients at a spin speed from the bearing's own ones on (ux, uy), (2, 2).
+
+        `speed_rad_s`: not negative. Raises AssemblyError if the law can do nothing with the
+        bearing's own ones.
+        """
+
+
+class _LawOfPieces:
+    """Base of the laws that are polynomials of the spin speed, piece by piece."""
+
+    __slots__ = ()
+
+    def coefficients(
+        self, speed_rad_s: float, stiffness_n_per_m: FloatArray, damping_n_s_per_m: FloatArray
+    ) -> BearingCoefficients:
+        """Return the coefficients at a spin speed, see `SpeedLaw`."""
+        return self.pieces(stiffness_n_per_m, damping_n_s_per_m).at(speed_rad_s)
+
+    def pieces(self, stiffness_n_per_m: FloatArray, damping_n_s_per_m: FloatArray) -> LawPieces:
+        """Return the coefficients as polynomials, from the bearing's own ones."""
+        raise NotImplementedError
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class PolynomialLaw:
+class PolynomialLaw(_LawOfPieces):
     """Scale the bearing's own diagonal coefficients by polynomials in the speed.
 
     k_xx(Ω) = k_xx p(Ω), and so on. Beyond its range the polynomial is evaluated as it is.
 
-    Attributes
-    ----------
-    argument_unit
-        What the polynomials take: "rad/s", "rpm" or "Hz".
-    argument_range
-        Lowest and highest argument they were made for, in that unit.
-    stiffness_x, stiffness_y, damping_x, damping_y
-        Coefficients of the factors, lowest order first.
-
-    Raises
-    ------
-    AssemblyError
-        If the unit is unknown, the range is empty or a polynomial has no finite coefficients.
+    `argument_unit`: what the polynomials take: "rad/s", "rpm" or "Hz"; `argument_range`: lowest
+    and highest argument they were made for, in that unit; `stiffness_x`, `stiffness_y`,
+    `damping_x`, `damping_y`: coefficients of the factors, lowest order first. Raises AssemblyError
+    if the unit is unknown, the range is empty or a polynomial has no finite coefficients.
     """
 
     name: str
@@ -105,23 +113,11 @@ class PolynomialLaw:
         scale = ARGUMENT_UNITS[self.argument_unit]
         return self.argument_range[0] / scale, self.argument_range[1] / scale
 
-    def coefficients(
-        self,
-        speed_rad_s: float,
-        stiffness_n_per_m: FloatArray,
-        damping_n_s_per_m: FloatArray,
-    ) -> BearingCoefficients:
-        """Return the scaled coefficients at a spin speed.
-
-        `speed_rad_s`: spin speed, rad/s, not negative; `stiffness_n_per_m`, `damping_n_s_per_m`:
-        the bearing's own coefficients on (ux, uy), diagonal, shape (2, 2). Returns each (2, 2),
-        diagonal. Raises AssemblyError if the bearing has cross terms, which this law does not
-        scale.
-        """
-        return self.pieces(stiffness_n_per_m, damping_n_s_per_m).at(speed_rad_s)
-
     def pieces(self, stiffness_n_per_m: FloatArray, damping_n_s_per_m: FloatArray) -> LawPieces:
-        """Return the scaled coefficients as one polynomial of the spin speed."""
+        """Return the scaled coefficients as one polynomial of the spin speed.
+
+        Raises AssemblyError if the bearing has cross terms, which this law does not scale.
+        """
         k_xx, k_yy = _diagonal(self.name, "stiffness_n_per_m", stiffness_n_per_m)
         d_xx, d_yy = _diagonal(self.name, "damping_n_s_per_m", damping_n_s_per_m)
         factors = (self.stiffness_x, self.stiffness_y, self.damping_x, self.damping_y)
@@ -136,27 +132,17 @@ class PolynomialLaw:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class TableLaw:
+class TableLaw(_LawOfPieces):
     """Interpolate full coefficient matrices between tabulated speeds.
 
     The values are absolute: the bearing's own coefficients must be zero. Beyond the table the
     nearest end value holds.
 
-    Attributes
-    ----------
-    speeds_rad_s
-        Spin speeds, rising, not negative, shape (s,), s ≥ 2.
-    stiffness_n_per_m, damping_n_s_per_m
-        On (ux, uy), shape (s, 2, 2).
-    interpolation
-        "monotone" (piecewise cubic after Fritsch and Carlson, no overshoot between the values)
-        or "linear", entry by entry.
-
-    Raises
-    ------
-    AssemblyError
-        If shapes do not fit, numbers are not finite, or speeds do not rise or are one speed but
-        for rounding.
+    `speeds_rad_s`: spin speeds, rising, not negative, shape (s,), s ≥ 2; `stiffness_n_per_m`,
+    `damping_n_s_per_m`: on (ux, uy), shape (s, 2, 2); `interpolation`: "monotone" (piecewise cubic
+    after Fritsch and Carlson, no overshoot between the values) or "linear", entry by entry. Raises
+    AssemblyError if shapes do not fit, numbers are not finite, or speeds do not rise or are one
+    speed but for rounding.
     """
 
     name: str
@@ -178,24 +164,19 @@ class TableLaw:
         """Lowest and highest tabulated spin speed, rad/s."""
         return float(self.speeds_rad_s[0]), float(self.speeds_rad_s[-1])
 
-    def coefficients(
-        self,
-        speed_rad_s: float,
-        stiffness_n_per_m: FloatArray,
-        damping_n_s_per_m: FloatArray,
-    ) -> BearingCoefficients:
-        """Return the interpolated coefficients at a spin speed.
-
-        `speed_rad_s`: spin speed, rad/s, not negative; `stiffness_n_per_m`, `damping_n_s_per_m`:
-        the bearing's own coefficients on (ux, uy), zero, shape (2, 2). Returns each (2, 2). Raises
-        AssemblyError if the bearing has coefficients of its own, which a table replaces.
-        """
-        return self.pieces(stiffness_n_per_m, damping_n_s_per_m).at(speed_rad_s)
-
     def pieces(self, stiffness_n_per_m: FloatArray, damping_n_s_per_m: FloatArray) -> LawPieces:
-        """Return the interpolated coefficients as polynomials between the tabulated speeds."""
-        _require_none(self.name, "stiffness_n_per_m", stiffness_n_per_m)
-        _require_none(self.name, "damping_n_s_per_m", damping_n_s_per_m)
+        """Return the interpolated coefficients as polynomials between the tabulated speeds.
+
+        Raises AssemblyError if the bearing has coefficients of its own, which a table replaces.
+        """
+        own = {"stiffness_n_per_m": stiffness_n_per_m, "damping_n_s_per_m": damping_n_s_per_m}
+        for name, matrix in own.items():
+            if matrix.any():
+                text = (
+                    f"law {self.name!r} is a table of absolute values, but the bearing has {name} "
+                    f"= {matrix.tolist()} of its own; leave them out"
+                )
+                raise AssemblyError((text,))
         return self._pieces
 
 
@@ -214,10 +195,7 @@ class _MirroredLaw:
         return self.law.speed_range_rad_s
 
     def coefficients(
-        self,
-        speed_rad_s: float,
-        stiffness_n_per_m: FloatArray,
-        damping_n_s_per_m: FloatArray,
+        self, speed_rad_s: float, stiffness_n_per_m: FloatArray, damping_n_s_per_m: FloatArray
     ) -> BearingCoefficients:
         found = self.law.coefficients(speed_rad_s, stiffness_n_per_m, damping_n_s_per_m)
         return BearingCoefficients(*(mirrored(matrix) for matrix in found))
@@ -232,19 +210,13 @@ def mirrored(matrices: FloatArray) -> FloatArray:
 
 
 def mirrored_law(law: SpeedLaw) -> SpeedLaw:
-    """Return a law with the signs of its cross terms changed.
-
-    `law`: a polynomial has no cross terms and comes back as it is.
-    """
+    """Return a law with the signs of its cross terms changed; a polynomial has none."""
     if isinstance(law, PolynomialLaw):
         return law
     if not isinstance(law, TableLaw):
         return _MirroredLaw(law)
-    return replace(
-        law,
-        stiffness_n_per_m=mirrored(law.stiffness_n_per_m),
-        damping_n_s_per_m=mirrored(law.damping_n_s_per_m),
-    )
+    stiffness, damping = mirrored(law.stiffness_n_per_m), mirrored(law.damping_n_s_per_m)
+    return replace(law, stiffness_n_per_m=stiffness, damping_n_s_per_m=damping)
 
 
 def is_turned_by_spin(law: SpeedLaw) -> bool:
@@ -299,16 +271,6 @@ def _diagonal(law: str, name: str, matrix: FloatArray) -> tuple[float, float]:
     return xx, yy
 
 
-def _require_none(law: str, name: str, matrix: FloatArray) -> None:
-    if matrix.any():
-        raise AssemblyError(
-            (
-                f"law {law!r} is a table of absolute values, but the bearing has {name} = "
-                f"{matrix.tolist()} of its own; leave them out",
-            )
-        )
-
-
 def _table_problems(law: TableLaw) -> list[str]:
     problems = []
     speeds, count = law.speeds_rad_s, law.speeds_rad_s.size
@@ -349,33 +311,24 @@ def _table_problems(law: TableLaw) -> list[str]:
 # the design points of LP and HP.
 # The y polynomials carry a factor 1/4, as they are normalised to k_xx and d_xx at rest.
 _LEE_STIFFNESS_X = (1.0, -3.52e-3, 7.06e-6, -6.77e-9, 2.46e-12)
-_LEE_STIFFNESS_Y = (0.25, 0.25 * 9.67e-4, -0.25 * 1.31e-6, 0.25 * 1.02e-9, -0.25 * 3.35e-13)
 _LEE_DAMPING_X = (1.0, -3.6e-3, 5.07e-6, -2.38e-9)
-_LEE_DAMPING_Y = (0.25, -0.25 * 2.3e-3, 0.25 * 3.06e-6, -0.25 * 1.39e-9)
-# No range is printed; this one holds the design points.
-_LEE_RANGE = (0.0, 2000.0)
 
-# As printed: both base coefficients of the bearing are the value of x at rest.
+# As printed: both base coefficients of the bearing are the value of x at rest. No range is printed;
+# this one holds the design points.
 LEE_ANISOTROPIC = PolynomialLaw(
     name="lee_anisotropic",
     argument_unit="rad/s",
-    argument_range=_LEE_RANGE,
+    argument_range=(0.0, 2000.0),
     stiffness_x=_LEE_STIFFNESS_X,
-    stiffness_y=_LEE_STIFFNESS_Y,
+    stiffness_y=(0.25, 0.25 * 9.67e-4, -0.25 * 1.31e-6, 0.25 * 1.02e-9, -0.25 * 3.35e-13),
     damping_x=_LEE_DAMPING_X,
-    damping_y=_LEE_DAMPING_Y,
+    damping_y=(0.25, -0.25 * 2.3e-3, 0.25 * 3.06e-6, -0.25 * 1.39e-9),
 )
 # The x polynomials in both directions: the paper calls its bearings symmetric and isotropic while
 # printing both pairs, and does not say which it used.
-LEE_ISOTROPIC = PolynomialLaw(
+LEE_ISOTROPIC = replace(
+    LEE_ANISOTROPIC,
     name="lee_isotropic",
-    argument_unit="rad/s",
-    argument_range=_LEE_RANGE,
-    stiffness_x=_LEE_STIFFNESS_X,
     stiffness_y=_LEE_STIFFNESS_X,
-    damping_x=_LEE_DAMPING_X,
     damping_y=_LEE_DAMPING_X,
-)
-LEE: Mapping[str, PolynomialLaw] = MappingProxyType(
-    {law.name: law for law in (LEE_ANISOTROPIC, LEE_ISOTROPIC)}
 )

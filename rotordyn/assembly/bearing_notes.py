@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 
-from solidwhirl.rotordyn.assembly.bearing_laws import SpeedLaw, TableLaw
+from solidwhirl.rotordyn.assembly.bearing_laws import TableLaw
 from solidwhirl.rotordyn.assembly.law_pieces import BearingCoefficients, LawPieces
 from solidwhirl.rotordyn.assembly.parts import Bearing
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, spin_sign
@@ -30,18 +30,12 @@ _HALVINGS = 48
 class BearingNote:
     """Tell that a bearing is doubtful over an interval of speed.
 
-    Attributes
-    ----------
-    kind
-        "outside range" (of the speeds the law was made for), "negative damping" or "negative
-        stiffness" (a motion exists to which the bearing gives energy, or that it does not resist),
-        "mirrored" or "not mirrored" (cross terms under a shaft that turns backward), "held
-        torsion" (a spring between a turning shaft and the ground acts on rz).
-    speed_low_rad_s, speed_high_rad_s
-        Where, as |Ω| of the reference shaft, rad/s.
-    finding
-        What was found, with its figures but without bearing and speeds; the same for bearings of
-        one law.
+    `kind`: "outside range" (of the speeds the law was made for), "negative damping" or "negative
+    stiffness" (a motion exists to which the bearing gives energy, or that it does not resist),
+    "mirrored" or "not mirrored" (cross terms under a shaft that turns backward), "held torsion" (a
+    spring between a turning shaft and the ground acts on rz); `speed_low_rad_s`,
+    `speed_high_rad_s`: where, as |Ω| of the reference shaft, rad/s. `finding`: what was found,
+    with its figures but without bearing and speeds; the same for bearings of one law.
     """
 
     bearing: str
@@ -88,41 +82,18 @@ def _range_text(note: BearingNote) -> str:
     return f"{high:.6g}" if low == high else f"{low:.6g} to {high:.6g}"
 
 
-class _Interval(NamedTuple):
-    """Speeds between which a measure is negative, and its lowest value there."""
-
-    low: float
-    high: float
-    lowest: float
-    lowest_at: float
-
-
 def bearing_notes(
     assembled: AssembledSystem, speeds_rad_s: npt.ArrayLike
 ) -> tuple[BearingNote, ...]:
     """Find where bearings are used beyond their law, or have negative damping or stiffness.
 
-    Parameters
-    ----------
-    speeds_rad_s
-        Ω of an analysis; everything between the smallest and the largest |Ω| is looked at.
+    `speeds_rad_s`: Ω of an analysis; everything between the smallest and the largest |Ω| is looked
+    at. The result is empty if all is well; bearings without a law are looked at too. Raises
+    AnalysisError if there are no speeds or one is not finite.
 
-    Returns
-    -------
-    tuple of BearingNote
-        Empty if all is well; bearings without a law are looked at too.
-
-    Raises
-    ------
-    AnalysisError
-        If there are no speeds or one is not finite.
-
-    Notes
-    -----
-    Negative means that the symmetric part of the 2×2 matrix on (ux, uy) has a negative
-    eigenvalue. Besides the speeds given and 257 more those at which a law has a knot, a
-    stationary entry or a singular matrix are looked at, and between them; ends are located to
-    rounding.
+    Negative means that the symmetric part of the 2×2 matrix on (ux, uy) has a negative eigenvalue.
+    Besides the speeds given and 257 more those at which a law has a knot, a stationary entry or a
+    singular matrix are looked at, and between them; ends are located to rounding.
     """
     speeds = np.abs(np.asarray(speeds_rad_s, dtype=float)).ravel()
     if not speeds.size or not np.isfinite(speeds).all():
@@ -134,10 +105,17 @@ def bearing_notes(
     notes: list[BearingNote] = []
     for bearing in assembled.system.bearings:
         looked = _with_turns(sampled, pieces.get(bearing.name))
-        notes += _range_notes(assembled, bearing, sampled)
-        notes += _sign_notes(assembled, bearing, looked)
-        notes += _sense_notes(assembled, bearing, sampled)
+        found = [*_range_findings(assembled, bearing, sampled)]
+        found += _sign_findings(assembled, bearing, looked)
+        found += _sense_findings(assembled, bearing, sampled)
+        for kind, first, last, text in found:
+            ends = {"speed_low_rad_s": first, "speed_high_rad_s": last}
+            notes.append(BearingNote(bearing=bearing.name, kind=kind, finding=text, **ends))
     return tuple(notes)
+
+
+# Kind, lowest and highest speed, and text.
+_Finding: TypeAlias = tuple[str, float, float, str]
 
 
 def _with_turns(speeds: FloatArray, pieces: LawPieces | None) -> FloatArray:
@@ -149,9 +127,9 @@ def _with_turns(speeds: FloatArray, pieces: LawPieces | None) -> FloatArray:
     return np.asarray(np.unique(np.concatenate((speeds, turns, 0.5 * (turns[1:] + turns[:-1])))))
 
 
-def _sense_notes(
+def _sense_findings(
     assembled: AssembledSystem, bearing: Bearing, speeds: FloatArray
-) -> Iterator[BearingNote]:
+) -> Iterator[_Finding]:
     """Yield what the sense in which a shaft turns means for its bearing."""
     sign = spin_sign(assembled.system, bearing)
     body = next((e.body for e in bearing.ends if assembled.system.rotors[e.body].speed_ratio), "")
@@ -167,13 +145,7 @@ def _sense_notes(
         text = f"it holds rz of {body!r}, which turns, against the ground"
         said.append(("held torsion", f"{text}: read as a drive of constant speed"))
     for kind, text in said:
-        yield BearingNote(
-            bearing=bearing.name,
-            kind=kind,
-            speed_low_rad_s=float(speeds[0]),
-            speed_high_rad_s=float(speeds[-1]),
-            finding=text,
-        )
+        yield kind, float(speeds[0]), float(speeds[-1]), text
 
 
 def spin_ratio(assembled: AssembledSystem, bearing: Bearing) -> float:
@@ -200,14 +172,17 @@ def coefficients_at_speed(
     )
 
 
-def _range_notes(
+def _range_findings(
     assembled: AssembledSystem, bearing: Bearing, speeds: FloatArray
-) -> Iterator[BearingNote]:
+) -> Iterator[_Finding]:
     law = bearing.speed_law
     if law is None:
         return
     ratio = spin_ratio(assembled, bearing)
     low, high = law.speed_range_rad_s
+    kind, beyond = "law", "its polynomials go on"
+    if isinstance(law, TableLaw):
+        kind, beyond = "table", "end values are held"
     for sign, end in ((-1.0, low), (1.0, high)):
         outside = speeds[sign * ratio * speeds > sign * end * (1.0 + sign * _ROUNDED_ZERO)]
         if not outside.size:
@@ -218,46 +193,26 @@ def _range_notes(
             first = max(end / ratio, float(speeds[0]))
         elif ratio > 0:
             last = min(end / ratio, float(speeds[-1]))
-        yield BearingNote(
-            bearing=bearing.name,
-            kind="outside range",
-            speed_low_rad_s=first,
-            speed_high_rad_s=last,
-            finding=(
-                f"{_kind_of(law)} {law.name!r} covers {low * RPM_PER_RAD_S:.6g} to "
-                f"{high * RPM_PER_RAD_S:.6g} rpm"
-                f"{'' if ratio == 1 else f' of {bearing.first.body!r}'}; "
-                f"{_beyond(law)} outside"
-            ),
+        whose = "" if ratio == 1 else f" of {bearing.first.body!r}"
+        text = (
+            f"{kind} {law.name!r} covers {low * RPM_PER_RAD_S:.6g} to {high * RPM_PER_RAD_S:.6g} "
+            f"rpm{whose}; {beyond} outside"
         )
+        yield "outside range", first, last, text
 
 
-def _kind_of(law: SpeedLaw) -> str:
-    return "table" if isinstance(law, TableLaw) else "law"
-
-
-def _beyond(law: SpeedLaw) -> str:
-    return "end values are held" if isinstance(law, TableLaw) else "its polynomials go on"
-
-
-def _sign_notes(
+def _sign_findings(
     assembled: AssembledSystem, bearing: Bearing, speeds: FloatArray
-) -> Iterator[BearingNote]:
+) -> Iterator[_Finding]:
     for part, kind, unit in ((1, "negative damping", "N s/m"), (0, "negative stiffness", "N/m")):
 
         def lowest(speed: float, part: int = part) -> float:
             return _lowest_eigenvalue(coefficients_at_speed(assembled, bearing, speed)[part])
 
         law = "" if bearing.speed_law is None else f" by law {bearing.speed_law.name!r}"
-        for interval in _negative_intervals(lowest, speeds):
-            yield BearingNote(
-                bearing=bearing.name,
-                kind=kind,
-                speed_low_rad_s=interval.low,
-                speed_high_rad_s=interval.high,
-                finding=f"{kind}{law}, down to {interval.lowest:.4g} {unit} at "
-                f"{interval.lowest_at * RPM_PER_RAD_S:.6g} rpm",
-            )
+        for low, high, value, at in _negative_intervals(lowest, speeds):
+            text = f"{kind}{law}, down to {value:.4g} {unit} at {at * RPM_PER_RAD_S:.6g} rpm"
+            yield kind, low, high, text
 
 
 def _lowest_eigenvalue(matrix: FloatArray) -> float:
@@ -268,8 +223,10 @@ def _lowest_eigenvalue(matrix: FloatArray) -> float:
     return 0.0 if abs(value) <= limit else value
 
 
-def _negative_intervals(measure: Callable[[float], float], speeds: FloatArray) -> list[_Interval]:
-    """Return where a function of the speed is negative."""
+def _negative_intervals(
+    measure: Callable[[float], float], speeds: FloatArray
+) -> list[tuple[float, float, float, float]]:
+    """Return where a function of the speed is negative, its lowest value there, and where."""
     values = [measure(float(speed)) for speed in speeds]
     points = list(zip(speeds.tolist(), values, strict=True))
     for i in range(1, len(values) - 1):
@@ -294,7 +251,7 @@ def _negative_intervals(measure: Callable[[float], float], speeds: FloatArray) -
         if stop + 1 < len(points):
             high = _end(measure, points[stop][0], points[stop + 1][0])
         lowest = min((value, speed) for speed, value in points[start : stop + 1])
-        intervals.append(_Interval(low, high, *lowest))
+        intervals.append((low, high, *lowest))
         start = stop + 1
     return intervals
 

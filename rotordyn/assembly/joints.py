@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.assembly.parts import Bearing, End, Gear, System
+from solidwhirl.rotordyn.assembly.coordinates import Rows, seat_motion, tooth_motion
+from solidwhirl.rotordyn.assembly.parts import Gear, System
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AssemblyError
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
@@ -40,68 +41,23 @@ def independent_coordinates(system: System, slices: Mapping[str, slice]) -> Floa
             change = _tied(rows, rotor.element.constraint, strength)
             matrix, strength = matrix @ change.motion, change.strength
     for gear in system.gears:
-        matrix = _with_gear(system, slices, matrix, gear)
+        matrix = _with_gear(Rows(system, slices, matrix), gear)
     if matrix.shape[1] == 0:
         raise AssemblyError(("the rigid joints hold every coordinate; nothing can move",))
     return matrix
 
 
-def seat_motion(
-    system: System, slices: Mapping[str, slice], transformation: FloatArray, end: End
-) -> FloatArray:
-    """Return ux to rz of an interface per independent coordinate, zero rows where it has none.
-
-    `system`, `slices`: the system and the rows of each body; `transformation`: shape (N, n).
-    Returns shape (6, n).
-    """
-    element = system.rotors[end.body].element
-    motion = np.zeros((6, transformation.shape[1]))
-    for component in element.components_at(end.interface):
-        row = int(slices[end.body].start) + element.interface_index(end.interface, component)
-        motion[MOTIONS.index(component)] = transformation[row]
-    return motion
-
-
-def relative_motion(
-    system: System, slices: Mapping[str, slice], transformation: FloatArray, bearing: Bearing
-) -> FloatArray:
-    """Return the motion of a bearing's first side relative to its second, shape (6, n).
-
-    `system`, `slices`: the system and the rows of each body; `transformation`: shape (N, n).
-    Returns ux to rz per independent coordinate.
-    """
-    motion = seat_motion(system, slices, transformation, bearing.first)
-    if bearing.second is not None:
-        motion = motion - seat_motion(system, slices, transformation, bearing.second)
-    return motion
-
-
-def tooth_motion(
-    system: System, slices: Mapping[str, slice], transformation: FloatArray, gear: Gear
-) -> FloatArray:
-    """Return the relative motion of a gear's teeth per independent coordinate, shape (n,).
-
-    `system`, `slices`: the system and the rows of each body; `transformation`: shape (N, n).
-    Returns along the line of action; in radians of the first wheel where no base radius is given.
-    """
-    first, second = gear.tooth_motion()
-    motion = first @ seat_motion(system, slices, transformation, gear.first)
-    return np.asarray(motion + second @ seat_motion(system, slices, transformation, gear.second))
-
-
-def _with_gear(
-    system: System, slices: Mapping[str, slice], transformation: FloatArray, gear: Gear
-) -> FloatArray:
+def _with_gear(rows: Rows, gear: Gear) -> FloatArray:
     """Replace one independent coordinate by the relative motion of the teeth, or drop it.
 
     The pivot turns a seat: that of the wheel whose torsion is its own coordinate. Where the teeth
     never move against each other, as other joints close a loop with the same ratios, the gear says
     nothing new.
     """
-    motion = tooth_motion(system, slices, transformation, gear)
+    motion, transformation = tooth_motion(rows, gear), rows.transformation
     turning = np.zeros(motion.size)
     for end, factor in zip(gear.ends, gear.tooth_motion(), strict=True):
-        turning += np.abs(factor[5] * seat_motion(system, slices, transformation, end)[5])
+        turning += np.abs(factor[5] * seat_motion(rows, end)[5])
     if not turning.any():
         raise AssemblyError((f"gear {gear.name!r}: neither of its two seats can turn",))
     if np.abs(motion).max() <= _DEPENDENT * turning.max():
@@ -115,10 +71,6 @@ def _with_gear(
     if gear.mesh_stiffness_n_per_m is None:
         change = np.delete(change, pivot, axis=1)
     return np.asarray(transformation @ change)
-
-
-def _coordinate(system: System, slices: Mapping[str, slice], body: str, at: str, c: str) -> int:
-    return int(slices[body].start) + system.rotors[body].element.interface_index(at, c)
 
 
 class _Link(NamedTuple):
@@ -142,7 +94,9 @@ def _links(system: System, slices: Mapping[str, slice]) -> list[_Link]:
             if strength == 0:
                 continue
             ends = [
-                _coordinate(system, slices, e.body, e.interface, component) for e in bearing.ends
+                int(slices[e.body].start)
+                + system.rotors[e.body].element.interface_index(e.interface, component)
+                for e in bearing.ends
             ]
             links.append(_Link(strength, ends[0], ends[1] if len(ends) == 2 else GROUND))
     return sorted(links, key=lambda link: -link.strength)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solidwhirl.rotordyn.core.arrays import FloatArray, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import FloatArray, ReadOnlyArrays
 
 # Coefficients below this fraction of the largest, over the width of a piece, are rounding.
 _ROUNDING = 1e-16
@@ -27,23 +27,16 @@ class BearingCoefficients(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class LawPieces:
+class LawPieces(ReadOnlyArrays):
     """Hold the coefficients of a bearing on (ux, uy) as polynomials of the speed.
 
-    Attributes
-    ----------
-    starts_rad_s
-        Speeds at which the pieces begin, rising, the first 0; the last piece has no end.
-    polynomials
-        Coefficients in the speed beyond the start of a piece, lowest order first, of stiffness and
-        damping, shape (pieces, degree + 1, 2, 2, 2).
+    `starts_rad_s`: speeds at which the pieces begin, rising, the first 0; the last piece has no
+    end. `polynomials`: coefficients in the speed beyond the start of a piece, lowest order first,
+    of stiffness and damping, shape (pieces, degree + 1, 2, 2, 2).
     """
 
     starts_rad_s: tuple[float, ...]
     polynomials: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "polynomials")
 
     @property
     def knots_rad_s(self) -> tuple[float, ...]:
@@ -78,10 +71,7 @@ class LawPieces:
         return not self.polynomials[:, :, 1].any()
 
     def at(self, speed_rad_s: float) -> BearingCoefficients:
-        """Return the coefficients at a speed, not negative.
-
-        `speed_rad_s`: rad/s.
-        """
+        """Return the coefficients at a speed, not negative."""
         piece = max(0, bisect_right(self.starts_rad_s, speed_rad_s) - 1)
         return self._valued(self.polynomials[piece], speed_rad_s - self.starts_rad_s[piece])
 
@@ -110,10 +100,7 @@ class LawPieces:
         return BearingCoefficients(values[0], values[1])
 
     def over_reference(self, speed_ratio: float) -> LawPieces:
-        """Return the pieces as functions of |Ω|, for the speed |speed_ratio · Ω|.
-
-        `speed_ratio`: 0 leaves the values at rest.
-        """
+        """Return the pieces as functions of |Ω|, for the speed |speed_ratio · Ω|."""
         ratio = abs(float(speed_ratio))
         if ratio == 1.0:
             return self
@@ -128,10 +115,7 @@ class LawPieces:
         return LawPieces(starts_rad_s=self.starts_rad_s, polynomials=factor * self.polynomials)
 
     def between(self, low_rad_s: float, high_rad_s: float) -> Iterator[LawPiece]:
-        """Yield the pieces inside a range of speeds.
-
-        `low_rad_s`, `high_rad_s`: rad/s, not negative.
-        """
+        """Yield the pieces inside a range of speeds, not negative."""
         ends = (*self.starts_rad_s[1:], np.inf)
         for start, end, rows in zip(self.starts_rad_s, ends, self.polynomials, strict=True):
             low, high = max(start, low_rad_s), min(end, high_rad_s)
@@ -141,8 +125,7 @@ class LawPieces:
     def turning_speeds(self, low_rad_s: float, high_rad_s: float) -> FloatArray:
         """Return where the symmetric part of stiffness or damping may change its nature.
 
-        `low_rad_s`, `high_rad_s`: range of speeds. Returns knots, and speeds at which an entry is
-        stationary or the determinant zero, rising.
+        Returns knots, and speeds at which an entry is stationary or the determinant zero, rising.
         """
         found: list[float] = list(self.knots_rad_s)
         for piece in self.between(low_rad_s, high_rad_s):
@@ -175,33 +158,23 @@ class LawPiece(NamedTuple):
         """
         offset, width = self.low - self.start, self.high - self.low
         if not np.isfinite(width):
-            return self._far_roots(coefficients)
+            speeds = [self.start + x for x in _real_parts(np.asarray(coefficients))]
+            return [speed for speed in speeds if self.low < speed]
         shifted = np.zeros(1)
         for value in np.asarray(coefficients)[::-1]:
             shifted = np.convolve(shifted, (offset, width))
             shifted[0] += value
         return [self.low + width * x for x in _real_parts(shifted) if 0.0 < x < 1.0]
 
-    def _far_roots(self, coefficients: FloatArray) -> list[float]:
-        speeds = [self.start + x for x in _real_parts(np.asarray(coefficients))]
-        return [speed for speed in speeds if self.low < speed]
-
 
 def determinant(xx: FloatArray, yy: FloatArray, xy: FloatArray) -> FloatArray:
-    """Return xx · yy − xy² of polynomials, lowest order first.
-
-    `xx`, `yy`, `xy`: entries of a symmetric matrix.
-    """
+    """Return xx · yy − xy² of polynomials, lowest order first, entries of a symmetric matrix."""
     return np.asarray(np.convolve(xx, yy) - np.convolve(xy, xy))
 
 
 def derivative(coefficients: FloatArray) -> FloatArray:
-    """Return the derivative of a polynomial, lowest order first, with a zero of highest order.
-
-    `coefficients`: shape (degree + 1,).
-    """
-    orders = np.arange(1, coefficients.size)
-    return np.append(orders * coefficients[1:], 0.0)
+    """Return the derivative of a polynomial, lowest order first, with a zero of highest order."""
+    return np.append(np.arange(1, coefficients.size) * coefficients[1:], 0.0)
 
 
 def _real_parts(coefficients: FloatArray) -> FloatArray:

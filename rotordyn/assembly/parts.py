@@ -7,25 +7,31 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args
 
 import numpy as np
+import scipy.linalg as la
 
-from solidwhirl.rotordyn.assembly.bearing_laws import (
-    SpeedLaw,
-    is_turned_by_spin,
-    mirrored,
-    mirrored_law,
-)
+from solidwhirl.rotordyn.assembly import bearing_laws
+from solidwhirl.rotordyn.assembly.bearing_laws import SpeedLaw
 from solidwhirl.rotordyn.core.arrays import FloatArray, freeze_arrays
 from solidwhirl.rotordyn.core.reprs import MOST_LINES, count_of, lines_of, row
 from solidwhirl.rotordyn.superelement.record import Superelement
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
 
 CrossCoupling = Literal["with_spin", "as_given", "mirrored"]
-_COUPLED = (
-    "stiffness_n_per_m",
-    "damping_n_s_per_m",
-    "tilt_stiffness_n_m_per_rad",
-    "tilt_damping_n_m_s_per_rad",
+# Coefficients of a bearing: how its text calls them, their field and unit; the first four couple.
+_TOLD = (
+    ("k", "stiffness_n_per_m", "N/m"),
+    ("c", "damping_n_s_per_m", "N s/m"),
+    ("tilt k", "tilt_stiffness_n_m_per_rad", "N m/rad"),
+    ("tilt c", "tilt_damping_n_m_s_per_rad", "N m s/rad"),
+    ("axial k", "axial_stiffness_n_per_m", "N/m"),
+    ("axial c", "axial_damping_n_s_per_m", "N s/m"),
+    ("torsion k", "torsion_stiffness_n_m_per_rad", "N m/rad"),
+    ("torsion c", "torsion_damping_n_m_s_per_rad", "N m s/rad"),
 )
+_COUPLED = tuple(key for _, key, _ in _TOLD[:4])
+_SCALAR = tuple(key for _, key, _ in _TOLD[4:])
+# Gear ratio and speed ratios must agree to this.
+_SAME_RATIO = 1e-9
 
 
 def _zero_matrix() -> FloatArray:
@@ -49,36 +55,23 @@ class End:
 class Bearing:
     """Join an interface to another one or to the ground.
 
-    The force on `first` is −k (u_first − u_second) − c (u̇_first − u̇_second), in fixed components.
+    The force on `first` is −k (u_first − u_second) − c (u̇_first − u̇_second), in fixed
+    components.
 
-    Attributes
-    ----------
-    name
-        Unique within the system.
-    first
-        One side.
-    second
-        The other side; None is the ground.
-    stiffness_n_per_m, damping_n_s_per_m
-        On (ux, uy), shape (2, 2). Need not be symmetric (cross-coupled seals and oil films).
-    tilt_stiffness_n_m_per_rad, tilt_damping_n_m_s_per_rad
-        On (rx, ry), shape (2, 2).
-    axial_stiffness_n_per_m, axial_damping_n_s_per_m
-        On uz.
-    torsion_stiffness_n_m_per_rad, torsion_damping_n_m_s_per_rad
-        On rz.
-    rigid
-        Components, "ux" to "rz", joined exactly: the coordinates are eliminated, no large spring
-        is used. A component is either rigid or has stiffness and damping, not both.
-    speed_law
-        How the coefficients on (ux, uy) change with the spin speed of the body of `first`; None
-        keeps them constant.
-    cross_coupling
-        "with_spin": unequal cross terms (xy ≠ yx) come from the rotation and are given for a shaft
-        that turns forward, so that `assemble` changes the sign of all cross terms of the bearing
-        where it turns backward, and writes "mirrored" here. "as_given": they are taken as they
-        are. Equal cross terms (xy = yx in stiffness and damping, at all speeds) are those of an
-        elastic support with inclined axes, and stay.
+    `name`: unique within the system; `first`: one side. `second`: the other side; None is the
+    ground. `stiffness_n_per_m`, `damping_n_s_per_m`: on (ux, uy), shape (2, 2). Need not be
+    symmetric (cross-coupled seals and oil films). `tilt_stiffness_n_m_per_rad`,
+    `tilt_damping_n_m_s_per_rad`: on (rx, ry), shape (2, 2); `axial_stiffness_n_per_m`,
+    `axial_damping_n_s_per_m`: on uz; `torsion_stiffness_n_m_per_rad`,
+    `torsion_damping_n_m_s_per_rad`: on rz. `rigid`: components, "ux" to "rz", joined exactly: the
+    coordinates are eliminated, no large spring is used. A component is either rigid or has
+    stiffness and damping, not both. `speed_law`: how the coefficients on (ux, uy) change with the
+    spin speed of the body of `first`; None keeps them constant. `cross_coupling`: "with_spin":
+    unequal cross terms (xy ≠ yx) come from the rotation and are given for a shaft that turns
+    forward, so that `assemble` changes the sign of all cross terms of the bearing where it turns
+    backward, and writes "mirrored" here. "as_given": they are taken as they are. Equal cross terms
+    (xy = yx in stiffness and damping, at all speeds) are those of an elastic support with inclined
+    axes, and stay.
     """
 
     name: str
@@ -100,7 +93,12 @@ class Bearing:
         freeze_arrays(self, *_COUPLED)
 
     def __repr__(self) -> str:
-        return _bearing_text(self)
+        second = "ground" if self.second is None else self.second.label
+        found = [_told(name, getattr(self, key), unit) for name, key, unit in _TOLD]
+        found += [f"rigid {' '.join(self.rigid)}"] if self.rigid else []
+        found += [f"law {self.speed_law.name!r}"] if self.speed_law is not None else []
+        told = "; ".join(text for text in found if text) or "nothing"
+        return f"Bearing {self.name!r}, {self.first.label} to {second}: {told}"
 
     @property
     def ends(self) -> tuple[End, ...]:
@@ -112,33 +110,31 @@ class Bearing:
         """Whether cross terms are unequal at some speed, as rotation makes them."""
         own = (getattr(self, name) for name in _COUPLED)
         constant = any(not np.array_equal(matrix, matrix.T) for matrix in own)
-        return constant or (self.speed_law is not None and is_turned_by_spin(self.speed_law))
+        return constant or (
+            self.speed_law is not None and bearing_laws.is_turned_by_spin(self.speed_law)
+        )
 
     def mirrored(self) -> Bearing:
         """Return the bearing under a shaft that turns the other way: all cross terms change sign.
 
         The result is with the `cross_coupling` "mirrored".
         """
-        law = None if self.speed_law is None else mirrored_law(self.speed_law)
-        turned: dict[str, Any] = {name: mirrored(getattr(self, name)) for name in _COUPLED}
+        law = None if self.speed_law is None else bearing_laws.mirrored_law(self.speed_law)
+        turned: dict[str, Any] = {
+            name: bearing_laws.mirrored(getattr(self, name)) for name in _COUPLED
+        }
         return replace(self, **turned, speed_law=law, cross_coupling="mirrored")
 
     def matrices(self) -> tuple[FloatArray, FloatArray]:
         """Return stiffness and damping on (ux, uy, uz, rx, ry, rz), a speed law left aside.
 
-        Returns
-        -------
-        stiffness, damping : ndarray
-            Shape (6, 6); N/m and N s/m, N m/rad and N m s/rad.
+        Returns shape (6, 6); N/m and N s/m, N m/rad and N m s/rad.
         """
-        stiffness, damping = np.zeros((6, 6)), np.zeros((6, 6))
-        stiffness[:2, :2], damping[:2, :2] = self.stiffness_n_per_m, self.damping_n_s_per_m
-        stiffness[3:5, 3:5] = self.tilt_stiffness_n_m_per_rad
-        damping[3:5, 3:5] = self.tilt_damping_n_m_s_per_rad
-        stiffness[2, 2], damping[2, 2] = self.axial_stiffness_n_per_m, self.axial_damping_n_s_per_m
-        stiffness[5, 5] = self.torsion_stiffness_n_m_per_rad
-        damping[5, 5] = self.torsion_damping_n_m_s_per_rad
-        return stiffness, damping
+        k, c = self.stiffness_n_per_m, self.damping_n_s_per_m
+        tilt_k, tilt_c = self.tilt_stiffness_n_m_per_rad, self.tilt_damping_n_m_s_per_rad
+        uz, rz = self.axial_stiffness_n_per_m, self.torsion_stiffness_n_m_per_rad
+        uz_c, rz_c = self.axial_damping_n_s_per_m, self.torsion_damping_n_m_s_per_rad
+        return la.block_diag(k, uz, tilt_k, rz), la.block_diag(c, uz_c, tilt_c, rz_c)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,30 +143,18 @@ class Gear:
 
     Kinematically rz of `second` is ratio · rz of `first`; torques follow from the virtual work.
 
-    Attributes
-    ----------
-    name
-        Unique within the system.
-    first, second
-        The two gear seats; both need rz, and ux, uy where the mesh has a line of action.
-    ratio
-        Speed of `second` over that of `first`, negative for an external pair of spur gears. It
-        must be that of the bodies' speed ratios.
-    mesh_stiffness_n_per_m
-        Along the line of action; None is a rigid mesh, which is eliminated exactly.
-    mesh_damping_n_s_per_m
-        Along the line of action.
-    base_radius_first_m
-        Base circle of the first wheel; needed with a mesh stiffness or a line of action.
-    line_of_action_rad
-        Angle of the line of action across the axis, from +x towards +y, taken in the sense in
-        which a positive turn of `first` moves its contact point. None couples torsion alone, as
-        in a planetary gear whose planets balance each other.
+    `name`: unique within the system. `first`, `second`: the two gear seats; both need rz, and ux,
+    uy where the mesh has a line of action. `ratio`: speed of `second` over that of `first`,
+    negative for an external pair of spur gears. It must be that of the bodies' speed ratios.
+    `mesh_stiffness_n_per_m`: along the line of action; None is a rigid mesh, which is eliminated
+    exactly. `mesh_damping_n_s_per_m`: along the line of action. `base_radius_first_m`: base circle
+    of the first wheel; needed with a mesh stiffness or a line of action. `line_of_action_rad`:
+    angle of the line of action across the axis, from +x towards +y, taken in the sense in which a
+    positive turn of `first` moves its contact point. None couples torsion alone, as in a planetary
+    gear whose planets balance each other.
 
-    Notes
-    -----
-    The relative motion of the teeth is δ = n·(u1 − u2) + r1 rz1 − (r1 / ratio) rz2, n = (cos,
-    sin) of the line of action (Rao, Shiau and Chang 1998; r2 = −r1/ratio for an external pair).
+    The relative motion of the teeth is δ = n·(u1 − u2) + r1 rz1 − (r1 / ratio) rz2, n = (cos, sin)
+    of the line of action (Rao, Shiau and Chang 1998; r2 = −r1/ratio for an external pair).
     """
 
     name: str
@@ -209,12 +193,8 @@ class InternalDamping:
     rest; the force is C (q' − Ω L q), whose second part drives forward whirl above a threshold
     speed (Genta 2005, Dynamics of Rotating Systems, section 2.5).
 
-    Attributes
-    ----------
-    stiffness_coefficient_s
-        β of C = β K, s.
-    modal_ratio
-        Fraction of critical damping of each elastic free mode.
+    `stiffness_coefficient_s`: β of C = β K, s; `modal_ratio`: fraction of critical damping of each
+    elastic free mode.
     """
 
     stiffness_coefficient_s: float = 0.0
@@ -225,13 +205,8 @@ class InternalDamping:
 class Rotor:
     """Place a superelement in a system.
 
-    Attributes
-    ----------
-    speed_ratio
-        Its spin speed is speed_ratio · Ω: 1 for the reference shaft, negative for a
-        counter-rotating one, 0 for a casing.
-    internal_damping
-        Of the body's material; None without.
+    `speed_ratio`: its spin speed is speed_ratio · Ω: 1 for the reference shaft, negative for a
+    counter-rotating one, 0 for a casing. `internal_damping`: of the body's material; None without.
     """
 
     element: Superelement
@@ -239,21 +214,16 @@ class Rotor:
     internal_damping: InternalDamping | None = None
 
     def __repr__(self) -> str:
-        return _rotor_text(self)
+        damped = ", internal damping" if self.internal_damping is not None else ""
+        return f"Rotor {self.element.name!r}: {_rotor_facts(self)}{damped}"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class System:
     """Collect the rotors and bearings of an engine.
 
-    Attributes
-    ----------
-    bearings
-        Between interfaces and the ground.
-    reference
-        Name of the shaft whose speed is Ω (its ratio must be 1); None when Ω is only a parameter.
-    gears
-        Between bodies.
+    `bearings`: between interfaces and the ground. `reference`: name of the shaft whose speed is Ω
+    (its ratio must be 1); None when Ω is only a parameter. `gears`: between bodies.
     """
 
     rotors: Mapping[str, Rotor]
@@ -262,65 +232,31 @@ class System:
     gears: tuple[Gear, ...] = ()
 
     def __repr__(self) -> str:
-        return _system_text(self)
+        return lines_of("System of " + body_count(self), parts_lines(self))
 
 
-def _rotor_text(rotor: Rotor) -> str:
-    """The body and its speed ratio."""
-    damped = ", internal damping" if rotor.internal_damping is not None else ""
-    element = rotor.element
-    return (
-        f"Rotor {element.name!r}: {element.level}, {element.mass_kg:.5g} kg, "
-        f"speed ratio {rotor.speed_ratio:g}{damped}"
-    )
+def _rotor_facts(rotor: Rotor) -> str:
+    mass = rotor.element.mass_kg
+    return f"{rotor.element.level}, {mass:.5g} kg, speed ratio {rotor.speed_ratio:g}"
 
 
-def _bearing_text(bearing: Bearing) -> str:
-    """Both ends and what is not zero."""
-    second = "ground" if bearing.second is None else bearing.second.label
-    found = [
-        _matrix_text("k", bearing.stiffness_n_per_m, "N/m"),
-        _matrix_text("c", bearing.damping_n_s_per_m, "N s/m"),
-        _matrix_text("tilt k", bearing.tilt_stiffness_n_m_per_rad, "N m/rad"),
-        _matrix_text("tilt c", bearing.tilt_damping_n_m_s_per_rad, "N m s/rad"),
-    ]
-    numbers = (
-        ("axial k", bearing.axial_stiffness_n_per_m, "N/m"),
-        ("axial c", bearing.axial_damping_n_s_per_m, "N s/m"),
-        ("torsion k", bearing.torsion_stiffness_n_m_per_rad, "N m/rad"),
-        ("torsion c", bearing.torsion_damping_n_m_s_per_rad, "N m s/rad"),
-    )
-    found += [f"{name} {value:.4g} {unit}" for name, value, unit in numbers if value]
-    found += [f"rigid {' '.join(bearing.rigid)}"] if bearing.rigid else []
-    found += [f"law {bearing.speed_law.name!r}"] if bearing.speed_law is not None else []
-    told = "; ".join(text for text in found if text) or "nothing"
-    return f"Bearing {bearing.name!r}, {bearing.first.label} to {second}: {told}"
-
-
-def _matrix_text(name: str, matrix: FloatArray, unit: str) -> str:
-    if not matrix.any():
+def _told(name: str, value: Any, unit: str) -> str:
+    """A coefficient of a bearing, a number or (2, 2); empty if it is zero."""
+    if not np.any(value):
         return ""
-    if matrix[0, 1] or matrix[1, 0]:
-        inside = "; ".join(" ".join(f"{v:.4g}" for v in line) for line in matrix)
-        return f"{name} [{inside}] {unit}"
-    if matrix[0, 0] == matrix[1, 1]:
-        return f"{name} {matrix[0, 0]:.4g} {unit}"
-    return f"{name} {matrix[0, 0]:.4g} in x, {matrix[1, 1]:.4g} in y {unit}"
-
-
-def _system_text(system: System) -> str:
-    """Bodies, bearings and gears."""
-    return lines_of("System of " + body_count(system), parts_lines(system))
+    if np.ndim(value) == 0:
+        return f"{name} {value:.4g} {unit}"
+    (xx, xy), (yx, yy) = value
+    if xy or yx:
+        return f"{name} [{xx:.4g} {xy:.4g}; {yx:.4g} {yy:.4g}] {unit}"
+    return f"{name} {xx:.4g} {unit}" if xx == yy else f"{name} {xx:.4g} in x, {yy:.4g} in y {unit}"
 
 
 def parts_lines(system: System) -> list[str]:
     """Return bodies and joints, a line each, the last bodies counted where there are many."""
     joints = [_named("bearing", [b.name for b in system.bearings])]
     joints += [_named("gear", [g.name for g in system.gears])] if system.gears else []
-    rotors = [
-        f"{name}: {r.element.level}, {r.element.mass_kg:.5g} kg, speed ratio {r.speed_ratio:g}"
-        for name, r in system.rotors.items()
-    ]
+    rotors = [f"{name}: {_rotor_facts(rotor)}" for name, rotor in system.rotors.items()]
     more = len(rotors) - MOST_LINES + len(joints)
     if more > 0:
         rotors = [*rotors[: -more - 1], f"and {more + 1} more bodies"]
@@ -337,16 +273,6 @@ def body_count(system: System) -> str:
     return f"{number} {'body' if number == 1 else 'bodies'}"
 
 
-# Gear ratio and speed ratios must agree to this.
-_SAME_RATIO = 1e-9
-_SCALAR = (
-    "axial_stiffness_n_per_m",
-    "axial_damping_n_s_per_m",
-    "torsion_stiffness_n_m_per_rad",
-    "torsion_damping_n_m_s_per_rad",
-)
-
-
 def find_problems(system: System) -> tuple[str, ...]:
     """Return one sentence for each fault of a system.
 
@@ -355,7 +281,7 @@ def find_problems(system: System) -> tuple[str, ...]:
     problems = list(_rotor_problems(system))
     problems += _repeated("bearing", [bearing.name for bearing in system.bearings])
     for bearing in system.bearings:
-        found = [*_number_problems(bearing), *_coupling_problems(bearing)]
+        found = list(_number_problems(bearing))
         if not found:
             found += _end_problems(system, bearing)
             found += _rigid_problems(bearing)
@@ -402,9 +328,6 @@ def _number_problems(bearing: Bearing) -> Iterator[str]:
     for name in _SCALAR:
         if not np.isfinite(getattr(bearing, name)):
             yield f"{name} is {getattr(bearing, name)}; it must be finite"
-
-
-def _coupling_problems(bearing: Bearing) -> Iterator[str]:
     allowed = get_args(CrossCoupling)
     if bearing.cross_coupling not in allowed:
         yield f"cross_coupling is {bearing.cross_coupling!r}; use {list(allowed)}"

@@ -13,9 +13,8 @@ import numpy as np
 import numpy.typing as npt
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.assembly.coordinates import joint_motion
+from solidwhirl.rotordyn.assembly.coordinates import Rows, body_rows, joint_motion, tooth_motion
 from solidwhirl.rotordyn.assembly.internal_damping import body_damping
-from solidwhirl.rotordyn.assembly.joints import relative_motion, tooth_motion
 from solidwhirl.rotordyn.assembly.parts import Bearing
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray, Matrix
@@ -23,10 +22,12 @@ from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.superelement.free_body import free_body_matrices
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
 
-# Real time histories or complex amplitudes.
-
 # Exact joints whose equations depend on each other to this fraction cannot be told apart.
 _DEPENDENT = 1e-9
+
+
+# Components that are none of a bearing: teeth of a gear, motion that a tied body cannot make.
+_TEETH, _WITHIN = -1, -2
 
 
 class JointForces(NamedTuple):
@@ -34,10 +35,6 @@ class JointForces(NamedTuple):
 
     bearings: dict[str, Matrix]
     gears: dict[str, Matrix]
-
-
-# Components that are none of a bearing: teeth of a gear, motion that a tied body cannot make.
-_TEETH, _WITHIN = -1, -2
 
 
 class _Motion(NamedTuple):
@@ -51,59 +48,11 @@ class _Motion(NamedTuple):
 
 
 class _ExactJoint(NamedTuple):
-    """One eliminated motion: its joint, its component (or one of the two below), its row (N,)."""
+    """One eliminated motion: its joint, its component (or one of the two above), its row (N,)."""
 
     name: str
     component: int
     row: FloatArray
-
-
-def bearing_forces(
-    assembled: AssembledSystem,
-    speed_rad_s: npt.ArrayLike,
-    displacement: npt.ArrayLike,
-    velocity: npt.ArrayLike,
-    acceleration: npt.ArrayLike,
-    body_loads: Mapping[str, npt.ArrayLike] | None = None,
-    speed_rate_rad_s2: npt.ArrayLike = 0.0,
-) -> dict[str, Matrix]:
-    """Return the force that the first side of each bearing exerts on its second.
-
-    Parameters
-    ----------
-    speed_rad_s
-        Ω, a number or of the shape (...) of the motion.
-    displacement, velocity, acceleration
-        q, q', q'' in the independent coordinates, shape (..., n): time histories, or complex
-        amplitudes (q, iωq, −ω²q).
-    body_loads
-        External forces on the coordinates of each body by name, shape (..., n_body); needed
-        where exact joints are near. None is no load.
-    speed_rate_rad_s2
-        Ω', a number or of the shape (...).
-
-    Returns
-    -------
-    dict
-        By name of the bearing: force along x, y, z in N and moment about them in N m, shape
-        (..., 6); on the ground where there is no second side. Zero for components that the
-        bearing leaves free.
-
-    Raises
-    ------
-    AnalysisError
-        If shapes do not fit, or exact joints hold a motion more than once, so that the share of
-        each is undetermined.
-    """
-    return joint_forces(
-        assembled,
-        speed_rad_s,
-        displacement,
-        velocity,
-        acceleration,
-        body_loads,
-        speed_rate_rad_s2,
-    ).bearings
 
 
 def joint_forces(
@@ -115,43 +64,50 @@ def joint_forces(
     body_loads: Mapping[str, npt.ArrayLike] | None = None,
     speed_rate_rad_s2: npt.ArrayLike = 0.0,
 ) -> JointForces:
-    """Return the forces of all bearings and gears; arguments as of `bearing_forces`.
+    """Return the force that the first side of each bearing exerts on its second, and of each gear.
 
-    Returns that of a gear acts along the relative motion of its teeth, shape (...): in N, or in N m
-    on the first wheel where the gear has no base radius. Raises AnalysisError: see
-    `bearing_forces`.
+    `speed_rad_s`, `speed_rate_rad_s2`: Ω and Ω', numbers or of the shape (...) of the motion.
+    `displacement`, `velocity`, `acceleration`: q, q', q'' in the independent coordinates, shape
+    (..., n): time histories, or complex amplitudes (q, iωq, −ω²q). `body_loads`: external forces on
+    the coordinates of each body by name, shape (..., n_body); needed where exact joints are near.
+
+    That of a bearing is along x, y, z in N and moments about them in N m, shape (..., 6), on the
+    ground where there is no second side; zero for components that the bearing leaves free. That of
+    a gear acts along the relative motion of its teeth, shape (...): in N, or in N m on the first
+    wheel where the gear has no base radius. Raises AnalysisError if shapes do not fit, or exact
+    joints hold a motion more than once, so that the share of each is undetermined.
     """
-    shape, motion = _checked_motion(
-        assembled, speed_rad_s, speed_rate_rad_s2, displacement, velocity, acceleration
+    shape, motion = _flat_motion(
+        assembled.size,
+        {"speed_rad_s": speed_rad_s, "speed_rate_rad_s2": speed_rate_rad_s2},
+        {"displacement": displacement, "velocity": velocity, "acceleration": acceleration},
     )
-    loads = _checked_loads(assembled, body_loads or {}, shape)
-    system, slices = assembled.system, assembled.body_slices
-    every = np.eye(assembled.transformation.shape[0])
+    loads = {
+        body: _flat(f"body_loads[{body!r}]", load, (*shape, len(body_rows(assembled, body))))
+        for body, load in (body_loads or {}).items()
+    }
+    system = assembled.system
     bearings = {b.name: _flexible_force(assembled, b, motion) for b in system.bearings}
     gears = {}
     for gear in system.gears:
-        teeth = tooth_motion(system, slices, assembled.transformation, gear)
-        stiffness = gear.mesh_stiffness_n_per_m or 0.0
-        gears[gear.name] = stiffness * (motion.displacement @ teeth)
+        teeth = tooth_motion(assembled, gear)
+        gears[gear.name] = (gear.mesh_stiffness_n_per_m or 0.0) * (motion.displacement @ teeth)
         gears[gear.name] += gear.mesh_damping_n_s_per_m * (motion.velocity @ teeth)
+    every = Rows(system, assembled.body_slices, np.eye(assembled.transformation.shape[0]))
     joints = _exact_joints(assembled, every)
     if joints:
         rows = np.array([joint.row for joint in joints])
         touched = rows.any(axis=0)
         missing = _body_forces(assembled, touched, motion, loads)
         for bearing in system.bearings:
-            on_bodies = relative_motion(system, slices, every, bearing)[:, touched]
-            missing += bearings[bearing.name] @ on_bodies
+            missing += bearings[bearing.name] @ joint_motion(every, bearing)[:, touched]
         for gear in system.gears:
-            on_teeth = tooth_motion(system, slices, every, gear)[touched]
-            missing += np.multiply.outer(gears[gear.name], on_teeth)
+            missing += np.multiply.outer(gears[gear.name], tooth_motion(every, gear)[touched])
         solution = -missing @ _inverse(joints, rows[:, touched]).T
         for joint, force in zip(joints, solution.T, strict=True):
-            if joint.component == _WITHIN:
-                continue
             if joint.component == _TEETH:
                 gears[joint.name] = gears[joint.name] + force
-            else:
+            elif joint.component != _WITHIN:
                 bearings[joint.name][:, joint.component] += force
     return JointForces(
         bearings={name: force.reshape(*shape, 6) for name, force in bearings.items()},
@@ -159,56 +115,27 @@ def joint_forces(
     )
 
 
-def _checked_motion(
-    assembled: AssembledSystem,
-    speed_rad_s: npt.ArrayLike,
-    rate_rad_s2: npt.ArrayLike,
-    displacement: npt.ArrayLike,
-    velocity: npt.ArrayLike,
-    acceleration: npt.ArrayLike,
+def _flat_motion(
+    size: int, speeds: Mapping[str, npt.ArrayLike], q: Mapping[str, npt.ArrayLike]
 ) -> tuple[tuple[int, ...], _Motion]:
     """Return the leading shape and the motion with one leading axis."""
-    parts = [np.asarray(part) for part in (displacement, velocity, acceleration)]
-    kind = np.result_type(*parts, float)
-    whole = parts[0].shape
-    names = ("displacement", "velocity", "acceleration")
-    for name, part in zip(names, parts, strict=True):
-        if part.ndim < 1 or part.shape != whole or part.shape[-1] != assembled.size:
-            raise AnalysisError(
-                f"{name} has shape {part.shape}; allowed is (..., {assembled.size}), equal for "
-                "displacement, velocity and acceleration"
-            )
-    shape = whole[:-1]
-    numbers = []
-    for name, value in (("speed_rad_s", speed_rad_s), ("speed_rate_rad_s2", rate_rad_s2)):
-        number = np.asarray(value, dtype=float)
-        if number.shape not in ((), shape) or not np.isfinite(number).all():
-            raise AnalysisError(
-                f"{name} needs finite numbers of shape () or {shape}; found {number.shape}"
-            )
-        numbers.append(np.broadcast_to(number, shape).reshape(-1, 1))
-    flat = [part.astype(kind).reshape(-1, assembled.size) for part in parts]
-    return shape, _Motion(numbers[0], numbers[1], *flat)
+    kind = np.result_type(*(np.asarray(part) for part in q.values()), float)
+    shape = np.shape(q["displacement"])[:-1]
+    columns = {name: np.asarray(value, dtype=float)[..., None] for name, value in speeds.items()}
+    for name, column in columns.items():
+        if not np.isfinite(column).all():
+            raise AnalysisError(f"{name} has numbers that are not finite")
+    numbers = [_flat(name, column, (*shape, 1)) for name, column in columns.items()]
+    motion = [_flat(name, part, (*shape, size)).astype(kind) for name, part in q.items()]
+    return shape, _Motion(*numbers, *motion)
 
 
-def _checked_loads(
-    assembled: AssembledSystem, body_loads: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]
-) -> dict[str, Matrix]:
-    """Return the loads on bodies with one leading axis."""
-    loads = {}
-    for body, given in body_loads.items():
-        if body not in assembled.body_slices:
-            known = list(assembled.body_slices)
-            raise AnalysisError(f"body_loads names {body!r}; the bodies are {known}")
-        load = np.asarray(given)
-        size = assembled.system.rotors[body].element.size
-        if load.shape not in ((*shape, size), (size,)):
-            raise AnalysisError(
-                f"body_loads[{body!r}] has shape {load.shape}; allowed are {(*shape, size)} "
-                f"and {(size,)}"
-            )
-        loads[body] = np.broadcast_to(load, (*shape, size)).reshape(-1, size)
-    return loads
+def _flat(name: str, given: npt.ArrayLike, shape: tuple[int, ...]) -> Matrix:
+    """Return an array of a shape, or of its last length for all, with one leading axis."""
+    array = np.asarray(given)
+    if array.shape not in (shape, shape[-1:]):
+        raise AnalysisError(f"{name} has shape {array.shape}; allowed are {shape} and {shape[-1:]}")
+    return np.broadcast_to(array, shape).reshape(-1, shape[-1])
 
 
 def _flexible_force(assembled: AssembledSystem, bearing: Bearing, motion: _Motion) -> Matrix:
@@ -228,18 +155,16 @@ def _flexible_force(assembled: AssembledSystem, bearing: Bearing, motion: _Motio
     return np.asarray(force)
 
 
-def _exact_joints(assembled: AssembledSystem, every: FloatArray) -> list[_ExactJoint]:
+def _exact_joints(assembled: AssembledSystem, every: Rows) -> list[_ExactJoint]:
     """Return the eliminated motions as rows over the coordinates of all bodies."""
-    system, slices = assembled.system, assembled.body_slices
     joints = []
-    for bearing in system.bearings:
-        if bearing.rigid:
-            rows = relative_motion(system, slices, every, bearing)
-            places = [MOTIONS.index(c) for c in MOTIONS if c in bearing.rigid]
-            joints += [_ExactJoint(bearing.name, at, rows[at]) for at in places]
+    for bearing in (b for b in assembled.system.bearings if b.rigid):
+        rows = joint_motion(every, bearing)
+        places = [MOTIONS.index(c) for c in MOTIONS if c in bearing.rigid]
+        joints += [_ExactJoint(bearing.name, at, rows[at]) for at in places]
     joints += [
-        _ExactJoint(gear.name, _TEETH, tooth_motion(system, slices, every, gear))
-        for gear in system.gears
+        _ExactJoint(gear.name, _TEETH, tooth_motion(every, gear))
+        for gear in assembled.system.gears
         if gear.mesh_stiffness_n_per_m is None
     ]
     return joints + _within_bodies(assembled, joints)

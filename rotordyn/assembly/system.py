@@ -11,47 +11,17 @@ import numpy as np
 import numpy.typing as npt
 import scipy.linalg as la
 
+from solidwhirl.rotordyn.assembly import parts
 from solidwhirl.rotordyn.assembly.bearing_laws import SpeedLaw, law_pieces
+from solidwhirl.rotordyn.assembly.coordinates import Rows, joint_motion, tooth_motion
 from solidwhirl.rotordyn.assembly.internal_damping import body_damping
-from solidwhirl.rotordyn.assembly.joints import (
-    independent_coordinates,
-    relative_motion,
-    tooth_motion,
-)
+from solidwhirl.rotordyn.assembly.joints import independent_coordinates
 from solidwhirl.rotordyn.assembly.law_pieces import LawPieces
-from solidwhirl.rotordyn.assembly.parts import (
-    Bearing,
-    End,
-    Gear,
-    InternalDamping,
-    Rotor,
-    System,
-    body_count,
-    find_problems,
-    parts_lines,
-)
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, freeze_arrays
+from solidwhirl.rotordyn.assembly.parts import Bearing, Gear, Rotor, System
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays, freeze_arrays
 from solidwhirl.rotordyn.core.errors import AnalysisError, AssemblyError
 from solidwhirl.rotordyn.core.reprs import lines_of
-from solidwhirl.rotordyn.superelement.free_body import (
-    FreeBodyMatrices,
-    free_body_matrices,
-    free_body_problems,
-)
-
-__all__ = [
-    "AssembledSystem",
-    "Bearing",
-    "End",
-    "Gear",
-    "InternalDamping",
-    "LawJoint",
-    "Rotor",
-    "SpeedMatrices",
-    "System",
-    "assemble",
-    "matrices_at_speed",
-]
+from solidwhirl.rotordyn.superelement.free_body import free_body_matrices, free_body_problems
 
 # A turn of the system is one of its independent coordinates if it misses by less than this.
 _SAME_TURN = 1e-9
@@ -70,17 +40,11 @@ class SpeedMatrices(NamedTuple):
 class LawJoint:
     """Hold a bearing whose coefficients depend on the speed.
 
-    Attributes
-    ----------
-    speed_ratio
-        The law is taken at |speed_ratio · Ω|.
-    stiffness_n_per_m, damping_n_s_per_m
-        The bearing's own coefficients, which the law scales, shape (2, 2).
-    motion
-        Relative ux and uy of the bearing per independent coordinate, shape (2, n).
-    pieces
-        The coefficients as polynomials of |Ω|; None of a law that does not tell them, of whose
-        structure nothing is known then.
+    `speed_ratio`: the law is taken at |speed_ratio · Ω|; `stiffness_n_per_m`, `damping_n_s_per_m`:
+    the bearing's own coefficients, which the law scales, shape (2, 2); `motion`: relative ux and
+    uy of the bearing per independent coordinate, shape (2, n). `pieces`: the coefficients as
+    polynomials of |Ω|; None of a law that does not tell them, of whose structure nothing is known
+    then.
     """
 
     bearing: str
@@ -113,40 +77,24 @@ class LawJoint:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class AssembledSystem:
+class AssembledSystem(ReadOnlyArrays):
     """Hold the matrices of a system in n independent coordinates.
 
     M q'' + (C + Ω G) q' + (K + Ω² K2 + Ω N) q = f in the inertial frame, plus ½ Ω' G q while the
     speed varies, plus the bearings with a speed law. `matrices_at_speed` sums them up.
 
-    Attributes
-    ----------
-    system
-        What was assembled.
-    mass, stiffness, damping
-        M, K (elastic, with constant bearings and gears) and C (with the part of the internal
-        damping that acts on q'), shape (n, n).
-    gyroscopic
-        Σ n_i G_i with the speed ratios n_i, shape (n, n).
-    centrifugal_stiffness
-        K2 = Σ n_i² (Kgeo − S)_i, shape (n, n).
-    circulatory_stiffness
-        N = −Σ n_i C_i L_i of the internal damping C_i of the bodies, shape (n, n).
-    law_joints
-        Bearings that depend on the speed.
-    spin_generator
-        L of a turn of the whole system about the axis, shape (n, n); None where a body does not
-        know its own, or where joints are not the same in all directions.
-    transformation
-        Coordinates of all bodies from the n independent ones, shape (N, n); entries 0 and 1 but
-        for gears.
-    body_slices
-        Rows of `transformation` that belong to each body.
-    speed_limit_rad_s
-        Largest |Ω| at which no body runs faster than its basis was made for.
-    body_rate
-        Largest K_ii / M_ii of the bodies without bearings, (rad/s)²; the rounding in K is of the
-        order of eps times that.
+    `system`: what was assembled; `mass`, `stiffness`, `damping`: M, K (elastic, with constant
+    bearings and gears) and C (with the part of the internal damping that acts on q'), shape (n,
+    n); `gyroscopic`: Σ n_i G_i with the speed ratios n_i, shape (n, n); `centrifugal_stiffness`:
+    K2 = Σ n_i² (Kgeo − S)_i, shape (n, n); `circulatory_stiffness`: N = −Σ n_i C_i L_i of the
+    internal damping C_i of the bodies, shape (n, n); `law_joints`: bearings that depend on the
+    speed. `spin_generator`: L of a turn of the whole system about the axis, shape (n, n); None
+    where a body does not know its own, or where joints are not the same in all directions.
+    `transformation`: coordinates of all bodies from the n independent ones, shape (N, n); entries
+    0 and 1 but for gears. `body_slices`: rows of `transformation` that belong to each body;
+    `speed_limit_rad_s`: largest |Ω| at which no body runs faster than its basis was made for.
+    `body_rate`: largest K_ii / M_ii of the bodies without bearings, (rad/s)²; the rounding in K is
+    of the order of eps times that.
     """
 
     system: System
@@ -163,22 +111,11 @@ class AssembledSystem:
     speed_limit_rad_s: float
     body_rate: float
 
-    def __post_init__(self) -> None:
-        freeze_arrays(
-            self,
-            "mass",
-            "stiffness",
-            "gyroscopic",
-            "centrifugal_stiffness",
-            "damping",
-            "circulatory_stiffness",
-            "transformation",
-        )
-        if self.spin_generator is not None:
-            freeze_arrays(self, "spin_generator")
-
     def __repr__(self) -> str:
-        return _assembled_text(self)
+        kind = "undamped" if self.is_conservative else "damped"
+        bodies = parts.body_count(self.system)
+        head = f"AssembledSystem of {bodies}: {self.size} coordinates, {kind}"
+        return lines_of(head, parts.parts_lines(self.system))
 
     @property
     def size(self) -> int:
@@ -209,8 +146,8 @@ class AssembledSystem:
         """Whether there is no damping at any speed and K is symmetric."""
         still = not self.damping.any() and not self.circulatory_stiffness.any()
         undamped = all(j.pieces is not None and j.pieces.is_undamped for j in self.law_joints)
-        even = self.has_symmetric_joints and np.array_equal(self.stiffness, self.stiffness.T)
-        return still and undamped and even
+        symmetric = self.has_symmetric_joints and np.array_equal(self.stiffness, self.stiffness.T)
+        return still and undamped and symmetric
 
 
 def assemble(
@@ -221,61 +158,51 @@ def assemble(
 ) -> AssembledSystem:
     """Assemble rotors, bearings and gears.
 
-    Parameters
-    ----------
-    reference
-        Name of the shaft whose speed is Ω; None when Ω is only a parameter.
-
-    Returns
-    -------
-    AssembledSystem
-        All matrices; exact constraints are eliminated. Its bearings are those that act: see
-        `Bearing.cross_coupling` for shafts that turn backward.
-
-    Raises
-    ------
-    AssemblyError
-        If names, components or shapes do not fit; all faults are listed at once.
+    `reference`: name of the shaft whose speed is Ω; None when Ω is only a parameter. Returns all
+    matrices; exact constraints are eliminated. Its bearings are those that act: see
+    `Bearing.cross_coupling` for shafts that turn backward. Raises AssemblyError if names,
+    components or shapes do not fit; all faults are listed at once.
     """
     system = _checked(
         System(
             rotors=dict(rotors), bearings=tuple(bearings), reference=reference, gears=tuple(gears)
         )
     )
-    slices = _body_slices(system)
+    rotors, slices = system.rotors, _body_slices(system)
     transformation = independent_coordinates(system, slices)
-    bodies = {name: free_body_matrices(rotor.element) for name, rotor in system.rotors.items()}
-    rotating = {name: body_damping(rotor, bodies[name]) for name, rotor in system.rotors.items()}
+    rows = Rows(system, slices, transformation)
+    bodies = [free_body_matrices(rotor.element) for rotor in rotors.values()]
+    rotating = [body_damping(r, body) for r, body in zip(rotors.values(), bodies, strict=True)]
 
-    def joined(matrices: Mapping[str, FloatArray], power: int) -> FloatArray:
-        blocks = [rotor.speed_ratio**power * matrices[key] for key, rotor in system.rotors.items()]
+    def joined(matrices: Sequence[FloatArray], power: int) -> FloatArray:
+        ratios = (rotor.speed_ratio**power for rotor in rotors.values())
+        blocks = [ratio * matrix for ratio, matrix in zip(ratios, matrices, strict=True)]
         return np.asarray(transformation.T @ la.block_diag(*blocks) @ transformation)
 
-    supports, damping = _joint_matrices(system, slices, transformation)
-    gyroscopic = joined(_field(bodies, "gyroscopic"), 1)
+    supports, damping = _joint_matrices(rows)
+    gyroscopic = joined([body.gyroscopic for body in bodies], 1)
+    centrifugal = [body.centrifugal_stiffness for body in bodies]
+    elements = [rotor.element for rotor in rotors.values()]
     return AssembledSystem(
         system=system,
-        mass=_even(joined(_field(bodies, "mass"), 0)),
-        stiffness=_even(joined(_field(bodies, "stiffness"), 0)) + supports,
+        mass=_symmetric(joined([body.mass for body in bodies], 0)),
+        stiffness=_symmetric(joined([body.stiffness for body in bodies], 0)) + supports,
         gyroscopic=0.5 * (gyroscopic - gyroscopic.T),
-        centrifugal_stiffness=_even(joined(_field(bodies, "centrifugal_stiffness"), 2)),
-        damping=_even(joined({k: v.damping for k, v in rotating.items()}, 0)) + damping,
-        circulatory_stiffness=joined({k: v.circulatory for k, v in rotating.items()}, 1),
-        law_joints=_law_joints(system, slices, transformation),
+        centrifugal_stiffness=_symmetric(joined(centrifugal, 2)),
+        damping=_symmetric(joined([one.damping for one in rotating], 0)) + damping,
+        circulatory_stiffness=joined([one.circulatory for one in rotating], 1),
+        law_joints=_law_joints(rows),
         spin_generator=_spin_generator(system, transformation),
         transformation=transformation,
         body_slices=slices,
         speed_limit_rad_s=_speed_limit(system),
-        body_rate=max(
-            float(np.max(np.diag(r.element.stiffness) / np.diag(r.element.mass)))
-            for r in system.rotors.values()
-        ),
+        body_rate=max(float(np.max(np.diag(e.stiffness) / np.diag(e.mass))) for e in elements),
     )
 
 
 def _checked(system: System) -> System:
     """Return the system with the bearings that act, or raise all its faults."""
-    problems = find_problems(system)
+    problems = parts.find_problems(system)
     if not problems:
         system = dataclasses.replace(system, bearings=_with_spin(system))
     for name, rotor in system.rotors.items():
@@ -288,15 +215,7 @@ def _checked(system: System) -> System:
 def matrices_at_speed(assembled: AssembledSystem, speed_rad_s: float) -> SpeedMatrices:
     """Return the matrices of a system at one speed.
 
-    Parameters
-    ----------
-    speed_rad_s
-        Ω, rad/s.
-
-    Returns
-    -------
-    SpeedMatrices
-        M, C(Ω), ΩG and K(Ω) + Ω²K2 + ΩN.
+    `speed_rad_s`: Ω, rad/s. Returns M, C(Ω), ΩG and K(Ω) + Ω²K2 + ΩN.
     """
     stiffness = assembled.stiffness + speed_rad_s**2 * assembled.centrifugal_stiffness
     if assembled.circulatory_stiffness.any():
@@ -332,12 +251,8 @@ def spin_sign(system: System, bearing: Bearing) -> float:
     return float(np.sign(next((ratio for ratio in ratios if ratio != 0), 0.0)))
 
 
-def _even(matrix: FloatArray) -> FloatArray:
+def _symmetric(matrix: FloatArray) -> FloatArray:
     return np.asarray(0.5 * (matrix + matrix.T))
-
-
-def _field(bodies: Mapping[str, FreeBodyMatrices], name: str) -> dict[str, FloatArray]:
-    return {key: getattr(matrices, name) for key, matrices in bodies.items()}
 
 
 def _speed_limit(system: System) -> float:
@@ -350,29 +265,24 @@ def _speed_limit(system: System) -> float:
 
 
 def _body_slices(system: System) -> dict[str, slice]:
-    slices: dict[str, slice] = {}
-    start = 0
-    for name, rotor in system.rotors.items():
-        slices[name] = slice(start, start + rotor.element.size)
-        start += rotor.element.size
-    return slices
+    sizes = [rotor.element.size for rotor in system.rotors.values()]
+    ends = np.cumsum(sizes).tolist()
+    starts = [end - size for end, size in zip(ends, sizes, strict=True)]
+    return dict(zip(system.rotors, map(slice, starts, ends), strict=True))
 
 
-def _joint_matrices(
-    system: System, slices: Mapping[str, slice], transformation: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+def _joint_matrices(rows: Rows) -> tuple[FloatArray, FloatArray]:
     """Return the constant stiffness and damping of bearings and gears."""
-    n = transformation.shape[1]
+    n = rows.transformation.shape[1]
     stiffness, damping = np.zeros((n, n)), np.zeros((n, n))
-    for bearing in system.bearings:
-        relative = relative_motion(system, slices, transformation, bearing)
-        k, c = bearing.matrices()
+    for bearing in rows.system.bearings:
+        relative, (k, c) = joint_motion(rows, bearing), bearing.matrices()
         if bearing.speed_law is not None:
             k[:2, :2] = c[:2, :2] = 0.0
         stiffness += _seen_by(relative, k)
         damping += _seen_by(relative, c)
-    for gear in system.gears:
-        teeth = tooth_motion(system, slices, transformation, gear)
+    for gear in rows.system.gears:
+        teeth = tooth_motion(rows, gear)
         if gear.mesh_stiffness_n_per_m is not None:
             stiffness += gear.mesh_stiffness_n_per_m * np.outer(teeth, teeth)
             damping += gear.mesh_damping_n_s_per_m * np.outer(teeth, teeth)
@@ -382,22 +292,20 @@ def _joint_matrices(
 def _seen_by(relative: FloatArray, matrix: FloatArray) -> FloatArray:
     """Return the coefficients of a joint in the independent coordinates, symmetric if they are."""
     product = relative.T @ matrix @ relative
-    return _even(product) if np.array_equal(matrix, matrix.T) else np.asarray(product)
+    return _symmetric(product) if np.array_equal(matrix, matrix.T) else np.asarray(product)
 
 
-def _law_joints(
-    system: System, slices: Mapping[str, slice], transformation: FloatArray
-) -> tuple[LawJoint, ...]:
+def _law_joints(rows: Rows) -> tuple[LawJoint, ...]:
     return tuple(
         LawJoint(
             bearing=bearing.name,
             law=bearing.speed_law,
-            speed_ratio=system.rotors[bearing.first.body].speed_ratio,
+            speed_ratio=rows.system.rotors[bearing.first.body].speed_ratio,
             stiffness_n_per_m=bearing.stiffness_n_per_m,
             damping_n_s_per_m=bearing.damping_n_s_per_m,
-            motion=relative_motion(system, slices, transformation, bearing)[:2],
+            motion=joint_motion(rows, bearing)[:2],
         )
-        for bearing in system.bearings
+        for bearing in rows.system.bearings
         if bearing.speed_law is not None
     )
 
@@ -415,15 +323,6 @@ def _spin_generator(system: System, transformation: FloatArray) -> FloatArray | 
     # entries are whole numbers but for rounding; gears do not touch those of lateral motion
     whole = np.round(generator)
     return np.asarray(whole if np.abs(generator - whole).max() < _SAME_TURN else generator)
-
-
-def _assembled_text(assembled: AssembledSystem) -> str:
-    """Bodies, bearings, gears and the number of coordinates."""
-    kind = "undamped" if assembled.is_conservative else "damped"
-    return lines_of(
-        f"AssembledSystem of {body_count(assembled.system)}: {assembled.size} coordinates, {kind}",
-        parts_lines(assembled.system),
-    )
 
 
 # Step of the central difference of a law without known pieces, relative to the speed and at least,

@@ -26,18 +26,11 @@ _WEIGHTS = 0.5 * _WEIGHTS
 class SectionStiffness(NamedTuple):
     """Stiffness of cross-sections, a number or one each at the Gauss points.
 
-    Attributes
-    ----------
-    bending
-        EI, N m².
-    shear
-        κGA, N.
-    taper
-        Share of the moment that inclined fibres turn into a shear force, 1/m.
-    axial
-        EA, N.
-    torsion
-        GJ, N m².
+    `bending`: EI, N m².
+    `shear`: κGA, N.
+    `taper`: share of the moment that inclined fibres turn into a shear force, 1/m.
+    `axial`: EA, N.
+    `torsion`: GJ, N m².
     """
 
     bending: npt.ArrayLike
@@ -88,13 +81,8 @@ class ElementMatrices(NamedTuple):
 def shear_coefficient(poissons_ratio: float, radius_ratio: float) -> float:
     """Return κ of a solid or hollow circular section, the shear stiffness being κ G A.
 
-    Parameters
-    ----------
-    radius_ratio
-        Inner over outer radius, 0 for a solid section.
+    `radius_ratio`: inner over outer radius, 0 for a solid section.
 
-    Notes
-    -----
     Cowper (1966), The shear coefficient in Timoshenko's beam theory, J. Appl. Mech. 33, table 1.
     """
     nu, m2 = poissons_ratio, radius_ratio**2
@@ -115,8 +103,6 @@ def segment(
 def element_matrices(piece: Segment, family: Family) -> ElementMatrices:
     """Return a Timoshenko element, order w1, θ1, w2, θ2, or a rod in the order of the two nodes.
 
-    Notes
-    -----
     The stiffness is the inverse of the flexibility under shear force and end moment, so that
     static deflections of a varying beam are exact at the nodes up to the quadrature. Inertia is
     consistent with the shapes of the uniform beam of the same mean flexibility (Przemieniecki
@@ -151,18 +137,9 @@ def section_motion(
 ) -> tuple[FloatArray, FloatArray]:
     """Return how the nodes of an element move and tilt its cross-sections at ξ = z/L.
 
-    Parameters
-    ----------
-    arms_m
-        Along the axis, from the cross-section to what is rigidly fixed to it, shape (points,).
+    `arms_m`: along the axis, from the cross-section to what is rigidly fixed to it, shape
+    (points,). Returns shape (points, 4), or (points, 2) for rods, which do not tilt.
 
-    Returns
-    -------
-    moved, tilted : ndarray
-        Shape (points, 4), or (points, 2) for rods, which do not tilt.
-
-    Notes
-    -----
     Shapes of the uniform beam with the means of both compliances.
     """
     if family != "lateral":

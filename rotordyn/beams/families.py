@@ -99,17 +99,7 @@ def family_matrices(
     family: Family,
     extra: int = 0,
 ) -> FamilyMatrices:
-    """Assemble one family of motions.
-
-    Parameters
-    ----------
-    z_m
-        Places of the nodes, shape (N,), m.
-    elements
-        The two nodes of each beam, and the beam.
-    extra
-        Number of zero rows and columns to append, for what is not at a node.
-    """
+    """Assemble one family of motions of beams between nodes, `extra` zero rows at the end."""
     step = per_node(family)
     size = step * z_m.size + extra
     rigid = np.zeros((size, step))
@@ -140,13 +130,7 @@ def add_attached(found: FamilyMatrices, z_m: FloatArray, part: Attached, family:
 def reduced_family(
     nodes: BeamNodes, whole: FamilyMatrices, family: Family, modes: int | None = None
 ) -> ReducedFamily:
-    """Reduce one family of motions to the interfaces.
-
-    Parameters
-    ----------
-    modes
-        Fixed-interface modes kept; None keeps all.
-    """
+    """Reduce one family of motions to the interfaces."""
     tie, kept = _tied(nodes, whole.mass.shape[0], family)
     mass, stiffness, gyroscopic, stiffening, softening = (tie.T @ m @ tie for m in whole[:5])
     boundary = np.searchsorted(kept, node_rows(nodes.interfaces, family))
@@ -230,10 +214,7 @@ def spatial_coordinates(
 def family_maps(
     interfaces: Sequence[str], families: Sequence[ReducedFamily]
 ) -> list[tuple[FloatArray, ...]]:
-    """Return all coordinates from those of each family, plane by plane, (n, m) each.
-
-    In the plane of x (w, θ) = (ux, ry), in that of y (uy, −rx).
-    """
+    """Return all coordinates from those of each family, plane by plane, (n, m) each."""
     coordinates = spatial_coordinates(interfaces, families)
     index = {(c.interface, c.component): k for k, c in enumerate(coordinates) if c.interface}
     start, found = len(index), []
@@ -258,15 +239,7 @@ def family_maps(
 def spatial_fields(
     interfaces: Sequence[str], families: Sequence[ReducedFamily], node_count: int
 ) -> dict[str, Any]:
-    """Return what the families tell of a superelement, by the names of its fields.
-
-    Parameters
-    ----------
-    interfaces
-        Names in the order of the boundary coordinates.
-    node_count
-        N; `recovery_modes` is the displacement of all nodes, shape (N, 3, n).
-    """
+    """Return what the families tell of a superelement, by the names of its fields."""
     coordinates, maps = spatial_coordinates(interfaces, families), family_maps(interfaces, families)
     size = len(coordinates)
     mass, stiffness, gyroscopic, stiffening, softening, generator = np.zeros((6, size, size))

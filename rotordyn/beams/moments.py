@@ -46,12 +46,8 @@ def rigid_rings(
 ) -> Rings:
     """Return rings that move and tilt rigidly; of order 0 along the axis or about it.
 
-    Parameters
-    ----------
-    rings
-        Mass, radius of gyration and place, shape (q,) each.
-    moved, tilted
-        Deflection, axial displacement or twist, and tilt, shape (q, m).
+    `rings`: mass, radius of gyration and place, shape (q,) each; `moved`, `tilted`: deflection,
+    axial displacement or twist, and tilt, shape (q, m).
     """
     radius = rings[1][:, None]
     amplitudes = np.zeros((3, *moved.shape))
@@ -95,13 +91,7 @@ def attached_rings(part: Attached, z_m: FloatArray, reduced: ReducedFamily) -> R
 def beam_moments(
     interfaces: Sequence[str], families: Sequence[ReducedFamily], rings: Sequence[Rings]
 ) -> MassMoments:
-    """Return the mass moments of all coordinates.
-
-    Parameters
-    ----------
-    interfaces
-        Names in the order of the boundary coordinates.
-    """
+    """Return the mass moments of all coordinates."""
     first = rings[0]
     zero = np.zeros_like(first.mass_kg)
     # the place itself, and the translation along the axis, as fields of order 0

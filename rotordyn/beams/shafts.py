@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -35,26 +35,27 @@ class Disk:
     diametral_kg_m2: float
 
 
+class ShaftMaterial(NamedTuple):
+    """Young's modulus, Poisson's ratio (E/2G − 1 for a shear modulus G) and density."""
+
+    youngs_modulus_pa: float
+    poissons_ratio: float
+    density_kg_m3: float
+
+
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class Shaft:
     """Hold a checked shaft whose nodes include all interfaces and disks.
 
-    Attributes
-    ----------
-    nodes_m
-        Shape (N,), increasing, m.
-    outer_radius_m, inner_radius_m
-        Between the nodes, shape (N − 1,), m.
-    interfaces
-        Axial position by name, m.
+    `nodes_m`: shape (N,), increasing, m.
+    `outer_radius_m`, `inner_radius_m`: between the nodes, shape (N − 1,), m.
+    `interfaces`: axial position by name, m.
     """
 
     nodes_m: FloatArray
     outer_radius_m: FloatArray
     inner_radius_m: FloatArray
-    youngs_modulus_pa: float
-    poissons_ratio: float
-    density_kg_m3: float
+    material: ShaftMaterial
     interfaces: Mapping[str, float]
     disks: tuple[Disk, ...]
 
@@ -72,9 +73,7 @@ class Shaft:
             "nodes_m": self.nodes_m.tolist(),
             "outer_radius_m": self.outer_radius_m.tolist(),
             "inner_radius_m": self.inner_radius_m.tolist(),
-            "youngs_modulus_pa": float(self.youngs_modulus_pa),
-            "poissons_ratio": float(self.poissons_ratio),
-            "density_kg_m3": float(self.density_kg_m3),
+            **{key: float(value) for key, value in self.material._asdict().items()},
             "disks": [asdict(disk) for disk in self.disks],
         }
 
@@ -84,32 +83,15 @@ def checked_shaft(
     stations_m: FloatArray,
     outer_radius_m: FloatArray,
     inner_radius_m: FloatArray,
-    material: tuple[float, float, float],
+    material: ShaftMaterial,
     interfaces: Mapping[str, float],
     disks: tuple[Disk, ...],
 ) -> Shaft:
     """Check a shaft and place its nodes.
 
-    Parameters
-    ----------
-    stations_m
-        Section ends, increasing, shape (N,), m.
-    outer_radius_m, inner_radius_m
-        Shape (N − 1,) or a single number, m.
-    material
-        Young's modulus (Pa), Poisson's ratio, density (kg/m³).
-    interfaces
-        Axial position by name, m.
-
-    Returns
-    -------
-    Shaft
-        With a node at each station, interface and disk.
-
-    Raises
-    ------
-    SuperelementError
-        For the first thing out of range.
+    `stations_m`: section ends, increasing, shape (N,), m; radii: shape (N − 1,) or a single number,
+    m; `interfaces`: axial position by name, m. Returns a shaft with a node at each station,
+    interface and disk. Raises SuperelementError for the first thing out of range.
     """
     where = f"beam {name!r}"
     if stations_m.ndim != 1 or stations_m.size < 2 or not np.isfinite(stations_m).all():
@@ -120,15 +102,7 @@ def checked_shaft(
             f"{where}: stations_m[{at}] is {stations_m[at]}, not above {stations_m[at - 1]}"
         )
     radii = _checked_radii(where, stations_m.size - 1, outer_radius_m, inner_radius_m)
-    modulus, ratio, density = material
-    limits = {
-        "youngs_modulus_pa": (modulus, np.isfinite(modulus) and modulus > 0, "positive"),
-        "poissons_ratio": (ratio, -1.0 < ratio <= 0.5, "in (-1, 0.5]"),
-        "density_kg_m3": (density, np.isfinite(density) and density > 0, "positive"),
-    }
-    for label, (value, passed, allowed) in limits.items():
-        if not passed:
-            raise SuperelementError(f"{where}: {label} is {value}; it must be {allowed}")
+    _check_material(where, material)
     _check_places(where, stations_m, interfaces, disks)
     places = [*interfaces.values(), *(disk.position_m for disk in disks)]
     nodes = _with_nodes(stations_m, places)
@@ -137,12 +111,22 @@ def checked_shaft(
         nodes_m=nodes,
         outer_radius_m=radii[0][section],
         inner_radius_m=radii[1][section],
-        youngs_modulus_pa=modulus,
-        poissons_ratio=ratio,
-        density_kg_m3=density,
+        material=material,
         interfaces=interfaces,
         disks=disks,
     )
+
+
+def _check_material(where: str, material: ShaftMaterial) -> None:
+    modulus, ratio, density = material
+    allowed = {
+        "youngs_modulus_pa": (np.isfinite(modulus) and modulus > 0, "positive"),
+        "poissons_ratio": (-1.0 < ratio <= 0.5, "in (-1, 0.5]"),
+        "density_kg_m3": (np.isfinite(density) and density > 0, "positive"),
+    }
+    for (label, (passed, said)), value in zip(allowed.items(), material, strict=True):
+        if not passed:
+            raise SuperelementError(f"{where}: {label} is {value}; it must be {said}")
 
 
 def _checked_radii(

@@ -19,18 +19,20 @@ from solidwhirl.rotordyn.beams.elements import (
 from solidwhirl.rotordyn.beams.families import (
     Attached,
     BeamNodes,
+    ReducedFamily,
     add_attached,
     family_matrices,
     reduced_family,
     spatial_fields,
 )
 from solidwhirl.rotordyn.beams.moments import (
+    Rings,
     attached_rings,
     beam_moments,
     joined_rings,
     segment_rings,
 )
-from solidwhirl.rotordyn.beams.shafts import Disk, Shaft, checked_shaft
+from solidwhirl.rotordyn.beams.shafts import Disk, Shaft, ShaftMaterial, checked_shaft
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.superelement.record import InterfaceNode, Superelement
 from solidwhirl.rotordyn.superelement.rigid_body import MassProperties, joined_mass_properties
@@ -46,9 +48,7 @@ def beam_superelement(
     stations_m: npt.ArrayLike,
     outer_radius_m: npt.ArrayLike,
     inner_radius_m: npt.ArrayLike,
-    youngs_modulus_pa: float,
-    poissons_ratio: float,
-    density_kg_m3: float,
+    material: ShaftMaterial | tuple[float, float, float],
     interface_stations: Mapping[str, float],
     disks: Sequence[Disk] = (),
     components: Sequence[Component] = _LATERAL,
@@ -62,6 +62,8 @@ def beam_superelement(
         interfaces and disks between stations split theirs.
     outer_radius_m, inner_radius_m
         Radii of the sections, shape (N − 1,), or one number for all; inner 0 is solid, m.
+    material
+        Young's modulus (Pa), Poisson's ratio, density (kg/m³).
     interface_stations
         Axial position of each interface by name, m; at least one.
     components
@@ -85,6 +87,10 @@ def beam_superelement(
     and the spin softening of a tilting cross-section cancel. A shear modulus G and Young's
     modulus E stand for Poisson's ratio E/2G − 1.
     """
+    if isinstance(material, float):
+        raise SuperelementError(
+            f"beam {name!r}: material is one argument, (modulus Pa, Poisson's ratio, kg/m³)"
+        )
     unknown = set(components) - set(MOTIONS)
     if unknown or not set(_LATERAL) <= set(components):
         raise SuperelementError(
@@ -96,18 +102,38 @@ def beam_superelement(
         np.asarray(stations_m, dtype=float),
         np.asarray(outer_radius_m, dtype=float),
         np.asarray(inner_radius_m, dtype=float),
-        (youngs_modulus_pa, poissons_ratio, density_kg_m3),
+        ShaftMaterial(*material),
         dict(interface_stations),
         tuple(disks),
     )
+    named: dict[Component, Family] = {"uz": "axial", "rz": "torsion"}
+    wanted: list[Family] = ["lateral", *(named[c] for c in named if c in components)]
+    families, rings = _families(shaft, wanted)
     names = tuple(shaft.interfaces)
+    return Superelement(
+        name=name,
+        **spatial_fields(names, families, shaft.nodes_m.size),
+        **_mass_properties(shaft)._asdict(),
+        interfaces=tuple(
+            InterfaceNode(name=key, position_m=np.array([0.0, 0.0, z]), coupling="none")
+            for key, z in shaft.interfaces.items()
+        ),
+        recovery_points_m=np.outer(shaft.nodes_m, [0.0, 0.0, 1.0]),
+        provenance=shaft.provenance(),
+        moments=beam_moments(names, families, rings),
+    )
+
+
+def _families(shaft: Shaft, wanted: Sequence[Family]) -> tuple[list[ReducedFamily], list[Rings]]:
+    """Return the reduced families of motions, and the rings of mass that each moves."""
     z_m, held = shaft.nodes_m, tuple(shaft.node_at(z) for z in shaft.interfaces.values())
     elements = _elements(shaft)
     attached = [
-        Attached(shaft.node_at(d.position_m), d.position_m, *_inertia(d)) for d in shaft.disks
+        Attached(
+            shaft.node_at(d.position_m), d.position_m, d.mass_kg, d.polar_kg_m2, d.diametral_kg_m2
+        )
+        for d in shaft.disks
     ]
-    named: dict[Component, Family] = {"uz": "axial", "rz": "torsion"}
-    wanted: list[Family] = ["lateral", *(named[c] for c in named if c in components)]
     families, rings = [], []
     for family in wanted:
         matrices = family_matrices(z_m, elements, family)
@@ -117,27 +143,12 @@ def beam_superelement(
         families.append(own)
         parts = [segment_rings(piece, nodes, own) for nodes, piece in elements]
         rings.append(joined_rings([*parts, *(attached_rings(d, z_m, own) for d in attached)]))
-    return Superelement(
-        name=name,
-        **spatial_fields(names, families, z_m.size),
-        **_mass_properties(shaft)._asdict(),
-        interfaces=tuple(
-            InterfaceNode(name=key, position_m=np.array([0.0, 0.0, z]), coupling="none")
-            for key, z in shaft.interfaces.items()
-        ),
-        recovery_points_m=np.outer(z_m, [0.0, 0.0, 1.0]),
-        provenance=shaft.provenance(),
-        moments=beam_moments(names, families, rings),
-    )
-
-
-def _inertia(disk: Disk) -> tuple[float, float, float]:
-    return disk.mass_kg, disk.polar_kg_m2, disk.diametral_kg_m2
+    return families, rings
 
 
 def _elements(shaft: Shaft) -> list[tuple[tuple[int, int], Segment]]:
     """Return the two nodes of each element, and its cross-section all along."""
-    modulus, nu = shaft.youngs_modulus_pa, shaft.poissons_ratio
+    modulus, nu, density = shaft.material
     shear_modulus = modulus / (2.0 * (1.0 + nu))
     ends = pairwise(shaft.nodes_m.tolist())
     found = []
@@ -153,7 +164,7 @@ def _elements(shaft: Shaft) -> list[tuple[tuple[int, int], Segment]]:
             axial=modulus * area,
             torsion=2.0 * shear_modulus * second,
         )
-        inertia = SectionInertia(shaft.density_kg_m3 * area, shaft.density_kg_m3 * second)
+        inertia = SectionInertia(density * area, density * second)
         found.append(((k, k + 1), segment((start, stop), stiffness, inertia)))
     return found
 
@@ -164,7 +175,7 @@ def _mass_properties(shaft: Shaft) -> MassProperties:
     edges = zip(shaft.nodes_m[:-1], shaft.nodes_m[1:], strict=True)
     radii = zip(shaft.outer_radius_m, shaft.inner_radius_m, strict=True)
     for (start, stop), (outer, inner) in zip(edges, radii, strict=True):
-        mass = shaft.density_kg_m3 * np.pi * (outer**2 - inner**2) * (stop - start)
+        mass = shaft.material.density_kg_m3 * np.pi * (outer**2 - inner**2) * (stop - start)
         polar = 0.5 * mass * (outer**2 + inner**2)
         diametral = 0.5 * polar + mass * (stop - start) ** 2 / 12.0
         center = np.array([0.0, 0.0, 0.5 * (start + stop)])

@@ -1,4 +1,4 @@
-"""Array types of the stage, the one way arrays are made read-only, and groups of indices."""
+"""Array types of the stage, read-only arrays, cross products, and groups of indices."""
 
 from __future__ import annotations
 
@@ -19,8 +19,9 @@ StringArray = npt.NDArray[np.str_]
 
 
 def freeze_arrays(record: Any, *names: str) -> None:
-    """Replace the named arrays of a frozen dataclass by read-only copies."""
-    for name in names:
+    """Replace arrays of a frozen dataclass by read-only copies: those named, or all it holds."""
+    held = (f.name for f in fields(record) if isinstance(getattr(record, f.name), np.ndarray))
+    for name in names or tuple(held):
         array = np.array(getattr(record, name))
         array.setflags(write=False)
         object.__setattr__(record, name, array)
@@ -32,8 +33,7 @@ class ReadOnlyArrays:
     __slots__ = ()
 
     def __post_init__(self) -> None:
-        names = (field.name for field in fields(self))  # type: ignore[arg-type]
-        freeze_arrays(self, *(n for n in names if isinstance(getattr(self, n), np.ndarray)))
+        freeze_arrays(self)
 
 
 def together(near: BoolArray) -> list[IntArray]:
@@ -42,3 +42,18 @@ def together(near: BoolArray) -> list[IntArray]:
         return []
     count, label = connected_components(near, directed=False)
     return [np.flatnonzero(label == k) for k in range(count)]
+
+
+def cross_matrix(vectors: FloatArray) -> FloatArray:
+    """Return a~ with a~ b = a × b of vectors (..., 3), shape (..., 3, 3)."""
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    zero = np.zeros_like(x)
+    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def motion_at(places: FloatArray) -> FloatArray:
+    """Return ux to rz at places (..., 3) for the six motions about the origin, (..., 6, 6)."""
+    motion = np.tile(np.eye(6), (*np.shape(places)[:-1], 1, 1))
+    motion[..., :3, 3:] = np.swapaxes(cross_matrix(places), -1, -2)
+    return motion

@@ -14,11 +14,7 @@ _LONGEST = 40
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Give a temporary path in the same folder that takes the place of `path` on success.
-
-    `path`: the file to write; its folder must exist. Yields where to write. Removed if the block
-    raises.
-    """
+    """Give a temporary path beside `path` that takes its place unless the block raises."""
     # a name that is as long as names may be leaves no room for more
     temporary = path.with_name(f".{path.name[:_LONGEST]}.{uuid.uuid4().hex}.tmp")
     try:

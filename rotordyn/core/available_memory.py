@@ -19,22 +19,14 @@ def available_memory(root: Path = _ROOT) -> int | None:
     machine has free, what the control groups of the process leave (containers, batch systems) and
     its own limit of address space (`ulimit -v`). None where the system tells none of them.
     """
-    known = [_of_machine(root), _of_groups(root), _of_process(root)]
+    known = [_kilobytes(root / "proc/meminfo", "MemAvailable"), _of_groups(root), _of_process(root)]
     told = [size for size in known if size is not None]
     return max(0, min(told)) if told else None
 
 
 def resident_memory(root: Path = _ROOT) -> int:
-    """Return the memory that this process has taken.
-
-    `root`: where the folder proc of the kernel is. Returns bytes; 0 where the system does not tell.
-    """
+    """Return the bytes that this process has taken; 0 where the system does not tell."""
     return _kilobytes(root / "proc/self/status", "VmRSS") or 0
-
-
-def _of_machine(root: Path) -> int | None:
-    """MemAvailable of Linux."""
-    return _kilobytes(root / "proc/meminfo", "MemAvailable")
 
 
 def _of_process(root: Path) -> int | None:

@@ -10,10 +10,7 @@ class SuperelementError(ValueError):
 class AssemblyError(ValueError):
     """Signal a set of rotors and bearings that does not fit together.
 
-    Parameters
-    ----------
-    problems
-        One sentence for each fault found; all of them are reported at once.
+    `problems`: one sentence for each fault found; all of them are reported at once.
     """
 
     def __init__(self, problems: tuple[str, ...]) -> None:

@@ -10,14 +10,9 @@ from pathlib import Path
 class Exported:
     """Say what was written.
 
-    Attributes
-    ----------
-    files
-        Files, the one to open first before all others.
-    carried
-        What of the body the files hold, a phrase each.
-    left_out
-        What of the body they can't hold, or not as it is, a sentence each.
+    `files`: files, the one to open first before all others.
+    `carried`: what of the body the files hold, a phrase each.
+    `left_out`: what of the body they can't hold, or not as it is, a sentence each.
     """
 
     files: tuple[Path, ...]

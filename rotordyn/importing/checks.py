@@ -8,11 +8,11 @@ import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.core.arrays import FloatArray
-from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.importing.rigid_motions import ImportedMotions
+from solidwhirl.rotordyn.importing.rows import Report
 from solidwhirl.rotordyn.superelement.body_measures import least_inertia, tilt_error, turn_error
 from solidwhirl.rotordyn.superelement.record import Superelement
-from solidwhirl.rotordyn.superelement.rigid_body import rigid_body_mass_matrix
+from solidwhirl.rotordyn.superelement.rigid_body import RIGID_TURN, rigid_body_mass_matrix
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
 
 SYMMETRY_REFUSED = 1e-6
@@ -28,25 +28,13 @@ _SAME_ALL_ROUND = 1e-6
 _TURN = 1e-11
 
 
-def even_or_odd(
-    where: str,
-    role: str,
-    matrix: FloatArray,
-    sign: float,
-    inertia: FloatArray,
-    notes: list[str],
+def symmetric_or_skew(
+    report: Report, role: str, matrix: FloatArray, sign: float, inertia: FloatArray
 ) -> FloatArray:
     """Return the symmetric (sign 1) or skew (−1) part of a matrix; notes say what was evened out.
 
-    Parameters
-    ----------
-    inertia
-        Diagonal of M: entries compare in coordinates of unit inertia, whatever their units.
-
-    Raises
-    ------
-    SuperelementError
-        If it deviates by more than 1e-6 of its largest entry.
+    `inertia`: diagonal of M: entries compare in coordinates of unit inertia, whatever their units.
+    Raises SuperelementError if it deviates by more than 1e-6 of its largest entry.
     """
     root = np.sqrt(np.abs(inertia))
     scaled = matrix / np.outer(root, root)
@@ -56,57 +44,45 @@ def even_or_odd(
     error = float(np.abs(scaled - sign * scaled.T).max()) / largest
     kind = "symmetric" if sign > 0 else "skew"
     if error > SYMMETRY_REFUSED:
-        raise SuperelementError(
-            f"{where}: {role} is not {kind}: it deviates by {error:.2e} of its largest entry, "
+        raise report.error(
+            f"{role} is not {kind}: it deviates by {error:.2e} of its largest entry, "
             f"allowed is {SYMMETRY_REFUSED:g}"
         )
     if error > _SYMMETRY_NOTED:
-        notes.append(f"The {role} matrix was made {kind}; it deviated by {error:.1e}.")
+        report.notes.append(f"The {role} matrix was made {kind}; it deviated by {error:.1e}.")
     return np.asarray(0.5 * (matrix + sign * matrix.T))
 
 
 def check_mass(
-    where: str, labels: tuple[str, ...], mass: FloatArray, tie: FloatArray | None
+    report: Report, labels: tuple[str, ...], mass: FloatArray, tie: FloatArray | None
 ) -> None:
-    """Refuse a mass (n, n), tied by a constraint or not, that is not positive definite.
-
-    Raises
-    ------
-    SuperelementError
-        The message names a coordinate without mass.
-    """
+    """Refuse a mass (n, n), tied by a constraint or not, that is not positive definite."""
     diagonal = np.diag(mass)
     if not (diagonal > 0.0).all():
         worst = int(diagonal.argmin())
-        raise SuperelementError(
-            f"{where}: mass is not positive definite: {labels[worst]} has the mass "
+        raise report.error(
+            f"mass is not positive definite: {labels[worst]} has the mass "
             f"{diagonal[worst]:g}; condense coordinates without mass where the matrices come from"
         )
     free = mass if tie is None else tie.T @ mass @ tie
     smallest = least_inertia(0.5 * (free + free.T))
     if not smallest > _SMALLEST_INERTIA:
-        raise SuperelementError(
-            f"{where}: mass is not positive definite: its smallest eigenvalue is {smallest:.2e} "
+        raise report.error(
+            f"mass is not positive definite: its smallest eigenvalue is {smallest:.2e} "
             "with a unit diagonal; some motion of the coordinates has no mass"
         )
 
 
 def check_stiffness(
-    where: str, mass: FloatArray, stiffness: FloatArray, tie: FloatArray | None
+    report: Report, mass: FloatArray, stiffness: FloatArray, tie: FloatArray | None
 ) -> FloatArray:
-    """Return the squares of the frequencies of the body at rest, rising, (rad/s)².
-
-    Raises
-    ------
-    SuperelementError
-        If K has a negative eigenvalue.
-    """
+    """Return the squares of the frequencies at rest, rising, (rad/s)²; refuse a negative K."""
     if tie is not None:
         mass, stiffness = tie.T @ mass @ tie, tie.T @ stiffness @ tie
     rates = la.eigvalsh(stiffness, mass)
     if rates[0] < -_NEGATIVE * max(float(rates[-1]), 0.0) - np.finfo(float).tiny:
-        raise SuperelementError(
-            f"{where}: stiffness has a negative eigenvalue, {rates[0]:.3g} (rad/s)² beside "
+        raise report.error(
+            f"stiffness has a negative eigenvalue, {rates[0]:.3g} (rad/s)² beside "
             f"{rates[-1]:.3g}; a body's own stiffness is not negative (are there enough digits in "
             "the file, and no preload?)"
         )
@@ -114,59 +90,47 @@ def check_stiffness(
 
 
 def rigid_mass(
-    where: str,
+    report: Report,
     matrices: Mapping[str, FloatArray],
     motions: ImportedMotions,
     positions: Mapping[str, FloatArray],
     stated: Mapping[str, FloatArray],
-    notes: list[str],
 ) -> tuple[float, FloatArray, FloatArray]:
     """Return mass, centre of gravity and inertia about it, from RᵀMR.
 
-    Parameters
-    ----------
-    matrices
-        By role, SI units.
-    stated
-        What the file says itself, for what the coordinates do not show; empty if it does not.
-    notes
-        Gets a sentence for what is not known.
-
-    Raises
-    ------
-    SuperelementError
-        If RᵀMR of the free motions is not that of a rigid body to 1e-6, or not what the file states
-        to 1e-5 (a mesh may not hold a closed form exactly).
+    `matrices`: by role, SI units; `stated`: what the file says itself, for what the coordinates do
+    not show; empty if it does not. Raises
+    SuperelementError if RᵀMR of the free motions is not that of a rigid body to 1e-6, or not what
+    the file states to 1e-5 (a mesh may not hold a closed form exactly).
     """
     found = motions.modes.T @ matrices["mass"] @ motions.modes
     known = None
     if stated:
         inertia = 0.5 * (stated["inertia"] + stated["inertia"].T)
         known = (float(stated["mass"]), stated["center_of_gravity"], inertia)
-    properties = _derived(where, found, matrices, motions, positions, known, notes)
+    properties = _derived(report, found, matrices, motions, positions, known)
     if motions.present.any():
-        _check_rigid(where, found, motions, properties, _PROPERTIES)
+        _check_rigid(report, found, motions, properties, _PROPERTIES)
         if known is not None:
-            _check_rigid(where, found, motions, known, _STATED)
+            _check_rigid(report, found, motions, known, _STATED)
     return properties
 
 
 def _derived(
-    where: str,
+    report: Report,
     found: FloatArray,
     matrices: Mapping[str, FloatArray],
     motions: ImportedMotions,
     positions: Mapping[str, FloatArray],
     stated: tuple[float, FloatArray, FloatArray] | None,
-    notes: list[str],
 ) -> tuple[float, FloatArray, FloatArray]:
     """Mass properties from RᵀMR, and from what is stated where it does not show them."""
     shown = motions.shown
     if not shown[:3].any():
         if stated is not None:
             return stated
-        raise SuperelementError(
-            f"{where}: no translation can be told from the nodes, so that the mass is not known; "
+        raise report.error(
+            "no translation can be told from the nodes, so that the mass is not known; "
             "the file needs translations at its nodes, or its mass properties"
         )
     mass = float(np.diag(found)[:3][shown[:3]].mean())
@@ -193,12 +157,13 @@ def _derived(
         inertia[2, 2] = polar if 0.0 < polar <= inertia[0, 0] + inertia[1, 1] else largest
     if not shown.all():
         missing = ", ".join(m for m, s in zip(MOTIONS, shown, strict=True) if not s)
-        notes.append(
+        report.notes.append(
             f"The coordinates do not show the rigid motions {missing}; mass properties that need "
             "them are assumed."
         )
     if not motions.present.any():
-        notes.append("Mass properties are those that move with the interfaces of the held body.")
+        said = "Mass properties are those that move with the interfaces of the held body."
+        report.notes.append(said)
         inertia = _possible(inertia)
     return mass, center, inertia
 
@@ -211,7 +176,7 @@ def _possible(inertia: FloatArray) -> FloatArray:
 
 
 def _check_rigid(
-    where: str,
+    report: Report,
     found: FloatArray,
     motions: ImportedMotions,
     properties: tuple[float, FloatArray, FloatArray],
@@ -228,70 +193,64 @@ def _check_rigid(
     row, column = (free[k] for k in np.unravel_index(int(error.argmax()), error.shape))
     what = "of" if row == column else "that couples"
     named = MOTIONS[row] if row == column else f"{MOTIONS[row]} and {MOTIONS[column]}"
-    raise SuperelementError(
-        f"{where}: the inertia {what} {named} in rigid motion is {found[row, column]:.6g} instead "
+    raise report.error(
+        f"the inertia {what} {named} in rigid motion is {found[row, column]:.6g} instead "
         f"of {expected[row, column]:.6g}, that of one rigid body of {properties[0]:.6g} kg; are "
         "places and components of the nodes those of the matrices, and in the same unit?"
     )
 
 
-def turn_fits(element: Superelement, notes: list[str]) -> bool:
+def turn_fits(report: Report, element: Superelement) -> bool:
     """Return whether the matrices stay the same in the stated turn L; true without one."""
     wrong = turn_error(element)
     if wrong is None or wrong <= _TURN:
         return True
-    notes.append(
+    report.notes.append(
         f"The matrices change by {wrong:.1e} in the turn L about the axis, which is left out; "
         "internal damping and complex coordinates need it."
     )
     return False
 
 
-def check_turning(where: str, element: Superelement) -> None:
-    """Refuse a body that can't turn: without G, or not the same in all directions about z.
-
-    Raises
-    ------
-    SuperelementError
-        With the reason.
-    """
+def check_turning(report: Report, element: Superelement) -> None:
+    """Refuse a body that can't turn: without G, or not the same in all directions about z."""
     if not element.gyroscopic.any():
-        raise SuperelementError(
-            f"{where}: the body turns (speed_ratio is not 0) and has no gyroscopic matrix; without "
+        raise report.error(
+            "the body turns (speed_ratio is not 0) and has no gyroscopic matrix; without "
             "it forward and backward whirl would not part. Give gyroscopic, or leave out "
             "speed_ratio"
         )
     for node in element.interfaces:
         away = float(np.hypot(*node.position_m[:2]))
         if away > _ON_AXIS:
-            raise SuperelementError(
-                f"{where}: interface {node.name!r} is {away:g} m off the axis; those of a body "
+            raise report.error(
+                f"interface {node.name!r} is {away:g} m off the axis; those of a body "
                 "that turns must be on it"
             )
         has = element.components_at(node.name)
         for first, second in (("ux", "uy"), ("rx", "ry")):
             if (first in has) != (second in has):
-                raise SuperelementError(
-                    f"{where}: interface {node.name!r} has one of {first} and {second}; a body "
+                raise report.error(
+                    f"interface {node.name!r} has one of {first} and {second}; a body "
                     "that turns needs both or none"
                 )
-    _check_gyroscopic(where, element)
-    error = _unevenness(element)
+    _check_gyroscopic(report, element)
+    error = _anisotropy(element)
     if error > _SAME_ALL_ROUND:
-        raise SuperelementError(
-            f"{where}: the body turns, and is not the same in all directions about z: what its "
+        raise report.error(
+            f"the body turns, and is not the same in all directions about z: what its "
             f"interfaces feel changes by {error:.2e} in a turn, allowed is {_SAME_ALL_ROUND:g}"
         )
 
 
-def _check_gyroscopic(where: str, element: Superelement) -> None:
+def _check_gyroscopic(report: Report, element: Superelement) -> None:
     present = element.rigid_body_present
     shift = element.rigid_body_modes[:, :3][:, present[:3]]
     mass = element.mass_kg
     pushed = float(np.abs(shift.T @ element.gyroscopic @ shift).max(initial=0.0))
     if pushed > _PROPERTIES * mass:
-        raise SuperelementError(
-            f"{where}: gyroscopic acts on a rigid translation ({pushed / mass:.2e} of the mass); "
+        raise report.error(
+            f"gyroscopic acts on a rigid translation ({pushed / mass:.2e} of the mass); "
             "it looks like the Coriolis matrix of a rotating frame, the inertial one is needed"
         )
     if not present[[3, 4]].all():
@@ -300,14 +259,14 @@ def _check_gyroscopic(where: str, element: Superelement) -> None:
     if error > _PROPERTIES:
         tilts = element.rigid_body_modes[:, [3, 4]]
         found = float((tilts.T @ element.gyroscopic @ tilts)[0, 1])
-        raise SuperelementError(
-            f"{where}: gyroscopic gives row rx, column ry of rigid tilts {found:.6g} kg m², the "
+        raise report.error(
+            f"gyroscopic gives row rx, column ry of rigid tilts {found:.6g} kg m², the "
             f"polar inertia +{element.inertia_kg_m2[2, 2]:.6g} is needed (a negative one belongs "
             "to a spin about -z)"
         )
 
 
-def _unevenness(element: Superelement) -> float:
+def _anisotropy(element: Superelement) -> float:
     """How much compliances of the interfaces change in a turn, over the largest.
 
     K + s²(M + G) is regular for every s > 0, as K and M have no negative and G no own energy.
@@ -349,14 +308,7 @@ def _commutes(matrix: FloatArray, turn: FloatArray) -> float:
 
 def _interface_turn(element: Superelement, seats: list[int]) -> FloatArray:
     """Rate of the interface coordinates in a turn of the whole field about the axis."""
-    turn = np.zeros((len(seats), len(seats)))
-    index = {
-        (element.coordinates[k].interface, element.coordinates[k].component): place
-        for place, k in enumerate(seats)
-    }
-    for (name, component), place in index.items():
-        partner = {"ux": "uy", "rx": "ry"}.get(component)
-        if partner is not None:
-            other = index[name, partner]  # type: ignore[index]
-            turn[other, place], turn[place, other] = 1.0, -1.0
-    return turn
+    own = [element.coordinates[k] for k in seats]
+    motions = [MOTIONS.index(c.component) for c in own]
+    same = np.array([[a.interface == b.interface for b in own] for a in own])
+    return np.where(same, RIGID_TURN[np.ix_(motions, motions)], 0.0)

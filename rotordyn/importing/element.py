@@ -10,16 +10,8 @@ import numpy as np
 import scipy.linalg as la
 
 from solidwhirl.rotordyn.core.arrays import FloatArray
-from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.exchange.matrices.foreign_body import ROLES, ForeignBody
-from solidwhirl.rotordyn.importing.checks import (
-    check_mass,
-    check_stiffness,
-    check_turning,
-    even_or_odd,
-    rigid_mass,
-    turn_fits,
-)
+from solidwhirl.rotordyn.importing import checks, rows
 from solidwhirl.rotordyn.importing.rigid_motions import (
     ImportedMotions,
     check_free_motions,
@@ -27,20 +19,9 @@ from solidwhirl.rotordyn.importing.rigid_motions import (
     imported_motions,
     shown_points,
 )
-from solidwhirl.rotordyn.importing.rows import (
-    ImportOptions,
-    Placed,
-    import_matrices,
-    import_units,
-    placed_rows,
-    scaled_matrices,
-    stated_properties,
-)
 from solidwhirl.rotordyn.superelement.free_body import free_body_problems
 from solidwhirl.rotordyn.superelement.record import Coordinate, InterfaceNode, Superelement
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
-
-__all__ = ["ImportOptions", "imported_superelement"]
 
 _SAME = 1e-9
 _MOST_FREQUENCIES = 40
@@ -49,64 +30,52 @@ _MOST_FREQUENCIES = 40
 def imported_superelement(
     name: str,
     body: ForeignBody,
-    options: ImportOptions,
+    options: rows.ImportOptions,
     provenance: Mapping[str, Any] | None = None,
 ) -> Superelement:
     """Make a superelement of matrices from elsewhere.
 
-    Parameters
-    ----------
-    provenance
-        Goes into the element's, beside what was noted ("import", "notes").
-
-    Returns
-    -------
-    Superelement
-        Level "imported", SI units. Coordinates of nodes that are no interfaces, and amplitudes of
-        modes, are its modal coordinates.
-
-    Raises
-    ------
-    SuperelementError
-        Units, nodes or matrices that are missing or contradict each other; matrices that are not
-        symmetric or skew to 1e-6, a mass that is not positive definite, a stiffness that is
-        negative, rigid motions whose mass is not that of one body; a turning body without a
-        gyroscopic matrix, or one that is not the same in all directions about z.
+    `provenance`: goes into the element's, beside what was noted ("import", "notes"). The level is
+    "imported", SI units. Coordinates of nodes that are no interfaces, and amplitudes of modes, are
+    its modal coordinates. Raises SuperelementError: units, nodes or matrices that are missing or
+    contradict each other; matrices that are not symmetric or skew to 1e-6, a mass that is not
+    positive definite, a stiffness that is negative, rigid motions whose mass is not that of one
+    body; a turning body without a gyroscopic matrix, or one that is not the same in all directions
+    about z.
     """
-    where = f"imported body {name!r} ({body.files[0].name})"
-    notes: list[str] = []
-    length, mass_unit = import_units(where, body, options)
-    chosen = import_matrices(where, body, options.names)
-    placed = placed_rows(where, body, options, length)
-    scaled = scaled_matrices(chosen, placed, length, mass_unit)
+    report = rows.Report(f"imported body {name!r} ({body.files[0].name})", [])
+    length, mass_unit = rows.import_units(report, body, options)
+    chosen = rows.import_matrices(report, body, options.names)
+    placed = rows.placed_rows(report, body, options, length)
+    scaled = rows.scaled_matrices(chosen, placed, length, mass_unit)
     tie = scaled.get("constraint")
-    check_mass(where, placed.labels, scaled["mass"], tie)
+    checks.check_mass(report, placed.labels, scaled["mass"], tie)
     inertia = np.diag(scaled["mass"]).copy()
     for role, matrix in scaled.items():
         if ROLES[role].symmetry != "general":
             sign = -1.0 if ROLES[role].symmetry == "skew-symmetric" else 1.0
-            scaled[role] = even_or_odd(where, role, matrix, sign, inertia, notes)
-    motions = imported_motions(where, placed.places, placed.components, scaled, notes)
-    scaled["stiffness"] = cleaned_stiffness(scaled, motions, notes)
-    rates = check_stiffness(where, scaled["mass"], scaled["stiffness"], tie)
-    check_free_motions(where, scaled, motions, rates, notes)
-    given = stated_properties(body, options, length, mass_unit)
-    properties = rigid_mass(where, scaled, motions, placed.positions, given, notes)
+            scaled[role] = checks.symmetric_or_skew(report, role, matrix, sign, inertia)
+    motions = imported_motions(report, placed.places, placed.components, scaled)
+    scaled["stiffness"] = cleaned_stiffness(report, scaled, motions)
+    rates = checks.check_stiffness(report, scaled["mass"], scaled["stiffness"], tie)
+    check_free_motions(report, scaled, motions, rates)
+    given = rows.stated_properties(body, options, length, mass_unit)
+    properties = checks.rigid_mass(report, scaled, motions, placed.positions, given)
     element = _element(name, placed, scaled, motions, properties, rates, body)
     problems = free_body_problems(element)
     if problems:
-        raise SuperelementError(f"{where}: {'; '.join(problems)}")
+        raise report.error("; ".join(problems))
     if options.turns:
-        check_turning(where, element)
-    if not turn_fits(element, notes):
+        checks.check_turning(report, element)
+    if not checks.turn_fits(report, element):
         element = dataclasses.replace(element, spin_generator=None)
-    own = {**(provenance or {}), "notes": notes}
+    own = {**(provenance or {}), "notes": report.notes}
     return dataclasses.replace(element, provenance={"model": "imported matrices", "import": own})
 
 
 def _element(
     name: str,
-    placed: Placed,
+    placed: rows.Placed,
     scaled: Mapping[str, FloatArray],
     motions: ImportedMotions,
     properties: tuple[float, FloatArray, FloatArray],
@@ -157,7 +126,7 @@ def _element(
     )
 
 
-def _coordinates(placed: Placed, frequencies_hz: FloatArray) -> tuple[Coordinate, ...]:
+def _coordinates(placed: rows.Placed, frequencies_hz: FloatArray) -> tuple[Coordinate, ...]:
     """Interfaces keep their components, all others are modal."""
     return tuple(
         Coordinate(
@@ -177,7 +146,7 @@ def _elastic_hz(rates: FloatArray, rigid: int) -> FloatArray:
     return np.asarray(np.sqrt(rates[rigid : rigid + _MOST_FREQUENCIES].clip(0.0)) / (2.0 * np.pi))
 
 
-def _frequencies(placed: Placed, scaled: Mapping[str, FloatArray]) -> FloatArray:
+def _frequencies(placed: rows.Placed, scaled: Mapping[str, FloatArray]) -> FloatArray:
     """Frequencies of the modal coordinates [Hz], if they are amplitudes of modes; else zeros."""
     inside = np.array([not owner for owner in placed.owners])
     none = np.zeros(len(inside))
@@ -194,7 +163,7 @@ def _frequencies(placed: Placed, scaled: Mapping[str, FloatArray]) -> FloatArray
     return none
 
 
-def _stated_points(body: ForeignBody, placed: Placed) -> tuple[FloatArray, FloatArray] | None:
+def _stated_points(body: ForeignBody, placed: rows.Placed) -> tuple[FloatArray, FloatArray] | None:
     """Points for pictures that the file has; those of this program's own files are in SI units."""
     if body.point_modes is None or not len(body.points) or body.length_unit != "m":
         return None

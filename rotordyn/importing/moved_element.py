@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from solidwhirl.rotordyn.core.arrays import motion_at
 from solidwhirl.rotordyn.core.errors import SuperelementError
-from solidwhirl.rotordyn.importing.rigid_motions import motion_at
 from solidwhirl.rotordyn.superelement.mass_moments import MassMoments
 from solidwhirl.rotordyn.superelement.record import Superelement
 
@@ -17,18 +17,7 @@ from solidwhirl.rotordyn.superelement.record import Superelement
 def renamed_superelement(
     element: Superelement, name: str, interfaces: Mapping[str, str]
 ) -> Superelement:
-    """Return a superelement with other names.
-
-    Parameters
-    ----------
-    interfaces
-        Old names of interfaces by the new ones; the others keep theirs.
-
-    Raises
-    ------
-    SuperelementError
-        An interface that the body does not have, or two of one name.
-    """
+    """Return a superelement with other names; `interfaces`: old names by the new ones."""
     new_names = {old: new for new, old in interfaces.items()}
     known = [node.name for node in element.interfaces]
     for new, old in interfaces.items():
@@ -56,13 +45,7 @@ def renamed_superelement(
 
 
 def shifted_superelement(element: Superelement, along_m: float) -> Superelement:
-    """Return a superelement at another place on the axis.
-
-    Parameters
-    ----------
-    along_m
-        How far it is moved along +z, m.
-    """
+    """Return a superelement at another place on the axis."""
     if along_m == 0.0:
         return element
     shift = np.array([0.0, 0.0, along_m])

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.core.arrays import FloatArray
-from solidwhirl.rotordyn.core.errors import SuperelementError
+from solidwhirl.rotordyn.core.arrays import FloatArray, motion_at
+from solidwhirl.rotordyn.importing.rows import Report
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
 
 # Square of a frequency in rigid motion over that of the fastest mode: below it the motion is free,
@@ -30,14 +30,9 @@ _LOOSE_PART = 0.3
 class ImportedMotions(NamedTuple):
     """Motions ux to rz about the origin.
 
-    Attributes
-    ----------
-    modes
-        In the coordinates, shape (n, 6); zero columns where the coordinates can't show one.
-    shown
-        Which can be shown, shape (6,).
-    present
-        Which the stiffness leaves free, shape (6,).
+    `modes`: in the coordinates, shape (n, 6); zero columns where the coordinates can't show one.
+    `shown`: which can be shown, shape (6,).
+    `present`: which the stiffness leaves free, shape (6,).
     """
 
     modes: FloatArray
@@ -45,42 +40,14 @@ class ImportedMotions(NamedTuple):
     present: Any
 
 
-def motion_at(place: FloatArray) -> FloatArray:
-    """Return ux to rz at a place for the six motions about the origin, shape (6, 6).
-
-    Parameters
-    ----------
-    place
-        Shape (3,), m.
-    """
-    x, y, z = place
-    motion = np.eye(6)
-    motion[:3, 3:] = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
-    return motion
-
-
 def imported_motions(
-    where: str,
-    places: FloatArray,
-    components: Any,
-    matrices: Mapping[str, FloatArray],
-    notes: list[str],
+    report: Report, places: FloatArray, components: Any, matrices: Mapping[str, FloatArray]
 ) -> ImportedMotions:
     """Find the rigid motions of a body.
 
-    Parameters
-    ----------
-    places, components
-        Of the rows: nodes, shape (n, 3), and 1 to 6, or 0 for an amplitude of a mode.
-    matrices
-        By role, in SI units.
-    notes
-        Gets a sentence for what should be known.
-
-    Raises
-    ------
-    SuperelementError
-        Rigid motions that the file states and the nodes contradict.
+    `places`, `components`: of the rows: nodes, shape (n, 3), and 1 to 6, or 0 for an amplitude of a
+    mode; `matrices`: by role, in SI units.
+    Raises SuperelementError: rigid motions that the file states and the nodes contradict.
     """
     modes = np.zeros((len(components), 6))
     real = components > 0
@@ -88,10 +55,10 @@ def imported_motions(
         modes[row] = motion_at(places[row])[components[row] - 1]
     stated = matrices.get("rigid_modes")
     if stated is not None:
-        _check_stated(where, stated, modes, real)
+        _check_stated(report, stated, modes, real)
         modes = np.where(real[:, None] & stated.any(axis=0), modes, stated)
     elif not real.all():
-        modes[~real] = _condensed(matrices["stiffness"], matrices["mass"], real, modes[real], notes)
+        modes[~real] = _condensed(report, matrices, real, modes[real])
     mass, stiffness = matrices["mass"], matrices["stiffness"]
     shown = _independent(mass, modes)
     modes = np.where(shown, modes, 0.0)
@@ -101,36 +68,37 @@ def imported_motions(
     ratio = np.where(shown, np.abs(elastic) / np.where(shown, kinetic, 1.0), np.inf)
     present = ratio <= _FREE * top
     if not present.any():
-        notes.append("The stiffness holds all rigid motions: the body is fixed to the ground.")
+        said = "The stiffness holds all rigid motions: the body is fixed to the ground."
+        report.notes.append(said)
     elif (shown & ~present).any():
         held = ", ".join(m for m, s, p in zip(MOTIONS, shown, present, strict=True) if s and not p)
-        notes.append(f"The stiffness holds the rigid motions {held}.")
+        report.notes.append(f"The stiffness holds the rigid motions {held}.")
     return ImportedMotions(modes=modes, shown=shown, present=present)
 
 
-def _check_stated(where: str, stated: FloatArray, modes: FloatArray, real: Any) -> None:
+def _check_stated(report: Report, stated: FloatArray, modes: FloatArray, real: Any) -> None:
     """Refuse stated motions that are not t + θ × x at the nodes."""
     there = stated.any(axis=0)
     size = max(1.0, float(np.abs(modes).max(initial=0.0)))
     wrong = np.abs(stated - modes)[real][:, there]
     if wrong.size and wrong.max() > _SAME_MOTION * size:
-        raise SuperelementError(
-            f"{where}: rigid_modes differ from the motions of the nodes by {wrong.max():.2e}; they "
+        raise report.error(
+            f"rigid_modes differ from the motions of the nodes by {wrong.max():.2e}; they "
             "are columns ux uy uz rx ry rz about the origin"
         )
 
 
 def _condensed(
-    stiffness: FloatArray, mass: FloatArray, real: Any, moved: FloatArray, notes: list[str]
+    report: Report, matrices: Mapping[str, FloatArray], real: Any, moved: FloatArray
 ) -> FloatArray:
     """Amplitudes of modes that follow the nodes without elastic force of their own."""
-    inside = ~real
+    stiffness, mass, inside = matrices["stiffness"], matrices["mass"], ~real
     root = np.sqrt(np.diag(mass)[inside].clip(1e-300))
     block = stiffness[np.ix_(inside, inside)] / np.outer(root, root)
     values, vectors = la.eigh(block)
     firm = values > _LOOSE * max(float(values[-1]), 0.0)
     if not firm.all():
-        notes.append(
+        report.notes.append(
             f"{np.count_nonzero(~firm)} modes are free while the nodes stand still; rigid motions "
             "that need them are not known (the file could state them as rigid_modes)."
         )
@@ -164,15 +132,9 @@ def _fastest(mass: FloatArray, stiffness: FloatArray, tie: FloatArray | None) ->
 
 
 def cleaned_stiffness(
-    matrices: Mapping[str, FloatArray], motions: ImportedMotions, notes: list[str]
+    report: Report, matrices: Mapping[str, FloatArray], motions: ImportedMotions
 ) -> FloatArray:
-    """Return K without the rounding that resists free rigid motions.
-
-    Parameters
-    ----------
-    notes
-        Gets a sentence if something was taken out.
-    """
+    """Return K without the rounding that resists free rigid motions."""
     stiffness, mass = matrices["stiffness"], matrices["mass"]
     if not motions.present.any():
         return stiffness
@@ -187,7 +149,7 @@ def cleaned_stiffness(
     kinetic = np.einsum("ik,ij,jk->k", modes, mass, modes)
     elastic = np.abs(np.einsum("ik,ij,jk->k", modes, stiffness, modes))
     worst = float(np.sqrt((elastic / kinetic).max()) / (2.0 * np.pi))
-    notes.append(
+    report.notes.append(
         f"Rounding of the file holds rigid motions with up to {worst:.2g} Hz (relative force "
         f"{force.max() / size:.1e}); it was taken out of the stiffness."
     )
@@ -198,21 +160,14 @@ def cleaned_stiffness(
 
 
 def check_free_motions(
-    where: str,
-    matrices: Mapping[str, FloatArray],
-    motions: ImportedMotions,
-    rates: FloatArray,
-    notes: list[str],
+    report: Report, matrices: Mapping[str, FloatArray], motions: ImportedMotions, rates: FloatArray
 ) -> None:
     """Refuse a stiffness that leaves a motion free which is rigid but for the places of the nodes.
 
     `rates` are the squares of the frequencies at rest, rising, (rad/s)²; notes say where a part of
     the body is loose.
 
-    Raises
-    ------
-    SuperelementError
-        The places or components of the nodes contradict the stiffness.
+    Raises SuperelementError: the places or components of the nodes contradict the stiffness.
     """
     mass, stiffness = matrices["mass"], matrices["stiffness"]
     limit = _FREE * max(float(rates[-1]), 0.0)
@@ -231,12 +186,12 @@ def check_free_motions(
     parts = free - modes @ la.solve(kinetic, momentum.T @ free, assume_a="pos")
     missed = np.sqrt(np.abs(la.eigvalsh(parts.T @ mass @ parts))[known - loose :])
     if missed.min() < _LOOSE_PART:
-        raise SuperelementError(
-            f"{where}: the stiffness leaves {loose} motions free, of which {known} are rigid "
+        raise report.error(
+            f"the stiffness leaves {loose} motions free, of which {known} are rigid "
             f"motions of the nodes, and another is one but for {missed.min():.1e} of it; are "
             "places and components of the nodes those of the matrices, and in the same unit?"
         )
-    notes.append(
+    report.notes.append(
         f"The stiffness leaves {loose - known} more motions free than rigid ones: a part of the "
         "body is loose."
     )
@@ -248,13 +203,7 @@ def shown_points(
     motions: ImportedMotions,
     stated: tuple[FloatArray, FloatArray] | None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return points for pictures, shape (p, 3), and their displacements, shape (p, 3, n).
-
-    Parameters
-    ----------
-    stated
-        What the file has; None: nodes with translations.
-    """
+    """Return points for pictures, (p, 3), and their displacements, (p, 3, n): stated, or nodes."""
     n = len(components)
     if stated is not None:
         return stated

@@ -7,9 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solidwhirl.rotordyn.assembly.coordinates import body_rows, joint_motion
+from solidwhirl.rotordyn.assembly.coordinates import body_rows, joint_motion, tooth_motion
 from solidwhirl.rotordyn.assembly.internal_damping import body_damping
-from solidwhirl.rotordyn.assembly.joints import tooth_motion
 from solidwhirl.rotordyn.assembly.parts import Bearing, Rotor
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays
@@ -147,9 +146,7 @@ def _gears(assembled: AssembledSystem, shapes: ComplexArray) -> list[tuple[str, 
     for gear in assembled.system.gears:
         if gear.mesh_stiffness_n_per_m is None:
             continue
-        teeth = tooth_motion(
-            assembled.system, assembled.body_slices, assembled.transformation, gear
-        )
+        teeth = tooth_motion(assembled, gear)
         stiffness = np.array([[gear.mesh_stiffness_n_per_m]])
         damping = np.array([[gear.mesh_damping_n_s_per_m]])
         part = _forms(teeth[None] @ shapes, none, stiffness, none, damping)

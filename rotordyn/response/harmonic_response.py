@@ -19,7 +19,13 @@ import scipy.linalg as la
 from solidwhirl.rotordyn.assembly.coordinates import body_rows, interface_row, joint_motion
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, LawJoint, matrices_at_speed
-from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import (
+    BoolArray,
+    ComplexArray,
+    FloatArray,
+    IntArray,
+    ReadOnlyArrays,
+)
 from solidwhirl.rotordyn.core.errors import AnalysisError, NoSteadyResponseError
 from solidwhirl.rotordyn.modes.complex_form import ComplexForm, complex_form, matrix_form
 
@@ -28,10 +34,7 @@ TILTS = ("rx", "ry")
 
 
 def interface_nodes(assembled: AssembledSystem) -> tuple[End, ...]:
-    """Return all interface nodes of a system, body by body.
-
-    The result is in the order of the bodies and of their interfaces.
-    """
+    """Return all interface nodes of a system, in the order of the bodies and their interfaces."""
     return tuple(
         End(body=name, interface=node.name)
         for name, rotor in assembled.system.rotors.items()
@@ -121,28 +124,36 @@ def solve_points(
     Residuals are in coordinates scaled by powers of two to a diagonal near 1. Raises
     NoSteadyResponseError if a point is singular to working accuracy; the message names it.
     """
-    count, n, _ = loads.shape
     displacement = np.zeros(loads.shape, dtype=complex)
-    residual = np.zeros(count)
-    loaded = np.flatnonzero(loads.any(axis=(1, 2)))
-    if not loaded.size:
-        return Solved(displacement, residual)
-    at_speed = ScaledMatrices(matrices, float(speeds[loaded[0]]), np.abs(frequencies).max())
-    scale = at_speed.scale[:, None]
-    chunk = max(1, CHUNK_BYTES // (16 * n * n))
-    dynamic = np.empty((min(chunk, loaded.size), n, n), dtype=complex)
-    work = np.empty((n, n))
-    for start in range(0, loaded.size, chunk):
-        points = loaded[start : start + chunk]
-        stack = dynamic[: points.size]
-        for place, point in zip(stack, points, strict=True):
-            fill_dynamic_stiffness(
-                place, at_speed.at(float(speeds[point])), float(frequencies[point]), work
-            )
+    residual = np.zeros(speeds.size)
+    for points, stack, scale in _stacks(matrices, speeds, frequencies, loads, _fill):
         where = (speeds[points], frequencies[points])
         solution, residual[points] = _solve_stack(stack, loads[points] * scale, *where)
         displacement[points] = solution * scale
     return Solved(displacement, residual)
+
+
+def _stacks(
+    matrices: PointMatrices,
+    speeds: FloatArray,
+    frequencies: FloatArray,
+    loads: ComplexArray,
+    fill: Callable[[ComplexArray, MatrixTriple, float], None],
+) -> Iterator[tuple[IntArray, ComplexArray, FloatArray]]:
+    """Yield points that are loaded, their scaled dynamic stiffness, and the scale (n, 1)."""
+    loaded = np.flatnonzero(loads.any(axis=tuple(range(1, loads.ndim))))
+    if not loaded.size:
+        return
+    scaled = ScaledMatrices(matrices, float(speeds[loaded[0]]), float(np.abs(frequencies).max()))
+    shape = (*loads.shape[1:-1], loads.shape[-2])
+    chunk = max(1, CHUNK_BYTES // (16 * int(np.prod(shape))))
+    dynamic = np.empty((min(chunk, loaded.size), *shape), dtype=complex)
+    for start in range(0, loaded.size, chunk):
+        points = loaded[start : start + chunk]
+        stack = dynamic[: points.size]
+        for place, point in zip(stack, points, strict=True):
+            fill(place, scaled.at(float(speeds[point])), float(frequencies[point]))
+        yield points, stack, scaled.scale[:, None]
 
 
 class ScaledMatrices:
@@ -171,19 +182,17 @@ class ScaledMatrices:
         return self._found
 
 
-def fill_dynamic_stiffness(
-    place: ComplexArray, triple: MatrixTriple, omega: float, work: FloatArray
-) -> None:
+def _fill(place: ComplexArray, triple: MatrixTriple, omega: float) -> None:
     """Write K + iωV − ω²M to a place."""
     mass, velocity, stiffness = triple
-    np.multiply(mass, -(omega**2), out=work)
+    inertia = mass * -(omega**2)
     if np.isrealobj(velocity) and np.isrealobj(stiffness):
-        np.add(work, stiffness, out=place.real)
+        np.add(inertia, stiffness, out=place.real)
         np.multiply(velocity, omega, out=place.imag)
         return
     np.multiply(velocity, 1j * omega, out=place)
     place += stiffness
-    place += work
+    place += inertia
 
 
 def _solve_stack(
@@ -196,15 +205,23 @@ def _solve_stack(
         at = next(k for k, dynamic in enumerate(stack) if not _has_inverse(dynamic))
         raise _singular(speeds, frequencies, at) from None
     error = loads - stack @ solution
-    flat = stack.view(float).reshape(stack.shape[0], -1)
-    size = np.sqrt(np.einsum("pi,pi->p", flat, flat))
-    force, motion, left = (column_norms(a) for a in (loads, solution, error))
-    force = np.where(force > 0, force, np.inf)
-    growth = (size[:, None] * motion / force).max(axis=1)
+    residual, growth = _measured(stack, loads, solution, error)
     bad = ~(growth <= _SINGULAR)
     if bad.any():
         raise _singular(speeds, frequencies, int(bad.argmax()))
-    return solution, (left / force).max(axis=1)
+    return solution, residual
+
+
+def _measured(
+    stack: ComplexArray, loads: ComplexArray, solution: ComplexArray, error: ComplexArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the largest |f − D q| / |f| and |D| |q| / |f| of each point, (p,)."""
+    flat = stack.view(float).reshape(stack.shape[0], -1)
+    size = np.sqrt(np.einsum("pi,pi->p", flat, flat))[:, None]
+    columns = (a.reshape(a.shape[0], -1, a.shape[-1]) for a in (loads, solution, error))
+    force, motion, left = (np.sqrt((a.real**2 + a.imag**2).sum(axis=1)) for a in columns)
+    force = np.where(force > 0, force, np.inf)
+    return (left / force).max(axis=1), (size * motion / force).max(axis=1)
 
 
 def _has_inverse(matrix: ComplexArray) -> bool:
@@ -213,12 +230,6 @@ def _has_inverse(matrix: ComplexArray) -> bool:
     except np.linalg.LinAlgError:
         return False
     return True
-
-
-def column_norms(vectors: ComplexArray) -> FloatArray:
-    """Return the lengths of the columns, shape (p, r)."""
-    squares = vectors.real**2 + vectors.imag**2
-    return np.asarray(np.sqrt(squares.sum(axis=1)))
 
 
 def _singular(speeds: FloatArray, frequencies: FloatArray, at: int) -> NoSteadyResponseError:
@@ -294,8 +305,9 @@ def split_system(assembled: AssembledSystem, speed_rad_s: float) -> SplitSystem 
     for part in parts:
         stiffness -= part.motion.T @ part.stiffness @ part.motion
         damping -= part.motion.T @ part.damping @ part.motion
-    even = dataclasses.replace(assembled, stiffness=stiffness, damping=damping, law_joints=())
-    form = matrix_form(even)
+    form = matrix_form(
+        dataclasses.replace(assembled, stiffness=stiffness, damping=damping, law_joints=())
+    )
     rows = np.concatenate([part.motion for part in parts])
     if form is None or rows[:, form.rest].any():
         return None
@@ -318,16 +330,12 @@ def _parts(assembled: AssembledSystem, speed: float) -> Iterator[_Part]:
         for plane in (slice(0, 2), slice(3, 5)):
             law = laws.get(bearing.name) if plane.start == 0 else None
             if law is None:
-                odd = _odd(k[plane, plane]), _odd(c[plane, plane])
+                own = (k[plane, plane], c[plane, plane])
+                stiffness, damping = (matrix - _mean(matrix) for matrix in own)
             else:
-                here = law.coefficients(speed)
-                odd = -_mean(here[0]), -_mean(here[1])
-            if law is not None or odd[0].any() or odd[1].any():
-                yield _Part(motion[plane], odd[0], odd[1], law)
-
-
-def _odd(matrix: FloatArray) -> FloatArray:
-    return np.asarray(matrix - _mean(matrix))
+                stiffness, damping = (-_mean(matrix) for matrix in law.coefficients(speed))
+            if law is not None or stiffness.any() or damping.any():
+                yield _Part(motion[plane], stiffness, damping, law)
 
 
 def _mean(matrix: FloatArray) -> FloatArray:
@@ -343,30 +351,20 @@ def solve_split(
     coordinates, shape (p, n, r); those that a turn does not move are left out. Points near a
     resonance of the isotropic part or of the system are left unsolved.
     """
-    form, size = split.form, split.form.size
+    form = split.form
     by_coordinate = force.swapaxes(0, 1)
     loads = np.stack((form.to_complex(by_coordinate), form.to_complex(by_coordinate.conj()).conj()))
     loads = 0.5 * loads.transpose(2, 0, 1, 3)
     circles = np.zeros(loads.shape, dtype=complex)
     residual, unsolved = np.zeros(speeds.size), np.zeros(speeds.size, dtype=bool)
-    loaded = np.flatnonzero(loads.any(axis=(1, 2, 3)))
-    if loaded.size:
-        matrices = ScaledMatrices(form.at_speed, float(speeds[loaded[0]]), float(frequencies.max()))
-        chunk = max(1, CHUNK_BYTES // (32 * size * size))
-        dynamic = np.empty((min(chunk, loaded.size), 2, size, size), dtype=complex)
-        for start in range(0, loaded.size, chunk):
-            points = loaded[start : start + chunk]
-            stack = dynamic[: points.size]
-            for place, point in zip(stack, points, strict=True):
-                _fill_both(place, matrices.at(float(speeds[point])), float(frequencies[point]))
-            solved = _solve_chunk(
-                stack,
-                _couplings(split, speeds[points], frequencies[points]),
-                split.turned * matrices.scale,
-                loads[points] * matrices.scale[:, None],
-            )
-            circles[points] = solved[0] * matrices.scale[:, None]
-            residual[points], unsolved[points] = solved[1:]
+    every = (form.at_speed, speeds, frequencies, loads)
+    for points, stack, scale in _stacks(*every, _fill_both):
+        coupling = _couplings(split, speeds[points], frequencies[points])
+        turned = split.turned * scale[:, 0]
+        solved, residual[points], unsolved[points] = _solve_chunk(
+            stack, coupling, turned, loads[points] * scale
+        )
+        circles[points] = solved * scale
     forward, mirrored = circles.transpose(1, 2, 0, 3)
     displacement = form.whirl_shapes(forward, mirrored.conj()).swapaxes(0, 1)
     return SplitSolved(np.ascontiguousarray(displacement), residual, unsolved)
@@ -382,9 +380,8 @@ def _couplings(split: SplitSystem, speeds: FloatArray, frequencies: FloatArray) 
 def _fill_both(place: ComplexArray, triple: MatrixTriple, omega: float) -> None:
     """Write D(ω) of the forward circle and D(−ω)* of the mirrored backward one."""
     mass, velocity, stiffness = triple
-    work = np.empty(mass.shape)
-    fill_dynamic_stiffness(place[0], triple, omega, work)
-    fill_dynamic_stiffness(place[1], (mass, velocity.conj(), stiffness.conj()), omega, work)
+    _fill(place[0], triple, omega)
+    _fill(place[1], (mass, velocity.conj(), stiffness.conj()), omega)
 
 
 def _solve_chunk(
@@ -406,18 +403,8 @@ def _solve_chunk(
     circles = alone - per_unit @ pull[:, None]
     pulled = coupling @ (sides @ circles).sum(axis=1)
     error = loads - stack @ circles - unit @ pulled[:, None]
-    flat = stack.view(float).reshape(stack.shape[0], -1)
-    stiffness = np.sqrt(np.einsum("pi,pi->p", flat, flat))[:, None]
-    force, motion, left = (column_norms(_both(part)) for part in (loads, circles, error))
-    force = np.where(force > 0, force, np.inf)
-    residual = (left / force).max(axis=1)
-    growth = (stiffness * motion / force).max(axis=1)
+    residual, growth = _measured(stack, loads, circles, error)
     return circles, residual, ~((residual <= _POOR) & (growth <= _LARGE))
-
-
-def _both(circles: ComplexArray) -> ComplexArray:
-    """Return both circles as one column, (c, 2m, r)."""
-    return circles.reshape(circles.shape[0], -1, circles.shape[3])
 
 
 # Points from which on it takes less time to split a system than to solve all at once.
@@ -425,29 +412,19 @@ _WORTH_SPLITTING = 24
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class HarmonicResponse:
+class HarmonicResponse(ReadOnlyArrays):
     """Hold the response Re(q e^{iωt}) to the loads Re(f e^{iωt}) at a list of points (Ω, ω).
 
-    Attributes
-    ----------
-    speeds_rad_s, frequencies_rad_s
-        Ω and ω of the points, shape (p,), rad/s.
-    displacement
-        q in the independent coordinates of the system, shape (p, n, r) for r loads per point.
-    relative_residual
-        Largest |f − D q| / |f| over the loads of each point, in coordinates scaled to a unit
-        diagonal, shape (p,); 0 where there is no load.
+    `speeds_rad_s`, `frequencies_rad_s`: Ω and ω of the points, shape (p,), rad/s; `displacement`:
+    q in the independent coordinates of the system, shape (p, n, r) for r loads per point.
+    `relative_residual`: largest |f − D q| / |f| over the loads of each point, in coordinates
+    scaled to a unit diagonal, shape (p,); 0 where there is no load.
     """
 
     speeds_rad_s: FloatArray
     frequencies_rad_s: FloatArray
     displacement: ComplexArray
     relative_residual: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(
-            self, "speeds_rad_s", "frequencies_rad_s", "displacement", "relative_residual"
-        )
 
 
 def harmonic_response(
@@ -458,48 +435,49 @@ def harmonic_response(
 ) -> HarmonicResponse:
     """Solve for the steady response to harmonic loads at a list of speeds and frequencies.
 
-    Parameters
-    ----------
-    speeds_rad_s
-        Ω of each point, rad/s, shape (p,) or a number for all.
-    frequencies_rad_s
-        ω ≥ 0 of each point, rad/s, shape (p,) or a number for all.
-    loads
-        Complex amplitudes f in the independent coordinates, shape (p, n, r) or (1, n, r), N and
-        N m. A load that turns with +Ω has f_y = −i f_x.
+    `speeds_rad_s`: Ω of each point, rad/s, shape (p,) or a number for all; `frequencies_rad_s`: ω
+    ≥ 0 of each point, rad/s, shape (p,) or a number for all. `loads`: complex amplitudes f in the
+    independent coordinates, shape (p, n, r) or (1, n, r), N and N m. A load that turns with +Ω has
+    f_y = −i f_x. q is 0 where f is 0, so that a sweep may begin at ω = 0 for a system that can
+    drift. Raises AnalysisError if shapes or numbers have no meaning, or a point lies so near to an
+    undamped resonance that fewer than three digits are left; the message names speed and
+    frequency.
 
-    Returns
-    -------
-    HarmonicResponse
-        With q = 0 where f = 0, so that a sweep may begin at ω = 0 for a system that can drift.
-
-    Raises
-    ------
-    AnalysisError
-        If shapes or numbers have no meaning, or a point lies so near to an undamped resonance
-        that fewer than three digits are left; the message names speed and frequency.
-
-    Notes
-    -----
     Genta 2005, Dynamics of Rotating Systems, sections 3.6 and 4.7. Points with equal speeds should
     follow each other; the matrices are then made once.
     """
-    speeds, frequencies, force = _checked(assembled, speeds_rad_s, frequencies_rad_s, loads)
+    points = _checked(assembled, speeds_rad_s, frequencies_rad_s, loads)
+    speeds, frequencies = points[:2]
     form = complex_form(assembled)
     many = speeds.size >= _WORTH_SPLITTING
     split = split_system(assembled, float(speeds.mean())) if form is None and many else None
     if form is not None:
-        solved = _by_circles(form, speeds, frequencies, force)
+        solved = _by_circles(form, points)
     elif split is not None:
-        solved = _by_split(assembled, split, speeds, frequencies, force)
+        solved = _by_split(assembled, split, points)
     else:
-        solved = solve_points(_all_coordinates(assembled), speeds, frequencies, force)
+        solved = solve_points(_matrices_of(assembled, slice(None)), *points)
     return HarmonicResponse(
         speeds_rad_s=speeds,
         frequencies_rad_s=frequencies,
         displacement=solved.displacement,
         relative_residual=solved.relative_residual,
     )
+
+
+def node_response(
+    assembled: AssembledSystem,
+    nodes: Sequence[End],
+    speeds_rad_s: npt.ArrayLike,
+    frequencies_rad_s: npt.ArrayLike,
+    loads: npt.ArrayLike,
+) -> ComplexArray:
+    """Return ux and uy of interface nodes under one load per point, shape (p, nodes, 2), m.
+
+    Arguments and errors are those of `harmonic_response`, with loads (p, n, 1) or (1, n, 1).
+    """
+    found = harmonic_response(assembled, speeds_rad_s, frequencies_rad_s, loads)
+    return node_amplitudes(assembled, nodes, TRANSLATIONS, found.displacement[:, :, 0])
 
 
 def independent_loads(
@@ -525,13 +503,20 @@ def independent_loads(
     return total
 
 
+class _Points(NamedTuple):
+    """Speeds (p,), frequencies (p,) and loads (p, n, r)."""
+
+    speeds: FloatArray
+    frequencies: FloatArray
+    force: ComplexArray
+
+
 def _checked(
     assembled: AssembledSystem,
     speeds_rad_s: npt.ArrayLike,
     frequencies_rad_s: npt.ArrayLike,
     loads: npt.ArrayLike,
-) -> tuple[FloatArray, FloatArray, ComplexArray]:
-    """Return speeds (p,), frequencies (p,) and loads (p, n, r)."""
+) -> _Points:
     speeds = np.atleast_1d(np.asarray(speeds_rad_s, dtype=float))
     frequencies = np.atleast_1d(np.asarray(frequencies_rad_s, dtype=float))
     force = np.asarray(loads, dtype=complex)
@@ -549,40 +534,31 @@ def _checked(
         )
     if not np.isfinite(force).all():
         raise AnalysisError("loads holds a number that is not finite")
-    return (
+    return _Points(
         np.broadcast_to(speeds, (points,)),
         np.broadcast_to(frequencies, (points,)),
         np.broadcast_to(force, (points, *force.shape[1:])),
     )
 
 
-def _all_coordinates(assembled: AssembledSystem) -> PointMatrices:
+def _matrices_of(assembled: AssembledSystem, rows: IntArray | slice) -> PointMatrices:
+    """Return the matrices of some coordinates."""
+    inside = rows if isinstance(rows, slice) else np.ix_(rows, rows)
+
     def at_speed(speed_rad_s: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         found = matrices_at_speed(assembled, speed_rad_s)
-        return found.mass, found.damping + found.gyroscopic, found.stiffness
-
-    return at_speed
-
-
-def _remaining_coordinates(form: ComplexForm) -> PointMatrices:
-    """Return the matrices of the coordinates that a turn does not move."""
-    inside = np.ix_(form.rest, form.rest)
-
-    def at_speed(speed_rad_s: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        found = matrices_at_speed(form.assembled, speed_rad_s)
         velocity = found.damping[inside] + found.gyroscopic[inside]
         return found.mass[inside], velocity, found.stiffness[inside]
 
     return at_speed
 
 
-def _by_circles(
-    form: ComplexForm, speeds: FloatArray, frequencies: FloatArray, force: ComplexArray
-) -> Solved:
+def _by_circles(form: ComplexForm, points: _Points) -> Solved:
     """Solve the forward and the backward circle of the loads in z = p + i s.
 
     f_p + i f_s = a e^{iωt} + b e^{−iωt} with a = (f̂_p + i f̂_s)/2, b = (f̂_p* + i f̂_s*)/2.
     """
+    speeds, frequencies, force = points
     by_coordinate = force.swapaxes(0, 1)
     along = 0.5 * form.to_complex(by_coordinate).swapaxes(0, 1)
     against = 0.5 * form.to_complex(by_coordinate.conj()).swapaxes(0, 1)
@@ -591,42 +567,31 @@ def _by_circles(
     circles = (part.displacement.swapaxes(0, 1) for part in (forward, backward))
     displacement = np.ascontiguousarray(form.whirl_shapes(*circles).swapaxes(0, 1))
     residual = np.maximum(forward.relative_residual, backward.relative_residual)
-    return _with_rest(form, speeds, frequencies, force, Solved(displacement, residual))
+    return _with_rest(form, points, Solved(displacement, residual))
 
 
-def _by_split(
-    assembled: AssembledSystem,
-    split: SplitSystem,
-    speeds: FloatArray,
-    frequencies: FloatArray,
-    force: ComplexArray,
-) -> Solved:
+def _by_split(assembled: AssembledSystem, split: SplitSystem, points: _Points) -> Solved:
     """Solve in circles that the bearings couple; by the full equations where that is poor."""
-    found = solve_split(split, speeds, frequencies, force)
+    found = solve_split(split, *points)
     lateral = Solved(found.displacement, found.relative_residual)
-    solved = _with_rest(split.form, speeds, frequencies, force, lateral)
+    solved = _with_rest(split.form, points, lateral)
     left = found.unsolved
     if left.any():
+        speeds, frequencies, force = points
         whole = solve_points(
-            _all_coordinates(assembled), speeds[left], frequencies[left], force[left]
+            _matrices_of(assembled, slice(None)), speeds[left], frequencies[left], force[left]
         )
         solved.displacement[left] = whole.displacement
         solved.relative_residual[left] = whole.relative_residual
     return solved
 
 
-def _with_rest(
-    form: ComplexForm,
-    speeds: FloatArray,
-    frequencies: FloatArray,
-    force: ComplexArray,
-    lateral: Solved,
-) -> Solved:
+def _with_rest(form: ComplexForm, points: _Points, lateral: Solved) -> Solved:
     """Add the response of the coordinates that a turn does not move, where they are loaded."""
-    rest = force[:, form.rest]
+    rest = points.force[:, form.rest]
     if not rest.any():
         return lateral
-    others = solve_points(_remaining_coordinates(form), speeds, frequencies, rest)
+    others = solve_points(_matrices_of(form.assembled, form.rest), *points[:2], rest)
     lateral.displacement[:, form.rest] = others.displacement
     residual = np.maximum(lateral.relative_residual, others.relative_residual)
     return Solved(lateral.displacement, residual)

@@ -29,16 +29,8 @@ _ROUNDS, _APART = 3, 1e-3
 def ground_motion_peaks(assembled: AssembledSystem, ground_map: GroundMotionMap) -> StepPeaks:
     """Find the highest response to ground motion in the steps of a map.
 
-    Parameters
-    ----------
-    ground_map
-        At rising frequencies.
-
-    Returns
-    -------
-    StepPeaks
-        For every speed of the map. Between speeds nothing is sought: along a resonance that moves
-        with the speed heights change slowly.
+    `ground_map`: at rising frequencies. The result is for every speed of the map. Between speeds
+    nothing is sought: along a resonance that moves with the speed heights change slowly.
     """
     known, direction = ground_map.frequencies_rad_s, ground_map.direction
 
@@ -65,15 +57,7 @@ def ground_motion_peaks(assembled: AssembledSystem, ground_map: GroundMotionMap)
 def stiffness_map_peaks(assembled: AssembledSystem, stiffness_map: StiffnessMap) -> StepPeaks:
     """Find the highest response to a turning force in the steps of a map.
 
-    Parameters
-    ----------
-    stiffness_map
-        At rising frequencies.
-
-    Returns
-    -------
-    StepPeaks
-        For every stiffness of the map.
+    `stiffness_map`: at rising frequencies. The result is for every stiffness of the map.
     """
     known, speeds = stiffness_map.frequencies_rad_s, stiffness_map.speeds_rad_s
     pieces = SMOOTH
@@ -85,15 +69,8 @@ def stiffness_map_peaks(assembled: AssembledSystem, stiffness_map: StiffnessMap)
         def respond(frequencies: FloatArray) -> ComplexArray:
             # one speed, or one that is proportional to the frequency
             between = np.interp(frequencies, known, speeds)
-            return stiffness_row(
-                assembled,
-                stiffness_map.bearings,
-                float(stiffness_map.stiffness_n_per_m[at]),
-                stiffness_map.unbalance,
-                frequencies,
-                between,
-                stiffness_map.node,
-            )
+            value = float(stiffness_map.stiffness_n_per_m[at])
+            return stiffness_row(assembled, stiffness_map, value, frequencies, between)
 
         fine, motion = resolved_response(known, stiffness_map.translation_m[at], respond, pieces)
         return _Row(fine, motion, respond)

@@ -11,23 +11,11 @@ import numpy.typing as npt
 
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
-from solidwhirl.rotordyn.response.harmonic_response import (
-    TRANSLATIONS,
-    check_lateral,
-    harmonic_response,
-    independent_loads,
-    interface_nodes,
-    node_amplitudes,
-    non_negative,
-)
-from solidwhirl.rotordyn.response.orbits import elliptic_orbits
-from solidwhirl.rotordyn.response.unbalance import (
-    Unbalance,
-    frequency_ratio,
-    turning_load,
-)
+from solidwhirl.rotordyn.response import harmonic_response as harmonic
+from solidwhirl.rotordyn.response import unbalance as exciters
+from solidwhirl.rotordyn.response.orbits import OrbitRecord
 
 # Colours of a map reach from a part of its largest height to this many times the median: one
 # resonance without damping would leave a single colour to all else.
@@ -39,23 +27,13 @@ Direction = Literal["x", "y"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class PlaceMap:
+class PlaceMap(OrbitRecord):
     """Hold the response to one unbalance put at each of some places in turn.
 
-    Attributes
-    ----------
-    moment_kg_m
-        Of the unbalance, kg m.
-    places
-        Where it was put.
-    speeds_rad_s
-        Ω of the reference shaft, shape (s,).
-    frequencies_rad_s
-        |speed ratio| Ω of the body of each place, shape (places, s).
-    nodes
-        All interface nodes.
-    translation_m
-        Complex amplitudes of ux, uy, shape (places, s, nodes, 2); nan where a node has none.
+    `moment_kg_m`: of the unbalance, kg m; `places`: where it was put; `speeds_rad_s`: Ω of the
+    reference shaft, shape (s,); `frequencies_rad_s`: |speed ratio| Ω of the body of each place,
+    shape (places, s); `nodes`: all interface nodes. `translation_m`: complex amplitudes of ux, uy,
+    shape (places, s, nodes, 2); nan where a node has none.
     """
 
     moment_kg_m: float
@@ -65,35 +43,14 @@ class PlaceMap:
     nodes: tuple[End, ...]
     translation_m: ComplexArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "speeds_rad_s", "frequencies_rad_s", "translation_m")
-
-    def major_m(self) -> FloatArray:
-        """Return the major semi-axes of all orbits, shape (places, s, nodes), m.
-
-        Returns nan where a node has no translation.
-        """
-        return elliptic_orbits(self.translation_m[..., 0], self.translation_m[..., 1]).major_m
-
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class GroundMotionMap:
+class GroundMotionMap(OrbitRecord):
     """Hold the response to a common harmonic motion of the ground, speed × frequency.
 
-    Attributes
-    ----------
-    amplitude_m
-        Of the ground's displacement, m.
-    direction
-        "x" or "y".
-    speeds_rad_s
-        Ω, shape (s,).
-    frequencies_rad_s
-        ω of the ground, shape (f,).
-    node
-        Where the response is taken.
-    translation_m
-        Complex amplitudes of its absolute ux, uy, shape (s, f, 2).
+    `amplitude_m`: of the ground's displacement, m; `direction`: "x" or "y"; `speeds_rad_s`: Ω,
+    shape (s,); `frequencies_rad_s`: ω of the ground, shape (f,); `node`: where the response is
+    taken; `translation_m`: complex amplitudes of its absolute ux, uy, shape (s, f, 2).
     """
 
     amplitude_m: float
@@ -103,38 +60,20 @@ class GroundMotionMap:
     node: End
     translation_m: ComplexArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "speeds_rad_s", "frequencies_rad_s", "translation_m")
-
-    def major_m(self) -> FloatArray:
-        """Return the major semi-axis of the orbit, shape (s, f), m.
-
-        The result is at rest of the ground 0.
-        """
-        return elliptic_orbits(self.translation_m[..., 0], self.translation_m[..., 1]).major_m
-
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class StepPeaks:
+class StepPeaks(ReadOnlyArrays):
     """Hold the highest response in the step around every frequency of a map.
 
-    Attributes
-    ----------
-    height_m
-        Largest major semi-axis between the middles to the frequencies beside, shape (rows, f).
-    frequency_rad_s
-        Where it is, shape (rows, f).
-    sampling_error
-        Of a height that is a peak over the frequency: what finding it between samples may be worth,
-        relative, shape (rows, f); 0 where the highest is no peak, inf without damping.
+    `height_m`: largest major semi-axis between the middles to the frequencies beside, shape (rows,
+    f); `frequency_rad_s`: where it is, shape (rows, f). `sampling_error`: of a height that is a
+    peak over the frequency: what finding it between samples may be worth, relative, shape (rows,
+    f); 0 where the highest is no peak, inf without damping.
     """
 
     height_m: FloatArray
     frequency_rad_s: FloatArray
     sampling_error: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "height_m", "frequency_rad_s", "sampling_error")
 
 
 def shown_range(heights: npt.ArrayLike) -> tuple[float, float]:
@@ -164,26 +103,26 @@ def place_map(
     Müller and Hennings, figures 14 and 15. Raises AnalysisError if a place or number has no
     meaning, or a speed lies at an undamped resonance.
     """
-    speeds = non_negative("speeds_rad_s", speeds_rad_s)
+    speeds = harmonic.non_negative("speeds_rad_s", speeds_rad_s)
     if not places:
         raise AnalysisError("places is empty; one or more are needed")
     unbalances = [
-        Unbalance(body=end.body, interface=end.interface, moment_kg_m=moment_kg_m) for end in places
+        exciters.Unbalance(body=end.body, interface=end.interface, moment_kg_m=moment_kg_m)
+        for end in places
     ]
-    ratios = np.array([frequency_ratio(assembled, unbalance) for unbalance in unbalances])
-    nodes = interface_nodes(assembled)
+    ratios = np.array([exciters.frequency_ratio(assembled, one) for one in unbalances])
+    nodes = harmonic.interface_nodes(assembled)
     result = np.empty((len(places), speeds.size, len(nodes), 2), dtype=complex)
     for ratio in np.unique(ratios):
         group = np.flatnonzero(ratios == ratio)
-        patterns = [
-            independent_loads(assembled, {places[i].body: turning_load(assembled, unbalances[i])})
-            for i in group
-        ]
+        patterns = [exciters.unbalance_loads(assembled, [unbalances[i]]) for i in group]
         loads = ((ratio * speeds) ** 2)[:, None, None] * np.stack(patterns, axis=1)
-        solved = harmonic_response(assembled, speeds, ratio * speeds, loads)
+        solved = harmonic.harmonic_response(assembled, speeds, ratio * speeds, loads)
         for column, place in enumerate(group):
             motion = solved.displacement[:, :, column]
-            result[place] = node_amplitudes(assembled, nodes, TRANSLATIONS, motion)
+            result[place] = harmonic.node_amplitudes(
+                assembled, nodes, harmonic.TRANSLATIONS, motion
+            )
     return PlaceMap(
         moment_kg_m=float(moment_kg_m),
         places=tuple(places),
@@ -204,46 +143,30 @@ def ground_motion_map(
 ) -> GroundMotionMap:
     """Compute the response of a node to a common harmonic motion of all supports on the ground.
 
-    Parameters
-    ----------
-    assembled
-        The system; every body must be able to move along (no body held within itself).
-    amplitude_m
-        Of the displacement of the ground, m.
-    speeds_rad_s, frequencies_rad_s
-        Ω ≥ 0, shape (s,), and ω ≥ 0, shape (f,), rad/s; every pair is solved.
+    `assembled`: the system; every body must be able to move along (no body held within itself).
+    `amplitude_m`: of the displacement of the ground, m. `speeds_rad_s`, `frequencies_rad_s`: Ω ≥
+    0, shape (s,), and ω ≥ 0, shape (f,), rad/s; every pair is solved. The result is the waterfall
+    diagram of Müller and Hennings, figure 16. Raises AnalysisError if an argument has no meaning,
+    or a pair lies at an undamped resonance.
 
-    Returns
-    -------
-    GroundMotionMap
-        Waterfall diagram as in Müller and Hennings, figure 16.
-
-    Raises
-    ------
-    AnalysisError
-        If an argument has no meaning, or a pair lies at an undamped resonance.
-
-    Notes
-    -----
     With u = R x_g + T q, R the common translation of all bodies and T q the motion relative to the
     ground: bearings see T q alone, and K R, (Kgeo − S) R and G R vanish for a translation, so that
     M q'' + ... = −Tᵀ M_bodies R x_g'' (Genta 2005, Dynamics of Rotating Systems, section 3.9).
     """
-    speeds = non_negative("speeds_rad_s", speeds_rad_s)
-    frequencies = non_negative("frequencies_rad_s", frequencies_rad_s)
+    speeds = harmonic.non_negative("speeds_rad_s", speeds_rad_s)
+    frequencies = harmonic.non_negative("frequencies_rad_s", frequencies_rad_s)
     if not np.isfinite(amplitude_m):
         raise AnalysisError(f"amplitude_m is {amplitude_m}; it must be finite")
-    check_lateral(assembled, node, "node of the response")
-    pattern = amplitude_m * independent_loads(assembled, _momentum(assembled, direction))
+    harmonic.check_lateral(assembled, node, "node of the response")
+    pattern = amplitude_m * harmonic.independent_loads(assembled, _momentum(assembled, direction))
     result = np.empty((speeds.size, frequencies.size, 2), dtype=complex)
     rows = max(1, _BLOCK_BYTES // (16 * assembled.size * frequencies.size))
     for start in range(0, speeds.size, rows):
         block = speeds[start : start + rows]
         omega = np.tile(frequencies, block.size)
         loads = (omega**2)[:, None, None] * pattern[:, None]
-        solved = harmonic_response(assembled, np.repeat(block, frequencies.size), omega, loads)
-        motion = solved.displacement[:, :, 0]
-        relative = node_amplitudes(assembled, (node,), TRANSLATIONS, motion)
+        repeated = np.repeat(block, frequencies.size)
+        relative = harmonic.node_response(assembled, (node,), repeated, omega, loads)
         result[start : start + rows] = relative.reshape(block.size, frequencies.size, 2)
     result[..., ("x", "y").index(direction)] += amplitude_m
     return GroundMotionMap(

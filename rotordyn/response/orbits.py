@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from solidwhirl.rotordyn.core.arrays import FloatArray, StringArray, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays, StringArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 
 # An orbit whose minor axis is below this fraction of the major one is a line.
@@ -17,19 +17,14 @@ _CIRCLE = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class EllipticOrbits:
+class EllipticOrbits(ReadOnlyArrays):
     """Hold orbits of any number of points; all arrays have the shape of the amplitudes.
 
-    Attributes
-    ----------
-    major_m, minor_m
-        Semi-axes, m; neither is negative. `major_m` is the largest distance from the centre.
-    inclination_rad
-        Angle of the major axis from +x towards +y, −π/2 to π/2; nan for a circle (axes
-        equal to 1e-9) and a point.
-    direction
-        "forward" turns from +x towards +y, as the reference shaft does, "backward" the other way;
-        "line" has a minor axis below 1/1000 of the major one.
+    `major_m`, `minor_m`: semi-axes, m; neither is negative. `major_m` is the largest distance from
+    the centre. `inclination_rad`: angle of the major axis from +x towards +y, −π/2 to π/2; nan for
+    a circle (axes equal to 1e-9) and a point. `direction`: "forward" turns from +x towards +y, as
+    the reference shaft does, "backward" the other way; "line" has a minor axis below 1/1000 of the
+    major one.
     """
 
     major_m: FloatArray
@@ -37,8 +32,20 @@ class EllipticOrbits:
     inclination_rad: FloatArray
     direction: StringArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "major_m", "minor_m", "inclination_rad", "direction")
+
+class OrbitRecord(ReadOnlyArrays):
+    """Base of records with complex amplitudes of ux, uy, shape (..., 2)."""
+
+    __slots__ = ()
+    translation_m: ComplexArray
+
+    def orbits(self) -> EllipticOrbits:
+        """Return the orbits, arrays of shape (...)."""
+        return elliptic_orbits(self.translation_m[..., 0], self.translation_m[..., 1])
+
+    def major_m(self) -> FloatArray:
+        """Return the major semi-axes of the orbits, shape (...), m; nan without translation."""
+        return self.orbits().major_m
 
 
 def elliptic_orbits(x_m: npt.ArrayLike, y_m: npt.ArrayLike) -> EllipticOrbits:

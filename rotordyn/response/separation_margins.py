@@ -23,11 +23,8 @@ from solidwhirl.rotordyn.modes.whirl import Excitation
 class OperatingRange:
     """Give the speeds at which a shaft may run for long.
 
-    Attributes
-    ----------
-    speed_low_rad_s, speed_high_rad_s
-        Lowest and highest speed of the shaft itself (not of the reference shaft), positive, rad/s;
-        equal for one operating point.
+    `speed_low_rad_s`, `speed_high_rad_s`: lowest and highest speed of the shaft itself (not of the
+    reference shaft), positive, rad/s; equal for one operating point.
     """
 
     shaft: str
@@ -47,17 +44,10 @@ class OperatingRange:
 class Resonance:
     """Hold a resonance of a shaft's own excitation.
 
-    Attributes
-    ----------
-    speed_rad_s
-        Speed of the shaft itself, rad/s.
-    amplification_factor
-        AF: height of the resonance over its width; inf without damping, negative if unstable.
-    whirl
-        Direction of the orbits; empty if it comes from a response.
-    excited, why
-        Whether an unbalance of the shaft can excite it, and why or why not; only what is excited
-        is judged.
+    `speed_rad_s`: speed of the shaft itself, rad/s. `amplification_factor`: AF: height of the
+    resonance over its width; inf without damping, negative if unstable. `whirl`: direction of the
+    orbits; empty if it comes from a response. `excited`, `why`: whether an unbalance of the shaft
+    can excite it, and why or why not; only what is excited is judged.
     """
 
     speed_rad_s: float
@@ -71,19 +61,12 @@ class Resonance:
 class SeparationMargin:
     """Hold the distance of one resonance from one operating range.
 
-    Attributes
-    ----------
-    operating_speed_rad_s
-        The end of the operating range N_op it is compared with: the nearer one.
-    position
-        "below" or "above" the operating range, or "inside" it.
-    margin
-        (N_c − N_op) / N_op, negative below; 0 inside.
-    required_api_617
-        |margin| asked for by the formulas of API 617, as a fraction; inf for an unstable mode
-        and for a resonance inside that is not critically damped.
-    verdict_api_617, verdict_15_percent, verdict_20_percent
-        "ok", "inside margin" or "unstable", by those formulas and by a fixed margin.
+    `operating_speed_rad_s`: the end of the operating range N_op it is compared with: the nearer
+    one; `position`: "below" or "above" the operating range, or "inside" it. `margin`: (N_c − N_op)
+    / N_op, negative below; 0 inside. `required_api_617`: |margin| asked for by the formulas of API
+    617, as a fraction; inf for an unstable mode and for a resonance inside that is not critically
+    damped. `verdict_api_617`, `verdict_15_percent`, `verdict_20_percent`: "ok", "inside margin" or
+    "unstable", by those formulas and by a fixed margin.
     """
 
     shaft: str
@@ -125,20 +108,9 @@ def separation_margins(
 ) -> tuple[SeparationMargin, ...]:
     """Compare the resonances of one shaft with its operating range.
 
-    Parameters
-    ----------
-    operating
-        Speeds at which the shaft runs. Call once for each shaft.
-    resonances
-        Of the excitation by that shaft, at its own speed.
+    `operating`: speeds at which the shaft runs. Call once for each shaft. `resonances`: of the
+    excitation by that shaft, at its own speed. The result is by rising speed of the resonance.
 
-    Returns
-    -------
-    tuple of SeparationMargin
-        By rising speed of the resonance.
-
-    Notes
-    -----
     The formulas of API 617 (Axial and Centrifugal Compressors), in per cent, with AF the
     amplification factor: none is asked for below AF = 2.5; 17 (1 − 1/(AF − 1.5)) of the lowest
     speed for a resonance below the range; 10 + 17 (1 − 1/(AF − 1.5)) of the highest for one above.
@@ -196,12 +168,8 @@ def required_margin_api_617(amplification_factor: float, position: str) -> float
 class MarginMethod:
     """Say by what margins are judged.
 
-    Attributes
-    ----------
-    kind
-        "api617": the margin that the amplification factor asks for; "percent": a fixed one.
-    percent
-        That one.
+    `kind`: "api617": the margin that the amplification factor asks for; "percent": a fixed one.
+    `percent`: that one.
     """
 
     kind: Literal["api617", "percent"] = "api617"
@@ -223,16 +191,9 @@ class MarginMethod:
 class MarginVerdict:
     """Hold what margins come to by one method.
 
-    Attributes
-    ----------
-    passed
-        Whether every resonance that is excited keeps its margin.
-    missed
-        Those that do not.
-    worst
-        The excited resonance with the least margin beyond the one asked for; None without any.
-    why
-        One sentence.
+    `passed`: whether every resonance that is excited keeps its margin; `missed`: those that do
+    not. `worst`: the excited resonance with the least margin beyond the one asked for; None
+    without any. `why`: one sentence.
     """
 
     passed: bool
@@ -277,38 +238,3 @@ def _verdict(amplification: float, margin: float, required: float) -> str:
     if amplification < 0:
         return "unstable"
     return "ok" if abs(margin) >= required else "inside margin"
-
-
-def format_margins(margins: Sequence[SeparationMargin]) -> str:
-    """Return the margins as a table in plain text.
-
-    Returns one line for each, below two lines of headings; speeds in rpm, margins in per cent.
-    """
-    heads = ("shaft", "whirl", "critical", "operating", "AF", "margin", "asked", "API 617")
-    units = ("", "", "rpm", "rpm", "", "%", "%", "(a guide)")
-    rows = [(*heads, "15 %", "20 %"), (*units, "", "")]
-    for item in margins:
-        factor = item.resonance.amplification_factor
-        rows.append(
-            (
-                item.shaft,
-                item.resonance.whirl or "-",
-                f"{item.resonance.speed_rad_s * RPM_PER_RAD_S:.1f}",
-                f"{item.operating_speed_rad_s * RPM_PER_RAD_S:.1f}",
-                f"{factor:.1f}",
-                f"{100 * item.margin:+.1f}",
-                f"{100 * item.required_api_617:.1f}",
-                item.verdict_api_617,
-                item.verdict_15_percent,
-                item.verdict_20_percent,
-            )
-        )
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    text = (
-        "  ".join(
-            cell.ljust(width) if i < 2 or i > 6 else cell.rjust(width)
-            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
-        ).rstrip()
-        for row in rows
-    )
-    return "\n".join(text)

@@ -3,55 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, with_bearing_stiffness
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
-from solidwhirl.rotordyn.response.harmonic_response import (
-    TRANSLATIONS,
-    check_lateral,
-    harmonic_response,
-    independent_loads,
-    node_amplitudes,
-    non_negative,
-)
+from solidwhirl.rotordyn.response import harmonic_response as harmonic
 from solidwhirl.rotordyn.response.maps import StepPeaks
-from solidwhirl.rotordyn.response.orbits import elliptic_orbits
-from solidwhirl.rotordyn.response.unbalance import (
-    Unbalance,
-    frequency_ratio,
-    turning_load,
-)
+from solidwhirl.rotordyn.response.orbits import OrbitRecord
+from solidwhirl.rotordyn.response.unbalance import Unbalance, frequency_ratio, unbalance_loads
 
 # Samples of a map that a band around the operating point must hold.
 _FEWEST_SAMPLES = 5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class StiffnessMap:
+class StiffnessMap(OrbitRecord):
     """Hold the response to a turning force over its frequency and the stiffness of supports.
 
-    Attributes
-    ----------
-    unbalance
-        Gives the force u ω², its place and its sense.
-    bearings
-        Names of the bearings that have the stiffness.
-    stiffness_n_per_m
-        k of k·I on (ux, uy), shape (k,).
-    frequencies_rad_s
-        ω of the force, shape (f,).
-    speeds_rad_s
-        Ω of the reference shaft at each frequency, shape (f,).
-    node
-        Where the response is taken.
-    translation_m
-        Complex amplitudes of its ux, uy, shape (k, f, 2).
+    `unbalance`: gives the force u ω², its place and its sense; `bearings`: names of the bearings
+    that have the stiffness; `stiffness_n_per_m`: k of k·I on (ux, uy), shape (k,);
+    `frequencies_rad_s`: ω of the force, shape (f,); `speeds_rad_s`: Ω of the reference shaft at
+    each frequency, shape (f,); `node`: where the response is taken; `translation_m`: complex
+    amplitudes of its ux, uy, shape (k, f, 2).
     """
 
     unbalance: Unbalance
@@ -62,36 +40,16 @@ class StiffnessMap:
     node: End
     translation_m: ComplexArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(
-            self, "stiffness_n_per_m", "frequencies_rad_s", "speeds_rad_s", "translation_m"
-        )
-
-    def major_m(self) -> FloatArray:
-        """Return the major semi-axis of the orbit, shape (k, f), m.
-
-        Returns 0 at frequency 0.
-        """
-        return elliptic_orbits(self.translation_m[..., 0], self.translation_m[..., 1]).major_m
-
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class StiffnessChoice:
+class StiffnessChoice(ReadOnlyArrays):
     """Hold the stiffness with the smallest response around an operating point.
 
-    Attributes
-    ----------
-    stiffness_n_per_m
-        The best of the map.
-    amplitude_m
-        Its largest major semi-axis within the band, m.
-    band_rad_s
-        Lowest and highest frequency of the band.
-    candidates_m
-        Largest major semi-axis within the band for each stiffness of the map, shape (k,), m.
-    is_at_end
-        Whether the best is the smallest or largest stiffness of the map, so that a better one may
-        lie beyond it.
+    `stiffness_n_per_m`: the best of the map; `amplitude_m`: its largest major semi-axis within the
+    band, m; `band_rad_s`: lowest and highest frequency of the band; `candidates_m`: largest major
+    semi-axis within the band for each stiffness of the map, shape (k,), m; `is_at_end`: whether
+    the best is the smallest or largest stiffness of the map, so that a better one may lie beyond
+    it.
     """
 
     stiffness_n_per_m: float
@@ -99,9 +57,6 @@ class StiffnessChoice:
     band_rad_s: tuple[float, float]
     candidates_m: FloatArray
     is_at_end: bool
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "candidates_m")
 
 
 def synchronous_stiffness_map(
@@ -114,30 +69,14 @@ def synchronous_stiffness_map(
 ) -> StiffnessMap:
     """Compute the response to an unbalance for a range of support stiffness.
 
-    Parameters
-    ----------
-    bearings
-        Names of the bearings that get the stiffness, all the same.
-    stiffness_n_per_m
-        Values to try, rising, shape (k,).
-    unbalance
-        On a body that turns; the frequency is that of its spin, so Ω = ω / |speed ratio|.
-    frequencies_rad_s
-        ω ≥ 0, shape (f,).
-    node
-        An interface with ux and uy, where the response is taken.
-
-    Returns
-    -------
-    StiffnessMap
-        Design of experiments as in Müller and Hennings, section 5.4 and figure 10.
-
-    Raises
-    ------
-    AnalysisError
-        If an argument has no meaning, or a point lies at an undamped resonance.
+    `bearings`: names of the bearings that get the stiffness, all the same; `stiffness_n_per_m`:
+    values to try, rising, shape (k,). `unbalance`: on a body that turns; the frequency is that of
+    its spin, so Ω = ω / |speed ratio|. `frequencies_rad_s`: ω ≥ 0, shape (f,); `node`: an
+    interface with ux and uy, where the response is taken. Design of experiments as in Müller and
+    Hennings, section 5.4 and figure 10. Raises AnalysisError if an argument has no meaning, or a
+    point lies at an undamped resonance.
     """
-    frequencies = non_negative("frequencies_rad_s", frequencies_rad_s)
+    frequencies = harmonic.non_negative("frequencies_rad_s", frequencies_rad_s)
     speeds = frequencies / frequency_ratio(assembled, unbalance)
     return _map(assembled, bearings, stiffness_n_per_m, unbalance, frequencies, speeds, node)
 
@@ -157,7 +96,7 @@ def stiffness_map_at_speed(
     not that of the spin; `speed_rad_s`: Ω ≥ 0 of the reference shaft. All is at the one speed.
     Raises AnalysisError: see `synchronous_stiffness_map`.
     """
-    frequencies = non_negative("frequencies_rad_s", frequencies_rad_s)
+    frequencies = harmonic.non_negative("frequencies_rad_s", frequencies_rad_s)
     frequency_ratio(assembled, unbalance)
     if not (np.isfinite(speed_rad_s) and speed_rad_s >= 0):
         raise AnalysisError(f"speed_rad_s is {speed_rad_s}; finite and 0 or more is allowed")
@@ -173,29 +112,15 @@ def choose_stiffness(
 ) -> StiffnessChoice:
     """Choose the stiffness with the smallest response in a band around the operating point.
 
-    Parameters
-    ----------
-    stiffness_map
-        The map; its frequencies must rise and reach over the band.
-    operating_frequency_rad_s
-        Frequency of the force in operation, rad/s.
-    margin
-        Half width of the band as a fraction of that; 0.15 to 0.2 are the usual separation margins
-        (Yoon, Lin and Allaire 2013, Control of Surge in Centrifugal Compressors).
-    peaks
-        Of `stiffness_map_peaks`, for resonances that are sharper than the steps of the map; None
-        takes the responses at its frequencies alone.
-
-    Returns
-    -------
-    StiffnessChoice
-        As Müller and Hennings, section 5.4, chose the values of table 5. The largest response in
-        the band counts, so that no resonance lies in it unless all values have one.
-
-    Raises
-    ------
-    AnalysisError
-        If the band is not inside the map, or fewer than 5 of its frequencies lie in it.
+    `stiffness_map`: the map; its frequencies must rise and reach over the band.
+    `operating_frequency_rad_s`: frequency of the force in operation, rad/s. `margin`: half width
+    of the band as a fraction of that; 0.15 to 0.2 are the usual separation margins (Yoon, Lin and
+    Allaire 2013, Control of Surge in Centrifugal Compressors). `peaks`: of `stiffness_map_peaks`,
+    for resonances that are sharper than the steps of the map; None takes the responses at its
+    frequencies alone. Müller and Hennings, section 5.4, chose the values of table 5 so. The
+    largest response in the band counts, so that no resonance lies in it unless all values have
+    one. Raises AnalysisError if the band is not inside the map, or fewer than 5 of its frequencies
+    lie in it.
     """
     center, frequencies = float(operating_frequency_rad_s), stiffness_map.frequencies_rad_s
     if not (np.isfinite(center) and center > 0 and 0 < margin < 1):
@@ -241,40 +166,34 @@ def _map(
         raise AnalysisError(
             f"stiffness_n_per_m needs a rising list of numbers; found shape {values.shape}"
         )
-    check_lateral(assembled, node, "node of the response")
-    result = np.empty((values.size, frequencies.size, 2), dtype=complex)
-    for at, value in enumerate(values):
-        result[at] = stiffness_row(
-            assembled, bearings, float(value), unbalance, frequencies, speeds, node
-        )
-    return StiffnessMap(
+    harmonic.check_lateral(assembled, node, "node of the response")
+    found = StiffnessMap(
         unbalance=unbalance,
         bearings=tuple(bearings),
         stiffness_n_per_m=values,
         frequencies_rad_s=frequencies,
         speeds_rad_s=speeds,
         node=node,
-        translation_m=result,
+        translation_m=np.empty((0, frequencies.size, 2), dtype=complex),
     )
+    rows = [stiffness_row(assembled, found, float(v), frequencies, speeds) for v in values]
+    return replace(found, translation_m=np.array(rows))
 
 
 def stiffness_row(
     assembled: AssembledSystem,
-    bearings: Sequence[str],
+    stiffness_map: StiffnessMap,
     stiffness_n_per_m: float,
-    unbalance: Unbalance,
     frequencies_rad_s: FloatArray,
     speeds_rad_s: FloatArray,
-    node: End,
 ) -> ComplexArray:
-    """Compute the response to a turning force with one stiffness of the supports.
+    """Compute the response of a map with one stiffness of the supports.
 
     `frequencies_rad_s`, `speeds_rad_s`: points (ω, Ω), shape (f,) each. Returns complex amplitudes
     of ux, uy, shape (f, 2), m.
     """
-    changed = with_bearing_stiffness(assembled, bearings, stiffness_n_per_m)
-    load = {unbalance.body: turning_load(assembled, unbalance)}
-    loads = (frequencies_rad_s**2)[:, None, None] * independent_loads(changed, load)[:, None]
-    solved = harmonic_response(changed, speeds_rad_s, frequencies_rad_s, loads)
-    motion = node_amplitudes(changed, (node,), TRANSLATIONS, solved.displacement[:, :, 0])
-    return np.asarray(motion[:, 0])
+    changed = with_bearing_stiffness(assembled, stiffness_map.bearings, stiffness_n_per_m)
+    pattern = unbalance_loads(changed, [stiffness_map.unbalance])
+    loads = (frequencies_rad_s**2)[:, None, None] * pattern[:, None]
+    points = (speeds_rad_s, frequencies_rad_s)
+    return harmonic.node_response(changed, (stiffness_map.node,), *points, loads)[:, 0]

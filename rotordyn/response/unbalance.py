@@ -10,32 +10,18 @@ import numpy as np
 import numpy.typing as npt
 
 from solidwhirl.rotordyn.assembly.parts import End
-from solidwhirl.rotordyn.assembly.reactions import bearing_forces
+from solidwhirl.rotordyn.assembly.reactions import joint_forces
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.reprs import lines_of, row, speed_range
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.critical_speeds.search import critical_speeds, undamped_places
-from solidwhirl.rotordyn.response.harmonic_response import (
-    TILTS,
-    TRANSLATIONS,
-    check_lateral,
-    harmonic_response,
-    independent_loads,
-    interface_nodes,
-    node_amplitudes,
-    non_negative,
-)
-from solidwhirl.rotordyn.response.orbits import EllipticOrbits, elliptic_orbits
-from solidwhirl.rotordyn.response.resonance_samples import (
-    SMOOTH,
-    Pieces,
-    computable_samples,
-    resolving_samples,
-    samples_around_modes,
-    with_knots,
-)
+from solidwhirl.rotordyn.response import harmonic_response as harmonic
+from solidwhirl.rotordyn.response import resonance_samples as samples
+from solidwhirl.rotordyn.response import unbalance_peaks
+from solidwhirl.rotordyn.response.orbits import OrbitRecord, elliptic_orbits
+from solidwhirl.rotordyn.response.resonance_samples import SMOOTH, Pieces
 
 # Bodies whose |speed ratios| differ by less than this fraction excite at one frequency.
 _SAME_RATIO = 1e-12
@@ -49,20 +35,10 @@ _BESIDE_REST, _BEGINS = (1e-2, 1e-1), 1e-3
 class Unbalance:
     """Place a mass off the axis of a body.
 
-    Attributes
-    ----------
-    body, interface
-        Where; the interface needs ux and uy.
-    moment_kg_m
-        Mass times its distance from the axis, kg m.
-    phase_rad
-        Angle of the mass from +x towards +y at the time 0, rad. With the time it turns by
-        speed_ratio · Ω t.
-
-    Raises
-    ------
-    AnalysisError
-        If the moment is negative or a number is not finite.
+    `body`, `interface`: where; the interface needs ux and uy. `moment_kg_m`: mass times its
+    distance from the axis, kg m. `phase_rad`: angle of the mass from +x towards +y at the time 0,
+    rad. With the time it turns by speed_ratio · Ω t. Raises AnalysisError if the moment is
+    negative or a number is not finite.
     """
 
     body: str
@@ -71,16 +47,14 @@ class Unbalance:
     phase_rad: float = 0.0
 
     def __post_init__(self) -> None:
+        what = f"unbalance at {self.end.label}"
         if not (np.isfinite(self.moment_kg_m) and self.moment_kg_m >= 0):
             raise AnalysisError(
-                f"unbalance at {self.body}.{self.interface}: moment_kg_m is {self.moment_kg_m}; "
-                "finite and 0 or more is allowed (turn phase_rad by π for the other side)"
+                f"{what}: moment_kg_m is {self.moment_kg_m}; finite and 0 or more is allowed (turn "
+                "phase_rad by π for the other side)"
             )
         if not np.isfinite(self.phase_rad):
-            raise AnalysisError(
-                f"unbalance at {self.body}.{self.interface}: phase_rad is {self.phase_rad}; it "
-                "must be finite"
-            )
+            raise AnalysisError(f"{what}: phase_rad is {self.phase_rad}; it must be finite")
 
     @property
     def end(self) -> End:
@@ -89,29 +63,16 @@ class Unbalance:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class ExciterResponse:
+class ExciterResponse(OrbitRecord):
     """Hold the response to all unbalance that turns at one frequency, over the speed.
 
-    Attributes
-    ----------
-    bodies
-        Bodies with that unbalance.
-    frequency_ratio
-        |speed ratio| of those bodies: frequency over Ω.
-    speeds_rad_s, frequencies_rad_s
-        Ω and ω = frequency_ratio · Ω, shape (s,).
-    nodes
-        All interface nodes of the system.
-    translation_m
-        Complex amplitudes of ux, uy, time factor e^{iωt}, shape (s, nodes, 2); nan where a node
-        has no such component.
-    tilt_rad
-        Those of rx, ry, shape (s, nodes, 2).
-    bearing_forces
-        By name of the bearing: complex amplitudes of the force in N and moment in N m that its
-        first side exerts on its second, shape (s, 6).
-    relative_residual
-        Of the equations at each speed, shape (s,).
+    `bodies`: bodies with that unbalance; `frequency_ratio`: |speed ratio| of those bodies:
+    frequency over Ω; `speeds_rad_s`, `frequencies_rad_s`: Ω and ω = frequency_ratio · Ω, shape
+    (s,); `nodes`: all interface nodes of the system. `translation_m`: complex amplitudes of ux,
+    uy, time factor e^{iωt}, shape (s, nodes, 2); nan where a node has no such component.
+    `tilt_rad`: those of rx, ry, shape (s, nodes, 2); `bearing_forces`: by name of the bearing:
+    complex amplitudes of the force in N and moment in N m that its first side exerts on its
+    second, shape (s, 6); `relative_residual`: of the equations at each speed, shape (s,).
     """
 
     bodies: tuple[str, ...]
@@ -124,24 +85,18 @@ class ExciterResponse:
     bearing_forces: Mapping[str, ComplexArray]
     relative_residual: FloatArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(
-            self,
-            "speeds_rad_s",
-            "frequencies_rad_s",
-            "translation_m",
-            "tilt_rad",
-            "relative_residual",
-        )
-
     def __repr__(self) -> str:
-        return _exciter_text(self)
+        return (
+            f"ExciterResponse to {row(self.bodies)} at {self.frequency_ratio:g} times the speed: "
+            f"{len(self.nodes)} nodes, {len(self.bearing_forces)} bearings, "
+            f"{speed_range(self.speeds_rad_s)}"
+        )
 
     def at_node(self, body: str, interface: str) -> ComplexArray:
         """Return the amplitudes of ux, uy of one node, shape (s, 2), m.
 
-        Returns complex; the angle of an entry is its phase ahead of cos ωt. Raises AnalysisError if
-        there is no such node; the message names what exists.
+        The angle of an entry is its phase ahead of cos ωt. Raises AnalysisError if there is no such
+        node; the message names what exists.
         """
         wanted = End(body=body, interface=interface)
         if wanted not in self.nodes:
@@ -149,40 +104,36 @@ class ExciterResponse:
             raise AnalysisError(f"there is no node {wanted.label}; there are {known}")
         return self.translation_m[:, self.nodes.index(wanted)]
 
-    def orbits(self) -> EllipticOrbits:
-        """Return the orbits of all nodes, arrays of shape (s, nodes).
-
-        Returns axes, inclination and direction.
-        """
-        return elliptic_orbits(self.translation_m[..., 0], self.translation_m[..., 1])
-
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class UnbalanceResponse:
+class UnbalanceResponse(ReadOnlyArrays):
     """Hold the response to unbalance over the speed, apart for each frequency.
 
     Motions of different frequency have no common phase: the largest distance a node can reach is
     the sum of the major axes.
 
-    Attributes
-    ----------
-    unbalances
-        What was placed.
-    speeds_rad_s
-        Ω, shape (s,).
-    exciters
-        By rising frequency ratio.
+    `unbalances`: what was placed; `speeds_rad_s`: Ω, shape (s,); `exciters`: by rising frequency
+    ratio.
     """
 
     unbalances: tuple[Unbalance, ...]
     speeds_rad_s: FloatArray
     exciters: tuple[ExciterResponse, ...]
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "speeds_rad_s")
-
     def __repr__(self) -> str:
-        return _unbalance_text(self)
+        placed = row(f"{u.moment_kg_m:.4g} kg m at {u.end.label}" for u in self.unbalances)
+        largest = []
+        for exciter in self.exciters:
+            major = np.nan_to_num(exciter.major_m())
+            if major.size:
+                at, node = np.unravel_index(int(major.argmax()), major.shape)
+                largest.append(
+                    f"{row(exciter.bodies)}: largest orbit {major[at, node]:.4g} m at "
+                    f"{exciter.nodes[int(node)].label}, "
+                    f"{self.speeds_rad_s[at] * RPM_PER_RAD_S:.6g} rpm"
+                )
+        head = f"UnbalanceResponse to {placed}: {speed_range(self.speeds_rad_s)}"
+        return lines_of(head, largest)
 
 
 def unbalance_response(
@@ -190,26 +141,13 @@ def unbalance_response(
 ) -> UnbalanceResponse:
     """Compute the steady response to unbalance over a range of speeds.
 
-    Parameters
-    ----------
-    unbalances
-        One or more, on bodies that turn.
-    speeds_rad_s
-        Ω ≥ 0 of the reference shaft, rad/s, shape (s,).
-
-    Returns
-    -------
-    UnbalanceResponse
-        A body at speed ratio r is excited by u (rΩ)², u the moment, at the frequency |r| Ω. The
-        force turns with the body, so one that runs against the reference shaft excites backward
-        whirl of the system.
-
-    Raises
-    ------
-    AnalysisError
-        If an unbalance or a speed has no meaning, or a speed lies at an undamped resonance.
+    `unbalances`: one or more, on bodies that turn; `speeds_rad_s`: Ω ≥ 0 of the reference shaft,
+    rad/s, shape (s,). A body at speed ratio r is excited by u (rΩ)², u the moment, at the
+    frequency |r| Ω. The force turns with the body, so one that runs against the reference shaft
+    excites backward whirl of the system. Raises AnalysisError if an unbalance or a speed has no
+    meaning, or a speed lies at an undamped resonance.
     """
-    speeds = non_negative("speeds_rad_s", speeds_rad_s)
+    speeds = harmonic.non_negative("speeds_rad_s", speeds_rad_s)
     exciters = _grouped(assembled, unbalances)
     return UnbalanceResponse(
         unbalances=tuple(unbalances),
@@ -223,24 +161,13 @@ def resolving_speeds(
 ) -> FloatArray:
     """Return speeds at which the response to unbalance shows every resonance, however sharp.
 
-    Parameters
-    ----------
-    assembled, unbalances, speeds_rad_s
-        As for `unbalance_response`; the speeds rise.
-
-    Returns
-    -------
-    ndarray
-        The speeds and further ones around resonances between them, rising, rad/s. Peaks then have
-        their height to 1e-4; without damping they have none, and only their place shows.
-
-    Raises
-    ------
-    AnalysisError
-        As `unbalance_response`.
+    `assembled`, `unbalances`, `speeds_rad_s`: as for `unbalance_response`; the speeds rise.
+    Returns the speeds and further ones around resonances between them, rising, rad/s. Peaks then
+    have their height to 1e-4; without damping they have none, and only their place shows. Raises
+    AnalysisError as `unbalance_response`.
     """
-    speeds = non_negative("speeds_rad_s", speeds_rad_s)
-    nodes, resolved = interface_nodes(assembled), speeds
+    speeds = harmonic.non_negative("speeds_rad_s", speeds_rad_s)
+    nodes, resolved = harmonic.interface_nodes(assembled), speeds
     moving = speeds[speeds > 0]
     ends = np.concatenate((moving[:1], moving[-1:]))
     for ratio, group in _grouped(assembled, unbalances):
@@ -249,8 +176,8 @@ def resolving_speeds(
         def respond(
             points: FloatArray, ratio: float = ratio, pattern: ComplexArray = pattern
         ) -> ComplexArray:
-            solved = harmonic_response(assembled, points, ratio * points, pattern[None, :, None])
-            motion = node_amplitudes(assembled, nodes, TRANSLATIONS, solved.displacement[:, :, 0])
+            load = pattern[None, :, None]
+            motion = harmonic.node_response(assembled, nodes, points, ratio * points, load)
             return np.nan_to_num(motion).reshape(points.size, -1)
 
         def respond_beside_ends(
@@ -261,10 +188,11 @@ def resolving_speeds(
 
         top = float(speeds.max(initial=0.0))
         pieces = response_pieces(assembled, ratio, top)
-        around = samples_around_modes(speeds, _critical_roots(assembled, ratio, top))
-        more = np.union1d(resolving_samples(speeds, respond, pieces), around)
-        more = computable_samples(np.setdiff1d(more, speeds), respond_beside_ends)
-        resolved = with_knots(with_knots(resolved, more), _place_beside_rest(speeds, respond))
+        around = samples.samples_around_modes(speeds, _critical_roots(assembled, ratio, top))
+        more = np.union1d(samples.resolving_samples(speeds, respond, pieces), around)
+        more = samples.computable_samples(np.setdiff1d(more, speeds), respond_beside_ends)
+        for found in (more, _place_beside_rest(speeds, respond)):
+            resolved = samples.with_knots(resolved, found)
     return resolved
 
 
@@ -339,18 +267,11 @@ def _grouped(
 def frequency_ratio(assembled: AssembledSystem, unbalance: Unbalance) -> float:
     """Return the frequency of an unbalance over the speed Ω.
 
-    Returns
-    -------
-    float
-        |speed ratio| of the body.
-
-    Raises
-    ------
-    AnalysisError
-        If the place does not exist or lacks ux or uy, or the body does not turn.
+    Returns |speed ratio| of the body. Raises AnalysisError if the place does not exist or lacks ux
+    or uy, or the body does not turn.
     """
     what = f"unbalance at {unbalance.end.label}"
-    check_lateral(assembled, unbalance.end, what)
+    harmonic.check_lateral(assembled, unbalance.end, what)
     ratio = abs(assembled.system.rotors[unbalance.body].speed_ratio)
     if ratio == 0:
         raise AnalysisError(f"{what}: the body has speed ratio 0 and does not turn")
@@ -378,7 +299,7 @@ def unbalance_loads(assembled: AssembledSystem, unbalances: Sequence[Unbalance])
     `unbalances`: one or more that turn at one frequency. Returns f/ω² on the independent
     coordinates, shape (n,), kg m.
     """
-    return independent_loads(assembled, _patterns(assembled, unbalances))
+    return harmonic.independent_loads(assembled, _patterns(assembled, unbalances))
 
 
 def _patterns(
@@ -399,54 +320,65 @@ def _exciter(
     patterns = _patterns(assembled, unbalances)
     omega = ratio * speeds
     square = (omega**2)[:, None]
-    loads = square * independent_loads(assembled, patterns)
-    solved = harmonic_response(assembled, speeds, omega, loads[:, :, None])
+    loads = square * harmonic.independent_loads(assembled, patterns)
+    solved = harmonic.harmonic_response(assembled, speeds, omega, loads[:, :, None])
     motion = solved.displacement[:, :, 0]
-    forces = bearing_forces(
+    forces = joint_forces(
         assembled,
         speeds,
         motion,
         1j * omega[:, None] * motion,
         -square * motion,
         {body: square * pattern for body, pattern in patterns.items()},
-    )
+    ).bearings
     for force in forces.values():
         force.setflags(write=False)
-    nodes = interface_nodes(assembled)
+    nodes = harmonic.interface_nodes(assembled)
     return ExciterResponse(
         bodies=tuple(patterns),
         frequency_ratio=ratio,
         speeds_rad_s=speeds,
         frequencies_rad_s=omega,
         nodes=nodes,
-        translation_m=node_amplitudes(assembled, nodes, TRANSLATIONS, motion),
-        tilt_rad=node_amplitudes(assembled, nodes, TILTS, motion),
+        translation_m=harmonic.node_amplitudes(assembled, nodes, harmonic.TRANSLATIONS, motion),
+        tilt_rad=harmonic.node_amplitudes(assembled, nodes, harmonic.TILTS, motion),
         bearing_forces=forces,
         relative_residual=solved.relative_residual,
     )
 
 
-def _exciter_text(found: ExciterResponse) -> str:
-    """Who excites at which frequency, and the places that move."""
-    return (
-        f"ExciterResponse to {row(found.bodies)} at {found.frequency_ratio:g} times the speed: "
-        f"{len(found.nodes)} nodes, {len(found.bearing_forces)} bearings, "
-        f"{speed_range(found.speeds_rad_s)}"
-    )
+def orbit_peaks(
+    assembled: AssembledSystem,
+    unbalances: Sequence[Unbalance],
+    node: End,
+    frequencies_rad_s: npt.ArrayLike,
+    major_m: npt.ArrayLike,
+    least_m: npt.ArrayLike = 0.0,
+) -> tuple[unbalance_peaks.ResonancePeak, ...]:
+    """Find the peaks of an orbit over the frequency, each where the response is highest.
 
+    `unbalances`: all that turn at one frequency; `node`: interface whose orbit it is;
+    `frequencies_rad_s`, `major_m`: sampled, rising ω > 0 and major half axes, shape (s,) each;
+    `least_m`: peaks up to this height are rounding and left out, shape (s,) or a number. Without
+    damping peaks have no height: they stay as they were sampled. Raises AnalysisError if the
+    samples do not fit or do not rise.
+    """
+    omega, major = np.asarray(frequencies_rad_s, dtype=float), np.asarray(major_m, dtype=float)
+    least = np.broadcast_to(np.asarray(least_m, dtype=float), omega.shape)
+    peaks = [
+        peak
+        for peak in unbalance_peaks.resonance_peaks(omega, major)
+        if peak.amplitude > np.interp(peak.position_rad_s, omega, least)
+    ]
+    if assembled.is_conservative or not peaks:
+        return tuple(peaks)
+    ratio = frequency_ratio(assembled, unbalances[0])
+    pattern = unbalance_loads(assembled, unbalances)
 
-def _unbalance_text(found: UnbalanceResponse) -> str:
-    """What was placed where, and the largest orbit of each exciter."""
-    placed = row(f"{u.moment_kg_m:.4g} kg m at {u.end.label}" for u in found.unbalances)
-    largest = []
-    for exciter in found.exciters:
-        major = np.nan_to_num(exciter.orbits().major_m)
-        if major.size:
-            at, node = np.unravel_index(int(major.argmax()), major.shape)
-            largest.append(
-                f"{row(exciter.bodies)}: largest orbit {major[at, node]:.4g} m at "
-                f"{exciter.nodes[int(node)].label}, "
-                f"{found.speeds_rad_s[at] * RPM_PER_RAD_S:.6g} rpm"
-            )
-    head = f"UnbalanceResponse to {placed}: {speed_range(found.speeds_rad_s)}"
-    return lines_of(head, largest)
+    def height(at: float) -> float:
+        load = (at**2 * pattern)[None, :, None]
+        x, y = harmonic.node_response(assembled, [node], [at / ratio], [at], load)[0, 0]
+        return float(elliptic_orbits(x, y).major_m)
+
+    knots = ratio * np.array(assembled.knots_rad_s)
+    return unbalance_peaks.refined_peaks(peaks, omega, major, height, knots)

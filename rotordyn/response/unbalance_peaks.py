@@ -23,20 +23,12 @@ _CROSSING = 1e-9
 class ResonancePeak:
     """Hold one peak of a response curve.
 
-    Attributes
-    ----------
-    position_rad_s
-        Speed or frequency of the peak, between the samples, rad/s.
-    amplitude
-        Height there, in the unit of the curve.
-    prominence
-        Height over that of the higher of the two saddles beside the peak; 1 is no peak.
-    half_power_low_rad_s, half_power_high_rad_s
-        Where the curve has fallen to 1/√2 of the height; nan where it does not before it rises
-        again or ends.
-    amplification
-        position / (high − low): the amplification factor of API 617 (Axial and Centrifugal
-        Compressors), 1/(2ζ) for a single lightly damped mode; nan without both sides.
+    `position_rad_s`: speed or frequency of the peak, between the samples, rad/s; `amplitude`:
+    height there, in the unit of the curve. `prominence`: height over that of the higher of the two
+    saddles beside the peak; 1 is no peak. `half_power_low_rad_s`, `half_power_high_rad_s`: where
+    the curve has fallen to 1/√2 of the height; nan where it does not before it rises again or
+    ends. `amplification`: position / (high − low): the amplification factor of API 617 (Axial and
+    Centrifugal Compressors), 1/(2ζ) for a single lightly damped mode; nan without both sides.
     """
 
     position_rad_s: float
@@ -52,27 +44,13 @@ def resonance_peaks(
 ) -> tuple[ResonancePeak, ...]:
     """Find the peaks of a response curve.
 
-    Parameters
-    ----------
-    position_rad_s
-        Speeds or frequencies, rising, shape (s,).
-    amplitude
-        Heights, 0 or more, in any unit, shape (s,).
-    minimum_prominence
-        Leave out what rises above its saddles by a smaller factor; 1 or more.
-
-    Returns
-    -------
-    tuple of ResonancePeak
-        By rising position. A peak lies on the parabola through the logarithms of the highest
-        sample and its neighbours, so its height depends on the samples where it is narrower than
-        a few of them: sample with `resolving_samples` or `resolving_speeds`, and refine with
-        `refined_peaks`.
-
-    Raises
-    ------
-    AnalysisError
-        If the arrays do not fit or the positions do not rise.
+    `position_rad_s`: speeds or frequencies, rising, shape (s,); `amplitude`: heights, 0 or more,
+    in any unit, shape (s,). `minimum_prominence`: leave out what rises above its saddles by a
+    smaller factor; 1 or more. The result is by rising position. A peak lies on the parabola
+    through the logarithms of the highest sample and its neighbours, so its height depends on the
+    samples where it is narrower than a few of them: sample with `resolving_samples` or
+    `resolving_speeds`, and refine with `refined_peaks`. Raises AnalysisError if the arrays do not
+    fit or the positions do not rise.
     """
     # Imported here as it takes longer than all of the rest of this package.
     from scipy.signal import find_peaks
@@ -162,14 +140,7 @@ def _moved(
         _half_power(place, np.append(place, x[on]), np.append(top, y[on]), curve)
         for on in (np.flatnonzero(x < place)[::-1], np.flatnonzero(x > place))
     )
-    return ResonancePeak(
-        position_rad_s=place,
-        amplitude=top,
-        prominence=peak.prominence * top / peak.amplitude,
-        half_power_low_rad_s=low,
-        half_power_high_rad_s=high,
-        amplification=place / (high - low),
-    )
+    return _made(place, top, peak.prominence * top / peak.amplitude, low, high)
 
 
 def _half_power(
@@ -197,9 +168,15 @@ def _peak(x: FloatArray, height: FloatArray, at: int, prominence: float) -> Reso
     level = top + np.log(_HALF_POWER)
     low = _crossing(x[: at + 1][::-1], height[: at + 1][::-1], level)
     high = _crossing(x[at:], height[at:], level)
+    return _made(position, float(np.exp(top)), prominence, low, high)
+
+
+def _made(
+    position: float, amplitude: float, prominence: float, low: float, high: float
+) -> ResonancePeak:
     return ResonancePeak(
         position_rad_s=position,
-        amplitude=float(np.exp(top)),
+        amplitude=amplitude,
         prominence=prominence,
         half_power_low_rad_s=low,
         half_power_high_rad_s=high,

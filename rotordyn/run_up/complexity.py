@@ -11,11 +11,12 @@ import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, assemble
-from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError, SuperelementError
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.response.unbalance import Unbalance
@@ -28,36 +29,27 @@ from solidwhirl.rotordyn.superelement.record import Superelement
 
 # A spin generator may couple kept and dropped coordinates by this.
 _COUPLED = 1e-9
+_SQUARE = ("mass", "stiffness", "gyroscopic", "stress_stiffening", "spin_softening")
+# What a body with other coordinates does not know of itself.
+_NOTHING_KNOWN: dict[str, Any] = {
+    **dict.fromkeys(("free_frequencies_hz", "fixed_interface_frequencies_hz"), np.empty(0)),
+    "frequency_error_estimate": np.empty(0),
+    "error_forms": (),
+}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class ComplexityComparison:
+class ComplexityComparison(ReadOnlyArrays):
     """Hold what models of one system give for the force through a bearing during a run-up.
 
-    Attributes
-    ----------
-    names
-        Of the v models, the full one first.
-    sizes
-        Independent coordinates of each.
-    bearing
-        Whose force is compared.
-    bands_hz
-        Bands of frequency, shape (b, 2).
-    peak_force_n
-        Largest √(F_x² + F_y²) of each run, shape (v,).
-    peak_error
-        Of that relative to the full model, signed, shape (v,).
-    band_error
-        Root mean square difference of the normalised responses over the root mean square of the
-        full model's, in the part of each band that is excited, shape (v, b); nan of a band of
-        which nothing is.
-    wall_time_s
-        Of each run, shape (v,).
-    responses
-        Normalised response of each.
-    diverged
-        Models that diverged, by name: where they were stopped. They are in no other list.
+    `names`: of the v models, the full one first; `sizes`: independent coordinates of each;
+    `bearing`: whose force is compared; `bands_hz`: bands of frequency, shape (b, 2);
+    `peak_force_n`: largest √(F_x² + F_y²) of each run, shape (v,); `peak_error`: of that relative
+    to the full model, signed, shape (v,). `band_error`: root mean square difference of the
+    normalised responses over the root mean square of the full model's, in the part of each band
+    that is excited, shape (v, b); nan of a band of which nothing is. `wall_time_s`: of each run,
+    shape (v,); `responses`: normalised response of each. `diverged`: models that diverged, by
+    name: where they were stopped. They are in no other list.
     """
 
     names: tuple[str, ...]
@@ -71,24 +63,14 @@ class ComplexityComparison:
     responses: tuple[NormalisedResponse, ...]
     diverged: Mapping[str, Divergence]
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "bands_hz", "peak_force_n", "peak_error", "band_error", "wall_time_s")
-
 
 def without_modes(element: Superelement) -> Superelement:
     """Return a body that keeps only the static flexibility between its interfaces.
 
-    Returns
-    -------
-    Superelement
-        Without its modal coordinates (Guyan 1965, AIAA J. 3, static condensation): rigid motion,
-        mass and inertia are exact, the stiffness between interfaces is that of statics. What was
-        known of its frequencies and errors is gone: the error forms are of other coordinates.
-
-    Raises
-    ------
-    SuperelementError
-        If the body has no interface coordinates.
+    It has no modal coordinates (Guyan 1965, AIAA J. 3, static condensation): rigid motion, mass
+    and inertia are exact, the stiffness between interfaces is that of statics. What was known of
+    its frequencies and errors is gone: the error forms are of other coordinates. Raises
+    SuperelementError if the body has no interface coordinates.
     """
     kept = np.flatnonzero([c.kind == "interface" for c in element.coordinates])
     if not kept.size:
@@ -100,19 +82,12 @@ def without_modes(element: Superelement) -> Superelement:
     return dataclasses.replace(
         element,
         coordinates=tuple(element.coordinates[i] for i in kept),
-        mass=element.mass[block],
-        stiffness=element.stiffness[block],
-        gyroscopic=element.gyroscopic[block],
-        stress_stiffening=element.stress_stiffening[block],
-        spin_softening=element.spin_softening[block],
+        **{name: getattr(element, name)[block] for name in _SQUARE},
         rigid_body_modes=element.rigid_body_modes[kept],
         recovery_modes=element.recovery_modes[:, :, kept],
-        free_frequencies_hz=np.empty(0),
-        fixed_interface_frequencies_hz=np.empty(0),
-        frequency_error_estimate=np.empty(0),
+        **_NOTHING_KNOWN,
         spin_generator=_kept_turn(element, kept),
         constraint=None if element.constraint is None else element.constraint[kept],
-        error_forms=(),
         surface=None if element.surface is None else element.surface.of_coordinates(kept),
         provenance={**element.provenance, "without_modes": True},
         moments=projected_moments(element.moments, np.eye(element.size)[:, kept]),
@@ -122,17 +97,10 @@ def without_modes(element: Superelement) -> Superelement:
 def as_rigid_body(element: Superelement) -> Superelement:
     """Return a body that moves as one rigid piece.
 
-    Returns
-    -------
-    Superelement
-        With the same coordinates, tied to its rigid motions by a `constraint`: mass, inertia and
-        gyroscopic moment are exact, interfaces stay where they were. The error forms are left
-        out, as they do not hold what the rigid body lacks.
-
-    Raises
-    ------
-    SuperelementError
-        If the body has no rigid motion.
+    Its coordinates are the same, tied to its rigid motions by a `constraint`: mass, inertia and
+    gyroscopic moment are exact, interfaces stay where they were. The error forms are left out, as
+    they do not hold what the rigid body lacks. Raises SuperelementError if the body has no rigid
+    motion.
     """
     if not element.rigid_body_present.any():
         raise SuperelementError(
@@ -142,10 +110,7 @@ def as_rigid_body(element: Superelement) -> Superelement:
     return dataclasses.replace(
         element,
         constraint=element.rigid_body_modes[:, element.rigid_body_present],
-        free_frequencies_hz=np.empty(0),
-        fixed_interface_frequencies_hz=np.empty(0),
-        frequency_error_estimate=np.empty(0),
-        error_forms=(),
+        **_NOTHING_KNOWN,
         provenance={**element.provenance, "rigid": True},
     )
 
@@ -155,24 +120,11 @@ def system_with(
 ) -> AssembledSystem:
     """Assemble a system again with other models of some bodies.
 
-    Parameters
-    ----------
-    assembled
-        The system; bearings, gears and speeds are taken from it.
-    elements
-        New superelement of each body to exchange, by the name of the body.
-
-    Returns
-    -------
-    AssembledSystem
-        From all parts, so that no reduction of the whole system is left.
-
-    Raises
-    ------
-    AnalysisError
-        If a body does not exist.
-    AssemblyError
-        If a new element lacks an interface or component that a joint needs.
+    `assembled`: the system; bearings, gears and speeds are taken from it. `elements`: new
+    superelement of each body to exchange, by the name of the body. It is assembled from all parts,
+    so that no reduction of the whole system is left. Raises AnalysisError if a body does not
+    exist. Raises AssemblyError if a new element lacks an interface or component that a joint
+    needs.
     """
     system = assembled.system
     _check_bodies(assembled, elements)
@@ -186,22 +138,9 @@ def system_with(
 def rigid_bodies_system(assembled: AssembledSystem, bodies: Sequence[str]) -> AssembledSystem:
     """Return a system with some of its bodies rigid.
 
-    Parameters
-    ----------
-    bodies
-        Names of the bodies that lose all flexibility.
-
-    Returns
-    -------
-    AssembledSystem
-        With fewer coordinates: those of each body follow its rigid motions exactly.
-
-    Raises
-    ------
-    AnalysisError
-        If a body does not exist.
-    SuperelementError
-        If a body has no rigid motion.
+    `bodies`: names of the bodies that lose all flexibility. There are fewer coordinates: those of
+    each body follow its rigid motions exactly. Raises AnalysisError if a body does not exist.
+    Raises SuperelementError if a body has no rigid motion.
     """
     rotors = assembled.system.rotors
     _check_bodies(assembled, bodies)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, Matrix, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, Matrix, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.response.unbalance_peaks import ResonancePeak, resonance_peaks
 
@@ -25,41 +25,26 @@ _FEWEST_LINES = 3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class AmplitudeSpectrum:
+class AmplitudeSpectrum(ReadOnlyArrays):
     """Hold the amplitudes of the harmonic parts of a signal.
 
-    Attributes
-    ----------
-    frequency_hz
-        From 0 to half the sample rate, shape (f,).
-    amplitude
-        In the unit of the signal, shape (..., f): a·cos(2πft + φ) gives a at f.
-    window
-        Name of the window; amplitudes are divided by its mean.
+    `frequency_hz`: from 0 to half the sample rate, shape (f,); `amplitude`: in the unit of the
+    signal, shape (..., f): a·cos(2πft + φ) gives a at f. `window`: name of the window; amplitudes
+    are divided by its mean.
     """
 
     frequency_hz: FloatArray
     amplitude: FloatArray
     window: str
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "frequency_hz", "amplitude")
-
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class Spectrogram:
+class Spectrogram(ReadOnlyArrays):
     """Hold amplitude spectra of short pieces of a signal.
 
-    Attributes
-    ----------
-    time_s
-        Middle of each piece, shape (t,).
-    frequency_hz
-        Shape (f,).
-    amplitude
-        In the unit of the signal, shape (f, t).
-    duration_s
-        Of each piece; lines closer than about 2/duration are not told apart.
+    `time_s`: middle of each piece, shape (t,); `frequency_hz`: shape (f,); `amplitude`: in the
+    unit of the signal, shape (f, t). `duration_s`: of each piece; lines closer than about
+    2/duration are not told apart.
     """
 
     time_s: FloatArray
@@ -67,9 +52,6 @@ class Spectrogram:
     amplitude: FloatArray
     window: str
     duration_s: float
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "time_s", "frequency_hz", "amplitude")
 
 
 def amplitude_spectrum(
@@ -139,29 +121,11 @@ def spectrogram(
 ) -> Spectrogram:
     """Return amplitude spectra of overlapping pieces of a real signal.
 
-    Parameters
-    ----------
-    time_s
-        Evenly spaced times, shape (s,), s.
-    signal
-        Shape (s,).
-    duration_s
-        Of each piece. Resolution in frequency is about 2/duration for "hann"; a line that moves
-        by more within a piece is blurred.
-    window
-        See `amplitude_spectrum`.
-    overlap
-        Share of a piece that the next one has in common with it, 0 to below 1.
-
-    Returns
-    -------
-    Spectrogram
-        Of whole pieces only.
-
-    Raises
-    ------
-    AnalysisError
-        If an argument has no meaning.
+    `time_s`: evenly spaced times, shape (s,), s; `signal`: shape (s,). `duration_s`: of each
+    piece. Resolution in frequency is about 2/duration for "hann"; a line that moves by more within
+    a piece is blurred. `window`: see `amplitude_spectrum`; `overlap`: share of a piece that the
+    next one has in common with it, 0 to below 1. There are whole pieces only. Raises AnalysisError
+    if an argument has no meaning.
     """
     step, values = _checked(time_s, signal)
     _check_real(values)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +12,7 @@ import numpy.typing as npt
 from solidwhirl.rotordyn.assembly.bearing_notes import bearing_notes, note_lines
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, gravity_load
-from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
+from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.modes.damping import NEUTRAL
 from solidwhirl.rotordyn.modes.eigen import modes_at_speed
@@ -22,6 +23,41 @@ from solidwhirl.rotordyn.run_up.record import Divergence, EnergyBalance, MotionS
 from solidwhirl.rotordyn.run_up.recorder import Recorder
 from solidwhirl.rotordyn.run_up.speed_profile import SpeedProfile, ramp_and_hold
 from solidwhirl.rotordyn.run_up.steps import Block, RunPlan, blocks, modal_basis, step_count
+
+__all__ = ["EnergyBalance", "MotionState", "RunSettings", "RunUp", "SpeedProfile", "ramp_and_hold"]
+__all__ += ["run_up"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
+class RunSettings:
+    """Say how a run-up is integrated and what of it is recorded.
+
+    `step_s`: h, s. Bodies with unbalance may turn by one radian in a step. `record_every`: steps
+    from one record to the next; `outputs`: interfaces whose motion is recorded; `bearings`: names
+    of the bearings whose force is recorded. `gravity_m_per_s2`: along x, y, z, shape (3,); None
+    without. `drives`: interfaces with rz where the torque enters that accelerates each train of
+    bodies turning together. Without any, bodies are driven where their inertia is, and Ω' excites
+    no torsion. `initial`: state at time 0; None for rest, in static equilibrium with gravity.
+    `phase_error_rad`: bound of the error in the phase of a free vibration within a block of steps
+    that share one frozen speed. Errors of amplitude are smaller still. Raises AnalysisError if a
+    number has no meaning.
+    """
+
+    step_s: float
+    record_every: int = 1
+    outputs: Sequence[End] = ()
+    bearings: Sequence[str] = ()
+    gravity_m_per_s2: npt.ArrayLike | None = None
+    drives: Sequence[End] = ()
+    initial: MotionState | None = None
+    phase_error_rad: float = 3e-4
+
+    def __post_init__(self) -> None:
+        every, error = self.record_every, self.phase_error_rad
+        if not (isinstance(every, (int, np.integer)) and every >= 1):
+            raise AnalysisError(f"record_every is {every}; it must be a whole number, 1 or more")
+        if not (np.isfinite(error) and error > 0):
+            raise AnalysisError(f"phase_error_rad is {error}; it must be positive")
 
 
 class Watch:
@@ -76,105 +112,40 @@ def _grows(assembled: AssembledSystem, speed_rad_s: float) -> bool:
     return bool((values.real > NEUTRAL * np.abs(values)).any())
 
 
-__all__ = [
-    "EnergyBalance",
-    "MotionState",
-    "RunUp",
-    "SpeedProfile",
-    "ramp_and_hold",
-    "run_up",
-]
-
-
 def run_up(
     assembled: AssembledSystem,
     profile: SpeedProfile,
     unbalances: Sequence[Unbalance],
-    *,
-    step_s: float,
-    record_every: int = 1,
-    outputs: Sequence[End] = (),
-    bearings: Sequence[str] = (),
-    gravity_m_per_s2: npt.ArrayLike | None = None,
-    drives: Sequence[End] = (),
-    initial: MotionState | None = None,
-    phase_error_rad: float = 3e-4,
+    **settings: Any,
 ) -> RunUp:
     """Integrate the motion of a system while its speed follows a profile.
 
-    M q'' + (C(Ω) + ΩG) q' + (K(Ω) + Ω²K2 + ΩN + ½Ω'G) q = f, with the unbalance force
-    u [ω² (cos φ, sin φ) + ω' (sin φ, −cos φ)] on each body, ω = ratio Ω, φ = ratio ∫Ω dt + phase.
+    M q'' + (C(Ω) + ΩG) q' + (K(Ω) + Ω²K2 + ΩN + ½Ω'G) q = f, with the unbalance force u [ω² (cos
+    φ, sin φ) + ω' (sin φ, −cos φ)] on each body, ω = ratio Ω, φ = ratio ∫Ω dt + phase.
 
-    Parameters
-    ----------
-    profile
-        Ω(t) of the reference shaft; its breakpoints must be whole steps.
-    unbalances
-        May be empty.
-    step_s
-        h, s. Bodies with unbalance may turn by one radian in a step.
-    record_every
-        Steps from one record to the next.
-    outputs
-        Interfaces whose motion is recorded.
-    bearings
-        Names of the bearings whose force is recorded.
-    gravity_m_per_s2
-        Along x, y, z, shape (3,); None without.
-    drives
-        Interfaces with rz where the torque enters that accelerates each train of bodies turning
-        together. Without any, bodies are driven where their inertia is, and Ω' excites no torsion.
-    initial
-        State at time 0; None for rest, in static equilibrium with gravity.
-    phase_error_rad
-        Bound of the error in the phase of a free vibration within a block of steps that share one
-        frozen speed. Errors of amplitude are smaller still.
+    `profile`: Ω(t) of the reference shaft; its breakpoints must be whole steps. `unbalances`: may
+    be empty. `settings`: fields of `RunSettings`, of which `step_s` must be given. At a breakpoint
+    forces are those just before it. A run that diverges stops: where a mode grows and an interface
+    has moved by more than the length of the longest body. Its profile, times and records end
+    there. Raises AnalysisError if an argument has no meaning, or the step is too long for the
+    profile or the unbalance; AssemblyError if a body or interface does not exist or lacks a
+    component.
 
-    Returns
-    -------
-    RunUp
-        Motion, forces and energy. At a breakpoint forces are those just before it. A run that
-        diverges stops: where a mode grows and an interface has moved by more than the length of
-        the longest body. Its profile, times and records end there.
-
-    Raises
-    ------
-    AnalysisError
-        If an argument has no meaning, or the step is too long for the profile or the unbalance.
-    AssemblyError
-        If a body or interface does not exist or lacks a component.
-
-    Notes
-    -----
     In a block of steps Ω is frozen at its middle (exponential midpoint rule, the Magnus method of
     second order: Hochbruck and Ostermann 2010, Acta Numerica 19, section 5; Iserles, Munthe-Kaas,
     Nørsett and Zanna 2000, Acta Numerica 9). Within it steps are exact but for the load, a Hermite
     cubic in each step, so that the error falls with the square of the block and the fourth power
     of the step, and at constant speed no frequency, damping or energy is falsified. The step
-    operators are tabulated over the speed by Chebyshev interpolation; each profile piece of its own
-    slope costs some matrix exponentials.
+    operators are tabulated over the speed by Chebyshev interpolation; each profile piece of its
+    own slope costs some matrix exponentials.
 
     ½Ω'G belongs to a driving torque that stays halfway between the axis fixed in space and the
     tilted one (semitangential).
     """
-    if not (isinstance(record_every, (int, np.integer)) and record_every >= 1):
-        raise AnalysisError(f"record_every is {record_every}; it must be a whole number, 1 or more")
-    if not (np.isfinite(phase_error_rad) and phase_error_rad > 0):
-        raise AnalysisError(f"phase_error_rad is {phase_error_rad}; it must be positive")
-    weight = np.zeros(assembled.transformation.shape[0])
-    if gravity_m_per_s2 is not None:
-        weight = gravity_load(assembled, gravity_m_per_s2)
-    plan = RunPlan(
-        basis=modal_basis(assembled),
-        profile=profile,
-        turning=turning_loads(assembled, unbalances),
-        steady=weight,
-        torsion=torsion_load(assembled, drives),
-        step_s=float(step_s),
-        phase_error_rad=float(phase_error_rad),
-    )
-    start = _start(assembled, profile, weight) if initial is None else _checked(assembled, initial)
-    recorder = Recorder(plan, int(record_every), outputs, bearings)
+    how = RunSettings(**settings)
+    plan = _plan(assembled, profile, unbalances, how)
+    start = _start(plan, how.initial)
+    recorder = Recorder(plan, int(how.record_every), how.outputs, how.bearings)
     state = plan.basis.state(start.displacement, start.velocity)
     longest, watch, stopped = 1, Watch(plan), None
     for block in blocks(plan, state):
@@ -188,22 +159,39 @@ def run_up(
         if stopped is not None:
             plan = plan._replace(profile=shortened(profile, stopped.time_s))
             break
-    recorded_steps = np.arange(0, step_count(plan) + 1, int(record_every))
-    run = _record(plan, recorder, recorded_steps, unbalances, outputs, bearings, state, longest)
-    return replace(run, stopped=stopped)
+    return _record(plan, recorder, how, unbalances, state, longest, stopped)
 
 
-def _start(assembled: AssembledSystem, profile: SpeedProfile, weight: FloatArray) -> MotionState:
-    """Return rest under a constant load."""
-    still = np.zeros(assembled.size)
-    if not weight.any():
-        return MotionState(displacement=still, velocity=still)
-    load = assembled.transformation.T @ weight
-    place = static_equilibrium(assembled, float(profile.speeds_rad_s[0]), load)
-    return MotionState(displacement=place, velocity=still)
+def _plan(
+    assembled: AssembledSystem,
+    profile: SpeedProfile,
+    unbalances: Sequence[Unbalance],
+    how: RunSettings,
+) -> RunPlan:
+    weight = np.zeros(assembled.transformation.shape[0])
+    if how.gravity_m_per_s2 is not None:
+        weight = gravity_load(assembled, how.gravity_m_per_s2)
+    return RunPlan(
+        basis=modal_basis(assembled),
+        profile=profile,
+        turning=turning_loads(assembled, unbalances),
+        steady=weight,
+        torsion=torsion_load(assembled, how.drives),
+        step_s=float(how.step_s),
+        phase_error_rad=float(how.phase_error_rad),
+    )
 
 
-def _checked(assembled: AssembledSystem, initial: MotionState) -> MotionState:
+def _start(plan: RunPlan, initial: MotionState | None) -> MotionState:
+    """Return the given state, else rest under the constant load."""
+    assembled = plan.basis.assembled
+    if initial is None:
+        still = np.zeros(assembled.size)
+        if not plan.steady.any():
+            return MotionState(displacement=still, velocity=still)
+        load = assembled.transformation.T @ plan.steady
+        place = static_equilibrium(assembled, float(plan.profile.speeds_rad_s[0]), load)
+        return MotionState(displacement=place, velocity=still)
     for name in ("displacement", "velocity"):
         value = getattr(initial, name)
         if value.shape != (assembled.size,) or not np.isfinite(value).all():
@@ -217,14 +205,14 @@ def _checked(assembled: AssembledSystem, initial: MotionState) -> MotionState:
 def _record(
     plan: RunPlan,
     recorder: Recorder,
-    steps: IntArray,
+    how: RunSettings,
     unbalances: Sequence[Unbalance],
-    outputs: Sequence[End],
-    bearings: Sequence[str],
     state: FloatArray,
     longest: int,
+    stopped: Divergence | None,
 ) -> RunUp:
     assembled, n = plan.basis.assembled, plan.basis.size
+    steps = np.arange(0, step_count(plan) + 1, int(how.record_every))
     # the last breakpoint may miss the last step by rounding
     times = np.minimum(steps * plan.step_s, plan.profile.duration_s)
     motion = recorder.motion()
@@ -237,12 +225,12 @@ def _record(
         time_s=times,
         speed_rad_s=plan.profile.speed_rad_s(times),
         angle_rad=plan.profile.angle_rad(times),
-        outputs=tuple(outputs),
+        outputs=tuple(how.outputs),
         translation_m=motion.displacement[:, :3],
         rotation_rad=motion.displacement[:, 3:],
         velocity_m_per_s=motion.velocity[:, :3],
         angular_velocity_rad_per_s=motion.velocity[:, 3:],
-        bearings=tuple(bearings),
+        bearings=tuple(how.bearings),
         force_n=motion.force[:, :3],
         moment_n_m=motion.force[:, 3:],
         energy=recorder.energy(),
@@ -252,13 +240,13 @@ def _record(
             velocity=plan.basis.shapes @ state[n:],
         ),
         notes=_notes(assembled, plan.profile),
+        stopped=stopped,
     )
 
 
 def _notes(assembled: AssembledSystem, profile: SpeedProfile) -> tuple[str, ...]:
     """Say where bodies and bearings run beyond what they were made for."""
-    doubtful = bearing_notes(assembled, profile.speeds_rad_s)
-    notes = note_lines(doubtful)
+    notes = note_lines(bearing_notes(assembled, profile.speeds_rad_s))
     fastest = float(np.abs(profile.speeds_rad_s).max())
     limit = assembled.speed_limit_rad_s
     if fastest <= limit:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from solidwhirl.rotordyn.assembly.parts import End
-from solidwhirl.rotordyn.core.arrays import FloatArray, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.reprs import lines_of, row
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
@@ -17,48 +17,31 @@ from solidwhirl.rotordyn.run_up.speed_profile import SpeedProfile
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class MotionState:
+class MotionState(ReadOnlyArrays):
     """Hold displacement and velocity in the independent coordinates of a system.
 
-    Attributes
-    ----------
-    displacement
-        q, shape (n,), m and rad.
-    velocity
-        q', shape (n,), m/s and rad/s.
+    `displacement`: q, shape (n,), m and rad; `velocity`: q', shape (n,), m/s and rad/s.
     """
 
     displacement: FloatArray
     velocity: FloatArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "displacement", "velocity")
-
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class EnergyBalance:
+class EnergyBalance(ReadOnlyArrays):
     """Hold the energy of a system over time and the work that changed it.
 
-    Attributes
-    ----------
-    stored_j
-        ½ q'ᵀMq' + ½ qᵀ(K + Ω²K2)q with the symmetric part of all stiffness, shape (s,), J.
-    load_work_j
-        Work of unbalance, gravity and drive torque since time 0, shape (s,).
-    drive_work_j
-        Work of what keeps the shafts at speed, through −½Ω'G q, circulatory and cross-coupled
-        stiffness, and stiffness that changes with the speed, shape (s,).
-    dissipated_j
-        Energy lost to damping since time 0, shape (s,).
+    `stored_j`: ½ q'ᵀMq' + ½ qᵀ(K + Ω²K2)q with the symmetric part of all stiffness, shape (s,), J;
+    `load_work_j`: work of unbalance, gravity and drive torque since time 0, shape (s,);
+    `drive_work_j`: work of what keeps the shafts at speed, through −½Ω'G q, circulatory and
+    cross-coupled stiffness, and stiffness that changes with the speed, shape (s,); `dissipated_j`:
+    energy lost to damping since time 0, shape (s,).
     """
 
     stored_j: FloatArray
     load_work_j: FloatArray
     drive_work_j: FloatArray
     dissipated_j: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "stored_j", "load_work_j", "drive_work_j", "dissipated_j")
 
     @property
     def error_j(self) -> FloatArray:
@@ -75,14 +58,9 @@ class EnergyBalance:
 class Divergence:
     """Hold where a run-up was stopped.
 
-    Attributes
-    ----------
-    time_s, speed_rad_s
-        When, and Ω of the reference shaft then.
-    amplitude_m
-        Largest displacement of an interface along an axis, m.
-    limit_m
-        Size of the machine that it exceeds: the length of its longest body, m.
+    `time_s`, `speed_rad_s`: when, and Ω of the reference shaft then; `amplitude_m`: largest
+    displacement of an interface along an axis, m; `limit_m`: size of the machine that it exceeds:
+    the length of its longest body, m.
     """
 
     time_s: float
@@ -95,42 +73,18 @@ class Divergence:
 class RunUp:
     """Hold the record of a run-up at s times.
 
-    Attributes
-    ----------
-    profile
-        Ω(t).
-    speed_ratios
-        Of each body by name.
-    unbalances
-        What excited it.
-    step_s
-        Of the integration, s.
-    longest_block
-        Most steps that shared one frozen speed while it changed.
-    time_s, speed_rad_s, angle_rad
-        Time, Ω and ∫Ω dt, shape (s,).
-    outputs
-        Interfaces whose motion is recorded, o of them.
-    translation_m, rotation_rad
-        ux, uy, uz and rx, ry, rz, shape (o, 3, s); zero where an interface has no such component.
-    velocity_m_per_s, angular_velocity_rad_per_s
-        Their rates, shape (o, 3, s).
-    bearings
-        Names of the bearings whose force is recorded, b of them.
-    force_n, moment_n_m
-        What the first side of each exerts on its second (on the ground without one), along and
-        about x, y, z, shape (b, 3, s).
-    energy
-        Balance of the energy.
-    final
-        State at the last step, from which another run may start.
-    notes
-        Doubts about validity, one sentence each.
-    balance_error
-        Largest force that is left over at some of the records, over the largest force there, in
-        the system straight from its parts.
-    stopped
-        Where the run diverged and was stopped; None if it went on to the end.
+    `profile`: Ω(t); `speed_ratios`: of each body by name; `unbalances`: what excited it; `step_s`:
+    of the integration, s; `longest_block`: most steps that shared one frozen speed while it
+    changed; `time_s`, `speed_rad_s`, `angle_rad`: time, Ω and ∫Ω dt, shape (s,); `outputs`:
+    interfaces whose motion is recorded, o of them. `translation_m`, `rotation_rad`: ux, uy, uz and
+    rx, ry, rz, shape (o, 3, s); zero where an interface has no such component. `velocity_m_per_s`,
+    `angular_velocity_rad_per_s`: their rates, shape (o, 3, s); `bearings`: names of the bearings
+    whose force is recorded, b of them; `force_n`, `moment_n_m`: what the first side of each exerts
+    on its second (on the ground without one), along and about x, y, z, shape (b, 3, s); `energy`:
+    balance of the energy; `final`: state at the last step, from which another run may start;
+    `notes`: doubts about validity, one sentence each; `balance_error`: largest force that is left
+    over at some of the records, over the largest force there, in the system straight from its
+    parts. `stopped`: where the run diverged and was stopped; None if it went on to the end.
     """
 
     profile: SpeedProfile
@@ -157,21 +111,25 @@ class RunUp:
 
     def __post_init__(self) -> None:
         # read-only in place: the arrays are long and belong to nobody else
-        for name in (
-            "time_s",
-            "speed_rad_s",
-            "angle_rad",
-            "translation_m",
-            "rotation_rad",
-            "velocity_m_per_s",
-            "angular_velocity_rad_per_s",
-            "force_n",
-            "moment_n_m",
-        ):
-            getattr(self, name).setflags(write=False)
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
 
     def __repr__(self) -> str:
-        return _run_up_text(self)
+        pull = np.linalg.norm(self.force_n[:, :2], axis=1)
+        forces = [
+            f"{name}: largest force {force.max():.4g} N at {self.time_s[force.argmax()]:.4g} s"
+            for name, force in zip(self.bearings, pull, strict=True)
+            if force.size
+        ]
+        rpm = self.speed_rad_s * RPM_PER_RAD_S
+        places = row(end.label for end in self.outputs) or "none"
+        head = (
+            f"RunUp: {self.time_s[-1] - self.time_s[0]:.4g} s, {rpm[0]:.6g} to {rpm[-1]:.6g} rpm, "
+            f"{self.time_s.size} records of {places}"
+        )
+        return lines_of(head, forces)
 
     @property
     def sample_rate_hz(self) -> float:
@@ -181,15 +139,7 @@ class RunUp:
     def bearing_force_n(self, bearing: str) -> FloatArray:
         """Return the force through a bearing along x, y, z.
 
-        Returns
-        -------
-        ndarray
-            Shape (3, s), N.
-
-        Raises
-        ------
-        AnalysisError
-            If its force was not recorded.
+        Returns shape (3, s), N. Raises AnalysisError if its force was not recorded.
         """
         if bearing not in self.bearings:
             raise AnalysisError(
@@ -197,33 +147,3 @@ class RunUp:
                 f"{list(self.bearings)}"
             )
         return np.asarray(self.force_n[self.bearings.index(bearing)])
-
-    def output_translation_m(self, body: str, interface: str) -> FloatArray:
-        """Return the translation of an interface along x, y, z.
-
-        Returns shape (3, s), m. Raises AnalysisError if it was not recorded.
-        """
-        end = End(body=body, interface=interface)
-        if end not in self.outputs:
-            raise AnalysisError(
-                f"the motion of {end.label} was not recorded; there are "
-                f"{[known.label for known in self.outputs]}"
-            )
-        return np.asarray(self.translation_m[self.outputs.index(end)])
-
-
-def _run_up_text(run: RunUp) -> str:
-    """Duration, speeds, and the largest force through each bearing."""
-    pull = np.linalg.norm(run.force_n[:, :2], axis=1)
-    forces = [
-        f"{name}: largest force {force.max():.4g} N at {run.time_s[force.argmax()]:.4g} s"
-        for name, force in zip(run.bearings, pull, strict=True)
-        if force.size
-    ]
-    rpm = run.speed_rad_s * RPM_PER_RAD_S
-    places = row(end.label for end in run.outputs) or "none"
-    head = (
-        f"RunUp: {run.time_s[-1] - run.time_s[0]:.4g} s, {rpm[0]:.6g} to {rpm[-1]:.6g} rpm, "
-        f"{run.time_s.size} records of {places}"
-    )
-    return lines_of(head, forces)

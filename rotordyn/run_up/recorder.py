@@ -7,10 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solidwhirl.rotordyn.assembly.coordinates import interface_row
+from solidwhirl.rotordyn.assembly.coordinates import interface_row, seat_motion
 from solidwhirl.rotordyn.assembly.parts import End
-from solidwhirl.rotordyn.assembly.reactions import bearing_forces
-from solidwhirl.rotordyn.assembly.system import AssembledSystem
+from solidwhirl.rotordyn.assembly.reactions import joint_forces
 from solidwhirl.rotordyn.checks.plain_checks import Miss
 from solidwhirl.rotordyn.checks.plain_responses import force_balance
 from solidwhirl.rotordyn.checks.plain_system import PlainSystem
@@ -18,7 +17,6 @@ from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.run_up.record import EnergyBalance
 from solidwhirl.rotordyn.run_up.steps import Block, RunPlan
-from solidwhirl.rotordyn.superelement.validation import MOTIONS
 
 # Samples that wait before their forces are computed together.
 _WAITING = 4096
@@ -63,7 +61,11 @@ class Recorder:
         self._plan = plan
         self._every = every
         self._bearings = tuple(bearings)
-        rows = [interface_rows(assembled, end) for end in outputs]
+        for end in outputs:  # the error of a missing place names what exists
+            rotor = assembled.system.rotors.get(end.body)
+            has = () if rotor is None else rotor.element.components_at(end.interface)
+            interface_row(assembled, end.body, end.interface, has[0] if has else "ux")
+        rows = [seat_motion(assembled, end) for end in outputs]
         self._rows = np.array(rows).reshape(6 * len(rows), assembled.size)
         self._modal_columns = plan.modal(plan.turning.columns)
         self._waiting: list[_Samples] = []
@@ -176,7 +178,7 @@ class Recorder:
             self._motion.append(whole.states[:, :n] @ (self._rows @ basis.displacement).T)
             self._rate.append(whole.states[:, n:] @ (self._rows @ basis.shapes).T)
         if self._bearings:
-            forces = bearing_forces(
+            forces = joint_forces(
                 basis.assembled,
                 whole.speeds,
                 whole.states[:, :n] @ basis.displacement.T,
@@ -184,7 +186,7 @@ class Recorder:
                 whole.accelerations @ basis.shapes.T,
                 {name: whole.loads[:, at] for name, at in basis.assembled.body_slices.items()},
                 whole.rates,
-            )
+            ).bearings
             self._forces.append(np.hstack([forces[name] for name in self._bearings]))
 
 
@@ -198,21 +200,6 @@ def _integrals(values: FloatArray) -> FloatArray:
         return np.asarray(0.5 * sums)
     slopes = np.gradient(values, axis=0, edge_order=2)
     return np.asarray(0.5 * sums - (slopes - slopes[0]) / 12.0)
-
-
-def interface_rows(assembled: AssembledSystem, end: End) -> FloatArray:
-    """Return ux to rz of an interface per independent coordinate.
-
-    Returns shape (6, n); zero rows for components it lacks. Raises AssemblyError if there is no
-    such body or interface, or it has no coordinates.
-    """
-    rotor = assembled.system.rotors.get(end.body)
-    has = () if rotor is None else rotor.element.components_at(end.interface)
-    rows = np.zeros((6, assembled.size))
-    for component in has or ("ux",):  # the error of a missing place names what exists
-        row = interface_row(assembled, end.body, end.interface, component)
-        rows[MOTIONS.index(component)] = row
-    return rows
 
 
 def _joined(parts: list[FloatArray], count: int) -> FloatArray:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.run_up.force_spectrum import order_amplitude
 from solidwhirl.rotordyn.run_up.record import RunUp
@@ -18,25 +18,17 @@ _AXES = ("x", "y")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class NormalisedResponse:
+class NormalisedResponse(ReadOnlyArrays):
     """Hold the size of a force per size of the excitation, over the frequency.
 
-    Attributes
-    ----------
-    frequency_hz
-        Shape (f,).
-    ratio
-        N/N, shape (f,); nan where the excitation has next to nothing.
-    excited_hz
-        Lowest and highest frequency at which there is excitation; the ratio is nan outside.
+    `frequency_hz`: shape (f,). `ratio`: N/N, shape (f,); nan where the excitation has next to
+    nothing. `excited_hz`: lowest and highest frequency at which there is excitation; the ratio is
+    nan outside.
     """
 
     frequency_hz: FloatArray
     ratio: FloatArray
     excited_hz: tuple[float, float] = (0.0, np.inf)
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "frequency_hz", "ratio")
 
 
 def excitation_force_n(run: RunUp, time_s: npt.ArrayLike) -> ComplexArray:
@@ -60,10 +52,7 @@ def excitation_force_n(run: RunUp, time_s: npt.ArrayLike) -> ComplexArray:
 
 
 def excited_bodies(run: RunUp) -> tuple[str, ...]:
-    """Return the bodies of a run-up that have unbalance, in the order in which they appear.
-
-    Returns each once.
-    """
+    """Return the bodies of a run-up that have unbalance, each once, as they first appear."""
     return tuple(dict.fromkeys(unbalance.body for unbalance in run.unbalances))
 
 
@@ -92,44 +81,33 @@ def normalised_response(
 ) -> NormalisedResponse:
     """Return the spectrum of a bearing force divided by that of the excitation.
 
-    Parameters
-    ----------
-    run
-        The record, with the force of the bearing and unbalance on one or more bodies.
-    axis
-        Component of the force, "x" or "y".
-    band_hz
-        Width over which squared magnitudes are averaged before they are divided; smooths the
-        ripple of the spectrum of a sweep.
-    floor
-        Frequencies at which the excitation is below this share of its largest value are nan.
+    `run`: the record, with the force of the bearing and unbalance on one or more bodies; `axis`:
+    component of the force, "x" or "y". `band_hz`: width over which squared magnitudes are averaged
+    before they are divided; smooths the ripple of the spectrum of a sweep. `floor`: frequencies at
+    which the excitation is below this share of its largest value are nan. Returns √(⟨|F_P|²⟩ / Σ_b
+    ⟨|F_b|²⟩) over the frequency: F_P the Fourier transform of the force along the axis, F_b that
+    of the unbalance force of body b along it, ⟨⟩ the mean over the band. At a frequency that one
+    body alone sweeps through this is the amplitude of the force per amplitude of its excitation.
+    Both records fade in and out over a twentieth of their length. Outside `excited_band_hz` the
+    ratio is nan: both spectra are side lobes there, whose quotient has peaks that belong to no
+    resonance. Raises AnalysisError if the force was not recorded, there is no unbalance, or
+    records are too coarse for the fastest excitation.
 
-    Returns
-    -------
-    NormalisedResponse
-        √(⟨|F_P|²⟩ / Σ_b ⟨|F_b|²⟩) over the frequency: F_P the Fourier transform of the force along
-        the axis, F_b that of the unbalance force of body b along it, ⟨⟩ the mean over the band. At
-        a frequency that one body alone sweeps through this is the amplitude of the force per
-        amplitude of its excitation. Both records fade in and out over a twentieth of their
-        length. Outside `excited_band_hz` the ratio is nan: both spectra are side lobes there,
-        whose quotient has peaks that belong to no resonance.
-
-    Raises
-    ------
-    AnalysisError
-        If the force was not recorded, there is no unbalance, or records are too coarse for the
-        fastest excitation.
-
-    Notes
-    -----
-    Müller and Hennings, figure 18, "normalised to the respective excitation force", do not print
-    a formula; this is the reading taken here. `order_response` keeps the bodies apart.
+    Müller and Hennings, figure 18, "normalised to the respective excitation force", do not print a
+    formula; this is the reading taken here. `order_response` keeps the bodies apart.
     """
-    force = _axis(run, bearing, axis)
+    if axis not in _AXES:
+        raise AnalysisError(f"axis is {axis!r}; allowed are {_AXES}")
+    force = run.bearing_force_n(bearing)[_AXES.index(axis)]
     excitation = excitation_force_n(run, run.time_s)
     if not excitation.size or not np.abs(excitation).any():
         raise AnalysisError("the run-up has no unbalance to normalise with")
-    _check_rate(run)
+    low, high = excited_band_hz(run)
+    if run.sample_rate_hz < 2.5 * high:
+        raise AnalysisError(
+            f"the force is recorded at {run.sample_rate_hz:.6g} Hz, the excitation goes to "
+            f"{high:.6g} Hz; record 2.5 times per period or more"
+        )
     part = excitation.real if axis == "x" else excitation.imag
     from scipy.signal import get_window  # takes a quarter of a second to import
 
@@ -139,7 +117,6 @@ def normalised_response(
     out = _band_mean(_power(force * weight), width)
     given = _band_mean(_power(part * weight).sum(axis=0), width)
     middle = _band_mean(np.asarray(frequency), width)
-    low, high = excited_band_hz(run)
     # the band that holds an end of the excitation still shows it
     half = 0.5 * width * float(frequency[1])
     known = (given > floor**2 * given.max()) & (middle >= low - half) & (middle <= high + half)
@@ -184,19 +161,3 @@ def _band_mean(values: FloatArray, width: int) -> FloatArray:
     """Return the mean of each group of neighbours; a last group that is not full is left out."""
     whole = values.size // width * width
     return np.asarray(values[:whole].reshape(-1, width).mean(axis=1))
-
-
-def _axis(run: RunUp, bearing: str, axis: str) -> FloatArray:
-    if axis not in _AXES:
-        raise AnalysisError(f"axis is {axis!r}; allowed are {_AXES}")
-    return np.asarray(run.bearing_force_n(bearing)[_AXES.index(axis)])
-
-
-def _check_rate(run: RunUp) -> None:
-    """Refuse records too coarse for the excitation."""
-    _, highest = excited_band_hz(run)
-    if run.sample_rate_hz < 2.5 * highest:
-        raise AnalysisError(
-            f"the force is recorded at {run.sample_rate_hz:.6g} Hz, the excitation goes to "
-            f"{highest:.6g} Hz; record 2.5 times per period or more"
-        )

@@ -15,17 +15,9 @@ from solidwhirl.rotordyn.core.errors import AnalysisError
 class SpeedProfile:
     """Hold Ω(t), linear between breakpoints.
 
-    Attributes
-    ----------
-    times_s
-        Breakpoints, rising from 0, shape (b,), b ≥ 2.
-    speeds_rad_s
-        Ω there, shape (b,); either sign.
-
-    Raises
-    ------
-    AnalysisError
-        If shapes do not fit, numbers are not finite, or times do not rise from 0.
+    `times_s`: breakpoints, rising from 0, shape (b,), b ≥ 2. `speeds_rad_s`: Ω there, shape (b,);
+    either sign. Raises AnalysisError if shapes do not fit, numbers are not finite, or times do not
+    rise from 0.
     """
 
     times_s: FloatArray
@@ -47,7 +39,7 @@ class SpeedProfile:
             )
         object.__setattr__(self, "times_s", times)
         object.__setattr__(self, "speeds_rad_s", speeds)
-        freeze_arrays(self, "times_s", "speeds_rad_s")
+        freeze_arrays(self)
 
     @property
     def duration_s(self) -> float:
@@ -62,25 +54,19 @@ class SpeedProfile:
     def speed_rad_s(self, time_s: npt.ArrayLike) -> FloatArray:
         """Return Ω at given times.
 
-        `time_s`: times within the profile, any shape, s. Returns same shape. Raises AnalysisError
-        if a time lies outside the profile.
+        `time_s`: times within the profile, any shape. Raises AnalysisError if one lies outside it.
         """
         piece, since = self._pieces(time_s)
         return np.asarray(self.speeds_rad_s[piece] + self.accelerations_rad_s2[piece] * since)
 
     def acceleration_rad_s2(self, time_s: npt.ArrayLike) -> FloatArray:
-        """Return Ω' at given times; at a breakpoint that of the piece that begins there.
-
-        `time_s`: times within the profile, any shape, s. Returns same shape; at the end of the
-        profile that of the last piece. Raises AnalysisError if a time lies outside the profile.
-        """
+        """Return Ω' as `speed_rad_s` returns Ω; at a breakpoint that of the piece that begins."""
         return np.asarray(self.accelerations_rad_s2[self._pieces(time_s)[0]])
 
     def angle_rad(self, time_s: npt.ArrayLike) -> FloatArray:
         """Return the angle the reference shaft has turned since time 0, ∫ Ω dt.
 
-        `time_s`: times within the profile, any shape, s. Returns exact integral, same shape, not
-        reduced to one turn. Raises AnalysisError if a time lies outside the profile.
+        As `speed_rad_s`; the integral is exact and not reduced to one turn.
         """
         piece, since = self._pieces(time_s)
         means = 0.5 * (self.speeds_rad_s[1:] + self.speeds_rad_s[:-1])
@@ -107,27 +93,10 @@ def ramp_and_hold(
 ) -> SpeedProfile:
     """Return a linear ramp to a speed that is then held.
 
-    Parameters
-    ----------
-    speed_rad_s
-        Ω at the end of the ramp, rad/s.
-    ramp_s
-        Duration of the ramp, s, positive.
-    hold_s
-        Duration at constant speed, s; 0 leaves it out.
-    start_speed_rad_s
-        Ω at time 0, rad/s.
-
-    Returns
-    -------
-    SpeedProfile
-        The source paper (Müller and Hennings, section 5.8) ramps 20 s from rest to 13 690 rpm
-        and holds 10 s.
-
-    Raises
-    ------
-    AnalysisError
-        If a number is not finite or a duration has no meaning.
+    `speed_rad_s`: Ω at the end of the ramp, rad/s; `ramp_s`: duration of the ramp, s, positive.
+    `hold_s`: duration at constant speed, s; 0 leaves it out. `start_speed_rad_s`: Ω at time 0,
+    rad/s. The source paper (Müller and Hennings, section 5.8) ramps 20 s from rest to 13690 rpm
+    and holds 10 s. Raises AnalysisError if a number is not finite or a duration has no meaning.
     """
     if not (np.isfinite(ramp_s) and ramp_s > 0):
         raise AnalysisError(f"ramp_s is {ramp_s}; it must be positive")

@@ -231,17 +231,6 @@ class StepMatrices(NamedTuple):
     acceleration: FloatArray
 
 
-class StepTable(NamedTuple):
-    """Step matrices as a function of the speed, for one step size and acceleration."""
-
-    table: SpeedTable
-
-    def at(self, speed_rad_s: float) -> StepMatrices:
-        """Return the matrices at a speed of the range."""
-        transposed, loads, constants, acceleration = self.table(speed_rad_s)
-        return StepMatrices(transposed.T, loads, constants, acceleration)
-
-
 def step_table(
     basis: ModalBasis,
     loads: FloatArray,
@@ -250,7 +239,7 @@ def step_table(
     acceleration_rad_s2: float,
     speeds_rad_s: tuple[float, float],
     smallest_width_rad_s: float,
-) -> StepTable:
+) -> Callable[[float], StepMatrices]:
     """Tabulate the step over a range of speeds.
 
     `loads`: modal columns of the loads that turn, shape (n, c); `constants`: modal columns of the
@@ -263,8 +252,13 @@ def step_table(
         rows = basis.acceleration_rows(speed, acceleration_rad_s2)
         return (*step_operators(basis.scale, rows, loads, constants, step_s), rows)
 
-    edges = _edges(basis.assembled, *sorted(speeds_rad_s))
-    return StepTable(tabulate(sample, edges, smallest_width_rad_s))
+    table = tabulate(sample, _edges(basis.assembled, *sorted(speeds_rad_s)), smallest_width_rad_s)
+
+    def at(speed: float) -> StepMatrices:
+        transposed, *rest = table(speed)
+        return StepMatrices(transposed.T, *rest)
+
+    return at
 
 
 def step_operators(
@@ -512,14 +506,14 @@ def _piece_blocks(
         plan.basis, loads, modal_constant[:, None], h, piece.acceleration, piece.speeds, width
     )
     size = int(min(longest, _LONGEST))
-    fixed = table.at(piece.speeds[0])
+    fixed = table(piece.speeds[0])
     for first in range(piece.first_step, piece.last_step, size):
         last = min(first + size, piece.last_step)
         since = h * (np.arange(first, last + 1) - piece.first_step)
         speeds = piece.speeds[0] + piece.acceleration * since
         angles = piece.start_angle + 0.5 * (piece.speeds[0] + speeds) * since
         middle = 0.5 * float(speeds[0] + speeds[-1])
-        matrices = fixed if piece.acceleration == 0 else table.at(middle)
+        matrices = fixed if piece.acceleration == 0 else table(middle)
         values, changes = plan.turning.amplitudes(angles, speeds, piece.acceleration)
         states = _stepped(matrices, state, values, h * changes)
         yield Block(

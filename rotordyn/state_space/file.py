@@ -12,7 +12,7 @@ import contextlib
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import h5py
 import numpy as np
@@ -32,22 +32,14 @@ EQUATION = (
     "x' = A(Om) x + B(Om) u, y = C(Om) x + D(Om) u, (q, q') = state_scale * x, inertial frame; "
     "polynomial: A(Om) = A[0] + Om A[1] + Om^2 A[2]; table: A[k] at speeds[k], linear between"
 )
-_FORMS: tuple[Literal["polynomial", "table"], ...] = ("polynomial", "table")
 _MATRICES = ("A", "B", "C", "D")
 
 
 def write_state_space(model: StateSpace, path: str | Path) -> None:
     """Write a state-space model to an HDF5 file, which appears when it is complete.
 
-    Parameters
-    ----------
-    path
-        The file; its folder must exist. An older file is replaced.
-
-    Raises
-    ------
-    OSError
-        If the folder does not exist or cannot be written.
+    `path`: the file; its folder must exist. An older file is replaced. Raises OSError if the
+    folder does not exist or cannot be written.
     """
     with (
         replacing(Path(path)) as temporary,
@@ -84,16 +76,9 @@ def write_state_space(model: StateSpace, path: str | Path) -> None:
 def read_state_space(path: str | Path) -> StateSpace:
     """Read a state-space model from an HDF5 file.
 
-    Returns
-    -------
-    StateSpace
-        Equal to the one written, bit for bit.
-
-    Raises
-    ------
-    AnalysisError
-        If the file is missing, damaged, of another format or a newer major version, or holds
-        wrong shapes or numbers that are not finite. The message names the file and the dataset.
+    The model is equal to the one written, bit for bit. Raises AnalysisError if the file is
+    missing, damaged, of another format or a newer major version, or holds wrong shapes or numbers
+    that are not finite. The message names the file and the dataset.
     """
     try:
         refuse_damaged(Path(path), _try_path)
@@ -124,12 +109,14 @@ def _read(file: SuperelementFile) -> StateSpace:
             "attribute 'format_version'",
             f"is {version!r}; this program reads {MAJOR_VERSION}.x.y",
         )
-    form = _form(file)
+    form = file.text_attribute("form")
+    if form not in ("polynomial", "table"):
+        raise file.error("attribute 'form'", f"is {form!r}, allowed are ['polynomial', 'table']")
     states, speeds = file.length("state_scale"), file.length("speeds")
     inputs, outputs = file.length("input/name"), file.length("output/name")
     count = 3 if form == "polynomial" else speeds
     return StateSpace(
-        form=form,
+        form=cast(Literal["polynomial", "table"], form),
         speeds_rad_s=file.vector("speeds"),
         a=file.numbers("A", (count, states, states)),
         b=file.numbers("B", (count, states, inputs)),
@@ -141,14 +128,6 @@ def _read(file: SuperelementFile) -> StateSpace:
         output_names=tuple(file.texts("output/name", outputs)),
         output_units=tuple(file.texts("output/unit", outputs)),
     )
-
-
-def _form(file: SuperelementFile) -> Literal["polynomial", "table"]:
-    found = file.text_attribute("form")
-    for form in _FORMS:
-        if found == form:
-            return form
-    raise file.error("attribute 'form'", f"is {found!r}, allowed are {list(_FORMS)}")
 
 
 def export_npz(model: StateSpace, path: str | Path) -> None:
@@ -168,15 +147,9 @@ def export_npz(model: StateSpace, path: str | Path) -> None:
 def export_mat(model: StateSpace, path: str | Path) -> None:
     """Write a state-space model to a MAT file, loaded with `load` in Matlab and Octave.
 
-    Raises
-    ------
-    AnalysisError
-        If the model is too large for the format (a matrix of 2 GiB).
-    OSError
-        If the folder does not exist or cannot be written.
+    Raises AnalysisError if the model is too large for the format (a matrix of 2 GiB). Raises
+    OSError if the folder does not exist or cannot be written.
 
-    Notes
-    -----
     The variables of `export_npz`, in version 5 of the format; the matrices of a table have the
     speed as third axis, A(:,:,k), and texts are cell arrays. `ss(A0 + Om*A1 + Om^2*A2, ...)` is
     the model at one speed.

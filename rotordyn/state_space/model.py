@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,14 +13,7 @@ import scipy.linalg as la
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
 from solidwhirl.rotordyn.core.arrays import FloatArray, freeze_arrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
-from solidwhirl.rotordyn.state_space.channels import (
-    Channels,
-    Input,
-    Output,
-    channels_at_speed,
-    input_names,
-    output_names,
-)
+from solidwhirl.rotordyn.state_space.channels import Channels, ForceInput, Output, channels_at_speed
 
 
 class StateMatrices(NamedTuple):
@@ -36,21 +29,13 @@ class StateMatrices(NamedTuple):
 class StateSpace:
     """Hold x' = A(Ω) x + B(Ω) u, y = C(Ω) x + D(Ω) u over a range of speeds.
 
-    Attributes
-    ----------
-    form
-        "polynomial": A(Ω) = A[0] + Ω A[1] + Ω² A[2], likewise B, C, D, exact at every speed.
-        "table": A[k] at speeds_rad_s[k], linear between, with an error of second order in the
-        distance of the speeds.
-    speeds_rad_s
-        Lowest and highest Ω for a polynomial, shape (2,); rising speeds of a table, shape (s,).
-    a, b, c, d
-        Shapes (k, 2n, 2n), (k, 2n, m), (k, p, 2n) and (k, p, m), k = 3 or s.
-    state_scale
-        The state is x = (q, q') / state_scale with q in the independent coordinates of the
-        system, shape (2n,); powers of two.
-    input_names, input_units, output_names, output_units
-        Of u and y, m and p texts.
+    `form`: "polynomial": A(Ω) = A[0] + Ω A[1] + Ω² A[2], likewise B, C, D, exact at every speed.
+    "table": A[k] at speeds_rad_s[k], linear between, with an error of second order in the distance
+    of the speeds. `speeds_rad_s`: lowest and highest Ω for a polynomial, shape (2,); rising speeds
+    of a table, shape (s,). `a`, `b`, `c`, `d`: shapes (k, 2n, 2n), (k, 2n, m), (k, p, 2n) and (k,
+    p, m), k = 3 or s. `state_scale`: the state is x = (q, q') / state_scale with q in the
+    independent coordinates of the system, shape (2n,); powers of two. `input_names`,
+    `input_units`, `output_names`, `output_units`: of u and y, m and p texts.
     """
 
     form: Literal["polynomial", "table"]
@@ -77,20 +62,8 @@ class StateSpace:
     def at_speed(self, speed_rad_s: float) -> StateMatrices:
         """Return the matrices at one speed.
 
-        Parameters
-        ----------
-        speed_rad_s
-            Ω, rad/s.
-
-        Returns
-        -------
-        StateMatrices
-            A, B, C, D.
-
-        Raises
-        ------
-        AnalysisError
-            If the speed lies outside the range of the model.
+        `speed_rad_s`: Ω, rad/s. Returns A, B, C, D. Raises AnalysisError if the speed lies outside
+        the range of the model.
         """
         low, high = float(self.speeds_rad_s[0]), float(self.speeds_rad_s[-1])
         if not low <= speed_rad_s <= high:
@@ -107,49 +80,23 @@ class StateSpace:
             return np.array([1.0, speed, speed**2])
         return np.array([np.interp(speed, self.speeds_rad_s, row) for row in np.eye(len(self.a))])
 
-    def to_scipy(self, speed_rad_s: float) -> Any:
-        """Return the model at one speed as a continuous-time `scipy.signal.StateSpace`.
-
-        The result is of all inputs and outputs.
-        """
-        import scipy.signal  # takes a quarter of a second
-
-        return scipy.signal.StateSpace(*self.at_speed(speed_rad_s))
-
 
 def state_space(
     assembled: AssembledSystem,
-    inputs: Sequence[Input],
+    inputs: Sequence[ForceInput],
     outputs: Sequence[Output],
     speed_range_rad_s: tuple[float, float],
 ) -> StateSpace:
     """Build the state-space model of a system with constant bearings, exact at every speed.
 
-    Parameters
-    ----------
-    assembled
-        The system; for a small model, `modal_truncation.truncated_system` of it.
-    inputs, outputs
-        Forces, ground motions, motions and bearing forces.
-    speed_range_rad_s
-        Lowest and highest Ω.
+    `assembled`: the system; for a small model, `modal_truncation.truncated_system` of it.
+    `inputs`, `outputs`: forces, motions and bearing forces; `speed_range_rad_s`:
+    lowest and highest Ω. The result is of the form "polynomial". Raises AnalysisError if a bearing
+    depends on the speed, the range is empty or not finite, or an input or output does not exist.
 
-    Returns
-    -------
-    StateSpace
-        Of the form "polynomial".
-
-    Raises
-    ------
-    AnalysisError
-        If a bearing depends on the speed, the range is empty or not finite, or an input or
-        output does not exist.
-
-    Notes
-    -----
     A = [[0, 1], [−M⁻¹(K + ΩN + Ω²K2), −M⁻¹(C + ΩG)]], a polynomial in Ω. The state is scaled by
-    powers of two that balance the rows and columns of the sum of |A| over the range, one scale
-    for all speeds, so the polynomial stays one.
+    powers of two that balance the rows and columns of the sum of |A| over the range, one scale for
+    all speeds, so the polynomial stays one.
     """
     low, high = (float(v) for v in speed_range_rad_s)
     if not (np.isfinite([low, high]).all() and low < high):
@@ -173,30 +120,16 @@ def state_space(
 
 def tabulated_state_space(
     assembled: AssembledSystem,
-    inputs: Sequence[Input],
+    inputs: Sequence[ForceInput],
     outputs: Sequence[Output],
     speeds_rad_s: npt.ArrayLike,
 ) -> StateSpace:
     """Build the state-space model of any system at a number of speeds.
 
-    Parameters
-    ----------
-    assembled
-        The system, with bearings of any kind.
-    inputs, outputs
-        Forces, ground motions, motions and bearing forces.
-    speeds_rad_s
-        Ω, rising, two or more, shape (s,).
-
-    Returns
-    -------
-    StateSpace
-        Of the form "table": exact at these speeds.
-
-    Raises
-    ------
-    AnalysisError
-        If the speeds do not rise, or an input or output does not exist.
+    `assembled`: the system, with bearings of any kind; `inputs`, `outputs`: forces, ground
+    motions, motions and bearing forces; `speeds_rad_s`: Ω, rising, two or more, shape (s,). The
+    result is of the form "table": exact at these speeds. Raises AnalysisError if the speeds do not
+    rise, or an input or output does not exist.
     """
     speeds = np.array(speeds_rad_s, dtype=float)
     rising = speeds.ndim == 1 and speeds.size > 1 and bool((np.diff(speeds) > 0).all())
@@ -223,14 +156,14 @@ def _term(
     b[n:] = la.solve(assembled.mass, channels.load, assume_a="pos")
     c[:, :n] += channels.displacement
     c[:, n:] += channels.velocity
-    return StateMatrices(a, b, c, channels.direct + channels.acceleration @ b[n:])
+    return StateMatrices(a, b, c, channels.acceleration @ b[n:])
 
 
 def _rate_term(
     assembled: AssembledSystem, channels: Channels, stiffness: FloatArray, velocity: FloatArray
 ) -> StateMatrices:
     """Return what a part of K and C + ΩG adds to the accelerations, and to outputs of them."""
-    n, (p, m) = assembled.size, channels.direct.shape
+    n, m, p = assembled.size, channels.load.shape[1], len(channels.acceleration)
     a = np.zeros((2 * n, 2 * n))
     a[n:] = -la.solve(assembled.mass, np.hstack((stiffness, velocity)), assume_a="pos")
     return StateMatrices(a, np.zeros((2 * n, m)), channels.acceleration @ a[n:], np.zeros((p, m)))
@@ -241,11 +174,13 @@ def _scaled(
     speeds: FloatArray,
     terms: Sequence[StateMatrices],
     size: FloatArray,
-    ends: tuple[Sequence[Input], Sequence[Output]],
+    ends: tuple[Sequence[ForceInput], Sequence[Output]],
 ) -> StateSpace:
     """Return the record with states that balance `size`, the entries of |A|."""
     _, (scale, _) = la.matrix_balance(size, permute=False, separate=True)
-    inputs, outputs = input_names(ends[0]), output_names(ends[1])
+    (inputs, input_units), (outputs, output_units) = (
+        zip(*(item.name_and_unit for item in end), strict=True) for end in ends
+    )
     return StateSpace(
         form=form,
         speeds_rad_s=speeds,
@@ -254,10 +189,10 @@ def _scaled(
         c=np.array([term.c * scale for term in terms]),
         d=np.array([term.d for term in terms]),
         state_scale=scale,
-        input_names=inputs.names,
-        input_units=inputs.units,
-        output_names=outputs.names,
-        output_units=outputs.units,
+        input_names=inputs,
+        input_units=input_units,
+        output_names=outputs,
+        output_units=output_units,
     )
 
 

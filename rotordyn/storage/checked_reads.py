@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import zlib
 from collections.abc import Iterator
@@ -16,37 +17,13 @@ import numpy.typing as npt
 
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import SuperelementError
-from solidwhirl.rotordyn.storage.format import (
-    FORMAT,
-    LARGEST_COUNT,
-    LARGEST_NUMBER,
-    LARGEST_SIZE,
-    LARGEST_WHOLE,
-    LONGEST_ATTRIBUTE,
-    LONGEST_NAME,
-    LONGEST_TEXT,
-    MAJOR_VERSION,
-    OPERATORS,
-    UNITS,
-    UNSUPPORTED,
-    printable,
-)
+from solidwhirl.rotordyn.storage import format as layout
 
-# What h5py and numpy raise for damaged content.
-_READ_ERRORS = (
-    OSError,
-    RuntimeError,
-    LookupError,
-    TypeError,
-    ValueError,
-    ArithmeticError,
-    AttributeError,
-    MemoryError,
-)
 # Filters that the format uses; decoders of others are not trusted with bytes from elsewhere.
 _DEFLATE, _SHUFFLE, _FLETCHER32 = 1, 2, 3
 _FILTERS = {_DEFLATE: "gzip", _SHUFFLE: "shuffle", _FLETCHER32: "fletcher32"}
 _CHECKSUM_BYTES = 4
+_HEADER = {"format": layout.FORMAT, "unit_system": "SI", "frame": "inertial"}
 # Chunks: h5py makes them up to 1 MiB. What does not shrink is stored as it is, so a stored chunk
 # is hardly larger than its content.
 _LARGEST_CHUNK, _OVERHEAD = 1 << 24, 1 << 10
@@ -58,13 +35,7 @@ _NUMBER_BYTES = 8
 
 
 class SuperelementFile:
-    """Read parts of a superelement file, naming file and dataset in each error.
-
-    Parameters
-    ----------
-    file
-        The open HDF5 file.
-    """
+    """Read parts of a superelement file, naming file and dataset in each error."""
 
     def __init__(self, path: Path, file: h5py.File) -> None:
         self.path = path
@@ -82,34 +53,32 @@ class SuperelementFile:
             raise SuperelementError(f"{path}: no such file")
         try:
             file = h5py.File(path, "r")
-        except _READ_ERRORS as error:
-            said = printable(str(error))
+        except Exception as error:  # h5py and numpy raise all kinds
+            said = layout.printable(str(error))
             raise SuperelementError(f"{path}: not a complete HDF5 file: {said}") from error
-        place = "the root"
+        opened = cls(path, file)
         try:
             with file:
-                opened = cls(path, file)
-                try:
-                    yield opened
-                finally:
-                    place = opened._place
+                yield opened
         except SuperelementError:
             raise
-        except _READ_ERRORS as error:
-            said = printable(f"{place} cannot be read: {error}")
+        except Exception as error:
+            said = layout.printable(f"{opened._place} cannot be read: {error}")
             raise SuperelementError(f"{path}: damaged: {said}") from error
 
     def error(self, place: str, found: str) -> SuperelementError:
         """Return an error that names the file and the place in it."""
         return SuperelementError(
-            f"{self.path}: {printable(place, LONGEST_NAME)} {printable(found)}"
+            f"{self.path}: {layout.printable(place, layout.LONGEST_NAME)} {layout.printable(found)}"
         )
 
     def named(self, error: SuperelementError) -> SuperelementError:
         """Return an error of the record with the name of the file, once."""
         text = str(error)
         prefix = f"{self.path}: "
-        return error if text.startswith(prefix) else SuperelementError(prefix + printable(text))
+        return (
+            error if text.startswith(prefix) else SuperelementError(prefix + layout.printable(text))
+        )
 
     def attribute(self, holder: h5py.Group | h5py.Dataset, place: str, name: str) -> Any:
         """Return a number, a short list of numbers, or a text; None if there is none."""
@@ -122,13 +91,17 @@ class SuperelementFile:
         is_text = h5py.check_string_dtype(found.dtype) is not None
         if found.dtype.kind not in "fiu" and not is_text:
             raise self.error(where, f"has type {found.dtype}; a text or numbers are needed")
-        if count * found.dtype.itemsize > LONGEST_ATTRIBUTE or (is_text and found.shape != ()):
+        if count * found.dtype.itemsize > layout.LONGEST_ATTRIBUTE or (
+            is_text and found.shape != ()
+        ):
             raise self.error(where, f"has shape {found.shape}; one text or few numbers are needed")
         value = holder.attrs[name]
         if isinstance(value, bytes):
             value = value.decode("utf-8", errors="replace")
-        if isinstance(value, str) and len(value) > LONGEST_ATTRIBUTE:
-            raise self.error(where, f"has {len(value)} characters; {LONGEST_ATTRIBUTE} are allowed")
+        if isinstance(value, str) and len(value) > layout.LONGEST_ATTRIBUTE:
+            raise self.error(
+                where, f"has {len(value)} characters; {layout.LONGEST_ATTRIBUTE} are allowed"
+            )
         return value
 
     def text_attribute(self, name: str) -> str:
@@ -141,10 +114,10 @@ class SuperelementFile:
     def integers_attribute(self, name: str) -> tuple[int, ...]:
         """Return a list of integers, none negative, from an attribute of the root."""
         value = np.asarray(self.attribute(self.file, "", name))
-        if value.ndim != 1 or value.dtype.kind not in "iu" or value.size > LARGEST_SIZE:
+        if value.ndim != 1 or value.dtype.kind not in "iu" or value.size > layout.LARGEST_SIZE:
             raise self.error(f"attribute {name!r}", "is not a list of integers")
         for entry in value.tolist():
-            if not 0 <= entry <= LARGEST_SIZE:
+            if not 0 <= entry <= layout.LARGEST_SIZE:
                 raise self.error(f"attribute {name!r}", f"has {entry}, allowed is 0 or more")
         return tuple(int(entry) for entry in value)
 
@@ -198,37 +171,31 @@ class SuperelementFile:
             raise self.error(place, f"has shape {shape}; an array is needed")
         return int(shape[0])
 
-    def coordinate_count(self) -> int:
-        """Return the number of coordinates n, within the limit."""
-        n = self.length("dof/component")
-        if not 1 <= n <= LARGEST_SIZE:
-            raise self.error("dof/component", f"has {n} entries, allowed are 1 to {LARGEST_SIZE}")
+    def count(self, place: str, least: int) -> int:
+        """Return the length of the first axis, within the limit."""
+        n = self.length(place)
+        if not least <= n <= layout.LARGEST_SIZE:
+            allowed = f"{least} to {layout.LARGEST_SIZE}"
+            raise self.error(place, f"has {n} entries, allowed are {allowed}")
         return n
-
-    def interface_count(self) -> int:
-        """Return the number of interfaces, within the limit."""
-        count = self.length("interface/name")
-        if count > LARGEST_SIZE:
-            raise self.error("interface/name", f"has {count} entries, allowed: {LARGEST_SIZE}")
-        return count
 
     def numbers(self, place: str, shape: tuple[int, ...]) -> FloatArray:
         """Return a finite numeric dataset of exactly this shape; sizes are checked first."""
         values = self._values(place, shape)
-        fits = np.abs(values) <= LARGEST_NUMBER
+        fits = np.abs(values) <= layout.LARGEST_NUMBER
         if not fits.all():
             bad = tuple(int(i) for i in np.argwhere(~fits)[0])
             raise self.error(
                 place,
                 f"has {values[bad]} at {list(bad)}; numbers must be finite and at most "
-                f"{LARGEST_NUMBER:g} in magnitude",
+                f"{layout.LARGEST_NUMBER:g} in magnitude",
             )
         return values
 
     def wholes(self, place: str, shape: tuple[int, ...]) -> list[int]:
         """Return a dataset of whole numbers, none negative, of at most one axis."""
         values = np.atleast_1d(self.numbers(place, shape))
-        bad = (values != np.floor(values)) | (values < 0) | (values > LARGEST_WHOLE)
+        bad = (values != np.floor(values)) | (values < 0) | (values > layout.LARGEST_WHOLE)
         if bad.any():
             raise self.error(place, f"has {values[bad][0]}; whole numbers from 0 are needed")
         return [int(value) for value in values]
@@ -260,15 +227,15 @@ class SuperelementFile:
         dataset = self.dataset(place)
         if dataset.shape != shape:
             raise self.error(place, f"has shape {dataset.shape}, needed is {shape}")
-        if int(np.prod(shape, dtype=np.int64)) > LARGEST_COUNT:
-            raise self.error(place, f"has shape {shape}, more than {LARGEST_COUNT} numbers")
+        if math.prod(shape) > layout.LARGEST_COUNT:
+            raise self.error(place, f"has shape {shape}, more than {layout.LARGEST_COUNT} numbers")
         if dataset.dtype.kind not in "fiu":
             raise self.error(place, f"has type {dataset.dtype}; numbers are needed")
         self._spend(place, _declared_bytes(dataset))
         try:
             with np.errstate(all="ignore"):  # too large for a double is infinite, and refused
                 return np.asarray(dataset[()], dtype=np.float64)
-        except _READ_ERRORS as error:
+        except Exception as error:  # h5py and numpy raise all kinds
             raise self.error(place, f"cannot be read: {error}") from error
 
     def _spend(self, place: str, size: int) -> None:
@@ -291,16 +258,16 @@ class SuperelementFile:
             raise self.error(
                 place, f"has shape {dataset.shape} and type {dataset.dtype}; {count} texts needed"
             )
-        if kind.length is not None and kind.length > 4 * LONGEST_NAME:
+        if kind.length is not None and kind.length > 4 * layout.LONGEST_NAME:
             raise self.error(place, f"has texts of {kind.length} bytes")
         found = []
         for k in range(count):  # one by one: many may be the same long one
             text = self._text(place, dataset, k)
-            if len(text) > LONGEST_NAME or not text.isprintable():
+            if len(text) > layout.LONGEST_NAME or not text.isprintable():
                 raise self.error(
                     place,
-                    f"has {text[:LONGEST_NAME]!r} at [{k}]; at most {LONGEST_NAME} printable "
-                    "characters are allowed",
+                    f"has {text[: layout.LONGEST_NAME]!r} at [{k}]; at most {layout.LONGEST_NAME} "
+                    "printable characters are allowed",
                 )
             found.append(text)
         return found
@@ -308,14 +275,14 @@ class SuperelementFile:
     def _text(self, place: str, dataset: h5py.Dataset, index: Any) -> str:
         try:
             return str(dataset.asstr()[index])
-        except _READ_ERRORS as error:
+        except Exception as error:  # h5py and numpy raise all kinds
             raise self.error(place, f"cannot be read: {error}") from error
 
     def operator(self, name: str, n: int) -> FloatArray:
         """Return an operator after checking what it multiplies."""
         place = f"operators/{name}"
         dataset = self.dataset(place)
-        known = OPERATORS[name]
+        known = layout.OPERATORS[name]
         for key in ("acts_on", "omega_power", "omega_dot_power"):
             value, needed = self.attribute(dataset, place, key), getattr(known, key)
             if np.ndim(value) != 0 or value != needed:
@@ -324,7 +291,7 @@ class SuperelementFile:
 
     def refuse_unsupported_operators(self, n: int) -> None:
         """Refuse terms the format defines, the program does not evaluate, and that are not zero."""
-        for name in UNSUPPORTED:
+        for name in layout.UNSUPPORTED:
             place = f"operators/{name}"
             if not self.has(place):
                 continue
@@ -350,11 +317,13 @@ class SuperelementFile:
     def _long_text(self, place: str) -> str:
         dataset = self.dataset(place)
         kind = h5py.check_string_dtype(dataset.dtype)
-        if dataset.shape != () or kind is None or (kind.length or 0) > LONGEST_TEXT:
+        if dataset.shape != () or kind is None or (kind.length or 0) > layout.LONGEST_TEXT:
             raise self.error(place, "is not one text")
         text = self._text(place, dataset, ())
-        if len(text) > LONGEST_TEXT:
-            raise self.error(place, f"has {len(text)} characters, allowed are {LONGEST_TEXT}")
+        if len(text) > layout.LONGEST_TEXT:
+            raise self.error(
+                place, f"has {len(text)} characters, allowed are {layout.LONGEST_TEXT}"
+            )
         return text
 
     def json(self, place: str, text: Any) -> Any:
@@ -368,40 +337,26 @@ class SuperelementFile:
 
 
 def check_header(file: SuperelementFile) -> None:
-    """Refuse another format, a newer major version, other units or another frame.
-
-    Raises
-    ------
-    SuperelementError
-        Naming the attribute, what was found and what is allowed.
-    """
-    _expect(file, "format", (FORMAT,))
+    """Refuse another format, a newer major version, other units or another frame."""
+    for name, allowed in _HEADER.items():
+        value = file.text_attribute(name)
+        if value != allowed:
+            raise file.error(f"attribute {name!r}", f"is {value!r}, allowed is {allowed!r}")
     found = file.text_attribute("format_version")
     match = re.fullmatch(r"([0-9]{1,9})\.[0-9]+\.[0-9]+(?:[-+].*)?", found)
-    if match is None or int(match.group(1)) != MAJOR_VERSION:
+    if match is None or int(match.group(1)) != layout.MAJOR_VERSION:
         raise file.error(
-            "attribute 'format_version'", f"is {found!r}; this program reads {MAJOR_VERSION}.x.y"
+            "attribute 'format_version'",
+            f"is {found!r}; this program reads {layout.MAJOR_VERSION}.x.y",
         )
-    _expect(file, "unit_system", ("SI",))
-    _expect(file, "frame", ("inertial",))
     text = file.text_attribute("units")
-    if file.json("attribute 'units'", text) != UNITS:
-        raise file.error("attribute 'units'", f"is {text}, allowed is {json.dumps(UNITS)}")
-    _expect_vector(file, "spin_axis", (0.0, 0.0, 1.0))
-    if "spin_origin" in file.file.attrs:
-        _expect_vector(file, "spin_origin", (0.0, 0.0, 0.0))
-
-
-def _expect(file: SuperelementFile, name: str, allowed: tuple[str, ...]) -> None:
-    value = file.text_attribute(name)
-    if value not in allowed:
-        raise file.error(f"attribute {name!r}", f"is {value!r}, allowed is {allowed[0]!r}")
-
-
-def _expect_vector(file: SuperelementFile, name: str, allowed: tuple[float, ...]) -> None:
-    found: npt.NDArray[Any] = np.asarray(file.attribute(file.file, "", name))
-    if found.shape != (3,) or not np.array_equal(found, allowed):
-        raise file.error(f"attribute {name!r}", f"is {found.tolist()}, allowed is {list(allowed)}")
+    if file.json("attribute 'units'", text) != layout.UNITS:
+        raise file.error("attribute 'units'", f"is {text}, allowed is {json.dumps(layout.UNITS)}")
+    for name, axis in (("spin_axis", [0.0, 0.0, 1.0]), ("spin_origin", [0.0, 0.0, 0.0])):
+        if name == "spin_axis" or name in file.file.attrs:
+            vector: npt.NDArray[Any] = np.asarray(file.attribute(file.file, "", name))
+            if vector.shape != (3,) or vector.tolist() != axis:
+                raise file.error(f"attribute {name!r}", f"is {vector.tolist()}, allowed is {axis}")
 
 
 def _allowed_bytes(file_size: int) -> int:
@@ -414,20 +369,11 @@ def _allowed_bytes(file_size: int) -> int:
 
 def _declared_bytes(dataset: h5py.Dataset) -> int:
     """Return the memory of a dataset's numbers in double precision."""
-    count = 1
-    for length in dataset.shape:
-        count *= int(length)
-    return count * max(_NUMBER_BYTES, int(dataset.dtype.itemsize))
+    return int(math.prod(dataset.shape)) * max(_NUMBER_BYTES, int(dataset.dtype.itemsize))
 
 
 def _storage_fault(dataset: h5py.Dataset) -> str:
-    """Return why a dataset's storage is not trusted; empty if it is.
-
-    Parameters
-    ----------
-    dataset
-        In the file itself, of numbers or texts.
-    """
+    """Return why a dataset's storage is not trusted; empty if it is."""
     if dataset.is_virtual or dataset.external:
         return "keeps its data in another file, which is not followed"
     found = _filters(dataset)
@@ -440,9 +386,7 @@ def _storage_fault(dataset: h5py.Dataset) -> str:
     chunk = dataset.chunks
     if chunk is None:
         return ""
-    size = int(dataset.dtype.itemsize)
-    for length in chunk:
-        size *= int(length)
+    size = math.prod(chunk) * int(dataset.dtype.itemsize)
     if size > _LARGEST_CHUNK:
         return f"has chunks of {size} bytes, at most {_LARGEST_CHUNK} are allowed"
     return _swelling(dataset, size) if _DEFLATE in found else ""

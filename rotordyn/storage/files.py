@@ -3,43 +3,29 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
 
 import h5py
 import numpy as np
-import numpy.typing as npt
 
 from solidwhirl.rotordyn.core.atomic import replacing
 from solidwhirl.rotordyn.core.errors import SuperelementError
+from solidwhirl.rotordyn.storage import format as layout
+from solidwhirl.rotordyn.storage import optional_parts as parts
 from solidwhirl.rotordyn.storage.checked_reads import SuperelementFile, check_header
-from solidwhirl.rotordyn.storage.format import (
-    COMPONENT_CODES,
-    COUPLING_CODES,
-    EQUATION,
-    EULER,
-    FORMAT,
-    FORMAT_VERSION,
-    INTERFACE_KIND,
-    MODAL_KIND,
-    OPERATORS,
-    UNITS,
-    Operator,
-    put_numbers,
-)
-from solidwhirl.rotordyn.storage.optional_parts import (
-    read_error_forms,
-    read_moments,
-    read_surface,
-    write_error_forms,
-    write_moments,
-    write_surface,
-)
 from solidwhirl.rotordyn.storage.sandbox import SEAL_BYTES, refuse_damaged, seal_file
+from solidwhirl.rotordyn.superelement.body_measures import asymmetry
+from solidwhirl.rotordyn.superelement.invariants import (
+    Invariant,
+    check_superelement,
+    symmetry_check,
+    undecided,
+)
 from solidwhirl.rotordyn.superelement.record import Coordinate, InterfaceNode, Superelement
-from solidwhirl.rotordyn.superelement.rigid_body import rigid_body_mass_matrix
+from solidwhirl.rotordyn.superelement.rigid_body import body_mass_matrix
 
 # Attributes of an HDF5 group are limited to 64 KiB.
 _LONGEST_ATTRIBUTE = 60_000
@@ -71,16 +57,18 @@ def _write_content(file: h5py.File, element: Superelement) -> None:
     _write_operators(file.create_group("operators"), element)
     _write_body(file, element)
     recovery = file.create_group("recovery")
-    put_numbers(recovery, "xyz", element.recovery_points_m, unit="m")
+    layout.put_numbers(recovery, "xyz", element.recovery_points_m, unit="m")
     axes = "point,component(ux,uy,uz),generalized_coordinate"
-    put_numbers(recovery, "Phi", element.recovery_modes, axes=axes)
+    layout.put_numbers(recovery, "Phi", element.recovery_modes, axes=axes)
     frequencies = file.create_group("frequencies")
-    put_numbers(frequencies, "free", element.free_frequencies_hz, unit="Hz")
-    put_numbers(frequencies, "fixed_interface", element.fixed_interface_frequencies_hz, unit="Hz")
-    put_numbers(frequencies, "error_estimate", element.frequency_error_estimate, unit="1")
-    write_error_forms(file, element.error_forms)
-    write_moments(file, element.moments)
-    write_surface(file, element.surface)
+    layout.put_numbers(frequencies, "free", element.free_frequencies_hz, unit="Hz")
+    layout.put_numbers(
+        frequencies, "fixed_interface", element.fixed_interface_frequencies_hz, unit="Hz"
+    )
+    layout.put_numbers(frequencies, "error_estimate", element.frequency_error_estimate, unit="1")
+    parts.write_error_forms(file, element.error_forms)
+    parts.write_moments(file, element.moments)
+    parts.write_surface(file, element.surface)
     text = json.dumps(element.provenance, sort_keys=True)
     provenance = file.create_group("provenance")
     if len(text.encode()) <= _LONGEST_ATTRIBUTE:
@@ -100,21 +88,21 @@ def program_version() -> str:
 def _write_header(file: h5py.File, element: Superelement) -> None:
     file.attrs.update(
         {
-            "format": FORMAT,
-            "format_version": FORMAT_VERSION,
+            "format": layout.FORMAT,
+            "format_version": layout.FORMAT_VERSION,
             "generator": f"solidwhirl {program_version()}",
             "created_utc": datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
             "name": element.name,
             "level": element.level,
             "harmonics": np.array(element.harmonics, dtype=np.int64),
             "unit_system": "SI",
-            "units": json.dumps(UNITS),
+            "units": json.dumps(layout.UNITS),
             "frame": "inertial",
             "spin_axis": np.array([0.0, 0.0, 1.0]),
             "spin_origin": np.zeros(3),
             "basis": "craig-bampton",
             "rigid_modes": "included" if element.rigid_body_present.any() else "removed",
-            "equation": EQUATION,
+            "equation": layout.EQUATION,
         }
     )
 
@@ -122,72 +110,71 @@ def _write_header(file: h5py.File, element: Superelement) -> None:
 def _write_coordinates(file: h5py.File, element: Superelement) -> None:
     names = [node.name for node in element.interfaces]
     number = {"": 0} | {name: index + 1 for index, name in enumerate(names)}
-    kinds = {"interface": INTERFACE_KIND, "modal": MODAL_KIND}
+    kinds = {"interface": layout.INTERFACE_KIND, "modal": layout.MODAL_KIND}
     dof = file.create_group("dof")
     coordinates = element.coordinates
-    put_numbers(dof, "node", np.array([number[c.interface] for c in coordinates], dtype=np.int64))
-    codes = [COMPONENT_CODES[c.component] for c in coordinates]
-    put_numbers(
+    layout.put_numbers(
+        dof, "node", np.array([number[c.interface] for c in coordinates], dtype=np.int64)
+    )
+    codes = [layout.COMPONENT_CODES[c.component] for c in coordinates]
+    layout.put_numbers(
         dof, "component", np.array(codes, dtype=np.int8), enum="0 modal, 1..6 ux uy uz rx ry rz"
     )
-    put_numbers(
+    layout.put_numbers(
         dof,
         "kind",
         np.array([kinds[c.kind] for c in coordinates], dtype=np.uint8),
         enum="0=interface_physical,1=fixed_interface_mode",
     )
-    put_numbers(dof, "frequency", np.array([c.frequency_hz for c in coordinates]), unit="Hz")
+    layout.put_numbers(dof, "frequency", np.array([c.frequency_hz for c in coordinates]), unit="Hz")
     _put_text(dof, "label", [c.label for c in coordinates])
 
     interface = file.create_group("interface")
-    put_numbers(interface, "node", np.arange(1, len(names) + 1, dtype=np.int64))
+    layout.put_numbers(interface, "node", np.arange(1, len(names) + 1, dtype=np.int64))
     _put_text(interface, "name", names)
     positions = np.array([node.position_m for node in element.interfaces]).reshape(-1, 3)
-    put_numbers(interface, "xyz", positions, unit="m")
-    put_numbers(interface, "R", np.tile(np.eye(3), (len(names), 1, 1)))
-    _put_text(interface, "coupling", [COUPLING_CODES[n.coupling] for n in element.interfaces])
+    layout.put_numbers(interface, "xyz", positions, unit="m")
+    layout.put_numbers(interface, "R", np.tile(np.eye(3), (len(names), 1, 1)))
+    _put_text(
+        interface, "coupling", [layout.COUPLING_CODES[n.coupling] for n in element.interfaces]
+    )
 
 
 def _write_operators(group: h5py.Group, element: Superelement) -> None:
-    for name, operator in OPERATORS.items():
+    for name, operator in {**layout.OPERATORS, "Keul": layout.EULER}.items():
         matrix = getattr(element, operator.field)
-        _put_operator(group, name, operator, -matrix if name == "Kspin" else matrix)
-    _put_operator(group, "Keul", EULER, 0.5 * element.gyroscopic)
-
-
-def _put_operator(
-    group: h5py.Group, name: str, operator: Operator, matrix: npt.NDArray[Any]
-) -> None:
-    put_numbers(
-        group,
-        name,
-        matrix,
-        acts_on=operator.acts_on,
-        omega_power=np.int32(operator.omega_power),
-        omega_dot_power=np.int32(operator.omega_dot_power),
-        symmetry=operator.symmetry,
-        note=operator.note,
-    )
+        layout.put_numbers(
+            group,
+            name,
+            {"Kspin": -matrix, "Keul": 0.5 * matrix}.get(name, matrix),
+            acts_on=operator.acts_on,
+            omega_power=np.int32(operator.omega_power),
+            omega_dot_power=np.int32(operator.omega_dot_power),
+            symmetry=operator.symmetry,
+            note=operator.note,
+        )
 
 
 def _write_body(file: h5py.File, element: Superelement) -> None:
     body = file.create_group("body")
-    about_origin = rigid_body_mass_matrix(
-        element.mass_kg, element.center_of_gravity_m, element.inertia_kg_m2
-    )[3:, 3:]
-    put_numbers(body, "mass", np.float64(element.mass_kg), unit="kg")
-    put_numbers(body, "com", element.center_of_gravity_m, unit="m")
-    put_numbers(body, "S", element.mass_kg * element.center_of_gravity_m, unit="kg m")
-    put_numbers(body, "J_origin", about_origin, unit="kg m2")
-    put_numbers(body, "J_com", element.inertia_kg_m2, unit="kg m2")
-    put_numbers(body, "rigid_modes", element.rigid_body_modes, axes="coordinate,motion(ux..rz)")
-    put_numbers(body, "rigid_present", element.rigid_body_present.astype(np.uint8))
-    put_numbers(body, "full_dofs", np.int64(element.full_dofs))
-    put_numbers(body, "maximum_speed", np.float64(element.maximum_speed_rad_s), unit="rad/s")
+    about_origin = body_mass_matrix(element)[3:, 3:]
+    layout.put_numbers(body, "mass", np.float64(element.mass_kg), unit="kg")
+    layout.put_numbers(body, "com", element.center_of_gravity_m, unit="m")
+    layout.put_numbers(body, "S", element.mass_kg * element.center_of_gravity_m, unit="kg m")
+    layout.put_numbers(body, "J_origin", about_origin, unit="kg m2")
+    layout.put_numbers(body, "J_com", element.inertia_kg_m2, unit="kg m2")
+    layout.put_numbers(
+        body, "rigid_modes", element.rigid_body_modes, axes="coordinate,motion(ux..rz)"
+    )
+    layout.put_numbers(body, "rigid_present", element.rigid_body_present.astype(np.uint8))
+    layout.put_numbers(body, "full_dofs", np.int64(element.full_dofs))
+    layout.put_numbers(body, "maximum_speed", np.float64(element.maximum_speed_rad_s), unit="rad/s")
     if element.constraint is not None:
-        put_numbers(body, "constraint", element.constraint, axes="coordinate,free motion")
+        layout.put_numbers(body, "constraint", element.constraint, axes="coordinate,free motion")
     if element.spin_generator is not None:
-        put_numbers(body, "spin_generator", element.spin_generator, axes="coordinate,coordinate")
+        layout.put_numbers(
+            body, "spin_generator", element.spin_generator, axes="coordinate,coordinate"
+        )
 
 
 def _put_text(group: h5py.Group, name: str, texts: list[str]) -> None:
@@ -227,10 +214,10 @@ def read_superelement(path: str | Path) -> Superelement:
 def _read(path: Path) -> Superelement:
     with SuperelementFile.open(path) as file:
         check_header(file)
-        n = file.coordinate_count()
-        count = file.interface_count()
+        n = file.count("dof/component", 1)
+        count = file.count("interface/name", 0)
         points = file.length("recovery/xyz")
-        operators = {name: file.operator(name, n) for name in OPERATORS}
+        operators = {name: file.operator(name, n) for name in layout.OPERATORS}
         file.refuse_unsupported_operators(n)
         try:
             interfaces = _read_interfaces(file, count)
@@ -240,7 +227,11 @@ def _read(path: Path) -> Superelement:
                 harmonics=file.integers_attribute("harmonics"),
                 coordinates=_read_coordinates(file, n, interfaces),
                 interfaces=interfaces,
-                **{op.field: operators[name] for name, op in OPERATORS.items() if name != "Kspin"},
+                **{
+                    op.field: operators[name]
+                    for name, op in layout.OPERATORS.items()
+                    if name != "Kspin"
+                },
                 spin_softening=-operators["Kspin"],
                 rigid_body_modes=file.numbers("body/rigid_modes", (n, 6)),
                 rigid_body_present=np.array(file.wholes("body/rigid_present", (6,))) != 0,
@@ -257,9 +248,9 @@ def _read(path: Path) -> Superelement:
                 provenance=file.provenance(),
                 constraint=file.optional_matrix("body/constraint", n),
                 spin_generator=file.optional_numbers("body/spin_generator", (n, n)),
-                error_forms=read_error_forms(file, n),
-                moments=read_moments(file, n),
-                surface=read_surface(file, n),
+                error_forms=parts.read_error_forms(file, n),
+                moments=parts.read_moments(file, n),
+                surface=parts.read_surface(file, n),
             )
         except SuperelementError as error:
             raise file.named(error) from error
@@ -269,7 +260,7 @@ def _read_interfaces(file: SuperelementFile, count: int) -> tuple[InterfaceNode,
     names = file.texts("interface/name", count)
     codes = file.texts("interface/coupling", count)
     positions = file.numbers("interface/xyz", (count, 3))
-    by_code = {code: coupling for coupling, code in COUPLING_CODES.items()}
+    by_code = {code: coupling for coupling, code in layout.COUPLING_CODES.items()}
     for code in codes:
         if code not in by_code:
             raise file.error("interface/coupling", f"is {code!r}, allowed are {list(by_code)}")
@@ -286,16 +277,20 @@ def _read_coordinates(
     if len(set(numbers)) < len(numbers):
         raise file.error("interface/node", "has a number more than once")
     names = dict(zip(numbers, [node.name for node in interfaces], strict=True))
-    components = {code: component for component, code in COMPONENT_CODES.items()}
+    components = {code: component for component, code in layout.COMPONENT_CODES.items()}
     coordinates = []
     columns = [file.numbers(f"dof/{c}", (n,)) for c in ("node", "component", "kind", "frequency")]
     for node, component, kind, frequency in zip(*(c.tolist() for c in columns), strict=True):
-        if kind == MODAL_KIND:
+        if kind == layout.MODAL_KIND:
             coordinates.append(
                 Coordinate(kind="modal", interface="", component="q", frequency_hz=frequency)
             )
             continue
-        if kind != INTERFACE_KIND or node not in names or components.get(component, "q") == "q":
+        if (
+            kind != layout.INTERFACE_KIND
+            or node not in names
+            or components.get(component, "q") == "q"
+        ):
             raise file.error("dof", f"has node {node}, component {component}, kind {kind}")
         coordinates.append(
             Coordinate(
@@ -306,3 +301,37 @@ def _read_coordinates(
             )
         )
     return tuple(coordinates)
+
+
+def check_superelement_file(path: str | Path) -> tuple[Invariant, ...]:
+    """Check what must hold for the body of a file.
+
+    Returns as `check_superelement`, with the symmetry of the matrices as they are stored: the
+    reader takes out what is below its limit, and refuses what is above. Raises SuperelementError if
+    the file can not be read for another reason than that.
+    """
+    refuse_damaged(Path(path), _stored_symmetry)
+    stored = _stored_symmetry(Path(path))
+    if not all(check.passed for check in stored.values()):
+        first = next(iter(stored.values()))
+        reason = "a body whose matrices are not symmetric or skew is not read"
+        rest = undecided("all other checks", first.where, first.concerns, reason)
+        return (*stored.values(), rest)
+    element = read_superelement(path)
+    return tuple(
+        replace(stored[check.name], where=element.name) if check.name in stored else check
+        for check in check_superelement(element)
+    )
+
+
+def _stored_symmetry(path: Path) -> dict[str, Invariant]:
+    """Symmetry and skewness of the operators in a file, by name of the check."""
+    with SuperelementFile.open(path) as file:
+        check_header(file)
+        n, where = file.count("dof/component", 1), file.text_attribute("name")
+        checks = []
+        for name, operator in layout.OPERATORS.items():
+            sign = 1.0 if operator.symmetry == "symmetric" else -1.0
+            error = asymmetry(file.operator(name, n), sign)
+            checks.append(symmetry_check(operator.field, where, error))
+    return {check.name: check for check in checks}

@@ -36,26 +36,14 @@ _LONGEST = 16_000
 
 
 def seal_file(path: Path) -> None:
-    """Write the seal into the user block of a complete file.
-
-    Parameters
-    ----------
-    path
-        An HDF5 file with a user block of `SEAL_BYTES`.
-    """
+    """Write the seal into the user block (of `SEAL_BYTES`) of a complete HDF5 file."""
     seal = _MARK + _digest(path).encode() + b"\n"
     with path.open("r+b") as file:
         file.write(seal.ljust(SEAL_BYTES, b"\x00"))
 
 
 def is_sealed(path: Path) -> bool:
-    """Return whether a file has a seal, which then fits its bytes.
-
-    Raises
-    ------
-    SuperelementError
-        If it has a seal that does not fit: the file is not what was written.
-    """
+    """Return whether a file has a seal; refuse one whose seal does not fit its bytes."""
     with path.open("rb") as file:
         head = file.read(SEAL_BYTES)
     if not head.startswith(_MARK):
@@ -79,10 +67,8 @@ def _digest(path: Path) -> str:
 def refuse_damaged(path: Path, read: Callable[[Path], object]) -> None:
     """Refuse a file that reading could not survive; one without a seal is tried in a child first.
 
-    Raises
-    ------
-    SuperelementError
-        If there is no such file, its seal does not fit, or reading it does not end well.
+    Raises SuperelementError if there is no such file, its seal does not fit, or reading it does not
+    end well.
     """
     try:
         if not path.is_file():
@@ -97,13 +83,9 @@ def refuse_damaged(path: Path, read: Callable[[Path], object]) -> None:
 def refuse_harmful(path: Path, read: Callable[[Path], object]) -> None:
     """Read a file in a child process, and refuse it if that does not end well.
 
-    Raises
-    ------
-    SuperelementError
-        What `read` raised, or that the child crashed, ran on, or needed too much memory.
+    Raises SuperelementError: what `read` raised, or that the child crashed, ran on, or needed too
+    much memory.
 
-    Notes
-    -----
     Where processes can't be forked (Windows, or a program that has taken more address space than
     the system would grant twice) nothing is tried.
     """

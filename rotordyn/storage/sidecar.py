@@ -11,13 +11,7 @@ from solidwhirl.rotordyn.superelement.record import Coordinate, Superelement
 
 
 def superelement_document(element: Superelement) -> dict[str, Any]:
-    """Describe a superelement without its matrices.
-
-    Returns
-    -------
-    dict
-        Ready for `json.dumps`: units are in the keys, what is absent or without bound is null.
-    """
+    """Describe a superelement without its matrices, ready for `json.dumps`; units in the keys."""
     top = element.maximum_speed_rad_s
     return {
         "name": element.name,

@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.arrays import FloatArray, motion_at
 from solidwhirl.rotordyn.superelement.free_body import free_body_matrices
 from solidwhirl.rotordyn.superelement.record import Superelement
-from solidwhirl.rotordyn.superelement.rigid_body import rigid_body_mass_matrix
+from solidwhirl.rotordyn.superelement.rigid_body import RIGID_TURN, body_mass_matrix
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
 
 # Modal coordinates slower than this part of the fastest are rigid motions that are not held.
@@ -25,10 +25,7 @@ _SOFT = 1e-3
 
 
 def asymmetry(matrix: FloatArray, sign: float) -> float:
-    """Return the largest entry of A − sign · Aᵀ over the largest of A.
-
-    `matrix`: A, shape (n, n); `sign`: 1 for a symmetric matrix, −1 for a skew one.
-    """
+    """Return the largest entry of A − sign · Aᵀ, shape (n, n), over the largest of A."""
     largest = float(np.abs(matrix).max(initial=0.0))
     return float(np.abs(matrix - sign * matrix.T).max()) / largest if largest > 0 else 0.0
 
@@ -36,17 +33,13 @@ def asymmetry(matrix: FloatArray, sign: float) -> float:
 def smallest_inertia(element: Superelement) -> float:
     """Return the smallest eigenvalue of M scaled to a unit diagonal."""
     mass = element.mass
-    if element.constraint is not None:
-        # the coordinates of a tied body are no independent ones; its free motions are
-        mass = element.constraint.T @ mass @ element.constraint
-    return least_inertia(mass)
+    # the coordinates of a tied body are no independent ones; its free motions are
+    tie = element.constraint
+    return least_inertia(mass if tie is None else tie.T @ mass @ tie)
 
 
 def least_inertia(mass: FloatArray) -> float:
-    """Return the smallest eigenvalue of M scaled to a unit diagonal, or its least diagonal entry.
-
-    `mass`: M, shape (n, n).
-    """
+    """Return the smallest eigenvalue of M with a unit diagonal, or its least diagonal entry."""
     diagonal = np.diag(mass)
     if not (diagonal > 0).all():
         return float(diagonal.min())
@@ -72,9 +65,7 @@ def interface_error(element: Superelement) -> float:
     for row, coordinate in enumerate(element.coordinates):
         if coordinate.kind != "interface":
             continue
-        x, y, z = element.interface_node(coordinate.interface).position_m
-        expected = np.eye(6)
-        expected[:3, 3:] = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
+        expected = motion_at(element.interface_node(coordinate.interface).position_m)
         difference = element.rigid_body_modes[row] - expected[MOTIONS.index(coordinate.component)]
         scale = np.array([1.0, 1.0, 1.0, size, size, size])
         present = element.rigid_body_present
@@ -93,15 +84,10 @@ class PropertyError(NamedTuple):
 
 
 def property_error(element: Superelement) -> PropertyError:
-    """Return the largest difference of RᵀMR from the rigid body's, scaled by its diagonal.
-
-    `element`: the body, with rigid motions.
-    """
+    """Return the largest difference of RᵀMR from the rigid body's, scaled by its diagonal."""
     present = np.flatnonzero(element.rigid_body_present)
     modes = element.rigid_body_modes[:, present]
-    expected = rigid_body_mass_matrix(
-        element.mass_kg, element.center_of_gravity_m, element.inertia_kg_m2
-    )[np.ix_(present, present)]
+    expected = body_mass_matrix(element)[np.ix_(present, present)]
     root = np.sqrt(np.diag(expected))
     found = modes.T @ element.mass @ modes
     error = np.abs(found - expected) / np.outer(root, root)
@@ -198,13 +184,7 @@ def picture_error(element: Superelement) -> float | None:
     points, present = element.recovery_points_m, element.rigid_body_present
     if not len(points) or not present.any():
         return None
-    x, y, z = points.T
-    none = np.zeros_like(x)
-    expected = np.zeros((len(points), 3, 6))
-    expected[:, :, :3] = np.eye(3)
-    expected[:, :, 3] = np.column_stack([none, -z, y])
-    expected[:, :, 4] = np.column_stack([z, none, -x])
-    expected[:, :, 5] = np.column_stack([-y, x, none])
+    expected = motion_at(points)[:, :3]
     shown = np.tensordot(element.recovery_modes, element.rigid_body_modes, axes=1)
     size = float(np.abs(points).max()) or 1.0
     scale = np.array([1.0, 1.0, 1.0, size, size, size])
@@ -239,11 +219,8 @@ def turn_error(element: Superelement) -> float | None:
         error = max(error, _change(free(name), turn, np.sqrt(inertia)))
     if tie is not None:
         error = max(error, float(np.abs(generator @ tie - tie @ turn).max() / np.abs(tie).max()))
-    rotated = np.zeros((6, 6))
-    rotated[1, 0] = rotated[4, 3] = 1.0
-    rotated[0, 1] = rotated[3, 4] = -1.0
     motions = element.rigid_body_modes
-    difference = np.abs(generator @ motions - motions @ rotated)[:, element.rigid_body_present]
+    difference = np.abs(generator @ motions - motions @ RIGID_TURN)[:, element.rigid_body_present]
     return max(error, float(difference.max(initial=0.0)) / max(1.0, float(np.abs(motions).max())))
 
 

@@ -9,6 +9,7 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, freeze_arrays
 from solidwhirl.rotordyn.superelement.record import Superelement
+from solidwhirl.rotordyn.superelement.surface import around_axis
 
 
 def products_around(left: int, right: int, products: FloatArray) -> FloatArray:
@@ -34,14 +35,10 @@ def products_around(left: int, right: int, products: FloatArray) -> FloatArray:
 
 def _cartesian(order: int, theta: FloatArray) -> FloatArray:
     """Displacement x, y, z per amplitude a, b, c of each family, (angles, 3, families, 3)."""
-    cos, sin = np.cos(order * theta), np.sin(order * theta)
-    families = [(cos, sin), (sin, -cos)] if order else [(cos, cos)]
-    out = np.zeros((len(theta), 3, len(families), 3))
-    for f, (radial, tangential) in enumerate(families):
-        out[:, 0, f, 0], out[:, 0, f, 1] = radial * np.cos(theta), -tangential * np.sin(theta)
-        out[:, 1, f, 0], out[:, 1, f, 1] = radial * np.sin(theta), tangential * np.cos(theta)
-        out[:, 2, f, 2] = radial
-    return out
+    families = (0, 1) if order else (0,)
+    unit = np.eye(3)
+    moved = [around_axis(unit, order, f, theta).transpose(0, 2, 1) for f in families]
+    return np.stack(moved, axis=2)
 
 
 # Orders are whole numbers, and L is skew in the product with M, to this accuracy.
@@ -56,14 +53,9 @@ class Turns:
     is a pattern of |μ| waves round the axis that turns about +z for μ > 0 and about −z for
     μ < 0; μ = ±1 is lateral motion, forward and backward for a positive Ω.
 
-    Attributes
-    ----------
-    orders
-        μ of each part, shape (r,), rising; r = n but for bodies with a constraint.
-    amplitudes
-        Takes coordinates to the parts, shape (r, n); |part|² adds up to qᴴ M q.
-    vectors
-        Takes the parts to coordinates, shape (n, r).
+    `orders`: μ of each part, shape (r,), rising; r = n but for bodies with a constraint.
+    `amplitudes`: takes coordinates to the parts, shape (r, n); |part|² adds up to qᴴ M q.
+    `vectors`: takes the parts to coordinates, shape (n, r).
     """
 
     orders: IntArray

@@ -66,10 +66,7 @@ def rigid_centrifugal_energy(element: Superelement) -> float:
 
 
 def free_body_problems(element: Superelement) -> tuple[str, ...]:
-    """Return what contradicts the rigid motions a superelement says it can make.
-
-    Returns empty if K R vanishes to 1e-9 and Rᵀ(Kgeo − S)R to 1e-6.
-    """
+    """Return what contradicts the rigid motions of a body: K R to 1e-9, Rᵀ(Kgeo − S)R to 1e-6."""
     if not (np.diag(element.mass) > 0).all():
         return ("the mass matrix has a diagonal entry that is not positive",)
     elastic, centrifugal = rigid_force(element), rigid_centrifugal_energy(element)

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.arrays import FloatArray, cross_matrix
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.superelement.validation import SYMMETRY_LIMIT, finite_array
 
@@ -72,31 +71,8 @@ def _exchanged(where: str, second: FloatArray) -> FloatArray:
     return exact
 
 
-def checked_moments(where: str, moments: Any, n: int) -> MassMoments | None:
-    """Return the moments of a body with n coordinates, refusing those of another size.
-
-    `moments`: `MassMoments` or None. Raises SuperelementError if they are no moments, or of another
-    size.
-    """
-    if moments is None:
-        return None
-    if not isinstance(moments, MassMoments):
-        raise SuperelementError(
-            f"{where}: moments is a {type(moments).__name__}, allowed are MassMoments, or None"
-        )
-    if moments.size != n:
-        raise SuperelementError(
-            f"{where}: moments are of {moments.size} coordinates, allowed are {n}"
-        )
-    return moments
-
-
 def projected_moments(moments: MassMoments | None, basis: npt.ArrayLike) -> MassMoments | None:
-    """Return the moments of other coordinates, q = basis · a.
-
-    `basis`: shape (n, m). `moments`: of n coordinates; None stays None. The result is of the m
-    coordinates a.
-    """
+    """Return the moments of the coordinates a in q = basis · a, basis (n, m); None stays None."""
     if moments is None:
         return None
     columns = np.asarray(basis, dtype=float)
@@ -108,10 +84,7 @@ def projected_moments(moments: MassMoments | None, basis: npt.ArrayLike) -> Mass
 
 
 def joined_moments(first: MassMoments | None, second: MassMoments | None) -> MassMoments | None:
-    """Return the moments of two parts of one body in the same coordinates.
-
-    `first`, `second`: of the parts; None if not known. Returns their sum; None if one is not known.
-    """
+    """Return the moments of two parts in the same coordinates; None if one is not known."""
     if first is None or second is None:
         return None
     return MassMoments(
@@ -140,7 +113,7 @@ def rigid_motion_moments(
     inertia = np.asarray(inertia_kg_m2, dtype=float)
     spread = 0.5 * np.trace(inertia) * np.eye(3) - inertia
     gradient = np.zeros((6, 3, 3))
-    gradient[3:] = np.cross(np.eye(3)[:, None, :], np.eye(3)).transpose(0, 2, 1)
+    gradient[3:] = cross_matrix(np.eye(3))
     at_center = gradient @ arm
     at_center[:3] = np.eye(3)
     return MassMoments(

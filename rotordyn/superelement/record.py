@@ -16,9 +16,9 @@ from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.core.reprs import hertz, lines_of, row
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
-from solidwhirl.rotordyn.superelement.mass_moments import MassMoments, checked_moments
+from solidwhirl.rotordyn.superelement.mass_moments import MassMoments
 from solidwhirl.rotordyn.superelement.residual_energy import ErrorForm, checked_forms
-from solidwhirl.rotordyn.superelement.surface import Surface, checked_surface
+from solidwhirl.rotordyn.superelement.surface import Surface
 from solidwhirl.rotordyn.superelement.validation import (
     COUPLINGS,
     LEVELS,
@@ -29,17 +29,12 @@ from solidwhirl.rotordyn.superelement.validation import (
     Coupling,
     Level,
     finite_array,
+    part_of_body,
     plain_json,
     symmetrised,
 )
 
-__all__ = [
-    "Coordinate",
-    "ErrorForm",
-    "InterfaceNode",
-    "MassMoments",
-    "Superelement",
-]
+__all__ = ["Coordinate", "ErrorForm", "InterfaceNode", "MassMoments", "Superelement"]
 
 # Inertias about three axes of a body: none above the sum of the others, to this.
 _INERTIA_LIMIT = 1e-6
@@ -219,16 +214,12 @@ class Superelement:
         _check_names(self, where)
         _check_coordinates(self, where)
         for name, shape in _array_shapes(self, n).items():
-            object.__setattr__(self, name, finite_array(where, name, getattr(self, name), shape))
+            if getattr(self, name) is not None or name not in ("spin_generator", "constraint"):
+                array = finite_array(where, name, getattr(self, name), shape)
+                object.__setattr__(self, name, array)
         for name in (*SYMMETRIC_MATRICES, "gyroscopic"):
             sign = -1.0 if name == "gyroscopic" else 1.0
             object.__setattr__(self, name, symmetrised(where, name, getattr(self, name), sign))
-        if self.spin_generator is not None:
-            turn = finite_array(where, "spin_generator", self.spin_generator, (n, n))
-            object.__setattr__(self, "spin_generator", turn)
-        if self.constraint is not None:
-            tie = finite_array(where, "constraint", self.constraint, (n, None))
-            object.__setattr__(self, "constraint", tie)
         present = np.array(self.rigid_body_present, dtype=bool)
         if present.shape != (6,):
             raise SuperelementError(
@@ -241,8 +232,8 @@ class Superelement:
         object.__setattr__(self, "maximum_speed_rad_s", float(self.maximum_speed_rad_s))
         object.__setattr__(self, "provenance", plain_json(where, self.provenance))
         object.__setattr__(self, "error_forms", checked_forms(where, self.error_forms, n))
-        object.__setattr__(self, "moments", checked_moments(where, self.moments, n))
-        object.__setattr__(self, "surface", checked_surface(where, self.surface, n))
+        part_of_body(where, "moments", self.moments, MassMoments, n)
+        part_of_body(where, "surface", self.surface, Surface, n)
 
     def __repr__(self) -> str:
         return _superelement_text(self)
@@ -253,41 +244,22 @@ class Superelement:
         return len(self.coordinates)
 
     def interface_index(self, interface: str, component: str) -> int:
-        """Return the position of an interface coordinate.
-
-        `component`: "ux", "uy", "uz", "rx", "ry" or "rz". Returns index into `coordinates`. Raises
-        SuperelementError if there is none; the message names what exists.
-        """
-        found = [
-            index
-            for index, coordinate in enumerate(self.coordinates)
-            if coordinate.interface == interface and coordinate.component == component
-        ]
-        if found:
-            return found[0]
-        names = [node.name for node in self.interfaces]
-        if interface not in names:
-            raise SuperelementError(
-                f"superelement {self.name!r} has no interface {interface!r}; it has {names}"
-            )
-        has = self.components_at(interface)
+        """Return the position of a coordinate, "ux" to "rz" of an interface, or refuse it."""
+        for index, c in enumerate(self.coordinates):
+            if c.interface == interface and c.component == component:
+                return index
+        self.interface_node(interface)
         raise SuperelementError(
             f"superelement {self.name!r}, interface {interface!r} has no component "
-            f"{component!r}; it has {list(has)}"
+            f"{component!r}; it has {list(self.components_at(interface))}"
         )
 
     def components_at(self, interface: str) -> tuple[Component, ...]:
-        """Return the components an interface has, in coordinate order.
-
-        Empty when the body has no coordinate there.
-        """
+        """Return the components an interface has, in coordinate order; empty without any."""
         return tuple(c.component for c in self.coordinates if c.interface == interface != "")
 
     def interface_node(self, interface: str) -> InterfaceNode:
-        """Return the interface node of a given name.
-
-        Returns the node. Raises SuperelementError if there is none; the message names what exists.
-        """
+        """Return the interface node of a given name, or say which there are."""
         for node in self.interfaces:
             if node.name == interface:
                 return node
@@ -326,6 +298,8 @@ def _array_shapes(element: Superelement, n: int) -> dict[str, tuple[int | None, 
         "free_frequencies_hz": (None,),
         "fixed_interface_frequencies_hz": (None,),
         "frequency_error_estimate": (None,),
+        "spin_generator": (n, n),
+        "constraint": (n, None),
     }
 
 

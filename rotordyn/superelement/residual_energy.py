@@ -16,7 +16,11 @@ import numpy.typing as npt
 
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.core.errors import SuperelementError
-from solidwhirl.rotordyn.superelement.validation import finite_array, symmetrised
+from solidwhirl.rotordyn.superelement.validation import (
+    finite_array,
+    part_of_body,
+    symmetrised,
+)
 
 # All parts of an estimate, in the order of tables.
 PARTS = (
@@ -111,17 +115,9 @@ def checked_forms(where: str, forms: Any, n: int) -> tuple[ErrorForm, ...]:
     `FORM_PARTS`. Raises SuperelementError if one is no form, is of another size, or a part occurs
     twice.
     """
-    found = tuple(forms)
-    for form in found:
-        if not isinstance(form, ErrorForm):
-            raise SuperelementError(
-                f"{where}: error_forms holds a {type(form).__name__}, allowed are ErrorForm records"
-            )
-        if form.size != n:
-            raise SuperelementError(
-                f"{where}: error form {form.part!r} has gram of shape {form.gram.shape}, allowed "
-                f"is {(BLOCKS * n, BLOCKS * n)} for {n} coordinates"
-            )
+    found = tuple(part_of_body(where, "error form", form, ErrorForm, n) for form in forms)
+    if None in found:
+        raise SuperelementError(f"{where}: error_forms has a None, allowed are ErrorForm records")
     parts = [form.part for form in found]
     repeated = sorted({part for part in parts if parts.count(part) > 1})
     if repeated:
@@ -159,8 +155,8 @@ def form_projection(
 ) -> ComplexArray:
     """Return y_iᵀ [E − Ω² ΔK2] x_j of all pairs, with l of s_i and r of s_j.
 
-    `form`, `rates`, `spin_rad_s`, `left`, `right`: as in `form_products`, which is the diagonal.
-    Returns shape (m, m), complex; without safety and amplification.
+    Arguments as in `form_products`, which is the diagonal. Returns shape (m, m), complex; without
+    safety and amplification.
     """
     spread_y, spread_x = _spread(rates, spin_rad_s, left, right)
     products = spread_y.T @ _times(form.gram, spread_x)

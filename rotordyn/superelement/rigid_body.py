@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.arrays import FloatArray, cross_matrix, motion_at
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.superelement.mass_moments import (
     joined_moments,
@@ -19,9 +19,6 @@ from solidwhirl.rotordyn.superelement.mass_moments import (
 from solidwhirl.rotordyn.superelement.record import Coordinate, InterfaceNode, Superelement
 from solidwhirl.rotordyn.superelement.validation import MOTIONS, Component
 
-if TYPE_CHECKING:
-    from solidwhirl.rotordyn.superelement.record import Superelement
-
 
 class MassProperties(NamedTuple):
     """Mass (kg), centre of gravity (3,) (m) and inertia about it (3, 3) (kg m²)."""
@@ -29,6 +26,13 @@ class MassProperties(NamedTuple):
     mass_kg: float
     center_of_gravity_m: FloatArray
     inertia_kg_m2: FloatArray
+
+
+def body_mass_matrix(element: Superelement) -> FloatArray:
+    """Return the mass matrix of a body taken as a rigid one, see `rigid_body_mass_matrix`."""
+    return rigid_body_mass_matrix(
+        element.mass_kg, element.center_of_gravity_m, element.inertia_kg_m2
+    )
 
 
 def rigid_body_mass_matrix(
@@ -40,8 +44,7 @@ def rigid_body_mass_matrix(
     the centre of gravity, shape (3, 3), kg m². Returns shape (6, 6), order ux, uy, uz, rx, ry, rz.
     A point moves by t + θ × x.
     """
-    x, y, z = (float(value) for value in center_of_gravity_m)
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    cross = cross_matrix(np.asarray(center_of_gravity_m))
     matrix = np.zeros((6, 6))
     matrix[:3, :3] = mass_kg * np.eye(3)
     matrix[:3, 3:] = -mass_kg * cross
@@ -51,11 +54,7 @@ def rigid_body_mass_matrix(
 
 
 def joined_mass_properties(parts: Sequence[MassProperties]) -> MassProperties:
-    """Return the mass properties of several rigid parts taken as one body.
-
-    `parts`: at least one part with mass. Returns inertia about the common centre of gravity
-    (parallel axis theorem).
-    """
+    """Return the mass properties of rigid parts with mass taken as one body (parallel axes)."""
     total = sum(part.mass_kg for part in parts)
     moment = sum((p.mass_kg * p.center_of_gravity_m for p in parts), np.zeros(3))
     center = moment / total
@@ -85,8 +84,6 @@ def attach_rigid_disk(
 
     Parameters
     ----------
-    element
-        The body.
     interface
         Where the disk sits; it must have "ux" or "uy" or another component.
     name
@@ -109,69 +106,66 @@ def attach_rigid_disk(
         finite, or an offset is given where the interface has a translation but not the tilt
         that moves the arm.
     """
-    where = f"disk {name!r} on superelement {element.name!r}"
-    node = element.interface_node(interface)
-    components = element.components_at(interface)
-    _check_disk(where, components, mass_kg, polar_kg_m2, diametral_kg_m2, offset_m)
-    inertia = np.diag([diametral_kg_m2, diametral_kg_m2, polar_kg_m2])
-    disk_mass = rigid_body_mass_matrix(mass_kg, np.array([0.0, 0.0, offset_m]), inertia)
-    index = np.array([element.interface_index(interface, c) for c in components])
-    motion = np.array([MOTIONS.index(c) for c in components])
-    placed = np.zeros((6, element.size))
-    placed[motion, index] = 1.0
-    center = node.position_m + np.array([0.0, 0.0, offset_m])
-    own = MassProperties(element.mass_kg, element.center_of_gravity_m, element.inertia_kg_m2)
-    whole = joined_mass_properties((own, MassProperties(mass_kg, center, inertia)))
-    moments = rigid_motion_moments(mass_kg, center, inertia, node.position_m)
     record = {
         "mass_kg": float(mass_kg),
         "polar_kg_m2": float(polar_kg_m2),
         "diametral_kg_m2": float(diametral_kg_m2),
         "offset_m": float(offset_m),
     }
+    components = element.components_at(interface) if element.interface_node(interface) else ()
+    _check_disk(f"disk {name!r} on superelement {element.name!r}", components, record)
+    arm = np.array([0.0, 0.0, offset_m])
+    inertia = np.diag([diametral_kg_m2, diametral_kg_m2, polar_kg_m2])
     disks = element.provenance.get("rigid_disks", [])
     disks = [*disks, {"name": name, "interface": interface, **record}]
     return dataclasses.replace(
-        element,
-        mass=element.mass + placed.T @ disk_mass @ placed,
-        gyroscopic=element.gyroscopic + placed.T @ _gyroscopic(float(polar_kg_m2)) @ placed,
-        mass_kg=whole.mass_kg,
-        center_of_gravity_m=whole.center_of_gravity_m,
-        inertia_kg_m2=whole.inertia_kg_m2,
+        _with_ring(element, interface, MassProperties(mass_kg, arm, inertia)),
         free_frequencies_hz=np.empty(0),
         provenance={**element.provenance, "rigid_disks": disks},
+    )
+
+
+def _with_ring(element: Superelement, interface: str, ring: MassProperties) -> Superelement:
+    """Return a body with a rigid ring; its centre is given from the interface node."""
+    node, components = element.interface_node(interface), element.components_at(interface)
+    placed = np.zeros((6, element.size))
+    for component in components:
+        placed[MOTIONS.index(component), element.interface_index(interface, component)] = 1.0
+    center = node.position_m + ring.center_of_gravity_m
+    own = MassProperties(element.mass_kg, element.center_of_gravity_m, element.inertia_kg_m2)
+    whole = joined_mass_properties((own, ring._replace(center_of_gravity_m=center)))
+    moments = rigid_motion_moments(ring.mass_kg, center, ring.inertia_kg_m2, node.position_m)
+    turning = _gyroscopic(float(ring.inertia_kg_m2[2, 2]))
+    return dataclasses.replace(
+        element,
+        mass=element.mass + placed.T @ rigid_body_mass_matrix(*ring) @ placed,
+        gyroscopic=element.gyroscopic + placed.T @ turning @ placed,
+        **whole._asdict(),
         moments=joined_moments(element.moments, projected_moments(moments, placed)),
     )
 
 
 def _check_disk(
-    where: str,
-    components: tuple[Component, ...],
-    mass_kg: float,
-    polar_kg_m2: float,
-    diametral_kg_m2: float,
-    offset_m: float,
+    where: str, components: tuple[Component, ...], numbers: Mapping[str, float]
 ) -> None:
     if not components:
         raise SuperelementError(f"{where}: the interface has no coordinates to carry a disk")
-    numbers = {"mass_kg": mass_kg, "polar_kg_m2": polar_kg_m2, "diametral_kg_m2": diametral_kg_m2}
     for label, value in numbers.items():
-        if not (np.isfinite(value) and value >= 0):
-            raise SuperelementError(f"{where}: {label} is {value}, allowed is 0 or more")
-    if not np.isfinite(offset_m):
-        raise SuperelementError(f"{where}: offset_m is {offset_m}, allowed is a finite number")
+        allowed = "a finite number" if label == "offset_m" else "0 or more"
+        if not (np.isfinite(value) and (value >= 0 or label == "offset_m")):
+            raise SuperelementError(f"{where}: {label} is {value}, allowed is {allowed}")
     for translation, tilt in (("ux", "ry"), ("uy", "rx")):
-        if offset_m and translation in components and tilt not in components:
+        if numbers["offset_m"] and translation in components and tilt not in components:
             raise SuperelementError(
-                f"{where}: offset_m {offset_m} needs component {tilt!r} beside {translation!r}; "
-                f"the interface has {list(components)}"
+                f"{where}: offset_m {numbers['offset_m']} needs component {tilt!r} beside "
+                f"{translation!r}; the interface has {list(components)}"
             )
 
 
-# L of a rigid body on ux to rz.
-_TURN = np.zeros((6, 6))
-_TURN[1, 0] = _TURN[4, 3] = 1.0
-_TURN[0, 1] = _TURN[3, 4] = -1.0
+#: L of a rigid body on ux to rz.
+RIGID_TURN = np.zeros((6, 6))
+RIGID_TURN[1, 0] = RIGID_TURN[4, 3] = 1.0
+RIGID_TURN[0, 1] = RIGID_TURN[3, 4] = -1.0
 
 
 def rigid_superelement(
@@ -186,10 +180,6 @@ def rigid_superelement(
 
     Parameters
     ----------
-    name
-        Name of the body.
-    mass_kg
-        Mass, kg.
     center_of_gravity_m
         Shape (3,), m.
     inertia_kg_m2
@@ -227,7 +217,7 @@ def _tied_element(
     name: str, whole: MassProperties, positions: Mapping[str, FloatArray], kept: list[int]
 ) -> Superelement:
     """Return a body with those of the six motions, all interfaces tied to them."""
-    motions = np.vstack([_motion_at(place)[kept] for place in positions.values()])
+    motions = np.vstack([motion_at(place)[kept] for place in positions.values()])
     constraint = motions[:, kept]
     spread = np.linalg.pinv(constraint)
     mass = rigid_body_mass_matrix(*whole)[np.ix_(kept, kept)]
@@ -240,7 +230,11 @@ def _tied_element(
         name=name,
         level="lumped",
         harmonics=(),
-        coordinates=tuple(_seat_coordinates(positions, kept)),
+        coordinates=tuple(
+            Coordinate(kind="interface", interface=name, component=MOTIONS[k], frequency_hz=0.0)
+            for name in positions
+            for k in kept
+        ),
         interfaces=tuple(
             InterfaceNode(name=k, position_m=x, coupling="none") for k, x in positions.items()
         ),
@@ -251,9 +245,7 @@ def _tied_element(
         spin_softening=np.zeros((n, n)),
         rigid_body_modes=rigid,
         rigid_body_present=np.isin(np.arange(6), kept),
-        mass_kg=whole.mass_kg,
-        center_of_gravity_m=whole.center_of_gravity_m,
-        inertia_kg_m2=whole.inertia_kg_m2,
+        **whole._asdict(),
         full_dofs=len(kept),
         maximum_speed_rad_s=np.inf,
         recovery_points_m=np.array(list(positions.values())),
@@ -262,7 +254,7 @@ def _tied_element(
         fixed_interface_frequencies_hz=none,
         frequency_error_estimate=none,
         provenance={"model": "rigid body", "components": [MOTIONS[k] for k in kept]},
-        spin_generator=np.kron(np.eye(len(positions)), _TURN[np.ix_(kept, kept)]),
+        spin_generator=np.kron(np.eye(len(positions)), RIGID_TURN[np.ix_(kept, kept)]),
         constraint=constraint,
         moments=projected_moments(rigid_motion_moments(*whole), np.eye(6)[:, kept] @ spread),
     )
@@ -292,22 +284,6 @@ def _check(
         raise SuperelementError(f"{where}: components {components}; allowed are some of {MOTIONS}")
 
 
-def _seat_coordinates(names: Iterable[str], kept: Sequence[int]) -> Iterator[Coordinate]:
-    for name in names:
-        for k in kept:
-            yield Coordinate(
-                kind="interface", interface=name, component=MOTIONS[k], frequency_hz=0.0
-            )
-
-
-def _motion_at(place: FloatArray) -> FloatArray:
-    """Return ux to rz at a place for the six motions about the origin, shape (6, 6)."""
-    x, y, z = place
-    motion = np.eye(6)
-    motion[:3, 3:] = -np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return motion
-
-
 def _gyroscopic(polar: float) -> FloatArray:
     """Return G of a spinning body of revolution: Ip (rx ry' − ry rx')."""
     matrix = np.zeros((6, 6))
@@ -316,9 +292,6 @@ def _gyroscopic(polar: float) -> FloatArray:
 
 
 def _recovery(count: int, kept: list[int]) -> FloatArray:
-    modes = np.zeros((count, 3, count * len(kept)))
-    for point in range(count):
-        for column, motion in enumerate(kept):
-            if motion < 3:
-                modes[point, motion, point * len(kept) + column] = 1.0
-    return modes
+    """Return the translations of the interfaces, shape (count, 3, n)."""
+    modes = np.einsum("pq,am->paqm", np.eye(count), np.eye(6)[:3, kept])
+    return np.asarray(modes.reshape(count, 3, -1))

@@ -40,26 +40,16 @@ class Surface:
     for n = 0 by (a, b, c). So the surface is known at every θ. Of a solid the terms are
     displacements along x, y, z.
 
-    Attributes
-    ----------
-    points_m
-        (z, r) of a meridian, shape (p, 2), or (x, y, z) of a solid, shape (p, 3), m.
-    cells
-        Edges of a meridian's outline, shape (c, 2), or triangles of a solid, shape (c, 3).
-    amplitudes
-        a, b, c, or ux, uy, uz, of the points per unit coordinate, shape (p, 3, t); those of a
-        solid are rounded to single precision.
-    coordinate
-        Coordinate of every term, shape (t,).
-    order, family
-        n and 0 or 1 of every term of a meridian, shape (t,); zeros for a solid.
-    size
-        Number of coordinates of the body.
+    Raises SuperelementError if shapes disagree, a number is not finite, or a number points to
+    nothing.
 
-    Raises
-    ------
-    SuperelementError
-        If shapes disagree, a number is not finite, or a number points to nothing.
+    `points_m`: (z, r) of a meridian, shape (p, 2), or (x, y, z) of a solid, shape (p, 3), m.
+    `cells`: edges of a meridian's outline, shape (c, 2), or triangles of a solid, shape (c, 3).
+    `amplitudes`: a, b, c, or ux, uy, uz, of the points per unit coordinate, shape (p, 3, t); those
+    of a solid are rounded to single precision.
+    `coordinate`: coordinate of every term, shape (t,).
+    `order`, `family`: n and 0 or 1 of every term of a meridian, shape (t,); zeros for a solid.
+    `size`: number of coordinates of the body.
     """
 
     points_m: FloatArray
@@ -102,11 +92,7 @@ class Surface:
         return KINDS[self.points_m.shape[1]]
 
     def of_coordinates(self, kept: npt.ArrayLike) -> Surface:
-        """Return the surface of a body that keeps some of the coordinates, or has others.
-
-        `kept`: coordinate of this body that each of the new body's coordinates is, −1 for one that
-        moves nothing here, shape (m,).
-        """
+        """Return the surface in other coordinates: of each the one here, or −1 (moves nothing)."""
         own = np.asarray(kept, dtype=np.int64)
         place = np.full(self.size, -1)
         place[own[own >= 0]] = np.flatnonzero(own >= 0)
@@ -149,11 +135,7 @@ class Surface:
         )
 
     def displacement(self, motion: npt.ArrayLike, sectors: int) -> Matrix:
-        """Return the displacement of the points of `faces`.
-
-        `motion`: coordinates q, real or complex, shape (n,). Returns (p, 3) along x, y, z, of the
-        type of the motion.
-        """
+        """Return the displacement of the points of `faces`, (p, 3), complex as the motion (n,)."""
         q = np.asarray(motion)[self.coordinate]
         if self.kind == "solid":
             return np.asarray(self.amplitudes @ q)
@@ -233,17 +215,10 @@ def plane_sections(
 ) -> Surface:
     """Return a meridian whose cross-sections stay plane and square to a bent axis.
 
-    Parameters
-    ----------
-    points_m
-        (z, r), shape (p, 2), m.
-    edges
-        Of the outline, shape (c, 2).
-    planes
-        Deflection and slope of the axis at the place of each point in the planes of x and of y
-        per unit coordinate, each (p, n); (w, θ) = (ux, ry) and (uy, −rx).
-    axial, torsion
-        uz and rz there, shape (p, n); None: zero.
+    `points_m`: (z, r), shape (p, 2), m; `edges`: of the outline, shape (c, 2); `planes`: deflection
+    and slope of the axis at the place of each point in the planes of x and of y per unit
+    coordinate, each (p, n); (w, θ) = (ux, ry) and (uy, −rx); `axial`, `torsion`: uz and rz there,
+    shape (p, n); None: zero.
     """
     radius = points_m[:, 1, None]
     still = np.zeros((len(points_m), planes[0][0].shape[1]))
@@ -308,18 +283,7 @@ def _sections(outer: FloatArray, inner: FloatArray) -> tuple[Any, IntArray]:
 
 
 def outline_chains(cells: IntArray) -> list[IntArray]:
-    """Return the points of an outline in order, one array for each loop or open piece.
-
-    Parameters
-    ----------
-    cells
-        Edges (c, 2), each from its first to its second point.
-
-    Returns
-    -------
-    list of ndarray
-        A closed loop has its first point at its end again.
-    """
+    """Return the points of an outline, edges (c, 2), in order: loops close, open pieces do not."""
     after: dict[int, list[int]] = {}
     arrives: dict[int, int] = {}
     for first, second in cells.tolist():
@@ -337,25 +301,6 @@ def outline_chains(cells: IntArray) -> list[IntArray]:
                     break
             chains.append(np.array(chain))
     return chains
-
-
-def checked_surface(where: str, surface: Any, n: int) -> Surface | None:
-    """Return the surface of a body with n coordinates, refusing that of another one.
-
-    `surface`: `Surface` or None. Raises SuperelementError if it is no surface, or that of a body of
-    another size.
-    """
-    if surface is None:
-        return None
-    if not isinstance(surface, Surface):
-        raise SuperelementError(
-            f"{where}: surface is a {type(surface).__name__}, allowed are Surface, or None"
-        )
-    if surface.size != n:
-        raise SuperelementError(
-            f"{where}: surface is of {surface.size} coordinates, allowed are {n}"
-        )
-    return surface
 
 
 def _wholes(name: str, value: Any, shape: tuple[int | None, ...], limit: int) -> IntArray:

@@ -61,6 +61,19 @@ def symmetrised(where: str, name: str, matrix: FloatArray, sign: float) -> Float
     return exact
 
 
+def part_of_body(where: str, name: str, part: Any, kind: type[Any], n: int) -> Any:
+    """Return a part of a body with n coordinates, or None; refuse that of another body."""
+    if part is None:
+        return None
+    if not isinstance(part, kind):
+        raise SuperelementError(
+            f"{where}: {name} is a {type(part).__name__}, allowed are {kind.__name__}, or None"
+        )
+    if part.size != n:
+        raise SuperelementError(f"{where}: {name} is of {part.size} coordinates, allowed are {n}")
+    return part
+
+
 def plain_json(where: str, provenance: Mapping[str, Any]) -> dict[str, Any]:
     """Return a copy made of JSON types only, nested no deeper than can be read again."""
     try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import json
 import resource
 import time
 import traceback
@@ -13,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from solidwhirl.batch.rows import failed_row, row_of_folder
+from solidwhirl.batch.rows import failed_row, row_of_document
 from solidwhirl.console.exit_handling import is_out_of_memory, memory_text
 from solidwhirl.core.errors import USER_ERRORS, OutputError, clean
 from solidwhirl.core.stages import Stage
@@ -32,25 +33,14 @@ _LAST_LINES = 20
 
 @dataclass(frozen=True, kw_only=True)
 class CaseSettings:
-    """What all cases of a batch have in common.
+    """What all cases of a batch have in common."""
 
-    Attributes
-    ----------
-    out
-        Folder of the batch; each case has one in it.
-    store
-        Folder of the stages of all cases; None: `.stages` in `out`.
-    level, accuracy
-        Instead of those of the scenes; None: nothing is replaced.
-    pictures
-        Whether to draw.
-    """
-
-    out: Path
-    store: Path | None = None
+    out: Path  # folder of the batch; each case has one in it
+    store: Path | None = None  # folder of the stages of all cases; None: `.stages` in `out`
+    # level, accuracy: instead of those of the scenes; None: nothing is replaced
     level: str | None = None
     accuracy: float | None = None
-    pictures: bool = True
+    pictures: bool = True  # whether to draw
 
     @property
     def stages(self) -> Path:
@@ -74,9 +64,7 @@ def lead_case(
 ) -> tuple[BatchRow, Exception | None]:
     """Run a case where its results arrive, on the first rank of a team.
 
-    Returns
-    -------
-    The row, and what went wrong.
+    Returns the row, and what went wrong.
     """
     start = time.monotonic()
     _forget_peak_memory()
@@ -90,17 +78,11 @@ def lead_case(
                 with contextlib.suppress(OSError):
                     _write_failure(folder, message, error, said)
                 raise
-            seconds = time.monotonic() - start
-            return row_of_folder(case, folder.path, seconds=seconds, ranks=team.size), None
+            document = json.loads((folder.path / "results.json").read_text(encoding="utf-8"))
+            return row_of_document(case, document, time.monotonic() - start, team.size), None
     except Exception as error:
-        seconds = time.monotonic() - start
-        row = failed_row(
-            case,
-            failure_text(error),
-            seconds=seconds,
-            ranks=team.size,
-            peak_memory_gib=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0**2,
-        )
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0**2
+        row = failed_row(case, failure_text(error), time.monotonic() - start, team.size, peak)
         return row, error.with_traceback(None)
 
 

@@ -20,7 +20,6 @@ from solidwhirl.batch.schedule import Layout, Predicted
 from solidwhirl.batch.slurm import slurm_job, write_slurm_script
 from solidwhirl.batch.table import TABLE
 from solidwhirl.console.terminal import duration_text
-from solidwhirl.core.errors import OutputError
 from solidwhirl.core.machine import available_memory_gib
 from solidwhirl.files.run_folder import claimed
 from solidwhirl.sweep.cases import batch_cases
@@ -42,27 +41,11 @@ def batch_command(
 ) -> int:
     """Run all cases of scenes on the ranks of the job; every rank calls this.
 
-    Parameters
-    ----------
-    scenes, settings, resume
-        As for `run_batch`.
-    ranks_per_scene
-        Size of a team.
-    slurm
-        Write a Slurm script to this file and run nothing.
-    quiet
-        Say nothing but errors.
-    operating_rpm
-        Operating speeds of the reference shaft, in pictures.
-
-    Returns
-    -------
-    Exit code of rank 0: 0 all cases are done, 1 one failed, 3 one violates an invariant.
-
-    Raises
-    ------
-    SceneError, OutputError
-        As `run_batch`, and for options that make no batch.
+    `ranks_per_scene`: size of a team. `slurm`: write a Slurm script to this file and run nothing.
+    `quiet`: say nothing but errors. `operating_rpm`: operating speeds of the reference shaft, in
+    pictures.
+    Returns rank 0's exit code: 0 all cases are done, 1 one failed, 3 one violates an invariant.
+    Raises SceneError, OutputError: as `run_batch`, and for options that make no batch.
     """
     from mpi4py import MPI
 
@@ -186,10 +169,7 @@ def _write_script(
         ranks_per_scene=ranks_per_scene,
         ranks=world.size if world.size > 1 else None,
     )
-    try:
-        write_slurm_script(job, path)
-    except OSError as error:
-        raise OutputError(f"{path}: can not be written: {error.strerror or error}") from error
+    write_slurm_script(job, path)
     if "--quiet" not in words:
         sys.stderr.write(
             f"script: {path}: {len(cases)} cases, {job.ranks} ranks of {job.memory_mib} MiB, "

@@ -8,7 +8,7 @@ from pathlib import Path
 from rich.console import Console
 
 from solidwhirl.batch.table import read_batch
-from solidwhirl.core.errors import OutputError, SceneError, clean
+from solidwhirl.core.errors import SceneError, clean, writing
 from solidwhirl.sweep.analysis import SweepPictureSettings
 from solidwhirl.sweep.design import SweepPictureError
 from solidwhirl.sweep_pictures.all import draw_batch, drawn_before
@@ -20,15 +20,8 @@ PICTURES = "pictures"
 def picture_settings(operating_rpm: tuple[float, float] | None) -> SweepPictureSettings:
     """Return the settings of the command line.
 
-    Parameters
-    ----------
-    operating_rpm
-        Lowest and highest operating speed of the reference shaft; None: not said.
-
-    Raises
-    ------
-    SceneError
-        They are no range.
+    `operating_rpm`: lowest and highest operating speed of the reference shaft; None: not said.
+    Raises SceneError: they are no range.
     """
     try:
         return SweepPictureSettings(operating_rpm=operating_rpm)
@@ -39,38 +32,23 @@ def picture_settings(operating_rpm: tuple[float, float] | None) -> SweepPictureS
 def redraw(out: Path, operating_rpm: tuple[float, float] | None = None) -> tuple[Path, ...]:
     """Draw the pictures of a batch from its rows; nothing is computed.
 
-    Parameters
-    ----------
-    out
-        Folder of the batch. What was drawn before and no longer applies is removed.
-    operating_rpm
-        As for `picture_settings`.
-
-    Returns
-    -------
-    The files, in `pictures` of the folder; none if no scene has a sweep of two cases that are done.
-
-    Raises
-    ------
-    BatchTableError
-        The folder holds no batch, or a damaged one.
-    SceneError
-        The speeds are no range, or the rows make no picture.
-    OutputError
-        A picture can't be written.
+    `out`: folder of the batch. What was drawn before and no longer applies is removed.
+    Returns the files, in `pictures` of the folder; none if no scene has a sweep of two cases that
+    are done.
+    Raises BatchTableError: the folder holds no batch, or a damaged one; SceneError: the speeds are
+    no range, or the rows make no picture; OutputError: a picture can't be written.
     """
     settings = picture_settings(operating_rpm)
     rows = read_batch(out)
     folder = out / PICTURES
     old = drawn_before(folder)
     try:
-        files = draw_batch(rows, folder, settings=settings)
-        for path in set(old) - set(files):
-            path.unlink(missing_ok=True)
+        with writing(folder):
+            files = draw_batch(rows, folder, settings=settings)
+            for path in set(old) - set(files):
+                path.unlink(missing_ok=True)
     except SweepPictureError as error:
         raise SceneError(out, [str(error)]) from error
-    except OSError as error:
-        raise OutputError(f"{folder}: can not be written: {error.strerror or error}") from error
     return files
 
 
@@ -79,9 +57,7 @@ def draw_at_end(
 ) -> tuple[Path, ...]:
     """Draw the pictures of a batch that has ended; what fails here is said, its table stays.
 
-    Returns
-    -------
-    The files; none where drawing failed.
+    Returns the files; none where drawing failed.
     """
     try:
         files = redraw(out, operating_rpm)

@@ -7,13 +7,12 @@ import gc
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from solidwhirl.batch.case import ERROR_FILE, CaseSettings, follow_case, lead_case
-from solidwhirl.batch.run import Keep, Place, Work, predicted_costs, run_cases
+from solidwhirl.batch.run import Dispatch, Keep, Place, Work, predicted_costs
 from solidwhirl.batch.schedule import Layout, Predicted, team_layout
-from solidwhirl.core.errors import SceneError
 from solidwhirl.core.machine import available_memory_gib, machine_speed
 from solidwhirl.sweep.records import BatchCase, BatchRow
 
@@ -36,20 +35,11 @@ class _End:
 
 
 def layout_of(world: Any, ranks_per_scene: int) -> Layout:
-    """Return the teams of the ranks of a communicator.
-
-    Raises
-    ------
-    SceneError
-        More ranks for a scene than there are.
-    """
+    """Return the teams of the ranks of a communicator, as `team_layout`."""
     from mpi4py import MPI
 
     answers = MPI.Query_thread() >= MPI.THREAD_MULTIPLE
-    try:
-        return team_layout(world.size, ranks_per_scene, answers_while_busy=answers)
-    except ValueError as error:
-        raise SceneError("command line", [str(error)]) from error
+    return team_layout(world.size, ranks_per_scene, answers_while_busy=answers)
 
 
 def costs_on_ranks(work: Work, world: Any) -> dict[int, Predicted]:
@@ -68,19 +58,10 @@ def run_on_ranks(
     The first ranks of the teams on one node are the workers of one executor, so that it is known
     where a case runs. The others of a team join each case that their first one gets.
 
-    Parameters
-    ----------
-    work, costs, layout
-        The batch, from `costs_on_ranks` and `layout_of`.
-    world
-        Communicator of all ranks.
-    keep
-        Writes a row down, with the time to go [s]; called on rank 0 only.
-
-    Raises
-    ------
-    Exception
-        What `keep` raised; the cases running then are finished first.
+    `work`, `costs`, `layout`: the batch, from `costs_on_ranks` and `layout_of`. `world`:
+    communicator of all ranks. `keep`: writes a row down, with the time to go [s]; called on rank 0
+    only.
+    Raises Exception: what `keep` raised; the cases running then are finished first.
     """
     from mpi4py import MPI
 
@@ -93,7 +74,7 @@ def run_on_ranks(
     _team = None if own is None else _team_communicator(split)
     if world.rank == 0:
         with _places(layout, world, shares) as places:
-            run_cases(work, costs, places, free, keep)
+            Dispatch(work, costs, places, free, keep).run()
         _release_team()
         _wait_for_all(world)
         return
@@ -222,43 +203,26 @@ def _leave_case(case: BatchCase, settings: CaseSettings, failed: Exception | Non
     if isinstance(failed, CaseEndedError):
         _team.Barrier()
         return
-    with _patience(failed, lambda text: _abort(case, settings, text)):
-        if _team.rank == 0:
-            with contextlib.suppress(CaseEndedError):
-                _team.bcast(_End())
-        else:
-            _pass_over_messages()
-        _team.Barrier()
-
-
-def _pass_over_messages() -> None:
-    """Take what else the first rank sends until it is out of the case."""
-    while True:
-        try:
-            _team.bcast()
-        except CaseEndedError:
-            return
-
-
-@contextlib.contextmanager
-def _patience(failed: Exception | None, lost: Callable[[str], None]) -> Iterator[None]:
-    if failed is None:
-        yield
-        return
-    text = str(failed).splitlines()[0] if str(failed) else type(failed).__name__
-    timer = threading.Timer(PATIENCE_S, lost, [text])
+    timer = threading.Timer(PATIENCE_S, _abort, [case, settings, failed])
     timer.daemon = True
-    timer.start()
+    if failed is not None:
+        timer.start()
     try:
-        yield
+        with contextlib.suppress(CaseEndedError):
+            if _team.rank == 0:
+                _team.bcast(_End())
+            while _team.rank != 0:  # what else the first rank sends until it is out of the case
+                _team.bcast()
+        _team.Barrier()
     finally:
         timer.cancel()
 
 
-def _abort(case: BatchCase, settings: CaseSettings, text: str) -> None:
+def _abort(case: BatchCase, settings: CaseSettings, failed: Exception) -> None:
     """End all ranks; by the file in its folder the case comes last when the batch goes on."""
     from mpi4py import MPI
 
+    text = str(failed).splitlines()[0] if str(failed) else type(failed).__name__
     said = f"rank {_team.rank} of the team failed and the others wait for it: {text}"
     with contextlib.suppress(OSError):
         (settings.out / case.name / ERROR_FILE).write_text(said + "\n", encoding="utf-8")

@@ -2,47 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from solidwhirl.analyses.base import largest_of
 from solidwhirl.analyses.registry import KINDS
-from solidwhirl.batch.journal import BatchTableError
 from solidwhirl.core.errors import clean
 from solidwhirl.scene_checks.operating import critical_speeds_that_count
 from solidwhirl.sweep.records import BatchCase, BatchRow
 
-if TYPE_CHECKING:
-    from solidwhirl.pipeline.run import Results
-
 _NAN = float("nan")
-
-
-def row_of_results(case: BatchCase, results: Results, seconds: float, ranks: int) -> BatchRow:
-    """Return the row of a case that was computed."""
-    from solidwhirl.output.documents import results_document
-
-    return row_of_document(case, results_document(results), seconds, ranks)
-
-
-def row_of_folder(case: BatchCase, folder: str | Path, seconds: float, ranks: int) -> BatchRow:
-    """Return the row of a case whose folder is complete.
-
-    Raises
-    ------
-    BatchTableError
-        The results can't be read.
-    """
-    path = Path(folder) / "results.json"
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-        return row_of_document(case, document, seconds, ranks)
-    except OSError as error:
-        raise BatchTableError(f"{path}: can not be read: {error.strerror or error}") from error
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise BatchTableError(f"{path}: holds no results ({error})") from error
 
 
 def row_of_document(
@@ -50,14 +19,8 @@ def row_of_document(
 ) -> BatchRow:
     """Return the row of a case from the document of its results.
 
-    Parameters
-    ----------
-    case
-        The case.
-    document
-        What `results.json` holds (`solidwhirl.output.documents.results_document`).
-    seconds, ranks
-        Wall time and processes.
+    `document`: what `results.json` holds (`solidwhirl.output.documents.results_document`).
+    `seconds`, `ranks`: wall time and processes.
     """
     failures = [c for c in document["invariants"] if c["passed"] is False]
     critical = sorted(critical_speeds_that_count(document), key=lambda c: _number(c["speed_rpm"]))
@@ -92,12 +55,7 @@ def row_of_document(
 
 
 def failed_row(
-    case: BatchCase,
-    message: str,
-    seconds: float = 0.0,
-    ranks: int = 1,
-    *,
-    peak_memory_gib: float = _NAN,
+    case: BatchCase, message: str, seconds: float, ranks: int, peak_memory_gib: float
 ) -> BatchRow:
     """Return the row of a case that came to nothing."""
     return BatchRow(

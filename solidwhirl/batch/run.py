@@ -21,17 +21,10 @@ from solidwhirl.batch.journal import (
     JOURNAL,
     BatchTableError,
     Journal,
-    begin_journal,
     open_journal,
-    salvaged_journal,
+    salvaged_rows,
 )
-from solidwhirl.batch.schedule import (
-    MemoryRoom,
-    Predicted,
-    TimeToGo,
-    largest_first,
-    predicted_cost,
-)
+from solidwhirl.batch.schedule import Memory, Predicted, TimeToGo, largest_first, predicted_cost
 from solidwhirl.batch.table import TABLE, read_batch, write_table
 from solidwhirl.core.errors import OutputError
 from solidwhirl.core.machine import MachineSpeed, available_memory_gib, machine_speed
@@ -51,49 +44,24 @@ Keep = Callable[[BatchRow, float], None]
 
 @dataclass(frozen=True, kw_only=True)
 class Place:
-    """Workers of one executor on the same nodes.
+    """Workers of one executor on the same nodes."""
 
-    Attributes
-    ----------
-    executor
-        Takes the cases; None: the thread that runs the batch computes them itself.
-    workers
-        Cases that it computes at once.
-    shares
-        Part of the memory of a case by node; the parts add up to 1.
-    task
-        What a worker does with a case.
-    """
-
+    # Takes the cases; None: the thread that runs the batch computes them itself
     executor: Executor | None
-    workers: int
-    shares: Mapping[str, float]
-    task: Task = run_alone
+    workers: int  # cases that it computes at once
+    shares: Mapping[str, float]  # part of the memory of a case by node; the parts add up to 1
+    task: Task = run_alone  # what a worker does with a case
 
 
 @dataclass(frozen=True, kw_only=True)
 class Work:
-    """What a batch computes.
-
-    Attributes
-    ----------
-    cases
-        All cases.
-    todo
-        Indices of those that have no good row.
-    last
-        Of these, those that failed before.
-    rows
-        Rows that stay in the journal.
-    settings
-        What the cases have in common.
-    """
+    """What a batch computes."""
 
     cases: tuple[BatchCase, ...]
-    todo: tuple[int, ...]
-    last: tuple[int, ...] = ()
-    rows: tuple[BatchRow, ...] = ()
-    settings: CaseSettings
+    todo: tuple[int, ...]  # indices of those that have no good row
+    last: tuple[int, ...] = ()  # of these, those that failed before
+    rows: tuple[BatchRow, ...] = ()  # rows that stay in the journal
+    settings: CaseSettings  # what the cases have in common
 
 
 def run_batch(
@@ -141,23 +109,17 @@ def run_batch(
         free = available_memory_gib() if memory_gib is None else memory_gib
         place = Place(executor=executor, workers=workers, shares={platform.node(): 1.0})
         with journal_of(work) as journal:
-            run_cases(
-                work,
-                predicted_costs(work, work.todo, machine_speed()),
-                (place,),
-                {platform.node(): free},
-                lambda row, to_go_s: journal.append(row),
-            )
+            costs = predicted_costs(work, work.todo, machine_speed())
+            nodes = {platform.node(): free}
+            Dispatch(work, costs, (place,), nodes, lambda row, to_go_s: journal.append(row)).run()
         return read_batch(settings.out)
 
 
 def work_of(cases: tuple[BatchCase, ...], settings: CaseSettings, *, resume: bool) -> Work:
     """Return what is to be done in the folder of a batch.
 
-    Raises
-    ------
-    OutputError
-        The folder has files of somebody else's, or a run is writing the folder of a case.
+    Raises OutputError: the folder has files of somebody else's, or a run is writing the folder of a
+    case.
     """
     out = settings.out
     _refuse_others(cases, out)
@@ -167,7 +129,7 @@ def work_of(cases: tuple[BatchCase, ...], settings: CaseSettings, *, resume: boo
     rows: tuple[BatchRow, ...] = ()
     if resume and (out / JOURNAL).exists():
         try:
-            rows, damaged = salvaged_journal(out)
+            rows, damaged = salvaged_rows(out)
         except BatchTableError as error:
             raise OutputError(f"{error}; remove it to begin again") from error
         for line in damaged:
@@ -192,10 +154,8 @@ def work_of(cases: tuple[BatchCase, ...], settings: CaseSettings, *, resume: boo
 def _refuse_others(cases: Sequence[BatchCase], out: Path) -> None:
     for path in (out / JOURNAL, out / TABLE):
         if (path.exists() or path.is_symlink()) and not _is_of_a_batch(out):
-            raise OutputError(
-                f"{path}: is there already and no batch wrote it; move it away or choose another "
-                "folder"
-            )
+            said = "is there already and no batch wrote it; move it away or choose another folder"
+            raise OutputError(f"{path}: {said}")
     for case in cases:
         holder = holder_of(out / case.name)
         if holder:
@@ -205,7 +165,7 @@ def _refuse_others(cases: Sequence[BatchCase], out: Path) -> None:
 def _is_of_a_batch(out: Path) -> bool:
     """Whether a journal is there that has a row, or nothing as yet but perhaps half of one."""
     try:
-        rows, _ = salvaged_journal(out)
+        rows, _ = salvaged_rows(out)
     except BatchTableError:
         return False
     return bool(rows) or (out / JOURNAL).read_bytes()[:1] in (b"", b"{")
@@ -227,8 +187,7 @@ def kept_cases(
 def journal_of(work: Work) -> Iterator[Journal]:
     """Open the journal with the rows that stay; the table is made from it, however this ends."""
     out = work.settings.out
-    begin_journal(out, work.rows)
-    with open_journal(out) as journal:
+    with open_journal(out, work.rows) as journal:
         try:
             yield journal
         except BaseException:
@@ -252,41 +211,13 @@ def predicted_costs(
     return found
 
 
-def run_cases(
-    work: Work,
-    costs: Mapping[int, Predicted],
-    places: Sequence[Place],
-    free_gib: Mapping[str, float],
-    keep: Keep,
-) -> None:
-    """Compute the cases to do: the most expensive first, those that failed before last.
+class Dispatch:
+    """Cases that are left and those that run; called by several threads.
 
-    Parameters
-    ----------
-    work, costs
-        The batch, and what its cases are predicted to cost.
-    places
-        Where they are computed.
-    free_gib
-        Free memory by node; a case waits until it fits beside those that run.
-    keep
-        Writes a row down, with the time to go [s]; called by one thread at a time.
-
-    Raises
-    ------
-    Exception
-        What `keep` raised, or an executor that broke; the cases running then are finished first.
+    `costs`: what cases are predicted to cost. `places`: where they are computed. `free_gib`: free
+    memory by node; a case waits until it fits beside those that run. `keep`: writes a row down,
+    with the time to go [s]; called by one thread at a time.
     """
-    dispatch = _Dispatch(work, costs, places, free_gib, keep)
-    try:
-        dispatch.run()
-    except KeyboardInterrupt as error:
-        dispatch.end(error)
-        raise
-
-
-class _Dispatch:
-    """Cases that are left and those that run; called by several threads."""
 
     def __init__(
         self,
@@ -303,14 +234,26 @@ class _Dispatch:
         self._left = deque(largest_first(seconds, work.todo, work.last))
         self._to_go = TimeToGo(seconds, sum(place.workers for place in places))
         needs = {n: cost.peak_memory_gib for n, cost in costs.items()}
-        self._room = MemoryRoom(free_gib, [place.shares for place in places], needs)
+        shares = [place.shares for place in places]
+        self._memory = Memory(free_gib=free_gib, places=shares, needs_gib=needs)
         self._running: dict[int, tuple[Place, float]] = {}
         self._changed = threading.Condition()
         self._submitting = False
         self._error: BaseException | None = None
 
     def run(self) -> None:
-        """Compute all cases; the calling thread those of the place without an executor."""
+        """Compute all cases: the most expensive first, those that failed before last.
+
+        The calling thread computes those of the place without an executor. Raises what `keep`
+        raised, or an executor that broke; the cases running then are finished first.
+        """
+        try:
+            self._run()
+        except KeyboardInterrupt as error:
+            self._end(error)
+            raise
+
+    def _run(self) -> None:
         self._submit()
         for own in (place for place in self._places if place.executor is None):
             while (number := self._next(own)) is not None:
@@ -322,7 +265,7 @@ class _Dispatch:
         if self._error is not None:
             raise self._error
 
-    def end(self, error: BaseException) -> None:
+    def _end(self, error: BaseException) -> None:
         """Begin nothing more, and take the rows that come within a moment."""
         with self._changed:
             self._left.clear()
@@ -337,10 +280,10 @@ class _Dispatch:
         busy = sum(other is place for other, _ in self._running.values())
         if self._error is not None or busy >= place.workers:
             return None
+        running = {n: at.shares for n, (at, _) in self._running.items()}
         for number in self._left:
-            if self._room.may_begin(place.shares, number):
+            if self._memory.allows(number, place.shares, running):
                 self._left.remove(number)
-                self._room.begin(place.shares, number)
                 self._running[number] = (place, time.monotonic())
                 return number
         return None
@@ -363,17 +306,16 @@ class _Dispatch:
             self._submitting = True
             try:
                 for place in self._places:
-                    self._fill(place)
+                    if place.executor is not None:
+                        self._fill(place, place.executor)
             finally:
                 self._submitting = False
 
-    def _fill(self, place: Place) -> None:
-        if place.executor is None:
-            return
+    def _fill(self, place: Place, executor: Executor) -> None:
         while (number := self._take(place)) is not None:
             case = self._work.cases[number]
             try:
-                future = place.executor.submit(place.task, case, self._work.settings)
+                future = executor.submit(place.task, case, self._work.settings)
             except Exception as error:
                 self._fail(number, error)
                 return
@@ -401,12 +343,10 @@ class _Dispatch:
         """Write a row down; where that fails, nothing more is begun."""
         with self._changed:
             self._running.pop(number, None)
-            self._room.end(number)
             self._to_go.finished(number, None if row.status == "failed" else row.seconds)
             now = time.monotonic()
-            left_s = self._to_go.seconds(
-                {n: now - start for n, (_, start) in self._running.items()}
-            )
+            begun = {n: now - start for n, (_, start) in self._running.items()}
+            left_s = self._to_go.seconds(begun)
             if self._error is None:
                 try:
                     self._keep(row, left_s)

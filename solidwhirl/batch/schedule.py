@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from solidwhirl.console.schedule import run_steps
+from solidwhirl.core.errors import SceneError
 from solidwhirl.core.machine import MachineSpeed
 from solidwhirl.cost.forecast import forecast
 from solidwhirl.model.bodies import build_bodies
@@ -24,43 +25,21 @@ _AROUND_S = 0.3
 
 @dataclass(frozen=True, kw_only=True)
 class Predicted:
-    """What a case will cost, of one rank.
-
-    Attributes
-    ----------
-    seconds
-        Processor time.
-    peak_memory_gib
-        Resident memory.
-    least_memory_gib
-        With less, its first mesh is refused.
-    """
+    """What a case will cost, of one rank."""
 
     seconds: float
     peak_memory_gib: float
-    least_memory_gib: float = 0.0
+    least_memory_gib: float = 0.0  # with less, its first mesh is refused
 
 
 @dataclass(frozen=True, kw_only=True)
 class Layout:
-    """Which ranks compute a case together.
+    """Which ranks compute a case together."""
 
-    Attributes
-    ----------
-    ranks_per_team
-        Size of each team.
-    teams
-        Number of teams.
-    first
-        First rank of the first team: 0, or 1 where rank 0 only coordinates.
-    idle
-        Ranks that are left over.
-    """
-
-    ranks_per_team: int
-    teams: int
-    first: int
-    idle: int
+    ranks_per_team: int  # size of each team
+    teams: int  # number of teams
+    first: int  # first rank of the first team: 0, or 1 where rank 0 only coordinates
+    idle: int  # ranks that are left over
 
     def team_of(self, rank: int) -> int | None:
         """Team of a rank; None if it is in none."""
@@ -78,19 +57,9 @@ def predicted_cost(scene: Scene, machine: MachineSpeed, *, pictures: bool = True
     Where the scene leaves the level to the program it counts as harmonic: to try whether beams are
     enough takes as long as a small case.
 
-    Parameters
-    ----------
-    scene
-        The scene.
-    machine
-        Speed of the machine, the same for all cases that are compared.
-    pictures
-        Whether they are drawn.
-
-    Raises
-    ------
-    ValueError
-        Something that a run refuses as well.
+    `machine`: speed of the machine, the same for all cases that are compared. `pictures`: whether
+    they are drawn.
+    Raises ValueError: something that a run refuses as well.
     """
     level = "harmonic" if scene.model.level == "auto" else scene.model.level
     bodies, meshes = build_bodies(scene), build_mesh_bodies(scene)
@@ -109,17 +78,9 @@ def largest_first(
 ) -> list[int]:
     """Order of the cases: the most expensive first, and those that failed before after all others.
 
-    Parameters
-    ----------
-    seconds
-        Predicted time by case [s].
-    todo
-        Indices of those to compute.
-    last
-        Of these, those that come last: what ended a whole job would end it again.
+    `seconds`: predicted time by case [s]. `todo`: indices of those to compute. `last`: of these,
+    those that come last: what ended a whole job would end it again.
 
-    Notes
-    -----
     Longest processing time first (Graham 1969): the whole takes at most 4/3 of the best order.
     """
     after = frozenset(last)
@@ -132,25 +93,13 @@ def team_layout(size: int, ranks_per_scene: int, *, answers_while_busy: bool) ->
     Rank 0 gives out the cases. It computes as well where teams are few; it only coordinates where
     they are many, where it is left over anyway, or where it could not answer while it computes.
 
-    Parameters
-    ----------
-    size
-        Number of ranks.
-    ranks_per_scene
-        Size of a team.
-    answers_while_busy
-        Whether the MPI library lets a second thread of rank 0 answer.
-
-    Raises
-    ------
-    ValueError
-        A team of more ranks than there are, or of none.
+    `ranks_per_scene`: size of a team. `answers_while_busy`: whether the MPI library lets a second
+    thread of rank 0 answer.
+    Raises SceneError: a team of more ranks than there are, or of none.
     """
     if not 1 <= ranks_per_scene <= size:
-        raise ValueError(
-            f"--ranks-per-scene: {ranks_per_scene}, allowed are 1 to {size}, the number of ranks; "
-            f"start more with mpirun -n"
-        )
+        said = f"{ranks_per_scene}, allowed are 1 to {size}, the number of ranks; start more with"
+        raise SceneError("command line", [f"--ranks-per-scene: {said} mpirun -n"])
     whole, without = size // ranks_per_scene, (size - 1) // ranks_per_scene
     alone = without == whole or whole > _COMPUTING or (whole > 1 and not answers_while_busy)
     alone = alone and without > 0
@@ -166,12 +115,7 @@ def team_layout(size: int, ranks_per_scene: int, *, answers_while_busy: bool) ->
 class TimeToGo:
     """Time that a batch still takes, from predicted costs corrected by those measured.
 
-    Parameters
-    ----------
-    seconds
-        Predicted time by case [s].
-    teams
-        How many cases run at once.
+    `seconds`: predicted time by case [s]. `teams`: how many cases run at once.
     """
 
     def __init__(self, seconds: Mapping[int, float], teams: int) -> None:
@@ -188,12 +132,7 @@ class TimeToGo:
     def finished(self, case: int, measured_s: float | None) -> None:
         """Take a case off the list.
 
-        Parameters
-        ----------
-        case
-            Its index.
-        measured_s
-            What it took [s]; None if it failed, which says nothing about the others.
+        `measured_s`: what it took [s]; None if it failed, which says nothing about the others.
         """
         predicted = self._left.pop(case, 0.0)
         if measured_s is not None:
@@ -202,76 +141,45 @@ class TimeToGo:
     def seconds(self, running_s: Mapping[int, float]) -> float:
         """Time to go [s]: the work left by all teams, but not less than the longest case left.
 
-        Parameters
-        ----------
-        running_s
-            Time since its start by running case [s].
+        `running_s`: time since its start by running case [s].
         """
+        factor = self.factor
         left = {
-            case: max(self.factor * predicted - running_s.get(case, 0.0), 0.0)
+            case: max(factor * predicted - running_s.get(case, 0.0), 0.0)
             for case, predicted in self._left.items()
         }
         return max(sum(left.values()) / self._teams, max(left.values(), default=0.0))
 
 
-class MemoryRoom:
-    """Memory of the nodes, divided among the cases that run.
+@dataclass(frozen=True, kw_only=True)
+class Memory:
+    """Memory of the nodes [GiB], divided among the cases that run."""
 
-    Parameters
-    ----------
-    free_gib
-        Free memory by node, before the first case [GiB].
-    places
-        Of everyone who computes cases: part of a case's memory by node; the parts add up to 1.
-    needs_gib
-        Predicted peak memory by case [GiB]; a case that is not in it needs none.
-    """
+    free_gib: Mapping[str, float]  # by node, before the first case
+    # Of everyone who computes cases: part of a case's memory by node; the parts add up to 1
+    places: Sequence[Mapping[str, float]]
+    needs_gib: Mapping[int, float]  # predicted peak by case; one that is not in it needs none
 
-    def __init__(
-        self,
-        free_gib: Mapping[str, float],
-        places: Sequence[Mapping[str, float]],
-        needs_gib: Mapping[int, float],
-    ) -> None:
-        self._free, self._places, self._needs = free_gib, tuple(places), needs_gib
-        self._running: dict[int, Mapping[str, float]] = {}
-
-    def may_begin(self, shares: Mapping[str, float], case: int) -> bool:
-        """Whether a case fits beside those that run.
+    def allows(
+        self, case: int, shares: Mapping[str, float], running: Mapping[int, Mapping[str, float]]
+    ) -> bool:
+        """Whether a case of these parts by node fits beside those that run, by their parts.
 
         One that fits nowhere, ever, runs alone: whether that can be done is for the case itself to
         say.
-
-        Parameters
-        ----------
-        shares
-            Part of its memory by node.
-        case
-            Its index.
         """
+        need = self.needs_gib.get
         beside = {
-            node: sum(at.get(node, 0.0) * self._need(n) for n, at in self._running.items())
+            node: sum(at.get(node, 0.0) * need(n, 0.0) for n, at in running.items())
             for node in shares
         }
-        if self._fits(shares, case, beside):
+
+        def fits(place: Mapping[str, float], taken: Mapping[str, float]) -> bool:
+            return all(
+                taken.get(node, 0.0) + part * need(case, 0.0) <= self.free_gib[node]
+                for node, part in place.items()
+            )
+
+        if fits(shares, beside):
             return True
-        return not any(beside.values()) and not any(
-            self._fits(place, case, {}) for place in self._places
-        )
-
-    def begin(self, shares: Mapping[str, float], case: int) -> None:
-        """Write down where a case runs."""
-        self._running[case] = shares
-
-    def end(self, case: int) -> None:
-        """Write down that a case is over."""
-        self._running.pop(case, None)
-
-    def _need(self, case: int) -> float:
-        return self._needs.get(case, 0.0)
-
-    def _fits(self, shares: Mapping[str, float], case: int, beside: Mapping[str, float]) -> bool:
-        return all(
-            beside.get(node, 0.0) + part * self._need(case) <= self._free[node]
-            for node, part in shares.items()
-        )
+        return not any(beside.values()) and not any(fits(place, {}) for place in self.places)

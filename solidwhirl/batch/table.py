@@ -72,15 +72,8 @@ _UTF8 = h5py.string_dtype("utf-8")
 def read_batch(folder: str | Path) -> tuple[BatchRow, ...]:
     """Read the rows of a batch, by scene and number of the case.
 
-    Parameters
-    ----------
-    folder
-        The folder of the batch; its journal is read, or its table where there is no journal.
-
-    Raises
-    ------
-    BatchTableError
-        There is neither, or it is damaged.
+    `folder`: the folder of the batch; its journal is read, or its table where there is no journal.
+    Raises BatchTableError: there is neither, or it is damaged.
     """
     folder = Path(folder)
     if (folder / JOURNAL).exists():
@@ -93,16 +86,9 @@ def read_batch(folder: str | Path) -> tuple[BatchRow, ...]:
 def write_table(folder: str | Path) -> Path:
     """Make the table of a batch from its journal; readers see the old table or the new one.
 
-    Returns
-    -------
-    The table.
-
-    Raises
-    ------
-    BatchTableError
-        There is no journal, or it is damaged.
-    OutputError
-        The table can't be written.
+    Returns the table.
+    Raises BatchTableError: there is no journal, or it is damaged; OutputError: the table can't be
+    written.
     """
     path = Path(folder) / TABLE
     rows = in_order(read_journal(folder))
@@ -118,10 +104,7 @@ def write_table(folder: str | Path) -> Path:
 def read_table(path: str | Path) -> tuple[BatchRow, ...]:
     """Read a table; its rows are those of the journal that it was made from.
 
-    Raises
-    ------
-    BatchTableError
-        It can't be read, or is no table of a batch.
+    Raises BatchTableError: it can't be read, or is no table of a batch.
     """
     try:
         with h5py.File(path, "r") as file:

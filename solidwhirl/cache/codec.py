@@ -11,15 +11,13 @@ import dataclasses
 import hashlib
 import importlib
 import json
-import math
 import re
-from collections.abc import Callable, Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence, Set
 from typing import Any
 
 import numpy as np
 
 _PLAIN = frozenset({type(None), bool, int, float, str})
-_FLOATS = frozenset({float})
 # Lists of floats from this length on become a block.
 _LONG = 8
 # A dataclass of a module: no private names, nothing nested, no `__main__`.
@@ -65,7 +63,7 @@ class _Packer:
 
     def _list(self, values: list[Any]) -> Any:
         kinds = set(map(type, values))
-        if len(values) >= _LONG and kinds == _FLOATS:
+        if len(values) >= _LONG and kinds == {float}:
             return {"f": self._block(np.array(values).tobytes())}
         return values if kinds <= _PLAIN else [self.node(v) for v in values]
 
@@ -126,16 +124,9 @@ def _kind_of(label: str, packages: Set[str]) -> Any:
 def pack(value: Any, packages: Set[str] = PACKAGES) -> list[Block]:
     """Return a value as pieces of bytes that belong one after the other.
 
-    Parameters
-    ----------
-    value
-        Frozen dataclasses of the packages, tuples, lists, mappings, arrays, numbers, texts, bytes,
-        None, nested as they like.
-
-    Raises
-    ------
-    CodecError
-        Something else occurs in it.
+    `value`: frozen dataclasses of the packages, tuples, lists, mappings, arrays, numbers, texts,
+    bytes, None, nested as they like.
+    Raises CodecError: something else occurs in it.
     """
     head, blocks = _pieces(value, _Packer(packages, {}))
     out: list[Block] = [len(head).to_bytes(_LENGTH, "little"), head]
@@ -147,12 +138,8 @@ def pack(value: Any, packages: Set[str] = PACKAGES) -> list[Block]:
 def fingerprint(value: Any, left_out: Mapping[str, frozenset[str]] | None = None) -> str:
     """SHA-256 of a value's content, the same for values whose every bit is the same.
 
-    Parameters
-    ----------
-    value
-        As in `pack`, any frozen dataclass and pydantic record.
-    left_out
-        Fields that do not count, by module and name of the record.
+    `value`: as in `pack`, any frozen dataclass and pydantic record. `left_out`: fields that do not
+    count, by module and name of the record.
     """
     head, blocks = _pieces(value, _Packer(None, left_out or {}))
     digest = hashlib.sha256(head)
@@ -174,14 +161,9 @@ def _pieces(value: Any, packer: _Packer) -> tuple[bytes, list[Block]]:
 def unpack(data: Block, packages: Set[str] = PACKAGES) -> Any:
     """Return the value that `pack` was given.
 
-    Raises
-    ------
-    CodecError
-        The bytes are no such value, or hold a record that is not allowed.
+    Raises CodecError: the bytes are no such value, or hold a record that is not allowed.
     """
     view = memoryview(data)
-    if len(view) < _LENGTH:
-        raise CodecError("it is too short")
     end = _LENGTH + int.from_bytes(view[:_LENGTH], "little")
     if end > len(view):
         raise CodecError("it is too short")
@@ -197,11 +179,9 @@ def unpack(data: Block, packages: Set[str] = PACKAGES) -> Any:
 def _blocks(view: memoryview, lengths: Sequence[int]) -> list[memoryview]:
     out, place = [], 0
     for length in lengths:
-        if type(length) is not int or not 0 <= length <= len(view) - place:
-            raise CodecError("its blocks are not whole")
         out.append(view[place : place + length])
         place += length + -length % _ALIGNMENT
-    if place != len(view):
+    if place != len(view) or min(lengths, default=0) < 0:
         raise CodecError("its blocks are not whole")
     return out
 
@@ -213,69 +193,47 @@ class _Reader:
         self._blocks, self._packages = blocks, packages
 
     def value(self, node: Any) -> Any:
-        kind = type(node)
-        if kind in _PLAIN:
+        if type(node) in _PLAIN:
             return node
-        if kind is list:
-            return [self.value(n) for n in node] if not set(map(type, node)) <= _PLAIN else node
+        if type(node) is list:
+            return node if set(map(type, node)) <= _PLAIN else [self.value(n) for n in node]
         ((tag, content),) = node.items()
-        if tag not in self._READ:
-            raise CodecError(f"it has an unknown part {tag!r}")
-        return self._READ[tag](self, content)
+        match tag:
+            case "t":
+                return tuple(self.value(content))
+            case "m":
+                return {k: self.value(v) for k, v in content.items()}
+            case "d":
+                return {self.value(k): self.value(v) for k, v in content}
+            case "c":
+                return complex(*content)
+            case "b":
+                return bytes(self._blocks[content])
+            case "f":
+                return np.frombuffer(self._blocks[content], dtype=np.float64).tolist()
+            case "a":
+                return self._array(*content)
+            case "s":
+                return self._array(*content)[()]
+            case "r":
+                return self._record(*content)
+        raise CodecError(f"it has an unknown part {tag!r}")
 
-    def _tuple(self, node: Any) -> tuple[Any, ...]:
-        return tuple(self.value(node))
-
-    def _mapping(self, node: Any) -> dict[str, Any]:
-        return {k: self.value(v) for k, v in node.items()}
-
-    def _dictionary(self, node: Any) -> dict[Any, Any]:
-        return {self.value(k): self.value(v) for k, v in node}
-
-    def _complex(self, node: Any) -> complex:
-        return complex(*node)
-
-    def _bytes(self, node: Any) -> bytes:
-        return bytes(self._blocks[node])
-
-    def _floats(self, node: Any) -> list[float]:
-        return list(np.frombuffer(self._blocks[node], dtype=np.float64).tolist())
-
-    def _array(self, node: Any) -> np.ndarray[Any, Any]:
-        number, kind, shape, axes = node
-        block = self._blocks[number]
-        if not _DTYPE.fullmatch(kind) or sorted(axes) != list(range(len(shape))):
+    def _array(self, number: int, kind: str, shape: list[int], axes: list[int]) -> Any:
+        if not _DTYPE.fullmatch(kind):
             raise CodecError("an array of it has no layout")
-        dtype = np.dtype(kind)
-        if min(shape, default=0) < 0 or math.prod(shape) * dtype.itemsize != len(block):
+        block, dtype = self._blocks[number], np.dtype(kind)
+        flat = np.frombuffer(block, dtype) if len(block) else np.empty(0, dtype)
+        out = flat.reshape(shape).copy()
+        if list(out.shape) != shape:
             raise CodecError("an array of it has another size")
-        out = np.empty(shape, dtype=dtype)
-        if out.size:
-            out[...] = np.frombuffer(block, dtype=dtype).reshape(shape)
-        back = [axes.index(a) for a in range(len(axes))]
         out.setflags(write=False)
-        return out.transpose(back)
+        return out.transpose([axes.index(a) for a in range(len(shape))])
 
-    def _scalar(self, node: Any) -> Any:
-        return self._array(node)[()]
-
-    def _record(self, node: Any) -> Any:
-        name, fields = node
+    def _record(self, name: str, fields: Mapping[str, Any]) -> Any:
         kind = _kind_of(name, self._packages)
         if kind is None:
             raise CodecError(f"it holds a record {name!r}, which is none of this program")
         if set(fields) != {f.name for f in dataclasses.fields(kind) if f.init}:
             raise CodecError(f"a record {name!r} of it has other fields")
-        return kind(**self._mapping(fields))
-
-    _READ: Mapping[str, Callable[[_Reader, Any], Any]] = {
-        "t": _tuple,
-        "m": _mapping,
-        "d": _dictionary,
-        "c": _complex,
-        "b": _bytes,
-        "f": _floats,
-        "a": _array,
-        "s": _scalar,
-        "r": _record,
-    }
+        return kind(**{k: self.value(v) for k, v in fields.items()})

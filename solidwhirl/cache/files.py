@@ -43,12 +43,8 @@ _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 class StageStore:
     """A folder of completed stages; several processes may use it at once.
 
-    Parameters
-    ----------
-    folder
-        Made when something is kept first.
-    packages
-        Whose frozen dataclasses entries may hold.
+    `folder`: made when something is kept first. `packages`: whose frozen dataclasses entries may
+    hold.
     """
 
     def __init__(self, folder: str | Path, packages: Set[str] = PACKAGES) -> None:
@@ -59,20 +55,14 @@ class StageStore:
     def key(self, stage: str, *parts: Any) -> str:
         """Name of an entry: SHA-256 of the stage, of what goes into it, and of the program.
 
-        Parameters
-        ----------
-        parts
-            Everything that the result depends on; where elements came from does not count.
+        `parts`: everything that the result depends on; where elements came from does not count.
         """
         return fingerprint([stage, surroundings(), list(parts)], _LEFT_OUT)
 
     def find(self, key: str, note: Note) -> Any | None:
         """Return what is kept under a key; None if there is nothing, or nothing whole.
 
-        Parameters
-        ----------
-        note
-            Called with one line where an entry is there but is no good; it is removed then.
+        `note`: called with one line where an entry is there but is no good; it is removed then.
         """
         path = self._path(key)
         try:
@@ -94,10 +84,7 @@ class StageStore:
     def keep(self, key: str, stage: str, value: Any, note: Note) -> None:
         """Keep a result; what can not be written is noted and given up.
 
-        Parameters
-        ----------
-        note
-            Called with one line if it can not be kept.
+        `note`: called with one line if it can not be kept.
         """
         path = self._path(key)
         self._used.add(key)
@@ -124,10 +111,7 @@ class StageStore:
         a stage free when the process that has it ends, however it ends. On file systems without
         locks, or where nothing can be written, nobody waits: both compute the same bytes.
 
-        Parameters
-        ----------
-        note
-            Called with one line if another process has it.
+        `note`: called with one line if another process has it.
         """
         made = not self.folder.exists()
         path = self.folder / f".{key}{_LOCK_SUFFIX}"
@@ -150,6 +134,13 @@ class StageStore:
             for path in self.folder.glob(f"*{_SUFFIX}"):
                 if path.stem not in self._used:
                     path.unlink(missing_ok=True)
+
+    def remove(self) -> None:
+        """Remove all entries, and the folder if nothing else is in it."""
+        with contextlib.suppress(OSError):
+            for path in self.folder.glob(f"*{_SUFFIX}"):
+                path.unlink(missing_ok=True)
+            self.folder.rmdir()
 
     def clear_leftovers(self) -> None:
         """Remove temporary files and locks that a killed process left a day ago or earlier."""

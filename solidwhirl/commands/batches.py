@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from solidwhirl.commands.options import Accuracy, Level, Quiet, Store, examples
+from solidwhirl.commands.options import Accuracy, Level, Quiet, Store, examples, taking
 from solidwhirl.console.guard import guarded
 
 EXAMPLES = examples(
@@ -23,25 +24,31 @@ Operating = Annotated[
 ]
 
 
-def batch(
+@dataclass(frozen=True, kw_only=True)
+class BatchOptions:
+    """What `batch` takes."""
+
     scenes: Annotated[
         list[Path], typer.Argument(metavar="SCENE.toml...", help="Scenes, with [sweep] or without.")
-    ],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of all cases and their table.")],
+    ]
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of all cases and their table.")]
     ranks_per_scene: Annotated[
         int, typer.Option(min=1, metavar="K", help="Ranks that compute a case together.")
-    ] = 1,
-    resume: Annotated[bool, typer.Option("--resume", help="Do only what is missing.")] = False,
-    store: Store = None,
+    ] = 1
+    resume: Annotated[bool, typer.Option("--resume", help="Do only what is missing.")] = False
+    store: Store = None
     slurm: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write a Slurm script and run nothing.")
-    ] = None,
-    level: Level = None,
-    accuracy: Accuracy = None,
-    pictures: Annotated[bool, typer.Option(help="Draw pictures; without, numbers only.")] = True,
-    operating_rpm: Operating = None,
-    quiet: Quiet = False,
-) -> None:
+    ] = None
+    level: Level = None
+    accuracy: Accuracy = None
+    pictures: Annotated[bool, typer.Option(help="Draw pictures; without, numbers only.")] = True
+    operating_rpm: Operating = None
+    quiet: Quiet = False
+
+
+@taking(BatchOptions)
+def batch(asked: BatchOptions) -> None:
     """Run many scenes, or all cases of a sweep, on the ranks of an MPI job.
 
     The exit code is 1 if a case failed; its message is in the table, and the others are done.
@@ -52,18 +59,24 @@ def batch(
         from solidwhirl.batch.command import batch_command
 
         code = batch_command(
-            scenes,
-            CaseSettings(out=out, store=store, level=level, accuracy=accuracy, pictures=pictures),
-            ranks_per_scene=ranks_per_scene,
-            resume=resume,
-            slurm=slurm,
-            quiet=quiet,
-            operating_rpm=operating_rpm,
+            asked.scenes,
+            CaseSettings(
+                out=asked.out,
+                store=asked.store,
+                level=asked.level,
+                accuracy=asked.accuracy,
+                pictures=asked.pictures,
+            ),
+            ranks_per_scene=asked.ranks_per_scene,
+            resume=asked.resume,
+            slurm=asked.slurm,
+            quiet=asked.quiet,
+            operating_rpm=asked.operating_rpm,
         )
         if code:
             raise typer.Exit(code)
 
-    guarded(out, work)
+    guarded(asked.out, work)
 
 
 def batch_pictures(

@@ -38,12 +38,8 @@ class Format:
 
     Attributes
     ----------
-    title
-        What it is, a phrase.
     ending
         How its file is called as a rule.
-    writer
-        Writes it: element, file, options.
     options
         Options of the command that it understands, and the writer's names for them.
     """
@@ -66,66 +62,39 @@ def write_sidecar(element: Superelement, path: Path) -> Exported:
     )
 
 
+def _format(
+    writer: Callable[..., Exported], ending: str, title: str, options: Mapping[str, str]
+) -> Format:
+    return Format(writer=writer, ending=ending, title=title, options=options)
+
+
 _MODES = {"modes": "modes"}
 _DAMPED = {"modes": "modes", "damping": "modal_damping"}
 _SPEED = {"speed_rpm": "speed_rad_s"}
+_SURFACE = "modes on the surface, for ParaView"
 FORMATS: Mapping[str, Format] = {
-    "sid": Format(
-        title="standard input data of a flexible body (Simpack, Modelica)",
-        ending=".SID_FEM",
-        writer=write_sid,
-        options={**_DAMPED, "layout": "layout"},
+    "sid": _format(
+        write_sid,
+        ".SID_FEM",
+        "standard input data of a flexible body (Simpack, Modelica)",
+        {**_DAMPED, "layout": "layout"},
     ),
-    "mbdyn": Format(
-        title="MBDyn modal joint",
-        ending=".fem",
-        writer=write_mbdyn,
-        options={**_DAMPED, "records": "level"},
+    "mbdyn": _format(write_mbdyn, ".fem", "MBDyn modal joint", {**_DAMPED, "records": "level"}),
+    "dmig": _format(write_dmig, ".pch", "Nastran bulk data matrices", _SPEED),
+    "op4": _format(write_op4, ".op4", "Nastran output 4 matrices", _SPEED),
+    "exudyn": _format(write_exudyn, ".py", "Exudyn, linear body in the inertial frame", {}),
+    "exudyn-frame": _format(
+        write_exudyn_frame,
+        ".py",
+        "Exudyn, flexible body with a moving frame",
+        {**_MODES, **_SPEED},
     ),
-    "dmig": Format(
-        title="Nastran bulk data matrices", ending=".pch", writer=write_dmig, options=_SPEED
-    ),
-    "op4": Format(
-        title="Nastran output 4 matrices", ending=".op4", writer=write_op4, options=_SPEED
-    ),
-    "exudyn": Format(
-        title="Exudyn, linear body in the inertial frame",
-        ending=".py",
-        writer=write_exudyn,
-        options={},
-    ),
-    "exudyn-frame": Format(
-        title="Exudyn, flexible body with a moving frame",
-        ending=".py",
-        writer=write_exudyn_frame,
-        options={**_MODES, **_SPEED},
-    ),
-    "ross": Format(title="ROSS rotor", ending=".py", writer=write_ross, options={}),
-    "matrix-market": Format(
-        title="folder of Matrix Market matrices",
-        ending="",
-        writer=write_matrix_market,
-        options=_SPEED,
-    ),
-    "npz": Format(title="numpy arrays", ending=".npz", writer=write_npz, options=_SPEED),
-    "vtu": Format(
-        title="modes on the surface, for ParaView",
-        ending=".vtu",
-        writer=write_surface_vtu,
-        options=_MODES,
-    ),
-    "vtkhdf": Format(
-        title="modes on the surface, for ParaView",
-        ending=".vtkhdf",
-        writer=write_surface_vtkhdf,
-        options=_MODES,
-    ),
-    "json": Format(
-        title="what the body is, without its matrices",
-        ending=".json",
-        writer=write_sidecar,
-        options={},
-    ),
+    "ross": _format(write_ross, ".py", "ROSS rotor", {}),
+    "matrix-market": _format(write_matrix_market, "", "folder of Matrix Market matrices", _SPEED),
+    "npz": _format(write_npz, ".npz", "numpy arrays", _SPEED),
+    "vtu": _format(write_surface_vtu, ".vtu", _SURFACE, _MODES),
+    "vtkhdf": _format(write_surface_vtkhdf, ".vtkhdf", _SURFACE, _MODES),
+    "json": _format(write_sidecar, ".json", "what the body is, without its matrices", {}),
 }
 
 

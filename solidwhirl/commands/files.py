@@ -1,78 +1,26 @@
-"""Commands that check results, and write them or the geometry in files of other programs."""
+"""Commands that write bodies in files of other programs, schemas and versions."""
 
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from solidwhirl.commands.options import Force, SceneFile, completing, examples
+from solidwhirl.commands.options import Force, completing, examples, taking
 from solidwhirl.console.guard import guarded
 
-CHECK_EXAMPLES = examples(
-    "solidwhirl check out/laval",
-    "solidwhirl check out/laval/bodies/rotor.h5 --json",
-)
-GEOMETRY_EXAMPLES = examples(
-    "solidwhirl geometry scenes/laval.toml --step out/laval.step",
-    "solidwhirl geometry scenes/ferraris.toml --step out/step --length-unit m",
-)
 EXPORT_EXAMPLES = examples(
     "solidwhirl export out/laval/bodies/rotor.h5 --format sid -o out/rotor.SID_FEM",
     "solidwhirl export out/laval/bodies/rotor.h5 --format npz -o out/rotor.npz",
 )
 FORMATS_EXAMPLES = examples("solidwhirl formats")
-SCHEMA_EXAMPLES = examples(
-    "solidwhirl schema scene",
-    "solidwhirl schema results",
-)
+SCHEMA_EXAMPLES = examples("solidwhirl schema scene", "solidwhirl schema results")
 VERSION_EXAMPLES = examples("solidwhirl version")
-
-
-def check(
-    paths: Annotated[
-        list[Path],
-        typer.Argument(metavar="PATH...", help="Superelement files, folders of runs."),
-    ],
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
-) -> None:
-    """Check what must hold for superelement files and the folders of runs.
-
-    The exit code is 3 if a check fails, 2 if something can not be read.
-    """
-
-    def work() -> None:
-        from solidwhirl.commands.check_command import check_command
-
-        raise typer.Exit(check_command(paths, as_json=as_json))
-
-    guarded(paths[0], work)
-
-
-def geometry(
-    scene: SceneFile,
-    step: Annotated[Path, typer.Option(metavar="FILE|DIR", help="A file, or one for each body.")],
-    length_unit: Annotated[
-        str,
-        typer.Option(
-            metavar="mm|m",
-            help="Unit of lengths in the file.",
-            autocompletion=completing(("mm", "m")),
-        ),
-    ] = "mm",
-    force: Force = False,
-) -> None:
-    """Write the bodies of a scene as closed solids in STEP files."""
-
-    def work() -> None:
-        from solidwhirl.commands.geometry_command import geometry_command
-
-        for path in geometry_command(scene, step, length_unit=length_unit, force=force):
-            typer.echo(f"written: {path}")
-
-    guarded(scene, work)
+# Options of `export` that some formats take.
+_OF_FORMATS = ("modes", "damping", "layout", "records", "speed_rpm")
 
 
 def _formats_beginning(incomplete: str) -> list[str]:
@@ -81,9 +29,12 @@ def _formats_beginning(incomplete: str) -> list[str]:
     return [name for name in FORMATS if name.startswith(incomplete)]
 
 
-def export(
-    body: Annotated[Path, typer.Argument(metavar="BODY.h5", help="A superelement file.")],
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="What to write.")],
+@dataclass(frozen=True, kw_only=True)
+class ExportOptions:
+    """What `export` takes."""
+
+    body: Annotated[Path, typer.Argument(metavar="BODY.h5", help="A superelement file.")]
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="What to write.")]
     form: Annotated[
         str,
         typer.Option(
@@ -92,36 +43,37 @@ def export(
             help="`solidwhirl formats` lists them.",
             autocompletion=_formats_beginning,
         ),
-    ],
+    ]
     modes: Annotated[
         int | None, typer.Option(min=1, metavar="N", help="Elastic modes; all if not given.")
-    ] = None,
+    ] = None
     damping: Annotated[
-        float | None,
-        typer.Option(min=0.0, max=1.0, metavar="RATIO", help="Of all elastic modes."),
-    ] = None,
+        float | None, typer.Option(min=0.0, max=1.0, metavar="RATIO", help="Of all elastic modes.")
+    ] = None
     layout: Annotated[
         str | None, typer.Option(metavar="fembs|mode", help="Columns of Ge and Gr in sid.")
-    ] = None,
+    ] = None
     records: Annotated[
         int | None, typer.Option(metavar="13|18|19", help="Last record group in mbdyn.")
-    ] = None,
+    ] = None
     speed_rpm: Annotated[
         float | None, typer.Option(metavar="RPM", help="Matrices at this speed as well.")
-    ] = None,
-    force: Force = False,
-) -> None:
+    ] = None
+    force: Force = False
+
+
+@taking(ExportOptions)
+def export(asked: ExportOptions) -> None:
     """Write a superelement in the files of other programs, and say what they can not carry."""
 
     def work() -> None:
         from solidwhirl.commands.export_command import export_command
 
-        given = {"modes": modes, "damping": damping, "layout": layout, "records": records}
-        given |= {"speed_rpm": speed_rpm}
-        options = {name: value for name, value in given.items() if value is not None}
-        export_command(body, form, out, options, force=force)
+        given = ((n, getattr(asked, n)) for n in _OF_FORMATS)
+        options = {name: value for name, value in given if value is not None}
+        export_command(asked.body, asked.form, asked.out, options, force=asked.force)
 
-    guarded(body, work)
+    guarded(asked.body, work)
 
 
 def formats() -> None:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
+import inspect
 import os
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar, get_type_hints
 
 import typer
 from pydantic import ValidationError
@@ -44,6 +47,36 @@ def _problem(value: str) -> str:
     ):
         return f"{value[:40]}... is too long for a path ({len(value)} characters)"
     return ""
+
+
+Options = TypeVar("Options")
+
+
+def taking(record: type[Options]) -> Callable[[Callable[[Options], None]], Callable[..., None]]:
+    """Let typer read the options of a command from the annotated fields of a dataclass."""
+    hints = get_type_hints(record, include_extras=True)
+    parameters = [
+        inspect.Parameter(
+            field.name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=(
+                inspect.Parameter.empty if field.default is dataclasses.MISSING else field.default
+            ),
+            annotation=hints[field.name],
+        )
+        for field in dataclasses.fields(record)  # type: ignore[arg-type]
+    ]
+
+    def made(work: Callable[[Options], None]) -> Callable[..., None]:
+        def command(**given: Any) -> None:
+            work(record(**given))
+
+        command.__name__, command.__doc__ = work.__name__, work.__doc__
+        command.__annotations__ = hints
+        command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+        return command
+
+    return made
 
 
 def completing(allowed: tuple[str, ...]) -> Any:

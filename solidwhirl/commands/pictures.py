@@ -1,54 +1,62 @@
-"""`solidwhirl pictures`: pictures of a run for a paper or a talk."""
+"""`solidwhirl pictures`: all pictures of a run for a paper or a talk, from the stages it kept."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from solidwhirl.commands.options import (
-    Accuracy,
-    Level,
-    Quiet,
-    SceneFile,
-    chosen_scene,
-    examples,
-    refuse_unwritable,
-)
+from solidwhirl.commands import options
 from solidwhirl.console.guard import guarded
 from solidwhirl.console.terminal import telling
+from solidwhirl.core.errors import OutputError
+from solidwhirl.core.stages import Progress
+from solidwhirl.files.picture_index import INDEX, write_index
+from solidwhirl.files.picture_record import MOVING_FORMATS, STILL_FORMATS, Picture
+from solidwhirl.pictures.picture_names import refuse_unknown_names
+from solidwhirl.scene.records import Scene
 
-EXAMPLES = examples(
+if TYPE_CHECKING:
+    from solidwhirl.pipeline.cached_stages import Keeper
+
+EXAMPLES = options.examples(
     "solidwhirl pictures scenes/laval.toml --out out/laval --only campbell",
     "solidwhirl pictures scenes/laval.toml --out out/laval --formats pdf,svg",
 )
+FORMATS = STILL_FORMATS + MOVING_FORMATS
+#: Modes shown in space without being asked for more.
+MODES = 4
 
 
-def pictures(
-    scene: SceneFile,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the run, or a new one.")],
+@dataclass(frozen=True, kw_only=True)
+class PictureOptions:
+    """What `pictures` takes."""
+
+    scene: options.SceneFile
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the run, or a new one.")]
     formats: Annotated[
         str,
         typer.Option(metavar="LIST", help="Of pdf, svg, png, gif and mp4, with commas between."),
-    ] = "png",
+    ] = "png"
     only: Annotated[
         list[str] | None,
         typer.Option(metavar="NAME", help="A picture, or a pattern with *; may be repeated."),
-    ] = None,
+    ] = None
     modes: Annotated[
         int, typer.Option(min=0, metavar="N", help="Modes shown in space at most.")
-    ] = 4,
-    store: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR", envvar="SOLIDWHIRL_STORE", help="Where stages are kept; OUT/.stages."
-        ),
-    ] = None,
-    level: Level = None,
-    accuracy: Accuracy = None,
-    quiet: Quiet = False,
-) -> None:
+    ] = MODES
+    store: options.Store = None
+    level: options.Level = None
+    accuracy: options.Accuracy = None
+    quiet: options.Quiet = False
+
+
+@options.taking(PictureOptions)
+def pictures(asked: PictureOptions) -> None:
     """Draw the pictures of a run for print, its modes in space, and films of them.
 
     In the folder of a run nothing of it is computed again. pictures.md lists what was drawn.
@@ -56,19 +64,156 @@ def pictures(
     """
 
     def work() -> None:
-        chosen = chosen_scene(scene, level, accuracy)
-        refuse_unwritable(out)
-        from solidwhirl.commands.pictures_command import pictures_command
-
-        with telling(quiet) as progress:
+        scene = options.chosen_scene(asked.scene, asked.level, asked.accuracy)
+        options.refuse_unwritable(asked.out)
+        with telling(asked.quiet) as progress:
             done = pictures_command(
-                chosen, out, progress, formats=formats, only=only or (), modes=modes, store=store
+                scene,
+                asked.out,
+                progress,
+                formats=asked.formats,
+                only=asked.only or (),
+                modes=asked.modes,
+                store=asked.store,
             )
-        if not quiet:
+        if not asked.quiet:
             typer.echo(f"{len(done.files)} pictures, listed in {done.index}")
         for name, why in done.failed:
             typer.echo(f"not drawn: {name}: {why}", err=True)
         if done.failed:
             raise typer.Exit(1)
 
-    guarded(scene, work)
+    guarded(asked.scene, work)
+
+
+@dataclass(frozen=True, kw_only=True)
+class DrawnPictures:
+    """Picture files in the order of the catalogue, their page, and what failed, with the reason."""
+
+    files: tuple[Path, ...]
+    index: Path
+    failed: tuple[tuple[str, str], ...]
+
+
+def pictures_command(
+    scene: Scene,
+    out: Path,
+    progress: Progress,
+    *,
+    formats: str = "png",
+    only: Sequence[str] = (),
+    modes: int = MODES,
+    store: Path | None = None,
+) -> DrawnPictures:
+    """Draw the pictures of a scene's run; what can not be drawn does not stop the others.
+
+    Raises
+    ------
+    OutputError
+        An unknown format or name, a film that is asked for alone without a format for it, or a
+        folder that can't be written.
+    """
+    from solidwhirl.files.run_folder import claimed
+    from solidwhirl.pictures.catalogue import pictures_of
+    from solidwhirl.pipeline.cached_stages import Keeper, engine_part, open_store
+    from solidwhirl.pipeline.run import run_scene
+
+    kinds = chosen_formats(formats)
+    refuse_unknown_names(scene, only, modes)
+    _refuse_films_alone(only, kinds)
+    with claimed(out) as folder:
+        kept = open_store(store or folder.stages)
+        results = run_scene(scene, progress=progress, store=kept)
+        assert results is not None
+        pictures = pictures_of(results, modes, progress)
+        chosen = chosen_pictures(pictures, only)
+        keeper = Keeper(store=kept, progress=progress)
+        content = (engine_part(scene), scene.analyses, scene.name, scene.title)
+        entries: dict[str, list[Path]] = {}
+        failed: list[tuple[str, str]] = []
+        for picture in (_kept(picture, keeper, content) for picture in chosen):
+            if drawn := _draw(picture, folder.path, kinds, progress, failed):
+                entries[picture.name] = drawn
+        files = tuple(path for drawn in entries.values() for path in drawn)
+        if not files and not failed:
+            raise _no_format(kinds, [p.name for p in chosen])
+        index = folder.path / INDEX
+        write_index(index, scene.title or scene.name, pictures, entries)
+    return DrawnPictures(files=files, index=index, failed=tuple(failed))
+
+
+def chosen_formats(text: str) -> tuple[str, ...]:
+    """Return the formats of a text such as "pdf,svg".
+
+    Raises
+    ------
+    OutputError
+        An unknown format, or none.
+    """
+    asked = tuple(dict.fromkeys(part.strip().lower() for part in text.split(",") if part.strip()))
+    unknown = [part for part in asked if part not in FORMATS]
+    if unknown or not asked:
+        what = f"unknown {unknown[0]!r}" if unknown else "no format"
+        raise OutputError(f"--formats: {what}; known are {', '.join(FORMATS)}")
+    return asked
+
+
+def chosen_pictures(pictures: Sequence[Picture], only: Sequence[str]) -> tuple[Picture, ...]:
+    """Return the pictures whose names fit one of some patterns; all of them without patterns.
+
+    Raises
+    ------
+    OutputError
+        A pattern fits none; the message lists the names.
+    """
+    for pattern in only:
+        if not any(fnmatchcase(p.name, pattern) for p in pictures):
+            known = ", ".join(p.name for p in pictures)
+            raise OutputError(f"--only: no picture is called {pattern!r}; there are {known}")
+    return tuple(p for p in pictures if not only or any(fnmatchcase(p.name, o) for o in only))
+
+
+def _refuse_films_alone(only: Sequence[str], kinds: Sequence[str]) -> None:
+    """Refuse names of films without a format for one, before anything is computed."""
+    films = [name for name in only if name.startswith("mode_") and name.endswith("_film")]
+    if only and len(films) == len(only) and not {*kinds} & {*MOVING_FORMATS}:
+        raise _no_format(kinds, films)
+
+
+def _no_format(kinds: Sequence[str], names: Sequence[str]) -> OutputError:
+    return OutputError(f"--formats: none of {', '.join(kinds)} is a format of {', '.join(names)}")
+
+
+def _kept(picture: Picture, keeper: Keeper, content: Any) -> Picture:
+    """The picture, taken from the store where it was drawn before."""
+    if picture.name == "cost":  # of this run
+        return picture
+    key = keeper.key("picture of a run", content, picture.name)
+    return replace(picture, draw=keeper.picture(key, picture.draw))
+
+
+def _draw(
+    picture: Picture,
+    folder: Path,
+    kinds: Sequence[str],
+    progress: Progress,
+    failed: list[tuple[str, str]],
+) -> list[Path]:
+    """Draw one picture in all its formats that are asked for."""
+    drawn = []
+    for kind in kinds:
+        if kind not in picture.formats:
+            continue
+        path = folder / f"{picture.name}.{kind}"
+        progress(f"draw {path.name}")
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            picture.draw(path)
+        except (ValueError, ImportError) as error:
+            failed.append((path.name, str(error)))
+            progress(f"{path.name} is not drawn: {error}")
+        except OSError as error:
+            raise OutputError(f"{path}: can not be written: {error.strerror or error}") from error
+        else:
+            drawn.append(path)
+    return drawn

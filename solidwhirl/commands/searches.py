@@ -15,9 +15,7 @@ STUDY_EXAMPLES = examples(
     "solidwhirl study scenes/laval.toml --out out/study --quick",
     "solidwhirl study scenes/laval.toml --out out/study",
 )
-IDENTIFY_EXAMPLES = examples(
-    "solidwhirl identify scenes/identify/uhbr_fan.toml --out out/fan.toml",
-)
+IDENTIFY_EXAMPLES = examples("solidwhirl identify scenes/identify/uhbr_fan.toml --out out/fan.toml")
 
 
 def study(

@@ -61,8 +61,6 @@ class Finding:
 
     Attributes
     ----------
-    what
-        Its name, and what it is for.
     state
         "ok", "missing", or "doubtful" where it is there but will not do well.
     found
@@ -81,13 +79,7 @@ class Finding:
 
 
 def examine() -> tuple[Finding, ...]:
-    """Look for all that the program needs, in a few seconds.
-
-    Returns
-    -------
-    tuple of Finding
-        What is needed first.
-    """
+    """Look for all that the program needs, in a few seconds; what is needed comes first."""
     found = [_python(), *_packages(), *compiled_modules(), _compiler(), kernel_cache()]
     found += [_memory(), _disk(), _threads(), _blas(), *_comforts()]
     return tuple(sorted(found, key=lambda one: not one.needed))
@@ -149,11 +141,10 @@ def _merged(commands: Sequence[str]) -> Iterator[str]:
 
 
 def _python() -> Finding:
-    version = ".".join(str(n) for n in sys.version_info[:3])
+    version, wanted = (".".join(map(str, n)) for n in (sys.version_info[:3], _PYTHON))
     found = version if sys.version_info >= _PYTHON else None
-    wanted = ".".join(str(n) for n in _PYTHON)
-    remedy = apt("python3", "python3-venv")
-    return _thing(f"Python {wanted} or later", found, remedy, needed=True)
+    what = f"Python {wanted} or later"
+    return _thing(what, found, apt("python3", "python3-venv"), needed=True)
 
 
 def _packages() -> Iterator[Finding]:
@@ -226,9 +217,8 @@ def compiled_modules() -> Iterator[Finding]:
             yield Finding(what=what, state="ok", found=version[1])
             continue
         why = (said.strip().splitlines() or [f"ends its process ({process.returncode})"])[-1]
-        yield Finding(
-            what=what, state="missing", found=why[:200], remedy=remedy_for(top, package, why)
-        )
+        remedy = remedy_for(top, package, why)
+        yield Finding(what=what, state="missing", found=why[:200], remedy=remedy)
 
 
 def remedy_for(name: str, package: str | None, why: str) -> str:
@@ -248,9 +238,8 @@ def remedy_for(name: str, package: str | None, why: str) -> str:
 
 
 def _compiler() -> Finding:
-    compiler = shutil.which(os.environ.get("CC", "gcc")) or shutil.which("cc")
-    remedy = apt("gcc", "g++")
-    return _thing("C compiler (element kernels)", compiler, remedy, needed=True)
+    compiler = _program(os.environ.get("CC", "gcc"), "cc")
+    return _thing("C compiler (element kernels)", compiler, apt("gcc", "g++"), needed=True)
 
 
 def _form_cache() -> Any:
@@ -270,17 +259,16 @@ def kernel_cache() -> Finding:
     form_cache = _form_cache()
     problem = form_cache.cache_problem(folder)
     if problem:
-        nearest = _nearest(folder)
         remedy = f"export XDG_CACHE_HOME=<a folder of yours>  # {folder} can not be written"
-        if not nearest.is_dir():
+        if not (nearest := _nearest(folder)).is_dir():
             remedy = f"rm {shlex.quote(str(nearest))}"
         return Finding(what=what, state="missing", found=problem, remedy=remedy)
     damaged = form_cache.damaged_kernels(folder)
     if damaged:
         found = f"{folder}, {len(damaged)} damaged; runs that need them compile them again"
         remedy = " ".join(["rm -r", *(f"{shlex.quote(str(folder))}/{name}.*" for name in damaged)])
-        return Finding(what=what, state="doubtful", found=found, remedy=remedy)
-    return Finding(what=what, state="ok", found=str(folder))
+        return _judged(what, found, False, remedy, needed=True)
+    return _thing(what, str(folder), "", needed=True)
 
 
 def _nearest(folder: Path) -> Path:
@@ -295,7 +283,7 @@ def _memory() -> Finding:
         lines = Path("/proc/meminfo").read_text(encoding="ascii")
         gib = int(lines.partition("MemAvailable:")[2].split()[0]) / 1024.0**2
     except (OSError, ValueError, IndexError):
-        return Finding(what="memory", state="doubtful", found="not known", needed=False)
+        return _judged("memory", "not known", False)
     return _judged("memory", f"{gib:.1f} GiB available", gib >= _LEAST_MEMORY_GIB)
 
 
@@ -335,8 +323,8 @@ def _comforts() -> Iterator[Finding]:
     """Programs and libraries that some commands want."""
     launcher = _program("mpirun", "mpiexec")
     yield _thing("mpirun (several ranks)", launcher, apt("openmpi-bin"))
-    egl = ctypes.util.find_library("EGL")
-    yield _thing("libEGL (pictures of solids without a screen)", egl, apt("libegl1"))
+    what = "libEGL (pictures of solids without a screen)"
+    yield _thing(what, ctypes.util.find_library("EGL"), apt("libegl1"))
     try:  # the wheel brings its own; Debian's does as well
         ffmpeg: str | None = f"that of imageio-ffmpeg {metadata.version('imageio-ffmpeg')}"
     except metadata.PackageNotFoundError:

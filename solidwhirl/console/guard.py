@@ -10,14 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from solidwhirl.console.exit_handling import (
-    end_interrupted,
-    interruptible,
-    is_out_of_memory,
-    memory_text,
-    stop,
-    take_first_memory,
-)
+from solidwhirl.console import exit_handling as ending
 from solidwhirl.core.errors import USER_ERRORS, OutputError, SceneError, clean
 from solidwhirl.scene_reading.lines import line_of, with_lines
 
@@ -52,10 +45,6 @@ def guarded(
 
     Parameters
     ----------
-    scene
-        What messages name.
-    work
-        The command.
     told
         Called with such a message before the program ends with it.
     goes_on
@@ -64,17 +53,17 @@ def guarded(
     logging.getLogger().setLevel(logging.WARNING)  # the form compiler talks at INFO level
     warnings.filterwarnings("error", message=_ILL_CONDITIONED)
     try:
-        with interruptible():
-            take_first_memory()
+        with ending.interruptible():
+            ending.take_first_memory()
             work()
     except KeyboardInterrupt as error:
-        end_interrupted(error, _GOES_ON if goes_on() else "")
+        ending.end_interrupted(error, _GOES_ON if goes_on() else "")
     except Exception as error:
         message = _message(scene, error)
         if message is None:
             raise
         told(message)
-        stop(message)
+        ending.stop(message)
 
 
 def _message(scene: Path, error: Exception) -> str | None:
@@ -85,8 +74,8 @@ def _message(scene: Path, error: Exception) -> str | None:
         return str(error)
     if isinstance(error, USER_ERRORS):
         return line_of(scene, str(error)) if scene.suffix == ".toml" else f"{scene}: {error}"
-    if is_out_of_memory(error):
-        return f"{scene}: {memory_text(error)}"
+    if ending.is_out_of_memory(error):
+        return f"{scene}: {ending.memory_text(error)}"
     if isinstance(error, np.linalg.LinAlgError) or _is_ill_conditioned(error):
         return (
             f"{scene}: the numbers of this scene can not be solved ({error}); check masses, "

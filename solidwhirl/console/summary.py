@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -15,20 +14,15 @@ from rich.table import Table
 from rich.text import Text
 
 from solidwhirl.analyses.base import Operating
-from solidwhirl.console.terminal import duration_text
+from solidwhirl.console.terminal import RUN_SCHEMA, duration_text
 from solidwhirl.core.check_report import checks_line, failed, failure_lines
 from solidwhirl.pipeline.verdict_text import answers, margin_words, percent_text
-from solidwhirl.scene_checks.operating import (
-    critical_speeds_that_count,
-    margin_of,
-    nearest,
-    operating_speeds,
-)
+from solidwhirl.rotordyn.assembly.bearing_notes import note_lines
+from solidwhirl.scene_checks.operating import critical_speeds_that_count, margin_of, nearest
 
 if TYPE_CHECKING:
     from solidwhirl.pipeline.run import Results
 
-_SCHEMA = "solidwhirl-run-1"
 _MOST_ROWS = 12
 # Kinds of analyses whose headline the verdict has.
 _ANSWERED = ("separation_margins", "stability")
@@ -51,67 +45,53 @@ _FILES = (
 )
 
 
-def print_summary(results: Results, out: Path, seconds: float | None = None) -> None:
+def print_summary(results: Results, document: Mapping[str, Any]) -> None:
     """Print what matters of a run, and where its files are.
 
     Parameters
     ----------
-    results
-        The run.
-    out
-        Its folder, written.
-    seconds
-        Wall time [s]; None: the sum over its stages.
+    document
+        From `summary_document`.
     """
     width = None if sys.stdout.isatty() else _WIDTH_WITHOUT_TERMINAL
     console = Console(width=width, highlight=False)
-    document = summary_document(results, out, seconds)
     console.print(Text(results.scene.title or results.scene.name, style="bold"))
     for about, text, good in answers(document):
         said = Text(f"{about[0].lower()}{about[1:]}: ")
         console.print(said.append(text, style={True: "green", False: "red", None: ""}[good]))
-    operating = operating_speeds(results.scene)
-    console.print(fitting_table(document["critical_speeds"], console, operating))
+    console.print(fitting_table(document["critical_speeds"], console, results.operating))
     for name, outcome in results.analyses.items():
         if outcome.headline and outcome.kind not in _ANSWERED:
             console.print(Text(f"{name}: {outcome.headline}"))
     for line in doubt_lines(results):
         console.print(Text(line, style="yellow"))
     console.print(Text(f"checks: {checks_line(results.checks)}"))
-    console.print(Text(_cost_line(document)))
+    computing = duration_text(document["computing_seconds"])
+    spent, memory = duration_text(document["seconds"]), f"{document['peak_memory_gib']:.2f} GiB"
+    console.print(Text(f"time {spent} (computing {computing}), {memory}"))
     for title, name in _FILES:
         if name in document["files"]:
-            console.print(Text(f"{title}: {out / name}"), soft_wrap=True)
+            console.print(Text(f"{title}: {Path(document['folder'], name)}"), soft_wrap=True)
 
 
 def doubt_lines(results: Results) -> tuple[str, ...]:
-    """What is doubtful about a run and was not known before it: supports and bearings.
-
-    Returns
-    -------
-    tuple of str
-        One line each.
-    """
-    from solidwhirl.plausibility.supports import support_doubts
-    from solidwhirl.rotordyn.assembly.bearing_notes import note_lines
-
-    messages = [doubt.message for doubt in support_doubts(results.system)]
-    messages += note_lines(results.bearing_notes)
-    messages = [alarm.message for alarm in results.alarms] + messages
-    return tuple(f"warning: {message}" for message in messages)
+    """What is doubtful about a run and was not known before it, a line each."""
+    messages = [alarm.message for alarm in results.alarms]
+    messages += [doubt.message for doubt in results.support_doubts]
+    return tuple(f"warning: {text}" for text in (*messages, *note_lines(results.bearing_notes)))
 
 
-def warning_lines(results: Results) -> tuple[str, ...]:
+def warning_lines(results: Results, document: Mapping[str, Any]) -> tuple[str, ...]:
     """What the last lines of a run say: checks that failed, and an accuracy that is not met.
 
-    Returns
-    -------
-    tuple of str
-        One line each.
+    Parameters
+    ----------
+    document
+        The contents of `results.json`.
     """
-    from solidwhirl.estimates.documents import accuracy_document, followed_by
+    from solidwhirl.estimates.documents import followed_by  # loads the mesher
 
-    found = accuracy_document(results.scene, results.estimates, results.rounds, results.checks)
+    found = document["accuracy"]
     missed = found["met"] is False and found["largest_error_estimate"] is not None
     line = (
         f"warning: accuracy not met: estimated error "
@@ -123,23 +103,23 @@ def warning_lines(results: Results) -> tuple[str, ...]:
     return (*failure_lines(results.checks), *((line,) if missed else ()))
 
 
-def summary_document(results: Results, out: Path, seconds: float | None = None) -> dict[str, Any]:
+def summary_document(
+    results: Results, document: Mapping[str, Any], out: Path, *, seconds: float
+) -> dict[str, Any]:
     """What matters of a run as plain data; units in the keys, absent values are null.
 
     Parameters
     ----------
-    results
-        The run.
+    document
+        The contents of `results.json`.
     out
-        Its folder, written.
+        The folder of the run, written.
     seconds
-        Wall time [s]; None: the sum over its stages.
+        Wall time [s].
     """
-    document = json.loads((out / "results.json").read_text(encoding="utf-8"))
-    computing = sum(results.timings_s.values())
     bad = failed(results.checks)
     return {
-        "schema": _SCHEMA,
+        "schema": RUN_SCHEMA,
         "scene": document["scene"]["name"],
         "exit_code": 3 if bad else 0,
         "error": None,
@@ -150,7 +130,10 @@ def summary_document(results: Results, out: Path, seconds: float | None = None) 
             key: document["accuracy"][key] for key in ("asked", "largest_error_estimate", "met")
         },
         "verdict": document["verdict"],
-        "critical_speeds": _critical_speeds(document, operating_speeds(results.scene)),
+        "critical_speeds": [
+            {key: entry.get(key) for key in _KEYS} | _margin(entry, results.operating)
+            for entry in document["critical_speeds"]
+        ],
         "analyses": {name: outcome.headline for name, outcome in results.analyses.items()},
         "checks": {
             "passed": sum(check.passed is True for check in results.checks),
@@ -159,28 +142,15 @@ def summary_document(results: Results, out: Path, seconds: float | None = None) 
             "failures": list(failure_lines(results.checks)),
         },
         "doubts": [doubt["message"] for doubt in document["doubts"]] + document["bearing_notes"],
-        "seconds": computing if seconds is None else seconds,
-        "computing_seconds": computing,
+        "seconds": seconds,
+        "computing_seconds": sum(results.timings_s.values()),
         "peak_memory_gib": results.peak_memory_gib,
     }
 
 
-def refusal_document(scene: Path, message: str) -> dict[str, Any]:
-    """A run that was refused as plain data."""
-    return {"schema": _SCHEMA, "scene_file": str(scene), "exit_code": 2, "error": message}
-
-
-def _critical_speeds(
-    document: Mapping[str, Any], operating: Sequence[Operating]
-) -> list[dict[str, Any]]:
-    rows = []
-    for entry in document["critical_speeds"]:
-        margin, shaft = margin_of(entry["speed_rpm"], entry["excited_by"], operating) or (
-            None,
-            None,
-        )
-        rows.append({key: entry.get(key) for key in _KEYS} | {"margin": margin, "margin_of": shaft})
-    return rows
+def _margin(entry: Mapping[str, Any], operating: Sequence[Operating]) -> dict[str, Any]:
+    found = margin_of(entry["speed_rpm"], entry["excited_by"], operating)
+    return dict(zip(("margin", "margin_of"), found or (None, None), strict=True))
 
 
 def fitting_table(
@@ -191,20 +161,19 @@ def fitting_table(
     if not rows:
         too_much = f"; {len(every)} critically damped" if every else ""
         return Text(f"no critical speed in the speed range{too_much}")
-    shown = [dict(row) for row in nearest(rows, operating, _MOST_ROWS)[0]]
-    columns = {name: make(shown) for name, make in _COLUMNS.items()}
-    if all(row["margin"] is None for row in rows):
-        del columns["margin"]
-    if all(row["amplification_factor"] is None for row in rows):
-        del columns["AF"]
+    shown = nearest(rows, operating, _MOST_ROWS)[0]
+    columns = dict(_COLUMNS)
+    for name, key in (("margin", "margin"), ("AF", "amplification_factor")):
+        if all(row[key] is None for row in rows):
+            del columns[name]
     same = len({tuple(row["excited_by"]) for row in shown}) == 1
-    first = ("excited by",) if same else ()
     unlimited = console.options.update(width=_UNLIMITED)
+    first = ("excited by",) if same else ()
     for name in ("", "shorter margin", *first, "log\ndecr.", "error\n[%]", "excited by", "AF"):
         if name == "shorter margin" and "margin" in columns:
-            columns["margin"] = [_short_margin(row) for row in shown]
+            columns["margin"] = _short_margin
         columns.pop(name, None)
-        table = _table(columns)
+        table = _table(columns, shown)
         if Measurement.get(console, unlimited, table).maximum <= console.width:
             break
     counts = ((len(rows) - len(shown), "more"), (len(every) - len(rows), "critically damped"))
@@ -214,13 +183,16 @@ def fitting_table(
     return table
 
 
-def _table(columns: Mapping[str, Sequence[str | Text]]) -> Table:
+def _table(
+    columns: Mapping[str, Callable[[Mapping[str, Any]], str | Text]],
+    rows: Sequence[Mapping[str, Any]],
+) -> Table:
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     for head in columns:
         left = head in ("whirl", "excited by", "margin")
         table.add_column(Text(head), justify="left" if left else "right", no_wrap=left)
-    for cells in zip(*columns.values(), strict=True):
-        table.add_row(*cells)
+    for row in rows:
+        table.add_row(*(cell(row) for cell in columns.values()))
     return table
 
 
@@ -229,14 +201,8 @@ def _whirl_text(row: Mapping[str, Any]) -> Text:
     return Text(f"{mark} {row['whirl']}", style=colour)
 
 
-def _decrement_text(row: Mapping[str, Any]) -> str:
-    decrement = row["log_decrement"]
-    return "-" if decrement is None else f"{decrement:.3g}"
-
-
-def _factor_text(row: Mapping[str, Any]) -> str:
-    factor = row["amplification_factor"]
-    return "-" if factor is None else f"{factor:.3g}"
+def _number_text(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3g}"
 
 
 def long_margin(row: Mapping[str, Any]) -> str:
@@ -254,22 +220,13 @@ def _short_margin(row: Mapping[str, Any]) -> str:
 
 
 # Columns of the table of critical speeds by their heads, as they follow one another.
-_COLUMNS: Mapping[str, Callable[[list[dict[str, Any]]], Sequence[str | Text]]] = {
-    "speed\n[rpm]": lambda rows: [f"{row['speed_rpm']:.0f}" for row in rows],
-    "frequency\n[Hz]": lambda rows: [f"{row['frequency_hz']:.2f}" for row in rows],
-    "error\n[%]": lambda rows: [
-        percent_text(row["frequency_error_estimate"]).removesuffix(" %") for row in rows
-    ],
-    "whirl": lambda rows: [_whirl_text(row) for row in rows],
-    "log\ndecr.": lambda rows: [_decrement_text(row) for row in rows],
-    "AF": lambda rows: [_factor_text(row) for row in rows],
-    "excited by": lambda rows: [", ".join(row["excited_by"]) for row in rows],
-    "margin": lambda rows: [long_margin(row) for row in rows],
+_COLUMNS: Mapping[str, Callable[[Mapping[str, Any]], str | Text]] = {
+    "speed\n[rpm]": lambda row: f"{row['speed_rpm']:.0f}",
+    "frequency\n[Hz]": lambda row: f"{row['frequency_hz']:.2f}",
+    "error\n[%]": lambda row: percent_text(row["frequency_error_estimate"]).removesuffix(" %"),
+    "whirl": _whirl_text,
+    "log\ndecr.": lambda row: _number_text(row["log_decrement"]),
+    "AF": lambda row: _number_text(row["amplification_factor"]),
+    "excited by": lambda row: ", ".join(row["excited_by"]),
+    "margin": long_margin,
 }
-
-
-def _cost_line(document: Mapping[str, Any]) -> str:
-    """Wall time, the part of it that the page and the report divide into stages, memory."""
-    computing = duration_text(document["computing_seconds"])
-    spent, memory = duration_text(document["seconds"]), f"{document['peak_memory_gib']:.2f} GiB"
-    return f"time {spent} (computing {computing}), {memory}"

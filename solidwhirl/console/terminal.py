@@ -21,6 +21,8 @@ if TYPE_CHECKING:  # loads the mesher
     from solidwhirl.cost.forecast import Forecast
     from solidwhirl.model.plan_records import Plan
 
+#: Of the JSON document that a run prints.
+RUN_SCHEMA = "solidwhirl-run-1"
 # Time to go that is worth a word in a line [s].
 _WORTH_SAYING_S = 10.0
 # Time to go that is not worth a number [s].
@@ -29,13 +31,7 @@ _NAME_WIDTH = 44
 
 
 def duration_text(seconds: float) -> str:
-    """Return a duration for people: seconds, minutes or hours.
-
-    Parameters
-    ----------
-    seconds
-        The duration [s].
-    """
+    """Return a duration for people: seconds, minutes or hours."""
     if seconds < 99.5:
         return f"{seconds:.0f} s" if seconds >= 9.95 else f"{seconds:.1f} s"
     if seconds < 5970.0:

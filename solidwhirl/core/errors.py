@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -90,8 +91,6 @@ class SceneError(UserError):
 
     Parameters
     ----------
-    path
-        The file.
     problems
         What is wrong, each begins with its key; a `Problem` knows the path of that key.
     places
@@ -128,3 +127,14 @@ USER_ERRORS = (UserError, SuperelementError, AssemblyError, AnalysisError)
 
 class OutputError(OSError):
     """Results that could not be written."""
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Tell what the system says while a path is written as an `OutputError`."""
+    try:
+        yield
+    except OutputError:
+        raise
+    except OSError as error:
+        raise OutputError(f"{path}: can not be written: {error.strerror or error}") from error

@@ -113,9 +113,7 @@ BesideScene = Annotated[
 ]
 EndText = Annotated[str, Field(max_length=129)]
 AutoSwitch = Annotated[
-    Switch,
-    BeforeValidator(_switch),
-    WithJsonSchema({"enum": ["auto", "on", "off", True, False]}),
+    Switch, BeforeValidator(_switch), WithJsonSchema({"enum": ["auto", "on", "off", True, False]})
 ]
 _ANY = {"type": "number"}
 _TWO = {"type": "array", "items": _ANY, "minItems": 2, "maxItems": 2}

@@ -36,8 +36,6 @@ class Outcome:
 
     Attributes
     ----------
-    kind
-        Kind of analysis.
     document
         What results.json holds; units in the keys.
     files

@@ -38,8 +38,6 @@ class Stage:
 
     Attributes
     ----------
-    name
-        What is computed.
     body
         Body or analysis; empty for the whole engine.
     detail

@@ -11,14 +11,8 @@ class Doubt:
 
     Attributes
     ----------
-    key
-        Where it stands in the scene.
     found
         The number with its unit, or what else was found.
-    usual
-        What rotors have.
-    mistake
-        What may have happened.
     """
 
     key: str

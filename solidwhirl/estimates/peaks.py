@@ -19,10 +19,10 @@ from solidwhirl.rotordyn import AssembledSystem, End
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
 from solidwhirl.rotordyn.estimates.response_errors import unbalance_peak_errors
-from solidwhirl.rotordyn.response.orbit_peaks import orbit_peaks
 from solidwhirl.rotordyn.response.unbalance import (
     Unbalance,
     frequency_ratio,
+    orbit_peaks,
     resolving_speeds,
     unbalance_response,
 )

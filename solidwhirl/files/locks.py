@@ -16,15 +16,8 @@ _ATTEMPTS = 1000
 def lock_file(path: Path, busy: Callable[[int], None]) -> int:
     """Lock a file, made with its folder where it is not there, and return it open.
 
-    Parameters
-    ----------
-    busy
-        Called with the open file where another process has it; it raises, or returns to wait.
-
-    Raises
-    ------
-    OSError
-        The file system has no locks, or the file can't be made.
+    `busy`: called with the open file where another process has it; it raises, or returns to wait.
+    Raises OSError: the file system has no locks, or the file can't be made.
     """
     for _ in range(_ATTEMPTS):
         try:

@@ -21,14 +21,8 @@ def write_index(
 ) -> None:
     """Write the list of pictures, with those that it had before and whose files are still there.
 
-    Parameters
-    ----------
-    index
-        The page, in the folder of the pictures.
-    pictures
-        All that the run has something for; they give captions and order.
-    drawn
-        Files by name of the picture, drawn now.
+    `index`: the page, in the folder of the pictures. `pictures`: all that the run has something
+    for; they give captions and order. `drawn`: files by name of the picture, drawn now.
     """
     folder = index.parent
     captions, files = _listed(index)

@@ -14,25 +14,14 @@ STILL_FORMATS, MOVING_FORMATS = ("pdf", "svg", "png"), ("gif", "mp4")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Picture:
-    """One picture of a run.
+    """One picture of a run."""
 
-    Attributes
-    ----------
-    name
-        Of its file, without the ending.
-    kind
-        "plot": drawn as lines and text; "still": a view of the bodies in space, an image with
-        lines and text around it; "film": moving.
-    caption
-        What is to be seen, a sentence or two.
-    draw
-        Writes the file that it is given; the ending chooses the format.
-    """
-
-    name: str
+    name: str  # of its file, without the ending
+    # "plot": drawn as lines and text; "still": a view of the bodies in space, an image with lines
+    # and text around it; "film": moving
     kind: Literal["plot", "still", "film"]
-    caption: str
-    draw: Draw
+    caption: str  # what is to be seen, a sentence or two
+    draw: Draw  # writes the file that it is given; the ending chooses the format
 
     @property
     def formats(self) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path, PurePosixPath
 
-from solidwhirl.core.errors import OutputError
+from solidwhirl.core.errors import OutputError, writing
 from solidwhirl.files.locks import lock_file, release
 from solidwhirl.files.picture_index import pictures_listed
 from solidwhirl.rotordyn.core.atomic import replacing
@@ -39,15 +39,9 @@ _PROBE = 1 << 16
 
 @dataclass(frozen=True, kw_only=True)
 class RunFolder:
-    """A folder that this process has for itself.
+    """A folder that this process has for itself."""
 
-    Attributes
-    ----------
-    path
-        The folder; it exists.
-    """
-
-    path: Path
+    path: Path  # the folder; it exists
 
     @property
     def stages(self) -> Path:
@@ -61,32 +55,18 @@ def claimed(out: str | Path, within: Path | None = None) -> Iterator[RunFolder]:
 
     The system gives the folder free when the process ends, however it ends.
 
-    Parameters
-    ----------
-    within
-        Folder of a batch that this is a case of; None: of none, and no folder above may be claimed.
-
-    Yields
-    ------
-    RunFolder
-        For the block. A folder that was made for it and is still empty after it is removed.
-
-    Raises
-    ------
-    OutputError
-        Another process has the folder or one above it, or it can't be written.
+    `within`: folder of a batch that this is a case of; None: of none, and no folder above may be
+    claimed.
+    A folder that was made for it and is still empty after it is removed.
+    Raises OutputError: another process has the folder or one above it, or it can't be written.
     """
     out = Path(out)
     if within is None:
         _refuse_claimed_above(out)
     missing = [p for p in (out, *out.parents) if not p.exists()]
-    try:
+    with writing(out):
         out.mkdir(parents=True, exist_ok=True)
         lock = _locked(out / _LOCK)
-    except OSError as error:
-        if isinstance(error, OutputError):
-            raise
-        raise OutputError(f"{out}: can not be written: {error.strerror or error}") from error
     try:
         _clear_leftovers(out)
         yield RunFolder(path=out)
@@ -99,20 +79,14 @@ def claimed(out: str | Path, within: Path | None = None) -> Iterator[RunFolder]:
 
 def holder_of(folder: Path) -> str:
     """Return what says who has a folder now; empty if nobody has."""
-    try:
-        if not _is_regular(folder / _LOCK):
-            return ""
-        file = os.open(folder / _LOCK, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW)
-    except OSError:
-        return ""
-    try:
-        fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return _holder(file)
-    except OSError:
-        return ""
-    finally:
-        os.close(file)
+    with contextlib.suppress(OSError):
+        file = _regular(folder / _LOCK)
+        try:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return _holder(file)
+        finally:
+            os.close(file)
     return ""
 
 
@@ -172,37 +146,27 @@ def replacing_files(folder: RunFolder) -> Iterator[Path]:
     Files of the last run that the new one does not have are removed; files of others stay. A
     manifest of all files is removed before the first is replaced, and there again after the last.
 
-    Yields
-    ------
-    Path
-        Where to write. Nothing happens to the folder of the run if the block raises.
-
-    Raises
-    ------
-    OutputError
-        Nothing can be written, as the disk is full, or a file is in the way that no run wrote.
+    Yields where to write. Nothing happens to the folder of the run if the block raises.
+    Raises OutputError: nothing can be written, as the disk is full, or a file is in the way that no
+    run wrote.
     """
     out = folder.path
     refuse_foreign_results(out)
-    try:
+    with writing(out):
         scratch = Path(tempfile.mkdtemp(prefix=_SCRATCH, dir=out))
-        try:
-            yield scratch
-            _move_into_place(scratch, out)
-        except Exception as error:
-            # libraries have their own errors for a full disk; asked while it is still full
-            problem = writing_problem(out)
-            if isinstance(error, OSError):
-                problem = problem or error.strerror or str(error).splitlines()[0]
-            if problem is None:
-                raise
-            raise OutputError(f"{out}: can not be written: {problem}") from error
-        finally:
-            shutil.rmtree(scratch, ignore_errors=True)
-    except OSError as error:
-        if isinstance(error, OutputError):
+    try:
+        yield scratch
+        _move_into_place(scratch, out)
+    except Exception as error:
+        # libraries have their own errors for a full disk; asked while it is still full
+        problem = writing_problem(out)
+        if isinstance(error, OSError):
+            problem = problem or error.strerror or str(error).splitlines()[0]
+        if problem is None:
             raise
-        raise OutputError(f"{out}: can not be written: {error.strerror or error}") from error
+        raise OutputError(f"{out}: can not be written: {problem}") from error
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
 
 
 def forget_results(folder: RunFolder) -> None:
@@ -219,10 +183,7 @@ def reserve(path: Path, size_bytes: int) -> None:
 
     Libraries that write files in their own ways end in theirs where there is none.
 
-    Raises
-    ------
-    OSError
-        There is no room.
+    Raises OSError: there is no room.
     """
     try:
         with path.open("xb") as file:
@@ -274,10 +235,7 @@ def _move_into_place(scratch: Path, out: Path) -> None:
 def refuse_existing(paths: Iterable[Path], *, force: bool) -> None:
     """Refuse to replace files, unless told to.
 
-    Raises
-    ------
-    OutputError
-        One is there, or a folder of its name.
+    Raises OutputError: one is there, or a folder of its name.
     """
     for path in paths:
         if path.is_dir():
@@ -289,10 +247,8 @@ def refuse_existing(paths: Iterable[Path], *, force: bool) -> None:
 def refuse_foreign_results(out: Path) -> None:
     """Refuse a folder whose results no run wrote, before anything is computed for it.
 
-    Raises
-    ------
-    OutputError
-        Results or a manifest of somebody else's, or a folder of a run that is a link elsewhere.
+    Raises OutputError: results or a manifest of somebody else's, or a folder of a run that is a
+    link elsewhere.
     """
     if os.path.lexists(out / MANIFEST) and not _is_of_a_run(out / MANIFEST):
         raise _foreign(out / MANIFEST)
@@ -357,9 +313,8 @@ def _remove(out: Path, names: Iterable[str]) -> None:
 def verify_folder(path: str | Path) -> list[str]:
     """Check the files of a run against its manifest.
 
-    Returns
-    -------
-    One sentence for each problem; none if the run is complete and nothing was changed since.
+    Returns one sentence for each problem; none if the run is complete and nothing was changed
+    since.
     """
     folder = Path(path)
     manifest = folder / MANIFEST

@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from solidwhirl.files.vtk_files import (
-    LINE,
-    QUADRANGLE,
-    TRIANGLE,
-    VERTEX,
-    Grid,
-    write_vtkhdf,
-    write_vtu,
-)
+from solidwhirl.files import vtk_files as vtk
+from solidwhirl.files.vtk_files import Grid
 from solidwhirl.rotordyn import Superelement
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.dense import scale_by_stiffness, solve_standing
@@ -45,65 +39,33 @@ def write_surface_vtu(
     modes: int | None = None,
     shapes: Sequence[str] = ("free",),
     sectors: int = _SECTORS,
+    write: Callable[[Grid, Path], None] = vtk.write_vtu,
 ) -> Exported:
     """Write elastic modes of a body at rest on its surface as VTU.
 
-    Parameters
-    ----------
-    element
-        The body.
-    path
-        The file.
-    modes
-        How many of each kind, the lowest ones; None: 12.
-    shapes
-        "free" (nothing holds the body) and "fixed_interface" (all interfaces are held).
-    sectors
-        Points around the circumference of a body of revolution.
-
-    Returns
-    -------
-    Exported
-        What was written. Each mode is one field of displacements, the largest of length 1; names
-        hold the frequency, and the field data `frequency_hz` the frequencies in that order.
-
-    Raises
-    ------
-    SuperelementError
-        If an argument has no meaning, or the body has no elastic modes or nothing to show.
+    `modes`: how many of each kind, the lowest ones; None: 12. `shapes`: "free" (nothing holds the
+    body) and "fixed_interface" (all interfaces are held). `sectors`: points around the
+    circumference of a body of revolution.
+    Returns what was written. Each mode is one field of displacements, the largest of length 1;
+    names hold the frequency, and the field data `frequency_hz` the frequencies in that order.
+    Raises SuperelementError: if an argument has no meaning, or the body has no elastic modes or
+    nothing to show.
     """
     grid, left_out = _mode_grid(element, shapes, _MODES if modes is None else modes, sectors)
-    write_vtu(grid, path)
-    return _exported(path, grid, left_out)
-
-
-def write_surface_vtkhdf(
-    element: Superelement,
-    path: Path,
-    *,
-    modes: int | None = None,
-    shapes: Sequence[str] = ("free",),
-    sectors: int = _SECTORS,
-) -> Exported:
-    """Write elastic modes of a body at rest on its surface as VTKHDF; see `write_surface_vtu`."""
-    grid, left_out = _mode_grid(element, shapes, _MODES if modes is None else modes, sectors)
-    write_vtkhdf(grid, path)
-    return _exported(path, grid, left_out)
-
-
-def _exported(path: Path, grid: Grid, left_out: tuple[str, ...]) -> Exported:
+    write(grid, path)
+    said = "Mass, stiffness and all that depends on the speed are not written; it is for pictures."
     return Exported(
         files=(Path(path),),
         carried=(
             f"surface of {len(grid.points_m)} points",
             f"{len(grid.field_data['frequency_hz'])} modes at rest with their frequencies",
         ),
-        left_out=(
-            *left_out,
-            "Mass, stiffness and all that depends on the speed are not written; the file is for "
-            "pictures.",
-        ),
+        left_out=(*left_out, said),
     )
+
+
+#: The same as VTKHDF.
+write_surface_vtkhdf = partial(write_surface_vtu, write=vtk.write_vtkhdf)
 
 
 def _mode_grid(
@@ -147,22 +109,14 @@ def _mode_grid(
 def surface_grid(element: Superelement, sectors: int = _SECTORS) -> tuple[Grid, tuple[str, ...]]:
     """Return a body's surface without fields, and what is not as it should be.
 
-    Parameters
-    ----------
-    element
-        The body; without a surface its points for pictures are taken, those on the axis as a line.
-    sectors
-        Points around the circumference.
-
-    Raises
-    ------
-    SuperelementError
-        If there is neither surface nor points.
+    `element`: the body; without a surface its points for pictures are taken, those on the axis as a
+    line. `sectors`: points around the circumference.
+    Raises SuperelementError: if there is neither surface nor points.
     """
     surface = shown_surface(element)
     if surface is not None:
         faces = surface.faces(sectors)
-        cells = ((QUADRANGLE, faces.quadrangles), (TRIANGLE, faces.triangles))
+        cells = ((vtk.QUADRANGLE, faces.quadrangles), (vtk.TRIANGLE, faces.triangles))
         text = "Cross-sections of the shaft are drawn square to its bent centre line."
         grid = Grid(points_m=faces.points_m, cells=tuple(c for c in cells if len(c[1])))
         return grid, () if element.surface is not None else (text,)
@@ -174,10 +128,12 @@ def surface_grid(element: Superelement, sectors: int = _SECTORS) -> tuple[Grid, 
     number = np.arange(len(points))
     if np.ptp(points[:, :2], axis=0).any():
         text = "The file of the body holds no surface; points of its outline are written."
-        return Grid(points_m=points, cells=((VERTEX, number[:, None]),)), (text,)
+        return Grid(points_m=points, cells=((vtk.VERTEX, number[:, None]),)), (text,)
     along = np.argsort(points[:, 2], kind="stable")
     text = "The file of the body holds no surface; its centre line is written."
-    return Grid(points_m=points, cells=((LINE, np.column_stack([along[:-1], along[1:]])),)), (text,)
+    return Grid(points_m=points, cells=((vtk.LINE, np.column_stack([along[:-1], along[1:]])),)), (
+        text,
+    )
 
 
 def shown_surface(element: Superelement) -> Surface | None:

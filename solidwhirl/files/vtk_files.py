@@ -35,26 +35,16 @@ Array = npt.NDArray[Any]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Grid:
-    """Points, cells and fields.
+    """Points, cells and fields."""
 
-    Attributes
-    ----------
-    points_m
-        (p, 3).
-    cells
-        VTK's number of a kind of cell with the points of such cells, (c, points of a cell).
-    point_data
-        Fields at the points by name, (p,) or (p, components).
-    cell_data
-        Fields of the cells by name, in the order of `cells`, (c,) or (c, components).
-    field_data
-        Numbers of the whole by name, (k,).
-    """
-
-    points_m: Array
+    points_m: Array  # (p, 3)
+    # VTK's number of a kind of cell with the points of such cells, (c, points of a cell)
     cells: tuple[tuple[int, Array], ...]
+    # Fields at the points by name, (p,) or (p, components)
     point_data: Mapping[str, Array] = field(default_factory=dict)
+    # Fields of the cells by name, in the order of `cells`, (c,) or (c, components)
     cell_data: Mapping[str, Array] = field(default_factory=dict)
+    # Numbers of the whole by name, (k,)
     field_data: Mapping[str, Array] = field(default_factory=dict)
 
     @property

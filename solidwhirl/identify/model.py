@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import copy
-import json
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from solidwhirl.core.errors import OutputError, SceneError
+from solidwhirl.cache.files import StageStore
+from solidwhirl.core.errors import SceneError
 from solidwhirl.geometry import GeometryError, MassProperties, mass_properties
 from solidwhirl.identify.problem import DIGITS, Problem, is_mass_target
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.rotordyn.core.arrays import FloatArray
-from solidwhirl.rotordyn.core.atomic import replacing
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_reading.reader import parse_scene
 
@@ -36,35 +34,20 @@ class Model:
     """Quantities of the targets for points of the unit cube of the parameters.
 
     A point u in [0, 1]^n stands for the values lower + u (upper - lower), rounded to `DIGITS`
-    significant digits. Evaluations of the whole model are cached, in a state file if one is given,
-    so that a search that repeats the same points continues where it was interrupted.
+    significant digits. Evaluations of the whole model are remembered, and kept in a store if one is
+    given, so that a search that repeats the same points continues where it was interrupted.
 
-    Parameters
-    ----------
-    state
-        Path of the state file, read if it exists; None for none.
-    progress
-        Called with one line per evaluation.
-
-    Raises
-    ------
-    OutputError
-        The state file belongs to another problem, or can't be read or written.
-
-    Attributes
-    ----------
-    given
-        The problem's own start, (n,).
-    mass_rows
-        Which targets have closed forms, (targets,).
-    limit
-        Evaluations of the whole model that are allowed; None for any number.
-    infeasible
-        Messages of the points without a model, in order, mass evaluations included.
+    `progress`: called with one line per evaluation.
+    `given`: the problem's own start, (n,). `mass_rows`: which targets have closed forms,
+    (targets,). `limit`: evaluations of the whole model that are allowed; None for any number.
+    `infeasible`: messages of the points without a model, in order, mass evaluations included.
     """
 
     def __init__(
-        self, problem: Problem, state: Path | None = None, progress: Progress = lambda text: None
+        self,
+        problem: Problem,
+        store: StageStore | None = None,
+        progress: Progress = lambda text: None,
     ) -> None:
         spec = problem.spec
         self.problem = problem
@@ -77,9 +60,9 @@ class Model:
         self.given = self.point({p.name: p.start for p in spec.parameters})
         self._wanted = np.array([t.value for t in spec.targets])
         self._tolerance = np.array([t.tolerance for t in spec.targets])
-        self._state = state
-        self._known: dict[str, Any] = {} if state is None else _read_state(state, problem)
-        self._asked: set[str] = set()
+        self._store = store
+        self._known: dict[tuple[Any, ...], list[float] | str] = {}
+        self._asked: set[tuple[Any, ...]] = set()
 
     @property
     def evaluations(self) -> int:
@@ -104,10 +87,7 @@ class Model:
     def masses(self, point: FloatArray) -> FloatArray:
         """Return the targets' quantities with nan for those that are not in closed form.
 
-        Raises
-        ------
-        InfeasibleError
-            No body with these values.
+        Raises InfeasibleError: no body with these values.
         """
         try:
             return _masses(self.problem, self.problem.scene_at(self.values(point)))
@@ -120,22 +100,19 @@ class Model:
 
         Interfaces that nothing uses are left out; see `complete`.
 
-        Raises
-        ------
-        InfeasibleError
-            No model with these values.
-        BudgetError
-            After the problem's maximum number of evaluations.
+        Raises InfeasibleError: no model with these values; BudgetError: after the problem's maximum
+        number of evaluations.
         """
-        key, values = self._key("whole", point, accuracy)
+        values = self.values(point)
+        key = (accuracy, *values.values())
         if key in self._asked:
-            return self._cached(key, values, accuracy, "whole")
+            return self._cached("whole", values, accuracy)
         if self.limit is not None and self.evaluations >= self.limit:
             raise BudgetError
         self._asked.add(key)
         head = f"evaluation {self.evaluations}"
         try:
-            found = self._cached(key, values, accuracy, "whole")
+            found = self._cached("whole", values, accuracy)
         except InfeasibleError as error:
             self.infeasible.append(str(error))
             self._progress(f"{head}: no model: {error}")
@@ -150,33 +127,29 @@ class Model:
     def complete(self, point: FloatArray, accuracy: float) -> FloatArray:
         """Return all targets' quantities of the scene with all of its interfaces, uncounted.
 
-        Raises
-        ------
-        InfeasibleError
-            No model with these values.
+        Raises InfeasibleError: no model with these values.
         """
-        return self._cached(*self._key("complete", point, accuracy), accuracy, "complete")
+        return self._cached("complete", self.values(point), accuracy)
 
-    def _key(self, kind: str, point: FloatArray, accuracy: float) -> tuple[str, dict[str, float]]:
-        values = self.values(point)
-        return json.dumps([kind, accuracy, *values.values()]), values
-
-    def _cached(
-        self, key: str, values: Mapping[str, float], accuracy: float, kind: str
-    ) -> FloatArray:
-        if key not in self._known:
-            self._known[key] = self._computed(values, accuracy, kind)
-            if self._state is not None and not isinstance(self._known[key], str):
-                write_text(
-                    self._state,
-                    json.dumps(
-                        {"problem": self.problem.fingerprint, "evaluations": self._known}, indent=0
-                    ),
-                )
-        found = self._known[key]
+    def _cached(self, kind: str, values: Mapping[str, float], accuracy: float) -> FloatArray:
+        asked = (kind, accuracy, *values.values())
+        if asked not in self._known:
+            self._known[asked] = self._kept(kind, values, accuracy)
+        found = self._known[asked]
         if isinstance(found, str):
             raise InfeasibleError(found)
         return np.array(found)
+
+    def _kept(self, kind: str, values: Mapping[str, float], accuracy: float) -> list[float] | str:
+        if self._store is None:
+            return self._computed(values, accuracy, kind)
+        key = self._store.key(kind, self.problem.fingerprint, accuracy, values)
+        found: list[float] | str | None = self._store.find(key, self._progress)
+        if found is None:
+            found = self._computed(values, accuracy, kind)
+            if not isinstance(found, str):
+                self._store.keep(key, "an evaluation", found, self._progress)
+        return found
 
     def _computed(
         self, values: Mapping[str, float], accuracy: float, kind: str
@@ -264,31 +237,3 @@ def _lean(data: Mapping[str, Any]) -> dict[str, Any]:
             or i.get("coupling", "distributing") == "rigid"
         ]
     return lean
-
-
-def _read_state(path: Path, problem: Problem) -> dict[str, Any]:
-    """Evaluations of an earlier run of the same problem."""
-    if not path.exists():
-        return {}
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        known, owner = dict(content["evaluations"]), content["problem"]
-    except OSError as error:
-        raise OutputError(f"{path}: can not be read: {error.strerror or error}") from error
-    except (ValueError, KeyError, TypeError) as error:
-        raise OutputError(f"{path}: is no state of an identification; remove it") from error
-    if owner != problem.fingerprint:
-        raise OutputError(
-            f"{path}: is the state of another problem, or of this one before it or its scene was "
-            "changed; remove it, or choose another output file"
-        )
-    return known
-
-
-def write_text(path: Path, content: str) -> None:
-    """Write a file in one piece; an `OutputError` says what failed."""
-    try:
-        with replacing(path) as temporary:
-            temporary.write_text(content, encoding="utf-8")
-    except OSError as error:
-        raise OutputError(f"{path}: can not be written: {error.strerror or error}") from error

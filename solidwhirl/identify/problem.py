@@ -100,24 +100,12 @@ class ProblemSpec(ProblemRecord):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Problem:
-    """A checked problem.
+    """A checked problem."""
 
-    Attributes
-    ----------
-    path
-        The problem file.
-    spec
-        Its content.
-    scene
-        Content of its scene file.
-    places
-        Every place named in the file, by its text.
-    """
-
-    path: Path
+    path: Path  # the problem file
     spec: ProblemSpec
-    scene: Mapping[str, Any]
-    places: Mapping[str, Place]
+    scene: Mapping[str, Any]  # content of its scene file
+    places: Mapping[str, Place]  # every place named in the file, by its text
 
     @property
     def folder(self) -> Path:
@@ -161,16 +149,9 @@ def is_mass_target(target: TargetSpec) -> bool:
 def read_problem(path: str | Path) -> Problem:
     """Read and check an identification problem and its scene.
 
-    Parameters
-    ----------
-    path
-        A TOML file; the path of its scene is relative to it.
-
-    Raises
-    ------
-    SceneError
-        A file can't be read, is not TOML, or holds something that it may not; all problems of a
-        file at once.
+    `path`: a TOML file; the path of its scene is relative to it.
+    Raises SceneError: a file can't be read, is not TOML, or holds something that it may not; all
+    problems of a file at once.
     """
     path = Path(path)
     data = load_toml(path)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,38 +26,18 @@ _NAMED = 0.25
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Identification:
-    """The result of an identification.
-
-    Attributes
-    ----------
-    values
-        Identified values by parameter.
-    point
-        The same in the unit cube of the bounds, (n,).
-    reached
-        Quantities of the targets at the problem's accuracy, (t,).
-    slopes
-        d(deviation in units of the tolerance)/d(point), (t, n).
-    ended
-        Why the last search ended.
-    evaluations
-        Evaluations of the whole model.
-    infeasible
-        Messages of the points that had no model.
-    seconds
-        Wall time of this run, without what an earlier, interrupted one did.
-    """
+    """The result of an identification."""
 
     problem: Problem
-    values: Mapping[str, float]
-    point: FloatArray
-    reached: FloatArray
-    slopes: FloatArray
+    values: Mapping[str, float]  # identified values by parameter
+    point: FloatArray  # the same in the unit cube of the bounds, (n,)
+    reached: FloatArray  # quantities of the targets at the problem's accuracy, (t,)
+    slopes: FloatArray  # d(deviation in units of the tolerance)/d(point), (t, n)
     starts: tuple[Descent, ...]
-    ended: str
-    evaluations: int
-    infeasible: tuple[str, ...]
-    seconds: float
+    ended: str  # why the last search ended
+    evaluations: int  # evaluations of the whole model
+    infeasible: tuple[str, ...]  # messages of the points that had no model
+    seconds: float  # wall time of this run, without what an earlier, interrupted one did
 
     @property
     def deviations(self) -> FloatArray:
@@ -205,68 +185,15 @@ def _search(found: Identification) -> dict[str, Any]:
 
 def text(found: Identification) -> str:
     """The record as Markdown."""
-    return "\n".join(_lines(document(found))) + "\n"
+    from jinja2 import Environment, PackageLoader
+
+    templates = Environment(loader=PackageLoader(__package__, ""), trim_blocks=True)
+    templates.filters |= {"text": markdown_text, "row": markdown_row, "signed": "{:+.3f}".format}
+    said: str = templates.get_template("report.md").render(document(found), named=_named)
+    return said
 
 
-def _lines(d: Mapping[str, Any]) -> Iterator[str]:
-    problem, search = d["problem"], d["search"]
-    yield f"# Identification of {markdown_text(problem['title'] or problem['name'])}"
-    yield ""
-    yield "All targets are met." if d["met"] else "**Not all targets are met.**"
-    yield ""
-    yield from (markdown_text(note) for note in problem["notes"])
-    yield ""
-    yield "| target | wanted | reached | deviation % | allowed % | source |"
-    yield "|---|---|---|---|---|---|"
-    for t in d["targets"]:
-        yield markdown_row(
-            (
-                *(t["name"], f"{t['value']:.7g}", f"{t['reached']:.7g}"),
-                *(f"{t['deviation_percent']:+.3f}", f"{t['tolerance_percent']:g}", t["source"]),
-            )
-        )
-    yield ""
-    yield "| parameter | value | ± | lower | upper | start | at bound | why |"
-    yield "|---|---|---|---|---|---|---|---|"
-    for p in d["parameters"]:
-        yield markdown_row(
-            (
-                *(p["name"], f"{p['value']:.7g}", f"{p['plus_minus']:.2g}", f"{p['lower']:g}"),
-                *(f"{p['upper']:g}", f"{p['start']:g}", p["at_bound"] or "", p["why"]),
-            )
-        )
-    yield ""
-    yield "±: what the targets leave open, each known to its tolerance (standard deviation)."
-    yield ""
-    yield from _sensitivity_lines(d["sensitivities"])
-    yield from _direction_lines(d["identifiability"])
-    without = sum(search["infeasible"].values())
-    yield (
-        f"{search['evaluations']} evaluations, {len(search['starts'])} starts, {without} points "
-        f"without a model, {search['seconds']:.0f} s; ended: {search['ended']}."
-    )
-
-
-def _sensitivity_lines(s: Mapping[str, Any]) -> Iterator[str]:
-    yield "## Sensitivities d ln(target) / d ln(parameter)"
-    yield ""
-    yield markdown_row(["", *s["targets"]])
-    yield "|---" * (len(s["targets"]) + 1) + "|"
-    for name, column in zip(s["parameters"], np.array(s["values"]).T, strict=True):
-        yield markdown_row([name, *(f"{v:+.3f}" for v in column)])
-    yield ""
-
-
-def _direction_lines(i: Mapping[str, Any]) -> Iterator[str]:
-    yield "## Identifiability"
-    yield ""
-    yield f"{i['meaning'][0].upper()}{i['meaning'][1:]}."
-    yield f"Undetermined directions: {i['undetermined_directions']}."
-    yield ""
-    yield "| singular value | direction, in shares of the ranges |"
-    yield "|---|---|"
-    for direction in i["directions"]:
-        large = sorted(direction["shares"].items(), key=lambda item: -abs(item[1]))
-        named = [f"{v:+.2f} {n}" for n, v in large if abs(v) >= _NAMED]
-        yield markdown_row([f"{direction['singular_value']:.3g}", ", ".join(named)])
-    yield ""
+def _named(shares: Mapping[str, float]) -> str:
+    """The parameters that a direction is made of, the largest first."""
+    large = sorted(shares.items(), key=lambda item: -abs(item[1]))
+    return ", ".join(f"{v:+.2f} {n}" for n, v in large if abs(v) >= _NAMED)

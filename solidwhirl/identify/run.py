@@ -12,12 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from solidwhirl.core.errors import OutputError, SceneError
-from solidwhirl.identify.model import InfeasibleError, Model, write_text
+from solidwhirl.cache.files import StageStore
+from solidwhirl.core.errors import OutputError, SceneError, writing
+from solidwhirl.identify.model import InfeasibleError, Model
 from solidwhirl.identify.problem import Problem, read_problem
 from solidwhirl.identify.record import Identification, document, text
 from solidwhirl.identify.scene import Steps, scene_text, with_references
 from solidwhirl.identify.search import measured_slopes, search
+from solidwhirl.rotordyn.core.atomic import replacing
 
 Progress = Callable[[str], None]
 # What a scene says in its head that a search has written.
@@ -28,26 +30,17 @@ __all__ = ["Identified", "identified_scene", "identify", "identify_command", "re
 
 @dataclass(frozen=True, kw_only=True)
 class Identified:
-    """Files of an identification.
+    """Files of an identification."""
 
-    Attributes
-    ----------
-    scene, record, report
-        The scene with the identified values, the record as JSON, and as Markdown.
-    found
-        One line per parameter: its value, what the targets leave open, and its bounds.
-    met
-        Whether every target is reached within its tolerance.
-    missed
-        One line per target that is not.
-    """
-
+    # scene, record, report: the scene with the identified values, the record as JSON, and as
+    # Markdown
     scene: Path
     record: Path
     report: Path
+    # One line per parameter: its value, what the targets leave open, and its bounds
     found: tuple[str, ...]
-    met: bool
-    missed: tuple[str, ...]
+    met: bool  # whether every target is reached within its tolerance
+    missed: tuple[str, ...]  # one line per target that is not
 
 
 def identify_command(
@@ -61,8 +54,8 @@ def identify_command(
         The problem file.
     out
         The scene file to write. Beside it go `<stem>.identification.json` and `.md`, and while
-        the search runs its state, `<stem>.state.json`: started again with the same problem, the
-        search continues where it was broken off. The state is removed at the end.
+        the search runs its evaluations, `<stem>.stages`: started again with the same problem, the
+        search continues where it was broken off. They are removed at the end.
     progress
         Called with one line per step.
 
@@ -71,19 +64,24 @@ def identify_command(
     SceneError
         The problem or its scene can't be run.
     OutputError
-        A file can't be written, or the state belongs to another problem.
+        A file can't be written.
     """
     problem = read_problem(path)
     out = Path(out)
     _refuse_target(problem, out)
-    state = out.with_suffix(".state.json")
-    found = identify(problem, state=state, progress=progress)
+    store = StageStore(out.with_suffix(".stages"))
+    found = identify(problem, store=store, progress=progress)
     record, report = (out.with_suffix(f".identification.{kind}") for kind in ("json", "md"))
-    write_text(out, identified_scene(found))
-    write_text(report, text(found))
     written = document(found)
-    write_text(record, json.dumps(written, indent=1, allow_nan=False) + "\n")
-    state.unlink(missing_ok=True)
+    contents = {
+        out: identified_scene(found),
+        report: text(found),
+        record: json.dumps(written, indent=1, allow_nan=False) + "\n",
+    }
+    for file, content in contents.items():
+        with writing(file), replacing(file) as temporary:
+            temporary.write_text(content, encoding="utf-8")
+    store.remove()
     return Identified(
         scene=out,
         record=record,
@@ -121,44 +119,27 @@ def _refuse_target(problem: Problem, out: Path) -> None:
             f"{out}: is there already and `identify` did not write it; move it away or choose "
             "another file"
         )
-    try:
+    with writing(out):
         out.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{out}: can not be written: {error.strerror or error}") from error
     if not os.access(out.parent, os.W_OK | os.X_OK):
         raise OutputError(f"{out}: can not be written: no permission in {out.parent}")
 
 
 def identify(
-    problem: Problem, *, state: Path | None = None, progress: Progress = lambda text: None
+    problem: Problem, *, store: StageStore | None = None, progress: Progress = lambda text: None
 ) -> Identification:
     """Find the values of the parameters that bring the targets nearest to their values.
 
-    Parameters
-    ----------
-    state
-        File that caches evaluations; None for none.
-    progress
-        Called with one line per step.
+    `store`: keeps evaluations. `progress`: called with one line per step.
+    Returns the best that was found, with all targets met or not.
+    Raises SceneError: no start of the search has a model, or the slopes at the result can't be
+    measured.
 
-    Returns
-    -------
-    The best that was found, with all targets met or not.
-
-    Raises
-    ------
-    SceneError
-        No start of the search has a model, or the slopes at the result can't be measured.
-    OutputError
-        The state belongs to another problem, or can't be read or written.
-
-    Notes
-    -----
     Minimised is Σ ((q/q₀ - 1)/tolerance)² + Σ (prior (p - start)/(upper - lower))² over the
     box of the bounds, by the trust region reflective method of Branch, Coleman and Li (1999).
     """
     begun = time.perf_counter()
-    model = Model(problem, state, progress)
+    model = Model(problem, store, progress)
     settings = problem.spec.settings
     try:
         last, starts = search(model, progress)

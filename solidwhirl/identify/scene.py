@@ -25,20 +25,11 @@ def scene_text(
 ) -> str:
     """Return the content of a scene file as TOML.
 
-    Parameters
-    ----------
-    data
-        Content of a scene file, as `tomllib` reads it.
-    comments
-        Comments by the place of their number: keys and numbers of entries from the top.
-    header
-        Lines of the comment at the top.
-
-    Returns
-    -------
-    str
-        One line per key; lists of plain records have one line per record, with the comments of
-        its numbers above it.
+    `data`: content of a scene file, as `tomllib` reads it. `comments`: comments by the place of
+    their number: keys and numbers of entries from the top. `header`: lines of the comment at the
+    top.
+    Returns one line per key; lists of plain records have one line per record, with the comments of
+    its numbers above it.
     """
     lines = [*(f"# {line}" for line in header), ""]
     lines += _table(data, (), comments)
@@ -148,12 +139,8 @@ def _text(text: str) -> str:
 def with_references(data: Mapping[str, Any], spec: ProblemSpec) -> dict[str, Any]:
     """Return the scene with a reference for every target that its results will hold.
 
-    Parameters
-    ----------
-    data
-        Content of a scene file; its own references of other quantities stay.
-    spec
-        The problem; targets at a speed are left out, for the results need not hold that speed.
+    `data`: content of a scene file; its own references of other quantities stay. `spec`: the
+    problem; targets at a speed are left out, for the results need not hold that speed.
     """
     targets = [t for t in spec.targets if is_mass_target(t) or t.speed_rpm == 0.0]
     fitted = [_reference(target) for target in targets]

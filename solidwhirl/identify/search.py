@@ -26,24 +26,12 @@ _MAXIMUM_STEPS = 100
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Descent:
-    """One search from one start.
+    """One search from one start."""
 
-    Attributes
-    ----------
-    point
-        Where it ended, in the unit cube, (n,).
-    cost
-        Half the sum of squared residuals, prior included; inf if the start has no model.
-    largest
-        Largest deviation of a target in units of its tolerance.
-    ended
-        Why it ended.
-    """
-
-    point: FloatArray
-    cost: float
-    largest: float
-    ended: str
+    point: FloatArray  # where it ended, in the unit cube, (n,)
+    cost: float  # half the sum of squared residuals, prior included; inf if the start has no model
+    largest: float  # largest deviation of a target in units of its tolerance
+    ended: str  # why it ended
 
 
 class _ReachedError(Exception):
@@ -53,14 +41,8 @@ class _ReachedError(Exception):
 def search(model: Model, progress: Progress) -> tuple[Descent, tuple[Descent, ...]]:
     """Search from all starts with the coarse model, then with the fine one from the best.
 
-    Returns
-    -------
-    The last descent, and those of all starts.
-
-    Raises
-    ------
-    InfeasibleError
-        No start has a model; the message repeats that of the first one.
+    Returns the last descent, and those of all starts.
+    Raises InfeasibleError: no start has a model; the message repeats that of the first one.
     """
     settings = model.problem.spec.settings
     starts = start_points(model)
@@ -101,10 +83,7 @@ def measured_slopes(model: Model, point: FloatArray) -> FloatArray:
     Mass properties are differentiated with a small step in closed form, the others on the coarse
     model with the problem's step, which is large against the scatter between meshes (about 1e-4).
 
-    Raises
-    ------
-    InfeasibleError
-        No neighbour of the point has a model.
+    Raises InfeasibleError: no neighbour of the point has a model.
     """
     slopes = _differences(lambda u: model.deviations(model.masses(u)), point, _MASS_STEP)
     modelled = ~model.mass_rows

@@ -19,11 +19,6 @@ _M_PER_MM = 1e-3
 def permissible_unbalance_kg_m(mass_kg: float, grade_mm_per_s: float, speed_rpm: float) -> float:
     """Return the unbalance that a balance quality grade permits a rotor.
 
-    Parameters
-    ----------
-    grade_mm_per_s
-        G: permissible eccentricity times angular speed.
-
     Notes
     -----
     U = m G / Ω, ISO 21940-11 (formerly ISO 1940-1): the whole of the rotor, all planes together.

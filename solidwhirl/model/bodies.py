@@ -4,27 +4,12 @@ from __future__ import annotations
 
 from itertools import combinations, permutations
 
+from solidwhirl import geometry as geo
 from solidwhirl.core.errors import clean
-from solidwhirl.geometry import (
-    MATERIALS,
-    TABLE_7,
-    Body,
-    Cone,
-    GeometryError,
-    Interface,
-    Material,
-    RigidDisk,
-    Section,
-    Subdivision,
-    Web,
-    merge_fillets,
-    stage_group_sections,
-    subdivide,
-)
 from solidwhirl.scene.records import BodySpec, InterfaceSpec, Scene, StageGroupSpec
 
 
-def build_bodies(scene: Scene) -> dict[str, Body]:
+def build_bodies(scene: Scene) -> dict[str, geo.Body]:
     """Make the geometry of every body of a scene.
 
     Raises
@@ -39,33 +24,35 @@ def build_bodies(scene: Scene) -> dict[str, Body]:
         try:
             bodies[name] = _build_body(name, spec, materials)
             # milliseconds: what does not fit is refused before anything is meshed
-            _refuse_dependent_interfaces(bodies[name], merge_fillets(subdivide(bodies[name])))
-        except GeometryError as error:
-            raise GeometryError(clean(f"bodies.{name}: {error}")) from error
+            _refuse_dependent_interfaces(
+                bodies[name], geo.merge_fillets(geo.subdivide(bodies[name]))
+            )
+        except geo.GeometryError as error:
+            raise geo.GeometryError(clean(f"bodies.{name}: {error}")) from error
     return bodies
 
 
-def _refuse_dependent_interfaces(body: Body, subdivision: Subdivision) -> None:
+def _refuse_dependent_interfaces(body: geo.Body, subdivision: geo.Subdivision) -> None:
     """Interfaces of one surface, or inside a rigid one, have the same motion: one is enough."""
     surfaces = {name: set(curves) for name, curves in subdivision.interfaces.items()}
     for first, second in combinations(body.interfaces, 2):
         if surfaces[first.name] == surfaces[second.name]:
-            raise GeometryError(
+            raise geo.GeometryError(
                 f"interfaces {first.name!r} and {second.name!r} are the same surface; keep one of "
                 "them, any number of bearings and rigid disks may use it"
             )
     for outer, inner in permutations(body.interfaces, 2):
         if outer.coupling == "rigid" and surfaces[inner.name] <= surfaces[outer.name]:
-            raise GeometryError(
+            raise geo.GeometryError(
                 f"interface {inner.name!r} lies inside the rigid interface {outer.name!r} and "
                 f"moves with it; bearings and rigid disks may use {outer.name!r} instead"
             )
 
 
-def scene_materials(scene: Scene) -> dict[str, Material]:
+def scene_materials(scene: Scene) -> dict[str, geo.Material]:
     """Materials that a scene can name: its own before those of the program."""
     own = {
-        name: Material(
+        name: geo.Material(
             name=name,
             density_kg_per_m3=spec.density_kg_per_m3,
             youngs_modulus_pa=spec.youngs_modulus_pa,
@@ -73,42 +60,42 @@ def scene_materials(scene: Scene) -> dict[str, Material]:
         )
         for name, spec in scene.materials.items()
     }
-    return {**MATERIALS, **own}
+    return {**geo.MATERIALS, **own}
 
 
 def _material(
-    materials: dict[str, Material], name: str | None, default: str | None, where: str
-) -> Material:
+    materials: dict[str, geo.Material], name: str | None, default: str | None, where: str
+) -> geo.Material:
     chosen = name or default
     if chosen is None:
-        raise GeometryError(f"{where}: no material; give the section or the body one")
+        raise geo.GeometryError(f"{where}: no material; give the section or the body one")
     if chosen not in materials:
-        raise GeometryError(
+        raise geo.GeometryError(
             f"{where}: unknown material {chosen!r}; known are {', '.join(sorted(materials))}"
         )
     return materials[chosen]
 
 
-def _build_body(name: str, spec: BodySpec, materials: dict[str, Material]) -> Body:
-    sections: list[Section] = []
+def _build_body(name: str, spec: BodySpec, materials: dict[str, geo.Material]) -> geo.Body:
+    sections: list[geo.Section] = []
     for s in spec.sections:
         material = _material(materials, s.material, spec.material, f"sections {s.name!r}")
-        sections.append(Section(**s.model_dump(exclude={"material"}), material=material))
+        sections.append(geo.Section(**s.model_dump(exclude={"material"}), material=material))
     for group in spec.stage_groups:
         material = _material(materials, group.material, spec.material, f"stages {group.name!r}")
         sections += _stages(group, material)
-    return Body(
+    return geo.Body(
         name=name,
         sections=tuple(sections),
         interfaces=tuple(_interface(i) for i in spec.interfaces),
-        rigid_disks=tuple(RigidDisk(**d.model_dump()) for d in spec.rigid_disks),
+        rigid_disks=tuple(geo.RigidDisk(**d.model_dump()) for d in spec.rigid_disks),
         fillet_radius_m=spec.fillet_radius_m,
     )
 
 
-def _stages(group: StageGroupSpec, material: Material) -> tuple[Section, ...]:
+def _stages(group: StageGroupSpec, material: geo.Material) -> tuple[geo.Section, ...]:
     webs = [
-        Web(
+        geo.Web(
             stage=w.stage,
             thickness_m=w.thickness_m,
             inner_radius_m=w.shaft_radius_m,
@@ -116,9 +103,9 @@ def _stages(group: StageGroupSpec, material: Material) -> tuple[Section, ...]:
         )
         for w in group.webs
     ]
-    cones = [Cone(**c.model_dump()) for c in group.cones]
-    return stage_group_sections(
-        TABLE_7[group.table],
+    cones = [geo.Cone(**c.model_dump()) for c in group.cones]
+    return geo.stage_group_sections(
+        geo.TABLE_7[group.table],
         start_m=group.start_m,
         direction=group.direction,
         material=material,
@@ -128,12 +115,12 @@ def _stages(group: StageGroupSpec, material: Material) -> tuple[Section, ...]:
     )
 
 
-def _interface(spec: InterfaceSpec) -> Interface:
+def _interface(spec: InterfaceSpec) -> geo.Interface:
     start = spec.at_m if spec.at_m is not None else spec.start_m
     end = spec.at_m if spec.at_m is not None else spec.end_m
     assert start is not None
     assert end is not None
-    return Interface(
+    return geo.Interface(
         name=spec.name,
         kind=spec.kind,
         coupling=spec.coupling,

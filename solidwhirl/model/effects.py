@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from solidwhirl.geometry import Body
-from solidwhirl.model.mesh_bodies import build_mesh_bodies, mesh_plan
+from solidwhirl.model.mesh_bodies import base_plan, build_mesh_bodies, mesh_plan
 from solidwhirl.model.plan_records import BodyPlan, Effect, Plan
 from solidwhirl.model.resolution import choose_resolution
 from solidwhirl.scene.joints import BearingSpec
@@ -93,10 +93,7 @@ def _rotation_effects(scene: Scene, *, turning: bool, solid: bool) -> tuple[Effe
                 why += "; the results at speed leave it out"
         chosen = asked == "on" or (asked == "auto" and turning)
         if chosen and not solid and name != "gyroscopic":
-            chosen, why = (
-                False,
-                f"{why}, but there is no solid body, and others have none",
-            )
+            chosen, why = (False, f"{why}, but there is no solid body, and others have none")
         out.append(Effect(name=name, on=chosen, why=why, cost=cost))
     return tuple(out)
 
@@ -269,24 +266,11 @@ def _body_plan(
     on: set[str],
     carried: Mapping[str, tuple[str, ...]],
 ) -> BodyPlan:
-    own = {i.name: carried[f"{body.name}.{i.name}"] for i in body.interfaces}
-    used = {motion for motions in own.values() for motion in motions} | {"ux", "uy"}
-    components = tuple(m for m in ("ux", "uy", "uz", "rx", "ry", "rz") if m in used)
-    orders = (1, 0) if {"uz", "rz"} & used else (1,)
+    plan = base_plan(body, level, top_speed, carried)
     if level == "beam":
-        return BodyPlan(
-            level=level,
-            orders=orders,
-            components=components,
-            interface_components=own,
-            resolution=None,
-            maximum_speed_rad_s=top_speed,
-            matrices=0,
-            factorisations=0,
-            eigenproblems=0,
-        )
+        return plan
     solid = level == "solid"
-    problems = 1 if solid else len(orders)
+    problems = 1 if solid else len(plan.orders)
     # a solid needs the terms of the spin anyway, to tell the circumferential order of its modes
     matrices = 4 if solid else (2 + ("gyroscopic" in on)) * problems
     factorisations = eigenproblems = 1
@@ -296,13 +280,9 @@ def _body_plan(
         matrices += 1 if solid else 2 * problems + 1
         factorisations += 1 + turning
         eigenproblems += turning
-    return BodyPlan(
-        level=level,
-        orders=orders,
-        components=components,
-        interface_components=own,
+    return replace(
+        plan,
         resolution=choose_resolution(body, level, scene.model),
-        maximum_speed_rad_s=top_speed,
         matrices=matrices,
         factorisations=factorisations * problems,
         eigenproblems=eigenproblems * problems,

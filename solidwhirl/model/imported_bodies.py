@@ -17,28 +17,20 @@ from solidwhirl.rotordyn.exchange.matrices.dmig import read_dmig
 from solidwhirl.rotordyn.exchange.matrices.foreign_body import ForeignBody
 from solidwhirl.rotordyn.exchange.matrices.matrix_market import read_matrix_market
 from solidwhirl.rotordyn.exchange.matrices.op4 import read_op4
-from solidwhirl.rotordyn.importing.element import ImportOptions, imported_superelement
+from solidwhirl.rotordyn.importing.element import imported_superelement
 from solidwhirl.rotordyn.importing.moved_element import renamed_superelement, shifted_superelement
+from solidwhirl.rotordyn.importing.rows import ImportOptions
 from solidwhirl.scene.imports import NATIVE, ImportedSpec
+from solidwhirl.scene.meshes import file_digest
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import EFFECT_OF, motions_acted_on
 
 _ROLES = ("mass", "stiffness", "gyroscopic", "stress_stiffening", "spin_softening")
-_FORMATS = {
-    ".npz": "npz",
-    ".json": "Matrix Market",
-    ".op4": "OUTPUT4",
-    NATIVE: "superelement",
-}
+_FORMATS = {".npz": "npz", ".json": "Matrix Market", ".op4": "OUTPUT4", NATIVE: "superelement"}
 
 
 def with_files_read(scene: Scene) -> tuple[Scene, list[str]]:
     """Read the files of imported bodies: their digest, and the interfaces where none are named.
-
-    Parameters
-    ----------
-    scene
-        As its file says; names of files are absolute.
 
     Returns
     -------
@@ -131,24 +123,15 @@ def _digest(files: tuple[Path, ...]) -> str:
     """SHA-256 of the content of files; of one file its own."""
     each = []
     for file in files:
-        whole = hashlib.sha256()
         try:
-            with file.open("rb") as opened:
-                for part in iter(lambda: opened.read(1 << 20), b""):
-                    whole.update(part)
+            each.append(file_digest(file))
         except OSError as error:
             raise SuperelementError(f"{file}: can not be read: {error.strerror}") from error
-        each.append(whole.hexdigest())
     return each[0] if len(each) == 1 else hashlib.sha256("".join(each).encode()).hexdigest()
 
 
 def imported_element(name: str, spec: ImportedSpec) -> Superelement:
-    """Return the superelement of an imported body, whatever the scene's effects.
-
-    Parameters
-    ----------
-    name, spec
-        Of the body, read (see `with_files_read`).
+    """Return the superelement of an imported body that was read, whatever the scene's effects.
 
     Raises
     ------
@@ -211,12 +194,7 @@ def _native(name: str, spec: ImportedSpec, provenance: Mapping[str, object]) -> 
 
 
 def imported_elements(scene: Scene, plan: Plan) -> dict[str, Superelement]:
-    """Return the superelements of the imported bodies of a scene.
-
-    Parameters
-    ----------
-    scene, plan
-        The scene, read with its files, and its plan: effects that it has off are left out.
+    """Return the superelements of the imported bodies of a scene, without effects that are off.
 
     Raises
     ------

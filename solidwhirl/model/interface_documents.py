@@ -25,12 +25,7 @@ def interfaces_document(
 ) -> list[dict[str, Any]]:
     """The interfaces of a body: node, centre of area, area and what was asked for.
 
-    Parameters
-    ----------
-    element
-        The body; its nodes are those of bearings and gears.
-    body, mesh
-        Geometry and mesh of a solid; None of other bodies, whose interfaces have no area.
+    Bodies without geometry and mesh have no area.
     """
     asked: dict[str, Interface | MeshInterface] = {}
     if body is not None:
@@ -49,13 +44,7 @@ def interfaces_document(
 
 
 def cut_doubts(scene: Scene) -> Iterator[Doubt]:
-    """Doubts about boxes that cut facets of given meshes, which then do not belong to them.
-
-    Parameters
-    ----------
-    scene
-        The scene; geometries are cut along their boxes and have none.
-    """
+    """Doubts about boxes that cut facets of given meshes; geometries are cut along their boxes."""
     for name, body in build_mesh_bodies(scene).items():
         for k, interface in enumerate(body.interfaces):
             inside = interface.area_m2 + interface.cut_area_m2

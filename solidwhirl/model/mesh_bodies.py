@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import lru_cache
 from itertools import combinations
 from pathlib import Path
@@ -10,15 +11,10 @@ from typing import Any
 
 from solidwhirl.core.errors import clean
 from solidwhirl.core.machine import available_memory_gib
-from solidwhirl.geometry import GeometryError, Material, RigidDisk
+from solidwhirl.geometry import Body, GeometryError, Material, RigidDisk
 from solidwhirl.meshing import Mesh, MeshingError, MeshSize
 from solidwhirl.meshing.imported.body import body_of_mesh, mesh_from_file, mesh_of
-from solidwhirl.meshing.imported.records import (
-    MeshedBody,
-    MeshInterface,
-    MeshRequest,
-    StepSize,
-)
+from solidwhirl.meshing.imported.records import MeshedBody, MeshInterface, MeshRequest, StepSize
 from solidwhirl.meshing.imported.step import mesh_step, step_geometry
 from solidwhirl.model.bodies import scene_materials
 from solidwhirl.model.plan_records import BodyPlan
@@ -36,16 +32,8 @@ _GIB = 1024.0**3
 def build_mesh_bodies(scene: Scene) -> dict[str, MeshedBody]:
     """Read the mesh files of a scene, and look at its STEP files.
 
-    Parameters
-    ----------
-    scene
-        Files are named from the folder of its file.
-
-    Returns
-    -------
-    dict
-        By name; places of interfaces, mass and roundness are known of mesh files only, those of
-        STEP files when they are meshed.
+    Places of interfaces, mass and roundness are known of mesh files only, those of STEP files when
+    they are meshed.
 
     Raises
     ------
@@ -85,43 +73,41 @@ def described(body: MeshedBody, mesh: Mesh) -> MeshedBody:
         raise MeshingError(clean(f"mesh_bodies.{body.name}: {error}")) from error
 
 
-def mesh_plan(
-    body: MeshedBody,
-    top_speed: float,
-    on: set[str],
-    carried: Mapping[str, tuple[str, ...]],
+def base_plan(
+    body: Body | MeshedBody, level: str, top_speed: float, carried: Mapping[str, tuple[str, ...]]
 ) -> BodyPlan:
-    """Plan a body from a mesh of its own, which is always a solid, all of it.
-
-    Parameters
-    ----------
-    top_speed
-        Its largest speed [rad/s].
-    """
-    shape = body.request.shape
+    """Return the plan of a body without what its level computes; `top_speed` in rad/s."""
     own = {i.name: carried[f"{body.name}.{i.name}"] for i in body.interfaces}
     used = {motion for motions in own.values() for motion in motions} | {"ux", "uy"}
-    orders: tuple[int, ...] = ()
-    if shape == "round":
-        orders = (1, 0) if {"uz", "rz"} & used else (1,)
-    prestressed = shape == "round" and "stress_stiffening" in on
-    spins = prestressed and top_speed > 0.0
     return BodyPlan(
-        level="solid",
-        orders=orders,
+        level=level,
+        orders=(1, 0) if {"uz", "rz"} & used else (1,),
         components=tuple(m for m in ("ux", "uy", "uz", "rx", "ry", "rz") if m in used),
         interface_components=own,
+        maximum_speed_rad_s=top_speed,
+    )
+
+
+def mesh_plan(
+    body: MeshedBody, top_speed: float, on: set[str], carried: Mapping[str, tuple[str, ...]]
+) -> BodyPlan:
+    """Plan a body from a mesh of its own, which is always a solid, all of it."""
+    plan, is_round = base_plan(body, "solid", top_speed, carried), body.request.shape == "round"
+    prestressed = is_round and "stress_stiffening" in on
+    spins = prestressed and top_speed > 0.0
+    return replace(
+        plan,
+        orders=plan.orders if is_round else (),
         # the error of a given mesh is not known
         resolution=Resolution(
             degree=2,
             size=MeshSize(size_m=body.longest_m, corner_size_m=body.shortest_m),
             expected_error=float("nan"),
         ),
-        maximum_speed_rad_s=top_speed,
         matrices=4 + prestressed,
         factorisations=1 + prestressed + spins,
         eigenproblems=1 + spins,
-        shape=shape,
+        shape=body.request.shape,
     )
 
 
@@ -132,9 +118,8 @@ def source_document(body: MeshedBody) -> dict[str, Any]:
         "file": Path(body.request.path).name,
         "sha256": body.request.digest,
         "length_unit_m": body.request.unit_m,
-        "roundness": None
-        if found is None
-        else {
+        "roundness": found
+        and {
             "static_unbalance": found.static_unbalance,
             "uneven_mass": found.uneven_mass,
             "surface": found.surface,

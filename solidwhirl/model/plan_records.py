@@ -37,8 +37,6 @@ class BodyPlan:
     orders
         Circumferential orders that are solved (harmonic) or kept (solid); none in a body of any
         shape, whose modes have no order.
-    components
-        Motions that one interface or another carries.
     interface_components
         Motions of each interface; each is one constraint mode.
     resolution
@@ -56,11 +54,11 @@ class BodyPlan:
     orders: tuple[int, ...]
     components: tuple[str, ...]
     interface_components: Mapping[str, tuple[str, ...]]
-    resolution: Resolution | None
     maximum_speed_rad_s: float
-    matrices: int
-    factorisations: int
-    eigenproblems: int
+    resolution: Resolution | None = None
+    matrices: int = 0
+    factorisations: int = 0
+    eigenproblems: int = 0
     shape: str = "quartered"
     solver: str = "direct"
 

@@ -41,10 +41,7 @@ from solidwhirl.scene.joints import (
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import is_off_axis
 
-_PRESETS: dict[str, SpeedLaw] = {
-    "lee_isotropic": LEE_ISOTROPIC,
-    "lee_anisotropic": LEE_ANISOTROPIC,
-}
+_PRESETS: dict[str, SpeedLaw] = {"lee_isotropic": LEE_ISOTROPIC, "lee_anisotropic": LEE_ANISOTROPIC}
 # What belongs to an effect: a part of the keys of a bearing, and rigid motions.
 _OF_EFFECT = {
     "bearing_damping": ("damping", ()),
@@ -102,9 +99,7 @@ def _beam(scene: Scene, plan: Plan, name: str, spec: BeamSpec) -> Superelement:
         spec.stations_m,
         np.broadcast_to(spec.outer_radius_m, sections),
         np.broadcast_to(spec.inner_radius_m, sections),
-        material.youngs_modulus_pa,
-        material.poissons_ratio,
-        material.density_kg_per_m3,
+        (material.youngs_modulus_pa, material.poissons_ratio, material.density_kg_per_m3),
         spec.interfaces,
         [
             Disk(

@@ -10,15 +10,7 @@ from solidwhirl.scene_reading.paths import leading_steps
 
 
 def value_at(document: Mapping[str, Any], path: str) -> float | None:
-    """Number at a place in the results; None where there is none.
-
-    Parameters
-    ----------
-    document
-        Contents of `results.json`.
-    path
-        Names joined by dots, and indices in brackets, such as "critical_speeds[0].frequency_hz".
-    """
+    """Return the number at a place such as "critical_speeds[0].frequency_hz"; None for none."""
     found: Any = document
     for step in leading_steps(path)[0]:
         try:
@@ -32,21 +24,14 @@ def value_at(document: Mapping[str, Any], path: str) -> float | None:
 def compared(
     references: Sequence[ReferenceSpec], document: Mapping[str, Any]
 ) -> list[dict[str, Any]]:
-    """Compare the results with references.
-
-    Parameters
-    ----------
-    references
-        Of the scene.
-    document
-        Contents of `results.json`.
+    """Compare the contents of `results.json` with the references of a scene.
 
     Returns
     -------
     list of dict
-        Of each: what the scene says, `result`, `relative_difference` of the result from the
-        reference (None where either is missing or the reference is 0), and `met` (None without
-        tolerance; a result that is missing meets none).
+        Of each: what the scene says, `result`, `relative_difference` from the reference
+        (None where either is missing or the reference is 0), and `met` (None without tolerance; a
+        result that is missing meets none).
     """
     return [_compared(reference, value_at(document, reference.quantity))
             for reference in references]  # fmt: skip

@@ -16,11 +16,7 @@ from solidwhirl.core.outcome import is_picture
 from solidwhirl.core.plain_data import plain_data
 from solidwhirl.core.versions import package_versions
 from solidwhirl.cost.forecast import forecast_document
-from solidwhirl.estimates.documents import (
-    accuracy_document,
-    critical_speed_entry,
-    with_estimate,
-)
+from solidwhirl.estimates.documents import accuracy_document, critical_speed_entry, with_estimate
 from solidwhirl.estimates.results import Estimates
 from solidwhirl.files.run_folder import RunFolder, claimed, replacing_files, reserve
 from solidwhirl.meshing import write_gmsh, write_vtu
@@ -36,20 +32,14 @@ from solidwhirl.page.frame.records import Run
 from solidwhirl.page.sections import write_report
 from solidwhirl.pipeline.cached_stages import Keeper, no_keeper
 from solidwhirl.pipeline.run import ExcitedCriticalSpeed, Results
-from solidwhirl.pipeline.verdict import verdict_document, verdict_of
-from solidwhirl.plausibility.supports import support_doubts
-from solidwhirl.plausibility.units import implausible
+from solidwhirl.pipeline.verdict import verdict_document
 from solidwhirl.rotordyn import Superelement, draw_campbell, write_superelement
 from solidwhirl.rotordyn.assembly.bearing_notes import note_lines
 from solidwhirl.rotordyn.campbell.branch_numbers import branch_numbers, branch_prints, shape_print
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.modes.whirl import unbalance_excitation
-from solidwhirl.rotordyn.plots.errors import (
-    draw_campbell_errors,
-    draw_critical_speed_errors,
-)
+from solidwhirl.rotordyn.plots.errors import draw_campbell_errors, draw_critical_speed_errors
 from solidwhirl.rotordyn.storage.sidecar import superelement_document
-from solidwhirl.scene_checks.operating import operating_speeds
 from solidwhirl.scene_reading.reader import scene_hash
 
 SCHEMA = "solidwhirl-results-1"
@@ -59,64 +49,30 @@ _AROUND_BYTES = 65_536
 
 def results_document(results: Results) -> dict[str, Any]:
     """Everything that `results.json` holds; units are in the keys, absent values are null."""
-    diagram, operating = results.campbell, operating_speeds(results.scene)
+    scene, diagram = results.scene, results.campbell
     numbers = branch_numbers(results.system, diagram, results.at_rest)
     document = {
         "schema": SCHEMA,
         "scene": {
-            "name": results.scene.name,
-            "title": results.scene.title,
-            "notes": list(results.scene.notes),
-            "sha256": scene_hash(results.scene),
+            "name": scene.name,
+            "title": scene.title,
+            "notes": list(scene.notes),
+            "sha256": scene_hash(scene),
         },
         "plan": plan_document(results.plan),
         "bodies": _bodies(results),
-        "accuracy": accuracy_document(
-            results.scene, results.estimates, results.rounds, results.checks
-        ),
+        "accuracy": accuracy_document(scene, results.estimates, results.rounds, results.checks),
         "modes_at_rest": {
             "frequency_hz": results.at_rest.frequency_hz.tolist(),
             "branch": [int(k) or None for k in numbers],
         },
-        "campbell": {
-            "frame": "inertial",
-            "speed_rpm": (diagram.speeds_rad_s * RPM_PER_RAD_S).tolist(),
-            "frequency_hz": diagram.frequency_hz.tolist(),
-            "whirl": [[w or None for w in branch] for branch in diagram.whirl.tolist()],
-            "log_decrement": [decrements(branch) for branch in diagram.log_decrement],
-            "critically_damped": (
-                np.isfinite(diagram.eigenvalues)
-                & ~results.scene.criteria.rule.counts(diagram.eigenvalues)
-            ).tolist(),
-            "interface_motion": branch_prints(results.system, diagram),
-            "notes": [
-                {
-                    "kind": note.kind,
-                    "speed_rpm": float(note.speed_rad_s * RPM_PER_RAD_S),
-                    "branches": [int(b) for b in note.branches],
-                    "text": note.text,
-                }
-                for note in diagram.notes
-            ],
-        },
+        "campbell": _campbell(results),
         "critical_speeds": [critical_speed_document(results, c) for c in results.critical_speeds],
-        "operating": [own._asdict() for own in operating],
-        "doubts": [
-            *(
-                {"kind": "input", **asdict(doubt), "message": doubt.message}
-                for doubt in (
-                    *implausible(results.scene, results.geometry),
-                    *support_doubts(results.system),
-                )
-            ),
-            *(asdict(alarm) for alarm in results.alarms),
-        ],
+        "operating": [own._asdict() for own in results.operating],
+        "doubts": _doubts(results),
         "invariants": checks_document(results.checks),
         "bearing_notes": list(note_lines(results.bearing_notes)),
-        "analyses": {
-            name: {"kind": outcome.kind, **outcome.document}
-            for name, outcome in results.analyses.items()
-        },
+        "analyses": {name: {"kind": o.kind, **o.document} for name, o in results.analyses.items()},
         "predicted_cost": forecast_document(results.forecast),
         "timings_s": dict(results.timings_s),
         "peak_memory_gib": results.peak_memory_gib,
@@ -126,11 +82,41 @@ def results_document(results: Results) -> dict[str, Any]:
         document["stages"] = dict(results.stages)
     if results.estimates is not None:
         _put_estimates(document, results.estimates)
-    verdict = verdict_of(plain_data(document), results.stability, operating)
-    document["verdict"] = verdict_document(verdict)
-    if results.scene.references:
-        document["references"] = compared(results.scene.references, document)
+    document["verdict"] = verdict_document(
+        plain_data(document), results.stability, results.operating, results.alarms
+    )
+    if scene.references:
+        document["references"] = compared(scene.references, document)
     return plain_data(document)  # type: ignore[no-any-return]
+
+
+def _campbell(results: Results) -> dict[str, Any]:
+    diagram, rule = results.campbell, results.scene.criteria.rule
+    damped = np.isfinite(diagram.eigenvalues) & ~rule.counts(diagram.eigenvalues)
+    return {
+        "frame": "inertial",
+        "speed_rpm": (diagram.speeds_rad_s * RPM_PER_RAD_S).tolist(),
+        "frequency_hz": diagram.frequency_hz.tolist(),
+        "whirl": [[w or None for w in branch] for branch in diagram.whirl.tolist()],
+        "log_decrement": [decrements(branch) for branch in diagram.log_decrement],
+        "critically_damped": damped.tolist(),
+        "interface_motion": branch_prints(results.system, diagram),
+        "notes": [
+            {
+                "kind": note.kind,
+                "speed_rpm": float(note.speed_rad_s * RPM_PER_RAD_S),
+                "branches": [int(b) for b in note.branches],
+                "text": note.text,
+            }
+            for note in diagram.notes
+        ],
+    }
+
+
+def _doubts(results: Results) -> list[dict[str, Any]]:
+    doubts = (*results.doubts, *results.support_doubts)
+    said = [{"kind": "input", **asdict(doubt), "message": doubt.message} for doubt in doubts]
+    return [*said, *(asdict(alarm) for alarm in results.alarms)]
 
 
 def critical_speed_document(results: Results, found: ExcitedCriticalSpeed) -> dict[str, Any]:
@@ -164,9 +150,7 @@ def _put_estimates(document: dict[str, Any], estimates: Estimates) -> None:
 def plan_document(plan: Plan) -> dict[str, Any]:
     """The plan as plain data."""
     return {
-        "effects": [
-            {"name": e.name, "on": e.on, "why": e.why, "cost": e.cost} for e in plan.effects
-        ],
+        "effects": [asdict(effect) for effect in plan.effects],
         "analyses": [{"name": name, "kind": kind} for name, kind in plan.analyses],
         "speeds_beyond": [
             {"analysis": a.analysis, "to_rpm": a.speed_rpm, "source": a.source}
@@ -201,20 +185,14 @@ def _fineness(found: Resolution | None) -> dict[str, Any]:
 
 
 def write_results(results: Results, out: str | Path, *, pictures: bool = True) -> Path:
-    """Write the folder of a run: all of it or nothing.
+    """Write the folder of a run, all of it or nothing, and return it.
 
     Parameters
     ----------
-    results
-        What to write.
     out
         The folder; another run must not be writing there.
     pictures
         Whether to draw; the numbers are the same without.
-
-    Returns
-    -------
-    The folder.
 
     Raises
     ------
@@ -222,7 +200,8 @@ def write_results(results: Results, out: str | Path, *, pictures: bool = True) -
         The folder can't be written.
     """
     with claimed(out) as folder:
-        return write_into(results, folder, pictures=pictures)
+        write_into(results, folder, pictures=pictures)
+        return folder.path
 
 
 def write_into(
@@ -234,28 +213,18 @@ def write_into(
     keeper: Keeper | None = None,
     scene_path: Path | None = None,
     command: str = "",
-) -> Path:
-    """Write results into a folder that is claimed.
+) -> dict[str, Any]:
+    """Write results into a claimed folder, and return what `results.json` holds.
 
     Everything is written to a temporary folder in it and moved into place file by file when it is
     complete, `results.json` last but for the manifest.
 
     Parameters
     ----------
-    results, pictures
-        As in `write_results`.
-    page
-        Whether to write the page as well; it needs no pictures.
-    folder
-        From `solidwhirl.files.run_folder.claimed`.
     keeper
         Where pictures are kept; None: nowhere.
     scene_path, command
         For the page: the scene file, and the command line that repeats the run.
-
-    Returns
-    -------
-    The folder.
 
     Raises
     ------
@@ -270,7 +239,7 @@ def write_into(
         if page:
             run = Run(results=results, document=document, scene_path=scene_path, command=command)
             write_report(run, scratch / "report.html")
-    return folder.path
+    return document
 
 
 def _write_all(results: Results, document: dict[str, Any], folder: Path) -> None:

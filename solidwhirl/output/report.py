@@ -24,18 +24,10 @@ from solidwhirl.scene_checks.operating import critical_speeds_that_count
 
 
 def report_text(results: Results, document: dict[str, Any]) -> str:
-    """Markdown report of a run.
-
-    Parameters
-    ----------
-    results
-        The results.
-    document
-        The same as written to `results.json`.
-    """
+    """Markdown report of a run and the contents of its `results.json`."""
     parts = [
         f"# {markdown_text(results.scene.title or results.scene.name)}",
-        _table(("", ""), ((a.about, a.marked) for a in answers(document))),
+        _table(" | ", ((a.about, a.marked) for a in answers(document))),
         "\n".join(f"- **warning:** {markdown_text(message)}" for message in _warnings(document)),
         "## Critical speeds",
         _critical(critical_speeds_that_count(document)),
@@ -66,13 +58,7 @@ def _warnings(document: dict[str, Any]) -> list[str]:
 
 
 def doubts_text(doubts: Iterable[Doubt]) -> str:
-    """Warnings about a scene as Markdown; empty if there are none.
-
-    Parameters
-    ----------
-    doubts
-        See `solidwhirl.plausibility.units`.
-    """
+    """Warnings about a scene as Markdown; empty if there are none."""
     lines = [f"- {markdown_text(doubt.message)}" for doubt in doubts]
     return "\n".join(["Warnings:", "", *lines]) if lines else ""
 
@@ -80,22 +66,13 @@ def doubts_text(doubts: Iterable[Doubt]) -> str:
 def plan_text(plan: Plan, doubts: Iterable[Doubt] = ()) -> str:
     """The plan as Markdown tables, after warnings about the scene."""
     effects = _table(
-        ("effect", "", "why", "cost when on"),
+        "effect |  | why | cost when on",
         ((e.name, "on" if e.on else "off", e.why, e.cost) for e in plan.effects),
     )
     bodies = _table(
-        (
-            "body",
-            "level",
-            "circumferential orders",
-            "interface motions",
-            "first element order",
-            "first corner size [mm]",
-            "expected error",
-            "matrices",
-            "factorisations",
-            "eigenproblems",
-        ),
+        "body | level | circumferential orders | interface motions | "
+        "first element order | first corner size [mm] | expected error | matrices | "
+        "factorisations | eigenproblems",
         (
             (
                 name,
@@ -114,14 +91,14 @@ def plan_text(plan: Plan, doubts: Iterable[Doubt] = ()) -> str:
     said = doubts_text(doubts)
     parts = [said, *parts] if said else parts
     if plan.analyses:
-        parts.append(_table(("analysis", "kind"), plan.analyses))
+        parts.append(_table("analysis | kind", plan.analyses))
     if plan.speeds_beyond:
         fastest = float(plan.speeds_rad_s.max()) * 30.0 / math.pi
         parts.append(
             f"Speeds above {fastest:.6g} rpm, where [speeds] ends; the bodies are made for these:"
         )
         rows = ((a.analysis, f"{a.speed_rpm:.6g}", a.source) for a in plan.speeds_beyond)
-        parts.append(_table(("analysis", "to [rpm]", "which is"), rows))
+        parts.append(_table("analysis | to [rpm] | which is", rows))
     return "\n\n".join(parts)
 
 
@@ -129,7 +106,7 @@ def cost_text(expected: Forecast) -> str:
     """The predicted cost as a Markdown table."""
     head, *rows = expected.rows()
     said = "Seconds of one core, without the other analyses, pictures and files."
-    return f"{_table(head, rows)}\n\n{said}"
+    return f"{_table(' | '.join(head), rows)}\n\n{said}"
 
 
 def _fineness(found: Resolution | None) -> tuple[str, str, str]:
@@ -144,18 +121,9 @@ def _fineness(found: Resolution | None) -> tuple[str, str, str]:
 
 def _bodies(bodies: dict[str, Any]) -> str:
     return _table(
-        (
-            "body",
-            "mass [kg]",
-            "centre of gravity [m]",
-            "polar inertia [kg m²]",
-            "diametral inertia [kg m²]",
-            "level",
-            "unknowns",
-            "reduced",
-            "hoop strain at top speed",
-            "first free lateral frequencies [Hz]",
-        ),
+        "body | mass [kg] | centre of gravity [m] | polar inertia [kg m²] | "
+        "diametral inertia [kg m²] | level | unknowns | reduced | "
+        "hoop strain at top speed | first free lateral frequencies [Hz]",
         (
             (
                 name,
@@ -194,7 +162,7 @@ def _critical(entries: Sequence[Mapping[str, Any]]) -> str:
     if not entries:
         return "None in the speed range."
     return _table(
-        ("speed [rpm]", "frequency [Hz]", "±", "whirl", "AF", "log decrement", "excited by"),
+        "speed [rpm] | frequency [Hz] | ± | whirl | AF | log decrement | excited by",
         (
             (
                 f"{c['speed_rpm']:.1f}",
@@ -226,7 +194,7 @@ def _accuracy(document: dict[str, Any]) -> str:
     lines = [f"Asked {found['asked']:.1e}, largest estimated relative error {said}: {met}."]
     parts = document["campbell"].get("error_parts", {})
     rows = [(part, _largest(values), _where(part)) for part, values in parts.items()]
-    lines.append(_table(("part", "largest of the branches", ""), rows))
+    lines.append(_table("part | largest of the branches | ", rows))
     steps = [
         (
             k + 1,
@@ -237,7 +205,7 @@ def _accuracy(document: dict[str, Any]) -> str:
         )
         for k, r in enumerate(found["rounds"])
     ]
-    lines.append(_table(("round", "unknowns", "modes", "estimate", "refined"), steps))
+    lines.append(_table("round | unknowns | modes | estimate | refined", steps))
     solids = [name for name, b in document["bodies"].items() if b["level"] == "solid"]
     if solids and steps:
         lines.append(
@@ -272,12 +240,12 @@ def _branches(diagram: dict[str, Any]) -> str:
     """Frequencies at the first, middle and last speed."""
     speeds = diagram["speed_rpm"]
     chosen = sorted({0, len(speeds) // 2, len(speeds) - 1})
-    head = ("branch", *(f"{speeds[k]:.0f} rpm [Hz]" for k in chosen), "whirl at the last")
+    columns = [f"{speeds[k]:.0f} rpm [Hz]" for k in chosen]
     rows = []
     for b, branch in enumerate(diagram["frequency_hz"]):
         shown = ["-" if branch[k] is None else f"{branch[k]:.3f}" for k in chosen]
         rows.append((b + 1, *shown, diagram["whirl"][b][-1]))
-    return _table(head, rows)
+    return _table(" | ".join(["branch", *columns, "whirl at the last"]), rows)
 
 
 def _analyses(results: Results) -> str:
@@ -285,7 +253,7 @@ def _analyses(results: Results) -> str:
     if not results.analyses:
         return ""
     return _table(
-        ("analysis", "kind", "result", "files"),
+        "analysis | kind | result | files",
         (
             (name, outcome.kind, outcome.headline, ", ".join(outcome.files))
             for name, outcome in results.analyses.items()
@@ -307,8 +275,7 @@ def _cost(document: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _table(head: Iterable[Any], rows: Iterable[Iterable[Any]]) -> str:
-    titles = [str(h) for h in head]
-    lines = ["| " + " | ".join(titles) + " |", "|" + "---|" * len(titles)]
-    lines += [markdown_row(row) for row in rows]
-    return "\n".join(lines)
+def _table(head: str, rows: Iterable[Iterable[Any]]) -> str:
+    """A table whose titles stand with bars between them."""
+    rule = "|" + "---|" * (head.count(" | ") + 1)
+    return "\n".join([f"| {head} |", rule, *(markdown_row(row) for row in rows)])

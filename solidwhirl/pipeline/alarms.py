@@ -23,8 +23,6 @@ class Alarm:
         diverged" or "compared model diverged".
     message
         One line, rpm first.
-    speed_rpm
-        Of the reference shaft, where it begins.
     """
 
     kind: str
@@ -39,10 +37,6 @@ def alarms_of(
 
     Parameters
     ----------
-    stability
-        Of the range of speeds.
-    operating
-        From `operating_speeds`.
     analyses
         Kind and document of each analysis by its name, as in `results.json`.
     """

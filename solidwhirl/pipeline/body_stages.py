@@ -8,16 +8,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
-from solidwhirl.bodies.reduction import (
-    BodyResult,
-    Clock,
-    Discretisation,
-    closed_form,
-    first_discretisation,
-    mesh_body,
-    reduce_meshed,
-    solver_text,
-)
+from solidwhirl.bodies import reduction
 from solidwhirl.bodies.refinement import Judgement, Round, next_discretisations, rounds_of
 from solidwhirl.core.reduction_work import ReductionWork
 from solidwhirl.core.stages import Progress, Stage, StageName
@@ -40,12 +31,6 @@ class Job:
 
     Attributes
     ----------
-    scene, plan
-        What is asked and what was decided.
-    comm
-        Communicator of the run.
-    progress, clock
-        Told what begins; how long it took.
     keeper
         Where stages come from and are kept; on rank 0 only.
     """
@@ -53,14 +38,18 @@ class Job:
     scene: Scene
     plan: Plan
     comm: Any
-    progress: Progress
-    clock: Clock
+    clock: reduction.Clock
     keeper: Keeper
+
+    @property
+    def progress(self) -> Progress:
+        """Told each stage that begins, and remarks."""
+        return self.keeper.progress
 
 
 def reduced_bodies(
     job: Job, bodies: Mapping[str, Body | MeshedBody], simple: Mapping[str, Superelement]
-) -> tuple[dict[str, BodyResult], tuple[Round, ...]]:
+) -> tuple[dict[str, reduction.BodyResult], tuple[Round, ...]]:
     """Reduce the bodies until the estimated error is within the accuracy, or can't get there."""
     scene, plan = job.scene, job.plan
     if job.comm.size > 1:
@@ -69,11 +58,11 @@ def reduced_bodies(
             import solidwhirl.reduction  # noqa: F401
 
     def reduce_one(
-        name: str, chosen: Discretisation, before: BodyResult | None
-    ) -> BodyResult | None:
+        name: str, chosen: reduction.Discretisation, before: reduction.BodyResult | None
+    ) -> reduction.BodyResult | None:
         return _reduce(job, bodies[name], chosen, before)
 
-    def judge(reduced: Mapping[str, BodyResult], number: int) -> Judgement | None:
+    def judge(reduced: Mapping[str, reduction.BodyResult], number: int) -> Judgement | None:
         if scene.model.estimates == "off":
             return None
         key = _judgement_key(job, reduced, simple)
@@ -89,27 +78,27 @@ def reduced_bodies(
         job.progress(f"estimated error {done.estimate:.1e} after round {number}{left_out}")
         return done, todo
 
-    first = {name: first_discretisation(scene, plan, name) for name in bodies}
+    first = {name: reduction.first_discretisation(scene, plan, name) for name in bodies}
     shortage = shortage_of(scene, plan, bodies, job.progress)
     return rounds_of(first, reduce_one, judge, job.comm, shortage)
 
 
 def system_of(
-    job: Job, reduced: Mapping[str, BodyResult], simple: Mapping[str, Superelement]
+    job: Job, reduced: Mapping[str, reduction.BodyResult], simple: Mapping[str, Superelement]
 ) -> AssembledSystem:
     """The engine of reduced and simple bodies."""
     return engine_of(job.scene, job.plan, elements_of(reduced, simple))
 
 
 def elements_of(
-    reduced: Mapping[str, BodyResult], simple: Mapping[str, Superelement]
+    reduced: Mapping[str, reduction.BodyResult], simple: Mapping[str, Superelement]
 ) -> dict[str, Superelement]:
     """Elements of all bodies by name."""
     return {name: result.element for name, result in reduced.items()} | dict(simple)
 
 
 def _judgement_key(
-    job: Job, reduced: Mapping[str, BodyResult], simple: Mapping[str, Superelement]
+    job: Job, reduced: Mapping[str, reduction.BodyResult], simple: Mapping[str, Superelement]
 ) -> str:
     asked = (engine_part(job.scene), job.plan.bodies, job.plan.speeds_rad_s)
     found = [(_content(r.body), r.discretisation, r.mesh, r.element) for r in reduced.values()]
@@ -117,8 +106,11 @@ def _judgement_key(
 
 
 def _reduce(
-    job: Job, body: Body | MeshedBody, chosen: Discretisation, before: BodyResult | None
-) -> BodyResult | None:
+    job: Job,
+    body: Body | MeshedBody,
+    chosen: reduction.Discretisation,
+    before: reduction.BodyResult | None,
+) -> reduction.BodyResult | None:
     """Mesh and reduce one body; None on ranks that have no part in the result."""
     from mpi4py import MPI
 
@@ -143,10 +135,10 @@ def _reduce(
             return _restored(job, body, mesh, chosen, *kept)
         with job.clock.stage("import_solvers"):
             import solidwhirl.reduction  # noqa: F401
-        why = solver_text(plan, mesh, team)
+        why = reduction.solver_text(plan, mesh, team)
         job.progress(Stage(name=StageName.REDUCTION, body=body.name, detail=why))
         with job.clock.stage("reduction"):
-            result = reduce_meshed(job.scene, job.plan, body, mesh, chosen, team)
+            result = reduction.reduce_meshed(job.scene, job.plan, body, mesh, chosen, team)
         if result is not None:
             if result.work.solver == "iterative" and not why:
                 job.progress(f"{body.name}: solved iteratively, MUMPS needs more memory")
@@ -157,7 +149,11 @@ def _reduce(
 
 
 def _mesh(
-    job: Job, body: Body | MeshedBody, level: str, chosen: Discretisation, before: BodyResult | None
+    job: Job,
+    body: Body | MeshedBody,
+    level: str,
+    chosen: reduction.Discretisation,
+    before: reduction.BodyResult | None,
 ) -> Mesh:
     """The mesh of a body, the last one again where the sizes are still the same."""
     if before is not None and job.keeper.same(before.discretisation.local, chosen.local):
@@ -166,7 +162,7 @@ def _mesh(
 
     def compute() -> Mesh:
         job.progress(Stage(name=StageName.MESHING, body=body.name, detail=f" ({level})"))
-        return mesh_body(body, level, chosen)
+        return reduction.mesh_body(body, level, chosen)
 
     with job.clock.stage("meshing"):
         found: Mesh = job.keeper.stage(f"mesh {body.name}", key, compute)
@@ -181,7 +177,7 @@ def _content(body: Body | MeshedBody) -> Body | MeshedBody:
 
 
 def _reduction_key(
-    job: Job, body: Body | MeshedBody, mesh: Mesh, chosen: Discretisation, team: Any
+    job: Job, body: Body | MeshedBody, mesh: Mesh, chosen: reduction.Discretisation, team: Any
 ) -> str:
     """All that a body's reduction sees, and a little more."""
     scene, plan = job.scene, job.plan
@@ -203,11 +199,11 @@ def _restored(
     job: Job,
     body: Body | MeshedBody,
     mesh: Mesh,
-    chosen: Discretisation,
+    chosen: reduction.Discretisation,
     element: Superelement,
     work: ReductionWork,
     has_indicators: bool,
-) -> BodyResult:
+) -> reduction.BodyResult:
     """A body as its reduction left it, with the scene of this run in its provenance."""
     from mpi4py import MPI
 
@@ -215,7 +211,7 @@ def _restored(
     def again() -> tuple[Any, ...]:
         why = " again, for where its error arises"
         job.progress(Stage(name=StageName.REDUCTION, body=body.name, detail=why))
-        result = reduce_meshed(job.scene, job.plan, body, mesh, chosen, MPI.COMM_SELF)
+        result = reduction.reduce_meshed(job.scene, job.plan, body, mesh, chosen, MPI.COMM_SELF)
         assert result is not None and result.work.indicators is not None
         return result.work.indicators()
 
@@ -226,11 +222,11 @@ def _restored(
         "scene_sha256": scene_hash(scene),
         "effects": scene.effects.model_dump(),
     }
-    return BodyResult(
+    return reduction.BodyResult(
         body=body,
         discretisation=chosen,
         mesh=mesh,
         element=replace(element, provenance=provenance),
-        properties=closed_form(body),
+        properties=reduction.closed_form(body),
         work=replace(work, indicators=again if has_indicators else None),
     )

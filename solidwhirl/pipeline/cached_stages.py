@@ -14,9 +14,7 @@ from solidwhirl.cache.files import FreshStore, StageStore
 from solidwhirl.core.outcome import Outcome, Write
 from solidwhirl.core.stages import Progress, silent
 from solidwhirl.files.run_folder import writing_problem
-from solidwhirl.scene.imports import without_folders
-from solidwhirl.scene.meshes import without_mesh_folders
-from solidwhirl.scene.records import Scene
+from solidwhirl.scene.records import Scene, without_folders
 
 Origin = Literal["computed", "kept"]
 # Parts of a scene that no number of its engine depends on; analyses stand for themselves.
@@ -29,12 +27,7 @@ open_store, open_fresh_store = StageStore, FreshStore
 def engine_part(scene: Scene) -> dict[str, Any]:
     """The parts of a scene that numbers of its engine depend on, its analyses left out."""
     parts = {n: getattr(scene, n) for n in type(scene).model_fields if n not in _WORDS}
-    # by content, wherever the files lie
-    return {
-        **parts,
-        "imported": without_folders(scene.imported),
-        "mesh_bodies": without_mesh_folders(scene.mesh_bodies),
-    }
+    return {**parts, **without_folders(scene)}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -45,8 +38,6 @@ class Keeper:
     ----------
     store
         Where they are kept; None: nowhere.
-    progress
-        Told what is wrong with the store.
     origins
         Where each stage came from, filled as the run goes on; empty without a store.
     """

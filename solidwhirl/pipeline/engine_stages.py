@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache, partial
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 from solidwhirl.analyses import base as analyses
 from solidwhirl.analyses.stability_summary import Stability, at_operating, intervals_up_to
 from solidwhirl.beams.scene_bodies import BeamBodies
-from solidwhirl.bodies.reduction import BodyResult
+from solidwhirl.bodies.reduction import BodyResult, request_of
 from solidwhirl.core.outcome import Outcome
 from solidwhirl.core.stages import Stage, StageName
 from solidwhirl.estimates.comparators import (
@@ -27,7 +27,6 @@ from solidwhirl.model.balance_grades import with_moments
 from solidwhirl.model.system_parts import engine_of
 from solidwhirl.pipeline.body_stages import Job
 from solidwhirl.pipeline.cached_stages import engine_part
-from solidwhirl.pipeline.recovery_fields import recoveries_of
 from solidwhirl.rotordyn import (
     AnalysisError,
     AssembledSystem,
@@ -46,15 +45,7 @@ from solidwhirl.scene_checks.speeds_asked import range_top_rpm
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ExcitedCriticalSpeed:
-    """A critical speed of the reference shaft and who excites it.
-
-    Attributes
-    ----------
-    excited_by
-        Bodies whose unbalance turns at this frequency.
-    critical
-        The critical speed.
-    """
+    """A critical speed of the reference shaft and who excites it."""
 
     excited_by: tuple[str, ...]
     critical: CriticalSpeed
@@ -66,18 +57,8 @@ class Engine:
 
     Attributes
     ----------
-    job
-        The run.
-    reduced
-        Bodies that were meshed.
-    elements
-        Elements of all bodies.
     beams
         Those of the beam level, with their variants.
-    system
-        Assembled of the elements.
-    digest
-        Of all that its modes depend on.
     """
 
     job: Job
@@ -94,8 +75,6 @@ class Diagram:
 
     Attributes
     ----------
-    at_rest
-        Modes at zero speed.
     campbell
         Tracked branches over the speeds of the scene.
     critical_speeds
@@ -113,13 +92,7 @@ def assembled_engine(
     elements: Mapping[str, Superelement],
     beams: BeamBodies,
 ) -> Engine:
-    """Assemble the engine.
-
-    Parameters
-    ----------
-    job, reduced, elements, beams
-        As in `Engine`.
-    """
+    """Assemble the engine of a run from its elements."""
     job.progress(Stage(name=StageName.ASSEMBLY))
     with job.clock.stage("assembly"):
         system = engine_of(job.scene, job.plan, elements)
@@ -200,8 +173,6 @@ def analyses_of(
 
     Parameters
     ----------
-    engine, diagram
-        The engine and its Campbell diagram.
     estimates
         Errors of these, or None.
 
@@ -224,7 +195,7 @@ def analyses_of(
         damping_rule=scene.criteria.rule,
         campbell_max_hz=scene.campbell.frequency_max_hz,
         analyses={a.label: a for a in scene.analyses},
-        recoveries=recoveries_of(job, engine.reduced),
+        recoveries=_recoveries_of(job, engine.reduced),
     )
     outcomes: dict[str, Outcome] = {}
     for k, spec in enumerate(scene.analyses):
@@ -247,6 +218,23 @@ def analyses_of(
                 raise AnalysisError(f"analyses[{k}] ({spec.label}): {error}") from error
         outcomes[spec.label] = spec.told(outcome, seen_by_analyses, picture)
     return outcomes
+
+
+def _recoveries_of(job: Job, reduced: Mapping[str, BodyResult]) -> Callable[[str], Any]:
+    """A function that makes the recovery of a body by its name, once for each."""
+
+    @cache
+    def recovery(name: str) -> Any:
+        from solidwhirl.reduction.recovery.fields import body_fields
+        from solidwhirl.reduction.recovery.stresses import StressRecovery
+
+        found = reduced[name]
+        request = request_of(job.scene, job.plan, found.body, found.discretisation)
+        why = " again, for its fields"
+        job.progress(Stage(name=StageName.REDUCTION, body=name, detail=why))
+        return StressRecovery(body_fields(found.body, found.mesh, request, found.element))
+
+    return recovery
 
 
 def _estimated(

@@ -2,33 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
-import numpy as np
-
+from solidwhirl import rotordyn as rd
+from solidwhirl.analyses.base import Operating
 from solidwhirl.analyses.stability_summary import Stability
 from solidwhirl.bodies.reduction import BodyResult
 from solidwhirl.bodies.refinement import Round
 from solidwhirl.core.check_report import checks_line, failed
 from solidwhirl.core.displays import counted, heading, indented, percent, table, titled
 from solidwhirl.core.outcome import Outcome
+from solidwhirl.core.warnings import Doubt
 from solidwhirl.cost.forecast import Forecast
 from solidwhirl.estimates.results import Estimates
 from solidwhirl.geometry import Body
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.pipeline.alarms import Alarm, alarms_of
-from solidwhirl.pipeline.engine_stages import (
-    ExcitedCriticalSpeed,
-)
-from solidwhirl.rotordyn import (
-    AssembledSystem,
-    BearingNote,
-    Campbell,
-    Invariant,
-    Modes,
-    Superelement,
-)
+from solidwhirl.pipeline.engine_stages import ExcitedCriticalSpeed
+from solidwhirl.plausibility.supports import support_doubts
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.operating import operating_speeds
@@ -42,24 +35,14 @@ class Results:
 
     Attributes
     ----------
-    scene, plan
-        What was asked and what was decided.
     geometry
         Bodies from profiles by name, as they were built from the scene.
-    bodies
-        Solids by name.
+    doubts
+        Numbers of the scene that look as if they were in another unit.
     rounds
         Iterations of the adaptive refinement; empty without estimates.
-    forecast
-        Cost that was predicted.
-    elements
-        Superelements of all bodies by name.
-    system
-        The assembled system.
     bearing_notes
         Bearings used beyond the range of their law, or that feed energy.
-    at_rest
-        Modes at zero speed.
     campbell
         Tracked branches over the speeds of the scene.
     critical_speeds
@@ -68,10 +51,6 @@ class Results:
         Errors of these; None where the scene has estimates = "off".
     analyses
         The other analyses of the scene by name.
-    timings_s
-        Wall time by stage.
-    peak_memory_gib
-        Largest resident set of this process.
     stability
         Unstable intervals of the whole range of speeds, and damping at the operating speeds.
     checks
@@ -83,31 +62,42 @@ class Results:
     scene: Scene
     plan: Plan
     geometry: Mapping[str, Body]
+    doubts: tuple[Doubt, ...] = ()
     bodies: Mapping[str, BodyResult]
     rounds: tuple[Round, ...]
     forecast: Forecast
-    elements: Mapping[str, Superelement]
-    system: AssembledSystem
-    bearing_notes: tuple[BearingNote, ...]
-    at_rest: Modes
-    campbell: Campbell
+    elements: Mapping[str, rd.Superelement]
+    system: rd.AssembledSystem
+    bearing_notes: tuple[rd.BearingNote, ...]
+    at_rest: rd.Modes
+    campbell: rd.Campbell
     critical_speeds: tuple[ExcitedCriticalSpeed, ...]
     estimates: Estimates | None
     analyses: Mapping[str, Outcome]
     timings_s: Mapping[str, float]
     peak_memory_gib: float
     stability: Stability
-    checks: tuple[Invariant, ...] = ()
+    checks: tuple[rd.Invariant, ...] = ()
     stages: Mapping[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return _results_text(self)
 
-    @property
+    @cached_property
+    def operating(self) -> tuple[Operating, ...]:
+        """Operating speeds of the shafts."""
+        return operating_speeds(self.scene)
+
+    @cached_property
     def alarms(self) -> tuple[Alarm, ...]:
         """Instability, and what operates or was computed where the system is unstable."""
         documents = {name: {"kind": o.kind, **o.document} for name, o in self.analyses.items()}
-        return alarms_of(self.stability, operating_speeds(self.scene), documents)
+        return alarms_of(self.stability, self.operating, documents)
+
+    @cached_property
+    def support_doubts(self) -> tuple[Doubt, ...]:
+        """Bodies whose lateral motion nothing holds."""
+        return support_doubts(self.system)
 
     def _repr_html_(self) -> str:
         return _results_html(self)
@@ -115,54 +105,46 @@ class Results:
 
 def _results_text(results: Results) -> str:
     """What a run found: accuracy, checks, critical speeds, analyses."""
-    head = f"Results of {results.scene.name!r}{titled(results.scene.title)}"
     rows = _critical_rows(results)
-    lines = _summary(results)
+    lines = [": ".join(line) for line in _summary(results)]
     lines.append("critical speeds: " + ("none" if not rows else str(len(rows))))
     lines += indented(counted([f"{s} rpm, {f} Hz, {w}, error {e}" for s, f, w, e in rows]))
     lines += [f"{name}: {o.headline or o.kind}" for name, o in results.analyses.items()]
-    return "\n".join([head, *indented(lines)])
+    return "\n".join([_head(results), *indented(lines)])
 
 
 def _results_html(results: Results) -> str:
     """The same for a notebook."""
     names = ("critical speed rpm", "Hz", "whirl", "error")
-    about = [tuple(line.split(": ", 1)) for line in _summary(results)]
+    about = [*_summary(results)]
     about += [(name, o.headline or o.kind) for name, o in results.analyses.items()]
-    head = f"Results of {results.scene.name!r}{titled(results.scene.title)}"
-    return heading(head) + table((), about) + table(names, _critical_rows(results))
+    return heading(_head(results)) + table((), about) + table(names, _critical_rows(results))
 
 
-def _summary(results: Results) -> list[str]:
-    lines = [
-        "bodies: "
-        + ", ".join(counted([f"{n} ({e.level})" for n, e in results.elements.items()]))
-        + f"; {results.system.size} coordinates"
-    ]
+def _head(results: Results) -> str:
+    return f"Results of {results.scene.name!r}{titled(results.scene.title)}"
+
+
+def _summary(results: Results) -> Iterator[tuple[str, str]]:
+    bodies = ", ".join(counted([f"{n} ({e.level})" for n, e in results.elements.items()]))
+    yield "bodies", f"{bodies}; {results.system.size} coordinates"
     if results.estimates is not None:
         asked = percent(results.scene.model.accuracy)
-        lines.append(f"largest error estimate: {percent(results.estimates.largest)}, asked {asked}")
+        yield "largest error estimate", f"{percent(results.estimates.largest)}, asked {asked}"
     bad = [check.name for check in failed(results.checks)]
     names = f": {', '.join(counted(bad))}" if bad else ""
-    lines.append(f"checks: {checks_line(results.checks)}{names}")
+    yield "checks", f"{checks_line(results.checks)}{names}"
     rpm = results.campbell.speeds_rad_s * RPM_PER_RAD_S
     branches = len(results.campbell.frequency_hz)
-    lines.append(f"Campbell diagram: {branches} branches, {rpm[0]:.6g} to {rpm[-1]:.6g} rpm")
-    return lines
+    yield "Campbell diagram", f"{branches} branches, {rpm[0]:.6g} to {rpm[-1]:.6g} rpm"
 
 
 def _critical_rows(results: Results) -> list[Critical]:
-    rows: list[Critical] = []
-    for k, found in enumerate(results.critical_speeds):
-        critical = found.critical
-        known = results.estimates is not None
-        error = float(results.estimates.critical_speeds.total[k]) if results.estimates else np.nan
-        rows.append(
-            (
-                f"{critical.speed_rad_s * RPM_PER_RAD_S:.1f}",
-                f"{critical.frequency_hz:.2f}",
-                critical.whirl,
-                percent(error) if known else "not estimated",
-            )
-        )
-    return rows
+    count = len(results.critical_speeds)
+    errors = ["not estimated"] * count
+    if results.estimates is not None:
+        errors = [percent(float(e)) for e in results.estimates.critical_speeds.total[:count]]
+    return [
+        (f"{c.speed_rad_s * RPM_PER_RAD_S:.1f}", f"{c.frequency_hz:.2f}", c.whirl, error)
+        for c, error in zip((f.critical for f in results.critical_speeds), errors, strict=True)
+    ]

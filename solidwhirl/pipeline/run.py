@@ -4,40 +4,32 @@ from __future__ import annotations
 
 import resource
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from solidwhirl.beams.scene_bodies import BeamBodies, beam_bodies
 from solidwhirl.bodies.fidelity import chosen_level
-from solidwhirl.bodies.reduction import BodyResult, Clock
-from solidwhirl.bodies.refinement import Round
+from solidwhirl.bodies.reduction import Clock
 from solidwhirl.cache.files import StageStore
 from solidwhirl.core.stages import Progress, silent
 from solidwhirl.cost.forecast import Forecast, forecast, refuse_too_large
 from solidwhirl.geometry import Body
+from solidwhirl.meshing.imported.records import AnyBody
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
 from solidwhirl.model.mesh_bodies import build_mesh_bodies
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.model.system_parts import simple_elements
+from solidwhirl.pipeline import engine_stages as stages
 from solidwhirl.pipeline.body_stages import Job, elements_of, reduced_bodies
 from solidwhirl.pipeline.cached_stages import Keeper, engine_part
-from solidwhirl.pipeline.engine_stages import (
-    ExcitedCriticalSpeed,
-    analyses_of,
-    assembled_engine,
-    diagram_of,
-    estimates_of,
-    stability_of_engine,
-)
-from solidwhirl.pipeline.result_checks import analysis_result_checks
+from solidwhirl.pipeline.checks import analysis_result_checks, run_checks
+from solidwhirl.pipeline.engine_stages import ExcitedCriticalSpeed
 from solidwhirl.pipeline.results import Results
-from solidwhirl.pipeline.run_checks import run_checks
-from solidwhirl.rotordyn import (
-    Superelement,
-    bearing_notes,
-)
+from solidwhirl.plausibility.units import implausible
+from solidwhirl.rotordyn import bearing_notes
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.recovery_references import meshes_for
 from solidwhirl.scene_checks.speeds_asked import top_speed
@@ -53,26 +45,20 @@ def run_scene(
     progress: Progress = silent,
     foreseen: Callable[[Plan, Forecast], None] = lambda plan, expected: None,
     store: StageStore | None = None,
-    geometry: Mapping[str, Body] | None = None,
 ) -> Results | None:
     """Run a scene from geometry to Campbell diagram.
 
     Parameters
     ----------
-    scene
-        The scene (see `solidwhirl.scene_reading.reader`).
     comm
         mpi4py communicator; None for this process alone. Solid bodies are reduced on all of its
         ranks, everything else on rank 0.
     progress
-        Told each stage that begins, and remarks; both print as one line.
+        Told each stage that begins, warnings about the scene, and remarks.
     foreseen
         Called once with what will be computed and what it will cost, before the long work.
     store
-        Where completed stages are kept and taken from (see `cached_stages.open_store`);
-        None: nowhere. Only rank 0 uses it.
-    geometry
-        What `build_bodies` makes of the scene, where it is at hand.
+        Where completed stages are kept and taken from; None: nowhere. Only rank 0 uses it.
 
     Returns
     -------
@@ -87,34 +73,32 @@ def run_scene(
 
     comm = MPI.COMM_SELF if comm is None else comm
     keeper = Keeper(store=store if comm.rank == 0 else None, progress=progress)
-    bodies = build_bodies(scene) if geometry is None else geometry
-    meshes = build_mesh_bodies(scene)
+    bodies = build_bodies(scene)
+    doubts = implausible(scene, bodies) if comm.rank == 0 else ()
+    for doubt in doubts:
+        progress(f"warning: {doubt.message}")
     level, keep_level = _level(scene, bodies, comm, keeper)
     plan = make_plan(scene, bodies, level)
     simple = simple_elements(scene, plan)  # milliseconds, and refused before the long work
-    expected = forecast(scene, plan, {**bodies, **meshes})
-    refuse_too_large(scene, plan, {**bodies, **meshes}, expected)
+    solids: dict[str, AnyBody] = {**bodies, **build_mesh_bodies(scene)}
+    expected = forecast(scene, plan, solids)
+    refuse_too_large(scene, plan, solids, expected)
     progress(
         f"level {level}: about {expected.seconds:.2g} s of one core without analyses and "
         f"pictures, {expected.peak_memory_gib:.2g} GiB, {expected.unknowns} unknowns"
     )
     foreseen(plan, expected)
     keep_level()  # not before: what is refused leaves nothing behind
-    job = Job(
-        scene=scene,
-        plan=plan,
-        comm=comm,
-        progress=progress,
-        clock=Clock(),
-        keeper=keeper,
-    )
+    job = Job(scene=scene, plan=plan, comm=comm, clock=Clock(), keeper=keeper)
     beams = _beams(job, {n: b for n, b in bodies.items() if plan.bodies[n].level == "beam"})
     simple |= beams.elements
-    meshed = {n: b for n, b in bodies.items() if n not in beams.elements}
-    reduced, rounds = reduced_bodies(job, {**meshed, **meshes}, simple)
+    meshed = {name: body for name, body in solids.items() if name not in beams.elements}
+    reduced, rounds = reduced_bodies(job, meshed, simple)
     if comm.rank != 0:
         return None
-    return _analyse(job, bodies, reduced, rounds, simple, beams, expected)
+    engine = stages.assembled_engine(job, reduced, elements_of(reduced, simple), beams)
+    found = partial(Results, geometry=bodies, doubts=doubts, rounds=rounds, forecast=expected)
+    return _analysed(engine, found)
 
 
 def _level(
@@ -150,38 +134,27 @@ def _beams(job: Job, bodies: Mapping[str, Body]) -> BeamBodies:
     return found
 
 
-def _analyse(
-    job: Job,
-    geometry: Mapping[str, Body],
-    reduced: Mapping[str, BodyResult],
-    rounds: tuple[Round, ...],
-    simple: Mapping[str, Superelement],
-    beams: BeamBodies,
-    expected: Forecast,
-) -> Results:
-    """Assemble the engine and run everything that the scene asks for."""
-    engine = assembled_engine(job, reduced, elements_of(reduced, simple), beams)
-    refuse_unsupported(job.scene, engine.system)
-    diagram = diagram_of(engine)
-    estimates = estimates_of(engine, diagram)
+def _analysed(engine: stages.Engine, results: Callable[..., Results]) -> Results:
+    """Results with everything that the scene asks of the engine."""
+    job, system = engine.job, engine.system
+    refuse_unsupported(job.scene, system)
+    diagram = stages.diagram_of(engine)
+    estimates = stages.estimates_of(engine, diagram)
     with job.clock.stage("checks"):
-        checks = run_checks(job.scene, job.plan, reduced, engine.elements, engine.system, diagram)
+        checks = run_checks(engine, diagram)
     with job.clock.stage("stability"):
-        stability = stability_of_engine(engine)
-    outcomes = analyses_of(engine, diagram.campbell, estimates)
-    found = [excited.critical for excited in diagram.critical_speeds]
+        stability = stages.stability_of_engine(engine)
+    outcomes = stages.analyses_of(engine, diagram.campbell, estimates)
+    critical = [excited.critical for excited in diagram.critical_speeds]
     with job.clock.stage("checks of the analyses"):
-        checks += analysis_result_checks(engine.system, found, outcomes)
-    return Results(
+        checks += analysis_result_checks(system, critical, outcomes)
+    return results(
         scene=job.scene,
         plan=job.plan,
-        geometry=geometry,
-        bodies=reduced,
-        rounds=rounds,
-        forecast=expected,
+        bodies=engine.reduced,
         elements=engine.elements,
-        system=engine.system,
-        bearing_notes=bearing_notes(engine.system, np.array([0.0, top_speed(job.scene)])),
+        system=system,
+        bearing_notes=bearing_notes(system, np.array([0.0, top_speed(job.scene)])),
         at_rest=diagram.at_rest,
         campbell=diagram.campbell,
         critical_speeds=diagram.critical_speeds,

@@ -1,10 +1,10 @@
-"""What a run comes to: the answers that a design review asks for, in one record."""
+"""What a run comes to: the answers that a design review asks for."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from solidwhirl.analyses.base import Operating
 from solidwhirl.analyses.stability_summary import Stability, interval_document
 from solidwhirl.estimates.documents import coupling_effect
-from solidwhirl.pipeline.alarms import Alarm, alarms_of
+from solidwhirl.pipeline.alarms import Alarm
 from solidwhirl.scene_checks.operating import critical_speeds_that_count, margin_of
 
 # Peak-to-peak limit of API 617 at the probes: 25.4 um, above 12000 rpm times sqrt(12000 / N).
@@ -20,89 +20,49 @@ _LIMIT_UM, _LIMIT_RPM = 25.4, 12000.0
 _UM_PER_M = 1e6
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Verdict:
-    """Hold what matters of a run; every mapping is plain data with units in its keys.
-
-    Attributes
-    ----------
-    stability
-        Range of speeds, unstable intervals, decrements of the first modes at operating speeds.
-    critical_speeds
-        Those that count, with amplification and margin.
-    margins
-        `passed` (None without an analysis of margins), `method`, `why`, `analyses`.
-    vibration
-        Of each observed place of each unbalance response: largest amplitude within the operating
-        speeds and over the sweep.
-    accuracy
-        `asked`, `largest_error_estimate`, `met`, `covers`.
-    coupling_effect
-        Relative change of the critical speeds and modes that count by the other coupling of the
-        interfaces; None where it was not computed.
-    alarms
-        One for each cause.
-    """
-
-    stability: Stability
-    critical_speeds: tuple[Mapping[str, Any], ...]
-    margins: Mapping[str, Any]
-    vibration: tuple[Mapping[str, Any], ...]
-    accuracy: Mapping[str, Any]
-    coupling_effect: float | None
-    alarms: tuple[Alarm, ...]
-
-    @property
-    def stable(self) -> bool:
-        """Whether nothing grows at any speed of the range."""
-        return self.stability.stable
-
-
-def verdict_of(
-    document: Mapping[str, Any], stability: Stability, operating: Sequence[Operating]
-) -> Verdict:
-    """Judge a run.
+def verdict_document(
+    document: Mapping[str, Any],
+    stability: Stability,
+    operating: Sequence[Operating],
+    alarms: Sequence[Alarm],
+) -> dict[str, Any]:
+    """Return the key `verdict` of `results.json`: plain data with units in the keys.
 
     Parameters
     ----------
     document
         The contents of `results.json` but for the verdict.
     stability
-        Of its range of speeds.
+        Of the range of speeds.
     operating
         From `operating_speeds`.
+
+    Returns
+    -------
+    dict
+        Critical speeds are those that count, with amplification and margin. `margins.passed` is
+        None without an analysis of margins. `vibration` has, of each observed place of each
+        unbalance response, the largest amplitude within the operating speeds and over the sweep.
+        `coupling_effect` is the relative change of the critical speeds and modes that count by the
+        other coupling of the interfaces, None where it was not computed.
     """
-    found = document["accuracy"]
-    return Verdict(
-        stability=stability,
-        critical_speeds=tuple(_critical_speeds(document, operating)),
-        margins=_margins(document["analyses"]),
-        vibration=tuple(_vibration(document["analyses"], operating)),
-        accuracy={
-            **{key: found[key] for key in ("asked", "largest_error_estimate", "met")},
-            "covers": "frequencies of the Campbell diagram and critical speeds, of modes that are "
-            "not critically damped; discretisation alone, neither the input nor the coupling",
-        },
-        coupling_effect=coupling_effect(document),
-        alarms=alarms_of(stability, operating, document["analyses"]),
-    )
-
-
-def verdict_document(verdict: Verdict) -> dict[str, Any]:
-    """Return the key `verdict` of `results.json`."""
-    stability = verdict.stability
+    accuracy = document["accuracy"]
     return {
-        "stable": verdict.stable,
+        "stable": stability.stable,
         "speed_range_rpm": [stability.low_rpm, stability.high_rpm],
         "unstable_from_rpm": stability.unstable_from_rpm,
         "unstable_intervals": [interval_document(i) for i in stability.intervals],
         "at_operating": list(stability.at_operating),
-        "critical_speeds": list(verdict.critical_speeds),
-        "margins": dict(verdict.margins),
-        "vibration": list(verdict.vibration),
-        "accuracy": dict(verdict.accuracy),
-        "coupling_effect": verdict.coupling_effect,
-        "alarms": [asdict(alarm) for alarm in verdict.alarms],
+        "critical_speeds": list(_critical_speeds(document, operating)),
+        "margins": _margins(document["analyses"]),
+        "vibration": list(_vibration(document["analyses"], operating)),
+        "accuracy": {
+            **{key: accuracy[key] for key in ("asked", "largest_error_estimate", "met")},
+            "covers": "frequencies of the Campbell diagram and critical speeds, of modes that are "
+            "not critically damped; discretisation alone, neither the input nor the coupling",
+        },
+        "coupling_effect": coupling_effect(document),
+        "alarms": [asdict(alarm) for alarm in alarms],
     }
 
 

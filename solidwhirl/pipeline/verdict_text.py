@@ -32,18 +32,10 @@ class Answer(NamedTuple):
 
 
 def answers(document: Mapping[str, Any]) -> tuple[Answer, ...]:
-    """Return what a run comes to.
+    """Return what a run comes to: the `verdict` of the contents of `results.json` in words.
 
-    Parameters
-    ----------
-    document
-        The contents of `results.json`; nothing is computed here, its `verdict` is put in words.
-
-    Returns
-    -------
-    tuple of Answer
-        Stability, damping, critical speeds, margins, vibration, accuracy; what was not asked for
-        is left out.
+    Stability, damping, critical speeds, margins, vibration, accuracy; what was not asked is left
+    out.
     """
     verdict = document["verdict"]
     return (
@@ -98,13 +90,7 @@ def _damping(found: Sequence[Mapping[str, Any]]) -> Iterator[Answer]:
 
 
 def critical_speed_words(entry: Mapping[str, Any]) -> str:
-    """Return a critical speed in words: rpm, whirl, amplification factor (AF), margin.
-
-    Parameters
-    ----------
-    entry
-        Of `critical_speeds` in the verdict.
-    """
+    """Return a critical speed of the verdict in words: rpm, whirl, amplification factor, margin."""
     factor = entry["amplification_factor"]
     said = [str(entry["whirl"] or "no whirl")]
     said += [f"AF {factor:.3g}"] if factor is not None else ["undamped"]
@@ -114,15 +100,7 @@ def critical_speed_words(entry: Mapping[str, Any]) -> str:
 
 
 def margin_words(margin: float, shaft: str) -> str:
-    """Return a margin in words, such as "4 % above lp" or "inside the speeds of lp".
-
-    Parameters
-    ----------
-    margin
-        A fraction, 0 inside.
-    shaft
-        Whose operating speeds it is measured from.
-    """
+    """Return a margin in words, such as "4 % above lp"; 0 is "inside the speeds of lp"."""
     if margin == 0.0:
         return f"inside the speeds of {shaft}"
     percent = 100.0 * abs(margin)
@@ -194,24 +172,12 @@ def _coupling(verdict: Mapping[str, Any]) -> Iterator[Answer]:
 
 
 def rpm_text(speed_rpm: float) -> str:
-    """Return a speed in whole rpm, below 100 rpm with four digits.
-
-    Parameters
-    ----------
-    speed_rpm
-        The speed.
-    """
+    """Return a speed in whole rpm, below 100 rpm with four digits."""
     return f"{speed_rpm:.0f} rpm" if speed_rpm >= 100.0 else f"{speed_rpm:.4g} rpm"
 
 
 def percent_text(relative: float | None) -> str:
-    """Return a relative error in percent, to two digits; below 0.001 % it is not told how small.
-
-    Parameters
-    ----------
-    relative
-        The error; None if it is not known.
-    """
+    """Return a relative error in percent, two digits; below 0.001 % it is not told how small."""
     if relative is None:
         return "-"
     return f"{100.0 * relative:.2g} %" if relative >= 1e-5 else "< 0.001 %"

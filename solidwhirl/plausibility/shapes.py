@@ -30,12 +30,6 @@ class Shape:
 
     Attributes
     ----------
-    key
-        Where the body stands in the scene.
-    own_mass_kg
-        Mass of its material.
-    rigid
-        Rigid masses on it.
     materials
         Its materials, that of the first section first.
     """

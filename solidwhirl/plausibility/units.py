@@ -61,24 +61,16 @@ _GRAVITY, _RIM_M_PER_S, _CASING_GYRATION = 9.81, 1500.0, 10.0
 
 
 def implausible(scene: Scene, bodies: Mapping[str, Body]) -> tuple[Doubt, ...]:
-    """Return the numbers of a scene that look as if they were in another unit.
+    """Return the numbers of a scene that look as if they were in another unit, in its order.
+
+    None for any rotor between a dental drill and a steam turbine. One number alone tells
+    little where the usual range is wide: stiffnesses of bearings between 10 and 1e12 N/m are
+    questioned only if the body would sag by more than 2 mm on them.
 
     Parameters
     ----------
-    scene
-        The scene.
     bodies
-        Its geometry (see `solidwhirl.model.bodies.build_bodies`).
-
-    Returns
-    -------
-    tuple of Doubt
-        In the order of the scene; empty for every rotor between a dental drill and a steam turbine.
-
-    Notes
-    -----
-    One number alone tells little where the usual range is wide: stiffnesses of bearings between
-    10 and 1e12 N/m are questioned only if the body would sag by more than 2 mm on them.
+        From `build_bodies`.
     """
     shapes = [*shapes_of(scene, bodies)]
     found: list[Doubt] = [*_material_doubts(scene, shapes)]

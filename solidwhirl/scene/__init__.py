@@ -6,34 +6,4 @@ In: plain data. Out: `Scene`.
 
 from __future__ import annotations
 
-from solidwhirl.scene.records import (
-    BodySpec,
-    CampbellSpec,
-    ConeSpec,
-    CriteriaSpec,
-    EffectsSpec,
-    InterfaceSpec,
-    MaterialSpec,
-    ModelSpec,
-    Scene,
-    SectionSpec,
-    SpeedSpec,
-    StageGroupSpec,
-    WebSpec,
-)
-
-__all__ = [
-    "BodySpec",
-    "CampbellSpec",
-    "ConeSpec",
-    "CriteriaSpec",
-    "EffectsSpec",
-    "InterfaceSpec",
-    "MaterialSpec",
-    "ModelSpec",
-    "Scene",
-    "SectionSpec",
-    "SpeedSpec",
-    "StageGroupSpec",
-    "WebSpec",
-]
+from solidwhirl.scene.records import Scene as Scene

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import PurePath
 from typing import Annotated, Any, Literal
 
@@ -73,19 +72,3 @@ class ImportedSpec(Record):
             if given:
                 raise ValueError(f"{given[0]} is not for a superelement file, which says it itself")
         return self
-
-
-def without_folders(imported: Mapping[str, ImportedSpec]) -> dict[str, ImportedSpec]:
-    """Return the bodies without the folders that their files lie in; the content has a digest.
-
-    Parameters
-    ----------
-    imported
-        By name, read (see `solidwhirl.model.imported_bodies.with_files_read`).
-    """
-    out = {}
-    for name, spec in imported.items():
-        nodes = None if spec.nodes is None else PurePath(spec.nodes).name
-        update = {"file": PurePath(spec.file).name, "nodes": nodes}
-        out[name] = spec.model_copy(update=update)
-    return out

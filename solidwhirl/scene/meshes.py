@@ -140,23 +140,8 @@ class MeshBodySpec(Record):
         return self
 
 
-def with_digests(
-    bodies: Mapping[str, MeshBodySpec],
-) -> tuple[dict[str, MeshBodySpec], list[str]]:
-    """Put the SHA-256 of their files beside the names of them.
-
-    Parameters
-    ----------
-    bodies
-        As a scene file says; names of files are absolute.
-
-    Returns
-    -------
-    bodies : dict
-        With `sha256`.
-    problems : list of str
-        One line each, which begins with the key; empty if all is well.
-    """
+def with_digests(bodies: Mapping[str, MeshBodySpec]) -> tuple[dict[str, MeshBodySpec], list[str]]:
+    """Return the bodies with SHA-256 of their files, and a line for each problem, key first."""
     found, problems = dict(bodies), []
     for name, spec in bodies.items():
         try:
@@ -175,20 +160,6 @@ def with_digests(
     return found, problems
 
 
-def without_mesh_folders(bodies: Mapping[str, MeshBodySpec]) -> dict[str, MeshBodySpec]:
-    """Return the bodies without the folders that their files lie in; the content has a digest.
-
-    Parameters
-    ----------
-    bodies
-        By name, with their digests.
-    """
-    return {
-        name: spec.model_copy(update={"file": PurePath(spec.file).name})
-        for name, spec in bodies.items()
-    }
-
-
 def file_digest(path: Path) -> str:
     """SHA-256 of the content of a file.
 
@@ -197,8 +168,5 @@ def file_digest(path: Path) -> str:
     OSError
         It can't be read.
     """
-    found = hashlib.sha256()
     with path.open("rb") as file:
-        while piece := file.read(1 << 20):
-            found.update(piece)
-    return found.hexdigest()
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -6,7 +6,9 @@ into a `Scene`; `solidwhirl.model.bodies` turns a scene's bodies into geometry.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Iterator
+from pathlib import PurePath
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -287,13 +289,13 @@ class Scene(Record):
         return self
 
     def __repr__(self) -> str:
-        return _scene_text(self)
+        return "\n".join([_head(self), *indented([": ".join(line) for line in _about(self)])])
 
     def __str__(self) -> str:
-        return _scene_text(self)
+        return repr(self)
 
     def _repr_html_(self) -> str:
-        return _scene_html(self)
+        return heading(_head(self)) + table((), [*_about(self)])
 
     def speed_ratio(self, body: str) -> float:
         """Speed of a body over that of the reference shaft."""
@@ -301,58 +303,61 @@ class Scene(Record):
 
     def speed_ratios(self) -> dict[str, float]:
         """Speed of every body over that of the reference shaft."""
-        ratios = {name: b.speed_ratio for name, b in self.bodies.items()}
-        ratios |= {name: b.speed_ratio for name, b in self.beams.items()}
-        ratios |= {name: b.speed_ratio for name, b in self.rigid_bodies.items()}
-        ratios |= {name: b.speed_ratio for name, b in self.imported.items()}
-        return ratios | {name: b.speed_ratio for name, b in self.mesh_bodies.items()}
+        return {name: body.speed_ratio for name, body in self._every_body().items()}
 
     def internal_damping(self) -> dict[str, InternalDampingSpec]:
         """Internal damping of the bodies that have it."""
-        found = {name: b.internal_damping for name, b in self.bodies.items()}
-        found |= {name: b.internal_damping for name, b in self.beams.items()}
-        found |= {name: b.internal_damping for name, b in self.mesh_bodies.items()}
+        tables = (self.bodies, self.beams, self.mesh_bodies)
+        found = {n: b.internal_damping for table in tables for n, b in table.items()}
         return {name: damping for name, damping in found.items() if damping is not None}
 
     def interface_names(self) -> dict[str, tuple[str, ...]]:
         """Interfaces of every body."""
-        names = {name: tuple(i.name for i in b.interfaces) for name, b in self.bodies.items()}
-        names |= {name: tuple(b.interfaces) for name, b in self.beams.items()}
-        names |= {name: tuple(b.interfaces) for name, b in self.rigid_bodies.items()}
-        names |= {name: tuple(b.interfaces) for name, b in self.imported.items()}
-        meshes = self.mesh_bodies.items()
-        return names | {name: tuple(i.name for i in b.interfaces) for name, b in meshes}
+        return {
+            name: tuple(i if isinstance(i, str) else i.name for i in body.interfaces)
+            for name, body in self._every_body().items()
+        }
+
+    def _every_body(self) -> dict[str, Any]:
+        tables = (self.bodies, self.beams, self.rigid_bodies, self.imported, self.mesh_bodies)
+        return {name: body for table in tables for name, body in table.items()}
 
     def finite_element_bodies(self) -> dict[str, BodySpec | MeshBodySpec]:
         """Bodies that may become finite elements: those with a profile, and those with a mesh."""
         return {**self.bodies, **self.mesh_bodies}
 
 
-def _scene_text(scene: Scene) -> str:
+def without_folders(scene: Scene) -> dict[str, Any]:
+    """Return `imported` and `mesh_bodies` of a scene by the names and digests of their files.
+
+    Wherever the files lie, a scene that was read is known by their content.
+    """
+
+    def named(spec: Any, *keys: str) -> Any:
+        paths = {key: getattr(spec, key) for key in keys}
+        return spec.model_copy(update={k: v and PurePath(v).name for k, v in paths.items()})
+
+    return {
+        "imported": {n: named(spec, "file", "nodes") for n, spec in scene.imported.items()},
+        "mesh_bodies": {n: named(spec, "file") for n, spec in scene.mesh_bodies.items()},
+    }
+
+
+def _head(scene: Scene) -> str:
+    return f"Scene {scene.name!r}{titled(scene.title)}"
+
+
+def _about(scene: Scene) -> Iterator[tuple[str, str]]:
     """What a scene holds, in a few lines."""
-    return "\n".join([f"Scene {scene.name!r}{titled(scene.title)}", *indented(_about(scene))])
-
-
-def _scene_html(scene: Scene) -> str:
-    """The same for a notebook."""
-    rows = [tuple(line.split(": ", 1)) for line in _about(scene)]
-    return heading(f"Scene {scene.name!r}{titled(scene.title)}") + table((), rows)
-
-
-def _about(scene: Scene) -> list[str]:
-    ratios = scene.speed_ratios()
-    names = [f"{name} (speed ratio {ratio:g})" for name, ratio in ratios.items()]
+    names = [f"{name} (speed ratio {ratio:g})" for name, ratio in scene.speed_ratios().items()]
     speeds = scene.speeds
-    if speeds.list_rpm is not None:
-        low, high, count = speeds.list_rpm[0], speeds.list_rpm[-1], len(speeds.list_rpm)
-    else:
-        low, high, count = speeds.from_rpm, speeds.to_rpm, speeds.count
-    lines = [
-        "bodies: " + ", ".join(counted(names)),
-        "bearings: " + (", ".join(counted([b.name for b in scene.bearings])) or "none"),
-    ]
-    lines += ["gears: " + ", ".join(counted([g.name for g in scene.gears]))] if scene.gears else []
-    lines.append(f"speeds: {count} from {low:g} to {high:g} rpm")
-    lines.append(f"model: level {scene.model.level}, accuracy {scene.model.accuracy:g}")
-    asked = [a.label for a in scene.analyses]
-    return lines + (["analyses: " + ", ".join(counted(asked))] if asked else [])
+    listed = speeds.list_rpm or (speeds.from_rpm, speeds.to_rpm)
+    count = speeds.count if speeds.list_rpm is None else len(speeds.list_rpm)
+    yield "bodies", ", ".join(counted(names))
+    yield "bearings", ", ".join(counted([b.name for b in scene.bearings])) or "none"
+    if scene.gears:
+        yield "gears", ", ".join(counted([g.name for g in scene.gears]))
+    yield "speeds", f"{count} from {listed[0]:g} to {listed[-1]:g} rpm"
+    yield "model", f"level {scene.model.level}, accuracy {scene.model.accuracy:g}"
+    if scene.analyses:
+        yield "analyses", ", ".join(counted([a.label for a in scene.analyses]))

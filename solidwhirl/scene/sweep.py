@@ -133,10 +133,15 @@ def _parameter_problems(parameter: SweepParameterSpec, method: Method) -> Iterat
     empty = [key for key in ("places", "values") if getattr(parameter, key) == ()]
     if empty:
         yield f"{empty[0]}: empty; one at least is needed"
+    elif parameter.values is not None:
+        yield from _superfluous(parameter, {"values"}, "stands beside values")
+        yield from _text_problems(parameter)
     elif method in SAMPLED:
         yield from _sampled_problems(parameter)
+    elif method == "list":
+        yield from _missing(parameter, ("values",), "method 'list'")
     else:
-        yield from _listed_problems(parameter, method)
+        yield from _grid_problems(parameter)
 
 
 def _superfluous(parameter: SweepParameterSpec, allowed: set[str], why: str) -> Iterator[str]:
@@ -159,15 +164,8 @@ def _text_problems(parameter: SweepParameterSpec) -> Iterator[str]:
         yield f"values: {texts[0]!r} is no factor; give numbers"
 
 
-def _listed_problems(parameter: SweepParameterSpec, method: str) -> Iterator[str]:
-    """Of a grid or list."""
-    if parameter.values is not None:
-        yield from _superfluous(parameter, {"values"}, "stands beside values")
-        yield from _text_problems(parameter)
-        return
-    if method == "list":
-        yield from _missing(parameter, ("values",), "method 'list'")
-        return
+def _grid_problems(parameter: SweepParameterSpec) -> Iterator[str]:
+    """Of a grid without values."""
     keys = ("lower", "upper", "count")
     given = [key for key in keys if getattr(parameter, key) is not None]
     yield from _superfluous(parameter, {*keys, "spacing", "values"}, "is not for method 'grid'")
@@ -182,10 +180,6 @@ def _listed_problems(parameter: SweepParameterSpec, method: str) -> Iterator[str
 
 def _sampled_problems(parameter: SweepParameterSpec) -> Iterator[str]:
     """Of Latin hypercubes and Sobol's points."""
-    if parameter.values is not None:
-        yield from _superfluous(parameter, {"values"}, "stands beside values")
-        yield from _text_problems(parameter)
-        return
     bounded = parameter.distribution in ("uniform", "log_uniform")
     moments = ("mean", "standard_deviation")
     if parameter.distribution is None:
@@ -217,19 +211,21 @@ def _range_problems(parameter: SweepParameterSpec, *, positive: bool) -> Iterato
 def _moment_problems(parameter: SweepParameterSpec) -> Iterator[str]:
     """Normal and lognormal, which bounds may cut off."""
     mean, deviation = parameter.mean or 0.0, parameter.standard_deviation or 0.0
+    lower, upper = parameter.lower, parameter.upper
+    logarithmic = parameter.distribution == "lognormal"
     if deviation <= 0.0:
         yield f"standard_deviation: {deviation:g}; a number above 0 is needed"
-        return
-    if parameter.distribution == "lognormal" and mean <= 0.0:
+    elif logarithmic and mean <= 0.0:
         yield f"mean: {mean:g}; a lognormal distribution has a mean above 0"
-        return
-    if parameter.distribution == "lognormal" and deviation / mean > _WIDEST:
+    elif logarithmic and deviation / mean > _WIDEST:
         yield f"standard_deviation: {deviation:g} is more than {_WIDEST:g} times the mean"
-        return
-    lower, upper = parameter.lower, parameter.upper
-    if lower is not None and upper is not None and not lower < upper:
+    elif lower is not None and upper is not None and not lower < upper:
         yield f"upper: {upper:g} is not above lower = {lower:g}"
-        return
+    else:
+        yield from _tail_problems(mean, lower, upper)
+
+
+def _tail_problems(mean: float, lower: float | None, upper: float | None) -> Iterator[str]:
     for key, bound, beyond in (("lower", lower, 1.0), ("upper", upper, -1.0)):
         if bound is not None and beyond * (bound - mean) >= 0.0:
             yield f"{key}: {bound:g} cuts off the mean, {mean:g}; that is no tail"

@@ -10,23 +10,13 @@ from solidwhirl.scene.joints import BearingSpec, RigidBodySpec
 from solidwhirl.scene.records import Scene
 
 LATERAL = ("ux", "uy")
-# Keys of a bearing by the effect they belong to, and the motions they act on.
-_KEYS = {
-    "tilt": (("tilt_stiffness_n_m_per_rad", "tilt_damping_n_m_s_per_rad"), ("rx", "ry")),
-    "axial": (("axial_stiffness_n_per_m", "axial_damping_n_s_per_m"), ("uz",)),
-    "torsion": (("torsion_stiffness_n_m_per_rad", "torsion_damping_n_m_s_per_rad"), ("rz",)),
-}
-EFFECT_OF = {"rx": "tilt", "ry": "tilt", "uz": "axial", "rz": "torsion"}
+# Motions by the effect they belong to, whose name begins the keys of a bearing that act on them.
+_MOTIONS = {"tilt": ("rx", "ry"), "axial": ("uz",), "torsion": ("rz",)}
+EFFECT_OF = {motion: effect for effect, motions in _MOTIONS.items() for motion in motions}
 
 
 def motions_acted_on(scene: Scene) -> dict[str, tuple[tuple[str, str], ...]]:
-    """What acts on more than the lateral motion of an interface.
-
-    Returns
-    -------
-    dict
-        By place "body.interface": pairs of a motion and the name of what acts on it.
-    """
+    """Motions that are not lateral, each with the name of what acts on it, by "body.interface"."""
     found: dict[str, list[tuple[str, str]]] = {}
     for place, motion, why in _actions(scene):
         found.setdefault(place, []).append((motion, why))
@@ -72,7 +62,8 @@ def _actions(scene: Scene) -> Iterator[tuple[str, str, str]]:
 
 
 def _of_bearing(bearing: BearingSpec) -> Iterator[str]:
-    for keys, motions in _KEYS.values():
+    for effect, motions in _MOTIONS.items():
+        keys = [key for key in BearingSpec.model_fields if key.startswith(effect)]
         acts = any(np.any(np.asarray(getattr(bearing, key))) for key in keys)
         yield from (m for m in motions if acts or m in bearing.rigid)
 
@@ -80,18 +71,11 @@ def _of_bearing(bearing: BearingSpec) -> Iterator[str]:
 def carried_motions(scene: Scene, on: set[str]) -> dict[str, tuple[str, ...]]:
     """Motions that every interface carries under the effects that are on.
 
-    Parameters
-    ----------
-    scene
-        The scene.
-    on
-        Names of the effects that are on. An effect that the scene switches on itself, not by
-        what acts, is carried by all interfaces.
-
     Returns
     -------
     dict
-        By place "body.interface", in the order ux, uy, uz, rx, ry, rz.
+        By place "body.interface", in the order ux, uy, uz, rx, ry, rz. An effect that the scene
+        switches on itself, not by what acts, is carried by all interfaces.
     """
     acted = motions_acted_on(scene)
     everywhere = {

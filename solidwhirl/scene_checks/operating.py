@@ -10,17 +10,9 @@ from solidwhirl.scene.records import Scene
 
 
 def operating_speeds(scene: Scene) -> tuple[Operating, ...]:
-    """Return the operating speeds that a scene gives, each once.
+    """Return the operating speeds that a scene and its analyses give, each once.
 
-    Parameters
-    ----------
-    scene
-        Its `[[operating]]` and its analyses of margins, maps and studies are looked at.
-
-    Returns
-    -------
-    tuple of Operating
-        Of shafts that turn; single speeds within a range of the same shaft are left out.
+    Only of shafts that turn; single speeds within a range of the same shaft are left out.
     """
     found: list[Operating] = []
     named = (entry for analysis in scene.analyses for entry in analysis.operating_named())
@@ -60,14 +52,8 @@ def nearest(
 ) -> tuple[list[Mapping[str, Any]], str]:
     """Return the critical speeds nearest to operating speeds, or the lowest, and which they are.
 
-    Parameters
-    ----------
-    found
-        Entries with `speed_rpm` of the reference shaft, `critical_speeds` of `results.json`.
-    operating
-        From `operating_speeds`; speeds are compared as those of the reference shaft.
-    most
-        How many to return at most, in the order of their speed.
+    At most so many entries of `critical_speeds` in `results.json`, in the order of their speed;
+    compared as speeds of the reference shaft.
     """
     if len(found) <= most:
         return list(found), ""

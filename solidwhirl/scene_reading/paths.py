@@ -30,8 +30,6 @@ class Place:
 
     Attributes
     ----------
-    text
-        As written.
     steps
         Keys and numbers from the top of the scene, every `[name]` turned into a number.
     """
@@ -178,8 +176,6 @@ def with_entries(data: Mapping[str, Any], entries: Mapping[Steps, Any]) -> dict[
 
     Parameters
     ----------
-    data
-        Content of a scene file.
     entries
         New value by the steps of its place; a table that is left out is added.
     """

@@ -14,9 +14,8 @@ from pydantic import BaseModel, ValidationError
 
 from solidwhirl.core.errors import Problem, SceneError, clean, meant
 from solidwhirl.model.imported_bodies import with_files_read
-from solidwhirl.scene.imports import without_folders
-from solidwhirl.scene.meshes import with_digests, without_mesh_folders
-from solidwhirl.scene.records import Scene
+from solidwhirl.scene.meshes import with_digests
+from solidwhirl.scene.records import Scene, without_folders
 from solidwhirl.scene.sweep import sweep_problems
 from solidwhirl.scene_reading.paths import place_problems
 from solidwhirl.scene_reading.references import reference_problems
@@ -120,10 +119,6 @@ def parse_scene(
 
     Parameters
     ----------
-    data
-        The content.
-    path
-        What messages name.
     folder
         Where files that the scene names are looked for; the folder of `path` if not given.
 
@@ -158,11 +153,7 @@ def parse_scene(
 
 def scene_hash(scene: Scene) -> str:
     """SHA-256 of the scene's content, the same for files that say the same."""
-    # imported and mesh bodies count by the content of their files, wherever these lie
-    update = {
-        "imported": without_folders(scene.imported),
-        "mesh_bodies": without_mesh_folders(scene.mesh_bodies),
-    }
+    update = without_folders(scene)
     alike = scene.model_copy(update=update)
     absent = {key for key, found in update.items() if not found}
     absent |= set() if scene.references else {"references"}

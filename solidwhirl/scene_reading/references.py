@@ -27,13 +27,7 @@ _SAME_RATIO = 1e-9
 
 
 def reference_problems(scene: Scene) -> list[str]:
-    """What a scene names and does not have: one line each, which begins with the key.
-
-    Parameters
-    ----------
-    scene
-        Its bearings and gears may join interfaces of its bodies, or one of them and the ground.
-    """
+    """What a scene names and does not have: one line each, which begins with the key."""
     places = [f"{body}.{i}" for body, names in scene.interface_names().items() for i in names]
     problems = list(_repeated("bearings", [b.name for b in scene.bearings]))
     problems += _repeated("gears", [g.name for g in scene.gears])

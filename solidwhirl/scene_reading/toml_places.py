@@ -3,26 +3,32 @@
 from __future__ import annotations
 
 import bisect
+import contextlib
 import re
 import tomllib
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import NamedTuple
 
-Part = str | int
-_GAP = re.compile(r"[ \t\r\n]*")
-_SPACE = re.compile(r"[ \t]*")
+from solidwhirl.core.errors import KeyPath
+
+# Spaces and comments; texts by their quotes; marks; numbers, words, keys with dots, and times,
+# which may follow their date after one space.
+_TOKEN = re.compile(
+    r"""[ \t\r]+|\#[^\n]*"""
+    r"""|(?P<text>\"{3}(?:\\.|[^\\])*?\"{3,5}|'{3}.*?'{3,5}|"(?:\\.|[^"\\\n])*"|'[^'\n]*')"""
+    r"""|(?P<mark>[][{}=,\n])"""
+    r"""|(?P<word>[^][{}=,\s#"']+(?:[ ]\d\d:\d\d[^]},\s#]*)?)""",
+    re.DOTALL,
+)
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
-# Numbers, words and times; a time may follow its date after one space.
-_WORD = re.compile(r"[^,\]}\s#]+(?: \d\d:\d\d[^,\]}\s#]*)?")
-# By how a text begins: what may end it, and what only looks like its end.
-_ENDS = {
-    '"""': re.compile(r'\\.|"{3,5}', re.DOTALL),
-    "'''": re.compile(r"'{3,5}"),
-    '"': re.compile(r'\\.|["\n]'),
-    "'": re.compile(r"['\n]"),
-}
+
+
+class _Token(NamedTuple):
+    kind: str
+    said: str
+    at: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,44 +39,11 @@ class Position:
     column: int
 
 
-@dataclass(slots=True, eq=False)
-class _Node:
-    """A key or an element of a list: where it stands, and what is in it."""
-
-    at: int
-    inside: dict[Part, _Node] = field(default_factory=dict)
-    is_list: bool = False
-    is_named: bool = True  # False while only tables below it have been named
-
-    def child(self, key: Part, at: int, *, named: bool = True) -> _Node:
-        """The child of a key, made if there is none."""
-        found = self.inside.get(key)
-        if found is None:
-            found = self.inside[key] = _Node(at=at, is_named=named)
-        elif named and not found.is_named:
-            found.at, found.is_named = at, True
-        return found
-
-    def added(self, at: int) -> _Node:
-        """A new last element."""
-        self.is_list = True
-        node = self.inside[len(self.inside)] = _Node(at=at)
-        return node
-
-    def last(self) -> _Node:
-        """The element of a list that what follows belongs to; else the node itself."""
-        return self.inside[len(self.inside) - 1] if self.is_list and self.inside else self
-
-
-class _LostError(Exception):
-    """The text is no TOML from here on."""
-
-
 class Places:
     """Positions of all keys and elements of lists in a text.
 
-    Of a text that is not TOML those before its first error are known. The time is proportional to
-    the length; nothing is nested by recursion.
+    Of a text that is not TOML those before its first error are known; nothing is nested by
+    recursion.
     """
 
     def __init__(self, text: str) -> None:
@@ -78,10 +51,10 @@ class Places:
         self._ends = [match.end() for match in re.finditer("\n", text)]
 
     @cached_property
-    def _root(self) -> _Node:
+    def _found(self) -> dict[KeyPath, int]:
         return _Reader(self.text).read()
 
-    def position(self, path: Iterable[Part]) -> Position | None:
+    def position(self, path: Iterable[str | int]) -> Position | None:
         """Where a key stands; for an element of a list its value, of a list of tables its header.
 
         Parameters
@@ -94,16 +67,9 @@ class Places:
         Position or None
             None if there is no such key.
         """
-        node = self._root
-        for part in path:
-            found = node.inside.get(part)
-            if found is None:
-                return None
-            node = found
-        return None if node is self._root else self.at(node.at)
-
-    def at(self, index: int) -> Position:
-        """Line and column of a character."""
+        index = self._found.get(tuple(path))
+        if index is None:
+            return None
         line = bisect.bisect_right(self._ends, index)
         start = self._ends[line - 1] if line else 0
         return Position(line=line + 1, column=index - start + 1)
@@ -113,132 +79,100 @@ class _Reader:
     """Reads a text once, from its begin."""
 
     def __init__(self, text: str) -> None:
-        self._text, self._at = text, 0
+        self._tokens = _tokens(text)
+        self._found: dict[KeyPath, int] = {}
+        self._implied: set[KeyPath] = set()  # only tables below these have been named
+        self._counts: dict[KeyPath, int] = {}  # elements of lists
 
-    def read(self) -> _Node:
-        """All keys of the text, as far as it is TOML."""
-        root = _Node(at=0)
-        table = root
-        try:
-            while self._blank():
-                if self._peek() == "[":
-                    table = self._header(root)
-                else:
-                    self._assignment(table)
-        except _LostError:
-            pass
-        return root
+    def read(self) -> dict[KeyPath, int]:
+        """Where all keys of the text begin, as far as it is TOML."""
+        table: KeyPath = ()
+        with contextlib.suppress(StopIteration, ValueError):
+            while True:
+                token = next(self._tokens)
+                if token.said == "[":
+                    table = self._header(token.at)
+                elif token.said != "\n":
+                    self._assignment(table, token)
+        return self._found
 
-    def _peek(self) -> str:
-        """The next character; empty at the end."""
-        return self._text[self._at : self._at + 1]
-
-    def _blank(self) -> str:
-        """The next character that is no space, line end or comment; empty at the end."""
-        self._take(_GAP)
-        while self._peek() == "#":
-            end = self._text.find("\n", self._at)
-            self._at = len(self._text) if end < 0 else end
-            self._take(_GAP)
-        return self._peek()
-
-    def _take(self, wanted: re.Pattern[str]) -> str:
-        match = wanted.match(self._text, self._at)
-        if match is None:
-            raise _LostError
-        self._at = match.end()
-        return match.group()
-
-    def _quoted(self) -> str:
-        """A text with its quotes."""
-        start = self._at
-        quote = self._text[start]
-        opening = 3 * quote if self._text.startswith(3 * quote, start) else quote
-        self._at += len(opening)
-        while True:
-            end = _ENDS[opening].search(self._text, self._at)
-            if end is None or end.group() == "\n":
-                raise _LostError
-            self._at = end.end()
-            if not end.group().startswith("\\"):
-                return self._text[start : self._at]
-
-    def _skip(self, character: str) -> bool:
-        if self._text.startswith(character, self._at):
-            self._at += len(character)
-            return True
-        return False
-
-    def _keys(self) -> list[tuple[str, int]]:
-        """A key with dots: its names, and where each begins."""
-        found = []
-        while True:
-            self._take(_SPACE)
-            start = self._at
-            quoted = self._peek() in ("'", '"')
-            found.append((_unquoted(self._quoted()) if quoted else self._take(_BARE), start))
-            self._take(_SPACE)
-            if not self._skip("."):
-                return found
-
-    def _header(self, root: _Node) -> _Node:
+    def _header(self, at: int) -> KeyPath:
         """The table that a line in brackets begins."""
-        start = self._at
-        is_list = self._skip("[[")
-        if not is_list:
-            self._skip("[")
-        *path, (name, _) = self._keys()
-        if not self._skip("]]" if is_list else "]"):
-            raise _LostError
-        table = root
+        token = next(self._tokens)
+        is_list = token.said == "["
+        *path, (name, _) = self._keys(next(self._tokens) if is_list else token, "]")
+        if is_list:
+            next(self._tokens)
+        table: KeyPath = ()
         for key, _ in path:
-            table = table.child(key, start, named=False).last()
-        found = table.child(name, start)
-        return found.added(start) if is_list else found.last()
+            table = self._last(self._named((*table, key), at, implied=True))
+        table = self._named((*table, name), at)
+        return self._element(table, at) if is_list else self._last(table)
 
-    def _assignment(self, table: _Node) -> None:
+    def _assignment(self, table: KeyPath, token: _Token) -> None:
         """A key, its value and all that is in it."""
-        waiting: list[tuple[_Node, str]] = []
-        self._value(self._assigned(table), waiting)
+        waiting: list[tuple[KeyPath, str]] = []
+        self._value(self._assigned(table, token), next(self._tokens), waiting)
         while waiting:
             holder, closing = waiting[-1]
-            if not self._blank():
-                raise _LostError
-            if self._skip(closing):
+            token = next(self._tokens)
+            if token.said == closing:
                 waiting.pop()
-            elif not self._skip(","):
-                inner = self._assigned(holder) if closing == "}" else holder.added(self._at)
-                self._value(inner, waiting)
+            elif token.said not in (",", "\n"):
+                if closing == "}":
+                    self._value(self._assigned(holder, token), next(self._tokens), waiting)
+                else:
+                    self._value(self._element(holder, token.at), token, waiting)
 
-    def _assigned(self, table: _Node) -> _Node:
-        """The node of a key whose value comes next."""
-        keys = self._keys()
-        if not self._skip("="):
-            raise _LostError
-        for key, at in keys:
-            table = table.child(key, at)
+    def _assigned(self, table: KeyPath, token: _Token) -> KeyPath:
+        """The key whose value comes next."""
+        for key, at in self._keys(token, "="):
+            table = self._named((*table, key), at)
         return table
 
-    def _value(self, node: _Node, waiting: list[tuple[_Node, str]]) -> None:
-        """Read a value, or the bracket that opens one."""
-        self._take(_SPACE)
-        opening = self._peek()
-        if opening in ("[", "{"):
-            self._at += 1
-            node.is_list = opening == "["
-            waiting.append((node, "]" if node.is_list else "}"))
-        elif opening in ("'", '"'):
-            self._quoted()
-        else:
-            self._take(_WORD)
+    def _value(self, path: KeyPath, token: _Token, waiting: list[tuple[KeyPath, str]]) -> None:
+        """Take a value, or the bracket that opens one."""
+        if token.said in ("[", "{"):
+            waiting.append((path, "]" if token.said == "[" else "}"))
+
+    def _keys(self, token: _Token, end: str) -> list[tuple[str, int]]:
+        """The names of a key with dots up to a mark, and where each begins."""
+        found: list[tuple[str, int]] = []
+        while token.said != end:
+            if token.kind == "mark":
+                raise ValueError
+            if token.kind == "text":
+                found.append((str(tomllib.loads(f"x = {token.said}")["x"]), token.at))
+            else:
+                found += [(m[0], token.at + m.start()) for m in _BARE.finditer(token.said)]
+            token = next(self._tokens)
+        return found
+
+    def _named(self, path: KeyPath, at: int, *, implied: bool = False) -> KeyPath:
+        """The path, whose place is that of its own name, else of the first one below it."""
+        if path not in self._found:
+            self._found[path] = at
+            self._implied |= {path} if implied else set()
+        elif path in self._implied and not implied:
+            self._found[path] = at
+            self._implied.discard(path)
+        return path
+
+    def _element(self, path: KeyPath, at: int) -> KeyPath:
+        """A new last element of a list."""
+        number = self._counts.get(path, 0)
+        self._counts[path] = number + 1
+        self._found[*path, number] = at
+        return (*path, number)
+
+    def _last(self, path: KeyPath) -> KeyPath:
+        """The element of a list that what follows belongs to; else the path itself."""
+        return (*path, self._counts[path] - 1) if self._counts.get(path) else path
 
 
-def _unquoted(key: str) -> str:
-    """A key without its quotes."""
-    if key[0] == "'" or "\\" not in key:
-        return key[1:-1]
-    try:
-        read: Any = tomllib.loads(f"x = {key}")["x"]
-    except ValueError as error:
-        raise _LostError from error
-    return str(read)
+def _tokens(text: str) -> Iterator[_Token]:
+    at = 0
+    while match := _TOKEN.match(text, at):
+        at = match.end()
+        if match.lastgroup:
+            yield _Token(match.lastgroup, match.group(), match.start())

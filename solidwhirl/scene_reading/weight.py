@@ -6,18 +6,16 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solidwhirl.analyses.kinds.run_up import RunUpSpec
 from solidwhirl.geometry import GeometryError, mass_properties
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.rotordyn import AnalysisError, AssembledSystem
+from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.modes.free_motions import unsupported_bodies
 from solidwhirl.scene.joints import BearingSpec
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import EFFECT_OF, carried_motions, is_off_axis
-
-FloatArray = NDArray[np.float64]
 
 # Row of the matrices of a bearing, translation and tilt in each plane.
 _PLANES = {"x": (0, "ux", "ry"), "y": (1, "uy", "rx")}
@@ -26,15 +24,10 @@ _ZERO = 1e-9
 
 
 def weight_problems(scene: Scene, gravity_m_per_s2: tuple[float, float, float]) -> Iterator[str]:
-    """Yield what carries no weight, one line for each direction.
+    """Yield what carries no weight, one line for each direction x, y, z.
 
-    Parameters
-    ----------
-    scene
-        Its bodies are taken as rigid here: nothing else can be free of strain. Imported bodies may
-        be held inside: `refuse_unsupported` looks at them and at bodies of meshes.
-    gravity_m_per_s2
-        Along x, y, z.
+    Bodies are taken as rigid here: nothing else can be free of strain. Imported bodies may be held
+    inside: `refuse_unsupported` looks at them and at bodies of meshes.
     """
     for axis, pull in zip("xyz", gravity_m_per_s2, strict=True):
         free = _free_bodies(scene, axis) if pull else ()

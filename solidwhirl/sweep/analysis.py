@@ -11,14 +11,8 @@ from typing import Any, Literal
 import numpy as np
 
 from solidwhirl.core.plain_data import plain_data
-from solidwhirl.sweep.bands import (
-    LEVELS,
-    CampbellBands,
-    Quantiles,
-    campbell_bands,
-    least_samples,
-    quantiles,
-)
+from solidwhirl.sweep import bands as band
+from solidwhirl.sweep.bands import LEVELS, CampbellBands, Quantiles
 from solidwhirl.sweep.design import SweepDesign, SweepPictureError, sweep_designs
 from solidwhirl.sweep.margins import MarginMap, margin_maps, parameter_pairs, searched_rpm
 from solidwhirl.sweep.records import BatchRow
@@ -70,28 +64,21 @@ class SweepPictureSettings:
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
 class SweepAnalysis:
-    """What the cases of one scene say.
+    """What the cases of one scene say."""
 
-    Attributes
-    ----------
-    design, tracks, quantities, sensitivities
-        Cases, critical speeds, all single numbers, and how the latter depend on the parameters.
-    bands, critical_quantiles
-        Of a sampled sweep: branches of the Campbell diagram, and speeds of the tracks (levels,
-        tracks) in rpm; None otherwise.
-    maps
-        Separation margins.
-    notes, band_notes
-        Sentences on cases and results that are left out or in doubt; those on the bands apart.
-    """
-
+    # design, tracks, quantities, sensitivities: cases, critical speeds, all single numbers, and how
+    # the latter depend on the parameters
     design: SweepDesign
     tracks: tuple[CriticalTrack, ...]
     quantities: tuple[Quantity, ...]
     sensitivities: tuple[Sensitivity, ...]
+    # bands, critical_quantiles: of a sampled sweep: branches of the Campbell diagram, and speeds of
+    # the tracks (levels, tracks) in rpm; None otherwise
     bands: CampbellBands | None
     critical_quantiles: Quantiles | None
     maps: tuple[MarginMap, ...]
+    # notes, band_notes: sentences on cases and results that are left out or in doubt; those on the
+    # bands apart
     notes: tuple[str, ...]
     band_notes: tuple[str, ...]
 
@@ -101,10 +88,8 @@ def analyse_sweep(
 ) -> tuple[SweepAnalysis, ...]:
     """Return what the rows of every scene say that has a sweep.
 
-    Raises
-    ------
-    SweepPictureError
-        If rows of one scene have different parameters, or a parameter asked for does not vary.
+    Raises SweepPictureError: if rows of one scene have different parameters, or a parameter asked
+    for does not vary.
     """
     designs = sweep_designs(rows, settings.design)
     return tuple(_analysis(d, settings) for d in designs if d.parameters and len(d.rows) > 1)
@@ -139,10 +124,10 @@ def _analysis(design: SweepDesign, settings: SweepPictureSettings) -> SweepAnaly
     numbers = quantities(design, tracks)
     effects = [sensitivity(design, q, settings.confidence) for q in numbers]
     known = tuple(e for e in effects if e is not None)
-    bands = campbell_bands(design, settings.confidence)
+    bands = band.campbell_bands(design, settings.confidence)
     spread = None
     if design.kind == "samples" and tracks:
-        spread = quantiles(np.array([t.speed_rpm for t in tracks]).T, settings.confidence)
+        spread = band.quantiles(np.array([t.speed_rpm for t in tracks]).T, settings.confidence)
     pairs = parameter_pairs(design, ranking(known))
     if settings.map_parameters is not None:
         for name in settings.map_parameters:
@@ -209,7 +194,7 @@ def _notes(
 
 def _band_notes(bands: CampbellBands, confidence: float) -> tuple[str, ...]:
     notes = []
-    least = least_samples(LEVELS[0], confidence)
+    least = band.least_samples(LEVELS[0], confidence)
     if bands.cases < least:
         notes.append(
             f"{bands.cases} samples do not limit the 5 and 95 % quantiles on their outer sides; "
@@ -221,7 +206,7 @@ def _band_notes(bands: CampbellBands, confidence: float) -> tuple[str, ...]:
 
 
 def _document(found: SweepAnalysis) -> dict[str, Any]:
-    design = found.design
+    design, bands = found.design, found.bands
     return {
         "scene": design.scene,
         "design": design.kind,
@@ -249,8 +234,28 @@ def _document(found: SweepAnalysis) -> dict[str, Any]:
             if q.name not in {t.name for t in found.tracks}
         },
         "sensitivities": [asdict(s) for s in found.sensitivities],
-        "campbell": _bands_document(found.bands),
-        "margin_maps": [_map_document(m, design) for m in found.maps],
+        "campbell": bands
+        and {
+            "speed_rpm": bands.speed_rpm,
+            "cases": bands.cases,
+            "left_out_other_speeds": bands.other_speeds,
+            "doubtful_cases_of_branches": bands.doubtful,
+            "frequency_hz": _quantiles(bands.frequency_hz),
+        },
+        # without the interpolated places, which follow from the cases
+        "margin_maps": [
+            {
+                "of": m.title,
+                "x": m.x_name,
+                "y": m.y_name,
+                "least_over": m.least_over,
+                "interpolated": bool(m.margin.size),
+                "cases": [row.case for row in design.rows],
+                "least_margin": m.case_margin,
+                "notes": m.notes,
+            }
+            for m in found.maps
+        ],
     }
 
 
@@ -269,30 +274,4 @@ def _quantiles(spread: Quantiles, where: tuple[int, ...] = ()) -> dict[str, Any]
         "value": [level[where] for level in spread.value],
         "lower_limit": [level[where] for level in spread.low],
         "upper_limit": [level[where] for level in spread.high],
-    }
-
-
-def _bands_document(bands: CampbellBands | None) -> dict[str, Any] | None:
-    if bands is None:
-        return None
-    return {
-        "speed_rpm": bands.speed_rpm,
-        "cases": bands.cases,
-        "left_out_other_speeds": bands.other_speeds,
-        "doubtful_cases_of_branches": bands.doubtful,
-        "frequency_hz": _quantiles(bands.frequency_hz),
-    }
-
-
-def _map_document(found: MarginMap, design: SweepDesign) -> dict[str, Any]:
-    """Without the interpolated places, which follow from the cases."""
-    return {
-        "of": found.title,
-        "x": found.x_name,
-        "y": found.y_name,
-        "least_over": found.least_over,
-        "interpolated": bool(found.margin.size),
-        "cases": [row.case for row in design.rows],
-        "least_margin": found.case_margin,
-        "notes": found.notes,
     }

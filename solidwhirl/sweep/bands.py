@@ -9,7 +9,7 @@ import numpy as np
 from scipy import stats
 
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
-from solidwhirl.sweep.design import SweepDesign
+from solidwhirl.sweep.design import ReadOnly, SweepDesign
 from solidwhirl.sweep.matching import match_curves
 from solidwhirl.sweep.tracks import shapes_of
 
@@ -20,76 +20,36 @@ LEAST_SAMPLES = 20
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class Quantiles:
-    """Quantiles of samples and their confidence limits.
+class Quantiles(ReadOnly):
+    """Quantiles of samples and their confidence limits."""
 
-    Attributes
-    ----------
-    count
-        Samples at each point (...); bands are drawn from 20 on.
-    value
-        Quantile, (levels, ...); nan below two samples.
-    low, high
-        Limits of the true quantile with the confidence asked for, (levels, ...); nan where that
-        many samples give none.
-    """
-
-    count: IntArray
-    value: FloatArray
+    count: IntArray  # samples at each point (...); bands are drawn from 20 on
+    value: FloatArray  # quantile, (levels, ...); nan below two samples
+    # low, high: limits of the true quantile with the confidence asked for, (levels, ...); nan where
+    # that many samples give none
     low: FloatArray
     high: FloatArray
 
-    def __post_init__(self) -> None:
-        for name in ("count", "value", "low", "high"):
-            getattr(self, name).setflags(write=False)
-
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class CampbellBands:
-    """Branches of a sampled sweep.
+class CampbellBands(ReadOnly):
+    """Branches of a sampled sweep."""
 
-    Attributes
-    ----------
-    speed_rpm
-        Of the reference shaft (s).
-    cases, other_speeds
-        Cases used, and those left out because their diagrams have other speeds.
-    frequency_hz
-        Quantiles by branch and speed, (levels, branches, s).
-    doubtful
-        Cases in which the branch may be another one, (branches).
-    """
-
-    speed_rpm: FloatArray
+    speed_rpm: FloatArray  # of the reference shaft (s)
+    # cases, other_speeds: cases used, and those left out because their diagrams have other speeds
     cases: int
     other_speeds: int
-    frequency_hz: Quantiles
-    doubtful: IntArray
-
-    def __post_init__(self) -> None:
-        for name in ("speed_rpm", "doubtful"):
-            getattr(self, name).setflags(write=False)
+    frequency_hz: Quantiles  # quantiles by branch and speed, (levels, branches, s)
+    doubtful: IntArray  # cases in which the branch may be another one, (branches)
 
 
 def order_statistics(count: int, level: float, confidence: float) -> tuple[int, int]:
     """Return the ranks of the sample values between which a quantile lies.
 
-    Parameters
-    ----------
-    count
-        Number n of independent samples.
-    level
-        p of the quantile.
-    confidence
-        Two-sided: each of both limits fails with half of 1 - confidence at most.
+    `count`: number n of independent samples. `level`: p of the quantile. `confidence`: two-sided:
+    each of both limits fails with half of 1 - confidence at most.
+    Returns ranks, from 1 to n; 0 and n + 1 where the samples give no limit on that side.
 
-    Returns
-    -------
-    tuple of int
-        Ranks from 1 to n; 0 and n + 1 where the samples give no limit on that side.
-
-    Notes
-    -----
     The number of samples below the quantile is binomial (n, p), whatever the distribution, so that
     P(X_(l) > q) = P(B < l) and P(X_(u) < q) <= P(B >= u): H. A. David, H. N. Nagaraja, Order
     Statistics (2003), section 7.1.
@@ -111,15 +71,8 @@ def least_samples(level: float, confidence: float) -> int:
 def quantiles(samples: FloatArray, confidence: float = 0.95) -> Quantiles:
     """Return the 5, 50 and 95 % quantiles of samples, with their limits by order statistics.
 
-    Parameters
-    ----------
-    samples
-        Shape (n, ...); nan where a sample has no value, which is left out there.
-    confidence
-        Of the limits.
+    `samples`: shape (n, ...); nan where a sample has no value, which is left out there.
 
-    Notes
-    -----
     The quantile is interpolated between the values of rank p (n − 1) + 1 (Hyndman and Fan's
     definition 7). The limits assume independent samples; space-filling ones usually scatter less.
     """
@@ -143,10 +96,7 @@ def quantiles(samples: FloatArray, confidence: float = 0.95) -> Quantiles:
 def campbell_bands(design: SweepDesign, confidence: float = 0.95) -> CampbellBands | None:
     """Return the bands of the branches of a sampled sweep, matched by shape where rows have these.
 
-    Returns
-    -------
-    CampbellBands or None
-        None unless 20 samples have diagrams over the same speeds.
+    Returns None unless 20 samples have diagrams over the same speeds.
     """
     drawn = [(k, r) for k, r in enumerate(design.rows) if r.campbell_frequency_hz]
     if design.kind != "samples" or not drawn:

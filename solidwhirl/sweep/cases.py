@@ -28,19 +28,11 @@ def batch_cases(
 ) -> tuple[BatchCase, ...]:
     """Return the cases of scene files, in the order of the files and of their sweeps.
 
-    Parameters
-    ----------
-    paths
-        Scene files, with `[sweep]` or without.
-    level, accuracy
-        What replaces the level and accuracy of all scenes; None: nothing does.
-
-    Raises
-    ------
-    SceneError
-        A file is refused, or all cases of its sweep are; two cases would have one name; an option
-        replaces what a sweep varies. A single case that is refused is a case like the others: it
-        fails when its turn comes.
+    `paths`: scene files, with `[sweep]` or without. `level`, `accuracy`: what replaces the level
+    and accuracy of all scenes; None: nothing does.
+    Raises SceneError: a file is refused, or all cases of its sweep are; two cases would have one
+    name; an option replaces what a sweep varies. A single case that is refused is a case like the
+    others: it fails when its turn comes.
     """
     cases: list[BatchCase] = []
     owners: dict[str, Path] = {}
@@ -63,10 +55,7 @@ def case_scene(
 ) -> Scene:
     """Return the scene of a case.
 
-    Raises
-    ------
-    SceneError
-        The values of the case make no scene.
+    Raises SceneError: the values of the case make no scene.
     """
     where = f"{case.scene_path}: case {case.name}"
     scene = parse_scene(dict(case.data), where, folder=case.scene_path.parent)

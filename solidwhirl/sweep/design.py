@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Literal
 
 import numpy as np
@@ -22,64 +22,45 @@ class SweepPictureError(ValueError):
     """Rows or settings of which no picture can be made; the message says why."""
 
 
+class ReadOnly:
+    """Base of frozen records: their arrays can not be written to."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        for f in fields(self):  # type: ignore[arg-type]
+            value = getattr(self, f.name)
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
+
+
 @dataclass(frozen=True, kw_only=True)
 class SweepParameter:
-    """One parameter that differs between the cases.
+    """One parameter that differs between the cases."""
 
-    Attributes
-    ----------
-    name
-        As in the sweep.
-    choices
-        The words it takes, in order of appearance; empty for a number.
-    logarithmic
-        Whether its values are spread by factors rather than by differences.
-    """
-
-    name: str
-    choices: tuple[str, ...]
-    logarithmic: bool
+    name: str  # as in the sweep
+    choices: tuple[str, ...]  # the words it takes, in order of appearance; empty for a number
+    logarithmic: bool  # whether its values are spread by factors rather than by differences
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class SweepDesign:
-    """The cases of one scene.
+class SweepDesign(ReadOnly):
+    """The cases of one scene."""
 
-    Attributes
-    ----------
-    scene
-        Name of the scene.
-    rows
-        Cases that are done (n), in the order of the table.
-    left_out
-        Those that failed or whose checks failed.
-    parameters
-        Parameters of more than one value (d).
-    values, left_out_values
-        Values, (n, d) and (left out, d); the number of the choice for words.
-    scaled
-        Coordinates for distances between cases, (n, columns): numbers from 0 to 1, their
-        logarithm where spread by factors; one column for each word.
-    kind
-        `one_at_a_time`: from the baseline every parameter is varied alone; `samples`: not so;
-        `none`: nothing varies.
-    baseline
-        Row that the others are held against; -1 without.
-    """
-
-    scene: str
-    rows: tuple[BatchRow, ...]
-    left_out: tuple[BatchRow, ...]
-    parameters: tuple[SweepParameter, ...]
+    scene: str  # name of the scene
+    rows: tuple[BatchRow, ...]  # cases that are done (n), in the order of the table
+    left_out: tuple[BatchRow, ...]  # those that failed or whose checks failed
+    parameters: tuple[SweepParameter, ...]  # parameters of more than one value (d)
+    # values, left_out_values: values, (n, d) and (left out, d); the number of the choice for words
     values: FloatArray
     left_out_values: FloatArray
+    # Coordinates for distances between cases, (n, columns): numbers from 0 to 1, their logarithm
+    # where spread by factors; one column for each word
     scaled: FloatArray
+    # `one_at_a_time`: from the baseline every parameter is varied alone; `samples`: not so; `none`:
+    # nothing varies
     kind: DesignKind
-    baseline: int
-
-    def __post_init__(self) -> None:
-        for name in ("values", "left_out_values", "scaled"):
-            getattr(self, name).setflags(write=False)
+    baseline: int  # row that the others are held against; -1 without
 
     @property
     def missing(self) -> int:
@@ -90,10 +71,7 @@ class SweepDesign:
     def number(self, name: str) -> int:
         """Return the column of a parameter.
 
-        Raises
-        ------
-        SweepPictureError
-            If the parameter does not vary.
+        Raises SweepPictureError: if the parameter does not vary.
         """
         names = [p.name for p in self.parameters]
         if name not in names:
@@ -108,14 +86,10 @@ def sweep_designs(
 ) -> tuple[SweepDesign, ...]:
     """Return the designs of the scenes of a table.
 
-    Parameters
-    ----------
-    rows
-        Of any number of scenes.
-    design
-        What the cases are; "auto" goes by the method of the sweep: Latin hypercubes and Sobol's
-        points are samples. Grids and lists, and rows that do not tell, are varied one at a time if
-        a case is there from which every parameter is varied alone, else they count as samples.
+    `rows`: of any number of scenes. `design`: what the cases are; "auto" goes by the method of the
+    sweep: Latin hypercubes and Sobol's points are samples. Grids and lists, and rows that do not
+    tell, are varied one at a time if a case is there from which every parameter is varied alone,
+    else they count as samples.
     """
     scenes = dict.fromkeys(row.scene for row in rows)
     return tuple(_design([row for row in rows if row.scene == s], design) for s in scenes)

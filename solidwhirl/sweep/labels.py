@@ -25,10 +25,7 @@ _SYMBOLS = {
 def unit_of(key: str) -> str:
     """Return the unit that a key ends with as it is printed, empty if it ends with none.
 
-    Parameters
-    ----------
-    key
-        Such as `bearings[left].stiffness_n_per_m`, which gives N/m.
+    `key`: such as `bearings[left].stiffness_n_per_m`, which gives N/m.
     """
     found = _UNIT.match(key)
     if found is None:

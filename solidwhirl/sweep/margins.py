@@ -11,7 +11,7 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import QhullError
 
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
-from solidwhirl.sweep.design import SweepDesign
+from solidwhirl.sweep.design import ReadOnly, SweepDesign
 from solidwhirl.sweep.labels import unit_of
 from solidwhirl.sweep.tracks import CriticalTrack, Quantity
 
@@ -21,51 +21,29 @@ _FILLED = 0.7
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class MarginMap:
-    """Least separation margin over two parameters.
+class MarginMap(ReadOnly):
+    """Least separation margin over two parameters."""
 
-    Attributes
-    ----------
-    title
-        What the margin is of.
-    x_name, y_name
-        The parameters.
-    x, y
-        Places of the map, empty without one.
-    margin
-        Least |margin| as a fraction, (y, x); nan outside the samples and where there is none.
-    case_margin
-        Margins of the cases themselves; nan where none is known.
-    least_over
-        Parameters of which the map takes the least; without a map those that vary too.
-    notes
-        What a reader must know.
-    """
-
-    title: str
+    title: str  # what the margin is of
+    # x_name, y_name: the parameters
     x_name: str
     y_name: str
+    # x, y: places of the map, empty without one
     x: FloatArray
     y: FloatArray
+    # Least |margin| as a fraction, (y, x); nan outside the samples and where there is none
     margin: FloatArray
-    case_margin: FloatArray
+    case_margin: FloatArray  # margins of the cases themselves; nan where none is known
+    # Parameters of which the map takes the least; without a map those that vary too
     least_over: tuple[str, ...]
-    notes: tuple[str, ...]
-
-    def __post_init__(self) -> None:
-        for name in ("x", "y", "margin", "case_margin"):
-            getattr(self, name).setflags(write=False)
+    notes: tuple[str, ...]  # what a reader must know
 
 
 def band_margin(speed_rpm: FloatArray, operating_rpm: tuple[float, float]) -> FloatArray:
     """Return (N_c - N_op) / N_op from the nearer end of a band, 0 inside it.
 
-    Parameters
-    ----------
-    speed_rpm
-        Critical speeds of the reference shaft.
-    operating_rpm
-        Lowest and highest speed at which it runs; equal for a single speed.
+    `speed_rpm`: critical speeds of the reference shaft. `operating_rpm`: lowest and highest speed
+    at which it runs; equal for a single speed.
     """
     low, high = operating_rpm
     below, above = (speed_rpm - low) / low, (speed_rpm - high) / high
@@ -86,19 +64,10 @@ def margin_maps(
 ) -> tuple[MarginMap, ...]:
     """Return the maps of separation margins of a sweep.
 
-    Parameters
-    ----------
-    design, tracks
-        The cases and their critical speeds.
-    others
-        Responses; those whose name ends in "margin" are mapped where no operating speeds are given.
-    operating_rpm
-        Band of the reference shaft's speed.
-    pairs
-        Names of the parameters across and up.
+    `design`, `tracks`: the cases and their critical speeds. `others`: responses; those whose name
+    ends in "margin" are mapped where no operating speeds are given. `operating_rpm`: band of the
+    reference shaft's speed. `pairs`: names of the parameters across and up.
 
-    Notes
-    -----
     Between the cases every critical speed is interpolated linearly, and the margins are taken
     there: a band that lies between the critical speeds of two cases is not missed, as it
     would be between their margins. Critical speeds are known up to the end of the Campbell diagram
@@ -118,14 +87,7 @@ def parameter_pairs(
 ) -> tuple[tuple[str, str], ...]:
     """Return the pairs of parameters worth a map: numbers, the most influential first.
 
-    Parameters
-    ----------
-    design
-        The cases.
-    ranking
-        Names of parameters, the most influential first; others follow.
-    most
-        Number of pairs.
+    `ranking`: names of parameters, the most influential first; others follow.
     """
     numbers = [p.name for p in design.parameters if not p.choices]
     ordered = list(dict.fromkeys([n for n in ranking if n in numbers] + numbers))

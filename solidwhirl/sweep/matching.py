@@ -16,6 +16,7 @@ from scipy.optimize import linear_sum_assignment
 
 from solidwhirl.rotordyn.campbell.branch_numbers import modal_assurance
 from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from solidwhirl.sweep.design import ReadOnly
 
 # Differences of logarithms: no difference; farther is in doubt; leaves another whirl no partner.
 _SAME, _FAR, _OTHER_KIND = 1e-4, 0.7, 0.25
@@ -26,7 +27,7 @@ _SPREAD = 0.2
 # Frequencies below this share of the largest count as equal (motions that nothing holds).
 _FLOOR = 1e-3
 _NEVER = 1e6
-# What shapes without likeness are worth beside a difference of logarithms, and the likeness (MAC)
+# What a MAC of 0 is worth beside a difference of logarithms, and the MAC (likeness of shapes)
 # below which curves are never one mode.
 _SHAPE, _UNLIKE = 1.0, 0.3
 _OPPOSITE = {"forward", "backward"}
@@ -35,24 +36,14 @@ Kind = tuple[int, str]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class MatchedCurves:
-    """Which curve of each case belongs to which track.
+class MatchedCurves(ReadOnly):
+    """Which curve of each case belongs to which track."""
 
-    Attributes
-    ----------
-    index
-        Number of the curve in the list of its case, (tracks, cases); -1 where there is none.
-    doubtful
-        Where another curve would fit nearly as well, the whirl changes, or the change is larger
-        than a factor of 2.
-    """
-
+    # Number of the curve in the list of its case, (tracks, cases); -1 where there is none
     index: IntArray
+    # Where another curve would fit nearly as well, the whirl changes, or the change is larger than
+    # a factor of 2
     doubtful: BoolArray
-
-    def __post_init__(self) -> None:
-        for name in ("index", "doubtful"):
-            getattr(self, name).setflags(write=False)
 
 
 class _Found(NamedTuple):
@@ -72,25 +63,13 @@ def match_curves(
 ) -> MatchedCurves:
     """Match curves of neighbouring cases.
 
-    Parameters
-    ----------
-    scaled
-        Coordinates of the cases, (n, columns), from `SweepDesign`.
-    curves
-        Positive values by case, (curves, points); nan where a curve is absent.
-    kinds
-        Of each curve: a number and a whirl. Only curves of equal number are matched, forward
-        never with backward; other whirls only where they are near.
-    shapes
-        Motions of the same places by case, (curves, places); None: frequencies alone tell.
+    `scaled`: coordinates of the cases, (n, columns), from `SweepDesign`. `curves`: positive values
+    by case, (curves, points); nan where a curve is absent. `kinds`: of each curve: a number and a
+    whirl. Only curves of equal number are matched, forward never with backward; other whirls only
+    where they are near. `shapes`: motions of the same places by case, (curves, places); None:
+    frequencies alone tell.
+    Tracks are in the order of their median value.
 
-    Returns
-    -------
-    MatchedCurves
-        Tracks in the order of their median value.
-
-    Notes
-    -----
     Cases are visited as Prim's algorithm spans their minimum tree. A track is expected at its
     value in the nearest visited case plus the gradient through the next ones (least squares in
     the logarithm, directions they do not span left out), with the shape of the nearest. Pairs are

@@ -22,15 +22,9 @@ _HALF_SPACING = 2.0**-31
 def sweep_values(sweep: SweepSpec) -> tuple[Mapping[str, Value], ...]:
     """Return the values of all cases by name of parameter, in the order of the cases.
 
-    Parameters
-    ----------
-    sweep
-        Without problems (`solidwhirl.scene.sweep.sweep_problems`).
-
-    Returns
-    -------
-    Of a grid the last parameter changes fastest. Samples are the same for the same seed, and those
-    of Sobol's points are the first ones of a sweep with more samples. Computed values are
+    `sweep`: without problems (`solidwhirl.scene.sweep.sweep_problems`).
+    Of a grid the last parameter changes fastest. Samples are the same for the same seed,
+    and those of Sobol's points are the first ones of a sweep with more samples. Computed values are
     rounded to 12 digits.
     """
     names = [p.name for p in sweep.parameters]
@@ -52,10 +46,7 @@ def unit_samples(sweep: SweepSpec) -> FloatArray:
     Latin hypercube: McKay, Beckman, Conover, Technometrics 21 (1979) 239. Sobol: directions of Joe
     and Kuo, SIAM J. Sci. Comput. 30 (2008) 2635, scrambled (scipy.stats.qmc).
 
-    Parameters
-    ----------
-    sweep
-        Of a sampled method; the seed is 0 where none is given.
+    `sweep`: of a sampled method; the seed is 0 where none is given.
     """
     kind = qmc.LatinHypercube if sweep.method == "latin_hypercube" else qmc.Sobol
     # a number, not a generator, of which scipy 1.15 and later draw another one
@@ -66,12 +57,8 @@ def unit_samples(sweep: SweepSpec) -> FloatArray:
 def quantiles(parameter: SweepParameterSpec, probability: FloatArray) -> tuple[Value, ...]:
     """Return the values of a parameter at which its distribution function has these values.
 
-    Parameters
-    ----------
-    parameter
-        With a distribution, or with values that are equally likely.
-    probability
-        From 0 to 1 (n); 0 and 1 themselves are moved inwards by 2^-31.
+    `parameter`: with a distribution, or with values that are equally likely. `probability`: from 0
+    to 1 (n); 0 and 1 themselves are moved inwards by 2^-31.
     """
     inside = np.clip(probability, _HALF_SPACING, 1.0 - _HALF_SPACING)
     if parameter.values is not None:

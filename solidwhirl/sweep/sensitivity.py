@@ -24,103 +24,69 @@ NAN = float("nan")
 
 @dataclass(frozen=True, kw_only=True)
 class OneAtATime:
-    """Effect of one parameter with the others at the baseline.
+    """Effect of one parameter with the others at the baseline."""
 
-    Attributes
-    ----------
-    parameter, low, high, baseline
-        Name; its values at the ends and at the baseline, the number of the choice for words.
-    at_baseline, at_low, at_high
-        The result there, nan where it was not found.
-    smallest, largest
-        Of the result over all values.
-    elasticity
-        d ln(result) / d ln(parameter) at the baseline: 0.5 for a square root; nan unless both
-        are positive numbers.
-    slope
-        d result / d parameter at the baseline; nan for words.
-    off_line
-        Largest distance from the straight line through the ends over the swing; nan with two
-        values and for words.
-    linear
-        Whether that is within 5 %.
-    """
-
+    # parameter, low, high, baseline: name; its values at the ends and at the baseline, the number
+    # of the choice for words
     parameter: str
     low: float
     high: float
     baseline: float
+    # at_baseline, at_low, at_high: the result there, nan where it was not found
     at_baseline: float
     at_low: float
     at_high: float
+    # smallest, largest: of the result over all values
     smallest: float
     largest: float
+    # d ln(result) / d ln(parameter) at the baseline: 0.5 for a square root; nan unless both are
+    # positive numbers
     elasticity: float
-    slope: float
+    slope: float  # d result / d parameter at the baseline; nan for words
+    # Largest distance from the straight line through the ends over the swing; nan with two values
+    # and for words
     off_line: float
-    linear: bool
+    linear: bool  # whether that is within 5 %
 
 
 @dataclass(frozen=True, kw_only=True)
 class Regression:
-    """Effect of one parameter over samples; every pair of limits holds with the confidence.
-
-    Attributes
-    ----------
-    parameter
-        Its name.
-    coefficient, coefficient_limits
-        Standardised regression coefficient: standard deviations of the result by standard
-        deviation of the parameter, others held; limits from Student's t.
-    rank_correlation, rank_limits
-        Spearman's; limits from Fisher's transform with the variance of Bonett and Wright (2000).
-    elasticity, elasticity_limits
-        Exponent of the power law through the samples; nan unless all values are positive.
-    """
+    """Effect of one parameter over samples; every pair of limits holds with the confidence."""
 
     parameter: str
+    # coefficient, coefficient_limits: standardised regression coefficient: standard deviations of
+    # the result by standard deviation of the parameter, others held; limits from Student's t
     coefficient: float
     coefficient_limits: tuple[float, float]
+    # rank_correlation, rank_limits: Spearman's; limits from Fisher's transform with the variance of
+    # Bonett and Wright (2000)
     rank_correlation: float
     rank_limits: tuple[float, float]
+    # elasticity, elasticity_limits: exponent of the power law through the samples; nan unless all
+    # values are positive
     elasticity: float
     elasticity_limits: tuple[float, float]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Sensitivity:
-    """Effects of all parameters on one result.
+    """Effects of all parameters on one result."""
 
-    Attributes
-    ----------
-    quantity, label
-        Name of the result, and with its unit.
-    kind
-        How they were found.
-    cases
-        Number of cases with this result that were used.
-    one_at_a_time, regressions
-        The effects, the strongest first; one of both is empty.
-    r_squared, adjusted_r_squared, power_law_r_squared
-        Share of the variance that the straight plane, or the power law, explains; nan for one at
-        a time.
-    linear
-        Whether all effects are straight within 5 %, or R² is at least 0.9.
-    notes
-        What a reader must know.
-    """
-
+    # quantity, label: name of the result, and with its unit
     quantity: str
     label: str
-    kind: Literal["one_at_a_time", "samples"]
-    cases: int
+    kind: Literal["one_at_a_time", "samples"]  # how they were found
+    cases: int  # number of cases with this result that were used
+    # one_at_a_time, regressions: the effects, the strongest first; one of both is empty
     one_at_a_time: tuple[OneAtATime, ...]
     regressions: tuple[Regression, ...]
+    # r_squared, adjusted_r_squared, power_law_r_squared: share of the variance that the straight
+    # plane, or the power law, explains; nan for one at a time
     r_squared: float
     adjusted_r_squared: float
     power_law_r_squared: float
-    linear: bool
-    notes: tuple[str, ...]
+    linear: bool  # whether all effects are straight within 5 %, or R² is at least 0.9
+    notes: tuple[str, ...]  # what a reader must know
 
 
 def sensitivity(
@@ -128,13 +94,9 @@ def sensitivity(
 ) -> Sensitivity | None:
     """Return how one result depends on the parameters of a sweep.
 
-    Returns
-    -------
-    Sensitivity or None
-        None if nothing varies, the result is missing at the baseline, or too few samples have it.
+    Returns None if nothing varies, the result is missing at the baseline, or too few samples have
+    it.
 
-    Notes
-    -----
     Saltelli et al., Sensitivity Analysis (2000), for regression and ranks. The limits are those
     of independent samples; space-filling ones (Latin hypercube, Sobol) scatter less.
     """
@@ -303,8 +265,6 @@ def _regression(x: FloatArray, y: FloatArray, confidence: float) -> _Plane:
 def rank_limits(correlation: float, count: int, confidence: float) -> tuple[float, float]:
     """Return confidence limits of Spearman's rank correlation.
 
-    Notes
-    -----
     tanh(atanh r ± z √((1 + r²/2) / (n − 3))): D. G. Bonett, T. A. Wright, Psychometrika 65 (2000).
     """
     if abs(correlation) >= 1.0:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray
-from solidwhirl.sweep.design import SweepDesign
+from solidwhirl.sweep.design import ReadOnly, SweepDesign
 from solidwhirl.sweep.labels import label_of
 from solidwhirl.sweep.matching import Kind, match_curves
 from solidwhirl.sweep.records import BatchRow
@@ -21,34 +21,18 @@ _CONSTANT = 1e-12
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class CriticalTrack:
-    """One critical speed through all cases (n).
+class CriticalTrack(ReadOnly):
+    """One critical speed through all cases (n)."""
 
-    Attributes
-    ----------
-    number
-        From 1 by rising median speed.
-    whirl
-        The most frequent whirl; all of them joined by "/" if they differ.
-    excitation_ratio
-        Frequency over speed of the reference shaft, median.
-    speed_rpm, frequency_hz, error_estimate
-        By case, nan where it was not found; the error is relative, nan if not known.
-    doubtful
-        From `MatchedCurves`.
-    """
-
-    number: int
-    whirl: str
-    excitation_ratio: float
+    number: int  # from 1 by rising median speed
+    whirl: str  # the most frequent whirl; all of them joined by "/" if they differ
+    excitation_ratio: float  # frequency over speed of the reference shaft, median
+    # speed_rpm, frequency_hz, error_estimate: by case, nan where it was not found; the error is
+    # relative, nan if not known
     speed_rpm: FloatArray
     frequency_hz: FloatArray
     error_estimate: FloatArray
     doubtful: BoolArray
-
-    def __post_init__(self) -> None:
-        for name in ("speed_rpm", "frequency_hz", "error_estimate", "doubtful"):
-            getattr(self, name).setflags(write=False)
 
     @property
     def name(self) -> str:
@@ -59,40 +43,21 @@ class CriticalTrack:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class Quantity:
-    """One number of every case.
+class Quantity(ReadOnly):
+    """One number of every case."""
 
-    Attributes
-    ----------
-    name
-        Critical speed or response.
-    label
-        With the unit.
-    values
-        By case (n), nan where absent.
-    doubtful
-        Cases in which it may be another critical speed's.
-    """
-
-    name: str
-    label: str
-    values: FloatArray
-    doubtful: BoolArray
-
-    def __post_init__(self) -> None:
-        for name in ("values", "doubtful"):
-            getattr(self, name).setflags(write=False)
+    name: str  # critical speed or response
+    label: str  # with the unit
+    values: FloatArray  # by case (n), nan where absent
+    doubtful: BoolArray  # cases in which it may be another critical speed's
 
 
 def critical_tracks(design: SweepDesign) -> tuple[CriticalTrack, ...]:
     """Return the critical speeds of a sweep, matched through its cases.
 
-    Parameters
-    ----------
-    design
-        The cases. Critical speeds are told apart by the shaft that excites them (frequency over
-        speed), then matched by their shapes and speeds; by whirl and speed where rows have no
-        shapes. See `match_curves`.
+    `design`: the cases. Critical speeds are told apart by the shaft that excites them (frequency
+    over speed), then matched by their shapes and speeds; by whirl and speed where rows have no
+    shapes. See `match_curves`.
     """
     rows = design.rows
     curves = [np.array(r.critical_speed_rpm, dtype=float).reshape(-1, 1) for r in rows]
@@ -160,12 +125,8 @@ def shapes_of(
 ) -> list[ComplexArray] | None:
     """Return motions of the same places in the modes of all cases; None if not all have them.
 
-    Parameters
-    ----------
-    motions
-        By case and mode, from `solidwhirl.rotordyn.campbell.branch_numbers`.
-    counts
-        Modes of each case.
+    `motions`: by case and mode, from `solidwhirl.rotordyn.campbell.branch_numbers`. `counts`: modes
+    of each case.
     """
     lengths = {len(motion) for own in motions for motion in own}
     whole = [len(own) for own in motions] == list(counts)

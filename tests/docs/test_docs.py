@@ -210,7 +210,7 @@ def test_scene_page_names_every_key():
 
 def test_superelement_page_names_every_part_of_a_file(tmp_path):
     text = (ROOT / "docs" / "superelement.md").read_text(encoding="utf-8")
-    shaft = beam_superelement("s", [0.0, 0.5], 0.02, 0.0, 2e11, 0.3, 7800.0, {"a": 0.0})
+    shaft = beam_superelement("s", [0.0, 0.5], 0.02, 0.0, (2e11, 0.3, 7800.0), {"a": 0.0})
     write_superelement(shaft, tmp_path / "s.h5")
     datasets, attributes = set(), set()
     with h5py.File(tmp_path / "s.h5") as file:

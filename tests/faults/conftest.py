@@ -35,6 +35,7 @@ first = "rotor.b"
 stiffness_n_per_m = 1e6
 """
 FOLDER = Path(__file__).resolve().parent
+sys.path.insert(0, str(FOLDER))
 
 
 @pytest.fixture(scope="session")

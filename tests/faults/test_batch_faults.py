@@ -14,6 +14,7 @@ import time
 from pathlib import Path
 
 import pytest
+from jobs import CLEAN, mpirun, ranks_of
 
 from solidwhirl.batch.schedule import predicted_cost
 from solidwhirl.batch.table import read_batch
@@ -29,30 +30,13 @@ pytestmark = [
 SCRIPT = Path(__file__).with_name("batch.py")
 # Time in which a job must be gone; an undisturbed one takes less.
 LIMIT_S = 300.0
-SETTINGS = {
-    "OMPI_ALLOW_RUN_AS_ROOT": "1",
-    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
-    "OMPI_MCA_rmaps_base_oversubscribe": "1",
-    "OMPI_MCA_mpi_yield_when_idle": "1",
-    "OPENBLAS_NUM_THREADS": "1",
-}
-# a process of tests may have MPI running; its children must not think that they are its ranks
-OF_MPI = ("OMPI_", "PMIX_", "ORTE_")
-CLEAN = {k: v for k, v in os.environ.items() if not k.startswith(OF_MPI)}
 # What depends on the run and not on the scene.
 OF_THE_RUN = ("timings_s", "peak_memory_gib", "predicted_cost", "stages")
 
 
 def start(ranks, fault, *arguments):
     """The command on so many ranks."""
-    return subprocess.Popen(
-        ["mpirun", "--oversubscribe", "-n", str(ranks), sys.executable, str(SCRIPT), fault, "batch"]
-        + [str(a) for a in arguments],
-        env={**CLEAN, **SETTINGS},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    return mpirun(ranks, SCRIPT, fault, "batch", *arguments)
 
 
 def finished(job, codes=(0,)):
@@ -156,6 +140,7 @@ def test_rows_are_those_of_single_runs(scenes, single, scene_path, tmp_path, ran
         assert numbers(out / path.stem) == single(path, tmp_path / "single" / path.stem)
 
 
+@pytest.mark.verify
 def test_equal_bodies_are_reduced_once_by_two_teams_at_once(scene_path, tmp_path):
     # the same body on other bearings; both teams come to it within milliseconds of each other
     paths = [
@@ -175,7 +160,8 @@ def test_equal_bodies_are_reduced_once_by_two_teams_at_once(scene_path, tmp_path
     assert not list((out / ".stages").glob(".*"))  # no locks are left
 
 
-@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.verify)])
+@pytest.mark.verify
+@pytest.mark.parametrize("ranks", [1, 2])
 def test_second_batch_on_a_folder_is_refused(scenes, tmp_path, ranks):
     out = tmp_path / "out"
     with claimed(out):  # as a batch does while it runs
@@ -185,7 +171,8 @@ def test_second_batch_on_a_folder_is_refused(scenes, tmp_path, ranks):
     assert not out.exists()  # it was made for the first batch, which left nothing in it
 
 
-@pytest.mark.parametrize("share", [1.5, pytest.param(0.5, marks=pytest.mark.verify)])
+@pytest.mark.verify
+@pytest.mark.parametrize("share", [1.5, 0.5])
 def test_cases_wait_for_memory(scenes, tmp_path, share):
     """With room for one and a half, or less than one, cases come one after another."""
     machine = machine_speed()
@@ -223,7 +210,7 @@ def test_goes_on_after_the_job_ended(scenes, tmp_path, kind):
     job = start(*command)
     wait_for_rows(job, out, 2)
     # to the ranks, as srun does; mpirun passes a signal on after a while
-    for process in ranks_of(job):
+    for process in ranks_of(job, "batch.py"):
         os.kill(process, signal.SIGKILL if kind == "kill" else signal.SIGTERM)
     _, said = job.communicate(timeout=LIMIT_S)
     assert job.returncode == 143 or (kind == "kill" and job.returncode != 0)
@@ -251,7 +238,7 @@ def test_one_process_ends_with_the_code_of_the_signal(scenes, tmp_path, number, 
     out = tmp_path / "out"
     job = subprocess.Popen(
         [sys.executable, SCRIPT, "none", "batch", *scenes, "--out", out, "--no-pictures"],
-        env={**CLEAN, **SETTINGS},
+        env=CLEAN,
         stderr=subprocess.PIPE,
         text=True,
     )
@@ -267,20 +254,6 @@ def test_one_process_ends_with_the_code_of_the_signal(scenes, tmp_path, number, 
     whole = {path.parent.name for path in out.glob("*/SHA256SUMS")}
     assert whole >= {row.case for row in rows}
     assert not [path for path in out.glob("*/.*") if path.parent.name != ".stages"]
-
-
-def ranks_of(job):
-    """Processes that mpirun started for the program."""
-    found = []
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            status = (folder / "stat").read_text(encoding="utf-8").rsplit(")", 1)[1].split()
-            command = (folder / "cmdline").read_bytes()
-        except OSError:
-            continue
-        if int(status[1]) == job.pid and b"batch.py" in command:
-            found.append(int(folder.name))
-    return sorted(found)
 
 
 @pytest.fixture
@@ -369,7 +342,7 @@ def test_batch_on_two_hosts(solids, single, tmp_path, ranks_per_scene):
     hosts = SCRIPT.with_name("two_hosts.sh")
     done = subprocess.run(
         [hosts, sys.executable, SCRIPT, "none", "batch", *solids, *map(str, options)],
-        env={**CLEAN, **SETTINGS},
+        env=CLEAN,
         capture_output=True,
         text=True,
         timeout=2 * LIMIT_S,

@@ -35,14 +35,22 @@ def finishes(state):
     assert state["next_right"], state
 
 
-def test_disk_that_is_full_or_read_only(script, scene_path, tmp_path):
+@pytest.fixture(scope="module")
+def found(script, scene_path, tmp_path_factory):
+    """What runs said and left under all limits that can be set here, by the limit."""
     command = mounts()
-    if command is None:
+    kinds = ("files", "memory", "signals", *(["disk"] if command else []))
+    folder = tmp_path_factory.mktemp("limits")
+    return script("limits.py", scene_path("one_body"), folder, *kinds, prefix=command or ())
+
+
+def test_disk_that_is_full_or_read_only(found):
+    if "disk" not in found:
         pytest.skip("file systems can not be mounted here")
-    found = script("limits.py", scene_path("one_body"), tmp_path, "disk", prefix=command)["disk"]
-    whole = {name: found.pop(name) for name in ("read-only", "full, old results")}
+    disks = dict(found["disk"])
+    whole = {name: disks.pop(name) for name in ("read-only", "full, old results")}
     late = 0
-    for state in found.values():
+    for state in disks.values():
         assert "No space left on device" in refused(state)
         assert state["problems"], "half a run passes the check"
         finishes(state)
@@ -57,19 +65,17 @@ def test_disk_that_is_full_or_read_only(script, scene_path, tmp_path):
     assert whole["read-only"]["seconds"] < 5.0
 
 
-def test_files_that_can_not_grow(script, scene_path, tmp_path):
-    found = script("limits.py", scene_path("one_body"), tmp_path, "files")["files"]
-    for state in found.values():
+def test_files_that_can_not_grow(found):
+    for state in found["files"].values():
         assert "File too large" in refused(state)
         assert state["problems"]
         finishes(state)
 
 
-def test_limit_of_memory(script, scene_path, tmp_path):
+def test_limit_of_memory(found):
     """Those that are not enough end in one message; none in a wait."""
-    found = script("limits.py", scene_path("one_body"), tmp_path, "memory")["memory"]
     said = []
-    for state in found.values():
+    for state in found["memory"].values():
         assert state["seconds"] < 50.0
         if state["code"] == 0:
             assert state["right"]
@@ -81,14 +87,14 @@ def test_limit_of_memory(script, scene_path, tmp_path):
     assert all("not enough memory" in text for text in said)
 
 
-def test_signals_and_two_at_once(script, scene_path, tmp_path):
-    found = script("limits.py", scene_path("one_body"), tmp_path, "signals")["signals"]
-    assert "ended by the system (SIGTERM)" in refused(found["SIGTERM"], 143)
-    assert "interrupted" in refused(found["SIGINT"], 130)
+def test_signals_and_two_at_once(found):
+    signals = found["signals"]
+    assert "ended by the system (SIGTERM)" in refused(signals["SIGTERM"], 143)
+    assert "interrupted" in refused(signals["SIGINT"], 130)
     for name in ("SIGTERM", "SIGINT"):
-        assert found[name]["problems"]
-        finishes(found[name])
-    second = found["second"]
+        assert signals[name]["problems"]
+        finishes(signals[name])
+    second = signals["second"]
     assert second["code"] == 2
     (message,) = second["errors"]
     assert f"process {second['pid']} since" in message

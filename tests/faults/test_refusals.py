@@ -90,6 +90,9 @@ def test_folder_of_a_case_that_runs_is_refused(scene, tmp_path):
     with claimed(tmp_path / "batch"):
         out = tmp_path / "batch" / "rotor"
         assert "is writing the folder" in refused("run", scene, "--out", out)
+        said = refused("batch", scene, "--out", tmp_path / "batch", "--resume")
+        assert "batch: another run is writing here" in said
+    assert not (tmp_path / "batch").exists()  # made for the first, which left nothing in it
 
 
 @pytest.mark.solver

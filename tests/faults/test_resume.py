@@ -146,6 +146,7 @@ def test_changed_body_keeps_the_other(run, folder, data):
     assert computed(results) >= {"mesh outer", "reduction outer", *ENGINE}
 
 
+@pytest.mark.verify
 def test_other_models_do_not_meet(run, folder, data):
     """A coarser accuracy is another mesh; nothing of the finer one is taken for it."""
     model = {**data["model"], "accuracy": 0.04}
@@ -167,6 +168,7 @@ def test_lost_judgement_is_made_again(first, run, folder):
     assert document(results) == document(first[0])
 
 
+@pytest.mark.verify
 def test_damaged_entries_are_computed_again(first, run, folder):
     chance = np.random.default_rng(1)
     paths = sorted(folder.glob("*.stage"))
@@ -181,6 +183,7 @@ def test_damaged_entries_are_computed_again(first, run, folder):
     assert sorted(folder.glob("*.stage")) == paths
 
 
+@pytest.mark.verify
 def test_store_that_can_not_be_written(first, run, tmp_path):
     (tmp_path / "file").write_text("", encoding="utf-8")
     results, notes, _ = run(tmp_path / "file")

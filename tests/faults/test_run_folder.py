@@ -6,17 +6,16 @@ import os
 import shutil
 import signal
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from jobs import forked
 
 from solidwhirl.core.errors import OutputError
 from solidwhirl.files.run_folder import MANIFEST, claimed, replacing_files, reserve, verify_folder
 
 OLD = {"results.json": "old", "bodies/a.h5": "old a", "bodies/b.h5": "old b", "x.png": "old x"}
 NEW = {"results.json": "new", "bodies/a.h5": "new a", "report.md": "new r"}
-FILE_WORK = ("open", "os.mkdir", "os.rename", "os.remove", "os.rmdir", "os.truncate")
 
 
 def write(out, files):
@@ -152,12 +151,7 @@ def test_killed_at_every_step_of_writing(tmp_path):
     for step in range(1, 200):
         shutil.rmtree(out, ignore_errors=True)
         write(out, OLD)
-        pid = os.fork()
-        if pid == 0:
-            kill_at_step(step)
-            write(out, NEW)
-            os._exit(0)
-        ended = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+        ended = forked(step, lambda: write(out, NEW))
         if not verify_folder(out):
             shown = {k: v for k, v in content(out).items() if not k.startswith(".")}
             assert shown in (OLD, NEW), step
@@ -170,19 +164,6 @@ def test_killed_at_every_step_of_writing(tmp_path):
             assert good < step
             return
     raise AssertionError("it never ended")
-
-
-def kill_at_step(step):
-    """End this process by SIGKILL at its n-th operation on files from now on."""
-    left = [step]
-
-    def count(event, _arguments):
-        if event in FILE_WORK:
-            left[0] -= 1
-            if left[0] == 0:
-                os.kill(os.getpid(), signal.SIGKILL)
-
-    sys.addaudithook(count)
 
 
 # -- one at a time --------------------------------------------------------------------------------
@@ -259,61 +240,33 @@ def test_room_is_asked_for(tmp_path):
 # -- what is somebody else's ----------------------------------------------------------------------
 
 
-def _foreign_results(out):
-    (out / "results.json").write_text("mine", encoding="utf-8")
+def _mine(path):
+    path.parent.mkdir(exist_ok=True)
+    path.write_text("mine", encoding="utf-8")
+    return path
 
 
-def _foreign_file_of_a_later_name(out):
-    (out / "bodies").mkdir()
-    (out / "bodies" / "a.h5").write_text("mine", encoding="utf-8")
+FOREIGN = {
+    "results": lambda out: _mine(out / "results.json"),
+    "a later name": lambda out: _mine(out / "bodies" / "a.h5"),
+    "manifest": lambda out: (
+        _mine(out / "mine") and (out / MANIFEST).write_text(f"{'0' * 64}  mine\n")
+    ),
+    "link elsewhere": lambda out: (out / "bodies").symlink_to(
+        _mine(out.parent / "else" / "a.h5").parent
+    ),
+    "link for a file": lambda out: (out / "report.md").symlink_to(_mine(out.parent / "mine")),
+    "lock": lambda out: _mine(out / ".lock"),
+    "link for a lock": lambda out: (out / ".lock").symlink_to(_mine(out.parent / "mine")),
+    "folder": lambda out: (out / "results.json").mkdir(),
+}
 
 
-def _foreign_manifest(out):
-    (out / "mine").write_text("mine", encoding="utf-8")
-    (out / MANIFEST).write_text(f"{'0' * 64}  mine\n", encoding="utf-8")
-
-
-def _link_elsewhere(out):
-    (out.parent / "else").mkdir()
-    (out.parent / "else" / "a.h5").write_text("mine", encoding="utf-8")
-    (out / "bodies").symlink_to(out.parent / "else")
-
-
-def _link_in_place_of_a_file(out):
-    (out.parent / "mine").write_text("mine", encoding="utf-8")
-    (out / "report.md").symlink_to(out.parent / "mine")
-
-
-def _foreign_lock(out):
-    (out / ".lock").write_text("mine", encoding="utf-8")
-
-
-def _link_for_a_lock(out):
-    (out.parent / "mine").write_text("mine", encoding="utf-8")
-    (out / ".lock").symlink_to(out.parent / "mine")
-
-
-def _foreign_folder(out):
-    (out / "results.json").mkdir()
-
-
-@pytest.mark.parametrize(
-    "prepare",
-    [
-        _foreign_results,
-        _foreign_file_of_a_later_name,
-        _foreign_manifest,
-        _link_elsewhere,
-        _link_in_place_of_a_file,
-        _foreign_lock,
-        _link_for_a_lock,
-        _foreign_folder,
-    ],
-)
-def test_what_no_run_wrote_is_not_replaced(tmp_path, prepare):
+@pytest.mark.parametrize("what", FOREIGN)
+def test_what_no_run_wrote_is_not_replaced(tmp_path, what):
     out = tmp_path / "out"
     out.mkdir()
-    prepare(out)
+    FOREIGN[what](out)
     before = content(tmp_path)
     with pytest.raises(OutputError, match=r"no run wrote it|link to another|no file of a run"):
         write(out, NEW)
@@ -336,38 +289,21 @@ def test_run_whose_manifest_is_lost_is_replaced(tmp_path, damage):
     assert verify_folder(tmp_path) == []
 
 
-def _pipe(out):
-    (out / "report.md").unlink()
-    os.mkfifo(out / "report.md")
-
-
-def _device(out):
-    (out / "report.md").unlink()
-    (out / "report.md").symlink_to("/dev/zero")
-
-
-def _folder_elsewhere(out):
-    shutil.move(out / "bodies", out.parent / "bodies")
-    (out / "bodies").symlink_to(out.parent / "bodies")
-
-
-def _manifest_pipe(out):
-    (out / MANIFEST).unlink()
-    os.mkfifo(out / MANIFEST)
-
-
-def _manifest_device(out):
-    (out / MANIFEST).unlink()
-    (out / MANIFEST).symlink_to("/dev/zero")
+def _replaced(path, by):
+    """Put something else in the place of a file or folder."""
+    moved = shutil.move(path, path.parents[1] / path.name)
+    os.mkfifo(path) if by == "pipe" else path.symlink_to("/dev/zero" if by == "device" else moved)
 
 
 @pytest.mark.parametrize(
-    "change", [_pipe, _device, _folder_elsewhere, _manifest_pipe, _manifest_device]
+    ("name", "by"),
+    [(name, by) for name in ("report.md", MANIFEST) for by in ("pipe", "device")]
+    + [("bodies", "link")],
 )
-def test_pipes_devices_and_links_are_not_read(tmp_path, change):
+def test_pipes_devices_and_links_are_not_read(tmp_path, name, by):
     out = tmp_path / "out"
     write(out, NEW)
-    change(out)
+    _replaced(out / name, by)
     (found,) = verify_folder(out)
     assert "no regular file" in found or "behind a link" in found
 

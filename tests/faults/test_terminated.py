@@ -12,7 +12,7 @@ import pytest
 
 SCENE = Path(__file__).parents[2] / "scenes" / "ferraris.toml"
 
-MOMENTS_S = [0.1 * n for n in range(3, 23, 2)]
+MOMENTS_S = [0.1 * n for n in range(3, 23, 4)]
 
 
 @pytest.mark.parametrize("moment_s", MOMENTS_S)

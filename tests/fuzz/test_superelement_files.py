@@ -75,23 +75,23 @@ def survive(folder, check_message):
 
 
 def test_sealed_files_never_pass_with_a_changed_byte(survive):
-    """400 inputs. The checksum finds all; a few changes leave the file as it was."""
-    outcomes = survive("sealed", 0, 400)
-    assert outcomes["read"] < 8
+    """150 inputs. The checksum finds all; a few changes leave the file as it was."""
+    outcomes = survive("sealed", 0, 150)
+    assert outcomes["read"] < 5
 
 
 def test_damaged_bytes(survive):
-    """125 inputs without a checksum, some of which crash or hang the HDF5 library."""
-    outcomes = survive("bytes", 0, 125)
-    assert outcomes["refused"] > 85
+    """50 inputs without a checksum, some of which crash or hang the HDF5 library."""
+    outcomes = survive("bytes", 0, 50)
+    assert outcomes["refused"] > 30
 
 
 def test_damaged_content(survive, superelement_damage):
-    """220 inputs that HDF5 itself finds in order, every kind of damage many times."""
-    outcomes = survive("content", 0, 220)
-    assert outcomes["refused"] > 125
+    """90 inputs that HDF5 itself finds in order, every kind of damage many times."""
+    outcomes = survive("content", 0, 90)
+    assert outcomes["refused"] > 45
     # harmless additions, numbers that a body may have, later minor versions
-    assert outcomes["read"] > 25
+    assert outcomes["read"] > 10
 
 
 @pytest.mark.verify

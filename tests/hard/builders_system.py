@@ -81,7 +81,7 @@ def shaft(name="shaft", elements=6, length_m=0.6, radius_m=0.02) -> Superelement
     )
     stations = np.linspace(0.0, length_m, elements + 1)
     ends = {"a": 0.0, "b": length_m}
-    return beam_superelement(name, stations, radius_m, 0.0, *STEEL, ends, [disk])
+    return beam_superelement(name, stations, radius_m, 0.0, STEEL, ends, [disk])
 
 
 @cache

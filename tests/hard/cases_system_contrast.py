@@ -50,12 +50,12 @@ def _chain_of_forty(speed_rad_s: float) -> float:
     stations = np.linspace(0.0, length, count + 1)
     disk = {"mass_kg": 12.0, "diametral_kg_m2": 0.07, "polar_kg_m2": 0.13}
     disks = [Disk(name="disk", position_m=float(stations[13]), **disk)]
-    whole = beam_superelement("whole", stations, 0.02, 0.0, *STEEL, {"a": 0.0, "b": length}, disks)
+    whole = beam_superelement("whole", stations, 0.02, 0.0, STEEL, {"a": 0.0, "b": length}, disks)
     single = engine({"whole": whole}, [ground("whole", at, 1e8) for at in "ab"])
     names = [f"body {i}" for i in range(count)]
     bodies = {
         name: beam_superelement(
-            name, stations[i : i + 2], 0.02, 0.0, *STEEL,
+            name, stations[i : i + 2], 0.02, 0.0, STEEL,
             {"a": float(stations[i]), "b": float(stations[i + 1])}, disks if i == 13 else (),
         )
         for i, name in enumerate(names)

@@ -24,16 +24,7 @@ VERSIONED = {
     "petsc_vec",
 }
 VERSIONED_ATTRIBUTES = {*VERSIONED, "vector"}  # `vector` is also a good name for a variable
-BLOCKED = (
-    *sorted(LIBRARY),
-    "gmsh",
-    "meshio",
-    "mpi4py",
-    "pydantic",
-    "typer",
-    "rich",
-    "matplotlib",
-)
+BLOCKED = (*sorted(LIBRARY), "gmsh", "meshio", "mpi4py", "pydantic", "typer", "rich", "matplotlib")
 
 
 def sources(root, *folders):

@@ -18,7 +18,7 @@ from solidwhirl.rotordyn.assembly.law_pieces import LawPieces
 from solidwhirl.rotordyn.assembly.system import assemble
 from solidwhirl.rotordyn.beams.superelement import beam_superelement
 from solidwhirl.rotordyn.checks.plain_checks import COUNT, COUNT_SPEEDS, ROOTS
-from solidwhirl.rotordyn.response import unbalance
+from solidwhirl.rotordyn.response import harmonic_response
 from solidwhirl.rotordyn.run_up import steps as run_up_basis
 from solidwhirl.rotordyn.stability import intervals as stability
 from solidwhirl.scene_reading.reader import parse_scene
@@ -186,13 +186,13 @@ def unresolved_response(monkeypatch):
 
 
 def undamped_response(monkeypatch):
-    right = unbalance.harmonic_response
+    right = harmonic_response.harmonic_response
 
     def wrong(assembled, *parts):
         still = dataclasses.replace(assembled, damping=0.3 * assembled.damping)
         return right(still, *parts)
 
-    monkeypatch.setattr(unbalance, "harmonic_response", wrong)
+    monkeypatch.setattr(harmonic_response, "harmonic_response", wrong)
 
 
 def missed_windows(monkeypatch):

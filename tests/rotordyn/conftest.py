@@ -182,7 +182,7 @@ def _three_disk_element(splits=1):
     ]
     stations = np.linspace(0.0, 1.3, 13 * splits + 1)
     ends = {"left": 0.0, "right": 1.3}
-    return beam_superelement("three-disk", stations, 0.05, 0.0, 2e11, 0.3, 7800.0, ends, disks)
+    return beam_superelement("three-disk", stations, 0.05, 0.0, (2e11, 0.3, 7800.0), ends, disks)
 
 
 def _three_disk(cx=700.0, cy=500.0):
@@ -202,11 +202,11 @@ def _twin_bodies():
     )  # fmt: skip
     c = 0.8 / 3
     inner = beam_superelement(
-        "inner", np.linspace(0, 0.4, 13), 0.02, 0.0, 2e11, 0.3, 7800.0,
+        "inner", np.linspace(0, 0.4, 13), 0.02, 0.0, (2e11, 0.3, 7800.0),
         {"A": 0.0, "C": c, "B": 0.4}, [inner_disk],
     )  # fmt: skip
     outer = beam_superelement(
-        "outer", np.linspace(c, 0.4, 6), 0.035, 0.03, 2e11, 0.3, 7800.0,
+        "outer", np.linspace(c, 0.4, 6), 0.035, 0.03, (2e11, 0.3, 7800.0),
         {"C": c, "D": 0.4}, [outer_disk],
     )  # fmt: skip
     return inner, outer

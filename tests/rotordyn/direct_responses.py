@@ -12,13 +12,7 @@ import scipy.linalg as la
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
-from solidwhirl.rotordyn.state_space.channels import (
-    Input,
-    Output,
-    channels_at_speed,
-    input_names,
-    output_names,
-)
+from solidwhirl.rotordyn.state_space.channels import ForceInput, Output, channels_at_speed
 from solidwhirl.rotordyn.state_space.model import StateSpace
 
 
@@ -52,7 +46,7 @@ def frequency_response(
 def response_error(
     model: StateSpace,
     assembled: AssembledSystem,
-    inputs: Sequence[Input],
+    inputs: Sequence[ForceInput],
     outputs: Sequence[Output],
     speeds_rad_s: npt.ArrayLike,
     frequencies_hz: npt.ArrayLike,
@@ -64,7 +58,7 @@ def response_error(
     each channel over all speeds and frequencies. Raises AnalysisError if the model has other inputs
     or outputs.
     """
-    ends = (input_names(inputs).names, output_names(outputs).names)
+    ends = tuple(tuple(item.name_and_unit[0] for item in end) for end in (inputs, outputs))
     if ends != (model.input_names, model.output_names):
         raise AnalysisError(f"the model has {model.input_names} and {model.output_names}")
     speeds = np.asarray(speeds_rad_s, dtype=float)
@@ -83,7 +77,7 @@ def response_error(
 
 def _direct(
     assembled: AssembledSystem,
-    inputs: Sequence[Input],
+    inputs: Sequence[ForceInput],
     outputs: Sequence[Output],
     speed: float,
     frequencies: FloatArray,
@@ -99,5 +93,5 @@ def _direct(
         scaled = scale[:, None] * dynamic * scale
         q = scale[:, None] * la.solve(scaled, scale[:, None] * channels.load)
         rows = channels.displacement + 1j * w * channels.velocity - w**2 * channels.acceleration
-        result.append(rows @ q + channels.direct)
+        result.append(rows @ q)
     return np.array(result)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from decimal import Decimal
 from pathlib import Path
 
 from solidwhirl.rotordyn.core.errors import SuperelementError
@@ -21,20 +22,15 @@ _TOO_SMALL = 1e-99
 class Card:
     """One entry of bulk data.
 
-    Attributes
-    ----------
-    path, line
-        Where it begins.
-    name
-        First field, without the star of the large format.
-    fields
-        The others, continuations joined; blank ones are empty texts.
+    `path`, `line`: where it begins.
+    `name`: first field, without the star of the large format.
+    `fields`: the others, continuations joined; blank ones are empty texts.
     """
 
     path: Path
     line: int
     name: str
-    fields: tuple[str, ...]
+    fields: list[str]
 
     def error(self, said: str) -> SuperelementError:
         """Return an error at this entry."""
@@ -66,47 +62,41 @@ class Card:
             raise self.error(f"field {at + 2}: {error}") from error
 
 
-def read_cards(path: Path, files: list[Path]) -> Iterator[Card]:
+def read_cards(path: Path, files: list[Path], depth: int = 0) -> Iterator[Card]:
     """Read the entries behind BEGIN BULK, those of included files too, which `files` then lists.
 
-    Raises
-    ------
-    SuperelementError
-        A file that can't be read, includes that never end, a line that is no entry.
+    Raises SuperelementError: a file that can't be read, includes that never end, a line that is no
+    entry.
     """
-    yield from _cards(path, files, 0)
-
-
-def _cards(path: Path, files: list[Path], depth: int) -> Iterator[Card]:
     if depth > _DEEPEST or len(files) >= _MOST_FILES:
         raise SuperelementError(f"{path}: is included {depth} deep, or is one file too many")
     lines = file_bytes(path).decode("utf-8", errors="replace").splitlines()
     files.append(path)
-    at = _bulk_begin(lines)
-    open_card: tuple[int, str, list[str]] | None = None
-    for number in range(at, len(lines)):
+    begins = (k + 1 for k, s in enumerate(lines) if s.upper().split()[:2] == ["BEGIN", "BULK"])
+    card: Card | None = None
+    for number in range(next(begins, 0), len(lines)):
         line = lines[number].split("$", 1)[0].expandtabs(8).rstrip()
         if not line:
             continue
         if line[0] in " +*":
-            if open_card is None:
+            if card is None:
                 raise SuperelementError(f"{path}, line {number + 1}: continues nothing")
-            open_card[2].extend(_fields(line))
+            card.fields.extend(_fields(line))
             continue
-        if open_card is not None:
-            yield _card(path, open_card)
-        open_card = None
-        head = line.upper()
+        if card is not None:
+            yield card
+        card, head = None, line.upper()
         if head.startswith("ENDDATA"):
             return
         if head.startswith("INCLUDE"):
             name = line[7:].strip().strip("'\"")
-            yield from _cards(_included(path, number, name, files[0].parent), files, depth + 1)
+            included = _included(path, number, name, files[0].parent)
+            yield from read_cards(included, files, depth + 1)
             continue
-        name = head.replace(",", " ").split()[0][:8]
-        open_card = (number, name, _fields(line))
-    if open_card is not None:
-        yield _card(path, open_card)
+        name = head.replace(",", " ").split()[0][:8].rstrip("*")
+        card = Card(path=path, line=number + 1, name=name, fields=_fields(line))
+    if card is not None:
+        yield card
 
 
 def _included(path: Path, number: int, name: str, folder: Path) -> Path:
@@ -124,18 +114,6 @@ def _included(path: Path, number: int, name: str, folder: Path) -> Path:
     return found
 
 
-def _card(path: Path, found: tuple[int, str, list[str]]) -> Card:
-    number, name, fields = found
-    return Card(path=path, line=number + 1, name=name.rstrip("*"), fields=tuple(fields))
-
-
-def _bulk_begin(lines: list[str]) -> int:
-    for number, line in enumerate(lines):
-        if line.upper().split()[:2] == ["BEGIN", "BULK"]:
-            return number + 1
-    return 0
-
-
 def _fields(line: str) -> list[str]:
     """Fields of one line behind the first: 8 of 8 columns, 4 of 16, or separated by commas."""
     wide = "*" in line[:8]
@@ -150,62 +128,27 @@ def _fields(line: str) -> list[str]:
 def real_field(value: float, width: int = 16) -> str:
     """Write a number with as many digits as a field has room for.
 
-    Parameters
-    ----------
-    value
-        Finite, below 1e99 in magnitude.
-
-    Returns
-    -------
-    str
-        `width` characters. With 16 columns: 12 digits or more between 1e-10 and 1e20, 11 or more
-        elsewhere; numbers below 1e-99 are written as zero. The point is where it saves the sign of
-        an exponent (Nastran's real numbers may have it anywhere, and an exponent without E).
+    `value`: finite, below 1e99 in magnitude. Returns `width` characters. With 16 columns: 12 digits
+    or more between 1e-10 and 1e20, 11 or more elsewhere; numbers below 1e-99 are written as zero.
+    The point is where it saves the sign of an exponent (Nastran's real numbers may have it
+    anywhere, and an exponent without E).
     """
     if value == 0.0 or abs(value) < _TOO_SMALL:
         return "0.0".rjust(width)
-    best, error = "", float("inf")
-    for text in _candidates(value, width):
-        wrong = abs(parsed_real(text) - value)
-        if wrong < error:
-            best, error = text, wrong
-    return best.rjust(width)
-
-
-def _candidates(value: float, width: int) -> list[str]:
-    sign = "-" if value < 0 else ""
-    room = width - len(sign) - 1  # without the point
-    found = []
-    for exponent in ("", "+9", "-9", "+00"):
-        digits = min(room - len(exponent), 17)
-        mantissa, power = f"{abs(value):.{digits - 1}E}".split("E")
-        figures, order = mantissa.replace(".", ""), int(power)  # d.ddd times 10^order
-        if not exponent:
-            if 0 <= order < digits:
-                found.append(f"{sign}{figures[: order + 1]}.{figures[order + 1 :]}")
-            elif order == -1:
-                found.append(f"{sign}.{figures}")
-            continue
-        if exponent == "+00":
-            shown = f"{order:+03d}"
-            found.append(f"{sign}{figures[0]}.{figures[1:]}{shown}")
-            continue
-        # one digit of exponent: the point moves into the figures
-        left = min(max(order + 1 - (9 if exponent == "+9" else -9), 0), digits)
-        shift = order + 1 - left
-        if -9 <= shift <= 9 and shift:
-            found.append(f"{sign}{figures[:left]}.{figures[left:]}{shift:+d}")
-    return [text for text in found if len(text) <= width]
+    exact, found = Decimal(value), list[str]()
+    for power in (0, 9, -9, exact.adjusted()):
+        mantissa, shown = exact.scaleb(-power), f"{power:+d}" if power else ""
+        room = width - 1 - (value < 0) - max(mantissa.adjusted() + 1, 0) - len(shown)
+        # one place less where rounding needs one more before the point
+        for places in range(max(room - 1, 0), room + 1):
+            text = re.sub(r"^(-?)0\.", r"\1.", f"{mantissa:.{places}f}")
+            found.append(f"{text}{'' if places else '.'}{shown}")
+    fits = (text for text in found if len(text) <= width)
+    return min(fits, key=lambda text: abs(parsed_real(text) - value)).rjust(width)
 
 
 def parsed_real(text: str) -> float:
-    """Read a real number of bulk data: "1.5", "-.2+3", "4.D-2", "12.E4".
-
-    Raises
-    ------
-    ValueError
-        It is none; whole numbers without a point are none.
-    """
+    """Read a real number of bulk data, "1.5", "-.2+3", "4.D-2", "12.E4", or raise ValueError."""
     found = text.strip()
     match = _REAL.fullmatch(found)
     if match is None or "." not in match[2] or match[2] == ".":

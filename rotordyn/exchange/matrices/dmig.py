@@ -11,19 +11,8 @@ from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.atomic import replacing
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.exchange.exported import Exported
+from solidwhirl.rotordyn.exchange.matrices import foreign_body as foreign
 from solidwhirl.rotordyn.exchange.matrices.bulk_data import Card, read_cards, real_field
-from solidwhirl.rotordyn.exchange.matrices.foreign_body import (
-    ROLES,
-    ForeignBody,
-    Row,
-    ascii_name,
-    checked_matrix,
-    first_scalar,
-    matrix_set,
-    node_numbers,
-    refuse_large,
-    rows_of,
-)
 from solidwhirl.rotordyn.superelement.record import Superelement
 
 # Entries that change nothing of a body that is given by its matrices.
@@ -49,25 +38,14 @@ def write_dmig(element: Superelement, path: Path, speed_rad_s: float | None = No
     points of the interfaces, scalar points of the modes, the equation and case control as
     comments, and an INCLUDE of the punch file.
 
-    Parameters
-    ----------
-    element
-        The body. If its coordinates are tied (`constraint`), the matrices are BᵀAB on scalar
-        points, and MPC entries say how the interfaces follow.
-    path
-        The punch file; it must not end in `.bdf`.
-    speed_rad_s
-        Writes K0 + Ω²(Kgeo + Kspin) and ΩG at this speed as well.
+    `element`: the body. If its coordinates are tied (`constraint`), the matrices are BᵀAB on scalar
+    points, and MPC entries say how the interfaces follow; `path`: the punch file; it must not end
+    in `.bdf`; `speed_rad_s`: writes K0 + Ω²(Kgeo + Kspin) and ΩG at this speed as well. Raises
+    SuperelementError: a speed beyond what the body was reduced for, or a punch file that ends in
+    `.bdf`.
 
-    Notes
-    -----
     Numbers have 12 digits between 1e-10 and 1e20 and 11 elsewhere (16 columns, of which the sign
     takes one).
-
-    Raises
-    ------
-    SuperelementError
-        A speed beyond what the body was reduced for, or a punch file that ends in `.bdf`.
     """
     path = Path(path)
     if path.suffix.lower() == ".bdf":
@@ -75,17 +53,22 @@ def write_dmig(element: Superelement, path: Path, speed_rad_s: float | None = No
             f"{path}: the matrices go to a punch file, whose name ends in .pch; the .bdf beside it "
             "is written too"
         )
-    chosen = matrix_set(element, speed_rad_s)
+    chosen = foreign.matrix_set(element, speed_rad_s)
     tie = element.constraint
     matrices = dict(chosen.matrices)
-    rows = rows_of(element)
+    rows = foreign.rows_of(element)
     left = [*chosen.left_out, "Names of the interfaces are comments only."]
     left.append("Mass properties, points for pictures and the largest speed are not written.")
     left.append(_DIGITS)
     if tie is not None:
-        matrices = _tied(matrices, tie)
-        first = first_scalar(element)
-        rows = tuple(Row(node=first + k, component=0) for k in range(tie.shape[1]))
+        spread = np.linalg.pinv(tie)
+        matrices = {
+            role: _in_other_coordinates(role, matrix, spread, tie)
+            for role, matrix in matrices.items()
+            if role != "constraint"
+        }
+        first = foreign.first_scalar(element)
+        rows = tuple(foreign.Row(node=first + k, component=0) for k in range(tie.shape[1]))
         left.append(
             f"The {element.size} coordinates are tied to {tie.shape[1]} free motions: matrices are "
             "those of the free motions, on scalar points, and MPC entries move the interfaces."
@@ -104,26 +87,20 @@ def write_dmig(element: Superelement, path: Path, speed_rad_s: float | None = No
     )
 
 
-def _tied(matrices: Mapping[str, FloatArray], tie: FloatArray) -> dict[str, FloatArray]:
-    """Matrices of the free motions r, q = B r."""
-    spread = np.linalg.pinv(tie)
-    out = {}
-    for role, matrix in matrices.items():
-        if role == "constraint":
-            continue
-        if role == "rigid_modes":
-            out[role] = spread @ matrix
-        elif role == "spin_generator":
-            out[role] = spread @ matrix @ tie
-        else:
-            out[role] = tie.T @ matrix @ tie
-    return out
+def _in_other_coordinates(
+    kind: str, matrix: FloatArray, to: FloatArray, back: FloatArray
+) -> FloatArray:
+    """Return a matrix by role in coordinates that follow from the old ones by `to`."""
+    if kind == "rigid_modes":
+        return np.asarray(to @ matrix)
+    first = to if kind == "spin_generator" else back.T
+    return np.asarray(first @ matrix @ back)
 
 
 def _head(element: Superelement) -> list[str]:
     return [
-        f"$ {ascii_name(element)}: superelement in SI units (m, kg, s, N, rad), inertial frame, "
-        "spin about +z",
+        f"$ {foreign.ascii_name(element)}: superelement in SI units (m, kg, s, N, rad), inertial "
+        "frame, spin about +z",
         "$ MRED q'' + OM CCOR q' + (KRED + OM**2 (KGEO + KSPN)) q = f, OM in rad/s",
     ]
 
@@ -131,16 +108,16 @@ def _head(element: Superelement) -> list[str]:
 def _punch_lines(
     element: Superelement,
     matrices: Mapping[str, FloatArray],
-    rows: tuple[Row, ...],
+    rows: tuple[foreign.Row, ...],
     speed_rad_s: float | None,
 ) -> Iterator[str]:
     yield from _head(element)
     for role, matrix in matrices.items():
-        name = ROLES[role].short
+        name = foreign.ROLES[role].short
         at = f" {speed_rad_s:.12g}" if role.endswith("_at_speed") else ""
-        yield f"$ {name}: {ROLES[role].multiplies}{at}"
+        yield f"$ {name}: {foreign.ROLES[role].multiplies}{at}"
         rectangular = matrix.shape[1] != matrix.shape[0]
-        symmetric = ROLES[role].symmetry == "symmetric"
+        symmetric = foreign.ROLES[role].symmetry == "symmetric"
         form = 9 if rectangular else 6 if symmetric else 1
         count = f"{matrix.shape[1]:8d}" if rectangular else ""
         head = f"DMIG    {name:<8}{0:8d}{form:8d}{2:8d}{0:8d}{'':8}{'':8}{count}"
@@ -157,21 +134,21 @@ def _punch_lines(
                 yield f"*       {row.node:16d}{row.component:16d}{real_field(float(part[j, k]))}"
 
 
-def _numbered(count: int) -> tuple[Row, ...]:
+def _numbered(count: int) -> tuple[foreign.Row, ...]:
     """Columns of a rectangular matrix."""
-    return tuple(Row(node=k + 1, component=0) for k in range(count))
+    return tuple(foreign.Row(node=k + 1, component=0) for k in range(count))
 
 
 def _bulk_lines(
     element: Superelement,
     punch: str,
     matrices: Mapping[str, FloatArray],
-    rows: tuple[Row, ...],
+    rows: tuple[foreign.Row, ...],
     speed_rad_s: float | None,
 ) -> Iterator[str]:
     yield from _head(element)
     yield from _recipe(matrices, element.constraint is not None, speed_rad_s)
-    numbers = node_numbers(element)
+    numbers = foreign.node_numbers(element)
     for node in element.interfaces:
         x, y, z = (real_field(float(v)) for v in node.position_m)
         yield f"$ {numbers[node.name]} = {node.name}"
@@ -197,7 +174,9 @@ def _recipe(
     if tied:
         yield f"$   MPC = {_MPC_SET}"
     if "gyroscopic" in matrices:
-        terms = [ROLES[r].short for r in ("stress_stiffening", "spin_softening") if r in matrices]
+        terms = [
+            foreign.ROLES[r].short for r in ("stress_stiffening", "spin_softening") if r in matrices
+        ]
         change = "".join(f", (OM**2)*{name}" for name in terms)
         yield "$ Case control at a speed OM (complex eigenvalues, SOL 107, 110; numbers for (..)):"
         yield f"$   M2PP = MRED      K2PP = KRED{change}      B2PP = (OM)*CCOR"
@@ -207,10 +186,10 @@ def _recipe(
         yield "$   M2PP = MRED      K2PP = KSPD      B2PP = CSPD"
 
 
-def _ties(element: Superelement, rows: tuple[Row, ...]) -> Iterator[str]:
+def _ties(element: Superelement, rows: tuple[foreign.Row, ...]) -> Iterator[str]:
     """MPC entries: 0 = −q + Σ B r."""
     assert element.constraint is not None
-    for row, weights in zip(rows_of(element), element.constraint, strict=True):
+    for row, weights in zip(foreign.rows_of(element), element.constraint, strict=True):
         terms = [(row, -1.0)]
         terms += [(rows[int(k)], float(weights[k])) for k in np.flatnonzero(weights)]
         for k in range(0, len(terms), 2):
@@ -222,28 +201,15 @@ def _ties(element: Superelement, rows: tuple[Row, ...]) -> Iterator[str]:
             yield f"*       {more[0]}" if more else "*"
 
 
-def read_dmig(path: Path, nodes: Path | None = None) -> ForeignBody:
+def read_dmig(path: Path, nodes: Path | None = None) -> foreign.ForeignBody:
     """Read a body from bulk data with DMIG, GRID and SPOINT entries.
 
-    Parameters
-    ----------
-    path
-        Bulk data; files that it includes are read too. A punch file alone takes its points from the
-        `.bdf` beside it, if that does not include it itself.
-    nodes
-        Bulk data with the points, None: as above.
-
-    Returns
-    -------
-    ForeignBody
-        Matrices by name; the coordinates are the rows of all square ones, grids first. MPC entries
-        that move grids with scalar points become the matrix "TIE".
-
-    Raises
-    ------
-    SuperelementError
-        Entries that are damaged or that this reader does not know, complex matrices, points in
-        other coordinate systems. The message names file and line.
+    `path`: bulk data; files that it includes are read too. A punch file alone takes its points from
+    the `.bdf` beside it, if that does not include it itself; `nodes`: bulk data with the points,
+    None: as above. Returns matrices by name; the coordinates are the rows of all square ones, grids
+    first. MPC entries that move grids with scalar points become the matrix "TIE". Raises
+    SuperelementError: entries that are damaged or that this reader does not know, complex matrices,
+    points in other coordinate systems. The message names file and line.
     """
     path = Path(path)
     beside = path.with_suffix(".bdf")
@@ -271,8 +237,8 @@ class _Dmig:
         if kind not in (1, 2):
             raise card.error(f"type is {kind}; allowed are 1 and 2 (real)")
         self.columns = card.whole(7, default=0)
-        refuse_large(card.path, self.columns)
-        self.entries: dict[tuple[Row, Row], float] = {}
+        foreign.refuse_large(card.path, self.columns)
+        self.entries: dict[tuple[foreign.Row, foreign.Row], float] = {}
 
 
 class _Reader:
@@ -284,8 +250,8 @@ class _Reader:
         self._positions: dict[int, FloatArray] = {}
         self._scalars: set[int] = set()
         self._matrices: dict[str, _Dmig] = {}
-        self._ties: dict[Row, dict[Row, float]] = {}
-        self._rows: set[Row] = set()
+        self._ties: dict[foreign.Row, dict[foreign.Row, float]] = {}
+        self._rows: set[foreign.Row] = set()
 
     def read(self, path: Path) -> None:
         """Read a file and those that it includes."""
@@ -341,7 +307,7 @@ class _Reader:
         self._column(card, self._matrices[name])
 
     def _column(self, card: Card, matrix: _Dmig) -> None:
-        column = Row(node=card.whole(1, least=1), component=card.whole(2, default=0))
+        column = foreign.Row(node=card.whole(1, least=1), component=card.whole(2, default=0))
         rectangular = matrix.form == _RECTANGULAR
         if rectangular and not 1 <= column.node <= max(matrix.columns, 1):
             raise card.error(f"column {column.node} of {matrix.columns}")
@@ -351,7 +317,7 @@ class _Reader:
         for at in range(4, len(card.fields), 4):
             if not any(card.fields[at : at + 4]):
                 continue
-            row = Row(node=card.whole(at, least=1), component=card.whole(at + 1, default=0))
+            row = foreign.Row(node=card.whole(at, least=1), component=card.whole(at + 1, default=0))
             self._known(card, row)
             if card.text(at + 3):
                 raise card.error(f"has an imaginary part at row {row.node}, {row.component}")
@@ -360,33 +326,35 @@ class _Reader:
                 raise card.error(f"row {row.node}, {row.component} is given twice")
             matrix.entries[row, column] = card.real(at + 2)
 
-    def _known(self, card: Card, row: Row) -> None:
+    def _known(self, card: Card, row: foreign.Row) -> None:
         if row.component > 6:
             raise card.error(f"component is {row.component}; 0 to 6 are allowed")
         self._rows.add(row)
         if len(self._rows) % 64 == 0:
-            refuse_large(card.path, len(self._rows))
+            foreign.refuse_large(card.path, len(self._rows))
 
     def _mpc(self, card: Card) -> None:
-        terms: list[tuple[Row, float]] = []
+        terms: list[tuple[foreign.Row, float]] = []
         groups = [card.fields[k : k + 8] for k in range(0, len(card.fields), 8)]
         for number, group in enumerate(groups):
             for at in (1, 4):
                 place = 8 * number + at
                 if len(group) > at and group[at]:
-                    row = Row(node=card.whole(place, 1), component=card.whole(place + 1, default=0))
+                    row = foreign.Row(
+                        node=card.whole(place, 1), component=card.whole(place + 1, default=0)
+                    )
                     terms.append((row, card.real(place + 2)))
         if not terms or terms[0][1] == 0.0 or terms[0][0] in self._ties:
             raise card.error("needs a first point of its own, with a factor that is not 0")
         (own, factor), *others = terms
         self._ties[own] = {row: -weight / factor for row, weight in others}
 
-    def body(self) -> ForeignBody:
+    def body(self) -> foreign.ForeignBody:
         """Return what was read."""
         if not self._matrices:
             raise SuperelementError(f"{self.path}: has no DMIG entry")
         rows = sorted(self._rows, key=lambda r: (r.component == 0, r.node, r.component))
-        refuse_large(self.path, len(rows))
+        foreign.refuse_large(self.path, len(rows))
         for row in rows:
             if row.component and row.node not in self._positions:
                 raise SuperelementError(
@@ -400,7 +368,7 @@ class _Reader:
         matrices = {name: self._dense(name, found, rows) for name, found in self._matrices.items()}
         if self._ties:
             rows, matrices = self._tied(rows, matrices)
-        return ForeignBody(
+        return foreign.ForeignBody(
             files=tuple(self.files),
             matrices=matrices,
             nodes=np.array([r.node for r in rows], dtype=np.int64),
@@ -408,7 +376,7 @@ class _Reader:
             positions=self._positions,
         )
 
-    def _dense(self, name: str, found: _Dmig, rows: list[Row]) -> FloatArray:
+    def _dense(self, name: str, found: _Dmig, rows: list[foreign.Row]) -> FloatArray:
         index = {row: k for k, row in enumerate(rows)}
         width = found.columns if found.form == _RECTANGULAR else len(rows)
         matrix = np.zeros((len(rows), width))
@@ -418,11 +386,11 @@ class _Reader:
             matrix[k, j] = value
             if found.form == _SYMMETRIC:
                 matrix[j, k] = value
-        return checked_matrix(f"{found.card.path}: matrix {name}", matrix)
+        return foreign.checked_matrix(f"{found.card.path}: matrix {name}", matrix)
 
     def _tied(
-        self, rows: list[Row], matrices: dict[str, FloatArray]
-    ) -> tuple[list[Row], dict[str, FloatArray]]:
+        self, rows: list[foreign.Row], matrices: dict[str, FloatArray]
+    ) -> tuple[list[foreign.Row], dict[str, FloatArray]]:
         """Coordinates of the grids that scalar points move, q = B r."""
         index = {row: k for k, row in enumerate(rows)}
         if any(row.component for row in rows):
@@ -445,12 +413,9 @@ class _Reader:
         if len(own) < len(rows) or values[-1] < _RANK * values[0]:
             raise SuperelementError(f"{self.path}: MPC entries leave a free motion unseen")
         spread = np.linalg.pinv(tie)
+        kinds = {"RIGB": "rigid_modes", "LSPN": "spin_generator"}
         out = {"TIE": tie}
         for name, matrix in matrices.items():
-            if name == "RIGB" or matrix.shape[1] != len(rows):
-                out[name] = tie @ matrix
-            elif name == "LSPN":
-                out[name] = tie @ matrix @ spread
-            else:
-                out[name] = spread.T @ matrix @ spread
+            kind = kinds.get(name, "rigid_modes" if matrix.shape[1] != len(rows) else "")
+            out[name] = _in_other_coordinates(kind, matrix, tie, spread)
         return own, out

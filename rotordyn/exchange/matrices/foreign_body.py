@@ -27,14 +27,9 @@ EQUATION = "M q'' + W G q' + (K0 + W^2 (Kgeo + Kspin) + W' (1/2) G) q = f, W in 
 class Role(NamedTuple):
     """What is known of a matrix by its role.
 
-    Attributes
-    ----------
-    name, short
-        In formats with long names, and in those with eight letters.
-    symmetry
-        "symmetric", "skew-symmetric" or "general".
-    multiplies
-        What, in words.
+    `name`, `short`: in formats with long names, and in those with eight letters.
+    `symmetry`: "symmetric", "skew-symmetric" or "general".
+    `multiplies`: what, in words.
     """
 
     name: str
@@ -75,28 +70,20 @@ ROLES: Mapping[str, Role] = MappingProxyType(
 class ForeignBody:
     """Hold what a file of matrices says of a body, in the units and axes of the file.
 
-    Attributes
-    ----------
-    files
-        Files it was read from, the one that was named first.
-    matrices
-        By their names in the file; (n, n), or (n, columns) for rigid motions and constraints.
-    nodes, components
-        Row of each coordinate, shape (n,): number of its node and component 1 to 6 (ux to rz), or
-        0 for the amplitude of a mode.
-    positions
-        Places of the nodes by number, shape (3,).
-    names
-        Names of the nodes that have one, by number.
-    length_unit, mass_unit
-        As the file says them; None where it does not.
-    properties
-        Mass properties as the file says them, in its units: "mass", "center_of_gravity" (3,),
-        "inertia" (3, 3); empty where it does not.
-    maximum_speed_rad_s
-        Largest speed the body was reduced for; inf where the file does not say it.
-    points, point_modes
-        Points for pictures, shape (p, 3), and their displacement (p, 3, n); p may be 0.
+    `files`: files it was read from, the one that was named first.
+    `matrices`: by their names in the file; (n, n), or (n, columns) for rigid motions and
+    constraints.
+    `nodes`, `components`: row of each coordinate, shape (n,): number of its node and component 1 to
+    6 (ux to rz), or 0 for the amplitude of a mode.
+    `positions`: places of the nodes by number, shape (3,).
+    `names`: names of the nodes that have one, by number.
+    `length_unit`, `mass_unit`: as the file says them; None where it does not.
+    `properties`: mass properties as the file says them, in its units: "mass", "center_of_gravity"
+    (3,), "inertia" (3, 3); empty where it does not.
+    `maximum_speed_rad_s`: largest speed the body was reduced for; inf where the file does not say
+    it.
+    `points`, `point_modes`: points for pictures, shape (p, 3), and their displacement (p, 3, n); p
+    may be 0.
     """
 
     files: tuple[Path, ...]
@@ -118,17 +105,8 @@ class ForeignBody:
         return int(self.nodes.size)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class MatrixSet:
-    """Hold the matrices of a superelement for a writer.
-
-    Attributes
-    ----------
-    matrices
-        By role; those that are zero or not known are left out, but for M and K0.
-    carried, left_out
-        As in `Exported`.
-    """
+class MatrixSet(NamedTuple):
+    """Matrices of a body by role, zero and unknown ones left out; texts as in `Exported`."""
 
     matrices: Mapping[str, FloatArray]
     carried: tuple[str, ...]
@@ -136,13 +114,7 @@ class MatrixSet:
 
 
 def matrix_set(element: Superelement, speed_rad_s: float | None) -> MatrixSet:
-    """Return the matrices of a superelement by role, those at one speed only where it is given.
-
-    Raises
-    ------
-    SuperelementError
-        If the speed is not finite, or beyond what the body was reduced for.
-    """
+    """Return the matrices of a body by role; those at a speed if it is given, and in its range."""
     found: dict[str, FloatArray] = {"mass": element.mass, "stiffness": element.stiffness}
     carried, left = ["mass", "elastic stiffness"], list[str]()
     for role, matrix, said in (
@@ -186,8 +158,7 @@ def _check_speed(element: Superelement, speed_rad_s: float) -> None:
         )
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Row:
+class Row(NamedTuple):
     """Name one coordinate: a node and a component 1 to 6, or a scalar of its own (component 0)."""
 
     node: int
@@ -227,13 +198,7 @@ def rows_of(element: Superelement) -> tuple[Row, ...]:
 
 
 def checked_matrix(where: str, matrix: FloatArray) -> FloatArray:
-    """Return a matrix of a file, refusing numbers that are not finite or absurdly large.
-
-    Raises
-    ------
-    SuperelementError
-        The message names the first bad entry.
-    """
+    """Return a matrix of a file, refusing numbers that are not finite or absurdly large."""
     bad = ~(np.abs(matrix) <= LARGEST_NUMBER)
     if bad.any():
         at = tuple(int(k) for k in np.argwhere(bad)[0])
@@ -245,13 +210,7 @@ def checked_matrix(where: str, matrix: FloatArray) -> FloatArray:
 
 
 def refuse_large(path: Path, count: int) -> None:
-    """Refuse more coordinates than a body may have.
-
-    Raises
-    ------
-    SuperelementError
-        With what to do about it.
-    """
+    """Refuse more coordinates than a body may have."""
     if count > MOST_COORDINATES:
         raise SuperelementError(
             f"{path}: has {count} coordinates or more, at most {MOST_COORDINATES} are allowed; "
@@ -261,13 +220,7 @@ def refuse_large(path: Path, count: int) -> None:
 
 
 def file_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
-    """Read a file.
-
-    Raises
-    ------
-    SuperelementError
-        It is none, can't be read, or has more than `most` bytes.
-    """
+    """Read a file; refuse one that can't be read or has more than `most` bytes."""
     try:
         if not path.is_file():
             raise SuperelementError(f"{path}: no such file")

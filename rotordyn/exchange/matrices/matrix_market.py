@@ -13,20 +13,13 @@ from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.atomic import replacing
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.exchange.exported import Exported
+from solidwhirl.rotordyn.exchange.matrices import foreign_body as foreign
 from solidwhirl.rotordyn.exchange.matrices.body_document import (
     Document,
     body_document,
     write_document,
 )
-from solidwhirl.rotordyn.exchange.matrices.foreign_body import (
-    ROLES,
-    ForeignBody,
-    ascii_name,
-    checked_matrix,
-    file_bytes,
-    matrix_set,
-    refuse_large,
-)
+from solidwhirl.rotordyn.exchange.matrices.body_fields import body_of
 from solidwhirl.rotordyn.superelement.record import Superelement
 
 DOCUMENT = "body.json"
@@ -47,29 +40,21 @@ def write_matrix_market(
     Numbers come back bit for bit; zeros are left out (coordinate format), of symmetric and skew
     matrices the lower triangle is written.
 
-    Parameters
-    ----------
-    path
-        The folder; made if it is not there. `body.json` in it appears last.
-    speed_rad_s
-        Writes K0 + Ω²(Kgeo + Kspin) and ΩG at this speed as well.
-
-    Raises
-    ------
-    SuperelementError
-        A speed beyond what the body was reduced for, or a place that is no folder.
+    `path`: the folder; made if it is not there. `body.json` in it appears last; `speed_rad_s`:
+    writes K0 + Ω²(Kgeo + Kspin) and ΩG at this speed as well. Raises SuperelementError: a speed
+    beyond what the body was reduced for, or a place that is no folder.
     """
     path = Path(path)
-    chosen = matrix_set(element, speed_rad_s)
+    chosen = foreign.matrix_set(element, speed_rad_s)
     if path.exists() and not path.is_dir():
         raise SuperelementError(f"{path}: is a file; a folder is needed")
     path.mkdir(exist_ok=True)
-    names = {role: f"{ROLES[role].name}.mtx" for role in chosen.matrices}
+    names = {role: f"{foreign.ROLES[role].name}.mtx" for role in chosen.matrices}
     for role, matrix in chosen.matrices.items():
-        known = ROLES[role]
+        known = foreign.ROLES[role]
         at = f", speed_rad_s = {speed_rad_s!r}" if role.endswith("_at_speed") else ""
         comment = (
-            f" {ascii_name(element)}: {known.name} multiplies {known.multiplies}{at}\n"
+            f" {foreign.ascii_name(element)}: {known.name} multiplies {known.multiplies}{at}\n"
             f" rows, nodes and units are in {DOCUMENT}; inertial frame, SI"
         )
         with replacing(path / names[role]) as temporary, temporary.open("wb") as file:
@@ -89,19 +74,12 @@ def write_matrix_market(
     )
 
 
-def read_matrix_market(path: Path) -> ForeignBody:
+def read_matrix_market(path: Path) -> foreign.ForeignBody:
     """Read a body from Matrix Market files and the JSON that names them.
 
-    Parameters
-    ----------
-    path
-        The JSON, or the folder that holds `body.json`.
-
-    Raises
-    ------
-    SuperelementError
-        Damage, a matrix of another size than the rows, numbers that are not finite, or too many
-        coordinates. Sizes are checked before numbers are read.
+    `path`: the JSON, or the folder that holds `body.json`. Raises SuperelementError: damage, a
+    matrix of another size than the rows, numbers that are not finite, or too many coordinates.
+    Sizes are checked before numbers are read.
     """
     path = Path(path)
     path = path / DOCUMENT if path.is_dir() else path
@@ -114,25 +92,18 @@ def read_matrix_market(path: Path) -> ForeignBody:
                 f"matrices.{role[:60]}", f"is {name!r}; a file of the same folder is needed"
             )
         file = path.parent / name
-        matrices[ROLES[role].name if role in ROLES else role] = read_matrix(file)
+        matrices[foreign.ROLES[role].name if role in foreign.ROLES else role] = read_matrix(file)
         files.append(file)
-    return document.body(tuple(files), matrices)
+    return body_of(document, tuple(files), matrices)
 
 
 def read_matrix(path: Path) -> FloatArray:
     """Read one real matrix in Matrix Market's coordinate or array format.
 
-    Returns
-    -------
-    ndarray
-        Dense, both triangles of symmetric and skew matrices filled.
-
-    Raises
-    ------
-    SuperelementError
-        Anything that is not so, too many coordinates, an entry that is given twice.
+    It is dense, both triangles of symmetric and skew matrices filled. Raises SuperelementError:
+    anything that is not so, too many coordinates, an entry that is given twice.
     """
-    content = file_bytes(path)
+    content = foreign.file_bytes(path)
     # scipy before 1.12 looks for the line of sizes for ever
     if not any(line.strip() and not line.startswith(b"%") for line in io.BytesIO(content)):
         raise SuperelementError(f"{path}: is no Matrix Market matrix: it has no line of sizes")
@@ -143,7 +114,7 @@ def read_matrix(path: Path) -> FloatArray:
                 raise SuperelementError(
                     f"{path}: {what} is {found[:60]!r}, allowed are {', '.join(allowed)}"
                 )
-        refuse_large(path, max(rows, columns))
+        foreign.refuse_large(path, max(rows, columns))
         if min(rows, columns) < 1 or not 0 <= entries <= rows * columns:
             raise SuperelementError(f"{path}: has {entries} entries in {rows} by {columns}")
         if kinds[2] != "general" and rows != columns:
@@ -155,7 +126,7 @@ def read_matrix(path: Path) -> FloatArray:
         raise SuperelementError(f"{path}: is no Matrix Market matrix: {error}") from error
     if len(np.unique(read.row.astype(np.int64) * columns + read.col)) < read.nnz:
         raise SuperelementError(f"{path}: an entry is given twice")
-    matrix = checked_matrix(str(path), read.toarray().astype(float))
+    matrix = foreign.checked_matrix(str(path), read.toarray().astype(float))
     if kinds[2] == "skew-symmetric" and np.diag(matrix).any():
         raise SuperelementError(f"{path}: a skew-symmetric matrix has a diagonal entry")
     return matrix

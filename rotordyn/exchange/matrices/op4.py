@@ -14,19 +14,13 @@ from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.atomic import replacing
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.exchange.exported import Exported
+from solidwhirl.rotordyn.exchange.matrices import foreign_body as foreign
 from solidwhirl.rotordyn.exchange.matrices.body_document import (
     Document,
     body_document,
     write_document,
 )
-from solidwhirl.rotordyn.exchange.matrices.foreign_body import (
-    ROLES,
-    ForeignBody,
-    checked_matrix,
-    file_bytes,
-    matrix_set,
-    refuse_large,
-)
+from solidwhirl.rotordyn.exchange.matrices.body_fields import body_of
 from solidwhirl.rotordyn.superelement.record import Superelement
 
 _SQUARE, _RECTANGULAR, _SYMMETRIC = 1, 2, 6
@@ -46,30 +40,22 @@ def write_op4(
     The format has no rows; `<file>.rows.json` beside it says what they are. All numbers are
     doubles and come back bit for bit, in both forms.
 
-    Parameters
-    ----------
-    speed_rad_s
-        Writes K0 + Ω²(Kgeo + Kspin) and ΩG at this speed as well.
-    form
-        "binary", little endian, or "ascii", with 17 digits.
-
-    Raises
-    ------
-    SuperelementError
-        A speed beyond what the body was reduced for, or an unknown form.
+    `speed_rad_s`: writes K0 + Ω²(Kgeo + Kspin) and ΩG at this speed as well; `form`: "binary",
+    little endian, or "ascii", with 17 digits. Raises SuperelementError: a speed beyond what the
+    body was reduced for, or an unknown form.
     """
     path = Path(path)
     if form not in ("binary", "ascii"):
         raise SuperelementError(f"form is {form!r}, allowed are 'binary' and 'ascii'")
-    chosen = matrix_set(element, speed_rad_s)
-    names = {role: ROLES[role].short for role in chosen.matrices}
+    chosen = foreign.matrix_set(element, speed_rad_s)
+    names = {role: foreign.ROLES[role].short for role in chosen.matrices}
     rows = rows_path(path)
     write_document(rows, body_document(element, names, speed_rad_s))
     pack = _binary if form == "binary" else _ascii
     with replacing(path) as temporary, temporary.open("wb") as file:
         for role, matrix in chosen.matrices.items():
             square = _SQUARE if matrix.shape[0] == matrix.shape[1] else _RECTANGULAR
-            kind = _SYMMETRIC if ROLES[role].symmetry == "symmetric" else square
+            kind = _SYMMETRIC if foreign.ROLES[role].symmetry == "symmetric" else square
             for part in pack(names[role], matrix, kind):
                 file.write(part)
     return Exported(
@@ -80,13 +66,7 @@ def write_op4(
 
 
 def rows_path(path: Path) -> Path:
-    """Return the file that says what the rows of an OUTPUT4 file are.
-
-    Parameters
-    ----------
-    path
-        The OUTPUT4 file.
-    """
+    """Return the file that says what the rows of an OUTPUT4 file are."""
     return path.with_name(f"{path.name}.rows.json")
 
 
@@ -124,20 +104,12 @@ def _ascii(name: str, matrix: FloatArray, kind: int) -> Iterator[bytes]:
     yield f"{columns + 1:8d}{1:8d}{1:8d}\n{1.0:23.16E}\n".encode()
 
 
-def read_op4(path: Path, rows: Path | None = None) -> ForeignBody:
+def read_op4(path: Path, rows: Path | None = None) -> foreign.ForeignBody:
     """Read a body from an OUTPUT4 file and the JSON of its rows.
 
-    Parameters
-    ----------
-    path
-        The file, binary of either byte order or ASCII.
-    rows
-        The JSON; None: `<file>.rows.json`.
-
-    Raises
-    ------
-    SuperelementError
-        Damage, sparse or complex matrices, sizes that do not fit, numbers that are not finite.
+    `path`: the file, binary of either byte order or ASCII; `rows`: the JSON; None:
+    `<file>.rows.json`. Raises SuperelementError: damage, sparse or complex matrices, sizes that do
+    not fit, numbers that are not finite.
     """
     path = Path(path)
     beside = rows_path(path) if rows is None else Path(rows)
@@ -147,19 +119,13 @@ def read_op4(path: Path, rows: Path | None = None) -> ForeignBody:
             "docs/import.md"
         )
     document = Document(beside)
-    return document.body((path, beside), read_op4_matrices(path))
+    return body_of(document, (path, beside), read_op4_matrices(path))
 
 
 def read_op4_matrices(path: Path) -> Mapping[str, FloatArray]:
-    """Read the dense real matrices of an OUTPUT4 file by name.
-
-    Raises
-    ------
-    SuperelementError
-        As `read_op4`.
-    """
+    """Read the dense real matrices of an OUTPUT4 file by name."""
     path = Path(path)
-    content = file_bytes(path)
+    content = foreign.file_bytes(path)
     if len(content) >= 4 and content[:4] in (struct.pack("<i", 24), struct.pack(">i", 24)):
         return _read_binary(path, content, "<" if content[0] == 24 else ">")
     return _read_ascii(path, content)
@@ -180,7 +146,7 @@ class _Matrix:
             raise SuperelementError(f"{self.where}: is sparse (BIGMAT); write it dense")
         if not (rows >= 1 and columns >= 1):
             raise SuperelementError(f"{self.where}: has {rows} rows and {columns} columns")
-        refuse_large(path, max(rows, columns))
+        foreign.refuse_large(path, max(rows, columns))
         if kind not in (_SQUARE, _RECTANGULAR, _SYMMETRIC):
             raise SuperelementError(f"{self.where}: form is {kind}, allowed are 1, 2 and 6")
         if number not in (_SINGLE, _DOUBLE):
@@ -189,8 +155,8 @@ class _Matrix:
         self.values = np.zeros((rows, columns))
         self._last = 0
 
-    def place(self, column: int, first: int, count: int) -> None:
-        """Refuse a column that can't be."""
+    def place(self, column: int, first: int, count: int) -> FloatArray:
+        """Return where the values of a column belong, or refuse one that can't be."""
         rows, columns = self.values.shape
         if first == 0:
             raise SuperelementError(f"{self.where}: column {column} is sparse; write it dense")
@@ -200,9 +166,7 @@ class _Matrix:
                 f"{first + count - 1} of a matrix of {rows} by {columns}"
             )
         self._last = column
-
-    def put(self, column: int, first: int, values: FloatArray) -> None:
-        self.values[first - 1 : first - 1 + values.size, column - 1] = values
+        return self.values[first - 1 : first - 1 + count, column - 1]
 
 
 def _read_binary(path: Path, content: bytes, order: str) -> dict[str, FloatArray]:
@@ -214,7 +178,7 @@ def _read_binary(path: Path, content: bytes, order: str) -> dict[str, FloatArray
         *head, name = struct.unpack(f"{order}4i8s", record)
         matrix = _Matrix(path, found, tuple(head), name.decode("ascii", "replace"))
         _read_columns(path, records, matrix, order)
-        found[matrix.name] = checked_matrix(matrix.where, matrix.values)
+        found[matrix.name] = foreign.checked_matrix(matrix.where, matrix.values)
     return found
 
 
@@ -248,9 +212,8 @@ def _read_columns(
             raise SuperelementError(
                 f"{path}, byte {at}: {words} words in a record of {len(record)} bytes"
             )
-        matrix.place(column, first, count)
-        values = np.frombuffer(record, dtype=f"{order}f{width}", offset=12, count=count)
-        matrix.put(column, first, values.astype(float))
+        there = matrix.place(column, first, count)
+        there[:] = np.frombuffer(record, dtype=f"{order}f{width}", offset=12, count=count)
     raise SuperelementError(f"{matrix.where}: is cut off")
 
 
@@ -276,7 +239,7 @@ def _read_ascii(path: Path, content: bytes) -> dict[str, FloatArray]:
         if not (1 <= across <= 16 and 8 <= width <= 40):
             raise SuperelementError(f"{path}, line {at + 1}: format {match[0]}")
         at = _read_ascii_columns(path, lines, at + 1, matrix, (across, width))
-        found[matrix.name] = checked_matrix(matrix.where, matrix.values)
+        found[matrix.name] = foreign.checked_matrix(matrix.where, matrix.values)
     if not found:
         raise SuperelementError(f"{path}: has no matrix")
     return found
@@ -292,14 +255,14 @@ def _read_ascii_columns(
         needed = -(-count // across)
         if column == matrix.values.shape[1] + 1:
             return at + 1 + max(needed, 1)
-        matrix.place(column, first, count)
+        there = matrix.place(column, first, count)
         if at + 1 + needed > len(lines):
             break
         values: list[float] = []
         for k in range(at + 1, at + 1 + needed):
             left = count - len(values)
             values += _reals(path, lines, k, min(left, across), width)
-        matrix.put(column, first, np.array(values))
+        there[:] = values
         at += 1 + needed
     raise SuperelementError(f"{matrix.where}: is cut off")
 

@@ -21,7 +21,7 @@ from solidwhirl.rotordyn.superelement.body_measures import (
 from solidwhirl.rotordyn.superelement.free_body import free_body_matrices, free_body_problems
 from solidwhirl.rotordyn.superelement.mass_moments import MassMoments, projected_moments
 from solidwhirl.rotordyn.superelement.record import Superelement
-from solidwhirl.rotordyn.superelement.rigid_body import rigid_body_mass_matrix
+from solidwhirl.rotordyn.superelement.rigid_body import body_mass_matrix
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
 
 # Frequencies closer than this (relative) are one mode with two shapes.
@@ -38,15 +38,10 @@ _ELASTIC = {2: ("uz", "axial motion"), 5: ("rz", "torsion")}
 class BodyFixedNode:
     """Hold the motion of an interface in the elastic modes.
 
-    Attributes
-    ----------
-    name
-        Of the interface.
-    position_m
-        Place of its master node in the body's frame, shape (3,), m.
-    translations, rotations
-        Its motion along and about x, y, z per mode, each of shape (3, m); 0 where the body has
-        no such coordinate.
+    `name`: of the interface.
+    `position_m`: place of its master node in the body's frame, shape (3,), m.
+    `translations`, `rotations`: its motion along and about x, y, z per mode, each of shape (3, m);
+    0 where the body has no such coordinate.
     """
 
     name: str
@@ -69,35 +64,21 @@ class BodyFixedForm:
     M q'' + Ω C q' + [K + Ω² (Kgeo + Kspin)] q = f,
     C_ij = 2 ∫ φ_i·(n × φ_j), Kspin_ij = −∫ (n × φ_i)·(n × φ_j).
 
-    Attributes
-    ----------
-    name
-        Name of the body.
-    frequencies_hz
-        Of the modes, rising, shape (m,).
-    shapes
-        In the coordinates of the superelement, shape (n, m).
-    mass_kg, center_of_gravity_m, inertia_kg_m2
-        Mass, centre of gravity (3,) and inertia tensor (3, 3) about the *origin*.
-    mass, stiffness
-        Unit matrix, and diagonal of (2πf)², each (m, m).
-    I3
-        ∫ φ_j, shape (3, m), kg: [a, j].
-    I4
-        ∫ x × φ_j, shape (3, m), kg m.
-    I5
-        ∫ φ_j × φ_k, shape (3, m, m), kg: [a, j, k].
-    I8
-        −∫ x~ φ_j~, shape (3, 3, m), kg m, with a~ b = a × b; J changes by I8_j + I8_jᵀ.
-    I9
-        ∫ φ_j~ φ_k~, shape (3, 3, m, m), kg.
-    stress_stiffening
-        Kgeo at 1 rad/s about z, shape (m, m), symmetric, kg; with the tilts of rigid disks and of
-        sections in it, for which the inertial frame needs no such term.
-    nodes
-        Interfaces.
-    points_m, point_modes
-        Recovery points (p, 3) and their displacement per mode (p, 3, m).
+    `name`: name of the body.
+    `frequencies_hz`: of the modes, rising, shape (m,).
+    `shapes`: in the coordinates of the superelement, shape (n, m).
+    `mass_kg`, `center_of_gravity_m`, `inertia_kg_m2`: mass, centre of gravity (3,) and inertia
+    tensor (3, 3) about the *origin*.
+    `mass`, `stiffness`: unit matrix, and diagonal of (2πf)², each (m, m).
+    `I3`: ∫ φ_j, shape (3, m), kg: [a, j].
+    `I4`: ∫ x × φ_j, shape (3, m), kg m.
+    `I5`: ∫ φ_j × φ_k, shape (3, m, m), kg: [a, j, k].
+    `I8`: −∫ x~ φ_j~, shape (3, 3, m), kg m, with a~ b = a × b; J changes by I8_j + I8_jᵀ.
+    `I9`: ∫ φ_j~ φ_k~, shape (3, 3, m, m), kg.
+    `stress_stiffening`: Kgeo at 1 rad/s about z, shape (m, m), symmetric, kg; with the tilts of
+    rigid disks and of sections in it, for which the inertial frame needs no such term.
+    `nodes`: interfaces.
+    `points_m`, `point_modes`: recovery points (p, 3) and their displacement per mode (p, 3, m).
     """
 
     name: str
@@ -129,30 +110,16 @@ class BodyFixedForm:
 def body_fixed_form(element: Superelement, *, modes: int | None = None) -> BodyFixedForm:
     """Return a body in the frame that moves with it.
 
-    Parameters
-    ----------
-    element
-        A free body of revolution that knows its moments and its spin generator.
-    modes
-        Number of elastic modes, the lowest; one more where that would part a pair of equal
-        frequency. None for all: n less the rigid motions the body has.
+    `element`: a free body of revolution that knows its moments and its spin generator; `modes`:
+    number of elastic modes, the lowest; one more where that would part a pair of equal frequency.
+    None for all: n less the rigid motions the body has. The modes are orthogonal to
+    the rigid motions in the mass: for those the moving frame stands, also for motions that the body
+    has no coordinates for. The two modes of a pair lie in the planes of x and y as far as
+    interfaces show it. Raises SuperelementError if the body is tied (`constraint`), does not know
+    its moments or spin generator, can not make the four lateral rigid motions, resists one it has,
+    has no elastic motion or not as many modes, or if its gyroscopic matrix is not that of its
+    moments.
 
-    Returns
-    -------
-    BodyFixedForm
-        With modes that are orthogonal to the rigid motions in the mass: for those the moving
-        frame stands, also for motions that the body has no coordinates for. The two modes of a
-        pair lie in the planes of x and y as far as interfaces show it.
-
-    Raises
-    ------
-    SuperelementError
-        If the body is tied (`constraint`), does not know its moments or spin generator, can not
-        make the four lateral rigid motions, resists one it has, has no elastic motion or not as
-        many modes, or if its gyroscopic matrix is not that of its moments.
-
-    Notes
-    -----
     A fixed displacement q of the inertial frame is e^{ΩtL} p of the body's, L the spin generator,
     and all matrices stay the same in a turn. Hence C = G + 2 M L and Kgeo + Kspin = K2 + G L +
     M L², K2 that of the inertial frame, from which Kgeo follows with Kspin of the moments.
@@ -170,9 +137,7 @@ def body_fixed_form(element: Superelement, *, modes: int | None = None) -> BodyF
         shapes=shapes,
         mass_kg=element.mass_kg,
         center_of_gravity_m=element.center_of_gravity_m,
-        inertia_kg_m2=rigid_body_mass_matrix(
-            element.mass_kg, element.center_of_gravity_m, element.inertia_kg_m2
-        )[3:, 3:],
+        inertia_kg_m2=body_mass_matrix(element)[3:, 3:],
         mass=np.eye(kept),
         stiffness=np.diag(frequencies**2),
         I3=modal.displacement_kg,
@@ -351,13 +316,7 @@ def _node(element: Superelement, name: str, shapes: FloatArray) -> BodyFixedNode
 
 
 def body_fixed_limits(element: Superelement, form: BodyFixedForm) -> tuple[str, ...]:
-    """Say what of a body is lost in its form in the body's frame, whatever the file.
-
-    Returns
-    -------
-    tuple of str
-        Sentences.
-    """
+    """Say what of a body is lost in its form in the body's frame, whatever the file."""
     sentences = [
         "Stiffening by spin about x and y, by acceleration and by interface forces is not known "
         "and is written as zero.",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as la
@@ -17,19 +17,8 @@ _ROUNDING = 1e-13
 _NOT_A_BODY = 1e-9
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class MassPoints:
-    """Hold points of mass.
-
-    Attributes
-    ----------
-    masses_kg
-        Shape (k,).
-    positions_m
-        Shape (k, 3).
-    shapes
-        Displacement per elastic mode, shape (k, 3, m).
-    """
+class MassPoints(NamedTuple):
+    """Points of mass (k,), their places (k, 3), and displacement per elastic mode (k, 3, m)."""
 
     masses_kg: FloatArray
     positions_m: FloatArray
@@ -39,24 +28,11 @@ class MassPoints:
 def equivalent_mass_points(form: BodyFixedForm) -> MassPoints:
     """Find points of mass that have all moments of a body in a floating frame.
 
-    Parameters
-    ----------
-    form
-        The body with m modes.
+    `form`: the body with m modes. Returns at most 3 m + 4 points of one mass. Mass, centre of
+    gravity, inertia, modal mass and the integrals I3, I4, I5, I8, I9 summed over them are those of
+    the body. Raises SuperelementError if no masses have these moments: the body's moments
+    contradict each other.
 
-    Returns
-    -------
-    MassPoints
-        At most 3 m + 4 points of one mass. Mass, centre of gravity, inertia, modal mass and the
-        integrals I3, I4, I5, I8, I9 summed over them are those of the body.
-
-    Raises
-    ------
-    SuperelementError
-        If no masses have these moments: the body's moments contradict each other.
-
-    Notes
-    -----
     The functions 1, x, y, z and the components of all modes have a Gram matrix Q over the mass.
     With Q = Fᵀ F each row of F, divided by its first entry, is a point of the square of that
     entry as mass. A reflection makes all first entries equal, so that none is zero.

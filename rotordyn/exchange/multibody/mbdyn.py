@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -24,37 +23,13 @@ from solidwhirl.rotordyn.exchange.multibody.body_fixed import (
 from solidwhirl.rotordyn.exchange.multibody.mass_points import equivalent_mass_points
 from solidwhirl.rotordyn.superelement.record import Superelement
 
-__all__ = ["MbdynLevel", "fem_text", "node_labels", "write_mbdyn"]
-
 MbdynLevel = Literal[13, 18, 19]
 
 _VALUES_IN_LINE = 6
 _SPIN_ABOUT_Z = 3
-_TITLES = {
-    1: "HEADER",
-    2: "FINITE ELEMENT NODE LIST",
-    3: "INITIAL MODAL DISPLACEMENTS",
-    4: "INITIAL MODAL VELOCITIES",
-    5: "NODAL X COORDINATES",
-    6: "NODAL Y COORDINATES",
-    7: "NODAL Z COORDINATES",
-    8: "MODE SHAPES",
-    9: "MODAL MASS MATRIX",
-    10: "MODAL STIFFNESS MATRIX",
-    11: "DIAGONAL OF LUMPED MASS MATRIX",
-    12: "GLOBAL INERTIA PROPERTIES",
-    13: "MODAL DAMPING MATRIX",
-    14: "INVARIANT 3",
-    15: "INVARIANT 4",
-    16: "INVARIANT 8",
-    17: "INVARIANT 5",
-    18: "INVARIANT 9",
-    19: "MODAL STRESS STIFFENING MATRIX",
-}
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class _Nodes:
+class _Nodes(NamedTuple):
     """All nodes of the file: labels, places (k, 3), shapes (k, 6, m), masses (k,)."""
 
     labels: tuple[str, ...]
@@ -73,27 +48,15 @@ def write_mbdyn(
 ) -> Exported:
     """Write a body for MBDyn's modal joint, and beside it an input that holds it on springs.
 
-    Parameters
-    ----------
-    path
-        The .fem file; the input takes its name with "_example.mbd" instead of the suffix.
-    modes
-        Number of elastic modes of the free body, by frequency; None for all.
-    level
-        Highest record group: 19 with stiffening by spin, which MBDyn takes into account under
-        automatic differentiation; 18 without it; 13 for versions that know the inertia of modes
-        from masses at nodes only, with points of mass that have the same inertia.
-    modal_damping
-        Damping ratio of every mode, which fills record group 13; 0 writes none.
+    `path`: the .fem file; the input takes its name with "_example.mbd" instead of the suffix;
+    `modes`: number of elastic modes of the free body, by frequency; None for all; `level`: highest
+    record group: 19 with stiffening by spin, which MBDyn takes into account under automatic
+    differentiation; 18 without it; 13 for versions that know the inertia of modes from masses at
+    nodes only, with points of mass that have the same inertia; `modal_damping`: damping ratio of
+    every mode, which fills record group 13; 0 writes none. Raises SuperelementError if the body has
+    no mass moments or is tied by a constraint, if an argument is out of its range, or if the file's
+    name cannot stand in an MBDyn input.
 
-    Raises
-    ------
-    SuperelementError
-        If the body has no mass moments or is tied by a constraint, if an argument is out of its
-        range, or if the file's name cannot stand in an MBDyn input.
-
-    Notes
-    -----
     The format is that of the manual's chapter "Modal Element Data" (P. Masarati et al., MBDyn
     input manual).
     """
@@ -120,15 +83,9 @@ def write_mbdyn(
 def fem_text(form: BodyFixedForm, *, level: MbdynLevel = 19, modal_damping: float = 0.0) -> str:
     """Return the text of the .fem file.
 
-    Returns
-    -------
-    str
-        ASCII, lines ended by a line feed, numbers with 17 digits, at most 6 in a line.
-
-    Raises
-    ------
-    SuperelementError
-        If an argument is out of its range, or no points of mass have the body's inertia.
+    Returns ASCII, lines ended by a line feed, numbers with 17 digits, at most 6 in a line. Raises
+    SuperelementError if an argument is out of its range, or no points of mass have the body's
+    inertia.
     """
     if level not in get_args(MbdynLevel):
         raise SuperelementError(
@@ -139,19 +96,13 @@ def fem_text(form: BodyFixedForm, *, level: MbdynLevel = 19, modal_damping: floa
         "** MBDyn MODAL DATA FILE",
         "** body in its own frame, kg m s rad, z is the axis of spin",
     ]
-    for group, values in _records(form, nodes, level, modal_damping):
-        lines += ["**", f"** RECORD GROUP {group}, {_TITLES[group]}", *values]
+    for group, title, values in _records(form, nodes, level, modal_damping):
+        lines += ["**", f"** RECORD GROUP {group}, {title}", *values]
     return "".join(f"{line}\n" for line in [*lines, "**", "** END OF FILE"])
 
 
 def node_labels(names: Sequence[str]) -> tuple[str, ...]:
-    """Return labels of interfaces as MBDyn reads them: without blanks, all different.
-
-    Returns
-    -------
-    tuple of str
-        Letters, digits, "_", "-", ".", at most 60; other characters become "_".
-    """
+    """Return labels that are all different: letters, digits, `_-.`, at most 60 characters."""
     labels: list[str] = []
     for name in names:
         plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
@@ -192,36 +143,36 @@ def _nodes(form: BodyFixedForm, level: MbdynLevel) -> _Nodes:
 
 def _records(
     form: BodyFixedForm, nodes: _Nodes, level: MbdynLevel, modal_damping: float
-) -> Iterator[tuple[int, Iterator[str]]]:
-    """Give number and lines of each record group."""
+) -> Iterator[tuple[int, str, Iterable[str]]]:
+    """Give number, title and lines of each record group."""
     m = form.frequencies_hz.size
     count = len(nodes.labels)
     header = "**   REVISION,  NODE,  NORMAL, ATTACHMENT, CONSTRAINT, REJECTED MODES."
-    yield 1, iter([header, f"      REV0  {count}  {m}  0  0  0"])
-    yield 2, iter(nodes.labels)
-    yield 3, _values(np.zeros(m))
-    yield 4, _values(np.zeros(m))
-    for axis in range(3):
-        yield 5 + axis, _values(nodes.places[:, axis, None])
-    yield 8, _shape_lines(nodes.shapes)
-    yield 9, _values(form.mass)
-    yield 10, _values(form.stiffness)
+    yield 1, "HEADER", [header, f"      REV0  {count}  {m}  0  0  0"]
+    yield 2, "FINITE ELEMENT NODE LIST", nodes.labels
+    yield 3, "INITIAL MODAL DISPLACEMENTS", _values(np.zeros(m))
+    yield 4, "INITIAL MODAL VELOCITIES", _values(np.zeros(m))
+    for axis, letter in enumerate("XYZ"):
+        yield 5 + axis, f"NODAL {letter} COORDINATES", _values(nodes.places[:, axis, None])
+    yield 8, "MODE SHAPES", _shape_lines(nodes.shapes)
+    yield 9, "MODAL MASS MATRIX", _values(form.mass)
+    yield 10, "MODAL STIFFNESS MATRIX", _values(form.stiffness)
     if level == 13:
         spread = np.zeros((count, 6))
         spread[:, :3] = nodes.masses[:, None]
-        yield 11, _values(spread)
+        yield 11, "DIAGONAL OF LUMPED MASS MATRIX", _values(spread)
     else:
-        yield 12, _rigid_inertia(form)
-    yield 13, _values(modal_damping_matrix(form, modal_damping))
+        yield 12, "GLOBAL INERTIA PROPERTIES", _rigid_inertia(form)
+    yield 13, "MODAL DAMPING MATRIX", _values(modal_damping_matrix(form, modal_damping))
     if level >= 18:
-        yield 14, _values(form.I3)
-        yield 15, _values(form.I4)
-        yield 16, _values(form.I8.transpose(0, 2, 1))
-        yield 17, _values(form.I5)
-        yield 18, _values(form.I9.transpose(0, 2, 3, 1))
+        yield 14, "INVARIANT 3", _values(form.I3)
+        yield 15, "INVARIANT 4", _values(form.I4)
+        yield 16, "INVARIANT 8", _values(form.I8.transpose(0, 2, 1))
+        yield 17, "INVARIANT 5", _values(form.I5)
+        yield 18, "INVARIANT 9", _values(form.I9.transpose(0, 2, 3, 1))
     if level >= 19:
         stiffening = _values(form.stress_stiffening)
-        yield 19, iter(["1", str(_SPIN_ABOUT_Z), *stiffening])
+        yield 19, "MODAL STRESS STIFFENING MATRIX", ["1", str(_SPIN_ABOUT_Z), *stiffening]
 
 
 def _rigid_inertia(form: BodyFixedForm) -> Iterator[str]:
@@ -388,19 +339,7 @@ def _example_input(
     level: int,
     modal_damping: float,
 ) -> str:
-    """Return the text of an MBDyn input with one modal body and a spring at every interface.
-
-    Parameters
-    ----------
-    modal_damping
-        Damping ratio of every mode in that file.
-
-    Returns
-    -------
-    str
-        UTF-8. The springs are as stiff as the first mode, so that the body is neither free nor
-        held.
-    """
+    """Return an input with the body on springs, at every interface as stiff as its first mode."""
     frequency = float(form.frequencies_hz[0])
     radial = form.mass_kg * (2.0 * np.pi * frequency) ** 2 / max(len(labels), 1)
     values = {

@@ -5,13 +5,12 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.arrays import FloatArray, cross_matrix
 from solidwhirl.rotordyn.core.atomic import replacing
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.exchange.exported import Exported
@@ -22,8 +21,6 @@ from solidwhirl.rotordyn.exchange.multibody.body_fixed import (
     modal_damping_matrix,
 )
 from solidwhirl.rotordyn.superelement.record import Superelement
-
-__all__ = ["SidLayout", "sid_name", "sid_text", "write_sid"]
 
 SidLayout = Literal["fembs", "mode"]
 
@@ -45,8 +42,7 @@ _OE_COLUMNS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 _OE_SPIN = 2
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class _Block:
+class _Block(NamedTuple):
     """One matrix, constant (rows, columns) and per mode (rows, modes, columns) or None."""
 
     name: str
@@ -65,26 +61,13 @@ def write_sid(
 ) -> Exported:
     """Write a body as standard input data of a flexible body in a floating frame.
 
-    Parameters
-    ----------
-    path
-        File to write, by habit ending in .SID_FEM.
-    modes
-        Number of elastic modes of the free body, by frequency; None for all.
-    layout
-        Columns of Ge and Gr: "fembs" by component, then mode, as FEMBS writes them and Simpack
-        reads them; "mode" by mode, then component, as open readers take them.
-    modal_damping
-        Damping ratio of every mode, which fills De; 0 writes none.
+    `path`: file to write, by habit ending in .SID_FEM; `modes`: number of elastic modes of the free
+    body, by frequency; None for all; `layout`: columns of Ge and Gr: "fembs" by component, then
+    mode, as FEMBS writes them and Simpack reads them; "mode" by mode, then component, as open
+    readers take them; `modal_damping`: damping ratio of every mode, which fills De; 0 writes none.
+    Raises SuperelementError if the body has no mass moments or is tied by a constraint, if an
+    argument is out of its range, or if a number does not fit the format.
 
-    Raises
-    ------
-    SuperelementError
-        If the body has no mass moments or is tied by a constraint, if an argument is out of its
-        range, or if a number does not fit the format.
-
-    Notes
-    -----
     Equation, indices and blocks follow O. Wallrapp, "Standardization of flexible body modeling in
     multibody system codes", Mech. Struct. & Mach. 22 (1994) 283-304.
     """
@@ -100,18 +83,7 @@ def write_sid(
 def sid_text(
     form: BodyFixedForm, *, layout: SidLayout = "fembs", modal_damping: float = 0.0
 ) -> str:
-    """Return the text of the file.
-
-    Returns
-    -------
-    str
-        ASCII, lines ended by a line feed.
-
-    Raises
-    ------
-    SuperelementError
-        If an argument is out of its range, or a number does not fit the format.
-    """
+    """Return the text, ASCII; refuse arguments out of range and numbers that do not fit."""
     if layout not in get_args(SidLayout):
         raise SuperelementError(
             f"layout is {layout!r}, allowed are {', '.join(map(repr, get_args(SidLayout)))}"
@@ -128,11 +100,8 @@ def sid_text(
 def sid_name(name: str) -> str:
     """Return a name that no reader mistakes for a word of the format.
 
-    Returns
-    -------
-    str
-        Lower case letters, digits, "_", "-", at most 40; the words that readers search for are
-        broken by "_".
+    Returns lower case letters, digits, "_", "-", at most 40; the words that readers search for are
+    broken by "_".
     """
     plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode().lower()
     plain = re.sub(r"[^a-z0-9_-]+", "_", plain).strip("_")[:_LONGEST_NAME] or "body"
@@ -185,7 +154,7 @@ def _node(
     position_m: FloatArray, translations: FloatArray, rotations: FloatArray
 ) -> tuple[_Block, ...]:
     """Return place, displacement, rotation and axes of one node."""
-    turned = _skew(rotations).swapaxes(1, 2)
+    turned = cross_matrix(rotations.T).swapaxes(0, 1)
     return (
         _Block(name="origin", constant=position_m[:, None], per_mode=translations[:, :, None]),
         _Block(name="phi", constant=translations),
@@ -233,14 +202,6 @@ def _centrifugal(form: BodyFixedForm, inertia_change: FloatArray) -> _Block:
 def _rows(tensor: FloatArray, order: tuple[tuple[int, int], ...]) -> FloatArray:
     """Return the named components of a tensor of shape (3, 3, ...) as rows."""
     return np.stack([tensor[a, b] for a, b in order])
-
-
-def _skew(vectors: FloatArray) -> FloatArray:
-    """Return the matrices of v × for vectors of shape (3, m), shape (3, 3, m)."""
-    matrices = np.zeros((3, *vectors.shape))
-    for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        matrices[b, a], matrices[a, b] = vectors[c], -vectors[c]
-    return matrices
 
 
 def _side_by_side(terms: FloatArray, layout: SidLayout) -> FloatArray:
@@ -291,18 +252,7 @@ _NOTHING = " 0.00000000000D+00"
 
 
 def number(value: float, where: str) -> str:
-    """Return a number as Fortran's D18.11 writes it, with exponents of two digits.
-
-    Parameters
-    ----------
-    value
-        Any number; below 1e-99 in magnitude it is zero.
-
-    Raises
-    ------
-    SuperelementError
-        From 1e100 on.
-    """
+    """Write a number as Fortran's D18.11 does: from 1e100 on it is refused, below 1e-99 it is 0."""
     text = f"{value: .11e}".replace("e", "D")
     if len(text) == len(_NOTHING):
         return text

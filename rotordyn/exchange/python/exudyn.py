@@ -11,7 +11,6 @@ from solidwhirl.rotordyn.exchange.python.python_files import (
     LINEAR_TERMS,
     coordinate_arrays,
     matrices,
-    python_path,
     write_python,
 )
 from solidwhirl.rotordyn.superelement.record import Superelement
@@ -20,32 +19,20 @@ from solidwhirl.rotordyn.superelement.record import Superelement
 def write_exudyn(element: Superelement, path: str | Path) -> Exported:
     """Write a body as a linear object for Exudyn, in the inertial frame.
 
-    Parameters
-    ----------
-    path
-        The Python file, named `.py`; the numbers go into an `.npz` file of the same name beside
-        it.
+    `path`: the Python file, named `.py`; the numbers go into an `.npz` file of the same name beside
+    it. Raises SuperelementError if the path has another ending.
 
-    Raises
-    ------
-    SuperelementError
-        If the path has another ending.
-
-    Notes
-    -----
     The object is Exudyn's `ObjectGenericODE2` with M, K + Ω² (Kgeo − S) and Ω G, or user
     functions of the same terms and ½ Ω' G where the speed varies. A tied body is written in its
     independent coordinates r. Tested with Exudyn 1.13.6.
     """
-    place = python_path(path)
     arrays = {
         **matrices(element),
         **coordinate_arrays(element),
         "B": np.eye(element.size) if element.constraint is None else element.constraint,
     }
-    files = write_python(place, _TEXT, element, arrays)
     return Exported(
-        files=files,
+        files=write_python(path, _TEXT, element, arrays),
         carried=(*LINEAR_TERMS, "interfaces with their coordinates"),
         left_out=(
             "The motion is small, in fixed axes: the body can't travel, and its spin is given, "

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.arrays import FloatArray, cross_matrix
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.exchange.exported import Exported
 from solidwhirl.rotordyn.exchange.multibody.body_fixed import (
@@ -16,7 +16,7 @@ from solidwhirl.rotordyn.exchange.multibody.body_fixed import (
     body_fixed_form,
     body_fixed_limits,
 )
-from solidwhirl.rotordyn.exchange.python.python_files import python_path, write_python
+from solidwhirl.rotordyn.exchange.python.python_files import write_python
 from solidwhirl.rotordyn.superelement.record import Superelement
 
 # Points on a circle around each interface; they carry its rotation as well.
@@ -32,32 +32,17 @@ def write_exudyn_frame(
 ) -> Exported:
     """Write a body as a flexible body with a floating frame for Exudyn.
 
-    Parameters
-    ----------
-    element
-        A free body that knows its moments and its spin generator.
-    path
-        The Python file, named `.py`; the numbers go into an `.npz` file of the same name beside
-        it.
-    modes
-        Number of elastic modes, the lowest; None for all.
-    speed_rad_s
-        Spin about z whose centrifugal stress stiffens the body, unless the Python file is told
-        another.
+    `element`: a free body that knows its moments and its spin generator; `path`: the Python file,
+    named `.py`; the numbers go into an `.npz` file of the same name beside it; `modes`: number of
+    elastic modes, the lowest; None for all; `speed_rad_s`: spin about z whose centrifugal stress
+    stiffens the body, unless the Python file is told another. Raises SuperelementError if the path
+    has another ending, the speed is not finite or beyond that of the body's basis, or the body has
+    no body-fixed form (see `body_fixed_form`).
 
-    Raises
-    ------
-    SuperelementError
-        If the path has another ending, the speed is not finite or beyond that of the body's
-        basis, or the body has no body-fixed form (see `body_fixed_form`).
-
-    Notes
-    -----
     The `.npz` file is what Exudyn's `ObjectFFRFreducedOrderInterface` saves, for
     `ObjectFFRFreducedOrder`; equations in Zwölfer and Gerstmayr 2020, Acta Mechanica 232. Tested
     with Exudyn 1.13.6.
     """
-    place = python_path(path)
     if not np.isfinite(speed_rad_s) or abs(speed_rad_s) > element.maximum_speed_rad_s:
         raise SuperelementError(
             f"superelement {element.name!r}: speed_rad_s is {speed_rad_s}; allowed is up to "
@@ -66,9 +51,8 @@ def write_exudyn_frame(
     form = body_fixed_form(element, modes=modes)
     radius = float(np.sqrt(element.inertia_kg_m2[2, 2] / element.mass_kg))
     arrays = {**frame_arrays(form, speed_rad_s, radius), **_names(form, speed_rad_s)}
-    files = write_python(place, _TEXT, element, arrays)
     return Exported(
-        files=files,
+        files=write_python(path, _TEXT, element, arrays),
         carried=(
             f"{form.frequencies_hz.size} elastic modes with mass and stiffness",
             "all inertia terms of a large motion, of any spin and of its change",
@@ -89,20 +73,12 @@ def frame_arrays(
 ) -> dict[str, npt.NDArray[Any]]:
     """Return what Exudyn's class for floating frames reads.
 
-    Parameters
-    ----------
-    speed_rad_s
-        Spin about z whose stress stiffens the body.
-
-    Returns
-    -------
-    dict
-        Arrays by the names of Exudyn 1.13.6; points are the rings of all interfaces, four each,
-        then the recovery points.
+    `speed_rad_s`: spin about z whose stress stiffens the body. Returns arrays by the names of
+    Exudyn 1.13.6; points are the rings of all interfaces, four each, then the recovery points.
     """
     m = form.frequencies_hz.size
     points, motion = _points(form, radius_m)
-    skew = _skew(form.I3.T)
+    skew = cross_matrix(form.I3.T)
     return {
         "fileVersion": np.array(1),
         "type": np.array("ObjectFFRFreducedOrderInterface"),
@@ -115,7 +91,7 @@ def frame_arrays(
         "totalMass": np.array(form.mass_kg),
         "Mtt": form.mass_kg * np.eye(3),
         "chiU": form.center_of_gravity_m,
-        "chiUtilde": _skew(form.center_of_gravity_m),
+        "chiUtilde": cross_matrix(form.center_of_gravity_m),
         "inertiaLocal": form.inertia_kg_m2,
         "mPhitTPsi": form.I3,
         "mPhitTPsiTilde": skew.transpose(1, 0, 2).reshape(3, 3 * m),
@@ -151,14 +127,6 @@ def _points(form: BodyFixedForm, radius_m: float) -> tuple[FloatArray, FloatArra
         for node in form.nodes
     ]
     return np.vstack([*places, form.points_m]), np.concatenate([*motions, form.point_modes])
-
-
-def _skew(vectors: FloatArray) -> FloatArray:
-    """Return a~ with a~ b = a × b, shape (..., 3, 3)."""
-    x, y, z = np.moveaxis(vectors, -1, 0)
-    zero = np.zeros_like(x)
-    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
-    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
 
 
 _TEXT = '''\

@@ -23,55 +23,23 @@ LINEAR_TERMS = (
 )
 
 
-def python_path(path: str | Path) -> Path:
-    """Return the path of a Python file to write.
-
-    Parameters
-    ----------
-    path
-        Ends with `.py`, or has no ending, which is then added.
-
-    Raises
-    ------
-    SuperelementError
-        If the path has another ending.
-    """
-    place = Path(path)
-    if place.suffix not in ("", ".py"):
-        raise SuperelementError(
-            f"the export is a Python file and ends with .py, not with {place.suffix!r}: {place}"
-        )
-    return place.with_suffix(".py")
-
-
 def matrices(element: Superelement) -> dict[str, FloatArray]:
-    """Return M, K0, K2 and G in the independent coordinates.
-
-    Returns
-    -------
-    dict
-        Shapes (r, r) where the body is tied, else (n, n); K2 = Kgeo − S.
-    """
+    """Return M, K0, K2 = Kgeo − S and G in the independent coordinates, (r, r) each."""
     full = {
         "M": element.mass,
         "K0": element.stiffness,
         "K2": element.stress_stiffening - element.spin_softening,
         "G": element.gyroscopic,
     }
-    if element.constraint is None:
-        return full
     tie = element.constraint
-    return {name: tie.T @ matrix @ tie for name, matrix in full.items()}
+    return full if tie is None else {name: tie.T @ a @ tie for name, a in full.items()}
 
 
 def coordinate_arrays(element: Superelement) -> dict[str, npt.NDArray[Any]]:
     """Return names of coordinates and interfaces as arrays of text, places as numbers.
 
-    Returns
-    -------
-    dict
-        interface (n,) and component (n,) of the coordinates, "" and "q" of a modal one;
-        interface_name (i,), interface_xyz (i, 3) in m.
+    Returns interface (n,) and component (n,) of the coordinates, "" and "q" of a modal one;
+    interface_name (i,), interface_xyz (i, 3) in m.
     """
     return {
         "interface": np.array([c.interface for c in element.coordinates], dtype=np.str_),
@@ -82,30 +50,28 @@ def coordinate_arrays(element: Superelement) -> dict[str, npt.NDArray[Any]]:
 
 
 def write_python(
-    path: Path, text: str, element: Superelement, arrays: Mapping[str, npt.NDArray[Any]]
+    path: str | Path, text: str, element: Superelement, arrays: Mapping[str, npt.NDArray[Any]]
 ) -> tuple[Path, Path]:
     """Write a Python file and the arrays beside it.
 
-    Parameters
-    ----------
-    text
-        Its text; `@BODY@`, in a comment, becomes the names of the body and its interfaces and
-        the largest speed. Names are literals in ASCII, so that none can end the comment.
-
-    Returns
-    -------
-    tuple of Path
-        The Python file and the `.npz` file, which is complete before the Python file appears.
+    `path`: ends with `.py`, or has no ending, which is then added; `text`: `@BODY@`, in a comment,
+    becomes the names of the body and its interfaces and the largest speed. Names are literals in
+    ASCII, so that none can end the comment. Returns the Python file and the `.npz` file, which is
+    complete before the Python file appears. Raises SuperelementError for another ending.
     """
-    data = path.with_suffix(".npz")
+    place = Path(path).with_suffix(".py")
+    if Path(path).suffix not in ("", ".py"):
+        raise SuperelementError(
+            f"the export is a Python file and ends with .py, not with {Path(path).suffix!r}: {path}"
+        )
+    data = place.with_suffix(".npz")
     with replacing(data) as temporary, temporary.open("xb") as file:
         np.savez_compressed(file, **arrays)
     seats = ", ".join(ascii(node.name) for node in element.interfaces)
     about = f"Body: {element.name!a}. Interfaces: {seats}."
-    if np.isfinite(element.maximum_speed_rad_s):
-        about += (
-            f"\n# Its modes were chosen for speeds up to {element.maximum_speed_rad_s:g} rad/s."
-        )
-    with replacing(path) as temporary:
+    top = element.maximum_speed_rad_s
+    if np.isfinite(top):
+        about += f"\n# Its modes were chosen for speeds up to {top:g} rad/s."
+    with replacing(place) as temporary:
         temporary.write_text(text.replace("@BODY@", about), encoding="utf-8")
-    return path, data
+    return place, data

@@ -14,7 +14,6 @@ from solidwhirl.rotordyn.exchange.python.python_files import (
     LINEAR_TERMS,
     coordinate_arrays,
     matrices,
-    python_path,
     write_python,
 )
 from solidwhirl.rotordyn.superelement.record import Superelement
@@ -29,25 +28,14 @@ _SPARE_RAD_S = 1e4
 def write_ross(element: Superelement, path: str | Path) -> Exported:
     """Write a body as a `Rotor` for ROSS.
 
-    Parameters
-    ----------
-    path
-        The Python file, named `.py`; the numbers go into an `.npz` file of the same name beside
-        it.
+    `path`: the Python file, named `.py`; the numbers go into an `.npz` file of the same name beside
+    it. Raises SuperelementError if the path has another ending, or the body is tied, so that its
+    interfaces have no coordinates of their own.
 
-    Raises
-    ------
-    SuperelementError
-        If the path has another ending, or the body is tied, so that its interfaces have no
-        coordinates of their own.
-
-    Notes
-    -----
     ROSS 2.3.0 has six coordinates x, y, z, α, β, θ at each node, which are ux to rz here with
     the same signs. Interfaces are nodes, in the order of their z; modal coordinates follow
     behind all nodes.
     """
-    place = python_path(path)
     if element.constraint is not None and element.constraint.shape[1] < element.size:
         raise SuperelementError(
             f"superelement {element.name!r}: its interfaces are tied to each other "
@@ -63,7 +51,7 @@ def write_ross(element: Superelement, path: str | Path) -> Exported:
         "center": element.center_of_gravity_m,
         "inertia": element.inertia_kg_m2,
     }
-    files = write_python(place, _TEXT, element, arrays)
+    files = write_python(path, _TEXT, element, arrays)
     return Exported(files=files, carried=_CARRIED, left_out=_left_out(element))
 
 

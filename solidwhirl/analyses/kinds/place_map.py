@@ -34,9 +34,13 @@ from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.plots.chart import Chart
 from solidwhirl.rotordyn.plots.response_maps import place_chart
 from solidwhirl.rotordyn.response.maps import place_map
-from solidwhirl.rotordyn.response.orbit_peaks import orbit_peaks
 from solidwhirl.rotordyn.response.resonance_samples import resolving_samples
-from solidwhirl.rotordyn.response.unbalance import Unbalance, frequency_ratio, response_pieces
+from solidwhirl.rotordyn.response.unbalance import (
+    Unbalance,
+    frequency_ratio,
+    orbit_peaks,
+    response_pieces,
+)
 
 
 class PlaceMapSpec(Frequencies):

@@ -24,7 +24,7 @@ from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
 from solidwhirl.rotordyn.plots import chart as charts
 from solidwhirl.rotordyn.response.resonance_samples import with_knots
-from solidwhirl.rotordyn.state_space.channels import ForceInput, Input, MotionOutput, Output
+from solidwhirl.rotordyn.state_space.channels import ForceInput, MotionOutput, Output
 from solidwhirl.rotordyn.state_space.file import (
     export_mat,
     export_npz,
@@ -63,7 +63,7 @@ class StateSpaceSpec(Analysis):
 
     def run(self, engine: Engine) -> Outcome:
         """A, B, C, D between forces and motions at interfaces over the speed."""
-        inputs: list[Input] = [
+        inputs = [
             ForceInput(body=b, interface=i, component=c)
             for b, i, c in _all(self.inputs, engine.system)
         ]

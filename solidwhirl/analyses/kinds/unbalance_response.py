@@ -51,11 +51,11 @@ from solidwhirl.rotordyn.plots.response import (
     orbit_chart,
     phase_chart,
 )
-from solidwhirl.rotordyn.response.orbit_peaks import orbit_peaks
 from solidwhirl.rotordyn.response.orbits import elliptic_orbits
 from solidwhirl.rotordyn.response.unbalance import (
     ExciterResponse,
     Unbalance,
+    orbit_peaks,
     resolving_speeds,
     unbalance_response,
 )

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import pytest
 from rich.console import Console
+from ring_scenes import STIFFNESS, ring_scene
 from typer.testing import CliRunner
 
 from solidwhirl.batch.journal import open_journal
@@ -20,33 +21,7 @@ from solidwhirl.sweep.records import BatchRow
 
 # A point mass of 20 kg on springs of k each side, in both directions: 60 / (2 pi) sqrt(2 k / m).
 MASS = 20.0
-RING = {
-    "name": "ring",
-    "speeds": {"to_rpm": 6000, "count": 4},
-    "campbell": {"branches": 4},
-    "rigid_bodies": {
-        "ring": {
-            "speed_ratio": 1.0,
-            "mass_kg": MASS,
-            "center_of_gravity_m": [0, 0, 0],
-            "inertia_kg_m2": [0.2, 0.2, 0.3],
-            "interfaces": {"left": -0.1, "right": 0.1},
-        }
-    },
-    "bearings": [
-        {"name": end, "first": f"ring.{end}", "stiffness_n_per_m": 1e6} for end in ("left", "right")
-    ],
-    "sweep": {
-        "method": "grid",
-        "parameters": [
-            {
-                "name": "stiffness_n_per_m",
-                "places": [f"bearings[{e}].stiffness_n_per_m" for e in ("left", "right")],
-                "values": [0.5e6, 1e6, 2e6],
-            }
-        ],
-    },
-}
+RING = ring_scene({"method": "grid", "parameters": [{**STIFFNESS, "values": [0.5e6, 1e6, 2e6]}]})
 
 
 def critical_rpm(stiffness):
@@ -74,10 +49,8 @@ def row(number, stiffness, status="done"):
 
 def batch_of(folder, rows):
     folder.mkdir(exist_ok=True)
-    (folder / "batch.jsonl").unlink(missing_ok=True)
-    with open_journal(folder) as journal:
-        for one in rows:
-            journal.append(one)
+    with open_journal(folder, rows):
+        pass
     write_table(folder)
     return folder
 

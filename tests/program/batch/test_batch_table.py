@@ -13,6 +13,7 @@ from dataclasses import asdict, replace
 import h5py
 import numpy as np
 import pytest
+from ring_scenes import STIFFNESS, ring_scene
 
 from solidwhirl.batch.journal import (
     JOURNAL,
@@ -20,18 +21,15 @@ from solidwhirl.batch.journal import (
     open_journal,
     read_journal,
     row_document,
+    salvaged_rows,
 )
-from solidwhirl.batch.rows import (
-    failed_row,
-    responses_of,
-    row_of_document,
-    row_of_folder,
-    row_of_results,
-)
+from solidwhirl.batch.rows import failed_row, responses_of, row_of_document
 from solidwhirl.batch.table import TABLE, read_batch, read_table, write_table
 from solidwhirl.console.exit_handling import Terminated
 from solidwhirl.core.errors import OutputError
 from solidwhirl.identify.scene import scene_text
+from solidwhirl.output.documents import results_document
+from solidwhirl.pipeline.run import run_scene
 from solidwhirl.sweep.cases import batch_cases, case_scene
 from solidwhirl.sweep.records import BatchRow
 
@@ -96,6 +94,15 @@ def batch(tmp_path):
     return tmp_path
 
 
+def opened_again(folder):
+    """The journal as a batch that goes on has it."""
+    return open_journal(folder, salvaged_rows(folder)[0])
+
+
+def full_disk(*arguments, **more):
+    raise OSError(28, "No space left on device")
+
+
 # -- journal --------------------------------------------------------------------------------------
 
 
@@ -109,8 +116,8 @@ def test_journal_holds_what_was_appended(batch):
 
 def test_each_row_is_on_the_disk_when_append_returns(tmp_path, monkeypatch):
     sizes = []
-    monkeypatch.setattr(os, "fsync", lambda file: sizes.append(os.fstat(file).st_size))
     with open_journal(tmp_path) as journal:
+        monkeypatch.setattr(os, "fsync", lambda file: sizes.append(os.fstat(file).st_size))
         for count, row in enumerate(ROWS, 1):
             journal.append(row)
             assert len(sizes) == count
@@ -120,31 +127,23 @@ def test_each_row_is_on_the_disk_when_append_returns(tmp_path, monkeypatch):
 
 def test_last_row_of_a_case_counts(batch):
     better = replace(ROWS[1], status="done", message="")
-    with open_journal(batch) as journal:
+    with opened_again(batch) as journal:
         journal.append(better)
         assert len(journal.rows) == 3
     assert same(read_batch(batch), (ROWS[0], better, ROWS[2]))
 
 
-@pytest.mark.parametrize("kept", [0.0, 0.1, 0.9, 1.0])
+@pytest.mark.parametrize("kept", [0.0, 0.1, 0.9, 1.0, None])
 def test_torn_last_line_is_ignored_and_written_over(batch, kept):
-    """Cut anywhere in the last line, before its line end at the latest."""
+    """Cut anywhere in the last line, before its line end; None: its blocks never came."""
     path = batch / JOURNAL
     lines = path.read_bytes().splitlines(keepends=True)
-    path.write_bytes(b"".join(lines[:-1]) + lines[-1][: int(kept * (len(lines[-1]) - 1))])
+    length = len(lines[-1]) - 1
+    torn = bytes(length) + b"\n" if kept is None else lines[-1][: int(kept * length)]
+    path.write_bytes(b"".join(lines[:-1]) + torn)
     assert same(read_journal(batch), (ROWS[2], ROWS[1]))
-    with open_journal(batch) as journal:
+    with opened_again(batch) as journal:
         assert same(journal.rows, (ROWS[2], ROWS[1]))
-        journal.append(ROWS[0])
-    assert path.read_bytes() == b"".join(lines)
-
-
-def test_last_line_whose_blocks_never_came_is_ignored(batch):
-    path = batch / JOURNAL
-    lines = path.read_bytes().splitlines(keepends=True)
-    path.write_bytes(b"".join(lines[:-1]) + bytes(len(lines[-1]) - 1) + b"\n")
-    assert same(read_journal(batch), (ROWS[2], ROWS[1]))
-    with open_journal(batch) as journal:
         journal.append(ROWS[0])
     assert path.read_bytes() == b"".join(lines)
 
@@ -155,20 +154,14 @@ def test_damage_before_the_last_line_is_told(batch):
     path.write_bytes(lines[0] + lines[1][:20] + b"\n" + lines[2])
     with pytest.raises(BatchTableError, match=rf"^{path}: line 2: is damaged$"):
         read_batch(batch)
-    with pytest.raises(BatchTableError, match="line 2"), open_journal(batch):
-        pass
-    assert path.read_bytes() == lines[0] + lines[1][:20] + b"\n" + lines[2]  # left as it was
+    assert same(salvaged_rows(batch)[0], (ROWS[2], ROWS[0]))
 
 
 @pytest.mark.parametrize(
     ("key", "value", "message"),
     [
         ("schema", "solidwhirl-batch-0", r"line 2: is no row of a batch \(solidwhirl-batch-1\)"),
-        (
-            "status",
-            "perhaps",
-            "line 2: status: 'perhaps': Input should be 'done', 'failed' or 'checks_failed'",
-        ),
+        ("status", "perhaps", "line 2: status: 'perhaps': Input should be 'done', 'failed' or '"),
         ("seconds", "1.5", "line 2: seconds: '1.5': Input should be a valid number"),
         ("case", 5, "line 2: case: 5: Input should be a valid string"),
         ("critical_speed_rpm", 10**400, "line 2: critical_speed_rpm: "),
@@ -186,18 +179,6 @@ def test_wrong_row_is_told_with_its_key(batch, key, value, message):
         read_batch(batch)
 
 
-def test_there_is_one_writer(batch):
-    with (
-        open_journal(batch) as journal,
-        pytest.raises(OutputError, match="another batch is writing it"),
-        open_journal(batch),
-    ):
-        pass
-    with open_journal(batch) as journal:  # free again
-        journal.append(ROWS[0])
-    assert same(read_batch(batch), ROWS)
-
-
 WRITER = """
 import sys
 from solidwhirl.batch.journal import open_journal
@@ -211,52 +192,45 @@ with open_journal(sys.argv[1]) as journal:
 
 
 def test_killed_writer_leaves_every_row_that_it_told_of(tmp_path):
-    """SIGKILL at some moment of the writing; then the journal is free, and whole."""
+    """SIGKILL at some moment of the writing; what is read then is whole."""
     with subprocess.Popen(
         [sys.executable, "-c", WRITER, str(tmp_path)], stdout=subprocess.PIPE, text=True
     ) as writer:
         assert writer.stdout.readline() == "0\n"
-        with pytest.raises(OutputError, match="another batch"), open_journal(tmp_path):
-            pass
         time.sleep(0.2)
         writer.send_signal(signal.SIGKILL)
         told = [0, *map(int, writer.stdout.read().split("\n")[:-1])]
-    with open_journal(tmp_path) as journal:
-        names = [row.case for row in journal.rows]
+    names = [row.case for row in read_journal(tmp_path)]
     # one more may have reached the disk before it was told of
     assert names in [[f"k-{n:04d}" for n in range(len(told) + more)] for more in (0, 1)]
 
 
-def test_full_disk_leaves_the_rows_before(batch, monkeypatch):
+@pytest.mark.parametrize("ending", ["full", "asked"])
+def test_append_that_ends_early_leaves_no_part_of_a_line(batch, monkeypatch, ending):
+    """A full disk, and SIGTERM, which raises an exception wherever the program is."""
+
     def full(file, data, offset):
         pwrite(file, data[:50], offset)
-        raise OSError(28, "No space left on device")
+        full_disk()
+
+    def interrupted(file):
+        raise Terminated
 
     pwrite, before = os.pwrite, (batch / JOURNAL).read_bytes()
-    with open_journal(batch) as journal:
-        monkeypatch.setattr(os, "pwrite", full)
-        with pytest.raises(OutputError, match=rf"{batch / JOURNAL}: .*No space left"):
+    with opened_again(batch) as journal:
+        if ending == "full":
+            monkeypatch.setattr(os, "pwrite", full)
+            refused = pytest.raises(OutputError, match=rf"{batch / JOURNAL}: .*No space left")
+        else:
+            monkeypatch.setattr(os, "fsync", interrupted)
+            refused = pytest.raises(Terminated)
+        with refused:
             journal.append(replace(ROWS[0], case="c"))
         monkeypatch.undo()
         assert (batch / JOURNAL).read_bytes() == before
         assert len(journal.rows) == 3
         journal.append(replace(ROWS[0], case="c"))
     assert len(read_batch(batch)) == 4
-
-
-def test_interrupted_append_leaves_no_part_of_a_line(batch, monkeypatch):
-    """SIGTERM raises an exception wherever the program is."""
-
-    def interrupted(file):
-        raise Terminated
-
-    before = (batch / JOURNAL).read_bytes()
-    with open_journal(batch) as journal:
-        monkeypatch.setattr(os, "fsync", interrupted)
-        with pytest.raises(Terminated):
-            journal.append(replace(ROWS[0], case="c"))
-        assert (batch / JOURNAL).read_bytes() == before
-        assert len(journal.rows) == 3
 
 
 def test_no_batch_is_told(tmp_path):
@@ -272,22 +246,18 @@ def test_no_batch_is_told(tmp_path):
 # -- table ----------------------------------------------------------------------------------------
 
 
-def test_table_equals_the_journal(batch):
+def test_table_is_made_from_the_journal_again_and_again(batch):
     path = write_table(batch)
     assert same(read_table(path), ROWS)
-    (batch / JOURNAL).unlink()
-    assert same(read_batch(batch), ROWS)
-
-
-def test_table_is_made_again_from_the_journal(batch):
-    write_table(batch)
-    with open_journal(batch) as journal:
+    with opened_again(batch) as journal:
         journal.append(replace(ROWS[2], status="done", message="", responses={}))
-    again = write_table(batch)
-    assert same(read_table(again), read_batch(batch))
-    again.write_bytes(b"damaged")
     assert same(read_table(write_table(batch)), read_batch(batch))
+    path.write_bytes(b"damaged")
+    rows = read_batch(batch)
+    assert same(read_table(write_table(batch)), rows)
     assert sorted(p.name for p in batch.iterdir()) == [JOURNAL, TABLE]
+    (batch / JOURNAL).unlink()
+    assert same(read_batch(batch), rows)
 
 
 def test_table_of_no_rows_and_of_rows_without_results(tmp_path):
@@ -300,11 +270,7 @@ def test_table_of_no_rows_and_of_rows_without_results(tmp_path):
 def test_table_that_can_not_be_written_stays_as_it_was(batch, monkeypatch):
     path = write_table(batch)
     before = path.read_bytes()
-
-    def full(*arguments, **more):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(h5py.File, "create_group", full)
+    monkeypatch.setattr(h5py.File, "create_group", full_disk)
     with pytest.raises(OutputError, match=rf"{path}: can not be written: No space left"):
         write_table(batch)
     assert path.read_bytes() == before
@@ -386,27 +352,13 @@ def test_h5py_and_numpy_alone_read_the_table(batch, root):
 # -- rows -----------------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def rigid_case(tmp_path):
+@pytest.fixture(scope="module")
+def rigid_case(tmp_path_factory):
     """A rigid, turning ring on two equal bearings, each case with another mass and stiffness."""
-    data = {
-        "name": "ring",
-        "speeds": {"to_rpm": 6000, "count": 4},
-        "campbell": {"branches": 4},
-        "rigid_bodies": {
-            "ring": {
-                "speed_ratio": 1.0,
-                "mass_kg": 5.0,
-                "center_of_gravity_m": [0, 0, 0],
-                "inertia_kg_m2": [0.02, 0.02, 0.03],
-                "interfaces": {"left": -0.1, "right": 0.1},
-            }
-        },
-        "bearings": [
-            {"name": end, "first": f"ring.{end}", "stiffness_n_per_m": 1e5}
-            for end in ("left", "right")
-        ],
-        "analyses": [
+    mass = {"name": "m", "places": ["rigid_bodies.ring.mass_kg"], "values": [5, 4]}
+    data = ring_scene(
+        {"method": "list", "parameters": [{**STIFFNESS, "name": "k", "values": [1e5, 4e5]}, mass]},
+        analyses=[
             {"kind": "stability", "to_rpm": 6000, "count": 5},
             {
                 "name": "margins",
@@ -414,19 +366,8 @@ def rigid_case(tmp_path):
                 "operating": [{"shaft": "ring", "from_rpm": 2500, "to_rpm": 3000}],
             },
         ],
-        "sweep": {
-            "method": "list",
-            "parameters": [
-                {
-                    "name": "k",
-                    "places": [f"bearings[{e}].stiffness_n_per_m" for e in ("left", "right")],
-                    "values": [1e5, 4e5],
-                },
-                {"name": "m", "places": ["rigid_bodies.ring.mass_kg"], "values": [5, 4]},
-            ],
-        },
-    }
-    path = tmp_path / "ring.toml"
+    )
+    path = tmp_path_factory.mktemp("ring") / "ring.toml"
     path.write_text(scene_text(data, {}), encoding="utf-8")
     return batch_cases([path])
 
@@ -438,13 +379,11 @@ def test_row_of_a_rigid_body_on_springs_in_closed_form(rigid_case, number):
 
     At W = w backward tilt is met where (Id + Ip) W^2 = c, forward never: Ip > Id.
     """
-    from solidwhirl.pipeline.run import run_scene
-
     case = rigid_case[number]
-    row = row_of_results(case, run_scene(case_scene(case)), 2.5, 3)
+    row = row_of_document(case, results_document(run_scene(case_scene(case))), 2.5, 3)
     k, m = case.values["k"], case.values["m"]
     level = np.sqrt(2 * k / m)
-    tilt, inertia, polar = 2 * k * 0.1**2, 0.02, 0.03
+    tilt, inertia, polar = 2 * k * 0.1**2, 0.2, 0.3
     backward = np.sqrt(tilt / (inertia + polar))
     speeds = np.linspace(0.0, 6000.0, 4) * np.pi / 30
     half, root = 0.5 * polar * speeds, np.sqrt((0.5 * polar * speeds) ** 2 + inertia * tilt)
@@ -477,20 +416,6 @@ def test_row_of_a_rigid_body_on_springs_in_closed_form(rigid_case, number):
     assert row.responses["verdict.stable"] == 1.0
     assert row.responses["verdict.first_forward_log_decrement"] == 0.0
     assert "stability.threshold_speed_rpm" not in row.responses
-
-
-@pytest.mark.solver
-def test_row_of_a_folder_is_that_of_the_results(rigid_case, tmp_path):
-    from solidwhirl.output.documents import write_results
-    from solidwhirl.pipeline.run import run_scene
-
-    results = run_scene(case_scene(rigid_case[0]))
-    write_results(results, tmp_path / "out", pictures=False)
-    found = row_of_folder(rigid_case[0], tmp_path / "out", 1.0, 1)
-    assert same([found], [row_of_results(rigid_case[0], results, 1.0, 1)])
-    (tmp_path / "out" / "results.json").write_text('{"invariants": []}')
-    with pytest.raises(BatchTableError, match=r"results\.json: holds no results"):
-        row_of_folder(rigid_case[0], tmp_path / "out", 1.0, 1)
 
 
 DOCUMENT = {
@@ -540,7 +465,7 @@ def test_row_of_a_document_with_nulls_and_a_failed_check(rigid_case):
 
 
 def test_row_of_a_failure(rigid_case, tmp_path):
-    row = failed_row(rigid_case[1], "no\x00t \x1b[31mred\nsecond line", 3.0, 2)
+    row = failed_row(rigid_case[1], "no\x00t \x1b[31mred\nsecond line", 3.0, 2, 0.5)
     assert row.status == "failed"
     assert row.message == "no\\x00t \\x1b[31mred\nsecond line"
     assert (row.values, row.seconds, row.ranks) == ({"k": 4e5, "m": 4}, 3.0, 2)

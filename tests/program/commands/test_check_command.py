@@ -15,13 +15,8 @@ import scipy.linalg as la
 import typer
 from typer.testing import CliRunner
 
-from solidwhirl.commands.check_command import check_command
-from solidwhirl.rotordyn import (
-    Disk,
-    beam_superelement,
-    rigid_superelement,
-    write_superelement,
-)
+from solidwhirl.commands.check import check_command
+from solidwhirl.rotordyn import Disk, beam_superelement, rigid_superelement, write_superelement
 
 app = typer.Typer()
 
@@ -54,9 +49,7 @@ def shaft():
         np.linspace(0.0, 0.6, 9),
         0.02,
         0.0,
-        2e11,
-        0.3,
-        7800.0,
+        (2e11, 0.3, 7800.0),
         {"a": 0.0, "b": 0.6, "mid": 0.3},
         [disk],
     )
@@ -179,11 +172,7 @@ WHOLE = (Ellipsis,)
     ("damage", "name", "concerns"),
     [
         (lambda p: largest(p, "operators/M", 1 + 1e-6), "mass symmetric", "all frequencies"),
-        (
-            lambda p: largest(p, "operators/K0", 1 + 1e-6),
-            "stiffness symmetric",
-            "all frequencies",
-        ),
+        (lambda p: largest(p, "operators/K0", 1 + 1e-6), "stiffness symmetric", "all frequencies"),
         (lambda p: scaled(p, "operators/G", (0, 1), 1 + 1e-4), "gyroscopic skew", "at speed"),
         (
             lambda p: scaled(p, "operators/G", WHOLE, -1.0),

@@ -7,6 +7,8 @@ import os
 import re
 import subprocess
 import sys
+from functools import partial
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -14,7 +16,19 @@ import pytest
 import solidwhirl.console.doctor as doctor
 from solidwhirl.console.doctor import Finding, apt, examine, exit_code, pip, report_lines
 
-SCRIPT = Path(doctor.__file__)
+PROGRAM = str(Path(sys.executable).parent / "solidwhirl")
+
+
+def started(*command, **more):
+    """A command as a user starts it, with other variables."""
+    return subprocess.run(
+        command,
+        env={**os.environ, **more},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
 
 
 def finding(name, found):
@@ -32,17 +46,9 @@ def incomplete(tmp_path_factory):
         "raise OSError('libGLU.so.1: cannot open shared object file: No such file')\n"
     )
     (folder / "slepc4py.py").write_text("import os\nos.abort()\n")
-    command = [str(Path(sys.executable).parent / "solidwhirl"), "doctor", "--json"]
     path = os.pathsep.join(filter(None, (str(folder), os.environ.get("PYTHONPATH"))))
-    done = subprocess.run(
-        command,
-        env={**os.environ, "PYTHONPATH": path, "SOLIDWHIRL_STORE": "/dev/null/store"},
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-    )
-    return done, folder
+    places = {"PYTHONPATH": path, "SOLIDWHIRL_STORE": "/dev/null/store"}
+    return started(PROGRAM, "doctor", "--json", **places), path
 
 
 @pytest.mark.solver
@@ -66,32 +72,18 @@ def test_missing_modules_are_told(incomplete):
 
 @pytest.mark.solver
 def test_run_without_the_library_points_to_the_doctor(incomplete, root, tmp_path):
-    _, folder = incomplete
-    command = [str(Path(sys.executable).parent / "solidwhirl"), "run", "--out", str(tmp_path / "o")]
-    done = subprocess.run(
-        [*command, "--level", "harmonic", str(root / "scenes" / "laval.toml")],
-        env={**os.environ, "PYTHONPATH": str(folder)},
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-    )
-    assert done.returncode == 2
+    scene = str(root / "scenes" / "laval.toml")
+    words = ("run", "--out", str(tmp_path / "o"), "--level", "harmonic", scene)
+    done = started(PROGRAM, *words, PYTHONPATH=incomplete[1])
+    told = started(PROGRAM, *words, "--json", PYTHONPATH=incomplete[1])
+    assert done.returncode == told.returncode == json.loads(told.stdout)["exit_code"] == 2
     assert "Traceback" not in done.stderr
     assert "`solidwhirl doctor` says what is missing" in done.stderr.splitlines()[-1]
 
 
-def test_script_needs_the_standard_library_alone(tmp_path):
+def test_script_needs_the_standard_library_alone():
     """Isolated and without site-packages nothing else can be imported."""
-    done = subprocess.run(
-        [sys.executable, "-I", "-S", str(SCRIPT)],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": ""},
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-    )
+    done = started(sys.executable, "-I", "-S", str(doctor.__file__), PYTHONPATH="")
     # the modules that it tries are found by processes that are not isolated
     assert done.returncode == 1, done.stderr
     assert re.search(r"^MISSING +numpy", done.stdout, re.MULTILINE)
@@ -108,24 +100,21 @@ def test_exit_code_counts_what_is_needed(quick):
     found = examine()
     needed = [one for one in found if one.needed]
     assert found[: len(needed)] == tuple(needed)
-    assert exit_code([Finding(what="a", state="ok", found="")]) == 0
-    assert exit_code([Finding(what="a", state="doubtful", found="")]) == 0
-    assert exit_code([Finding(what="a", state="missing", found="", needed=False)]) == 0
-    assert exit_code([Finding(what="a", state="missing", found="")]) == 1
+    for state, is_needed in product(("ok", "doubtful", "missing"), (False, True)):
+        one = Finding(what="a", state=state, found="", needed=is_needed)
+        assert exit_code([one]) == (state == "missing" and is_needed)
 
 
 def test_commands_are_put_together():
-    lines = list(
-        report_lines(
-            [
-                Finding(what="a", state="missing", found="", remedy=apt("python3-a")),
-                Finding(what="b", state="missing", found="", remedy=pip("b>=1,<2")),
-                Finding(what="c", state="missing", found="", remedy=apt("c1", "c2")),
-                Finding(what="d", state="missing", found="", needed=False, remedy=apt("d")),
-                Finding(what="e", state="ok", found="3"),
-            ]
-        )
-    )
+    missing = partial(Finding, state="missing", found="")
+    found = [
+        missing(what="a", remedy=apt("python3-a")),
+        missing(what="b", remedy=pip("b>=1,<2")),
+        missing(what="c", remedy=apt("c1", "c2")),
+        missing(what="d", needed=False, remedy=apt("d")),
+        Finding(what="e", state="ok", found="3"),
+    ]
+    lines = list(report_lines(found))
     assert f"  {apt('python3-a', 'c1', 'c2')}" in lines
     assert f"  {sys.executable} -m pip install 'b>=1,<2'" in lines
     assert lines.index(f"  {apt('d')}") > lines.index("For comfort:")

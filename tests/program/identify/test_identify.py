@@ -236,7 +236,7 @@ def test_known_rotor_is_recovered_and_a_broken_search_goes_on(rotor, tmp_path, c
     assert found["disk_start"] == pytest.approx(TRUTH["disk_start"], rel=3e-3)
     assert once.scene.is_file()
     assert once.report.is_file()
-    assert not (tmp_path / "once.state.json").exists()
+    assert not (tmp_path / "once.stages").exists()
 
     computed_points.clear()
 
@@ -249,7 +249,7 @@ def test_known_rotor_is_recovered_and_a_broken_search_goes_on(rotor, tmp_path, c
 
     with pytest.raises(StoppedError):
         identify_command(rotor, tmp_path / "twice.toml", stop)
-    known = len(json.loads((tmp_path / "twice.state.json").read_text())["evaluations"])
+    known = len(list((tmp_path / "twice.stages").glob("*.stage")))
     assert known >= 5
     assert not (tmp_path / "twice.toml").exists()
     computed_points.clear()
@@ -322,18 +322,6 @@ def test_start_without_a_body_is_refused(problem):
 
 
 # -- files ----------------------------------------------------------------------------------------
-
-
-def test_state_of_another_problem_is_refused(problem, tmp_path):
-    out = tmp_path / "out.toml"
-    state = tmp_path / "out.state.json"
-    state.write_text(json.dumps({"problem": "another", "evaluations": {}}))
-    with pytest.raises(OutputError, match=r"out\.state\.json: is the state of another problem"):
-        identify_command(problem(), out)
-    state.write_text("{")
-    with pytest.raises(OutputError, match="is no state of an identification"):
-        identify_command(problem(), out)
-    assert not out.exists()
 
 
 def test_input_files_are_not_overwritten(problem):

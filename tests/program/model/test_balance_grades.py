@@ -13,13 +13,7 @@ from solidwhirl.scene_reading.reader import scene_hash
 
 
 def small(*unbalances):
-    wheel = disk(
-        name="wheel",
-        at_m=0.2,
-        mass_kg=12.0,
-        polar=0.12,
-        diametral=0.065,
-    )
+    wheel = disk(name="wheel", at_m=0.2, mass_kg=12.0, polar=0.12, diametral=0.065)
     return scene(
         "small",
         beams={
@@ -61,10 +55,7 @@ def test_a_grade_is_its_moment():
     whole = results.elements["rotor"].mass_kg
     assert whole == pytest.approx(mass, rel=0.01)  # steel of 7800 to 7870 kg/m3
     moments = [u["moment_kg_m"] for u in found["unbalances"]]
-    wanted = [
-        0.25 * whole * 2.5e-3 / (300.0 * np.pi),
-        whole * 6.3e-3 / (100.0 * np.pi),
-    ]
+    wanted = [0.25 * whole * 2.5e-3 / (300.0 * np.pi), whole * 6.3e-3 / (100.0 * np.pi)]
     assert moments == pytest.approx(wanted, rel=1e-12)
     assert [sorted(u) for u in found["unbalances"]] == [["at", "moment_kg_m", "phase_deg"]] * 2
     plain = small(

@@ -391,7 +391,7 @@ def test_single_precision_leaves_no_spring_in_rigid_motion(tmp_path):
 def test_a_turning_shaft_in_millimetres(tmp_path):
     """A shaft with a disk, its matrices brought into mm and t by hand."""
     shaft = beam_superelement(
-        "s", np.linspace(0.0, 0.8, 5), 0.02, 0.0, 2e11, 0.3, 7800.0, {"left": 0.0, "right": 0.8},
+        "s", np.linspace(0.0, 0.8, 5), 0.02, 0.0, (2e11, 0.3, 7800.0), {"left": 0.0, "right": 0.8},
         [Disk(name="d", position_m=0.3, mass_kg=9.0, polar_kg_m2=0.08, diametral_kg_m2=0.05)],
     )  # fmt: skip
     write_npz(shaft, tmp_path / "metres.npz")

@@ -102,8 +102,8 @@ REFUSED = {
         massless, {}),
     "stiffness has a negative eigenvalue": (negative, {}),
     "leaves 6 motions free, of which 4 are rigid": (moved, {}),
-    "has no array 'dof_node'": (lambda: without("dof_node"), {}),
-    "imported.casing.interfaces.front: no node 1;|no node_id|which is no node_id": (
+    "array 'dof_node' is missing": (lambda: without("dof_node"), {}),
+    "imported.casing.interfaces.front: no node 1;|no node_id|which is no node": (
         lambda: {**tube(), "node_id": np.arange(2, 19)}, {}),
     r"the body turns \(speed_ratio is not 0\) and has no gyroscopic matrix": (tube, TURNS),
     "gyroscopic gives row rx, column ry of rigid tilts -": (lambda: gyroscopic(sign=-1.0), TURNS),
@@ -172,7 +172,7 @@ def test_motions_that_joints_need(tmp_path):
 
 def test_keys_that_a_superelement_file_does_not_need(tmp_path):
     shaft = beam_superelement(
-        "s", [0.0, 0.4], 0.02, 0.0, 2e11, 0.3, 7800.0, {"left": 0.0, "right": 0.4}
+        "s", [0.0, 0.4], 0.02, 0.0, (2e11, 0.3, 7800.0), {"left": 0.0, "right": 0.4}
     )
     write_superelement(shaft, tmp_path / "rotor.h5")
     for entry, message in (

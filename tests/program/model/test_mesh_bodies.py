@@ -13,7 +13,7 @@ import meshio
 import numpy as np
 import pytest
 
-from solidwhirl.commands.geometry_command import geometry_command
+from solidwhirl.commands.geometry import geometry_command
 from solidwhirl.core.errors import SceneError
 from solidwhirl.geometry import GeometryError
 from solidwhirl.meshing import MeshingError, mesh_solid, write_gmsh
@@ -54,10 +54,7 @@ MESHED = {
     "file": "rotor.msh",
     "length_unit": "m",
     "material": "steel",
-    "interfaces": [
-        {"name": "front", "group": "interface_front"},
-        {"name": "rear", "box_m": REAR},
-    ],
+    "interfaces": [{"name": "front", "group": "interface_front"}, {"name": "rear", "box_m": REAR}],
 }
 BEARINGS = [
     {"name": "front", "first": "rotor.front", "stiffness_n_per_m": 5e7},

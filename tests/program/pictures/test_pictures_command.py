@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from solidwhirl.commands.pictures_command import chosen_formats, chosen_pictures, pictures_command
+from solidwhirl.commands.pictures import chosen_formats, chosen_pictures, pictures_command
 from solidwhirl.core.errors import OutputError
 from solidwhirl.files.picture_record import Picture
 from solidwhirl.pictures import catalogue

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,21 +18,14 @@ pytestmark = pytest.mark.solver
 
 def checked(results, **changes):
     """Checks of results, with some of them changed."""
-    from solidwhirl.pipeline.engine_stages import Diagram
-    from solidwhirl.pipeline.run_checks import run_checks
+    from solidwhirl.pipeline.checks import run_checks
 
-    diagram = {
-        name: changes.get(name, getattr(results, name))
-        for name in ("at_rest", "campbell", "critical_speeds")
-    }
-    return run_checks(
-        results.scene,
-        results.plan,
-        changes.get("bodies", results.bodies),
-        changes.get("elements", results.elements),
-        changes.get("system", results.system),
-        Diagram(**diagram),
+    found = lambda *names: SimpleNamespace(  # noqa: E731
+        **{name: changes.get(name, getattr(results, name)) for name in names}
     )
+    engine = found("elements", "system")
+    engine.job, engine.reduced = results, changes.get("bodies", results.bodies)
+    return run_checks(engine, found("at_rest", "campbell", "critical_speeds"))
 
 
 def bad(checks):

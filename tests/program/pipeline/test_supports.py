@@ -56,11 +56,7 @@ ONE = {
     "one": ([bearing("A", "s.a")], 2, ("A",)),
     "one, very soft": ([bearing("A", "s.a", k=10.0)], 2, ("A",)),
     "one, rigid": ([{"name": "A", "first": "s.a", "rigid": ["ux", "uy"]}], 2, ("A",)),
-    "one that holds the tilt": (
-        [bearing("A", "s.a", tilt_stiffness_n_m_per_rad=1e4)],
-        0,
-        (),
-    ),
+    "one that holds the tilt": ([bearing("A", "s.a", tilt_stiffness_n_m_per_rad=1e4)], 0, ()),
     "two in x, one in y": (
         [bearing("A", "s.a"), bearing("B", "s.b", k=[[1e7, 0.0], [0.0, 0.0]])],
         1,

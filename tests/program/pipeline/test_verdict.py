@@ -31,33 +31,25 @@ ARMS = (-0.1, 0.2)
 CROSS = [[1e6, 3e5], [-3e5, 1e6]]
 
 
+RIGID = {
+    "speed_ratio": 1.0,
+    "mass_kg": MASS,
+    "center_of_gravity_m": [0, 0, 0.1],
+    "inertia_kg_m2": [DIAMETRAL, DIAMETRAL, POLAR],
+    "interfaces": {"a": 0.0, "b": 0.3},
+}
+
+
 def scene(stiffness=1e6, damping=0.0, analyses=(), to_rpm=9000.0, **more):
-    return parse_scene(
-        {
-            "name": "rigid",
-            "speeds": {"to_rpm": to_rpm, "count": 4},
-            "rigid_bodies": {
-                "r": {
-                    "speed_ratio": 1.0,
-                    "mass_kg": MASS,
-                    "center_of_gravity_m": [0, 0, 0.1],
-                    "inertia_kg_m2": [DIAMETRAL, DIAMETRAL, POLAR],
-                    "interfaces": {"a": 0.0, "b": 0.3},
-                }
-            },
-            "bearings": [
-                {
-                    "name": end,
-                    "first": f"r.{end}",
-                    "stiffness_n_per_m": stiffness,
-                    "damping_n_s_per_m": damping,
-                }
-                for end in "ab"
-            ],
-            "analyses": list(analyses),
-            **more,
-        }
-    )
+    ends = {"stiffness_n_per_m": stiffness, "damping_n_s_per_m": damping}
+    data = {
+        "name": "rigid",
+        "speeds": {"to_rpm": to_rpm, "count": 4},
+        "rigid_bodies": {"r": RIGID},
+        "bearings": [{"name": end, "first": f"r.{end}", **ends} for end in "ab"],
+        "analyses": list(analyses),
+    }
+    return parse_scene({**data, **more})
 
 
 def verdict(*args, **more):

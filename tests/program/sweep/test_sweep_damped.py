@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from solidwhirl.batch.rows import row_of_results
+from solidwhirl.batch.rows import row_of_document
+from solidwhirl.output.documents import results_document
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.rotordyn.campbell.branch_numbers import modal_assurance
 from solidwhirl.scene_reading.reader import parse_scene
@@ -70,14 +71,19 @@ def films(stiffness, damping):
     return data | {"analyses": []}
 
 
+def row_of(number, values, data):
+    """The row of a case that is run here."""
+    case = BatchCase(
+        name=f"{data['name']}-{number:04d}", scene_path=None, values=values, data=data, digest=""
+    )
+    document = results_document(run_scene(parse_scene(data, "test")))
+    return row_of_document(case, document, 0.0, 1)
+
+
 def table(make, stiffness, damping):
-    found = []
-    for number, (k, c) in enumerate((k, c) for k in stiffness for c in damping):
-        values = {"stiffness_n_per_m": k, "damping_n_s_per_m": c}
-        data, name = make(k, c), f"films-{number:04d}"
-        case = BatchCase(name=name, scene_path=None, values=values, data=data, digest="")
-        found.append(row_of_results(case, run_scene(parse_scene(data, "test")), 0.0, 1))
-    return found
+    pairs = [(k, c) for k in stiffness for c in damping]
+    names = ("stiffness_n_per_m", "damping_n_s_per_m")
+    return [row_of(n, dict(zip(names, p, strict=True)), make(*p)) for n, p in enumerate(pairs)]
 
 
 def lateral_root(stiffness, damping):
@@ -203,11 +209,7 @@ def crossing_rows():
                 {"name": n, "first": f"r.{n}", "stiffness_n_per_m": 1e6} for n in ("a", "b")
             ],
         }
-        values = {"mass_kg": mass, "tilt": tilt}
-        case = BatchCase(
-            name=f"rigid-{number:04d}", scene_path=None, values=values, data=data, digest=""
-        )
-        found.append(row_of_results(case, run_scene(parse_scene(data)), 0.0, 1))
+        found.append(row_of(number, {"mass_kg": mass, "tilt": tilt}, data))
     return found
 
 

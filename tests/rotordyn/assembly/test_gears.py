@@ -3,18 +3,7 @@
 import numpy as np
 import pytest
 
-from solidwhirl.rotordyn import (
-    AssemblyError,
-    Bearing,
-    Disk,
-    End,
-    Gear,
-    Rotor,
-    assemble,
-    beam_superelement,
-    matrices_at_speed,
-    modes_at_speed,
-)
+from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.superelement.rigid_body import rigid_superelement
 
 ALL = ("ux", "uy", "uz", "rx", "ry", "rz")
@@ -30,63 +19,44 @@ def _stiffness(name):
 
 
 def _shaft(name, seat_inertia):
-    def wheel(at, polar):
-        return Disk(
-            name=f"wheel at {at}",
-            position_m=at,
-            mass_kg=1.0,
-            polar_kg_m2=polar,
-            diametral_kg_m2=0.5 * polar,
-        )
-
-    return beam_superelement(
-        name,
-        [0.0, LENGTH],
-        RADII[name],
-        0.0,
-        2.6 * SHEAR,
-        0.3,
-        1e-3,
-        {"seat": 0.0, "far": LENGTH},
-        [wheel(0.0, seat_inertia), wheel(LENGTH, INERTIA[name])],
-        components=ALL,
-    )
+    disks = [
+        rd.Disk(name=f"wheel at {z}", position_m=z, mass_kg=1.0, polar_kg_m2=polar,
+                diametral_kg_m2=0.5 * polar)
+        for z, polar in ((0.0, seat_inertia), (LENGTH, INERTIA[name]))
+    ]  # fmt: skip
+    return rd.beam_superelement(
+        name, [0.0, LENGTH], RADII[name], 0.0, (2.6 * SHEAR, 0.3, 1e-3),
+        {"seat": 0.0, "far": LENGTH}, disks, components=ALL,
+    )  # fmt: skip
 
 
-def _pair(ratio=RATIO, seat_inertia=1e-9, **options):
-    bearings = [
-        Bearing(
-            name=f"{name} {end}",
-            first=End(body=name, interface=end),
-            rigid=("ux", "uy", "uz"),
-        )
-        for name in RADII
-        for end in ("seat", "far")
-    ]
-    # one axial support is enough
-    bearings = [
-        b
-        if b.first.interface == "seat"
-        else Bearing(name=b.name, first=b.first, rigid=("ux", "uy"))
-        for b in bearings
-    ]
-    rotors = {
-        "fast": Rotor(element=_shaft("fast", seat_inertia), speed_ratio=1.0),
-        "slow": Rotor(element=_shaft("slow", seat_inertia), speed_ratio=ratio),
+def _rotors(ratio, seat_inertia=1e-9):
+    ratios = {"fast": 1.0, "slow": ratio}
+    return {
+        name: rd.Rotor(element=_shaft(name, seat_inertia), speed_ratio=r)
+        for name, r in ratios.items()
     }
-    gear = Gear(
-        name="gear",
-        first=End(body="fast", interface="seat"),
-        second=End(body="slow", interface="seat"),
-        ratio=ratio,
-        **options,
+
+
+def _gear(ratio, **options):
+    first, second = (rd.End(body=name, interface="seat") for name in RADII)
+    return rd.Gear(**{"name": "gear", "first": first, "second": second, "ratio": ratio, **options})
+
+
+def _pair(ratio=RATIO, **options):
+    # one axial support for each shaft is enough
+    held = {"seat": ("ux", "uy", "uz"), "far": ("ux", "uy")}
+    bearings = tuple(
+        rd.Bearing(name=f"{name} {at}", first=rd.End(body=name, interface=at), rigid=motions)
+        for name in RADII
+        for at, motions in held.items()
     )
-    return assemble(rotors, tuple(bearings), gears=(gear,))
+    return rd.assemble(_rotors(ratio), bearings, gears=(_gear(ratio, **options),))
 
 
 def _torsion(assembled):
     """Frequencies (rad/s) of modes that turn the far wheel."""
-    modes = modes_at_speed(assembled, 0.0)
+    modes = rd.modes_at_speed(assembled, 0.0)
     index = assembled.system.rotors["fast"].element.interface_index("far", "rz")
     shapes = np.abs(assembled.transformation[index] @ modes.shapes)
     return 2 * np.pi * modes.frequency_hz[shapes > 1e-3]
@@ -104,7 +74,7 @@ def test_torsion_of_a_geared_pair_is_that_of_the_equivalent_shaft(ratio):
 
 
 def test_geared_pair_turns_freely():
-    modes = modes_at_speed(_pair(), 0.0)
+    modes = rd.modes_at_speed(_pair(), 0.0)
     # one rigid motion: both shafts turning together, position and velocity
     assert modes.zero_count == 2
 
@@ -131,7 +101,7 @@ def test_line_of_action_couples_bending_and_torsion_and_keeps_the_energy_even():
     assembled = _pair(
         -RATIO, mesh_stiffness_n_per_m=1e7, base_radius_first_m=0.07, line_of_action_rad=0.4
     )
-    matrices = matrices_at_speed(assembled, 0.0)
+    matrices = rd.matrices_at_speed(assembled, 0.0)
     assert np.array_equal(matrices.stiffness, matrices.stiffness.T)
     torsion_only = _pair(-RATIO, mesh_stiffness_n_per_m=1e7, base_radius_first_m=0.07)
     # seats are held laterally here, so the line of action changes nothing
@@ -141,29 +111,15 @@ def test_line_of_action_couples_bending_and_torsion_and_keeps_the_energy_even():
 def test_teeth_press_along_the_line_of_action():
     # A force along the line of action pulls seat 1 and turns it: k δ with δ = n·u1 + r θ1.
     stiffness, radius, angle = 1e7, 0.07, 0.4
-    rotors = {
-        name: Rotor(element=_shaft(name, 1.0), speed_ratio=ratio)
-        for name, ratio in (("fast", 1.0), ("slow", -RATIO))
-    }
-    gear = Gear(
-        name="gear",
-        first=End(body="fast", interface="seat"),
-        second=End(body="slow", interface="seat"),
-        ratio=-RATIO,
-        mesh_stiffness_n_per_m=stiffness,
-        base_radius_first_m=radius,
-        line_of_action_rad=angle,
-    )
+    rotors = _rotors(-RATIO, 1.0)
+    gear = _gear(-RATIO, mesh_stiffness_n_per_m=stiffness, base_radius_first_m=radius,
+                 line_of_action_rad=angle)  # fmt: skip
+    own = {"stiffness_n_per_m": np.eye(2) * 1e5}
     held = tuple(
-        Bearing(
-            name=name,
-            first=End(body=name, interface="seat"),
-            stiffness_n_per_m=np.eye(2) * 1e5,
-        )
-        for name in rotors
+        rd.Bearing(name=name, first=rd.End(body=name, interface="seat"), **own) for name in rotors
     )
-    with_gear = assemble(rotors, held, gears=(gear,))
-    without = assemble(rotors, held)
+    with_gear = rd.assemble(rotors, held, gears=(gear,))
+    without = rd.assemble(rotors, held)
     # the same motion of the bodies in both: q = T x, and K summed over the bodies
     spread = np.linalg.pinv(with_gear.transformation)
     free = np.linalg.pinv(without.transformation)
@@ -183,16 +139,16 @@ def test_teeth_press_along_the_line_of_action():
 def test_axial_motion_and_torsion_of_a_beam_are_those_of_a_rod():
     # free-free rod: ω = π c / L, c² = E/ρ or G/ρ; linear elements err by (π h / L)² / 24
     count, length = 40, 0.8
-    rod = beam_superelement(
-        "rod", np.linspace(0, length, count + 1), 0.02, 0.01, 2e11, 0.3, 7800.0,
+    rod = rd.beam_superelement(
+        "rod", np.linspace(0, length, count + 1), 0.02, 0.01, (2e11, 0.3, 7800.0),
         {"a": 0.0, "b": length}, components=ALL,
     )  # fmt: skip
-    free = assemble({"rod": Rotor(element=rod, speed_ratio=0.0)}, ())
-    found = 2 * np.pi * modes_at_speed(free, 0.0).frequency_hz
+    free = rd.assemble({"rod": rd.Rotor(element=rod, speed_ratio=0.0)}, ())
+    found = 2 * np.pi * rd.modes_at_speed(free, 0.0).frequency_hz
     for modulus in (2e11, 2e11 / 2.6):
         exact = np.pi / length * np.sqrt(modulus / 7800)
         assert np.abs(found / exact - 1).min() < 1.1 * (np.pi / count) ** 2 / 24
-    assert modes_at_speed(free, 0.0).zero_count == 12
+    assert rd.modes_at_speed(free, 0.0).zero_count == 12
 
 
 REFUSALS = {
@@ -204,11 +160,11 @@ REFUSALS = {
         "a rigid mesh has no damping",
     ),
     "one body": (
-        {"ratio": 1.0, "second": End(body="fast", interface="far")},
+        {"ratio": 1.0, "second": rd.End(body="fast", interface="far")},
         "both seats are on body 'fast'",
     ),
     "no such seat": (
-        {"ratio": RATIO, "second": End(body="slow", interface="middle")},
+        {"ratio": RATIO, "second": rd.End(body="slow", interface="middle")},
         "slow.middle: rotor 'slow' has interfaces",
     ),
 }
@@ -217,29 +173,17 @@ REFUSALS = {
 @pytest.mark.parametrize("name", REFUSALS)
 def test_gear_that_can_not_be(name):
     changes, message = REFUSALS[name]
-    values = {
-        "first": End(body="fast", interface="seat"),
-        "second": End(body="slow", interface="seat"),
-    }
-    rotors = {
-        "fast": Rotor(element=_shaft("fast", 1e-9), speed_ratio=1.0),
-        "slow": Rotor(element=_shaft("slow", 1e-9), speed_ratio=RATIO),
-    }
-    with pytest.raises(AssemblyError, match=message):
-        assemble(rotors, (), gears=(Gear(name="gear", **{**values, **changes}),))
+    with pytest.raises(rd.AssemblyError, match=message):
+        rd.assemble(_rotors(RATIO), (), gears=(_gear(**changes),))
 
 
 def test_gear_needs_torsion():
-    lateral = beam_superelement("s", [0.0, 1.0], 0.02, 0.0, 2e11, 0.3, 7800.0, {"seat": 0.0})
-    rotors = {name: Rotor(element=lateral, speed_ratio=1.0) for name in ("a", "b")}
-    gear = Gear(
-        name="gear",
-        first=End(body="a", interface="seat"),
-        second=End(body="b", interface="seat"),
-        ratio=1.0,
-    )
-    with pytest.raises(AssemblyError, match=r"needs components \['rz'\]"):
-        assemble(rotors, (), gears=(gear,))
+    lateral = rd.beam_superelement("s", [0.0, 1.0], 0.02, 0.0, (2e11, 0.3, 7800.0), {"seat": 0.0})
+    rotors = {name: rd.Rotor(element=lateral, speed_ratio=1.0) for name in ("a", "b")}
+    first, second = (rd.End(body=name, interface="seat") for name in rotors)
+    gear = _gear(1.0, first=first, second=second)
+    with pytest.raises(rd.AssemblyError, match=r"needs components \['rz'\]"):
+        rd.assemble(rotors, (), gears=(gear,))
 
 
 @pytest.mark.parametrize("order", [(0, 1), (1, 0)])
@@ -247,34 +191,26 @@ def test_gear_needs_torsion():
 def test_a_consistent_loop_holds_nothing_more(order, mesh):
     """Two shafts of one speed tied in rz, geared twice to a third: the second gear says nothing."""
     ratios = {"one": 1.0, "idler": -1.0, "other": 1.0}
+    body = (10.0, (0.0, 0.0, 0.1), (0.1, 0.1, 0.15), {"a": 0.0, "b": 0.3})
     rotors = {
-        name: Rotor(
-            element=rigid_superelement(
-                name, 10.0, (0.0, 0.0, 0.1), (0.1, 0.1, 0.15), {"a": 0.0, "b": 0.3}
-            ),
-            speed_ratio=ratio,
-        )
+        name: rd.Rotor(element=rigid_superelement(name, *body), speed_ratio=ratio)
         for name, ratio in ratios.items()
     }
+    own = {"stiffness_n_per_m": 1e6 * np.eye(2), "axial_stiffness_n_per_m": 1e6}
     bearings = [
-        Bearing(
-            name=f"{name} {place}",
-            first=End(body=name, interface=place),
-            stiffness_n_per_m=1e6 * np.eye(2),
-            axial_stiffness_n_per_m=1e6,
-        )
+        rd.Bearing(name=f"{name} {place}", first=rd.End(body=name, interface=place), **own)
         for name in rotors
         for place in "ab"
     ]
-    ends = [End(body=name, interface="a") for name in rotors]
-    tie = Bearing(name="tie", first=ends[0], second=ends[2], rigid=("rz",))
+    ends = [rd.End(body=name, interface="a") for name in rotors]
+    tie = rd.Bearing(name="tie", first=ends[0], second=ends[2], rigid=("rz",))
     gears = [
-        Gear(name="in", first=ends[0], second=ends[1], ratio=-1.0, **mesh),
-        Gear(name="out", first=ends[1], second=ends[2], ratio=-1.0),
+        rd.Gear(name="in", first=ends[0], second=ends[1], ratio=-1.0, **mesh),
+        rd.Gear(name="out", first=ends[1], second=ends[2], ratio=-1.0),
     ]
-    closed = assemble(rotors, (*bearings, tie), gears=tuple(gears[at] for at in order))
-    open_chain = assemble(rotors, (*bearings, tie), gears=(gears[1],))
+    closed = rd.assemble(rotors, (*bearings, tie), gears=tuple(gears[at] for at in order))
+    open_chain = rd.assemble(rotors, (*bearings, tie), gears=(gears[1],))
     # the whole train turns freely: 18 coordinates, one tie, one gear
     assert closed.size == open_chain.size == 16
-    found, wanted = (modes_at_speed(s, 100.0).eigenvalues for s in (closed, open_chain))
+    found, wanted = (rd.modes_at_speed(s, 100.0).eigenvalues for s in (closed, open_chain))
     np.testing.assert_allclose(found, wanted, rtol=1e-10)

@@ -15,17 +15,7 @@ import scipy.linalg as la
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import minimize_scalar
 
-from solidwhirl.rotordyn import (
-    AnalysisError,
-    AssemblyError,
-    Bearing,
-    End,
-    Rotor,
-    assemble,
-    campbell,
-    critical_speeds,
-    modes_at_speed,
-)
+from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.assembly.bearing_laws import BearingCoefficients, PolynomialLaw, TableLaw
 from solidwhirl.rotordyn.assembly.bearing_notes import bearing_notes
 from solidwhirl.rotordyn.assembly.system import speed_derivative
@@ -34,8 +24,7 @@ from solidwhirl.rotordyn.critical_speeds.search import count_critical_speeds
 from solidwhirl.rotordyn.estimates.response_errors import unbalance_peak_errors
 from solidwhirl.rotordyn.modes.complex_form import complex_form
 from solidwhirl.rotordyn.modes.split_spectrum import planes_apart
-from solidwhirl.rotordyn.response.orbit_peaks import orbit_peaks
-from solidwhirl.rotordyn.response.unbalance import Unbalance, resolving_speeds, unbalance_response
+from solidwhirl.rotordyn.response import unbalance
 from solidwhirl.rotordyn.response.unbalance_peaks import resonance_peaks
 from solidwhirl.rotordyn.stability.intervals import unstable_intervals
 from solidwhirl.rotordyn.superelement.rigid_body import rigid_superelement
@@ -51,26 +40,24 @@ def _rotor(ratio=1.0):
         "rotor", MASS, (0.0, 0.0, 0.0), (DIAMETRAL, DIAMETRAL, POLAR), PLACES,
         components=("ux", "uy", "rx", "ry"),
     )  # fmt: skip
-    return Rotor(element=element, speed_ratio=ratio)
+    return rd.Rotor(element=element, speed_ratio=ratio)
+
+
+def _held(owns, ratio=1.0):
+    """The rotor on one bearing at each place."""
+    bearings = tuple(
+        rd.Bearing(name=place, first=rd.End(body="rotor", interface=place), **own)
+        for place, own in zip(PLACES, owns, strict=True)
+    )
+    return rd.assemble({"rotor": _rotor(ratio)}, bearings)
 
 
 def _system(laws, ratio=1.0, **options):
-    """The rotor on one bearing with a law at each place; polynomials scale 1e6 N/m, 100 N s/m."""
-    bearings = []
-    for place, law in zip(PLACES, laws, strict=True):
-        own = {}
-        if isinstance(law, PolynomialLaw):
-            own = {"stiffness_n_per_m": 1e6 * np.eye(2), "damping_n_s_per_m": 100.0 * np.eye(2)}
-        bearings.append(
-            Bearing(
-                name=place,
-                first=End(body="rotor", interface=place),
-                speed_law=law,
-                **own,
-                **options,
-            )
-        )
-    return assemble({"rotor": _rotor(ratio)}, tuple(bearings))
+    """The rotor on two bearings with laws; polynomials scale 1e6 N/m, 100 N s/m."""
+    scaled = {"stiffness_n_per_m": 1e6 * np.eye(2), "damping_n_s_per_m": 100.0 * np.eye(2)}
+    owns = [scaled if isinstance(law, PolynomialLaw) else {} for law in laws]
+    pairs = zip(owns, laws, strict=True)
+    return _held([{**own, "speed_law": law, **options} for own, law in pairs], ratio)
 
 
 # The general solver.
@@ -192,7 +179,7 @@ def _marks(laws, system):
 def _check_modes(laws, system):
     for speed in _marks(laws, system):
         wanted = _eigenvalues(laws, speed)
-        found = modes_at_speed(system, float(speed)).eigenvalues
+        found = rd.modes_at_speed(system, float(speed)).eigenvalues
         found = found[found.imag > 1e-6 * np.abs(found)]
         assert found.size == wanted.size
         rest = list(wanted)
@@ -205,7 +192,7 @@ def _check_modes(laws, system):
 def _check_critical_speeds(laws, system):
     grid = np.unique(np.concatenate((_marks(laws, system), np.linspace(0.1, LIMIT, 401))))
     above = np.array([np.count_nonzero(_eigenvalues(laws, s).imag > s) for s in grid])
-    found = np.array([c.speed_rad_s for c in critical_speeds(system, 1.0, LIMIT)])
+    found = np.array([c.speed_rad_s for c in rd.critical_speeds(system, 1.0, LIMIT)])
     for speed in found:
         values = _eigenvalues(laws, speed)
         assert np.abs(values.imag - speed).min() <= 1e-5 * speed
@@ -218,9 +205,9 @@ def _check_critical_speeds(laws, system):
 
 def _check_response(laws, system, damped):
     """Reported motions are those of the general solver, and none beside them is higher."""
-    placed = [Unbalance(body="rotor", interface="a", moment_kg_m=1.0)]
-    speeds = resolving_speeds(system, placed, np.linspace(0.0, LIMIT, 21))
-    response = unbalance_response(system, placed, speeds).exciters[0]
+    placed = [unbalance.Unbalance(body="rotor", interface="a", moment_kg_m=1.0)]
+    speeds = unbalance.resolving_speeds(system, placed, np.linspace(0.0, LIMIT, 21))
+    response = unbalance.unbalance_response(system, placed, speeds).exciters[0]
     motion = np.abs(response.at_node("rotor", "a")[1:]).max(axis=1)
     wanted = np.array([_amplitude(laws, speed) for speed in speeds[1:]])
     np.testing.assert_allclose(motion, wanted, rtol=1e-6)
@@ -242,7 +229,7 @@ def _check_response(laws, system, damped):
 def _check_diagram(laws, system):
     """Every branch is an eigenvalue of the general solver at its speed, and none lacks a branch."""
     speeds = np.linspace(5.0, LIMIT, 9)
-    diagram = campbell(system, speeds, branch_count=4)
+    diagram = rd.campbell(system, speeds, branch_count=4)
     for column, speed in enumerate(speeds):
         rest = _eigenvalues(laws, speed)
         values = diagram.eigenvalues[:, column]
@@ -275,13 +262,13 @@ def _check(seed):
     _check_stability(laws, system)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(4))
 def test_random_laws(seed):
     _check(seed)
 
 
 @pytest.mark.verify
-@pytest.mark.parametrize("seed", range(8, 208))
+@pytest.mark.parametrize("seed", range(4, 208))
 def test_many_random_laws(seed):
     _check(seed)
 
@@ -324,10 +311,10 @@ def test_a_small_cross_term_beside_a_stiff_shaft_decides():
     soft = {"stiffness_n_per_m": np.array([[1e2, 1e-3], [-1e-3, 1e2]])}
     stiff = {"stiffness_n_per_m": 1e12 * np.eye(2)}
     bearings = tuple(
-        Bearing(name=name, first=End(body="rotor", interface="a"), **own)
+        rd.Bearing(name=name, first=rd.End(body="rotor", interface="a"), **own)
         for name, own in (("soft", soft), ("stiff", stiff))
     )
-    system = assemble({"rotor": _rotor()}, bearings)
+    system = rd.assemble({"rotor": _rotor()}, bearings)
     assert complex_form(system) is None
     assert not system.is_conservative
 
@@ -343,7 +330,7 @@ def test_flutter_of_a_table_that_looks_isotropic():
     for speed in (55.0, 60.0, 65.0):
         wanted = _eigenvalues(laws, speed)
         assert wanted.real.max() > 50.0
-        found = modes_at_speed(system, speed).eigenvalues
+        found = rd.modes_at_speed(system, speed).eigenvalues
         assert found.real.max() == pytest.approx(wanted.real.max(), rel=1e-9)
 
 
@@ -364,10 +351,11 @@ def test_nothing_is_assumed_of_a_law_without_pieces():
     assert complex_form(system) is None
     assert planes_apart(system) is None
     assert not system.is_conservative
-    with pytest.raises(AnalysisError, match=r"\['a', 'b'\] do not tell their polynomials"):
+    with pytest.raises(rd.AnalysisError, match=r"\['a', 'b'\] do not tell their polynomials"):
         count_critical_speeds(system, 1.0, 100.0)
-    grows = modes_at_speed(system, 40.5).eigenvalues.real.max()
+    grows = rd.modes_at_speed(system, 40.5).eigenvalues.real.max()
     assert grows > 10.0
+    assert not speed_derivative(system, 20.0).stiffness.any()
 
 
 # Slopes and knots.
@@ -388,6 +376,10 @@ def test_slopes_are_exact_and_one_sided_at_a_knot(interpolation):
     both = speed_derivative(system, 10.0).stiffness
     np.testing.assert_allclose(both, 0.5 * (corner[0] + corner[1]), rtol=1e-12)
     assert system.knots_rad_s == (5.0, 10.0, 25.0)
+    # a law goes by |Ω|
+    ahead, back = (speed_derivative(system, speed).stiffness for speed in (16.0, -16.0))
+    np.testing.assert_array_equal(back, -ahead)
+    assert not speed_derivative(system, 0.0).stiffness.any()
 
 
 def test_peak_at_a_kink_of_a_law():
@@ -397,13 +389,13 @@ def test_peak_at_a_kink_of_a_law():
     damping = np.stack([20.0 * np.eye(2)] * 4)
     laws = [_table(np.array([0, 2985, 3015, 9000]) * rpm, stiffness, damping)] * 2
     system = _system(laws)
-    placed = [Unbalance(body="rotor", interface="a", moment_kg_m=1e-5)]
-    speeds = resolving_speeds(system, placed, np.linspace(0.0, 9000.0, 46) * rpm)
-    response = unbalance_response(system, placed, speeds).exciters[0]
+    placed = [unbalance.Unbalance(body="rotor", interface="a", moment_kg_m=1e-5)]
+    speeds = unbalance.resolving_speeds(system, placed, np.linspace(0.0, 9000.0, 46) * rpm)
+    response = unbalance.unbalance_response(system, placed, speeds).exciters[0]
     node, major = response.nodes[0], response.orbits().major_m[1:, 0]
-    peaks = orbit_peaks(system, placed, node, speeds[1:], major)
+    peaks = unbalance.orbit_peaks(system, placed, node, speeds[1:], major)
     shown = max(peaks, key=lambda p: p.amplitude)
-    fine = np.linspace(2985.0, 3015.0, 2001) * rpm
+    fine = np.linspace(2985.0, 3015.0, 501) * rpm
     dense = 1e-5 * np.array([_amplitude(laws, speed) for speed in fine])
     top = int(dense.argmax())
     truth = minimize_scalar(
@@ -428,7 +420,7 @@ def test_critical_speeds_below_the_first_sample():
     limit = 1e5
     stiffness = np.multiply.outer([1e6, 1e6, 1e-3, 1e-3, 1e6, 1e6], np.eye(2))
     laws = [_table([0.0, 20.0, 21.0, 30.0, 31.0, 1e5], stiffness)] * 2
-    found = [c.speed_rad_s for c in critical_speeds(_system(laws), 1.0, limit)]
+    found = [c.speed_rad_s for c in rd.critical_speeds(_system(laws), 1.0, limit)]
     grid = np.concatenate([np.linspace(20.0, 21.0, 300), np.linspace(30.0, 31.0, 300)])
     above = np.array([np.count_nonzero(_eigenvalues(laws, s).imag > s) for s in grid])
     assert np.abs(np.diff(above)).sum() >= 4
@@ -450,15 +442,11 @@ def _constant_film(ratio, **options):
         "stiffness_n_per_m": np.array([[2e6, 4e5], [-3e5, 1.2e6]]),
         "damping_n_s_per_m": np.array([[100.0, 50.0], [50.0, 80.0]]),
     }
-    bearings = tuple(
-        Bearing(name=place, first=End(body="rotor", interface=place), **own, **options)
-        for place in PLACES
-    )
-    return assemble({"rotor": _rotor(ratio)}, bearings)
+    return _held([{**own, **options}] * 2, ratio)
 
 
 def _growth(system, speed):
-    return np.sort_complex(modes_at_speed(system, speed).eigenvalues)
+    return np.sort_complex(rd.modes_at_speed(system, speed).eigenvalues)
 
 
 @pytest.mark.parametrize("build", [lambda r, **o: _system([_film()] * 2, r, **o), _constant_film])
@@ -477,8 +465,10 @@ def test_a_film_turns_with_its_shaft(build):
 
 def test_an_elastic_support_with_inclined_axes_stays():
     support = np.array([[2e6, 4e5], [4e5, 1e6]])
-    bearing = Bearing(name="a", first=End(body="rotor", interface="a"), stiffness_n_per_m=support)
-    system = assemble({"rotor": _rotor(-1.0)}, (bearing,))
+    bearing = rd.Bearing(
+        name="a", first=rd.End(body="rotor", interface="a"), stiffness_n_per_m=support
+    )
+    system = rd.assemble({"rotor": _rotor(-1.0)}, (bearing,))
     assert system.system.bearings == (bearing,)
     assert bearing_notes(system, [0.0, 600.0]) == ()
 
@@ -487,7 +477,7 @@ def test_user_law_is_mirrored_and_a_second_assembly_changes_nothing():
     system = _system([_Opaque(), _Opaque()], -1.0)
     k, _ = system.law_joints[0].coefficients(40.5)
     assert k.tolist() == [[1e6, -1e5], [1e5, 1e6]]
-    again = assemble(system.system.rotors, system.system.bearings)
+    again = rd.assemble(system.system.rotors, system.system.bearings)
     assert again.law_joints[0].coefficients(40.5)[0].tolist() == k.tolist()
 
 
@@ -497,29 +487,20 @@ def test_user_law_is_mirrored_and_a_second_assembly_changes_nothing():
 @pytest.mark.parametrize("ratio", [-1.0, 2.0, 0.0])
 @pytest.mark.parametrize("joint", [{"rigid": ("rz",)}, {"torsion_stiffness_n_m_per_rad": 1e4}])
 def test_joints_that_would_wind_up_are_refused(ratio, joint):
-    def body(name):
-        return rigid_superelement(name, 1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), {"a": 0.0})
-
     def joined(other):
+        ratios = {"one": 1.0, "other": other}
+        body = (1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), {"a": 0.0})
         rotors = {
-            "one": Rotor(element=body("one"), speed_ratio=1.0),
-            "other": Rotor(element=body("other"), speed_ratio=other),
+            name: rd.Rotor(element=rigid_superelement(name, *body), speed_ratio=r)
+            for name, r in ratios.items()
         }
-        ends = [End(body=name, interface="a") for name in rotors]
-        bearing = Bearing(
-            name="tie", first=ends[0], second=ends[1], stiffness_n_per_m=1e6 * np.eye(2), **joint
-        )
-        return assemble(rotors, (bearing,))
+        first, second = (rd.End(body=name, interface="a") for name in rotors)
+        own = {"stiffness_n_per_m": 1e6 * np.eye(2), **joint}
+        return rd.assemble(rotors, (rd.Bearing(name="tie", first=first, second=second, **own),))
 
-    with pytest.raises(AssemblyError, match=rf"'tie': .*'one'.* at 1 .*'other' at {ratio:g}"):
+    with pytest.raises(rd.AssemblyError, match=rf"'tie': .*'one'.* at 1 .*'other' at {ratio:g}"):
         joined(ratio)
     assert joined(1.0).size > 0
-
-
-@pytest.mark.parametrize("interpolation", ["linear", "monotone"])
-def test_rows_that_are_one_speed_are_refused(interpolation):
-    with pytest.raises(AssemblyError, match="rows at 0 and 1e-300 rad/s are at one speed"):
-        _table([0.0, 1e-300, 100.0], [np.eye(2)] * 3, None, interpolation)
 
 
 def test_the_limit_of_residuals_knows_how_steep_a_law_is():
@@ -528,7 +509,7 @@ def test_the_limit_of_residuals_knows_how_steep_a_law_is():
     stiffness = np.multiply.outer([2e6, 2e6, 5e4, 5e4], np.eye(2))
     laws = [_table(np.array([0, 2999.97, 3000.03, 9000]) * rpm, stiffness)] * 2
     system = _system(laws)
-    found = critical_speeds(system, 1.0, LIMIT)
+    found = rd.critical_speeds(system, 1.0, LIMIT)
     (residual, count) = check_critical_speeds(system, found, 1.0, LIMIT)
     assert residual.passed
     assert count.passed

@@ -9,15 +9,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from solidwhirl.rotordyn import (
-    Disk,
-    End,
-    Gear,
-    Rotor,
-    assemble,
-    beam_superelement,
-    modes_at_speed,
-)
+from solidwhirl import rotordyn as rd
 
 MODULUS, SHEAR_MODULUS, DENSITY = 207e9, 79.5e9, 7800.0
 TEETH = (328, 23)
@@ -33,14 +25,14 @@ FREQUENCIES = {
 def shaft(name, lengths, radii, disks, seats):
     nodes = np.concatenate(([0.0], np.cumsum(lengths)))
     inertias = [
-        Disk(
+        rd.Disk(
             name=label, position_m=nodes[node], mass_kg=mass, diametral_kg_m2=diametral,
             polar_kg_m2=polar,
         )
         for label, node, mass, diametral, polar in disks
     ]  # fmt: skip
-    return beam_superelement(
-        name, nodes, radii, 0.0, MODULUS, MODULUS / (2 * SHEAR_MODULUS) - 1, DENSITY,
+    return rd.beam_superelement(
+        name, nodes, radii, 0.0, (MODULUS, MODULUS / (2 * SHEAR_MODULUS) - 1, DENSITY),
         {label: nodes[node] for label, node in seats.items()}, inertias,
         ("ux", "uy", "rx", "ry", "rz"),
     )  # fmt: skip
@@ -68,30 +60,30 @@ def turbo_alternator(ground):
     )
     ratio = -TEETH[0] / TEETH[1]
     rotors = {
-        "alternator": Rotor(element=alternator, speed_ratio=1.0),
-        "turbine": Rotor(element=turbine, speed_ratio=ratio),
+        "alternator": rd.Rotor(element=alternator, speed_ratio=1.0),
+        "turbine": rd.Rotor(element=turbine, speed_ratio=ratio),
     }
     bearings = tuple(
         ground(body, end, kx, ky, 3e3)
         for body, kx, ky in (("alternator", 183.9e6, 200.4e6), ("turbine", 10.1e6, 41.6e6))
         for end in ("left", "right")
     )
-    gear = Gear(
+    gear = rd.Gear(
         name="gear",
-        first=End(body="alternator", interface="gear"),
-        second=End(body="turbine", interface="gear"),
+        first=rd.End(body="alternator", interface="gear"),
+        second=rd.End(body="turbine", interface="gear"),
         ratio=ratio,
         mesh_stiffness_n_per_m=1e8,
         base_radius_first_m=BASE_RADIUS,
         # The wheels touch along x; the teeth press along y, turned by the pressure angle.
         line_of_action_rad=np.pi / 2 - PRESSURE_ANGLE,
     )
-    return assemble(rotors, bearings, "alternator", (gear,))
+    return rd.assemble(rotors, bearings, "alternator", (gear,))
 
 
 @pytest.mark.parametrize("speed", [0.0, SPEED])
 def test_frequencies(turbo_alternator, speed):
-    modes = modes_at_speed(turbo_alternator, speed)
+    modes = rd.modes_at_speed(turbo_alternator, speed)
     found = np.abs(modes.eigenvalues)[: len(FREQUENCIES[speed])]
     # The example gives the pinion's base radius as 35.67 mm, the teeth make it 35.664 mm (1.7e-4):
     # the mode that lives on the teeth differs by 4e-5, the others by the six printed digits.

@@ -10,89 +10,67 @@ import scipy.linalg as la
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from solidwhirl.rotordyn import (
-    AssemblyError,
-    Bearing,
-    Disk,
-    End,
-    Rotor,
-    assemble,
-    beam_superelement,
-    matrices_at_speed,
-    modes_at_speed,
-    whirl_direction,
-)
+from solidwhirl import rotordyn as rd
 
 JOINED = ("ux", "uy", "rx", "ry")
 
 
 def _frequencies(system, speed=1200.0, count=12):
-    return modes_at_speed(system, speed, count).frequency_hz
+    return rd.modes_at_speed(system, speed, count).frequency_hz
 
 
-def test_order_of_bodies_and_bearings_does_not_matter(twin_bodies, twin_bearings):
+def test_order_and_ends_do_not_matter(twin_bodies, twin_bearings):
     inner, outer = twin_bodies()
-    one = {"inner": Rotor(element=inner, speed_ratio=1.0)}
-    two = {"outer": Rotor(element=outer, speed_ratio=-1.0)}
-    first = assemble({**one, **two}, twin_bearings())
-    second = assemble({**two, **one}, twin_bearings()[::-1])
-    np.testing.assert_allclose(_frequencies(second), _frequencies(first), rtol=1e-9)
-
-
-def test_ends_of_a_bearing_may_be_exchanged(twin_bodies, twin_bearings):
-    inner, outer = twin_bodies()
-    rotors = {
-        "inner": Rotor(element=inner, speed_ratio=1.0),
-        "outer": Rotor(element=outer, speed_ratio=-1.0),
-    }
+    one = {"inner": rd.Rotor(element=inner, speed_ratio=1.0)}
+    two = {"outer": rd.Rotor(element=outer, speed_ratio=-1.0)}
     for joint in (None, 3e7):
         *rest, shafts = twin_bearings(joint=joint)
+        expected = _frequencies(rd.assemble({**one, **two}, (*rest, shafts)))
         turned = dataclasses.replace(shafts, first=shafts.second, second=shafts.first)
-        np.testing.assert_allclose(
-            _frequencies(assemble(rotors, (*rest, turned))),
-            _frequencies(assemble(rotors, (*rest, shafts))),
-            rtol=1e-10,
-        )
+        for rotors, bearings in (
+            ({**two, **one}, (shafts, *rest[::-1])),
+            ({**one, **two}, (*rest, turned)),
+        ):
+            found = _frequencies(rd.assemble(rotors, bearings))
+            np.testing.assert_allclose(found, expected, rtol=1e-9)
 
 
 def _stepped_shaft(stations, interfaces, disks=()):
     # Radii by position, so that each part gets its own.
     middle = 0.5 * (stations[:-1] + stations[1:])
     outer = np.where(middle < 0.45, 0.03, 0.04)
-    return beam_superelement("part", stations, outer, 0.0, 2e11, 0.3, 7800.0, interfaces, disks)
+    return rd.beam_superelement(
+        "part", stations, outer, 0.0, (2e11, 0.3, 7800.0), interfaces, disks
+    )
 
 
 def test_splitting_a_shaft_changes_nothing(ground):
     stations = np.linspace(0, 1, 21)
-    disk = Disk(name="d", position_m=0.7, mass_kg=30.0, polar_kg_m2=0.5, diametral_kg_m2=0.3)
+    disk = rd.Disk(name="d", position_m=0.7, mass_kg=30.0, polar_kg_m2=0.5, diametral_kg_m2=0.3)
     whole = _stepped_shaft(stations, {"a": 0.0, "b": 1.0}, [disk])
     left = _stepped_shaft(stations[:7], {"a": 0.0, "cut": 0.3})
     middle = _stepped_shaft(stations[6:13], {"cut": 0.3, "next": 0.6})
     right = _stepped_shaft(stations[12:], {"next": 0.6, "b": 1.0}, [disk])
-    one = assemble(
-        {"whole": Rotor(element=whole, speed_ratio=1.0)},
+    one = rd.assemble(
+        {"whole": rd.Rotor(element=whole, speed_ratio=1.0)},
         (ground("whole", "a", 1e8), ground("whole", "b", 2e8)),
     )
 
-    def weld(first, second, at):
-        return Bearing(
-            name=at,
-            first=End(body=first, interface=at),
-            second=End(body=second, interface=at),
-            rigid=JOINED,
-        )
+    def weld(*bodies, at):
+        first, second = (rd.End(body=body, interface=at) for body in bodies)
+        return rd.Bearing(name=at, first=first, second=second, rigid=JOINED)
 
     parts = {
-        name: Rotor(element=element, speed_ratio=1.0)
+        name: rd.Rotor(element=element, speed_ratio=1.0)
         for name, element in (("left", left), ("middle", middle), ("right", right))
     }
-    three = assemble(
+    held = (ground("left", "a", 1e8), ground("right", "b", 2e8))
+    three = rd.assemble(
         parts,
         (
-            ground("left", "a", 1e8),
-            ground("right", "b", 2e8),
-            weld("left", "middle", "cut"),
-            weld("right", "middle", "next"),
+            *held,
+            weld("left", "middle", at="cut"),
+            weld("right", "middle", at="next"),
         ),
     )
     assert three.size == one.size
@@ -105,54 +83,42 @@ def test_splitting_a_shaft_changes_nothing(ground):
 @pytest.mark.parametrize("ratio", [1.0, -1.0, 1.7])
 def test_turning_all_shafts_the_other_way_mirrors_the_whirl(twin, ratio):
     with_it, against = twin(ratio=ratio), twin(ratio=-ratio, inner_ratio=-1.0)
-    modes, mirrored = modes_at_speed(with_it, 1200.0, 8), modes_at_speed(against, 1200.0, 8)
+    modes, mirrored = rd.modes_at_speed(with_it, 1200.0, 8), rd.modes_at_speed(against, 1200.0, 8)
     np.testing.assert_allclose(mirrored.frequency_hz, modes.frequency_hz, rtol=1e-10)
     swap = {"forward": "backward", "backward": "forward", "mixed": "mixed", "planar": "planar"}
-    directions = whirl_direction(with_it, modes.shapes)
+    directions = rd.whirl_direction(with_it, modes.shapes)
     expected = np.vectorize(swap.get)(directions)
-    assert (whirl_direction(against, mirrored.shapes) == expected).all()
-
-
-def test_gyroscopic_terms_change_the_result(twin):
-    # The coaxial rotor at 20000 rpm: 145 instead of 163 Hz.
-    still, fast = _frequencies(twin(), 0.0, 1), _frequencies(twin(), 2094.0, 1)
-    assert fast[0] < 0.9 * still[0]
+    assert (rd.whirl_direction(against, mirrored.shapes) == expected).all()
 
 
 STRENGTHS = st.lists(st.floats(5, 9), min_size=8, max_size=8)
 
 
-@settings(max_examples=30, deadline=None, derandomize=True)
+@settings(max_examples=12, deadline=None, derandomize=True)
 @given(exponents=STRENGTHS)
 def test_loops_of_bearings_equal_plain_addition(twin_bodies, exponents):
     """Relative coordinates along a tree, against springs added in the bodies' own coordinates."""
     inner, outer = twin_bodies()
     k = 10.0 ** np.array(exponents)
     ends = {
-        "A": (End(body="inner", interface="A"), None),
-        "B": (End(body="inner", interface="B"), None),
-        "C": (End(body="outer", interface="C"), End(body="inner", interface="C")),
-        "D": (End(body="outer", interface="D"), End(body="inner", interface="B")),
-        "E": (End(body="outer", interface="D"), None),
+        "A": (rd.End(body="inner", interface="A"), None),
+        "B": (rd.End(body="inner", interface="B"), None),
+        "C": (rd.End(body="outer", interface="C"), rd.End(body="inner", interface="C")),
+        "D": (rd.End(body="outer", interface="D"), rd.End(body="inner", interface="B")),
+        "E": (rd.End(body="outer", interface="D"), None),
     }
     bearings, links = [], []
     for index, (name, (first, second)) in enumerate(ends.items()):
         kx, ky = k[index % 8], k[(index + 3) % 8]
         cross = 0.3 * np.sqrt(kx * ky)
-        bearings.append(
-            Bearing(
-                name=name,
-                first=first,
-                second=second,
-                stiffness_n_per_m=np.array([[kx, cross], [cross, ky]]),
-            )
-        )
-        links.append((first, second, bearings[-1].stiffness_n_per_m))
+        own = np.array([[kx, cross], [cross, ky]])
+        bearings.append(rd.Bearing(name=name, first=first, second=second, stiffness_n_per_m=own))
+        links.append((first, second, own))
     rotors = {
-        "inner": Rotor(element=inner, speed_ratio=1.0),
-        "outer": Rotor(element=outer, speed_ratio=-1.0),
+        "inner": rd.Rotor(element=inner, speed_ratio=1.0),
+        "outer": rd.Rotor(element=outer, speed_ratio=-1.0),
     }
-    system = assemble(rotors, tuple(bearings))
+    system = rd.assemble(rotors, tuple(bearings))
 
     plain = la.block_diag(inner.stiffness, outer.stiffness)
     mass = la.block_diag(inner.mass, outer.mass)
@@ -174,19 +140,11 @@ def test_loops_of_bearings_equal_plain_addition(twin_bodies, exponents):
     assert (np.isin(system.transformation, [0.0, 1.0])).all()
 
 
-def test_matrices_are_affine_in_speed(twin):
-    system = twin()
-    one, two = matrices_at_speed(system, 1.0), matrices_at_speed(system, 2.0)
-    np.testing.assert_array_equal(two.gyroscopic, 2 * one.gyroscopic)
-    np.testing.assert_array_equal(one.gyroscopic, -one.gyroscopic.T)
-    np.testing.assert_array_equal(one.mass, system.mass)
-
-
 def test_rigid_bearing_to_ground_removes_its_coordinates(twin_bodies, pinned):
     inner, _ = twin_bodies()
-    rotors = {"inner": Rotor(element=inner, speed_ratio=1.0)}
-    assert assemble(rotors, ()).size == inner.size
-    held = assemble(rotors, (pinned("inner", "A"),))
+    rotors = {"inner": rd.Rotor(element=inner, speed_ratio=1.0)}
+    assert rd.assemble(rotors, ()).size == inner.size
+    held = rd.assemble(rotors, (pinned("inner", "A"),))
     assert held.size == inner.size - 2
     row = inner.interface_index("A", "uy")
     assert not held.transformation[row].any()
@@ -194,46 +152,39 @@ def test_rigid_bearing_to_ground_removes_its_coordinates(twin_bodies, pinned):
 
 def test_axial_tilt_and_torsion_act_on_their_components(hub, one_rotor):
     tilt = np.array([[3.0, 1.0], [1.0, 5.0]])
-    bearing = Bearing(
-        name="t",
-        first=End(body="rotor", interface="hub"),
-        tilt_stiffness_n_m_per_rad=tilt,
-        tilt_damping_n_m_s_per_rad=2 * tilt,
-    )
+    at = rd.End(body="rotor", interface="hub")
+    own = {"tilt_stiffness_n_m_per_rad": tilt, "tilt_damping_n_m_s_per_rad": 2 * tilt}
+    bearing = rd.Bearing(name="t", first=at, **own)
     system = one_rotor(hub(), [bearing])
     np.testing.assert_array_equal(system.stiffness[2:, 2:], tilt)
     np.testing.assert_array_equal(system.damping[2:, 2:], 2 * tilt)
-    axial = Bearing(
-        name="a",
-        first=End(body="rotor", interface="hub"),
-        axial_stiffness_n_per_m=4.0,
-        torsion_damping_n_m_s_per_rad=6.0,
-    )
+    own = {"axial_stiffness_n_per_m": 4.0, "torsion_damping_n_m_s_per_rad": 6.0}
+    axial = rd.Bearing(name="a", first=at, **own)
     stiffness, damping = axial.matrices()
     assert stiffness[2, 2] == 4.0 and damping[5, 5] == 6.0
-    with pytest.raises(AssemblyError, match=r"needs components \['uz', 'rz'\]"):
+    with pytest.raises(rd.AssemblyError, match=r"needs components \['uz', 'rz'\]"):
         one_rotor(hub(), [axial])
 
 
 def test_all_faults_are_listed_at_once(hub):
     rotors = {
-        "a": Rotor(element=hub(), speed_ratio=2.0),
-        "b": Rotor(element=hub(), speed_ratio=np.nan),
+        "a": rd.Rotor(element=hub(), speed_ratio=2.0),
+        "b": rd.Rotor(element=hub(), speed_ratio=np.nan),
     }
-    hub_of_a = End(body="a", interface="hub")
+    hub_of_a = rd.End(body="a", interface="hub")
     spring = {"stiffness_n_per_m": np.eye(2)}
     bearings = (
-        Bearing(name="1", first=End(body="c", interface="hub"), **spring),
-        Bearing(name="1", first=End(body="a", interface="rim"), **spring),
-        Bearing(name="2", first=hub_of_a, stiffness_n_per_m=np.eye(3)),
-        Bearing(name="3", first=hub_of_a, damping_n_s_per_m=np.full((2, 2), np.inf)),
-        Bearing(name="4", first=hub_of_a, second=hub_of_a, **spring),
-        Bearing(name="5", first=hub_of_a, rigid=("ux", "u")),
-        Bearing(name="6", first=hub_of_a, rigid=("ux",), **spring),
-        Bearing(name="7", first=hub_of_a, axial_stiffness_n_per_m=np.nan),
+        rd.Bearing(name="1", first=rd.End(body="c", interface="hub"), **spring),
+        rd.Bearing(name="1", first=rd.End(body="a", interface="rim"), **spring),
+        rd.Bearing(name="2", first=hub_of_a, stiffness_n_per_m=np.eye(3)),
+        rd.Bearing(name="3", first=hub_of_a, damping_n_s_per_m=np.full((2, 2), np.inf)),
+        rd.Bearing(name="4", first=hub_of_a, second=hub_of_a, **spring),
+        rd.Bearing(name="5", first=hub_of_a, rigid=("ux", "u")),
+        rd.Bearing(name="6", first=hub_of_a, rigid=("ux",), **spring),
+        rd.Bearing(name="7", first=hub_of_a, axial_stiffness_n_per_m=np.nan),
     )
-    with pytest.raises(AssemblyError) as caught:
-        assemble(rotors, bearings, reference="a")
+    with pytest.raises(rd.AssemblyError) as caught:
+        rd.assemble(rotors, bearings, reference="a")
     expected = [
         "rotor 'b': speed_ratio is nan",
         "reference rotor 'a' has speed_ratio 2.0",
@@ -253,23 +204,23 @@ def test_all_faults_are_listed_at_once(hub):
 
 
 def test_reference_must_be_a_rotor(hub):
-    with pytest.raises(AssemblyError, match="reference 'x' is not a rotor"):
-        assemble({"a": Rotor(element=hub(), speed_ratio=1.0)}, (), reference="x")
-    with pytest.raises(AssemblyError, match="there are no rotors"):
-        assemble({}, ())
+    with pytest.raises(rd.AssemblyError, match="reference 'x' is not a rotor"):
+        rd.assemble({"a": rd.Rotor(element=hub(), speed_ratio=1.0)}, (), reference="x")
+    with pytest.raises(rd.AssemblyError, match="there are no rotors"):
+        rd.assemble({}, ())
 
 
 def test_a_system_that_cannot_move_is_refused(hub):
-    fixed = Bearing(name="f", first=End(body="a", interface="hub"), rigid=JOINED)
-    with pytest.raises(AssemblyError, match="nothing can move"):
-        assemble({"a": Rotor(element=hub(), speed_ratio=1.0)}, (fixed,))
+    fixed = rd.Bearing(name="f", first=rd.End(body="a", interface="hub"), rigid=JOINED)
+    with pytest.raises(rd.AssemblyError, match="nothing can move"):
+        rd.assemble({"a": rd.Rotor(element=hub(), speed_ratio=1.0)}, (fixed,))
 
 
 def test_a_free_body_that_resists_rigid_motion_is_refused(hub, plane_spring):
     present = np.array([True, True, False, True, True, False])
     held = hub(stiffness=plane_spring(1e3, 0.0, 10.0), present=present)
-    with pytest.raises(AssemblyError, match="must clear rigid_body_present"):
-        assemble({"a": Rotor(element=held, speed_ratio=1.0)}, ())
+    with pytest.raises(rd.AssemblyError, match="must clear rigid_body_present"):
+        rd.assemble({"a": rd.Rotor(element=held, speed_ratio=1.0)}, ())
 
 
 def test_one_centrifugal_effect_without_the_other_is_refused(twin_bodies):
@@ -279,10 +230,10 @@ def test_one_centrifugal_effect_without_the_other_is_refused(twin_bodies):
     softening[at, at] = 0.1
     for name in ("spin_softening", "stress_stiffening"):
         alone = dataclasses.replace(inner, **{name: softening})
-        with pytest.raises(AssemblyError, match="use both effects or none"):
-            assemble({"a": Rotor(element=alone, speed_ratio=1.0)}, ())
+        with pytest.raises(rd.AssemblyError, match="use both effects or none"):
+            rd.assemble({"a": rd.Rotor(element=alone, speed_ratio=1.0)}, ())
     both = dataclasses.replace(inner, spin_softening=softening, stress_stiffening=softening)
-    assert assemble({"a": Rotor(element=both, speed_ratio=1.0)}, ()).size == inner.size
+    assert rd.assemble({"a": rd.Rotor(element=both, speed_ratio=1.0)}, ()).size == inner.size
 
 
 def test_rounding_in_rigid_motion_is_removed(twin_bodies):
@@ -293,9 +244,9 @@ def test_rounding_in_rigid_motion_is_removed(twin_bodies):
     # Noise of the size that reduction leaves: 1e-12 of the largest stiffness.
     size = np.abs(inner.stiffness / np.outer(root, root)).max() * 1e-12
     noisy = inner.stiffness + size * np.outer(root, root) * (noise + noise.T)
-    system = assemble(
-        {"a": Rotor(element=dataclasses.replace(inner, stiffness=noisy), speed_ratio=1.0)}, ()
+    system = rd.assemble(
+        {"a": rd.Rotor(element=dataclasses.replace(inner, stiffness=noisy), speed_ratio=1.0)}, ()
     )
     for speed, zeros in ((0.0, 8), (500.0, 6)):
-        modes = modes_at_speed(system, speed)
+        modes = rd.modes_at_speed(system, speed)
         assert modes.zero_count == zeros and modes.negative_stiffness_count == 0

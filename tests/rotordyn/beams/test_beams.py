@@ -10,11 +10,12 @@ from scipy.optimize import brentq
 from solidwhirl.rotordyn import Disk, SuperelementError, beam_superelement, modes_at_speed
 from solidwhirl.rotordyn.beams.elements import shear_coefficient
 
-STEEL = {"youngs_modulus_pa": 2e11, "poissons_ratio": 0.3, "density_kg_m3": 7800.0}
+STEEL = (2e11, 0.3, 7800.0)
+LIGHT = {"name": "d", "position_m": 0.5, "mass_kg": -1, "polar_kg_m2": 0, "diametral_kg_m2": 0}
 
 
 def _shaft(stations, outer, inner, interfaces, disks=()):
-    return beam_superelement("shaft", stations, outer, inner, 2e11, 0.3, 7800.0, interfaces, disks)
+    return beam_superelement("shaft", stations, outer, inner, STEEL, interfaces, disks)
 
 
 def test_shear_coefficient_of_cowper():
@@ -104,26 +105,13 @@ def test_interfaces_and_disks_become_nodes():
         ({"stations_m": [0.0, 1.0, 0.5]}, r"stations_m\[2\] is 0.5, not above 1.0"),
         ({"outer_radius_m": [0.1, 0.1, 0.1]}, r"outer_radius_m has shape \(3,\)"),
         ({"inner_radius_m": 0.06}, "inner radius 0.06 m and outer radius 0.05 m"),
-        ({"youngs_modulus_pa": -1.0}, "youngs_modulus_pa is -1.0"),
-        ({"poissons_ratio": 0.6}, "poissons_ratio is 0.6"),
-        ({"density_kg_m3": 0.0}, "density_kg_m3 is 0.0"),
+        ({"material": (-1.0, 0.3, 7800.0)}, "youngs_modulus_pa is -1.0"),
+        ({"material": (2e11, 0.6, 7800.0)}, "poissons_ratio is 0.6"),
+        ({"material": (2e11, 0.3, 0.0)}, "density_kg_m3 is 0.0"),
         ({"interface_stations": {}}, "interface_stations is empty"),
         ({"interface_stations": {"a": 2.0}}, "interface 'a' is at 2.0 m, off the shaft"),
         ({"interface_stations": {"a": 0.5, "b": 0.5}}, "'a' and 'b' are both at 0.5 m"),
-        (
-            {
-                "disks": [
-                    Disk(
-                        name="d",
-                        position_m=0.5,
-                        mass_kg=-1.0,
-                        polar_kg_m2=0.0,
-                        diametral_kg_m2=0.0,
-                    )
-                ]
-            },
-            "disk 'd': mass_kg is -1.0",
-        ),
+        ({"disks": [Disk(**LIGHT)]}, "disk 'd': mass_kg is -1"),
     ],
 )
 def test_shafts_out_of_range_are_refused(change, message):
@@ -132,7 +120,7 @@ def test_shafts_out_of_range_are_refused(change, message):
         "stations_m": [0.0, 0.5, 1.0],
         "outer_radius_m": 0.05,
         "inner_radius_m": 0.0,
-        **STEEL,
+        "material": STEEL,
         "interface_stations": {"a": 0.0},
     }
     assert beam_superelement(**good).size == 12

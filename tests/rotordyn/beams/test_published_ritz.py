@@ -37,7 +37,7 @@ def sine(z):
 def shaft(name, nodes, outer, inner, disk):
     """Beam with an interface at every node, so that its coordinates are deflections and slopes."""
     held = {f"{k}": z for k, z in enumerate(nodes)}
-    return beam_superelement(name, nodes, outer, inner, MODULUS, 0.3, DENSITY, held, [disk])
+    return beam_superelement(name, nodes, outer, inner, (MODULUS, 0.3, DENSITY), held, [disk])
 
 
 def planes(element, deflection, slope):

@@ -64,24 +64,17 @@ _NELSON_RADII_CM = [
 def test_nelson_mcvaugh_critical_speeds(one_rotor, ground):
     inner = np.zeros(18)
     inner[[6, 7, 17]] = [0.0152, 0.0178, 0.0152]
+    disk = Disk(
+        name="disk", position_m=0.0889, mass_kg=1.401, diametral_kg_m2=0.00136, polar_kg_m2=0.00203
+    )
     shaft = beam_superelement(
         "nelson",
         np.array(_NELSON_STATIONS_CM) / 100,
         np.array(_NELSON_RADII_CM) / 100,
         inner,
-        2.078e11,
-        2.078e11 / (2 * 1.039e11) - 1,
-        7806.0,
+        (2.078e11, 2.078e11 / (2 * 1.039e11) - 1, 7806.0),
         {"left": 0.1651, "right": 0.2870},
-        [
-            Disk(
-                name="disk",
-                position_m=0.0889,
-                mass_kg=1.401,
-                diametral_kg_m2=0.00136,
-                polar_kg_m2=0.00203,
-            )
-        ],
+        [disk],
     )
     system = one_rotor(shaft, [ground("rotor", end, 4.378e7) for end in ("left", "right")])
     found = critical_speeds(system, speed_max_rad_s=1e5 * RPM)
@@ -113,7 +106,7 @@ def _solid_disk(name, z, diameter, width, bore=0.05, density=7810.0):
 def _friswell_shaft(diameter, interfaces, disks, nu):
     stations = np.linspace(0, 1.5, 7)
     return beam_superelement(
-        "friswell", stations, diameter / 2, 0.0, 211e9, nu, 7810.0, interfaces, disks
+        "friswell", stations, diameter / 2, 0.0, (211e9, nu, 7810.0), interfaces, disks
     )
 
 
@@ -193,7 +186,7 @@ def _pinned_shaft_frequency(n, speed, radius, whirl):
 def _pinned_shaft(one_rotor, pinned, elements, radius):
     ends = {"left": 0.0, "right": 1.0}
     stations = np.linspace(0, 1, elements + 1)
-    shaft = beam_superelement("pinned", stations, radius, 0.0, 2.1e11, 0.3, 7850.0, ends)
+    shaft = beam_superelement("pinned", stations, radius, 0.0, (2.1e11, 0.3, 7850.0), ends)
     return one_rotor(shaft, [pinned("rotor", end) for end in ends])
 
 

@@ -32,7 +32,7 @@ SHEAR = 7 / 3
 def shaft_modes(one_rotor, pinned):
     ends = {"left": 0.0, "right": LENGTH}
     nodes = np.linspace(0.0, LENGTH, 65)
-    shaft = beam_superelement("sdll141", nodes, RADIUS, 0.0, MODULUS, 0.0, DENSITY, ends)
+    shaft = beam_superelement("sdll141", nodes, RADIUS, 0.0, (MODULUS, 0.0, DENSITY), ends)
     system = one_rotor(shaft, [pinned("rotor", end) for end in ends])
     return {speed: modes_at_speed(system, speed, 8).frequency_hz for speed in (0.0, 1e4)}
 

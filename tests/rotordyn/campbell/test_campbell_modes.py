@@ -229,7 +229,7 @@ def test_a_free_beam_precesses_as_a_rigid_body(rpm, outer, inner, disk):
 
     disks = [Disk(name="d", position_m=0.25, mass_kg=disk, diametral_kg_m2=0.1, polar_kg_m2=0.19)]
     element = beam_superelement(
-        "r", np.linspace(0, 0.5, 7), outer, inner, 2e15, 0.3, 4430.0, {"a": 0.0, "b": 0.5},
+        "r", np.linspace(0, 0.5, 7), outer, inner, (2e15, 0.3, 4430.0), {"a": 0.0, "b": 0.5},
         disks if disk else [],
     )  # fmt: skip
     system = assemble({"r": Rotor(element=element, speed_ratio=1.0)}, ())

@@ -12,77 +12,64 @@ from solidwhirl.rotordyn.core.available_memory import available_memory
 GIB = 1024**3
 
 
-@pytest.fixture
-def kernel(tmp_path):
-    """Function: write files of a kernel below a folder, 8 GiB of memory being free."""
-
-    def write(files):
-        for name, text in {
-            "proc/meminfo": f"MemAvailable: {8 * GIB // 1024} kB\n",
-            **files,
-        }.items():
-            path = tmp_path / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text)
-        return tmp_path
-
-    return write
-
-
-def test_machine_alone(kernel):
-    assert available_memory(kernel({})) == 8 * GIB
-
-
-def test_unknown_machine(tmp_path):
-    assert available_memory(tmp_path) is None
-
-
-def test_control_group_of_version_2(kernel):
-    root = kernel(
+JOB, OLD = "sys/fs/cgroup/batch/job/memory", "sys/fs/cgroup/memory/job/memory"
+GROUP_2, GROUP_1 = "0::/batch/job\n", "9:name=systemd:/\n4:cpu,memory:/job\n"
+KERNELS = {
+    "machine alone": ({}, 8 * GIB),
+    "control group of version 2": (
         {
-            "proc/self/cgroup": "0::/batch/job\n",
-            "sys/fs/cgroup/batch/job/memory.max": f"{3 * GIB}\n",
-            "sys/fs/cgroup/batch/job/memory.current": f"{2 * GIB}\n",
-            "sys/fs/cgroup/batch/job/memory.stat": f"anon 5\ninactive_file {GIB // 2}\n",
-        }
-    )
-    assert available_memory(root) == 3 * GIB // 2
-
-
-def test_group_around_it_limits_too(kernel):
-    root = kernel(
+            "proc/self/cgroup": GROUP_2,
+            f"{JOB}.max": f"{3 * GIB}\n",
+            f"{JOB}.current": f"{2 * GIB}\n",
+            f"{JOB}.stat": f"anon 5\ninactive_file {GIB // 2}\n",
+        },
+        3 * GIB // 2,
+    ),
+    "group around it": (
         {
-            "proc/self/cgroup": "0::/batch/job\n",
-            "sys/fs/cgroup/batch/job/memory.max": "max\n",
-            "sys/fs/cgroup/batch/job/memory.current": "1\n",
+            "proc/self/cgroup": GROUP_2,
+            f"{JOB}.max": "max\n",
+            f"{JOB}.current": "1\n",
             "sys/fs/cgroup/batch/memory.max": f"{GIB}\n",
             "sys/fs/cgroup/batch/memory.current": f"{GIB // 4}\n",
-        }
-    )
-    assert available_memory(root) == 3 * GIB // 4
-
-
-@pytest.mark.parametrize(("limit", "left"), [(2 * GIB, GIB), (9223372036854771712, 8 * GIB)])
-def test_control_group_of_version_1(kernel, limit, left):
-    root = kernel(
-        {
-            "proc/self/cgroup": "9:name=systemd:/\n4:cpu,memory:/job\n",
-            "sys/fs/cgroup/memory/job/memory.limit_in_bytes": f"{limit}\n",
-            "sys/fs/cgroup/memory/job/memory.usage_in_bytes": f"{GIB}\n",
-        }
-    )
-    assert available_memory(root) == left
-
-
-def test_group_that_is_full(kernel):
-    root = kernel(
+        },
+        3 * GIB // 4,
+    ),
+    "full group": (
         {
             "proc/self/cgroup": "0::/\n",
             "sys/fs/cgroup/memory.max": "1000\n",
             "sys/fs/cgroup/memory.current": "2000\n",
-        }
-    )
-    assert available_memory(root) == 0
+        },
+        0,
+    ),
+    **{
+        f"version 1, limit {limit}": (
+            {
+                "proc/self/cgroup": GROUP_1,
+                f"{OLD}.limit_in_bytes": f"{limit}\n",
+                f"{OLD}.usage_in_bytes": f"{GIB}\n",
+            },
+            left,
+        )
+        for limit, left in ((2 * GIB, GIB), (9223372036854771712, 8 * GIB))
+    },
+}
+
+
+@pytest.mark.parametrize("case", KERNELS)
+def test_what_the_kernel_tells(tmp_path, case):
+    """With 8 GiB of memory free."""
+    files, left = KERNELS[case]
+    for name, text in {"proc/meminfo": f"MemAvailable: {8 * GIB // 1024} kB\n", **files}.items():
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    assert available_memory(tmp_path) == left
+
+
+def test_unknown_machine(tmp_path):
+    assert available_memory(tmp_path) is None
 
 
 def test_limit_of_the_address_space():

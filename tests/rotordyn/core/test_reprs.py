@@ -33,7 +33,13 @@ RPM = np.pi / 30.0
 def system():
     wheel = Disk(name="wheel", position_m=0.2, mass_kg=12, polar_kg_m2=0.12, diametral_kg_m2=0.065)
     shaft = beam_superelement(
-        "shaft", np.linspace(0, 0.6, 4), 0.02, 0.0, 2e11, 0.3, 7800.0, {"a": 0.0, "b": 0.6}, [wheel]
+        "shaft",
+        np.linspace(0, 0.6, 4),
+        0.02,
+        0.0,
+        (2e11, 0.3, 7800.0),
+        {"a": 0.0, "b": 0.6},
+        [wheel],
     )
     bearings = tuple(
         Bearing(

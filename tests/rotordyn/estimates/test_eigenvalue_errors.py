@@ -331,7 +331,7 @@ def test_interface_coupling_is_shown_and_not_summed(full, truncated, one_rotor, 
 
 def test_beams_have_no_estimate_and_say_so(one_rotor, ground):
     beam = beam_superelement(
-        "b", [0.0, 0.5, 1.0], 0.02, 0.0, 2e11, 0.3, 7800.0, {"left": 0.0, "right": 1.0}
+        "b", [0.0, 0.5, 1.0], 0.02, 0.0, (2e11, 0.3, 7800.0), {"left": 0.0, "right": 1.0}
     )
     system = one_rotor(beam, _supports(ground, 1e7))
     found = frequency_errors(system, modes_at_speed(system, 100.0, 4))

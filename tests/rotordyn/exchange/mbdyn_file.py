@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass, field
 
 import numpy as np
+from point_bodies import skew
 
 LONGEST_LINE = 8191  # of the reader in C++
 VALUE = r"-?\d\.\d{16}e[+-]\d\d\d?"
@@ -255,20 +256,13 @@ def _quoted(text):
     return text[1:-1]
 
 
-def _skew(vectors):
-    """Matrices of v × of vectors (..., 3)."""
-    x, y, z = np.moveaxis(np.asarray(vectors), -1, 0)
-    o = np.zeros_like(x)
-    return np.stack([o, -z, y, z, o, -x, -y, x, o], axis=-1).reshape(*x.shape, 3, 3)
-
-
 def lumped_integrals(fem):
     """Return inertia and invariants as sums over the masses of record group 11."""
     mass = fem.lumped[:, 0]
     assert np.array_equal(fem.lumped[:, :3], np.repeat(mass[:, None], 3, axis=1))
     assert not fem.lumped[:, 3:].any()
     x, phi = fem.places, fem.shapes[:, :3]
-    place, shape = _skew(x), _skew(phi.transpose(0, 2, 1))
+    place, shape = skew(x), skew(phi.transpose(0, 2, 1))
     return {
         "mass_kg": mass.sum(),
         "center_of_gravity_m": mass @ x / mass.sum(),

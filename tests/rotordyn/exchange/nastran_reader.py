@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from importlib.util import find_spec
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -27,16 +27,6 @@ class BulkModel:
     scalar_points: set
     matrices: dict
     constraints: int
-
-
-class NastranReader(Protocol):
-    """What the tests ask of a foreign program."""
-
-    def bulk(self, path): ...
-    def bulk_again(self, path, to): ...
-    def real(self, text): ...
-    def op4(self, path): ...
-    def write_op4(self, path, matrices): ...
 
 
 class PyNastran:
@@ -159,6 +149,6 @@ def _label(key):
     return tuple(int(v) for v in key)
 
 
-def nastran_reader() -> NastranReader:
+def nastran_reader() -> PyNastran | PyYeti:
     """The foreign program that is installed: pyNastran on Python 3.11 and 3.12, else pyYeti."""
     return PyNastran() if find_spec("pyNastran") else PyYeti()

@@ -70,6 +70,6 @@ def integrals_of(mass, x, phi):
     }
 
 
-def skew(v):
-    """Matrix of v ×: its rows are e × v, as b·(e × v) = e·(v × b)."""
-    return np.cross(np.eye(3), v)
+def skew(vectors):
+    """Matrices of v × of vectors (..., 3): their rows are e × v, as b·(e × v) = e·(v × b)."""
+    return np.cross(np.eye(3), np.asarray(vectors)[..., None, :])

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+from functools import cache
 
 import numpy as np
 import pytest
 import scipy.linalg as la
 from floating_frame import FloatingBody, floating_body, floating_frame_modes
+from point_bodies import skew
 
 from solidwhirl.rotordyn import (
     Disk,
@@ -31,12 +33,13 @@ STEEL = (2.1e11, 0.3, 7850.0)
 SAME = 1e-10
 
 
+@cache
 def shaft(components=ALL, start_m=0.0, splits=1):
     """Stepped hollow shaft with a disk inside and one on an arm beyond its end."""
     stations = np.linspace(0.0, 0.8, 4 * splits + 1) + start_m
     body = beam_superelement(
         "shaft", stations, np.repeat([0.03, 0.04, 0.035, 0.02], splits),
-        np.repeat([0.0, 0.01, 0.02, 0.0], splits), *STEEL,
+        np.repeat([0.0, 0.01, 0.02, 0.0], splits), STEEL,
         {"front": start_m, "rear": start_m + 0.6, "end": start_m + 0.8},
         [Disk(name="d", position_m=start_m + 0.4, mass_kg=9.0, polar_kg_m2=0.2,
               diametral_kg_m2=0.12)],
@@ -113,8 +116,8 @@ def test_modes_are_those_of_the_free_body():
     # eigh squares the ratio of frequencies
     np.testing.assert_allclose(found, np.sqrt(values) / (2 * np.pi), rtol=1e-8)
     kept = body_fixed_form(beam_superelement(
-        "s", [0.0, 0.2, 0.5], 0.02, 0.0, *STEEL, {"a": 0.0, "b": 0.5})).frequencies_hz  # fmt: skip
-    listed = beam_superelement("s", [0.0, 0.2, 0.5], 0.02, 0.0, *STEEL, {"a": 0.0, "b": 0.5})
+        "s", [0.0, 0.2, 0.5], 0.02, 0.0, STEEL, {"a": 0.0, "b": 0.5})).frequencies_hz  # fmt: skip
+    listed = beam_superelement("s", [0.0, 0.2, 0.5], 0.02, 0.0, STEEL, {"a": 0.0, "b": 0.5})
     count = listed.free_frequencies_hz.size
     np.testing.assert_allclose(kept[:count], listed.free_frequencies_hz, rtol=1e-10)
 
@@ -206,14 +209,6 @@ def toy():
         spin_generator=turn, moments=moments,
     )  # fmt: skip
     return element, masses, points, motions
-
-
-def skew(vectors):
-    """a~ of vectors (..., 3): (..., 3, 3), a~ b = a × b."""
-    x, y, z = np.moveaxis(np.asarray(vectors, dtype=float), -1, 0)
-    none = np.zeros_like(x)
-    rows = [[none, -z, y], [z, none, -x], [-y, x, none]]
-    return np.stack([np.stack(row, -1) for row in rows], -2)
 
 
 def test_integrals_are_their_definitions():
@@ -348,7 +343,7 @@ def test_fewer_modes_converge_to_all(inertial_modes):
 
 def test_a_pair_is_never_parted():
     form = body_fixed_form(shaft())
-    for modes in range(1, form.frequencies_hz.size - 2):
+    for modes in range(1, form.frequencies_hz.size - 2, 3):
         fewer = body_fixed_form(shaft(), modes=modes)
         count = fewer.frequencies_hz.size
         assert count in (modes, modes + 1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import subprocess
 import sys
 from types import SimpleNamespace
@@ -17,6 +18,7 @@ from exudyn.itemInterface import (
 )
 from exudyn_states import Equations, spinning_frequencies
 from plain_run_up import run_up_newmark
+from point_bodies import point_form, some_points
 from python_exports import (
     HOSTILE,
     check_text,
@@ -36,20 +38,21 @@ from solidwhirl.rotordyn import (
     rigid_superelement,
 )
 from solidwhirl.rotordyn.assembly.coordinates import interface_row
-from solidwhirl.rotordyn.exchange.multibody.body_fixed import BodyFixedForm, body_fixed_form
+from solidwhirl.rotordyn.exchange.multibody.body_fixed import body_fixed_form
 from solidwhirl.rotordyn.exchange.python.exudyn import write_exudyn
 from solidwhirl.rotordyn.exchange.python.exudyn_frame import frame_arrays, write_exudyn_frame
+from solidwhirl.rotordyn.exchange.python.ross import write_ross
 from solidwhirl.rotordyn.response.unbalance import Unbalance
 from solidwhirl.rotordyn.run_up.integration import ramp_and_hold, run_up
 from solidwhirl.rotordyn.run_up.record import MotionState
 
 BODIES = ["disk_shaft", "lateral_shaft", pytest.param("harmonic_rotor", marks=pytest.mark.solver)]
-WRITERS = [write_exudyn, write_exudyn_frame]
+WRITERS = [write_exudyn, write_exudyn_frame, write_ross]
 # Springs of the first and last interface; the last set is not symmetric, as in an oil film.
 SPRINGS = {
     "free": None,
-    "even": (5e7, 3e7),
-    "uneven": ((5e7, 2e7), (3e7, 4e7)),
+    "isotropic": (5e7, 3e7),
+    "anisotropic": ((5e7, 2e7), (3e7, 4e7)),
     "crossed": ([[5e7, 1e7], [-1e7, 4e7]], 3e7),
 }
 
@@ -245,7 +248,7 @@ def exudyn_run_up(file, body, springs, unbalance, top, duration, steps):
 @pytest.mark.parametrize("body", BODIES[1:], indirect=True)
 def test_run_up(body):
     """Through the first resonance in 0.3 s, by the same method step by step, and by another."""
-    springs, top, duration, steps = held(body, "uneven"), 900.0, 0.3, 1500
+    springs, top, duration, steps = held(body, "anisotropic"), 900.0, 0.3, 1500
     place, moment, phase = body.ends[0], 1e-4, 0.3
     theirs = exudyn_run_up(write(body), body, springs, (place, moment, phase), top, duration, steps)
     assembled, profile = on_springs(body.element, springs), ramp_and_hold(top, duration)
@@ -277,7 +280,7 @@ def test_run_up(body):
 def test_frame_at_rest(body):
     """Free and on springs; with fewer modes the free ones stay."""
     file = write(body, write_exudyn_frame)
-    for kind, tolerance in (("free", 1e-9), ("even", 2e-7), ("uneven", 2e-7)):
+    for kind, tolerance in (("free", 1e-9), ("isotropic", 2e-7), ("anisotropic", 2e-7)):
         # Exudyn takes the springs' stiffness by differences of forces: seen 6e-9 to 3e-8
         mbs = system()
         added = file.add_body(mbs)
@@ -294,7 +297,7 @@ def test_frame_at_rest(body):
     np.testing.assert_allclose(free[:6], expected, rtol=1e-9)
 
 
-@pytest.mark.parametrize("kind", ["free", "even"])
+@pytest.mark.parametrize("kind", ["free", "isotropic"])
 @pytest.mark.parametrize("body", BODIES, indirect=True)
 def test_frame_at_speed(body, kind):
     """Modes about the steady spin, by differences of what Exudyn says the forces are."""
@@ -314,9 +317,10 @@ def test_frame_at_speed(body, kind):
     np.testing.assert_allclose(theirs, ours, rtol=1e-6)
 
 
-def test_stiffening_follows_the_option(harmonic_frame):
+def test_stiffening_follows_the_option(shaft):
     """add_body takes another spin than the one of the file, and without it the modes are off."""
-    element, file, written_at = harmonic_frame
+    element, written_at = shaft.element, 700.0
+    file = write(shaft, write_exudyn_frame, speed_rad_s=written_at)
     kept = [stiffness_of(file, stiffened_at) for stiffened_at in (None, written_at, 0.0)]
     form = body_fixed_form(element)
     np.testing.assert_allclose(kept[0], kept[1], rtol=0, atol=1e-12 * kept[0].max())
@@ -325,12 +329,6 @@ def test_stiffening_follows_the_option(harmonic_frame):
     np.testing.assert_allclose(kept[0] - kept[2], change, rtol=0, atol=1e-12 * kept[0].max())
     # at this spin the stress changes the first modes by more than 1e-4 of their stiffness
     assert np.abs(change[:4, :4]).max() > 1e-4 * form.stiffness[0, 0]
-
-
-@pytest.fixture
-def harmonic_frame(lateral_shaft, tmp_path):
-    exported = write_exudyn_frame(lateral_shaft, tmp_path / "frame.py", speed_rad_s=700.0)
-    return lateral_shaft, module_of(exported.files[0]), 700.0
 
 
 def stiffness_of(file, stiffened_at):
@@ -370,45 +368,17 @@ def test_frame_forces(body):
     )
 
 
-def points_form(places, masses, modes, stiffness):
-    """The record of a body of points, its integrals as sums."""
-    at, m = places, modes.shape[2]
-    tilde = np.cross(at[:, None], np.eye(3)).transpose(0, 2, 1)
-    moved = np.cross(modes.transpose(2, 0, 1)[:, :, None], np.eye(3)).transpose(0, 1, 3, 2)
-    return BodyFixedForm(
-        name="points",
-        frequencies_hz=np.ones(m),
-        shapes=np.zeros((0, m)),
-        mass_kg=float(masses.sum()),
-        center_of_gravity_m=masses @ at / masses.sum(),
-        inertia_kg_m2=-np.einsum("p,pab,pbc->ac", masses, tilde, tilde),
-        mass=np.einsum("p,paj,pak->jk", masses, modes, modes),
-        stiffness=stiffness,
-        I3=np.einsum("p,paj->aj", masses, modes),
-        I4=np.einsum("p,pab,pbj->aj", masses, tilde, modes),
-        I5=np.einsum("p,jpab,pbk->ajk", masses, moved, modes),
-        I8=-np.einsum("p,pab,jpbc->acj", masses, tilde, moved),
-        I9=np.einsum("p,jpab,kpbc->acjk", masses, moved, moved),
-        stress_stiffening=np.zeros((m, m)),
-        nodes=(),
-        points_m=at,
-        point_modes=modes,
-    )
-
-
 def test_frame_of_mass_points(tmp_path):
     """Kinetic energy and forces at any state, against Newton's law of six points.
 
     Every array is at work here: elastic modes of a free body leave some of them zero.
     """
-    random = np.random.default_rng(3)
-    places, masses, modes = (
-        random.normal(size=(6, 3)),
-        random.uniform(1.0, 2.0, 6),
-        random.normal(size=(6, 3, 4)),
+    random, stiffness = np.random.default_rng(3), np.diag([1.0, 2.0, 3.0, 4.0])
+    points = some_points(4, count=6, seed=3)
+    masses, places, modes, _ = points
+    form = dataclasses.replace(
+        point_form(points, shown=0), stiffness=stiffness, points_m=places, point_modes=modes
     )
-    stiffness = np.diag([1.0, 2.0, 3.0, 4.0])
-    form = points_form(places, masses, modes, stiffness)
     np.savez(tmp_path / "points.npz", **frame_arrays(form, 0.0, 1.0))
     body, mbs = ObjectFFRFreducedOrderInterface(), system()
     body.LoadFromFile(str(tmp_path / "points.npz"), mode="NPZ")
@@ -441,9 +411,10 @@ def test_frame_of_mass_points(tmp_path):
         np.testing.assert_allclose(force, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
 
 
-def test_frame_rings(body_ring):
+def test_frame_rings(disk_shaft, tmp_path):
     """Three points more than an axis: a rigid marker turns as the interface does."""
-    file, form, mbs = body_ring
+    file = module_of(write_exudyn_frame(disk_shaft, tmp_path / "ring.py").files[0])
+    form, mbs = body_fixed_form(disk_shaft), system()
     added = file.add_body(mbs)
     markers = [file.interface_marker(mbs, added, node.name) for node in form.nodes]
     mbs.Assemble()
@@ -464,12 +435,6 @@ def test_frame_rings(body_ring):
             np.testing.assert_allclose(turned, node.rotations[:, mode], rtol=0, atol=1e-7 * scale)
 
 
-@pytest.fixture
-def body_ring(disk_shaft, tmp_path):
-    file = module_of(write_exudyn_frame(disk_shaft, tmp_path / "ring.py").files[0])
-    return file, body_fixed_form(disk_shaft), system()
-
-
 def test_frame_file_runs(shaft):
     exported = write_exudyn_frame(with_hostile_names(shaft.element), shaft.folder / "frame.py")
     blocks, text = printed(
@@ -483,16 +448,10 @@ def test_frame_file_runs(shaft):
     assert any("axial" in sentence for sentence in exported.left_out)
 
 
-def test_frame_refusals(shaft, harmonic_limits):
+def test_frame_refusals(shaft):
     with pytest.raises(SuperelementError, match="speed_rad_s is nan"):
         write_exudyn_frame(shaft.element, shaft.folder / "f.py", speed_rad_s=np.nan)
     with pytest.raises(SuperelementError, match="allowed is up to 1500 rad/s"):
-        write_exudyn_frame(harmonic_limits, shaft.folder / "f.py", speed_rad_s=1501.0)
+        limited = dataclasses.replace(shaft.element, maximum_speed_rad_s=1500.0)
+        write_exudyn_frame(limited, shaft.folder / "f.py", speed_rad_s=1501.0)
     assert not list(shaft.folder.iterdir())
-
-
-@pytest.fixture
-def harmonic_limits(lateral_shaft):
-    import dataclasses
-
-    return dataclasses.replace(lateral_shaft, maximum_speed_rad_s=1500.0)

@@ -10,10 +10,10 @@ import pytest
 from floating_frame import compare_with_inertial, floating_body, floating_frame_modes
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from mbdyn_file import FemError, fields, lumped_integrals, parse_fem, parse_input
+from mbdyn_file import fields, lumped_integrals, parse_fem, parse_input
 from point_bodies import point_form, some_points
 
-from solidwhirl.rotordyn import SuperelementError, rigid_superelement
+from solidwhirl.rotordyn import SuperelementError
 from solidwhirl.rotordyn.exchange.multibody.body_fixed import body_fixed_form
 from solidwhirl.rotordyn.exchange.multibody.mass_points import equivalent_mass_points
 from solidwhirl.rotordyn.exchange.multibody.mbdyn import fem_text, node_labels, write_mbdyn
@@ -108,7 +108,7 @@ def test_rigid_body(disk_shaft, level, tmp_path):
         np.testing.assert_allclose(np.diag(fem.inertia[2])[:2], about, rtol=1e-12)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(modes=st.integers(1, 12), count=st.integers(4, 9), seed=st.integers(0, 999))
 def test_equivalent_points(modes, count, seed):
     """Points of equal mass that have the moments of other points, however many those were."""
@@ -176,7 +176,7 @@ def test_example_input(disk_shaft, level, damping, tmp_path):
     assert start.variables["SPIN"] > 0.0
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(st.lists(st.text(min_size=1, max_size=90), min_size=1, max_size=5, unique=True))
 def test_labels(names):
     """Any names give labels that stay apart, and files that are read as meant."""
@@ -214,50 +214,13 @@ def test_what_is_missing_is_said(lateral_shaft, disk_shaft, tmp_path):
 
 
 def test_refused(disk_shaft, tmp_path):
-    """Bodies that have no such form, and arguments out of their range; nothing is written."""
+    """Arguments out of their range; nothing is written. Bodies: in test_body_fixed."""
     path = tmp_path / "body.fem"
-    ends = {"a": (0.0, 0.0, 0.0), "b": (0.0, 0.0, 0.1)}
-    rigid = rigid_superelement("disk", 1.0, (0.0, 0.0, 0.0), np.diag([0.01, 0.01, 0.02]), ends)
-    with pytest.raises(SuperelementError, match="constraint"):
-        write_mbdyn(rigid, path)
-    with pytest.raises(SuperelementError, match="moments"):
-        write_mbdyn(replace(disk_shaft, moments=None), path)
     with pytest.raises(
         SuperelementError, match=r"the last record group is 12, allowed are \(13, 18, 19\)"
     ):
         write_mbdyn(disk_shaft, path, level=12)
-    with pytest.raises(SuperelementError, match="modal_damping is -1"):
-        write_mbdyn(disk_shaft, path, modal_damping=-1)
     for name in ('a"b.fem', "a\\b.fem", "a\nb.fem", "body.mbd"):
         with pytest.raises(SuperelementError, match="cannot be called"):
             write_mbdyn(disk_shaft, tmp_path / name)
     assert not list(tmp_path.iterdir())
-
-
-CHANGES = {
-    "a value missing": ("0.0000000000000000e+00 ", ""),
-    "an exponent D": ("e+00", "D+00"),
-    "fewer digits": ("0.0000000000000000e+00", "0.000000000000000e+00"),
-    "a group missing": ("** RECORD GROUP 9,", "** GROUP 9,"),
-    "groups out of order": ("RECORD GROUP 14,", "RECORD GROUP 4,"),
-    "a group unknown": ("RECORD GROUP 19,", "RECORD GROUP 20,"),
-    "a mode not announced": ("NORMAL MODE SHAPE #  2", "NORMAL MODE SHAPE #  3"),
-    "more nodes": ("REV0  2  2", "REV0  3  2"),
-    "more modes": ("REV0  2  2", "REV0  2  3"),
-    "a label with a blank": ("\np1\n", "\np 1\n"),
-    "labels twice": ("\np1\n", "\nnode_0\n"),
-    "text outside": ("**\n** RECORD GROUP 5", "what\n** RECORD GROUP 5"),
-    "no end": ("** END OF FILE\n", ""),
-    "more": ("** END OF FILE\n", "** END OF FILE\n**\n"),
-}
-
-
-@pytest.mark.parametrize("change", CHANGES)
-def test_the_parser_is_strict(change):
-    """What these tests rely on: the parser takes the file, and no other."""
-    text = fem_text(_SMALL)
-    parse_fem(text)
-    before, after = CHANGES[change]
-    assert before in text
-    with pytest.raises(FemError):
-        parse_fem(text.replace(before, after))

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from plain_run_up import unbalance_forces
-from python_exports import HOSTILE, check_text, code_of, on_springs, with_hostile_names
+from python_exports import HOSTILE, on_springs, with_hostile_names
 
 from solidwhirl.rotordyn import (
     Bearing,
@@ -337,25 +337,15 @@ def test_file_runs(ross, lateral_shaft):
         np.testing.assert_allclose([float(line.split()[0]) for line in block], ours, rtol=1e-7)
 
 
-def test_names_are_data(lateral_shaft, tmp_path):
-    plain = write_ross(lateral_shaft, tmp_path / "plain.py").files[0]
-    hostile = write_ross(with_hostile_names(lateral_shaft), tmp_path / "hostile.py").files[0]
-    assert code_of(plain) == code_of(hostile)
-    assert ascii(HOSTILE) in hostile.read_text(encoding="ascii")
-    check_text(plain)
-
-
 def test_what_is_left_out_is_said(lateral_shaft, disk_shaft, tmp_path):
     lateral, six = (write_ross(e, tmp_path / "x.py").left_out for e in (lateral_shaft, disk_shaft))
     assert "no coordinate for 'a' (uz, rz)" in lateral[0]
     assert not any("no coordinate" in sentence for sentence in six)
 
 
-def test_refusals(tmp_path, lateral_shaft):
+def test_refusals(tmp_path):
     seats = {"front": 0.0, "rear": 0.4}
     tied = rigid_superelement("casing", 30.0, np.zeros(3), np.ones(3), seats)
     with pytest.raises(SuperelementError, match="12 coordinates, 6 of them independent"):
         write_ross(tied, tmp_path / "tied.py")
-    with pytest.raises(SuperelementError, match=r"ends with \.py"):
-        write_ross(lateral_shaft, tmp_path / "body.h5")
     assert not list(tmp_path.iterdir())

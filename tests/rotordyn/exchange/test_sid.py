@@ -24,8 +24,9 @@ from sid_file import (
     tensor,
 )
 
-from solidwhirl.rotordyn import SuperelementError, rigid_superelement
+from solidwhirl.rotordyn import SuperelementError
 from solidwhirl.rotordyn.exchange.multibody.body_fixed import body_fixed_form
+from solidwhirl.rotordyn.exchange.multibody.mbdyn import write_mbdyn
 from solidwhirl.rotordyn.exchange.multibody.sid import number, sid_name, sid_text, write_sid
 
 # Twelve digits: half a unit of the last one, relative to the number.
@@ -274,7 +275,7 @@ def test_modes_of_three_digits():
     assert np.count_nonzero(sid.blocks["Oe"].m1) == np.count_nonzero(sid.blocks["Ge"].m0) == 2
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(
     st.text(min_size=1, max_size=80)
     | st.lists(
@@ -295,7 +296,7 @@ def test_names(name):
         assert word not in sid.name
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.floats(allow_nan=False, allow_infinity=False))
 def test_digits(value):
     """A number keeps 12 digits in 18 characters; what is too small is zero, too large refused."""
@@ -310,66 +311,20 @@ def test_digits(value):
 
 
 def test_refused(disk_shaft, tmp_path):
-    """Bodies that have no such form, and arguments out of their range; nothing is written."""
+    """Arguments out of their range; nothing is written. Bodies: in test_body_fixed."""
     path = tmp_path / "body.SID_FEM"
-    ends = {"a": (0.0, 0.0, 0.0), "b": (0.0, 0.0, 0.1)}
-    rigid = rigid_superelement("disk", 1.0, (0.0, 0.0, 0.0), np.diag([0.01, 0.01, 0.02]), ends)
-    with pytest.raises(SuperelementError, match="constraint"):
-        write_sid(rigid, path)
-    with pytest.raises(SuperelementError, match="moments"):
-        write_sid(replace(disk_shaft, moments=None), path)
     with pytest.raises(SuperelementError, match="layout is 'simpack', allowed are 'fembs', 'mode'"):
         write_sid(disk_shaft, path, layout="simpack")
-    for ratio in (-0.1, 1.5, np.nan):
-        with pytest.raises(SuperelementError, match="modal_damping"):
-            write_sid(disk_shaft, path, modal_damping=ratio)
-    for modes in (0, 1000):
-        with pytest.raises(SuperelementError, match="modes"):
-            write_sid(disk_shaft, path, modes=modes)
+    for write in (write_sid, write_mbdyn):
+        for ratio in (-0.1, 1.5, np.nan):
+            with pytest.raises(SuperelementError, match="modal_damping"):
+                write(disk_shaft, path, modal_damping=ratio)
     with pytest.raises(SuperelementError, match="'points', Ke: the number 1e\\+120"):
         sid_text(replace(_SMALL, name="points", stiffness=np.array([[1e120]])))
     many = np.zeros((100_000, 3))
     with pytest.raises(SuperelementError, match="100002 nodes"):
         sid_text(replace(_SMALL, points_m=many, point_modes=np.zeros((100_000, 3, 1))))
     assert not list(tmp_path.iterdir())
-
-
-CHANGES = {
-    "exponents E": ("D+00", "E+00"),
-    "a block missing": ("           Cr\n", "           Cx\n"),
-    "a shorter number": ("1.00000000000D+00", "1.0000000000D+00"),
-    "no blank before =": ("structure             =", "structure=            "),
-    "= in another column": (
-        "mass                            =",
-        "mass                             =",
-    ),
-    "order of blocks": ("           end Ke", "           end De"),
-    "number of modes": (
-        "nelastq                         =     1",
-        "nelastq                         =     2",
-    ),
-    "rows": ("nrow                  =    6", "nrow                  =    5"),
-    "nqn": ("nqn                   =    0", "nqn                   =    1"),
-    "an index of none": ("m1( 1, 1, 1)", "m1( 1, 2, 1)"),
-    "index order": ("m1( 3, 1, 1)", "m1( 1, 1, 3)"),
-    "a zero": ("= 1.00000000000D+00", "= 0.00000000000D+00"),
-    "a comment": (" part\n", " part\n# no comments\n"),
-    "no end": (" end part\n", ""),
-    "more": (" end part\n", " end part\n end part\n"),
-    "letters": (" = points", " = pöints"),
-    "carriage returns": ("\n", "\r\n"),
-}
-
-
-@pytest.mark.parametrize("change", CHANGES)
-def test_the_parser_is_strict(change):
-    """What these tests rely on: the parser takes the file, and no other."""
-    text = sid_text(_SMALL)
-    parse_sid(text)
-    before, after = CHANGES[change]
-    assert before in text
-    with pytest.raises(SidError):
-        parse_sid(text.replace(before, after))
 
 
 @pytest.mark.parametrize("name", ["jet J", "my frame", "Me", "Oe", "refmods"])

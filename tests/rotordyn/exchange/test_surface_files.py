@@ -29,7 +29,7 @@ def rigid_planes():
     return (planes[0], planes[1]), axial, torsion
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def shaft():
     return beam_surface(NODES, OUTER, INNER, *rigid_planes())
 
@@ -109,7 +109,7 @@ def test_surfaces_that_are_none_are_refused(shaft, change, words):
         dataclasses.replace(shaft, **change)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def element(lateral_shaft):
     """A shaft with a surface, whatever it had before."""
     nodes = lateral_shaft.recovery_points_m[:, 2]
@@ -122,9 +122,15 @@ def element(lateral_shaft):
     return dataclasses.replace(lateral_shaft, surface=surface)
 
 
-def test_the_file_keeps_a_surface_bit_for_bit(element, tmp_path):
-    write_superelement(element, tmp_path / "body.h5")
-    again = read_superelement(tmp_path / "body.h5").surface
+@pytest.fixture(scope="module")
+def stored(element, tmp_path_factory):
+    path = tmp_path_factory.mktemp("surface") / "body.h5"
+    write_superelement(element, path)
+    return path
+
+
+def test_the_file_keeps_a_surface_bit_for_bit(element, stored, tmp_path):
+    again = read_superelement(stored).surface
     for field in dataclasses.fields(Surface):
         left, right = getattr(element.surface, field.name), getattr(again, field.name)
         assert np.asarray(left).tobytes() == np.asarray(right).tobytes(), field.name
@@ -165,9 +171,8 @@ def _put(name, value):
         (_put("coordinate", h5py.SoftLink("/dof/node")), "links are not followed"),
     ],
 )
-def test_a_damaged_surface_is_refused_with_its_place(element, tmp_path, damage, words):
-    write_superelement(element, tmp_path / "body.h5")
-    path = shutil.copy(tmp_path / "body.h5", tmp_path / "copy.h5")
+def test_a_damaged_surface_is_refused_with_its_place(stored, tmp_path, damage, words):
+    path = shutil.copy(stored, tmp_path / "copy.h5")
     with path.open("r+b") as file:
         file.write(bytes(512))  # without the checksum, which would refuse every change
     with h5py.File(path, "r+") as file:

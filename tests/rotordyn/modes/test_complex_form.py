@@ -22,7 +22,7 @@ SPEED = 700.0
 def _element(name="shaft", components=("ux", "uy", "rx", "ry")):
     disk = Disk(name="disk", position_m=0.2, mass_kg=12.0, polar_kg_m2=0.2, diametral_kg_m2=0.12)
     return beam_superelement(
-        name, np.linspace(0, 0.7, 6), 0.02, 0.0, 2e11, 0.3, 7800.0,
+        name, np.linspace(0, 0.7, 6), 0.02, 0.0, (2e11, 0.3, 7800.0),
         {"left": 0.0, "disk": 0.2, "right": 0.7}, [disk], components=components,
     )  # fmt: skip
 

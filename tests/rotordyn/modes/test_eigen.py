@@ -233,7 +233,7 @@ def test_shaft_free_to_slide_and_turn(one_rotor, ground, with_axial_and_torsion,
     length, radius = 1.0, 0.03
     stations = np.linspace(0, length, 9)
     ends = {"a": 0.0, "b": length, "mid": 0.5}
-    lateral = beam_superelement("s", stations, radius, 0.0, 2e11, 0.3, 7800.0, ends)
+    lateral = beam_superelement("s", stations, radius, 0.0, (2e11, 0.3, 7800.0), ends)
     full = with_axial_and_torsion(lateral, length, radius, "a", "b")
     assert all(invariant.passed for invariant in check_superelement(full))
     bearings = [ground("rotor", "a", k), ground("rotor", "b", k)]

@@ -27,9 +27,7 @@ def shaft():
         np.linspace(0, LENGTH, 21),
         0.025,
         0.0,
-        2e11,
-        0.3,
-        7800.0,
+        (2e11, 0.3, 7800.0),
         {"right": LENGTH, "left": 0.0},
     )
 

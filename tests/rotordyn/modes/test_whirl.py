@@ -78,7 +78,7 @@ def test_rotor_on_soft_supports_starts_with_a_backward_mode(three_disk):
 
 def test_axial_and_torsional_modes_are_planar(one_rotor, ground, with_axial_and_torsion):
     ends = {"a": 0.0, "b": 1.0}
-    lateral = beam_superelement("s", np.linspace(0, 1, 9), 0.03, 0.0, 2e11, 0.3, 7800.0, ends)
+    lateral = beam_superelement("s", np.linspace(0, 1, 9), 0.03, 0.0, (2e11, 0.3, 7800.0), ends)
     full = with_axial_and_torsion(lateral, 1.0, 0.03, "a", "b")
     system = one_rotor(full, [ground("rotor", end, 1e8) for end in ends])
     modes = modes_at_speed(system, 800.0)

@@ -8,16 +8,7 @@ import numpy as np
 import pytest
 import scipy.linalg as la
 
-from solidwhirl.rotordyn import (
-    AnalysisError,
-    Bearing,
-    End,
-    InternalDamping,
-    Rotor,
-    assemble,
-    critical_speeds,
-    matrices_at_speed,
-)
+from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.assembly.bearing_laws import PolynomialLaw
 from solidwhirl.rotordyn.modes.complex_form import complex_form
 from solidwhirl.rotordyn.response.harmonic_response import (
@@ -38,23 +29,16 @@ def engine(twin_bodies, ground):
 
     def build(ky=3e7, c=900.0):
         inner, outer = twin_bodies()
+        inside = rd.InternalDamping(stiffness_coefficient_s=2e-6)
         rotors = {
-            "inner": Rotor(
-                element=inner,
-                speed_ratio=1.0,
-                internal_damping=InternalDamping(stiffness_coefficient_s=2e-6),
-            ),
-            "outer": Rotor(element=outer, speed_ratio=-1.4),
+            "inner": rd.Rotor(element=inner, speed_ratio=1.0, internal_damping=inside),
+            "outer": rd.Rotor(element=outer, speed_ratio=-1.4),
         }
-        between = Bearing(
-            name="between",
-            first=End(body="inner", interface="C"),
-            second=End(body="outer", interface="C"),
-            stiffness_n_per_m=2e8 * np.eye(2),
-            damping_n_s_per_m=400.0 * np.eye(2),
-        )
+        first, second = (rd.End(body=name, interface="C") for name in rotors)
+        own = {"stiffness_n_per_m": 2e8 * np.eye(2), "damping_n_s_per_m": 400.0 * np.eye(2)}
+        between = rd.Bearing(name="between", first=first, second=second, **own)
         held = [ground("inner", "A", 3e7, ky, c), ground("inner", "B", 3e7, 3e7, c)]
-        return assemble(rotors, (*held, ground("outer", "D", 5e7, 5e7, c), between), "inner")
+        return rd.assemble(rotors, (*held, ground("outer", "D", 5e7, 5e7, c), between), "inner")
 
     return build
 
@@ -66,15 +50,18 @@ def _loads(system, count=2, points=SPEEDS.size):
 
 
 def _dynamic_stiffness(system, speed, omega):
-    m = matrices_at_speed(system, speed)
+    m = rd.matrices_at_speed(system, speed)
     return m.stiffness + 1j * omega * (m.damping + m.gyroscopic) - omega**2 * m.mass
 
 
-@pytest.mark.parametrize("ky", [3e7, 2e7])
-def test_solution_is_that_of_the_full_equations(engine, ky):
-    system = engine(ky)
+@pytest.mark.parametrize("kind", ["isotropic", "planes", "isotropic law"])
+def test_solution_is_that_of_the_full_equations(engine, ground, kind):
+    system = engine(2e7 if kind == "planes" else 3e7)
+    if kind == "isotropic law":
+        law = dataclasses.replace(_law("D"), stiffness_y=(1.0, 2e-4), damping_y=(1.0, -1e-4))
+        system = _with_bearing_d(system, ground("outer", "D", 4e7, 4e7, 700.0, speed_law=law))
     # Isotropic: in circles, half of the coordinates; else all at once.
-    assert (complex_form(system) is None) == (ky != 3e7)
+    assert (complex_form(system) is None) == (kind == "planes")
     loads = _loads(system)
     found = harmonic_response(system, SPEEDS, FREQUENCIES, loads)
     for speed, omega, load, q in zip(SPEEDS, FREQUENCIES, loads, found.displacement, strict=True):
@@ -90,6 +77,11 @@ def _law(name):
         stiffness_x=(1.0, 2e-4), stiffness_y=(0.4, 0.0, 1e-7),
         damping_x=(1.0, -1e-4), damping_y=(0.5,),
     )  # fmt: skip
+
+
+def _with_bearing_d(system, bearing):
+    bearings = [b for b in system.system.bearings if b.name != "outer.D"]
+    return rd.assemble(system.system.rotors, (*bearings, bearing), "inner")
 
 
 def _odd_bearing(kind, ground):
@@ -114,10 +106,7 @@ def _odd_bearing(kind, ground):
 
 @pytest.mark.parametrize("kind", ["planes", "cross", "tilt", "law"])
 def test_circles_coupled_by_bearings_solve_the_full_equations(engine, ground, kind):
-    system = engine(2e7)
-    bearings = [b for b in system.system.bearings if b.name != "outer.D"]
-    odd = _odd_bearing(kind, ground)
-    system = assemble(system.system.rotors, (*bearings, odd), "inner")
+    system = _with_bearing_d(engine(2e7), _odd_bearing(kind, ground))
     assert complex_form(system) is None and split_system(system, 500.0) is not None
     random = np.random.default_rng(11)
     speeds, frequencies = random.uniform(0.0, 3000.0, (2, 40))
@@ -131,20 +120,6 @@ def test_circles_coupled_by_bearings_solve_the_full_equations(engine, ground, ki
     assert found.relative_residual.max() < 1e-10
 
 
-def test_bearing_law_that_is_the_same_in_all_directions(engine, ground):
-    system = engine()
-    law = dataclasses.replace(_law("D"), stiffness_y=(1.0, 2e-4), damping_y=(1.0, -1e-4))
-    odd = ground("outer", "D", 4e7, 4e7, 700.0, speed_law=law)
-    bearings = [b for b in system.system.bearings if b.name != "outer.D"]
-    system = assemble(system.system.rotors, (*bearings, odd), "inner")
-    assert complex_form(system) is not None
-    loads = _loads(system)
-    found = harmonic_response(system, SPEEDS, FREQUENCIES, loads).displacement
-    for speed, omega, load, q in zip(SPEEDS, FREQUENCIES, loads, found, strict=True):
-        direct = la.solve(_dynamic_stiffness(system, speed, omega), load)
-        np.testing.assert_allclose(q, direct, rtol=0, atol=1e-10 * np.abs(direct).max())
-
-
 def test_resonance_of_the_isotropic_part_alone_is_passed(twin_bodies, one_rotor, ground):
     # The mean of the two planes has a resonance where the system has none.
     shaft = twin_bodies()[0]
@@ -153,7 +128,7 @@ def test_resonance_of_the_isotropic_part_alone_is_passed(twin_bodies, one_rotor,
         return one_rotor(shaft, [ground("rotor", end, kx, ky) for end in ("A", "B")])
 
     odd = system(6e7, 4e7)
-    at = critical_speeds(system(5e7, 5e7), 1.0, 3000.0)[0].speed_rad_s
+    at = rd.critical_speeds(system(5e7, 5e7), 1.0, 3000.0)[0].speed_rad_s
     points = np.concatenate((np.linspace(100.0, 200.0, 30), at * (1 + np.array([0.0, 1e-12]))))
     loads = _loads(odd, 1, 32)
     found = harmonic_response(odd, points, points, loads).displacement
@@ -177,7 +152,7 @@ def test_forward_load_of_an_isotropic_system_moves_in_circles(engine):
 def test_response_is_the_sum_over_modes(engine):
     system = engine(2e7)
     speed, n = 700.0, system.size
-    m = matrices_at_speed(system, speed)
+    m = rd.matrices_at_speed(system, speed)
     velocity = m.damping + m.gyroscopic
     zero, one = np.zeros((n, n)), np.eye(n)
     inverse_mass = la.inv(m.mass)
@@ -215,7 +190,7 @@ def test_damping_takes_the_power_of_the_load(engine):
     load = _loads(system)
     found = harmonic_response(system, SPEEDS, FREQUENCIES, load).displacement
     for speed, omega, f, q in zip(SPEEDS, FREQUENCIES, load, found, strict=True):
-        m = matrices_at_speed(system, speed)
+        m = rd.matrices_at_speed(system, speed)
         given = -0.5 * omega * np.einsum("ir,ir->r", f.conj(), q).imag
         # Internal damping takes what its circulatory part draws from the spin.
         skew = 0.5 * (m.stiffness - m.stiffness.T)
@@ -273,7 +248,7 @@ def test_no_load_means_no_motion_even_where_the_system_drifts(twin_bodies, one_r
     assert not none.displacement.any()
     load = np.zeros((1, free.size, 1))
     load[0, 0] = 1.0
-    with pytest.raises(AnalysisError, match=r"speed 100 rad/s and frequency 0 rad/s.*drift"):
+    with pytest.raises(rd.AnalysisError, match=r"speed 100 rad/s and frequency 0 rad/s.*drift"):
         harmonic_response(free, 100.0, 0.0, load)
 
 
@@ -281,14 +256,14 @@ def test_no_load_means_no_motion_even_where_the_system_drifts(twin_bodies, one_r
 def test_undamped_resonance_is_refused(name, request):
     build = request.getfixturevalue(name)
     system = build() if name == "twin" else build(0.0, 0.0)
-    critical = critical_speeds(system, 1.0, 2000.0)[0].speed_rad_s
+    critical = rd.critical_speeds(system, 1.0, 2000.0)[0].speed_rad_s
     load = np.zeros((1, system.size, 1), complex)
     load[0, :2, 0] = 1.0, -1j
-    with pytest.raises(AnalysisError, match=rf"speed {critical:.6g}\d* rad/s .*undamped resonance"):
-        harmonic_response(system, [50.0, critical], [50.0, critical], load)
-    with pytest.raises(AnalysisError, match=rf"speed {critical:.6g}\d* rad/s .*undamped resonance"):
-        many = np.append(np.linspace(10.0, 50.0, 40), critical)
-        harmonic_response(system, many, many, load)
+    message = rf"speed {critical:.6g}\d* rad/s .*undamped resonance"
+    for others in ([50.0], np.linspace(10.0, 50.0, 40)):
+        points = np.append(others, critical)
+        with pytest.raises(rd.AnalysisError, match=message):
+            harmonic_response(system, points, points, load)
     # One part in a million beside it there is an answer.
     beside = harmonic_response(system, critical * 1.000001, critical * 1.000001, load)
     assert beside.relative_residual.max() < 1e-6
@@ -308,15 +283,15 @@ def test_undamped_resonance_is_refused(name, request):
 def test_wrong_arguments_are_refused(three_disk, speeds, frequencies, shape, message):
     system = three_disk()
     load = np.ones([system.size if length == "n" else length for length in shape])
-    with pytest.raises(AnalysisError, match=message):
+    with pytest.raises(rd.AnalysisError, match=message):
         harmonic_response(system, speeds, frequencies, load)
 
 
 def test_loads_on_bodies_are_checked(three_disk):
     system = three_disk()
-    with pytest.raises(AnalysisError, match="body_loads is empty"):
+    with pytest.raises(rd.AnalysisError, match="body_loads is empty"):
         independent_loads(system, {})
-    with pytest.raises(AnalysisError, match=r"body_loads\['rotor'\] has shape \(3,\)"):
+    with pytest.raises(rd.AnalysisError, match=r"body_loads\['rotor'\] has shape \(3,\)"):
         independent_loads(system, {"rotor": np.ones(3)})
-    with pytest.raises(AnalysisError, match="not finite"):
+    with pytest.raises(rd.AnalysisError, match="not finite"):
         harmonic_response(system, 1.0, 1.0, np.full((1, system.size, 1), np.inf))

@@ -22,8 +22,8 @@ def modes(natural, ratios, parts):
     return respond
 
 
-@pytest.mark.parametrize("ratio", [1e-2, 1e-3, 1e-4, 1e-5, 1e-6])
-@pytest.mark.parametrize("count", [11, 41, 361])
+@pytest.mark.parametrize("ratio", [1e-2, 1e-4, 1e-6])
+@pytest.mark.parametrize("count", [11, 361])
 def test_height_and_width_of_a_peak_do_not_depend_on_the_samples(ratio, count):
     """Two modes a thousandth apart and one alone, of which samples show one or none."""
     natural = [300.0, 300.0 * (1.0 + 40.0 * ratio), 777.7]
@@ -43,7 +43,7 @@ def test_height_and_width_of_a_peak_do_not_depend_on_the_samples(ratio, count):
 
 
 @given(st.integers(0, 10**6), st.integers(1, 12))
-@settings(max_examples=40, deadline=None, derandomize=True)
+@settings(max_examples=15, deadline=None, derandomize=True)
 def test_every_sharp_mode_of_many_is_found(seed, number):
     """Poles are those of the modes, also of those that no sample comes near."""
     random = np.random.default_rng(seed)

@@ -8,48 +8,32 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from solidwhirl.rotordyn import (
-    AnalysisError,
-    Bearing,
-    End,
-    InternalDamping,
-    Rotor,
-    assemble,
-    beam_superelement,
-    modes_at_speed,
-)
+from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.assembly.coordinates import interface_row, joint_motion
 from solidwhirl.rotordyn.assembly.system import with_bearing_stiffness
+from solidwhirl.rotordyn.response import stiffness_maps
 from solidwhirl.rotordyn.response.harmonic_response import harmonic_response
 from solidwhirl.rotordyn.response.map_peaks import ground_motion_peaks, stiffness_map_peaks
 from solidwhirl.rotordyn.response.maps import ground_motion_map, place_map, shown_range
-from solidwhirl.rotordyn.response.stiffness_maps import (
-    choose_stiffness,
-    stiffness_map_at_speed,
-    synchronous_stiffness_map,
-)
 from solidwhirl.rotordyn.response.unbalance import Unbalance, unbalance_response
 
 MASS, STIFFNESS, DAMPING, MOMENT = 10.0, 4e6, 200.0, 3e-4
-INNER_C = End(body="inner", interface="C")
+INNER_C = rd.End(body="inner", interface="C")
 
 
 @pytest.fixture(scope="module")
 def engine(twin_bodies, ground):
     """Counter-rotating shafts of which one has internal damping, on damped bearings."""
     inner, outer = twin_bodies()
+    inside = rd.InternalDamping(stiffness_coefficient_s=1e-6)
     rotors = {
-        "inner": Rotor(
-            element=inner,
-            speed_ratio=1.0,
-            internal_damping=InternalDamping(stiffness_coefficient_s=1e-6),
-        ),
-        "outer": Rotor(element=outer, speed_ratio=-1.4),
+        "inner": rd.Rotor(element=inner, speed_ratio=1.0, internal_damping=inside),
+        "outer": rd.Rotor(element=outer, speed_ratio=-1.4),
     }
 
     def build(*more):
-        joint = Bearing(
-            name="C", first=INNER_C, second=End(body="outer", interface="C"),
+        joint = rd.Bearing(
+            name="C", first=INNER_C, second=rd.End(body="outer", interface="C"),
             stiffness_n_per_m=2e8 * np.eye(2), damping_n_s_per_m=400.0 * np.eye(2),
         )  # fmt: skip
         held = (
@@ -57,7 +41,7 @@ def engine(twin_bodies, ground):
             ground("inner", "B", 3e7, 3e7, 900.0, 700.0),
             ground("outer", "D", 5e7, 4e7, 500.0),
         )
-        return assemble(rotors, (*held, joint, *more), "inner")
+        return rd.assemble(rotors, (*held, joint, *more), "inner")
 
     return build
 
@@ -73,13 +57,13 @@ def laval(hub, ground, one_rotor):
     return build
 
 
-HUB = End(body="rotor", interface="hub")
+HUB = rd.End(body="rotor", interface="hub")
 HUB_UNBALANCE = Unbalance(body="rotor", interface="hub", moment_kg_m=MOMENT)
 
 
 def test_each_row_of_the_place_map_is_one_unbalance_response(engine):
     system, speeds = engine(), np.array([0.0, 200.0, 650.0])
-    places = [INNER_C, End(body="outer", interface="D"), End(body="inner", interface="A")]
+    places = [INNER_C, rd.End(body="outer", interface="D"), rd.End(body="inner", interface="A")]
     found = place_map(system, places, 2e-5, speeds)
     assert found.translation_m.shape == (3, 3, 5, 2)
     for row, place in enumerate(places):
@@ -101,7 +85,7 @@ def test_place_and_response_can_be_exchanged_without_spin_effects(twin_bodies, g
     element = twin_bodies()[0]
     still = dataclasses.replace(element, gyroscopic=np.zeros_like(element.gyroscopic))
     system = one_rotor(still, [ground("rotor", e, 2e7, 2e7, 300.0) for e in ("A", "B")])
-    places = [End(body="rotor", interface=e) for e in ("A", "C", "B")]
+    places = [rd.End(body="rotor", interface=e) for e in ("A", "C", "B")]
     found = place_map(system, places, 1e-5, [300.0, 900.0]).translation_m[..., 0]
     order = [["A", "C", "B"].index(node.name) for node in element.interfaces]
     matrix = found[order]
@@ -146,7 +130,7 @@ def test_ground_motion_is_loading_by_the_bearings_on_the_ground(engine, directio
 def test_exact_supports_carry_the_ground_motion_on(engine, pinned):
     # At low frequency everything follows; an exactly held seat follows at any.
     system = engine(pinned("outer", "C"))
-    seat = End(body="outer", interface="C")
+    seat = rd.End(body="outer", interface="C")
     found = ground_motion_map(system, 1e-6, "y", [0.0, 500.0], [0.01, 300.0], seat)
     np.testing.assert_array_equal(found.translation_m[..., 1], 1e-6)
     free = ground_motion_map(system, 1e-6, "y", [500.0], [0.01, 300.0], INNER_C)
@@ -180,21 +164,11 @@ def test_other_bearing_stiffness(engine):
     np.testing.assert_array_equal(before["inner.A"].stiffness_n_per_m, np.diag([3e7, 2e7]))
 
 
-def test_other_bearing_stiffness_gives_the_frequencies_of_that_system(
-    three_disk_element, ground, one_rotor
-):
-    ends = ("left", "right")
-    element = three_disk_element()
-    soft = one_rotor(element, [ground("rotor", end, 1e6) for end in ends])
-    direct = one_rotor(element, [ground("rotor", end, 3e8) for end in ends])
-    changed = with_bearing_stiffness(soft, ["rotor.left", "rotor.right"], 3e8)
-    found, expected = (modes_at_speed(s, 500.0, 6).frequency_hz for s in (changed, direct))
-    np.testing.assert_allclose(found, expected, rtol=1e-12)
-
-
 def test_stiffness_map_of_a_laval_rotor(laval):
     stiffness, omega = np.array([1e5, 4e6, 1e9]), np.linspace(0.0, 1500.0, 40)
-    found = synchronous_stiffness_map(laval(), ["rotor.hub"], stiffness, HUB_UNBALANCE, omega, HUB)
+    found = stiffness_maps.synchronous_stiffness_map(
+        laval(), ["rotor.hub"], stiffness, HUB_UNBALANCE, omega, HUB
+    )
     dynamic = stiffness[:, None] - MASS * omega**2 + 1j * omega * DAMPING
     expected = MOMENT * omega**2 / dynamic
     np.testing.assert_allclose(found.translation_m[..., 0], expected, rtol=1e-9, atol=1e-25)
@@ -206,11 +180,15 @@ def test_stiffness_map_at_a_speed_keeps_the_gyroscopic_moment(engine):
     system, omega = engine(), np.array([100.0, 400.0, 700.0])
     unbalance = Unbalance(body="outer", interface="D", moment_kg_m=1e-5, phase_rad=0.3)
     names, values = ["inner.A", "inner.B"], np.array([1e7, 1e9])
-    synchronous = synchronous_stiffness_map(system, names, values, unbalance, omega, INNER_C)
+    synchronous = stiffness_maps.synchronous_stiffness_map(
+        system, names, values, unbalance, omega, INNER_C
+    )
     np.testing.assert_allclose(synchronous.speeds_rad_s, omega / 1.4)
     # Where the fixed speed is the synchronous one, both are the same, and elsewhere not.
     speed = float(omega[1] / 1.4)
-    fixed = stiffness_map_at_speed(system, names, values, unbalance, omega, INNER_C, speed)
+    fixed = stiffness_maps.stiffness_map_at_speed(
+        system, names, values, unbalance, omega, INNER_C, speed
+    )
     same = [np.abs(m.translation_m[:, 1]) for m in (fixed, synchronous)]
     np.testing.assert_allclose(*same, rtol=1e-9)
     away = np.abs(fixed.translation_m[:, 2] / synchronous.translation_m[:, 2] - 1)
@@ -227,8 +205,10 @@ def test_chosen_stiffness_keeps_resonance_out_of_the_band(laval):
     # For a rigid rotor well above resonance softer is better, down to self-centring; a stiff one
     # is better still: MOMENT ω²/k. Between, the band holds a resonance.
     stiffness, omega = np.logspace(5, 9, 33), np.linspace(0.0, 900.0, 361)
-    found = synchronous_stiffness_map(laval(), ["rotor.hub"], stiffness, HUB_UNBALANCE, omega, HUB)
-    choice = choose_stiffness(found, 600.0, 0.2)
+    found = stiffness_maps.synchronous_stiffness_map(
+        laval(), ["rotor.hub"], stiffness, HUB_UNBALANCE, omega, HUB
+    )
+    choice = stiffness_maps.choose_stiffness(found, 600.0, 0.2)
     assert choice.band_rad_s == pytest.approx((480.0, 720.0))
     inside = np.linspace(480.0, 720.0, 97)
     dynamic = stiffness[:, None] - MASS * inside**2 + 1j * inside * DAMPING
@@ -239,25 +219,27 @@ def test_chosen_stiffness_keeps_resonance_out_of_the_band(laval):
     resonant = (stiffness > MASS * 480.0**2) & (stiffness < MASS * 720.0**2)
     assert choice.candidates_m[resonant].min() > 3 * MOMENT / MASS
     # Without the stiff end the softest is best.
-    soft = synchronous_stiffness_map(
+    soft = stiffness_maps.synchronous_stiffness_map(
         laval(), ["rotor.hub"], stiffness[:14], HUB_UNBALANCE, omega, HUB
     )
-    assert choose_stiffness(soft, 600.0, 0.15).stiffness_n_per_m == stiffness[0]
+    assert stiffness_maps.choose_stiffness(soft, 600.0, 0.15).stiffness_n_per_m == stiffness[0]
 
 
 def test_best_stiffness_inside_the_range(one_rotor, ground):
     # Flexible shaft at 1400 rad/s: on soft bearings the second rigid mode, on stiff ones the
     # nearness of the first bending mode, and between them the smallest response.
     ends = {"left": 0.0, "middle": 0.65, "right": 1.3}
-    shaft = beam_superelement("shaft", np.linspace(0.0, 1.3, 9), 0.05, 0.0, 2e11, 0.3, 7800.0, ends)
+    shaft = rd.beam_superelement(
+        "shaft", np.linspace(0.0, 1.3, 9), 0.05, 0.0, (2e11, 0.3, 7800.0), ends
+    )
     system = one_rotor(shaft, [ground("rotor", e, 1e7, cx=500.0) for e in ("left", "right")])
     omega, stiffness = np.linspace(0.0, 1800.0, 181), np.logspace(6, 10, 17)
-    middle = End(body="rotor", interface="middle")
+    middle = rd.End(body="rotor", interface="middle")
     unbalance = Unbalance(body="rotor", interface="middle", moment_kg_m=1e-5)
-    found = synchronous_stiffness_map(
+    found = stiffness_maps.synchronous_stiffness_map(
         system, ["rotor.left", "rotor.right"], stiffness, unbalance, omega, middle
     )
-    choice = choose_stiffness(found, 1400.0)
+    choice = stiffness_maps.choose_stiffness(found, 1400.0)
     assert not choice.is_at_end and 5e6 < choice.stiffness_n_per_m < 5e7
     # Each neighbour is worse, found by responses of their own.
     at = int(np.argmin(np.abs(stiffness - choice.stiffness_n_per_m)))
@@ -273,24 +255,29 @@ def test_best_stiffness_inside_the_range(one_rotor, ground):
 
 def test_wrong_arguments_are_refused(engine, laval, pinned, one_rotor, twin_bodies, hub):
     system = engine()
-    with pytest.raises(AnalysisError, match="places is empty"):
+    with pytest.raises(rd.AnalysisError, match="places is empty"):
         place_map(system, [], 1e-5, [1.0])
-    with pytest.raises(AnalysisError, match=r"unbalance at inner.X: body 'inner' has no interface"):
-        place_map(system, [End(body="inner", interface="X")], 1e-5, [1.0])
+    with pytest.raises(
+        rd.AnalysisError, match=r"unbalance at inner.X: body 'inner' has no interface"
+    ):
+        place_map(system, [rd.End(body="inner", interface="X")], 1e-5, [1.0])
     for options, message in [
         ({"direction": "z"}, "direction is 'z'; allowed are 'x' and 'y'"),
         ({"amplitude_m": np.nan}, "amplitude_m is nan"),
         ({"frequencies_rad_s": [-1.0]}, "frequencies_rad_s needs a list"),
-        ({"node": End(body="inner", interface="X")}, "node of the response: body 'inner' has no"),
+        (
+            {"node": rd.End(body="inner", interface="X")},
+            "node of the response: body 'inner' has no",
+        ),
     ]:
         arguments = {
             "amplitude_m": 1e-6, "direction": "x", "speeds_rad_s": [1.0],
             "frequencies_rad_s": [1.0], "node": INNER_C, **options,
         }  # fmt: skip
-        with pytest.raises(AnalysisError, match=message):
+        with pytest.raises(rd.AnalysisError, match=message):
             ground_motion_map(system, **arguments)
     held = one_rotor(hub(stiffness=1e6 * np.eye(4)), [])
-    with pytest.raises(AnalysisError, match="body 'rotor' cannot move along x as a whole"):
+    with pytest.raises(rd.AnalysisError, match="body 'rotor' cannot move along x as a whole"):
         ground_motion_map(held, 1e-6, "x", [1.0], [1.0], HUB)
     for names, value, message in [
         (["A"], 1e6, r"names is \['A'\]; a sequence of one or more of the bearings \['inner.A'"),
@@ -299,33 +286,37 @@ def test_wrong_arguments_are_refused(engine, laval, pinned, one_rotor, twin_bodi
         (["inner.A"], -1.0, "stiffness_n_per_m is -1.0"),
         (["inner.A"], np.inf, "stiffness_n_per_m is inf"),
     ]:
-        with pytest.raises(AnalysisError, match=message):
+        with pytest.raises(rd.AnalysisError, match=message):
             with_bearing_stiffness(system, names, value)
     rigid = one_rotor(twin_bodies()[0], [pinned("rotor", end) for end in ("A", "B")])
-    with pytest.raises(AnalysisError, match=r"bearing 'rotor.A' joins \['ux', 'uy'\] rigidly"):
+    with pytest.raises(rd.AnalysisError, match=r"bearing 'rotor.A' joins \['ux', 'uy'\] rigidly"):
         with_bearing_stiffness(rigid, ["rotor.A"], 1e6)
 
 
 def test_wrong_choices_are_refused(laval):
     omega = np.linspace(0.0, 900.0, 91)
-    found = synchronous_stiffness_map(laval(), ["rotor.hub"], [1e6], HUB_UNBALANCE, omega, HUB)
+    found = stiffness_maps.synchronous_stiffness_map(
+        laval(), ["rotor.hub"], [1e6], HUB_UNBALANCE, omega, HUB
+    )
     for center, margin, message in [
         (-1.0, 0.2, "operating_frequency_rad_s is -1.0"),
         (500.0, 0.0, "margin 0.0"),
         (800.0, 0.2, r"the band 640 to 960 rad/s .* within 0 to 900"),
         (500.0, 0.01, "needs 5 frequencies"),
     ]:
-        with pytest.raises(AnalysisError, match=message):
-            choose_stiffness(found, center, margin)
-    with pytest.raises(AnalysisError, match="needs a rising list"):
-        synchronous_stiffness_map(laval(), ["rotor.hub"], [2.0, 1.0], HUB_UNBALANCE, omega, HUB)
-    with pytest.raises(AnalysisError, match="speed_rad_s is -1"):
-        stiffness_map_at_speed(
+        with pytest.raises(rd.AnalysisError, match=message):
+            stiffness_maps.choose_stiffness(found, center, margin)
+    with pytest.raises(rd.AnalysisError, match="needs a rising list"):
+        stiffness_maps.synchronous_stiffness_map(
+            laval(), ["rotor.hub"], [2.0, 1.0], HUB_UNBALANCE, omega, HUB
+        )
+    with pytest.raises(rd.AnalysisError, match="speed_rad_s is -1"):
+        stiffness_maps.stiffness_map_at_speed(
             laval(), ["rotor.hub"], [1e6], HUB_UNBALANCE, omega, HUB, speed_rad_s=-1.0
         )
 
 
-@pytest.mark.parametrize("count", [2, 7, 40, 300])
+@pytest.mark.parametrize("count", [2, 300])
 @pytest.mark.parametrize("damping", [20.0, 0.2])
 def test_peaks_of_ground_motion_do_not_hang_on_the_frequencies(laval, count, damping):
     # Damping ratios of 1.6e-3 and 1.6e-5: a resonance of 2 and 0.02 rad/s in steps of 5 to 1500.
@@ -346,12 +337,14 @@ def test_peaks_of_ground_motion_do_not_hang_on_the_frequencies(laval, count, dam
     assert (peaks.height_m >= found.major_m()).all()
 
 
-@pytest.mark.parametrize("count", [2, 40, 300])
+@pytest.mark.parametrize("count", [2, 300])
 def test_maps_without_sharp_resonances_need_no_more_frequencies(laval, count):
     # A damping ratio of 0.8, and no mode of tilt in the range: none is narrower than a few steps.
     omega, system = np.linspace(0.0, 300.0, count), laval(damping=1e4)
     shaken = ground_motion_map(system, 2e-6, "x", [0.0, 300.0], omega, HUB)
-    tried = synchronous_stiffness_map(system, ["rotor.hub"], [3e6], HUB_UNBALANCE, omega, HUB)
+    tried = stiffness_maps.synchronous_stiffness_map(
+        system, ["rotor.hub"], [3e6], HUB_UNBALANCE, omega, HUB
+    )
     for map_, peaks in (
         (shaken, ground_motion_peaks(system, shaken)),
         (tried, stiffness_map_peaks(system, tried)),
@@ -365,16 +358,21 @@ def test_a_sharp_resonance_between_two_frequencies_is_not_chosen(laval):
     # The supports of 3.6e6 N/m resonate at 600 rad/s, 1 rad/s away from the nearest frequency.
     stiffness, omega = np.array([3.6e6, 6e6]), np.linspace(0.5, 900.5, 451)
     system = laval(damping=2.0)
-    map_ = synchronous_stiffness_map(system, ["rotor.hub"], stiffness, HUB_UNBALANCE, omega, HUB)
+    map_ = stiffness_maps.synchronous_stiffness_map(
+        system, ["rotor.hub"], stiffness, HUB_UNBALANCE, omega, HUB
+    )
     peaks = stiffness_map_peaks(system, map_)
     for row, value in zip(peaks.height_m, stiffness, strict=True):
         natural = np.sqrt(value / MASS)
         assert row.max() == pytest.approx(MOMENT * natural / 2.0, rel=1e-4)  # u ω² / (c ω)
-    with_peaks = choose_stiffness(map_, 600.0, 0.2, peaks)
+    with_peaks = stiffness_maps.choose_stiffness(map_, 600.0, 0.2, peaks)
     np.testing.assert_allclose(with_peaks.candidates_m[0], MOMENT * 600.0 / 2.0, rtol=1e-4)
-    assert choose_stiffness(map_, 600.0, 0.2).candidates_m[0] < 0.5 * with_peaks.candidates_m[0]
+    assert (
+        stiffness_maps.choose_stiffness(map_, 600.0, 0.2).candidates_m[0]
+        < 0.5 * with_peaks.candidates_m[0]
+    )
     # at one speed alone the resonance is the same
-    fixed = stiffness_map_at_speed(
+    fixed = stiffness_maps.stiffness_map_at_speed(
         system, ["rotor.hub"], stiffness, HUB_UNBALANCE, omega, HUB, 300.0
     )
     same = stiffness_map_peaks(system, fixed)
@@ -389,17 +387,17 @@ def test_colours_of_a_map_leave_room_for_what_is_not_resonant():
     assert low == pytest.approx(0.1) and high == pytest.approx(1e3, rel=0.1)
     assert shown_range([1e-9, *quiet, *quiet])[0] == pytest.approx(1e-5 * 10.0)
     assert shown_range([2.0, 2.0]) == pytest.approx((1.998, 2.0))
-    with pytest.raises(AnalysisError, match="all responses of the map are zero"):
+    with pytest.raises(rd.AnalysisError, match="all responses of the map are zero"):
         shown_range([0.0, np.nan])
 
 
-@pytest.mark.parametrize("count", [12, 61, 400])
+@pytest.mark.parametrize("count", [12, 400])
 @pytest.mark.parametrize("damping", [2.0, 200.0, 2500.0])
 def test_heights_of_peaks_are_off_by_less_than_they_say(laval, count, damping):
     """Damping ratios of 1.6e-4 to 0.2: sharp, and so broad that the frequencies show them."""
     system, omega = laval(damping=damping), np.linspace(100.0, 1500.0, count)
     shaken = ground_motion_map(system, 2e-6, "y", [0.0, 300.0], omega, HUB)
-    turned = synchronous_stiffness_map(
+    turned = stiffness_maps.synchronous_stiffness_map(
         system, ["rotor.hub"], [STIFFNESS], HUB_UNBALANCE, omega, HUB
     )
 

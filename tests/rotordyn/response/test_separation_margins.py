@@ -14,7 +14,6 @@ from solidwhirl.rotordyn.response.separation_margins import (
     MarginMethod,
     OperatingRange,
     Resonance,
-    format_margins,
     margin_verdict,
     required_margin_api_617,
     resonances_of_modes,
@@ -125,22 +124,6 @@ def test_damped_rotor_from_critical_speeds_to_margins(three_disk):
     # Light damping: 17 % below and nearly 27 % above are asked for.
     assert {m.verdict_api_617 for m in margins} == {"inside margin"}
     assert [m.verdict_20_percent for m in margins] == ["inside margin"] * 3 + ["ok"]
-
-
-def test_table_has_a_line_for_each():
-    operating = OperatingRange(shaft="HP", speed_low_rad_s=1000.0, speed_high_rad_s=1000.0)
-    margins = separation_margins(
-        operating,
-        [
-            Resonance(speed_rad_s=900.0, amplification_factor=11.5, whirl="forward"),
-            Resonance(speed_rad_s=1500.0, amplification_factor=np.inf),
-        ],
-    )
-    lines = format_margins(margins).splitlines()
-    assert len(lines) == 4
-    assert lines[2].split()[:7] == ["HP", "forward", "8594.4", "9549.3", "11.5", "-10.0", "15.3"]
-    assert lines[3].split()[:5] == ["HP", "-", "14323.9", "9549.3", "inf"]
-    assert "guide" in lines[1]
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.0, 5.0), (6.0, 5.0), (5.0, np.inf), (np.nan, 5.0)])

@@ -7,20 +7,8 @@ import pytest
 
 from solidwhirl.rotordyn import AnalysisError, Rotor, assemble
 from solidwhirl.rotordyn.response.unbalance import Unbalance
-from solidwhirl.rotordyn.run_up.force_spectrum import (
-    amplitude_spectrum,
-    order_amplitude,
-    spectrogram,
-    spectrum_peaks,
-)
+from solidwhirl.rotordyn.run_up import force_spectrum, response
 from solidwhirl.rotordyn.run_up.integration import run_up
-from solidwhirl.rotordyn.run_up.response import (
-    excitation_force_n,
-    excited_band_hz,
-    excited_bodies,
-    normalised_response,
-    order_response,
-)
 from solidwhirl.rotordyn.run_up.speed_profile import SpeedProfile, ramp_and_hold
 
 TIME = np.arange(4000) / 2000.0
@@ -29,7 +17,7 @@ TIME = np.arange(4000) / 2000.0
 @pytest.mark.parametrize("window", ["boxcar", "hann", "flattop"])
 def test_amplitudes_of_lines_on_the_grid(window):
     signal = 3.0 + 2.0 * np.cos(2 * np.pi * 100.0 * TIME + 0.3) + 0.5 * np.cos(2e3 * np.pi * TIME)
-    found = amplitude_spectrum(TIME, np.stack((signal, -2 * signal)), window)
+    found = force_spectrum.amplitude_spectrum(TIME, np.stack((signal, -2 * signal)), window)
     assert found.amplitude.shape == (2, 2001) and found.window == window
     assert found.frequency_hz[[0, -1]].tolist() == [0.0, 1000.0]
     # whole periods in the record: exact but for rounding
@@ -41,7 +29,10 @@ def test_amplitudes_of_lines_on_the_grid(window):
 def test_flattop_keeps_amplitudes_between_the_lines():
     for window, worst in (("flattop", 2e-3), ("hann", 0.16)):
         errors = [
-            amplitude_spectrum(TIME, np.cos(2 * np.pi * f * TIME), window).amplitude.max() - 1.0
+            force_spectrum.amplitude_spectrum(
+                TIME, np.cos(2 * np.pi * f * TIME), window
+            ).amplitude.max()
+            - 1.0
             for f in np.linspace(100.0, 100.5, 7)
         ]
         # Harris 1978: scalloping losses of 0.01 dB and of 1.42 dB
@@ -52,7 +43,7 @@ def test_flattop_keeps_amplitudes_between_the_lines():
 def test_spectrogram_follows_a_sweep():
     rate = 200.0
     signal = 1.5 * np.cos(2 * np.pi * (50.0 * TIME + 0.5 * rate * TIME**2))
-    found = spectrogram(TIME, signal, 0.1, overlap=0.5)
+    found = force_spectrum.spectrogram(TIME, signal, 0.1, overlap=0.5)
     assert found.amplitude.shape == (found.frequency_hz.size, found.time_s.size)
     ridge = found.frequency_hz[found.amplitude.argmax(axis=0)]
     # a bin is 10 Hz wide, and the sweep moves by 20 Hz in a piece
@@ -71,10 +62,10 @@ def test_orders_of_a_real_signal_are_kept_apart():
     angle, inside = accelerating()
     amplitude = 2.0 * np.exp(0.4j)
     signal = (amplitude * np.exp(1j * angle)).real + 3.0 * np.cos(2.5 * angle + 1.0)
-    found = order_amplitude(TIME, angle, signal, 1.0, 0.2)
+    found = force_spectrum.order_amplitude(TIME, angle, signal, 1.0, 0.2)
     # the Hann window keeps out what is 14 lines away by 80 dB
     np.testing.assert_allclose(found[inside], amplitude, atol=1e-3)
-    other = order_amplitude(TIME, angle, signal, 2.5, 0.2)
+    other = force_spectrum.order_amplitude(TIME, angle, signal, 2.5, 0.2)
     np.testing.assert_allclose(other[inside], 3.0 * np.exp(1j), atol=1e-3)
     assert np.isnan(found[:200]).all() and np.isnan(found[-200:]).all()
 
@@ -82,13 +73,15 @@ def test_orders_of_a_real_signal_are_kept_apart():
 def test_forward_and_backward_parts_of_a_path_are_kept_apart():
     angle, inside = accelerating()
     path = 2.0j * np.exp(1j * angle) + 0.5 * np.exp(-1j * angle)
-    np.testing.assert_allclose(order_amplitude(TIME, angle, path, 1.0, 0.2)[inside], 2j, atol=1e-3)
     np.testing.assert_allclose(
-        order_amplitude(TIME, angle, path, -1.0, 0.2)[inside], 0.5, atol=1e-3
+        force_spectrum.order_amplitude(TIME, angle, path, 1.0, 0.2)[inside], 2j, atol=1e-3
+    )
+    np.testing.assert_allclose(
+        force_spectrum.order_amplitude(TIME, angle, path, -1.0, 0.2)[inside], 0.5, atol=1e-3
     )
     # at a slow start the window does not hold two turns
     slow = 5.0 * TIME
-    assert np.isnan(order_amplitude(TIME, slow, np.cos(slow), 1.0, 0.2)).all()
+    assert np.isnan(force_spectrum.order_amplitude(TIME, slow, np.cos(slow), 1.0, 0.2)).all()
 
 
 MASS, NATURAL, RATIO = 10.0, 120.0, 0.03
@@ -123,7 +116,7 @@ def transmissibility(frequency_hz):
 
 @pytest.mark.parametrize("axis", ["x", "y"])
 def test_normalised_response_of_a_slow_sweep_is_the_transmissibility(swept, axis):
-    found = normalised_response(swept, "rotor.hub", axis, band_hz=0.4)
+    found = response.normalised_response(swept, "rotor.hub", axis, band_hz=0.4)
     inside = (found.frequency_hz > 5.0) & (found.frequency_hz < 44.0)
     expected = transmissibility(found.frequency_hz)
     # Resonance of width 2Dω0 = 7.2 rad/s swept at 5 rad/s²: of the order of 5/3.6² but for the
@@ -135,10 +128,10 @@ def test_normalised_response_of_a_slow_sweep_is_the_transmissibility(swept, axis
 def test_normalised_response_ends_where_the_excitation_does(swept):
     # 1.5 times 200 rad/s; 60 s resolve 2/60 Hz
     fastest = 300.0 / (2 * np.pi)
-    assert excited_band_hz(swept) == pytest.approx((2.0 / 60.0, fastest), rel=1e-3)
-    found = normalised_response(swept, "rotor.hub", band_hz=0.4)
+    assert response.excited_band_hz(swept) == pytest.approx((2.0 / 60.0, fastest), rel=1e-3)
+    found = response.normalised_response(swept, "rotor.hub", band_hz=0.4)
     known = np.isfinite(found.ratio)
-    assert found.excited_hz == excited_band_hz(swept)
+    assert found.excited_hz == response.excited_band_hz(swept)
     assert not known[found.frequency_hz > fastest + 0.2].any()
     assert known[(found.frequency_hz > 1.0) & (found.frequency_hz < fastest - 0.4)].all()
     assert found.frequency_hz[-1] > 200.0  # the axis itself goes as far as the record
@@ -148,22 +141,26 @@ def test_peaks_of_a_spectrum_are_more_than_side_lobes():
     """Lines of known height: kept down to 1e-4 of the highest, beyond only above the lobes."""
     lines = {100.25: 1.0, 300.0: 5e-4, 340.0: 2e-5, 105.0: 3.5e-3}
     signal = sum(a * np.cos(2 * np.pi * f * TIME + f) for f, a in lines.items())
-    spectrum = amplitude_spectrum(TIME, signal)
+    spectrum = force_spectrum.amplitude_spectrum(TIME, signal)
     hertz = [
-        p.position_rad_s / (2 * np.pi) for p in spectrum_peaks(spectrum, 1.0, driven_to_hz=100.25)
+        p.position_rad_s / (2 * np.pi)
+        for p in force_spectrum.spectrum_peaks(spectrum, 1.0, driven_to_hz=100.25)
     ]
     # 340 Hz is too low; at 105 Hz, 9.5 lines off, lobes reach 1/(π 9.5 (9.5² − 1)) = 4e-4
     assert hertz == pytest.approx([100.25, 300.0], abs=0.1)
     driven = [
-        p.position_rad_s / (2 * np.pi) for p in spectrum_peaks(spectrum, 1.0, driven_to_hz=150.0)
+        p.position_rad_s / (2 * np.pi)
+        for p in force_spectrum.spectrum_peaks(spectrum, 1.0, driven_to_hz=150.0)
     ]
     assert driven == pytest.approx([100.25, 105.0, 300.0], abs=0.1)
     with pytest.raises(AnalysisError, match="window 'boxcar'; allowed"):
-        spectrum_peaks(amplitude_spectrum(TIME, signal, "boxcar"), 1.0, 100.0)
+        force_spectrum.spectrum_peaks(
+            force_spectrum.amplitude_spectrum(TIME, signal, "boxcar"), 1.0, 100.0
+        )
 
 
 def test_order_response_of_a_slow_sweep_is_the_transmissibility(swept):
-    found = order_response(swept, "rotor.hub", "rotor", 0.4)
+    found = response.order_response(swept, "rotor.hub", "rotor", 0.4)
     inside = (found.frequency_hz > 8.0) & (found.frequency_hz < 44.0) & np.isfinite(found.ratio)
     assert inside.sum() > 1e4
     error = found.ratio[inside] / transmissibility(found.frequency_hz[inside]) - 1.0
@@ -176,7 +173,7 @@ def test_order_response_of_a_slow_sweep_is_the_transmissibility(swept):
 
 
 def test_excitation_is_the_inertia_of_the_turning_mass(swept):
-    assert excited_bodies(swept) == ("rotor",)
+    assert response.excited_bodies(swept) == ("rotor",)
     times = np.linspace(1.0, 59.0, 7)
     step = 1e-4
 
@@ -186,21 +183,27 @@ def test_excitation_is_the_inertia_of_the_turning_mass(swept):
 
     expected = -(place(times + step) - 2 * place(times) + place(times - step)) / step**2
     # differences: (ωh)²/12 of 7.5e-5 at 300 rad/s
-    np.testing.assert_allclose(excitation_force_n(swept, times)[0], expected, rtol=1e-4)
+    np.testing.assert_allclose(response.excitation_force_n(swept, times)[0], expected, rtol=1e-4)
 
 
 @pytest.mark.parametrize(
     ("call", "text"),
     [
-        (lambda: amplitude_spectrum(TIME, TIME[:-1]), r"signal \(3999,\)"),
-        (lambda: amplitude_spectrum(TIME**2, TIME), "not evenly spaced"),
-        (lambda: amplitude_spectrum(TIME, TIME * np.inf), "not finite"),
-        (lambda: amplitude_spectrum(TIME, TIME, "square"), "window is 'square'; allowed are"),
-        (lambda: amplitude_spectrum(TIME, 1j * TIME), "the signal is complex"),
-        (lambda: spectrogram(TIME, TIME, 9.0), "duration_s is 9.0"),
-        (lambda: spectrogram(TIME, TIME, 0.1, overlap=1.0), "overlap is 1.0"),
-        (lambda: order_amplitude(TIME, TIME, TIME, 0.0, 0.1), "order is 0.0"),
-        (lambda: order_amplitude(TIME, TIME[1:], TIME, 1.0, 0.1), r"the angle \(3999,\)"),
+        (lambda: force_spectrum.amplitude_spectrum(TIME, TIME[:-1]), r"signal \(3999,\)"),
+        (lambda: force_spectrum.amplitude_spectrum(TIME**2, TIME), "not evenly spaced"),
+        (lambda: force_spectrum.amplitude_spectrum(TIME, TIME * np.inf), "not finite"),
+        (
+            lambda: force_spectrum.amplitude_spectrum(TIME, TIME, "square"),
+            "window is 'square'; allowed are",
+        ),
+        (lambda: force_spectrum.amplitude_spectrum(TIME, 1j * TIME), "the signal is complex"),
+        (lambda: force_spectrum.spectrogram(TIME, TIME, 9.0), "duration_s is 9.0"),
+        (lambda: force_spectrum.spectrogram(TIME, TIME, 0.1, overlap=1.0), "overlap is 1.0"),
+        (lambda: force_spectrum.order_amplitude(TIME, TIME, TIME, 0.0, 0.1), "order is 0.0"),
+        (
+            lambda: force_spectrum.order_amplitude(TIME, TIME[1:], TIME, 1.0, 0.1),
+            r"the angle \(3999,\)",
+        ),
     ],
 )
 def test_what_makes_no_sense_is_refused(call, text):
@@ -210,19 +213,11 @@ def test_what_makes_no_sense_is_refused(call, text):
 
 def test_responses_refuse_what_is_not_there(swept):
     with pytest.raises(AnalysisError, match="'nose' was not recorded"):
-        normalised_response(swept, "nose")
+        response.normalised_response(swept, "nose")
     with pytest.raises(AnalysisError, match="axis is 'z'"):
-        normalised_response(swept, "rotor.hub", "z")
+        response.normalised_response(swept, "rotor.hub", "z")
     with pytest.raises(AnalysisError, match="'casing' has no unbalance"):
-        order_response(swept, "rotor.hub", "casing", 0.5)
-
-
-def test_no_band_without_unbalance(hub, ground):
-    held = ground("rotor", "hub", 1e5, tilt_stiffness_n_m_per_rad=1e6 * np.eye(2))
-    system = assemble({"rotor": Rotor(element=hub(), speed_ratio=1.0)}, (held,))
-    run = run_up(system, ramp_and_hold(100.0, 0.1), [], step_s=1e-3, bearings=["rotor.hub"])
-    with pytest.raises(AnalysisError, match="nothing is excited"):
-        excited_band_hz(run)
+        response.order_response(swept, "rotor.hub", "casing", 0.5)
 
 
 def test_responses_need_unbalance_and_enough_records(hub, ground):
@@ -232,8 +227,11 @@ def test_responses_need_unbalance_and_enough_records(hub, ground):
     )
     profile = SpeedProfile(times_s=[0.0, 1.0], speeds_rad_s=[300.0, 300.0])
     options = {"step_s": 1e-3, "bearings": ["rotor.hub"], "record_every": 10}
+    still = run_up(system, profile, [], **options)
     with pytest.raises(AnalysisError, match="no unbalance to normalise with"):
-        normalised_response(run_up(system, profile, [], **options), "rotor.hub")
+        response.normalised_response(still, "rotor.hub")
+    with pytest.raises(AnalysisError, match="nothing is excited"):
+        response.excited_band_hz(still)
     unbalance = [Unbalance(body="rotor", interface="hub", moment_kg_m=1e-3)]
     with pytest.raises(AnalysisError, match=r"at 100 Hz, the excitation goes to 47.7\d+ Hz"):
-        normalised_response(run_up(system, profile, unbalance, **options), "rotor.hub")
+        response.normalised_response(run_up(system, profile, unbalance, **options), "rotor.hub")

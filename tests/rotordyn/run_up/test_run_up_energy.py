@@ -173,16 +173,9 @@ def test_stiff_joints_cost_no_digits(three_disk_element, ground):
         damping = InternalDamping(modal_ratio=0.05)
         rotor = Rotor(element=three_disk_element(), speed_ratio=1.0, internal_damping=damping)
         system = assemble({"rotor": rotor}, bearings)
-        runs.append(
-            run_up(
-                system,
-                ramp_and_hold(200.0, 0.2),
-                [Unbalance(body="rotor", interface="left", moment_kg_m=1e-2)],
-                step_s=1e-4,
-                gravity_m_per_s2=(0.0, -9.81, 0.0),
-                outputs=[End(body="rotor", interface="right")],
-                bearings=["rotor.right"],
-            )
-        )
+        unbalance = Unbalance(body="rotor", interface="left", moment_kg_m=1e-2)
+        options = {"step_s": 1e-4, "gravity_m_per_s2": (0.0, -9.81, 0.0),
+                   "outputs": [End(body="rotor", interface="right")]}  # fmt: skip
+        runs.append(run_up(system, ramp_and_hold(200.0, 0.2), [unbalance], **options))
     one, other = (run.rotation_rad[0] for run in runs)
     np.testing.assert_allclose(one, other, atol=1e-6 * np.abs(one).max())

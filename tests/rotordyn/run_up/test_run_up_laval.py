@@ -16,7 +16,6 @@ MASS = 10.0
 NATURAL = 100.0
 ECCENTRICITY = 1e-4
 AT = End(body="rotor", interface="hub")
-WEIGHT = (0.0, -9.81, 0.0)
 
 
 def unbalance(phase=0.0):
@@ -29,14 +28,9 @@ def unbalance(phase=0.0):
 def laval(hub, ground):
     def build(damping_ratio=0.0, ratio=1.0, stiff_y=1.0):
         stiffness = MASS * NATURAL**2
-        bearing = ground(
-            "rotor",
-            "hub",
-            stiffness,
-            stiff_y * stiffness,
-            2 * damping_ratio * MASS * NATURAL,
-            tilt_stiffness_n_m_per_rad=1e4 * np.eye(2),
-        )
+        damping, tilt = 2 * damping_ratio * MASS * NATURAL, 1e4 * np.eye(2)
+        lateral = (stiffness, stiff_y * stiffness, damping)
+        bearing = ground("rotor", "hub", *lateral, tilt_stiffness_n_m_per_rad=tilt)
         rotor = Rotor(element=hub(mass_kg=MASS), speed_ratio=ratio)
         return assemble({"rotor": rotor}, (bearing,))
 
@@ -68,7 +62,7 @@ def accelerated(system, cycles, past=1.6, step=2e-4, **options):
     duration = np.ceil(past * NATURAL / acceleration / step) * step
     profile = ramp_and_hold(acceleration * duration, duration)
     run = run_up(system, profile, [unbalance()], step_s=step, outputs=[AT], **options)
-    x, y, _ = run.output_translation_m("rotor", "hub")
+    x, y, _ = run.translation_m[0]
     return run, x + 1j * y, acceleration
 
 
@@ -94,18 +88,6 @@ def test_peak_of_slow_passage_is_that_of_lewis(laval):
     assert errors[1] < errors[0]
 
 
-def test_faster_passage_has_a_lower_and_later_peak(laval):
-    heights, places = [], []
-    for cycles in (20.0, 40.0, 80.0, 160.0):
-        run, path, _ = accelerated(laval(damping_ratio=0.02), cycles)
-        heights.append(np.abs(path).max())
-        places.append(run.speed_rad_s[np.abs(path).argmax()])
-    assert (np.diff(heights) > 0).all()
-    assert (np.diff(places) < 0).all() and places[-1] > NATURAL
-    # below the resonance of steady running, e / 2D
-    assert heights[-1] < ECCENTRICITY / 0.04
-
-
 @pytest.mark.parametrize("ratio", [1.0, -1.5])
 def test_phase_and_sense_of_the_unbalance(laval, ratio):
     # A light, stiffly held disk follows its load at once: z = u/k (ω² − iω') e^{i(φ + phase)}.
@@ -113,7 +95,7 @@ def test_phase_and_sense_of_the_unbalance(laval, ratio):
     run = run_up(
         laval(damping_ratio=0.7, ratio=ratio), profile, [unbalance(0.6)], step_s=1e-3, outputs=[AT]
     )
-    x, y, _ = run.output_translation_m("rotor", "hub")
+    x, y, _ = run.translation_m[0]
     omega, change = ratio * run.speed_rad_s, ratio * 3.0
     expected = (omega**2 - 1j * change) * np.exp(1j * (ratio * run.angle_rad + 0.6))
     path = (x + 1j * y) / ECCENTRICITY * NATURAL**2
@@ -122,33 +104,13 @@ def test_phase_and_sense_of_the_unbalance(laval, ratio):
 
 
 def test_gravity_is_static_equilibrium(laval):
-    system = laval(stiff_y=0.5)
-    run = run_up(
-        system,
-        ramp_and_hold(150.0, 0.5),
-        [],
-        step_s=1e-3,
-        outputs=[AT],
-        bearings=["rotor.hub"],
-        gravity_m_per_s2=WEIGHT,
-    )
-    x, y, _ = run.output_translation_m("rotor", "hub")
+    options = {"outputs": [AT], "bearings": ["rotor.hub"], "gravity_m_per_s2": (0.0, -9.81, 0.0)}
+    run = run_up(laval(stiff_y=0.5), ramp_and_hold(150.0, 0.5), [], step_s=1e-3, **options)
+    x, y, _ = run.translation_m[0]
     np.testing.assert_allclose(y, -9.81 / (0.5 * NATURAL**2), rtol=1e-9)
     assert np.abs(x).max() < 1e-12 * np.abs(y).max()
     # the disk presses on the ground with its weight
     np.testing.assert_allclose(run.bearing_force_n("rotor.hub")[1], -MASS * 9.81, rtol=1e-9)
-
-
-def test_gravity_and_unbalance_superpose(laval):
-    system = laval(damping_ratio=0.05)
-    profile = ramp_and_hold(150.0, 0.5)
-    options = {"step_s": 1e-3, "outputs": [AT]}
-    both = run_up(system, profile, [unbalance()], gravity_m_per_s2=WEIGHT, **options)
-    alone = run_up(system, profile, [unbalance()], **options)
-    difference = both.translation_m[0] - alone.translation_m[0]
-    sag = 9.81 / NATURAL**2
-    np.testing.assert_allclose(difference[1], -sag, rtol=1e-9)
-    np.testing.assert_allclose(difference[0], 0.0, atol=1e-12 * sag)
 
 
 def test_end_of_the_ramp_excites_free_vibration(laval):
@@ -191,7 +153,7 @@ def test_torsion_answers_a_step_of_acceleration():
     ]
     # density next to nothing leaves two inertias and a spring
     shaft = beam_superelement(
-        "shaft", [0.0, length], radius, 0.0, 2e11, 0.3, 1e-3, {"a": 0.0, "b": length}, disks,
+        "shaft", [0.0, length], radius, 0.0, (2e11, 0.3, 1e-3), {"a": 0.0, "b": length}, disks,
         ("ux", "uy", "rx", "ry", "rz"),
     )  # fmt: skip
     held = tuple(

@@ -8,30 +8,12 @@ import h5py
 import numpy as np
 import pytest
 import scipy.io
-import scipy.signal
 from direct_responses import frequency_response, response_error
 
-from solidwhirl.rotordyn import (
-    AnalysisError,
-    AssemblyError,
-    Bearing,
-    Disk,
-    End,
-    InternalDamping,
-    Rotor,
-    assemble,
-    beam_superelement,
-    matrices_at_speed,
-    modes_at_speed,
-)
+from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.assembly.bearing_laws import PolynomialLaw
 from solidwhirl.rotordyn.modes.modal_truncation import truncated_system
-from solidwhirl.rotordyn.state_space.channels import (
-    BearingForceOutput,
-    ForceInput,
-    GroundInput,
-    MotionOutput,
-)
+from solidwhirl.rotordyn.state_space import channels
 from solidwhirl.rotordyn.state_space.file import (
     export_mat,
     export_npz,
@@ -43,29 +25,26 @@ from solidwhirl.rotordyn.state_space.model import state_space, tabulated_state_s
 SPEEDS = (0.0, 700.0, 2500.0)
 HERTZ = np.array([10.0, 59.0, 61.0, 150.0, 220.0, 400.0])
 INPUTS = (
-    ForceInput(body="rotor", interface="left", component="ux"),
-    ForceInput(body="rotor", interface="right", component="ry"),
+    channels.ForceInput(body="rotor", interface="left", component="ux"),
+    channels.ForceInput(body="rotor", interface="right", component="ry"),
 )
 OUTPUTS = (
-    MotionOutput(body="rotor", interface="right", component="ux"),
-    MotionOutput(body="rotor", interface="left", component="uy", quantity="velocity"),
-    MotionOutput(body="rotor", interface="right", component="ry", quantity="acceleration"),
+    channels.MotionOutput(body="rotor", interface="right", component="ux"),
+    channels.MotionOutput(body="rotor", interface="left", component="uy", quantity="velocity"),
+    channels.MotionOutput(body="rotor", interface="right", component="ry", quantity="acceleration"),
 )
 
 
 @pytest.fixture(scope="module")
 def system(three_disk_element, ground):
     """Every constant term: damping, internal damping, circulation, cross-coupling."""
-    seal = Bearing(
-        name="seal",
-        first=End(body="rotor", interface="left"),
-        stiffness_n_per_m=np.array([[1e6, 4e5], [-4e5, 1e6]]),
-        damping_n_s_per_m=300.0 * np.eye(2),
-    )
-    inside = InternalDamping(stiffness_coefficient_s=1e-6)
-    rotor = Rotor(element=three_disk_element(), speed_ratio=1.0, internal_damping=inside)
+    cross, damping = np.array([[1e6, 4e5], [-4e5, 1e6]]), 300.0 * np.eye(2)
+    left = rd.End(body="rotor", interface="left")
+    seal = rd.Bearing(name="seal", first=left, stiffness_n_per_m=cross, damping_n_s_per_m=damping)
+    inside = rd.InternalDamping(stiffness_coefficient_s=1e-6)
+    rotor = rd.Rotor(element=three_disk_element(), speed_ratio=1.0, internal_damping=inside)
     held = [ground("rotor", end, 7e7, 5e7, 700.0, 500.0) for end in ("left", "right")]
-    return assemble({"rotor": rotor}, (*held, seal))
+    return rd.assemble({"rotor": rotor}, (*held, seal))
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +54,7 @@ def model(system):
 
 def _direct(system, speed, hertz):
     """Responses of OUTPUTS to INPUTS from the dynamic stiffness, written out by hand."""
-    m, c, g, k = matrices_at_speed(system, speed)
+    m, c, g, k = rd.matrices_at_speed(system, speed)
     index = system.system.rotors["rotor"].element.interface_index
     rows = {key: system.transformation[index(*key)] for key in
             (("left", "ux"), ("left", "uy"), ("right", "ux"), ("right", "ry"))}  # fmt: skip
@@ -108,30 +87,8 @@ def test_frequency_response_is_the_direct_one(system, model, speed):
 @pytest.mark.parametrize("speed", SPEEDS)
 def test_eigenvalues_are_those_of_the_modes(system, model, speed):
     values = np.linalg.eigvals(model.at_speed(speed).a)
-    for value in modes_at_speed(system, speed, 12).eigenvalues:
+    for value in rd.modes_at_speed(system, speed, 12).eigenvalues:
         assert np.abs(values - value).min() < 1e-10 * abs(value)
-
-
-def test_published_damped_frequencies(ground, one_rotor):
-    """Friswell et al. 2010, example 5.9.5: 13.89, 46.54, 103.22 Hz at rest."""
-    disks = []
-    for name, place, diameter in (("1", 0.5, 0.28), ("2", 1.0, 0.35)):
-        mass = 7810 * np.pi / 4 * (diameter**2 - 0.05**2) * 0.07
-        polar = mass * (diameter**2 + 0.05**2) / 8
-        disks.append(
-            Disk(name=name, position_m=place, mass_kg=mass, polar_kg_m2=polar,
-                 diametral_kg_m2=polar / 2 + mass * 0.07**2 / 12)
-        )  # fmt: skip
-    shaft = beam_superelement(
-        "friswell", np.linspace(0, 1.5, 7), 0.025, 0.0, 211e9, 211 / 162.4 - 1, 7810.0,
-        {"left": 0.0, "right": 1.5}, disks,
-    )  # fmt: skip
-    system = one_rotor(shaft, [ground("rotor", e, 1e6, 1e6, 3e3) for e in ("left", "right")])
-    found = state_space(system, INPUTS, OUTPUTS, (0.0, 500.0)).at_speed(0.0)
-    hertz = np.linalg.eigvals(found.a).imag / (2 * np.pi)
-    hertz = np.sort(hertz[hertz > 1])
-    # Printed to two decimals; each twice.
-    np.testing.assert_allclose(hertz[:6], np.repeat([13.89, 46.54, 103.22], 2), atol=0.006)
 
 
 def test_polynomial_and_table_agree(system, model):
@@ -160,31 +117,29 @@ def test_table_converges_with_the_square_of_its_step(system, model):
 
 def test_speed_dependent_bearings(three_disk_element, ground):
     law = PolynomialLaw(
-        name="film",
-        argument_unit="rad/s",
-        argument_range=(0.0, 3000.0),
-        stiffness_x=(1.0, 1e-3, -2e-7),
-        stiffness_y=(0.5, 2e-4),
-        damping_x=(1.0, -1e-4),
+        name="film", argument_unit="rad/s", argument_range=(0.0, 3000.0),
+        stiffness_x=(1.0, 1e-3, -2e-7), stiffness_y=(0.5, 2e-4), damping_x=(1.0, -1e-4),
         damping_y=(1.0,),
-    )
+    )  # fmt: skip
     bearings = tuple(
         dataclasses.replace(ground("rotor", end, 7e7, 5e7, 700.0), speed_law=law)
         for end in ("left", "right")
     )
-    system = assemble({"rotor": Rotor(element=three_disk_element(), speed_ratio=1.0)}, bearings)
+    system = rd.assemble(
+        {"rotor": rd.Rotor(element=three_disk_element(), speed_ratio=1.0)}, bearings
+    )
     table = tabulated_state_space(system, INPUTS, OUTPUTS, SPEEDS)
     for speed in SPEEDS:
         found, exact = frequency_response(table, speed, HERTZ), _direct(system, speed, HERTZ)
         _assert_near(found, exact)
-    with pytest.raises(AnalysisError, match="use tabulated_state_space"):
+    with pytest.raises(rd.AnalysisError, match="use tabulated_state_space"):
         state_space(system, INPUTS, OUTPUTS, (0.0, 100.0))
 
 
 def test_bearing_forces_hold_static_loads(system):
     """A constant force of 1 N in x is carried by the three bearings."""
     outputs = [
-        BearingForceOutput(bearing=name, component="ux")
+        channels.BearingForceOutput(bearing=name, component="ux")
         for name in ("rotor.left", "rotor.right", "seal")
     ]
     model = state_space(system, INPUTS[:1], outputs, (0.0, 1000.0))
@@ -194,35 +149,6 @@ def test_bearing_forces_hold_static_loads(system):
         assert found.sum() == pytest.approx(1.0, rel=1e-8)
     # At rest nearly all of it goes to ground where it acts.
     assert abs(found[0]) > 0.5
-
-
-def test_ground_motion(system):
-    """A ground that moves under every bearing carries the rotor along when it moves slowly."""
-    names = ("rotor.left", "rotor.right", "seal")
-    inputs = [GroundInput(bearing=name, component="ux") for name in names]
-    outputs = [OUTPUTS[0], *(BearingForceOutput(bearing=n, component="ux") for n in names)]
-    model = state_space(system, inputs, outputs, (0.0, 100.0))
-    assert model.input_units == ("m", "m/s") * 3
-    hertz = np.array([0.1, 20.0])
-    response = frequency_response(model, 0.0, hertz)
-    # u = e^{iωt}, u' = iω e^{iωt} under all three.
-    drive = np.tile([1.0, 0.0], 3) + np.outer(2j * np.pi * hertz, np.tile([0.0, 1.0], 3))
-    found = np.einsum("fpm,fm->fp", response, drive)
-    # 0.1 Hz is (0.1/60)² from static: 3e-6.
-    assert found[0, 0] == pytest.approx(1.0, abs=1e-5)
-    # Newton: the bearings push the rotor with the mass times the acceleration of its centre;
-    # what they exert on the ground is the opposite, and −ω² m for the slow rigid motion.
-    element = system.system.rotors["rotor"].element
-    force = (2 * np.pi * 0.1) ** 2 * element.mass_kg
-    assert found[0, 1:].sum() == pytest.approx(force, rel=1e-5)
-    # The same from the relative motion of the dynamic stiffness at 20 Hz: M w'' as a load.
-    m, c, g, k = matrices_at_speed(system, 0.0)
-    w = 2 * np.pi * hertz[1]
-    rigid = np.linalg.lstsq(system.transformation, element.rigid_body_modes[:, 0], rcond=None)[0]
-    relative = np.linalg.solve(k + 1j * w * (c + g) - w**2 * m, w**2 * m @ rigid)
-    row = system.transformation[element.interface_index("right", "ux")]
-    # Internal damping acts on the deformation alone, which the rigid motion has none of.
-    assert found[1, 0] == pytest.approx(1.0 + row @ relative, rel=1e-6)
 
 
 def test_truncation_error_is_measured(system):
@@ -240,22 +166,8 @@ def test_truncation_error_is_measured(system):
         assert found.speed_rad_s in SPEEDS and found.frequency_hz in grid
         errors.append(found.worst)
     assert errors[0] > 2 * errors[1] > 4 * errors[2] and errors[2] < 1e-2
-    with pytest.raises(AnalysisError, match="the model has"):
+    with pytest.raises(rd.AnalysisError, match="the model has"):
         response_error(whole, system, INPUTS[:1], outputs, SPEEDS, grid)
-
-
-def test_scipy_takes_it(system):
-    output = MotionOutput(body="rotor", interface="left", component="ux")
-    model = state_space(truncated_system(system, 16), INPUTS[:1], [output], (0.0, 2500.0))
-    speed = 300.0
-    linear = model.to_scipy(speed)
-    poles = np.linalg.eigvals(linear.A)
-    exact = modes_at_speed(truncated_system(system, 16), speed).eigenvalues
-    assert np.abs(poles[:, None] - exact).min(axis=0).max() < 1e-8 * np.abs(exact).max()
-    # A constant force, integrated by scipy, settles at the static response.
-    static = frequency_response(model, speed, [0.0])[0, 0, 0].real
-    _, motion = scipy.signal.step(linear, T=np.linspace(0, 40, 4001))
-    assert motion[-1] == pytest.approx(static, rel=1e-3)
 
 
 def test_scale_is_of_powers_of_two(system, model):
@@ -287,19 +199,33 @@ def test_names_and_units(model):
 @pytest.mark.parametrize(
     ("inputs", "outputs", "error", "message"),
     [
-        ((), OUTPUTS, AnalysisError, "there are 0 and 3"),
-        ((GroundInput(bearing="x", component="ux"),), OUTPUTS, AnalysisError, "no bearing 'x'"),
-        ((GroundInput(bearing="seal", component="q"),), OUTPUTS, AnalysisError, "component is 'q'"),
+        ((), OUTPUTS, rd.AnalysisError, "there are 0 and 3"),
         (
-            (ForceInput(body="rotor", interface="middle", component="ux"),),
+            INPUTS,
+            (channels.BearingForceOutput(bearing="x", component="ux"),),
+            rd.AnalysisError,
+            "no bearing 'x'",
+        ),
+        (
+            INPUTS,
+            (channels.BearingForceOutput(bearing="seal", component="q"),),
+            rd.AnalysisError,
+            "component is 'q'",
+        ),
+        (
+            (channels.ForceInput(body="rotor", interface="middle", component="ux"),),
             OUTPUTS,
-            AssemblyError,
+            rd.AssemblyError,
             "no interface 'middle'",
         ),
         (
             INPUTS,
-            (MotionOutput(body="rotor", interface="left", component="ux", quantity="jerk"),),
-            AnalysisError,
+            (
+                channels.MotionOutput(
+                    body="rotor", interface="left", component="ux", quantity="jerk"
+                ),
+            ),
+            rd.AnalysisError,
             "quantity is 'jerk'",
         ),
     ],
@@ -310,22 +236,21 @@ def test_wrong_channels_are_refused(system, inputs, outputs, error, message):
 
 
 def test_joints_without_a_motion_are_refused(twin):
-    force = [ForceInput(body="inner", interface="C", component="ux")]
-    with pytest.raises(AnalysisError, match="bearing 'C' is rigid in ux"):
-        state_space(twin(), force, [BearingForceOutput(bearing="C", component="ux")], (0.0, 1.0))
-    joint = twin(joint=1e8)
-    with pytest.raises(AnalysisError, match="bearing 'C' joins two bodies"):
-        state_space(joint, [GroundInput(bearing="C", component="ux")], OUTPUTS, (0.0, 1.0))
+    force = [channels.ForceInput(body="inner", interface="C", component="ux")]
+    with pytest.raises(rd.AnalysisError, match="bearing 'C' is rigid in ux"):
+        state_space(
+            twin(), force, [channels.BearingForceOutput(bearing="C", component="ux")], (0.0, 1.0)
+        )
 
 
 def test_wrong_speeds_are_refused(system, model):
-    with pytest.raises(AnalysisError, match=r"speed_range_rad_s is \(5.0, 5.0\)"):
+    with pytest.raises(rd.AnalysisError, match=r"speed_range_rad_s is \(5.0, 5.0\)"):
         state_space(system, INPUTS, OUTPUTS, (5.0, 5.0))
-    with pytest.raises(AnalysisError, match="two or more rising speeds"):
+    with pytest.raises(rd.AnalysisError, match="two or more rising speeds"):
         tabulated_state_space(system, INPUTS, OUTPUTS, [1.0])
-    with pytest.raises(AnalysisError, match="holds from -100 to 2600"):
+    with pytest.raises(rd.AnalysisError, match="holds from -100 to 2600"):
         model.at_speed(3000.0)
-    with pytest.raises(AnalysisError, match="b has shape"):
+    with pytest.raises(rd.AnalysisError, match="b has shape"):
         dataclasses.replace(model, b=model.b[:2])
 
 
@@ -360,13 +285,13 @@ def test_damaged_files_are_refused(model, tmp_path, damage, message):
     write_state_space(model, path)
     with h5py.File(path, "r+") as file:
         damage(file)
-    with pytest.raises(AnalysisError, match=message) as caught:
+    with pytest.raises(rd.AnalysisError, match=message) as caught:
         read_state_space(path)
     assert str(caught.value).startswith(str(path))
 
 
 def test_missing_file_is_refused(tmp_path):
-    with pytest.raises(AnalysisError, match="no such file"):
+    with pytest.raises(rd.AnalysisError, match="no such file"):
         read_state_space(tmp_path / "nothing.h5")
 
 

@@ -240,6 +240,11 @@ DAMAGES = {
     "bad component": (_edit("dof/component", 0, 9), "component 9"),
     "bad kind": (_edit("dof/kind", 0, 4), "kind 4"),
     "bad node": (_edit("dof/node", 0, 77), "node 77"),
+    "nodes of one number": (_edit("interface/node", slice(None), 1), "has a number more than once"),
+    "coordinate twice": (_edit("dof/component", 0, 2), "occurs more than once"),
+    "modal first": (_edit("dof/kind", 0, 1), "interface coordinates come first"),
+    "impossible inertia": (_edit("body/J_com", (2, 2), 1e9), "none above the sum of the others"),
+    "odd unit texts": (_attribute("units", "[" * 50_000), "attribute 'units' is not JSON"),
     "other meaning": (
         _attribute("omega_power", np.int32(1), "operators/Kgeo"),
         "operators/Kgeo has omega_power 1, needed is 2",

@@ -96,7 +96,7 @@ def disk_points(mass_kg, polar_kg_m2, diametral_kg_m2, center_m):
 def test_rigid_disk_against_points():
     """What a disk on an arm adds is the sum over points that move with its interface."""
     bare = beam_superelement(
-        "s", [0.0, 0.4, 0.7], 0.02, 0.0, 2e11, 0.3, 7800.0, {"a": 0.0, "b": 0.7}, components=ALL
+        "s", [0.0, 0.4, 0.7], 0.02, 0.0, (2e11, 0.3, 7800.0), {"a": 0.0, "b": 0.7}, components=ALL
     )
     whole = attach_rigid_disk(bare, "b", "d", 3.0, 0.02, 0.013, offset_m=0.05)
     masses, places = disk_points(3.0, 0.02, 0.013, np.array([0.0, 0.0, 0.75]))
@@ -109,7 +109,7 @@ def test_rigid_disk_against_points():
 
 def test_disk_of_a_shaft_is_a_disk_at_an_interface():
     """The same body twice: with its disk among the beams, and attached afterwards."""
-    shaft = ([0.0, 0.3, 0.7], 0.02, 0.01, 2e11, 0.3, 7800.0, {"a": 0.0, "m": 0.3, "b": 0.7})
+    shaft = ([0.0, 0.3, 0.7], 0.02, 0.01, (2e11, 0.3, 7800.0), {"a": 0.0, "m": 0.3, "b": 0.7})
     disk = Disk(name="d", position_m=0.3, mass_kg=3.0, polar_kg_m2=0.02, diametral_kg_m2=0.013)
     inside = beam_superelement("s", *shaft, [disk], components=ALL)
     outside = attach_rigid_disk(
@@ -125,7 +125,7 @@ def test_shaft_converges_to_points_on_its_axis():
     for count in (41, 81):
         stations = np.linspace(0.2, 1.2, count)
         body = beam_superelement(
-            "s", stations, radius, 0.0, 2e11, 0.3, density, {"a": 0.2, "b": 1.2}, components=ALL
+            "s", stations, radius, 0.0, (2e11, 0.3, density), {"a": 0.2, "b": 1.2}, components=ALL
         )
         few = np.r_[0:12, 12:16]  # interfaces, and the lowest modes in bending
         weights = np.full(count, density * np.pi * radius**2 / (count - 1))
@@ -154,7 +154,7 @@ def test_every_body_has_moments_that_fit():
     names = {"moments against the mass", "moments of rigid motion"}
     body = beam_superelement(
         "s", np.linspace(0.1, 1.1, 6), [0.05, 0.06, 0.07, 0.05, 0.04], [0.01, 0.0, 0.02, 0.0, 0.0],
-        2e11, 0.3, 7800.0, {"a": 0.1, "b": 0.7, "c": 1.1},
+        (2e11, 0.3, 7800.0), {"a": 0.1, "b": 0.7, "c": 1.1},
         [Disk(name="d", position_m=0.5, mass_kg=9.0, polar_kg_m2=0.2, diametral_kg_m2=0.13)], ALL,
     )  # fmt: skip
     with_disk = attach_rigid_disk(body, "b", "e", 5.0, 0.1, 0.06, 0.07)
@@ -190,7 +190,7 @@ def test_moments_of_another_body_are_refused(hub):
     import dataclasses
 
     moments = rigid_motion_moments(1.0, np.zeros(3), np.eye(3))
-    with pytest.raises(SuperelementError, match="moments are of 6 coordinates, allowed are 4"):
+    with pytest.raises(SuperelementError, match="moments is of 6 coordinates, allowed are 4"):
         dataclasses.replace(hub(), moments=moments)
     with pytest.raises(SuperelementError, match="moments is a float"):
         dataclasses.replace(hub(), moments=1.0)

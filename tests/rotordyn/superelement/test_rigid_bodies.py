@@ -11,13 +11,12 @@ from solidwhirl.rotordyn import (
     SuperelementError,
     assemble,
     beam_superelement,
-    check_superelement,
     modes_at_speed,
     read_superelement,
     rigid_superelement,
     write_superelement,
 )
-from solidwhirl.rotordyn.assembly.reactions import bearing_forces
+from solidwhirl.rotordyn.assembly.reactions import joint_forces
 
 MASS, DIAMETRAL, POLAR = 20.0, 0.4, 0.25
 PLACES = {"a": -0.3, "middle": 0.1, "b": 0.5}
@@ -68,12 +67,12 @@ def test_free_rigid_body_has_no_frequency():
     assert modes.zero_count == 12
 
 
-@pytest.mark.parametrize("stiffness", [1e4, 1e10, 1e16])
+@pytest.mark.parametrize("stiffness", [1e10, 1e16])
 def test_stiff_springs_at_three_places_keep_the_digits_of_a_soft_one(stiffness):
     # Three seats on one line are one more than a rigid body needs, so one spring bends nothing.
     # Between the drum and a light beam the springs are stiff; the beam hangs on soft ones.
     ends = {"a": -0.3, "middle": 0.1, "b": 0.5}
-    beam = beam_superelement("beam", [-0.3, 0.1, 0.5], 0.05, 0.0, 2e11, 0.3, 7800.0, ends)
+    beam = beam_superelement("beam", [-0.3, 0.1, 0.5], 0.05, 0.0, (2e11, 0.3, 7800.0), ends)
     joints = tuple(
         Bearing(
             name=name,
@@ -96,8 +95,6 @@ def test_stiff_springs_at_three_places_keep_the_digits_of_a_soft_one(stiffness):
         "beam": Rotor(element=beam, speed_ratio=0.0),
     }
     found = modes_at_speed(assemble(rotors, joints + soft), 0.0).eigenvalues.imag[:4]
-    if stiffness < 1e9:
-        return  # the soft end of the range is the next test's other side
     # two rigid bodies moving as one on 2 kN/m
     weight = beam.mass_kg
     center = (MASS * 0.05 + weight * 0.1) / (MASS + weight)
@@ -114,7 +111,7 @@ def test_stiff_springs_at_three_places_keep_the_digits_of_a_soft_one(stiffness):
 def test_clamped_casing_does_not_move():
     casing = _body()
     rotor = beam_superelement(
-        "shaft", [0.0, 0.4, 0.8], 0.03, 0.0, 2e11, 0.3, 7800.0, {"a": 0.0, "b": 0.8}
+        "shaft", [0.0, 0.4, 0.8], 0.03, 0.0, (2e11, 0.3, 7800.0), {"a": 0.0, "b": 0.8}
     )
 
     def bearings(second):
@@ -189,12 +186,7 @@ def test_exact_joint_of_a_rigid_body_carries_what_statics_says():
     load = body.mass @ body.rigid_body_modes[:, 0] * -9.81
     rest = la.solve(held.stiffness, held.transformation.T @ load)
     still = np.zeros_like(rest)
-    forces = bearing_forces(held, 0.0, rest, still, still, {"drum": load})
+    forces = joint_forces(held, 0.0, rest, still, still, {"drum": load}).bearings
     # moments about the pin: the spring carries 0.7 of the weight
     assert forces["spring"][0] == pytest.approx(-0.7 * weight, rel=1e-10)
     assert forces["pin"][0] == pytest.approx(-0.3 * weight, rel=1e-10)
-
-
-def test_rigid_body_keeps_the_invariants_of_a_superelement():
-    failed = [i for i in check_superelement(_body()) if not i.passed]
-    assert not failed

@@ -9,13 +9,11 @@ import pytest
 
 from solidwhirl.rotordyn import (
     Coordinate,
-    Disk,
     InterfaceNode,
     SuperelementError,
     attach_rigid_disk,
     beam_superelement,
     check_superelement,
-    modes_at_speed,
 )
 
 
@@ -109,24 +107,6 @@ def test_interface_index_names_what_exists(inner):
 DISK = {"mass_kg": 7.0, "polar_kg_m2": 0.09, "diametral_kg_m2": 0.05}
 
 
-def test_attached_disk_equals_a_disk_of_the_beam(one_rotor, ground):
-    stations, ends = np.linspace(0, 1, 11), {"a": 0.0, "b": 1.0, "mid": 0.6}
-    plain = beam_superelement("s", stations, 0.03, 0.0, 2e11, 0.3, 7800.0, ends)
-    disk = Disk(name="d", position_m=0.6, **DISK)
-    with_disk = beam_superelement("s", stations, 0.03, 0.0, 2e11, 0.3, 7800.0, ends, [disk])
-    attached = attach_rigid_disk(plain, "mid", "d", **DISK)
-    bearings = [ground("rotor", end, 1e8) for end in ("a", "b")]
-    first, second = (
-        modes_at_speed(one_rotor(e, bearings), 900.0, 12) for e in (with_disk, attached)
-    )
-    np.testing.assert_allclose(second.frequency_hz, first.frequency_hz, rtol=1e-10)
-    np.testing.assert_allclose(attached.inertia_kg_m2, with_disk.inertia_kg_m2, rtol=1e-12)
-    np.testing.assert_allclose(
-        attached.center_of_gravity_m, with_disk.center_of_gravity_m, rtol=1e-12
-    )
-    assert attached.provenance["rigid_disks"][0]["name"] == "d"
-
-
 @pytest.mark.parametrize("offset", [0.0, -0.07, 0.2])
 def test_attached_disk_keeps_the_invariants(inner, offset):
     twice = attach_rigid_disk(inner, "B", "one", **DISK, offset_m=offset)
@@ -150,37 +130,6 @@ def test_disks_out_of_range_are_refused(inner, options, message):
         attach_rigid_disk(**{"element": inner, "interface": "A", "name": "d", **DISK, **options})
 
 
-# The invariants find what they are for: each damage fails its own check and names it.
-
-
-@pytest.mark.parametrize(
-    ("change", "name"),
-    [
-        (lambda e: {"mass": e.mass - 2 * np.diag(np.diag(e.mass))}, "mass positive definite"),
-        (lambda e: {"stiffness": -e.stiffness}, "stiffness positive semidefinite"),
-        (
-            lambda e: {"stiffness": _changed(e.stiffness, (0, 0), e.stiffness[0, 0] + 1e6)},
-            "no elastic force in rigid motion",
-        ),
-        (
-            lambda e: {"spin_softening": 1e-3 * e.mass},
-            "stress stiffening and spin softening cancel in rigid motion",
-        ),
-        (lambda e: {"mass_kg": 1.001 * e.mass_kg}, "mass properties"),
-        (lambda e: {"center_of_gravity_m": np.array([0, 0, 0.2])}, "mass properties"),
-        (lambda e: {"gyroscopic": -e.gyroscopic}, "polar inertia of the tilts"),
-        (
-            lambda e: {"rigid_body_modes": _changed(e.rigid_body_modes, (4, 4), 0.0)},
-            "rigid motion at the interfaces",
-        ),
-    ],
-)
-def test_invariants_find_damage(inner, change, name):
-    damaged = dataclasses.replace(inner, **change(inner))
-    failed = {invariant.name for invariant in check_superelement(damaged) if not invariant.passed}
-    assert name in failed
-
-
 def test_invariants_hold_for_beams_of_all_sizes():
     for size in (1e-3, 1.0, 1e3):
         shaft = beam_superelement(
@@ -188,9 +137,7 @@ def test_invariants_hold_for_beams_of_all_sizes():
             size * np.linspace(-0.3, 1, 15),
             size * np.linspace(0.02, 0.05, 14),
             size * 0.01,
-            2e11,
-            0.3,
-            7800.0,
+            (2e11, 0.3, 7800.0),
             {"a": 0.0, "b": 0.9 * size},
         )
         for invariant in check_superelement(shaft):

@@ -1,4 +1,4 @@
-"""Checks of the analyses of a run: their documents against the system straight from its parts."""
+"""Checks of all that a run computed, and of its analyses against the system from its parts."""
 
 from __future__ import annotations
 
@@ -9,17 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solidwhirl.core.outcome import Outcome
+from solidwhirl.pipeline.body_stages import Job
+from solidwhirl.pipeline.engine_stages import Diagram, Engine
 from solidwhirl.rotordyn import AssembledSystem, CriticalSpeed, End
-from solidwhirl.rotordyn.checks.plain_responses import (
-    Curve,
-    Load,
-    check_peaks,
-    check_stability,
-    check_unbalance_response,
-)
+from solidwhirl.rotordyn.checks import plain_responses
 from solidwhirl.rotordyn.checks.plain_system import PlainSystem
+from solidwhirl.rotordyn.checks.system_checks import check_system
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
-from solidwhirl.rotordyn.superelement.invariants import Invariant
+from solidwhirl.rotordyn.superelement.invariants import Invariant, check_superelement
 
 # Speeds of a response that are solved again.
 _MOST = 24
@@ -27,20 +24,42 @@ _MOST = 24
 _DAMPED = 1e-6
 
 
+def run_checks(engine: Engine, diagram: Diagram) -> tuple[Invariant, ...]:
+    """Check the reductions, the superelements, the system, its modes and its critical speeds."""
+    job = engine.job
+    found = [check for result in engine.reduced.values() for check in result.work.checks]
+    for element in engine.elements.values():
+        found += check_superelement(element)
+    top = float(job.plan.speeds_rad_s.max())
+    found += check_system(
+        engine.system,
+        diagram.at_rest,
+        diagram.campbell,
+        _by_excitation(job, diagram, top),
+        frequency_max_hz=job.scene.campbell.frequency_max_hz,
+        branch_count=job.scene.campbell.branches,
+        speed_max_rad_s=top,
+    )
+    return tuple(found)
+
+
+def _by_excitation(
+    job: Job, diagram: Diagram, top_rad_s: float
+) -> dict[float, list[CriticalSpeed]]:
+    """Critical speeds of every excitation that was looked for, none included."""
+    ratios = job.scene.speed_ratios()
+    if top_rad_s == 0.0:
+        return {}
+    found: dict[float, list[CriticalSpeed]] = {abs(r): [] for r in ratios.values() if r != 0.0}
+    for excited in diagram.critical_speeds:
+        found[abs(ratios[excited.excited_by[0]])].append(excited.critical)
+    return found
+
+
 def analysis_result_checks(
     system: AssembledSystem, critical: Sequence[CriticalSpeed], outcomes: Mapping[str, Outcome]
 ) -> tuple[Invariant, ...]:
-    """Check stability and responses as they are written, and collect checks made on the way.
-
-    Parameters
-    ----------
-    system
-        Assembled engine.
-    critical
-        All its critical speeds that were found.
-    outcomes
-        Of the analyses, by name.
-    """
+    """Check stability and responses as they are written, and collect checks made on the way."""
     plain = PlainSystem.of(system)
     found: list[Invariant] = []
     for name, outcome in outcomes.items():
@@ -60,14 +79,13 @@ def _stability(plain: PlainSystem, document: Mapping[str, Any], name: str) -> tu
     intervals = [tuple(row[key] * RAD_S_PER_RPM for key in keys) for row in rows]
     some = speeds[np.linspace(0, speeds.size - 1, min(speeds.size, _MOST)).astype(int)]
     marks = [*some.tolist(), *plain.knots_rad_s]
-    return check_stability(plain, intervals, (0.0, float(speeds.max())), marks, name)
+    return plain_responses.check_stability(
+        plain, intervals, (0.0, float(speeds.max())), marks, name
+    )
 
 
 def _responses(
-    plain: PlainSystem,
-    document: Mapping[str, Any],
-    critical: Sequence[CriticalSpeed],
-    name: str,
+    plain: PlainSystem, document: Mapping[str, Any], critical: Sequence[CriticalSpeed], name: str
 ) -> Iterator[Invariant]:
     speeds = np.array(document["speed_rpm"]) * RAD_S_PER_RPM
     doubtful = [
@@ -76,17 +94,20 @@ def _responses(
     ]
     for exciter in document["exciters"]:
         loads = [
-            Load(_end(u["at"]), u["moment_kg_m"], float(np.radians(u["phase_deg"])))
+            plain_responses.Load(_end(u["at"]), u["moment_kg_m"], float(np.radians(u["phase_deg"])))
             for u in document["unbalances"]
             if u["at"].partition(".")[0] in exciter["bodies"]
         ]
         if not any(load.moment_kg_m for load in loads):
             continue
-        curves = [Curve(_end(at), _amplitude(found)) for at, found in exciter["places"].items()]
+        curves = [
+            plain_responses.Curve(_end(at), _amplitude(found))
+            for at, found in exciter["places"].items()
+        ]
         chosen = _chosen(speeds, exciter, plain.knots_rad_s)
         for check in (
-            check_unbalance_response(plain, loads, speeds, curves, chosen, name),
-            check_peaks(plain, loads, speeds, curves, doubtful, name),
+            plain_responses.check_unbalance_response(plain, loads, speeds, curves, chosen, name),
+            plain_responses.check_peaks(plain, loads, speeds, curves, doubtful, name),
         ):
             if check is not None:
                 yield check

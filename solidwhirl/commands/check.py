@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 from pydantic import BaseModel, StrictBool, StrictFloat, StrictStr, TypeAdapter, ValidationError
@@ -15,9 +15,11 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from solidwhirl.commands.options import AsJson, examples
+from solidwhirl.console.guard import guarded
 from solidwhirl.core.check_report import checks_document, checks_line, failed, failure_lines
 from solidwhirl.rotordyn.core.errors import SuperelementError
-from solidwhirl.rotordyn.storage.stored_checks import check_superelement_file
+from solidwhirl.rotordyn.storage.files import check_superelement_file
 from solidwhirl.rotordyn.superelement.invariants import Invariant, compared, undecided
 
 _LONGEST_RESULTS = 500_000_000
@@ -43,8 +45,6 @@ class Checked:
 
     Attributes
     ----------
-    path
-        What was looked at.
     checks
         All checks; empty if it could not be read.
     problem
@@ -54,6 +54,28 @@ class Checked:
     path: Path
     checks: tuple[Invariant, ...]
     problem: str
+
+
+EXAMPLES = examples(
+    "solidwhirl check out/laval", "solidwhirl check out/laval/bodies/rotor.h5 --json"
+)
+
+
+def check(
+    paths: Annotated[
+        list[Path], typer.Argument(metavar="PATH...", help="Superelement files, folders of runs.")
+    ],
+    as_json: AsJson = False,
+) -> None:
+    """Check what must hold for superelement files and the folders of runs.
+
+    The exit code is 3 if a check fails, 2 if something can not be read.
+    """
+
+    def work() -> None:
+        raise typer.Exit(check_command(paths, as_json=as_json))
+
+    guarded(paths[0], work)
 
 
 def check_command(paths: Sequence[Path], *, as_json: bool) -> int:

@@ -1,0 +1,6 @@
+"""Scenes of the tests of batches."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
