@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from solidwhirl.core.blocks import warning
 from solidwhirl.core.check_report import checks_line, failure_lines
-from solidwhirl.page.frame.marks import warning
 from solidwhirl.page.frame.plotly_chart import page_chart
 from solidwhirl.page.frame.records import Block, Run, Section, Table, Text
 from solidwhirl.rotordyn.plots.chart import Axis, Chart, Curve, Look, Rule

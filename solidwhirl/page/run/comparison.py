@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from solidwhirl.page.frame.marks import warning
+from solidwhirl.core.blocks import warning
 from solidwhirl.page.frame.plotly_chart import page_chart
 from solidwhirl.page.frame.records import Block, Run, Section, Table
 from solidwhirl.rotordyn.plots.chart import Axis, Bars, Chart, Curve, Look, Part, Rule
