@@ -18,7 +18,7 @@ from solidwhirl.rotordyn.assembly.internal_damping import body_damping
 from solidwhirl.rotordyn.assembly.joints import independent_coordinates
 from solidwhirl.rotordyn.assembly.law_pieces import LawPieces
 from solidwhirl.rotordyn.assembly.parts import Bearing, Gear, Rotor, System
-from solidwhirl.rotordyn.core.arrays import ReadOnlyArrays, ComplexArray, FloatArray, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays, freeze_arrays
 from solidwhirl.rotordyn.core.errors import AnalysisError, AssemblyError
 from solidwhirl.rotordyn.core.reprs import lines_of
 from solidwhirl.rotordyn.superelement.free_body import free_body_matrices, free_body_problems

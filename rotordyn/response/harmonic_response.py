@@ -20,11 +20,11 @@ from solidwhirl.rotordyn.assembly.coordinates import body_rows, interface_row, j
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, LawJoint, matrices_at_speed
 from solidwhirl.rotordyn.core.arrays import (
-    ReadOnlyArrays,
     BoolArray,
     ComplexArray,
     FloatArray,
     IntArray,
+    ReadOnlyArrays,
 )
 from solidwhirl.rotordyn.core.errors import AnalysisError, NoSteadyResponseError
 from solidwhirl.rotordyn.modes.complex_form import ComplexForm, complex_form, matrix_form
@@ -534,10 +534,9 @@ def _checked(
         )
     if not np.isfinite(force).all():
         raise AnalysisError("loads holds a number that is not finite")
+    whole = np.broadcast_to(force, (points, *force.shape[1:]))
     return _Points(
-        np.broadcast_to(speeds, (points,)),
-        np.broadcast_to(frequencies, (points,)),
-        np.broadcast_to(force, (points, *force.shape[1:])),
+        np.broadcast_to(speeds, (points,)), np.broadcast_to(frequencies, (points,)), whole
     )
 
 
@@ -578,9 +577,8 @@ def _by_split(assembled: AssembledSystem, split: SplitSystem, points: _Points) -
     left = found.unsolved
     if left.any():
         speeds, frequencies, force = points
-        whole = solve_points(
-            _matrices_of(assembled, slice(None)), speeds[left], frequencies[left], force[left]
-        )
+        every = _matrices_of(assembled, slice(None))
+        whole = solve_points(every, speeds[left], frequencies[left], force[left])
         solved.displacement[left] = whole.displacement
         solved.relative_residual[left] = whole.relative_residual
     return solved

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from solidwhirl.rotordyn.core.arrays import ReadOnlyArrays, ComplexArray, FloatArray, StringArray
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays, StringArray
 from solidwhirl.rotordyn.core.errors import AnalysisError
 
 # An orbit whose minor axis is below this fraction of the major one is a line.

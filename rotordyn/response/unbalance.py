@@ -12,7 +12,7 @@ import numpy.typing as npt
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.assembly.reactions import joint_forces
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
-from solidwhirl.rotordyn.core.arrays import ReadOnlyArrays, ComplexArray, FloatArray
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.reprs import lines_of, row, speed_range
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S

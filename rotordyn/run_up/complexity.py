@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, assemble
-from solidwhirl.rotordyn.core.arrays import ReadOnlyArrays, FloatArray, IntArray
+from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError, SuperelementError
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.response.unbalance import Unbalance

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from solidwhirl.rotordyn.core.arrays import ReadOnlyArrays, ComplexArray, FloatArray, Matrix
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, Matrix, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.response.unbalance_peaks import ResonancePeak, resonance_peaks
 

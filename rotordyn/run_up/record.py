@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from solidwhirl.rotordyn.assembly.parts import End
-from solidwhirl.rotordyn.core.arrays import ReadOnlyArrays, FloatArray
+from solidwhirl.rotordyn.core.arrays import FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.reprs import lines_of, row
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S

@@ -10,6 +10,7 @@ from beam_scene import beam_scene
 from engine_parts import RIGID, RPM
 
 from solidwhirl.analyses.base import Operating
+from solidwhirl.analyses.kinds.run_up import complexity_chart
 from solidwhirl.analyses.stability_summary import Stability
 from solidwhirl.batch.rows import verdict_scalars
 from solidwhirl.console.summary import doubt_lines
@@ -17,7 +18,6 @@ from solidwhirl.core.check_report import checks_line
 from solidwhirl.core.errors import SceneError
 from solidwhirl.estimates.documents import coupling_effect
 from solidwhirl.output.documents import results_document
-from solidwhirl.page.responses.run_ups import complexity_chart
 from solidwhirl.pipeline.alarms import alarms_of
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.pipeline.verdict_text import answers
