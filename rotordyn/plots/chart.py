@@ -235,10 +235,36 @@ class Heat:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Bars:
-    """Bars of one kind from the places of the axis that has names, with texts at their ends.
+class Ridges:
+    """Lines over x one behind the other: in space on a screen, each above its place on paper.
 
-    Upright ones stand beside those of other kinds; lying ones begin at `start`, else at zero.
+    Attributes
+    ----------
+    x, y
+        Points of the lines, shape (n,), and their places, rising, shape (m,).
+    values
+        Heights, shape (m, n).
+    label, unit
+        Of the heights.
+    rise
+        Units of y for one of the heights, on paper.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    values: FloatArray
+    label: str
+    unit: str
+    rise: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Bars:
+    """Bars of one kind from the places of the axis that has names.
+
+    Upright ones stand beside those of other kinds, or upon them (`Chart.is_stacked`), and tell
+    their texts where they are pointed at; lying ones begin at `start`, else at zero, and have
+    their texts at their ends.
     """
 
     values: FloatArray
@@ -248,7 +274,7 @@ class Bars:
     texts: Sequence[str] = ()
 
 
-Mark = Curve | Fill | Span | Rule | Label | Heat | Bars
+Mark = Curve | Fill | Span | Rule | Label | Heat | Ridges | Bars
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -307,6 +333,8 @@ class Chart:
         Whether both axes have the same scale.
     has_legend
         Whether names show.
+    is_stacked
+        Whether bars stand upon each other, negative ones below zero.
     """
 
     name: str
@@ -321,6 +349,7 @@ class Chart:
     height_px: int = 420
     is_to_scale: bool = False
     has_legend: bool = True
+    is_stacked: bool = False
 
     def marks(self, kind: type[Any] | None = None) -> list[Any]:
         """Return all marks, or those of a kind, of all toggles and options too."""
@@ -381,6 +410,12 @@ def branch_curves(
     ]
     order = [whirl_name(w) for w in WHIRL_LOOKS]
     return sorted(found, key=lambda curve: order.index(curve.name))
+
+
+def hertz_text(frequency_hz: float, digits: int = 4) -> str:
+    """Return a frequency with its unit and so many digits, never with a power of ten."""
+    text = np.format_float_positional(frequency_hz, digits, fractional=False, trim="-")
+    return f"{text} Hz"
 
 
 def metric(largest: float, unit: str) -> tuple[str, float]:

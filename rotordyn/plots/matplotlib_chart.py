@@ -177,6 +177,8 @@ def _draw(figure: Figure, axes: Axes, chart: charts.Chart) -> None:
                 _draw_label(axes, part)
             case charts.Heat():
                 _draw_heat(figure, axes, part, chart.y)
+            case charts.Ridges():
+                _draw_ridges(axes, part)
             case charts.Bars():
                 _draw_bars(axes, part, chart)
     set_axis(axes, chart.x, "x")
@@ -218,7 +220,8 @@ def set_axis(axes: Axes, axis: charts.Axis, which: str) -> None:
     if axis.low is not None and axis.high is not None:
         (axes.set_xlim if which == "x" else axes.set_ylim)(axis.low, axis.high)
     if axis.places:
-        own.set_ticks(range(len(axis.places)), [*axis.places], fontsize=frame.SMALL_PT)
+        names = [p.replace(", ", "\n") if which == "x" else p for p in axis.places]
+        own.set_ticks(range(len(names)), names, fontsize=frame.SMALL_PT)
     elif axis.step:
         from matplotlib.ticker import MultipleLocator
 
@@ -243,8 +246,23 @@ def _draw_bars(axes: Axes, bars: charts.Bars, chart: charts.Chart) -> None:
         if bars.texts:
             axes.bar_label(drawn, bars.texts, padding=3, fontsize=frame.SMALL_PT)
         return
+    if chart.is_stacked:
+        sign, bottom = np.where(bars.values < 0.0, -1.0, 1.0), np.zeros_like(at)
+        for other in every[:number]:
+            bottom += np.where(sign * other.values > 0.0, other.values, 0.0)
+        axes.bar(at, bars.values, 0.7, bottom=bottom, **look)
+        return
     width = 0.8 / len(every)
     axes.bar(at + width * (number - 0.5 * (len(every) - 1)), bars.values, width, **look)
+
+
+def _draw_ridges(axes: Axes, ridges: charts.Ridges) -> None:
+    """Draw lines above their places, the first in front."""
+    color, count = frame.color_of(charts.Look("@c0"))[0], ridges.y.size
+    for k, (at, height) in reversed(list(enumerate(zip(ridges.y, ridges.values, strict=True)))):
+        line, order = at + ridges.rise * height, 1.0 + (count - k) / count
+        axes.fill_between(ridges.x, at, line, color="white", linewidth=0, zorder=order)
+        axes.plot(ridges.x, line, color=color, linewidth=0.7, zorder=order)
 
 
 def _draw_curve(axes: Axes, curve: charts.Curve, order: float) -> None:

@@ -1,20 +1,19 @@
-"""Pictures of modes: in the frame of a body, along the axis, and by what takes part in them."""
+"""Charts of modes: in the frame of a body, along the axis, and by what takes part in them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
-from solidwhirl.rotordyn.campbell.body_frames import RotatingCampbell
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
-from solidwhirl.rotordyn.core.errors import AnalysisError
-from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.modes.mode_shapes import BodyShape, ModeShapes
+from solidwhirl.rotordyn.modes.participation import Participation
 from solidwhirl.rotordyn.plots.chart import (
     Axis,
+    Bars,
     Chart,
     Choice,
     Curve,
@@ -22,21 +21,21 @@ from solidwhirl.rotordyn.plots.chart import (
     Mark,
     Option,
     Rule,
+    hertz_text,
     series_look,
     speed_axis,
     whirl_look,
 )
-from solidwhirl.rotordyn.plots.frame import (
-    mode_name,
-)
-from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
+from solidwhirl.rotordyn.plots.frame import mode_name
 
 # Width of an upright label, as a fraction of the length of the body.
 _LABEL_WIDTH = 0.02
 # Components and bodies with a smaller part of a branch are not drawn.
 _SMALL = 0.05
-# Modes drawn in one picture at most.
-_MOST_MODES = 16
+# Points of a deflection that is drawn.
+_POINTS = 80
+# Parts of a mode that are drawn, and by how much a part counts for it.
+_MOST_PARTS, _SMALL_PART = 12, 0.005
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -117,122 +116,129 @@ def frame_curves(frame: FrameCurves) -> list[Curve]:
     return curves
 
 
-def draw_rotating_campbell(
-    frames: Sequence[RotatingCampbell], path: str | Path, title: str
-) -> None:
-    """Draw the frequencies that turning bodies see over their own speeds.
-
-    Arguments `path` and `title`, and the error of a wrong suffix, as in `draw_campbell`.
-
-    Parameters
-    ----------
-    frames
-        One for each body, as in Müller and Hennings, figure 11. A component is drawn where it
-        and the body have a part of 5 % and more in the branch, or where that is not known.
-        Full lines turn with the body's spin in its own frame, dashed ones against it: a forward
-        whirl slower than the body is dashed, after its mirror at zero.
-
-    Raises
-    ------
-    AnalysisError
-        If no body turns.
-    """
-    turning = [frame for frame in frames if frame.speed_ratio != 0]
-    if not turning:
-        raise AnalysisError("no body turns; there is no rotating frame to draw in")
-    curves = []
-    for frame in turning:
-        sense = np.sign(frame.speed_ratio) * np.where(frame.speeds_rad_s < 0, -1.0, 1.0)
-        drawn = is_drawn(frame.share, frame.body_share)
-        curves.append(
-            FrameCurves(
-                name=frame.body or f"frame at {frame.speed_ratio:g} times the speed",
-                rpm=np.abs(frame.spin_rad_s) * RPM_PER_RAD_S,
-                signed_hz=np.where(drawn, frame.signed_hz * sense, np.nan),
-                orders=frame.orders.tolist(),
-            )
-        )
-    draw_charts([frame_chart(curves)], path, title)
+def mode_names(shapes: ModeShapes) -> list[str]:
+    """Return what modes are called: number, frequency and whirl."""
+    return [
+        f"mode {mode_name(shapes.numbers, k)}, {hertz_text(f)}, {w}"
+        for k, (f, w) in enumerate(zip(shapes.frequency_hz, shapes.whirl, strict=True))
+    ]
 
 
-def draw_mode_shapes(shapes: ModeShapes, path: str | Path, title: str) -> None:
-    """Draw the lateral deflection of every body along the axis, one frame for each mode.
-
-    Arguments `path` and `title`, and the error of a wrong suffix, as in `draw_campbell`.
+def deflection_chart(found: Sequence[tuple[str, Sequence[str], ModeShapes]]) -> Chart:
+    """Return the lateral deflection of every body along the axis, a mode at a time.
 
     Parameters
     ----------
-    shapes
-        At most 16 modes; compute fewer for more.
-
-    Raises
-    ------
-    AnalysisError
-        If there are no modes or too many.
+    found
+        What a speed is called, the names of the modes, and these.
     """
-    draw_charts([mode_chart(shapes)], path, title)
-
-
-def draw_body_modes(shapes: ModeShapes, body: str, path: str | Path, title: str) -> None:
-    """Draw the lateral deflection of one body in several modes over each other.
-
-    Arguments `path` and `title`, and the error of a wrong suffix, as in `draw_campbell`.
-
-    Parameters
-    ----------
-    shapes
-        At most 16 modes; each is scaled to the largest orbit of all bodies.
-    body
-        Name of the body, such as the low-pressure unit of Müller and Hennings, figures 12, 13.
-
-    Raises
-    ------
-    AnalysisError
-        If there are no modes or too many, no such body, or the suffix is not a kind of picture
-        that can be written.
-    """
-    shape, count = shapes.body(body), _mode_count(shapes)
-    marks: list[Mark] = [_zero(), *_interface_rules(shape)]
-    marks += [
-        Curve(x=shape.axial_m, y=shape.deflection[:, mode], name=_mode_title(shapes, mode),
-              look=series_look(mode))
-        for mode in range(count)
-    ]  # fmt: skip
-    chart = Chart(name="body-modes", title=f"Modes of {body}", x=_axial(), y=_deflection(),
-                  parts=marks)  # fmt: skip
-    draw_charts([chart], path, title)
-
-
-def mode_chart(shapes: ModeShapes) -> Chart:
-    """Return the lateral deflection of every body along the axis, a mode at a time."""
     options = []
-    for mode in range(_mode_count(shapes)):
-        marks: list[Mark] = [_zero()]
-        for k, body in enumerate(shapes.bodies):
-            look = series_look(k)
-            nodes = replace(look, dash="", mark=f"{look.mark}-open", size=8.0)
-            marks += [
-                Curve(x=body.axial_m, y=body.deflection[:, mode], name=body.body,
-                      look=replace(look, mark="")),
-                Curve(x=body.interface_axial_m, y=body.interface_deflection[:, mode], look=nodes),
-            ]  # fmt: skip
-        options.append(Option(label=_mode_title(shapes, mode), marks=marks))
+    for label, names, shapes in found:
+        for mode, name in enumerate(names):
+            marks: list[Mark] = [_ZERO]
+            for k, body in enumerate(shapes.bodies):
+                marks += _deflections(body, mode, series_look(k))
+            options.append(Option(label=f"{label}: {name}", marks=marks))
     return Chart(
-        name="modes", title="Modes along the axis", x=_axial(), y=_deflection(),
+        name="deflections",
+        title="Deflection along the axis",
+        caption="Lateral deflection of the centre line of each body in the plane of the largest "
+        "orbit, at the moment it is largest (1 there); marks are interfaces. A mode without "
+        "lateral motion (axial, torsion, disks alone) is zero.",
+        alt="Deflection of the bodies along the axis for a chosen mode.",
+        x=_AXIAL,
+        y=_DEFLECTION,
         parts=[Choice(label="mode", options=options, on_paper="each")],
-    )  # fmt: skip
+        height_px=360,
+    )
 
 
-def _axial() -> Axis:
-    return Axis(label="axial position", unit="m")
+def _deflections(body: BodyShape, mode: int, look: Look) -> list[Curve]:
+    """Line and interfaces of one body in one mode."""
+    order = np.argsort(body.axial_m, kind="stable")
+    step = max(1, -(-order.size // _POINTS))
+    kept = order[np.unique(np.append(np.arange(0, order.size, step), order.size - 1))]
+    ends = replace(look, dash="", mark=f"{look.mark}-open", size=8.0)
+    texts = [f"{body.body}.{name}" for name in body.interfaces]
+    return [
+        Curve(x=body.axial_m[kept], y=body.deflection[kept, mode], name=body.body,
+              look=replace(look, mark="")),
+        Curve(x=body.interface_axial_m, y=body.interface_deflection[:, mode], look=ends,
+              texts=texts),
+    ]  # fmt: skip
 
 
-def _deflection() -> Axis:
-    return Axis(label="deflection, largest orbit 1", unit="1", low=-1.12, high=1.12)
+def body_chart(shapes: ModeShapes, body: str, at: str) -> Chart:
+    """Return the lateral deflection of one body in several modes over each other.
+
+    As Müller and Hennings, figures 12 and 13. Each mode is scaled to the largest orbit of all
+    bodies; `at` tells the speed.
+    """
+    shape = shapes.body(body)
+    marks: list[Mark] = [_ZERO, *_interface_rules(shape)]
+    marks += [
+        Curve(x=shape.axial_m, y=shape.deflection[:, k], name=name, look=series_look(k))
+        for k, name in enumerate(mode_names(shapes))
+    ]
+    title = f"Modes of {body}, {at}"
+    return Chart(name="body-modes", title=title, x=_AXIAL, y=_DEFLECTION, parts=marks)
 
 
-def _zero() -> Rule:
-    return Rule(at=0.0, along="y", look=Look("@ink", "solid", width=0.8))
+def share_chart(
+    found: Sequence[tuple[str, Sequence[str], Participation]], kind: Literal["kinetic", "strain"]
+) -> Chart:
+    """Return the shares of bodies and joints in the energy of modes; arguments as above."""
+    places = list(dict.fromkeys(name for _, names, _ in found for name in names))
+    options = [
+        Option(label=label, marks=share_bars(shares, kind), x=Axis(label="mode", places=names))
+        for label, names, shares in found
+    ]
+    what, said = {
+        "kinetic": (
+            "Kinetic energy by body",
+            "kinetic energy of the vibration, which shows whose mode it is.",
+        ),
+        "strain": (
+            "Strain energy by body and joint",
+            "energy of the stiffness: a mode whose energy is in a bearing moves when that is "
+            "changed. The centrifugal part is not drawn, so at speed bars may end above or below "
+            "100 %.",
+        ),
+    }[kind]
+    return Chart(
+        name=f"shares-{kind}",
+        title=what,
+        caption=f"Share of each in the mean {said}",
+        alt=f"Stacked bars: {what.lower()} for each mode.",
+        x=Axis(label="mode", places=places),
+        y=Axis(label=f"share of the {kind} energy", unit="%", digits=".1f"),
+        parts=options[0].marks if len(options) == 1 else [Choice(label="modes", options=options)],
+        height_px=380,
+        is_stacked=True,
+    )
+
+
+def share_bars(found: Participation, kind: str) -> list[Bars]:
+    """Return the bars of each body, or of each body and joint, that counts."""
+    parts = list(zip(found.bodies, found.kinetic_bodies, strict=True))
+    if kind == "strain":
+        parts = list(zip(found.bodies, found.strain_bodies, strict=True))
+        parts += list(zip(found.joints, found.strain_joints, strict=True))
+    shares = {name: np.nan_to_num(values) for name, values in parts}
+    largest = {name: float(np.abs(v).max(initial=0.0)) for name, v in shares.items()}
+    ranked = sorted(shares, key=lambda name: -largest[name])[:_MOST_PARTS]
+    return [
+        Bars(values=100.0 * values, name=name, look=series_look(number))
+        for number, (name, values) in enumerate(shares.items())
+        if name in ranked and largest[name] > _SMALL_PART
+    ]
+
+
+_AXIAL = Axis(label="axial position", unit="m", digits=".4g")
+_DEFLECTION = Axis(
+    label="deflection over the largest", unit="1", low=-1.12, high=1.12, digits=".3f"
+)
+_ZERO = Rule(at=0.0, along="y", look=Look("@ink", "solid", width=0.8))
 
 
 def _interface_rules(shape: BodyShape) -> list[Rule]:
@@ -246,18 +252,6 @@ def _interface_rules(shape: BodyShape) -> list[Rule]:
         last = at + room if name else last
         found.append(Rule(at=at, name="interface", text=name, look=look))
     return found
-
-
-def _mode_count(shapes: ModeShapes) -> int:
-    count = shapes.eigenvalues.size
-    if not 1 <= count <= _MOST_MODES:
-        raise AnalysisError(f"there are {count} modes; 1 to {_MOST_MODES} can be drawn")
-    return int(count)
-
-
-def _mode_title(shapes: ModeShapes, mode: int) -> str:
-    name = mode_name(shapes.numbers, mode)
-    return f"{name}: {shapes.frequency_hz[mode]:.4g} Hz {shapes.whirl[mode]}"
 
 
 def with_zero(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
-from solidwhirl.rotordyn.core.errors import AnalysisError
-from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.plots.chart import (
     SPEED_LABEL,
     Axis,
@@ -30,18 +26,11 @@ from solidwhirl.rotordyn.plots.chart import (
     speed_axis,
     whirl_look,
 )
-from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
 from solidwhirl.rotordyn.response.orbits import elliptic_orbits
-from solidwhirl.rotordyn.response.unbalance import ExciterResponse, UnbalanceResponse
-from solidwhirl.rotordyn.response.unbalance_peaks import resonance_peaks
 
-# Curves of one picture, and speeds whose orbits have room in one.
-_MOST_CURVES, _MOST_ORBITS = 7, 8
 # Part of the largest amplitude below which an amplitude is rounding.
 _ROUNDING = 1e-9
 _LEFT_OUT = "What is below 1e-9 of the largest is rounding, and not drawn."
-# A peak is marked on paper if it rises by this factor above its saddles.
-_MARKED = 2.0
 # Points of an orbit; names of smaller ones than this part of the largest would lie on each other.
 _POINTS, _NAMED = 73, 0.1
 
@@ -246,128 +235,6 @@ def orbit_chart(shown: Sequence[tuple[ExciterCurves, Sequence[int]]]) -> Chart |
         height_px=480,
         is_to_scale=True,
     )
-
-
-def draw_unbalance_response(
-    response: UnbalanceResponse, nodes: Sequence[End], path: str | Path, title: str
-) -> None:
-    """Draw amplitude and phase of some nodes over the speed.
-
-    Arguments `path` and `title`, and the error of a wrong suffix, as in `draw_campbell`.
-
-    Parameters
-    ----------
-    response
-        At rising speeds; each exciter has frames of its own.
-    nodes
-        One to seven.
-
-    Raises
-    ------
-    AnalysisError
-        If a node is unknown, there are none or too many.
-    """
-    _check_count("nodes", len(nodes))
-    exciters = [_curves_of(e, nodes) for e in response.exciters]
-    draw_charts([amplitude_chart(exciters), phase_chart(exciters)], path, title)
-
-
-def draw_bearing_forces(response: UnbalanceResponse, path: str | Path, title: str) -> None:
-    """Draw the lateral force that each bearing transmits over the speed.
-
-    Arguments `path` and `title`, and the error of a wrong suffix, as in `draw_campbell`.
-
-    Parameters
-    ----------
-    response
-        With one to seven bearings; each exciter has a frame of its own.
-
-    Raises
-    ------
-    AnalysisError
-        If there are no bearings or too many.
-    """
-    _check_count("bearings", len(response.exciters[0].bearing_forces))
-    draw_charts([force_chart([_curves_of(e, ()) for e in response.exciters])], path, title)
-
-
-def draw_orbits(
-    response: UnbalanceResponse,
-    nodes: Sequence[End],
-    speeds_rad_s: Sequence[float],
-    path: str | Path,
-    title: str,
-) -> None:
-    """Draw the orbits of some nodes at some speeds, each in a square of its own scale.
-
-    Arguments `path` and `title`, and the error of a wrong suffix, as in `draw_campbell`.
-
-    Parameters
-    ----------
-    response
-        Must hold the speeds. Each exciter and speed has a square of its own.
-    nodes
-        One to seven.
-    speeds_rad_s
-        One to eight of the speeds of the response, rad/s.
-    title
-        Above the picture. The mark of the node is at the time 0; forward orbits are full lines,
-        backward ones dashed.
-
-    Raises
-    ------
-    AnalysisError
-        If a node or speed is unknown, there are none or too many, nothing moves, or the file
-        cannot be of that kind.
-    """
-    _check_count("nodes", len(nodes))
-    if not 1 <= len(speeds_rad_s) <= _MOST_ORBITS:
-        raise AnalysisError(f"{len(speeds_rad_s)} speeds; 1 to {_MOST_ORBITS} can be drawn")
-    rows = [_place_of(response, float(speed)) for speed in speeds_rad_s]
-    chart = orbit_chart([(_curves_of(e, nodes), rows) for e in response.exciters])
-    if chart is None:
-        raise AnalysisError("nothing moves at these speeds; there is no orbit to draw")
-    draw_charts([chart], path, title)
-
-
-def _curves_of(exciter: ExciterResponse, nodes: Sequence[End]) -> ExciterCurves:
-    """Curves of some nodes, with the peaks that rise well above their saddles."""
-    motion = {node.label: exciter.at_node(node.body, node.interface) for node in nodes}
-    rpm, peaks = exciter.speeds_rad_s * RPM_PER_RAD_S, {}
-    for place, own in motion.items():
-        if rpm.size >= 3:
-            height = elliptic_orbits(*own.T).major_m
-            found = resonance_peaks(exciter.speeds_rad_s, height, _MARKED)
-            peaks[place] = [
-                Peak(p.position_rad_s * RPM_PER_RAD_S, p.amplitude) for p in found
-            ]  # fmt: skip
-    return ExciterCurves(
-        bodies=exciter.bodies,
-        frequency_ratio=exciter.frequency_ratio,
-        speed_rpm=rpm,
-        motion_m=motion,
-        force_n={
-            name: elliptic_orbits(*force[:, :2].T).major_m
-            for name, force in exciter.bearing_forces.items()
-        },
-        peaks=peaks,
-    )
-
-
-def _check_count(what: str, count: int) -> None:
-    if not 1 <= count <= _MOST_CURVES:
-        raise AnalysisError(f"{count} {what}; 1 to {_MOST_CURVES} can be told apart in a picture")
-
-
-def _place_of(response: UnbalanceResponse, speed: float) -> int:
-    speeds = response.speeds_rad_s
-    at = int(np.abs(speeds - speed).argmin())
-    if abs(speeds[at] - speed) > 1e-9 * max(abs(speed), 1.0):
-        raise AnalysisError(
-            f"speed {speed:.10g} rad/s is not one of the response; the nearest is "
-            f"{speeds[at]:.10g} rad/s"
-        )
-    return at
 
 
 def _speeds(exciters: Sequence[ExciterCurves]) -> Axis:

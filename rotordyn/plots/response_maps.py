@@ -4,16 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
-from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.core.arrays import FloatArray
-from solidwhirl.rotordyn.core.errors import AnalysisError
-from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.plots.chart import (
-    HZ_PER_RAD_S,
     WHITE,
     Axis,
     Chart,
@@ -23,14 +18,16 @@ from solidwhirl.rotordyn.plots.chart import (
     Look,
     Mark,
     Option,
+    Ridges,
     metric,
     series_look,
     size_axis,
     speed_axis,
 )
-from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
-from solidwhirl.rotordyn.response.maps import GroundMotionMap, PlaceMap, StepPeaks, shown_range
-from solidwhirl.rotordyn.response.stiffness_maps import StiffnessChoice, StiffnessMap
+from solidwhirl.rotordyn.response.maps import shown_range
+
+# Lines of a waterfall in space.
+_RIDGES = 41
 
 
 def brightest(values: FloatArray) -> float:
@@ -183,97 +180,22 @@ def stiffness_chart(
     )  # fmt: skip
 
 
-def draw_place_map(place_map: PlaceMap, node: End, path: str | Path, title: str) -> None:
-    """Draw the response of a node over the speed and the place of the unbalance.
-
-    Arguments `path` and `title`, and the error of a wrong suffix, as in `draw_campbell`.
-
-    Parameters
-    ----------
-    place_map
-        The map, at rising speeds.
-    node
-        Where the response is shown.
-
-    Raises
-    ------
-    AnalysisError
-        If the map does not have the node.
-    """
-    if node not in place_map.nodes:
-        known = [other.label for other in place_map.nodes]
-        raise AnalysisError(f"the map has no node {node.label}; it has {known}")
-    chart = place_chart(
-        [place.label for place in place_map.places],
-        place_map.speeds_rad_s * RPM_PER_RAD_S,
-        place_map.frequencies_rad_s * HZ_PER_RAD_S,
-        place_map.major_m()[:, :, place_map.nodes.index(node)],
-    )
-    draw_charts([chart], path, f"{title}: displacement of {node.label}")
-
-
-def draw_ground_motion(
-    ground_map: GroundMotionMap, path: str | Path, title: str, peaks: StepPeaks | None = None
-) -> None:
-    """Draw the response to ground motion over frequency and speed (waterfall diagram).
-
-    Arguments `path` and `title`, and the error of a wrong suffix, as in `draw_campbell`.
-
-    Parameters
-    ----------
-    ground_map
-        The map, at rising speeds and frequencies. A line marks the frequency of the reference
-        shaft's turn.
-    peaks
-        Of `ground_motion_peaks`: the highest response in each step is shown. None shows that at
-        the frequencies of the map, which may miss sharp resonances.
-
-    Raises
-    ------
-    AnalysisError
-        If the amplitude of the ground is zero.
-    """
-    if ground_map.amplitude_m == 0:
-        raise AnalysisError("amplitude_m of the map is 0; there is no motion to compare with")
-    chart = ground_chart(
-        ground_map.frequencies_rad_s * HZ_PER_RAD_S,
-        ground_map.speeds_rad_s * RPM_PER_RAD_S,
-        ground_map.major_m() if peaks is None else peaks.height_m,
-    )
-    moved = f"{abs(ground_map.amplitude_m):.3g} m of the ground along {ground_map.direction}"
-    draw_charts([chart], path, f"{title}: displacement of {ground_map.node.label} for {moved}")
-
-
-def draw_stiffness_map(
-    stiffness_map: StiffnessMap,
-    path: str | Path,
-    title: str,
-    choice: StiffnessChoice | None = None,
-    peaks: StepPeaks | None = None,
-) -> None:
-    """Draw the response over frequency and support stiffness (design of experiments).
-
-    Arguments `path` and `title`, and the error of a wrong suffix, as in `draw_campbell`.
-
-    Parameters
-    ----------
-    stiffness_map
-        The map, at rising frequencies and stiffness.
-    choice
-        Its band and stiffness are marked; None marks nothing.
-    peaks
-        Of `stiffness_map_peaks`, as in `draw_ground_motion`.
-    """
-    chosen = None
-    if choice is not None:
-        low, high = (edge * HZ_PER_RAD_S for edge in choice.band_rad_s)
-        chosen = choice.stiffness_n_per_m, (low, high)
-    chart = stiffness_chart(
-        stiffness_map.frequencies_rad_s * HZ_PER_RAD_S,
-        stiffness_map.stiffness_n_per_m,
-        stiffness_map.major_m() if peaks is None else peaks.height_m,
-        chosen,
-    )
-    label = f"stiffness of {', '.join(stiffness_map.bearings)}"
-    chart = replace(chart, y=replace(chart.y, label=label))
-    draw_charts([chart], path, f"{title}: displacement of {stiffness_map.node.label}")
+def ridge_chart(hertz: FloatArray, speed_rpm: FloatArray, highest_m: FloatArray) -> Chart:
+    """Return the same as `ground_chart` as lines in space, one for each of some speeds."""
+    unit, factor = metric(float(np.nanmax(highest_m, initial=0.0)), "m")
+    rows = np.unique(np.linspace(0, speed_rpm.size - 1, min(speed_rpm.size, _RIDGES)).astype(int))
+    values = factor * highest_m[rows]
+    rise = 0.5 * float(np.ptp(speed_rpm)) / (float(values.max()) or 1.0)
+    return Chart(
+        name="waterfall",
+        title="Waterfall",
+        caption="The same as lines in space, one for each speed. Turn it with the mouse or finger.",
+        x=Axis(label="frequency", unit="Hz", digits=".4g"),
+        y=Axis(label="speed", unit="rpm", digits=",.0f"),
+        parts=[
+            Ridges(x=hertz, y=speed_rpm[rows], values=values, label="displacement", unit=unit,
+                   rise=rise)
+        ],
+        height_px=460,
+        has_legend=False,
+    )  # fmt: skip

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 
 from solidwhirl.rotordyn.core.arrays import FloatArray
-from solidwhirl.rotordyn.core.errors import AnalysisError
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.plots.chart import (
     HZ_PER_RAD_S,
@@ -25,18 +23,19 @@ from solidwhirl.rotordyn.plots.chart import (
     Look,
     Mark,
     Part,
+    Ridges,
     Toggle,
     metric,
     same_ratios,
     series_look,
 )
-from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
+from solidwhirl.rotordyn.plots.frame import number_text
 from solidwhirl.rotordyn.run_up.force_spectrum import Spectrogram
-from solidwhirl.rotordyn.run_up.record import RunUp
-from solidwhirl.rotordyn.run_up.response import NormalisedResponse
 
 # Columns of an envelope, of a line, and lines of a spectrum that is drawn.
 _COLUMNS, _FEW, _LINES = 900, 200, 3000
+# Height of the tallest spectrum of a waterfall over the height that all take.
+_TALLEST = 0.48
 
 
 def envelope(
@@ -259,105 +258,60 @@ def spectrogram_chart(
     )  # fmt: skip
 
 
-def draw_run_up(run: RunUp, bearing: str, path: str | Path, title: str) -> None:
-    """Draw the speed of all spools and the force through one bearing over time.
-
-    Arguments `path` and `title`, and the error of a wrong suffix, as in `draw_campbell`.
+def waterfall_chart(pieces: Spectrogram, turns_hz: FloatArray) -> Chart:
+    """Return spectra of a force one behind the other while the engine runs up.
 
     Parameters
     ----------
-    run
-        The record.
-    bearing
-        Its name; the force on its second side, or the ground, is shown.
-
-    Raises
-    ------
-    AnalysisError
-        If the force was not recorded.
+    pieces
+        Of a force in N, s of them.
+    turns_hz
+        |Ω| / 2π at each, shape (s,).
     """
-    force = run.bearing_force_n(bearing)
-    speeds = speed_chart(run.profile.times_s, run.profile.speeds_rad_s, run.speed_ratios)
-    both = force_chart(run.time_s, force, bearing)
-    forces = [
-        replace(both, parts=[part], y=replace(both.y, label=f"{both.y.label} along {axis}"))
-        for axis, part in zip("xy", both.parts, strict=True)
-    ]
-    draw_charts([speeds, *forces], path, title)
+    times, height = pieces.time_s, pieces.amplitude.T
+    reach = float(np.ptp(times)) or 1.0
+    rise = _TALLEST * reach / (float(height.max()) or 1.0)
+    ends = float(pieces.frequency_hz[0]), float(pieces.frequency_hz[-1])
+    look = replace(series_look(1), dash="dash", mark="")
+    return Chart(
+        name="run-up-waterfall",
+        title="Spectra of the force during the run-up",
+        x=Axis(label="frequency", unit="Hz", low=ends[0], high=ends[1]),
+        y=Axis(label="time", unit="s", low=float(times[0]) - 0.02 * reach,
+               high=float((times + rise * height.max(axis=1)).max())),
+        parts=[
+            Ridges(x=pieces.frequency_hz, y=times, values=height, label="force", unit="N",
+                   rise=rise),
+            Curve(x=turns_hz, y=times, name="1/rev of the reference shaft", look=look),
+        ],
+        notes=[f"spectra rise by {number_text(1.0 / rise)} N for 1 s"],
+    )  # fmt: skip
 
 
-def draw_normalised_responses(
-    responses: Mapping[str, NormalisedResponse],
-    path: str | Path,
-    title: str,
-    frequency_max_hz: float | None = None,
-) -> None:
-    """Draw force per excitation force over the frequency, one curve for each model.
-
-    Arguments `path` and `title`, and the error of a wrong suffix, as in `draw_campbell`.
+def normalised_chart(hertz: FloatArray, responses: Mapping[str, FloatArray]) -> Chart:
+    """Return force per excitation force over the frequency.
 
     Parameters
     ----------
+    hertz
+        Shape (f,).
     responses
-        By the name of the model, or of the body whose order is shown.
-    frequency_max_hz
-        End of the frequency axis; None goes as far as the responses.
-
-    Raises
-    ------
-    AnalysisError
-        If there is nothing to draw.
+        Ratios (f,) by the name of the model, or of the body whose order is shown.
     """
-    if not responses or not any(np.isfinite(r.ratio).any() for r in responses.values()):
-        raise AnalysisError("there is no response to draw")
-    curves, top = [], 0.0
-    for number, (name, response) in enumerate(responses.items()):
-        known = np.isfinite(response.ratio) & (response.ratio > 0)
-        hertz, look = response.frequency_hz[known], replace(series_look(number), mark="")
-        curves.append(Curve(x=hertz, y=response.ratio[known], name=name, look=look))
-        top = max(top, float(hertz.max(initial=0.0)))
-    end = top if frequency_max_hz is None else frequency_max_hz
-    chart = Chart(
+    curves = []
+    for number, (name, ratio) in enumerate(responses.items()):
+        known = np.isfinite(ratio) & (ratio > 0)
+        look = replace(series_look(number), mark="")
+        curves.append(Curve(x=hertz[known], y=ratio[known], name=name, look=look))
+    top = max((float(curve.x.max(initial=0.0)) for curve in curves), default=0.0)
+    return Chart(
         name="normalised",
         title="Normalised response",
-        x=Axis(label="frequency", unit="Hz", low=0.0, high=end),
+        x=Axis(label="frequency", unit="Hz", low=0.0, high=top or float(hertz[-1])),
         y=Axis(label="force per excitation force", unit="N/N", is_log=True),
         parts=curves,
         has_legend=len(responses) > 1,
     )
-    draw_charts([chart], path, title)
-
-
-def draw_spectrogram(
-    result: Spectrogram,
-    run: RunUp,
-    path: str | Path,
-    title: str,
-    frequency_max_hz: float | None = None,
-) -> None:
-    """Draw the short-time spectrum of a force with the 1/rev lines of all spools.
-
-    Arguments `path` and `title`, and the error of a wrong suffix, as in `draw_campbell`.
-
-    Parameters
-    ----------
-    result
-        Of a force in N.
-    run
-        The run-up it comes from, for its speeds.
-    frequency_max_hz
-        End of the frequency axis; None shows all.
-
-    Raises
-    ------
-    AnalysisError
-        If the force is zero.
-    """
-    if not float(result.amplitude.max()) > 0:
-        raise AnalysisError("the spectrogram is zero; there is nothing to draw")
-    top = float(result.frequency_hz[-1]) if frequency_max_hz is None else frequency_max_hz
-    chart = spectrogram_chart(result, run.time_s, run.speed_rad_s, run.speed_ratios, top)
-    draw_charts([chart], path, title)
 
 
 def _time(time_s: FloatArray) -> Axis:

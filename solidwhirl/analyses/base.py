@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache, cached_property, partial
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
-from pydantic import (
-    Field,
-    field_validator,
-    model_validator,
-)
+from pydantic import Field, field_validator, model_validator
 
+from solidwhirl.core.blocks import AnalysisBlock, Table
 from solidwhirl.core.fields import (
     MOST,
     Count,
@@ -23,11 +23,14 @@ from solidwhirl.core.fields import (
     Positive,
     Record,
 )
-from solidwhirl.core.outcome import Outcome
+from solidwhirl.core.outcome import OTHERS, Outcome, PageSection, Write
+from solidwhirl.core.plain_data import Labels, plain_data, tabled
 from solidwhirl.rotordyn import AssembledSystem, Campbell
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
 from solidwhirl.rotordyn.modes.damping import DampingRule
+from solidwhirl.rotordyn.plots.chart import Chart
+from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
 
 Points = Annotated[Count, Field(ge=2, le=20001)]
 Places = Annotated[tuple[Place, ...], Field(min_length=1, max_length=MOST)]
@@ -42,6 +45,36 @@ _TAKEN = (
 MOST_SPEEDS = 200
 # Points of a map, steps of a run-up.
 _MOST_POINTS = 2e6
+
+#: Sections of a page that several kinds share; the page itself begins the first two.
+CRITICAL_SPEEDS = PageSection(
+    "critical-speeds",
+    "Critical speeds",
+    "Speeds at which the unbalance of a shaft turns as fast as the engine vibrates.",
+    50,
+)
+MODE_SHAPES = PageSection(
+    "mode-shapes", "Mode shapes", "How the engine moves in its modes, much enlarged.", 60
+)
+RESPONSE_MAPS = PageSection(
+    "response-maps",
+    "Response maps",
+    "Where the engine is sensitive: over the place of an unbalance, the motion of the ground, the "
+    "stiffness of supports.",
+    70,
+)
+STABILITY = PageSection(
+    "stability",
+    "Stability and bearing laws",
+    "Where the system is unstable, how its first modes are damped, and how bearings change with "
+    "the speed.",
+    100,
+)
+#: Why a body that stands still has no unbalance.
+UNBALANCE_TURNS = "an unbalance needs a turning body"
+#: Makes the charts of one picture, from top to bottom.
+Charts = Callable[[], Sequence[Chart]]
+Scalars = Iterator[tuple[str, float | None]]
 
 
 def number_text(value: float) -> str:
@@ -125,9 +158,76 @@ class Engine:
         """Speed of a body over that of the reference shaft."""
         return self.speed_ratios[body]
 
+    @property
+    def operating_rad_s(self) -> dict[str, tuple[float, float]]:
+        """Operating speeds as speeds of the reference shaft, by what a legend says."""
+        return {
+            o.text: (o.from_rpm / o.ratio * RAD_S_PER_RPM, o.to_rpm / o.ratio * RAD_S_PER_RPM)
+            for o in self.operating
+        }
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Found:
+    """An analysis that has run, as its charts and tables read it.
+
+    Attributes
+    ----------
+    name
+        Of the analysis.
+    outcome
+        What it returned; its files are data, no pictures.
+    engine
+        What it looked at.
+    """
+
+    name: str
+    outcome: Outcome
+    engine: Engine
+
+    @cached_property
+    def document(self) -> Mapping[str, Any]:
+        """Its part of results.json; absent numbers are None."""
+        found: Mapping[str, Any] = plain_data(self.outcome.document)
+        return found
+
+    @cached_property
+    def record(self) -> Mapping[str, Any]:
+        """Arrays of the .npz file that it wrote, by name."""
+        return record_of(self.outcome, self.name)
+
+
+def record_of(outcome: Outcome, name: str) -> dict[str, Any]:
+    """Return the arrays of the .npz file of an analysis by name; nothing if it wrote none."""
+    write = outcome.files.get(f"{name}.npz")
+    if write is None:
+        return {}
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "record.npz"
+        write(path)
+        with np.load(path, allow_pickle=False) as file:
+            return dict(file)
+
 
 class Analysis(Record):
-    """What all analyses share: a name for results and pictures, the kind if there is none."""
+    """What all analyses share: a name for results and pictures, the kind if there is none.
+
+    A kind says what it is asked (its fields), computes it (`run`), and tells it: `pictures` for
+    paper, `blocks` for the page, `labels` for datasets, `scalars` for the table of a batch.
+    """
+
+    #: Where a page tells it.
+    section: ClassVar[PageSection] = OTHERS
+    #: Dimensions of the arrays of its document.
+    axes: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    #: Whether it writes arrays over the time as <name>.npz.
+    has_record: ClassVar[bool] = False
+    #: Keys that name a body which must turn, and why.
+    turning: ClassVar[Mapping[str, str]] = {}
+    #: What its files have after the name, with other results too.
+    suffixes: ClassVar[tuple[str, ...]] = (".png",)
+    #: Whether its results depend on the operating speeds of the scene.
+    sees_operating: ClassVar[bool] = False
 
     name: FileName | None = None
 
@@ -147,6 +247,29 @@ class Analysis(Record):
         """Yield the operating speeds that the analysis itself names."""
         yield from ()
 
+    def shaft_speeds(
+        self, operating: Sequence[OperatingSpec], ratio: Callable[[str], float], where: str
+    ) -> Iterator[tuple[float, str]]:
+        """Yield speeds of the reference shaft that follow from that of a shaft, and their source.
+
+        Parameters
+        ----------
+        operating
+            `[[operating]]` of the scene.
+        ratio
+            |speed ratio| of a body, inf if it stands still.
+        where
+            What the analysis is called.
+        """
+        yield from ()
+
+    def possible_files(self, bearings: Mapping[str, bool]) -> tuple[str, ...]:
+        """Return the names of all files that it may write.
+
+        `bearings`: whether they have a speed law, by name.
+        """
+        return tuple(f"{self.label}{suffix}" for suffix in self.suffixes)
+
     def run(self, engine: Engine) -> Outcome:
         """Compute what is asked.
 
@@ -156,6 +279,73 @@ class Analysis(Record):
             The engine has no answer, such as an undamped resonance that is hit exactly.
         """
         raise NotImplementedError(self.label)
+
+    def pictures(self, found: Found) -> Mapping[str, Charts]:
+        """Return what makes the charts of each picture, by what its file has after the name."""
+        return {}
+
+    def blocks(self, found: Found) -> Sequence[AnalysisBlock]:
+        """Return what a page tells: the charts of the pictures and the headline, if nothing else.
+
+        Titles need not tell the name of the analysis.
+        """
+        files = ", ".join(f"`{file}`" for file in found.outcome.files)
+        row = [found.name, found.outcome.kind, found.outcome.headline, files]
+        drawn = [chart for charts in self.pictures(found).values() for chart in charts()]
+        return [*drawn, Table(head=["analysis", "kind", "in short", "files"], rows=[row])]
+
+    @classmethod
+    def labels(cls, document: Mapping[str, Any]) -> Labels:
+        """Return the arrays of a document with their dimensions."""
+        return tabled(document, cls.axes)
+
+    @classmethod
+    def peaks(cls, document: Mapping[str, Any]) -> Iterator[dict[str, Any]] | None:
+        """Yield its resonance peaks, each with `place` and `exciter`; None: it seeks none."""
+        return None
+
+    @classmethod
+    def record_labels(cls, record: Mapping[str, Any], document: Mapping[str, Any]) -> Labels:
+        """Return the arrays of the .npz file with their dimensions, where `has_record`."""
+        return Labels(record)
+
+    @classmethod
+    def scalars(cls, document: Mapping[str, Any]) -> Scalars:
+        """Yield single numbers for the row of a case; None and nan are left out."""
+        yield from ()
+
+    def told(
+        self, outcome: Outcome, engine: Engine, kept: Callable[[str, Write], Write]
+    ) -> Outcome:
+        """Return an outcome with its pictures, and with what a page tells of it.
+
+        Parameters
+        ----------
+        outcome
+            From `run`, or kept from an earlier run.
+        engine
+            The same that it looked at.
+        kept
+            Makes of the name of a picture and what draws it what writes its file.
+        """
+        found = Found(name=self.label, outcome=outcome, engine=engine)
+        pictures = {
+            f"{self.label}{suffix}.png": partial(_draw, charts, engine.title)
+            for suffix, charts in self.pictures(found).items()
+        }
+        return replace(
+            outcome,
+            files={**{file: kept(file, draw) for file, draw in pictures.items()}, **outcome.files},
+            caption=(type(self).__doc__ or "").partition("\n")[0],
+            section=self.section,
+            blocks=cache(partial(self.blocks, found)),
+        )
+
+
+def _draw(charts: Charts, title: str, path: Path) -> None:
+    """Draw charts; a single one has its own title behind that of the engine."""
+    shown = charts()
+    draw_charts(shown, path, f"{title}: {shown[0].title}" if len(shown) == 1 else title)
 
 
 class Sweep(Analysis):
@@ -216,6 +406,21 @@ class Stiffnesses(Analysis):
             raise ValueError("stiffness_to_n_per_m is not above stiffness_from_n_per_m")
         return self
 
+    @property
+    def stiffnesses_n_per_m(self) -> FloatArray:
+        """Rising, shape (stiffness_count,)."""
+        low, high = self.stiffness_from_n_per_m, self.stiffness_to_n_per_m
+        return np.asarray(np.geomspace(low, high, self.stiffness_count))
+
+
+def synchronous_speed(
+    place: str, frequency_max_hz: float, ratio: Callable[[str], float], where: str
+) -> Iterator[tuple[float, str]]:
+    """Yield the speed at which an unbalance turns at the highest frequency of a map."""
+    body = place.partition(".")[0]
+    said = f"60 times frequency_max_hz of {where}, as {body!r} turns at every frequency"
+    yield 60.0 * frequency_max_hz / ratio(body), said
+
 
 def equal_steps(frequency_max_hz: float, count: int) -> FloatArray:
     """Return angular frequencies in equal steps up to the highest, without zero."""
@@ -228,3 +433,21 @@ def decrements(values: FloatArray) -> list[Any]:
     array = np.asarray(values, dtype=float)
     plain: list[Any] = np.where(array == 0.0, np.nan, array).tolist()
     return plain
+
+
+def largest_of(values: Any) -> float | None:
+    """Return the largest number, None among them left out."""
+    return max((float(v) for v in values if v is not None), default=None)
+
+
+def smallest_of(values: Any) -> float | None:
+    """Return the smallest number, None among them left out."""
+    return min((float(v) for v in values if v is not None), default=None)
+
+
+def peak_scalars(where: str, peaks: Sequence[Mapping[str, Any]]) -> Scalars:
+    """Yield the peak of the largest amplitude; None where there is no peak."""
+    found = max(peaks, key=lambda p: p["amplitude_m"] or 0.0, default={})
+    yield f"{where}.peak_amplitude_m", found.get("amplitude_m")
+    yield f"{where}.peak_speed_rpm", found.get("speed_rpm")
+    yield f"{where}.peak_amplification", found.get("amplification")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, TypeVar
 
 import numpy as np
@@ -20,6 +21,7 @@ from solidwhirl.core.fields import (
 )
 from solidwhirl.rotordyn import AssembledSystem, End
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
+from solidwhirl.rotordyn.plots.campbell import error_words
 from solidwhirl.rotordyn.response.unbalance import (
     Unbalance,
     frequency_ratio,
@@ -105,9 +107,22 @@ def listed_peaks(peaks: list[dict[str, Any]]) -> str:
     return ", ".join(said) or "none"
 
 
-def list_hz(values: list[float]) -> str:
-    """Frequencies in one line."""
-    return ", ".join(f"{v:.2f}" for v in values) + " Hz" if values else "none"
+#: Columns of a table of peaks behind the place.
+PEAK_HEAD = (
+    *("reference shaft [rpm]", "frequency [Hz]", "amplitude [m]", "amplification factor [1]"),
+    "estimated error of the speed",
+)
+
+
+def peak_row(peak: Mapping[str, Any]) -> list[Any]:
+    """Cells of a peak under `PEAK_HEAD`."""
+    return [
+        f"{peak['speed_rpm']:.1f}",
+        f"{peak['frequency_hz']:.5g}",
+        peak["amplitude_m"],
+        peak["amplification"],
+        error_words(peak.get("frequency_error_estimate")),
+    ]
 
 
 def parts(items: list[_T], most: int) -> list[list[_T]]:

@@ -2,16 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from solidwhirl.core.displays import indented
+
+if TYPE_CHECKING:
+    from solidwhirl.core.blocks import AnalysisBlock
 
 Write = Callable[[Path], None]
 # Curves of one picture that can be told apart by colour, and speeds whose orbits have room in one.
 MOST_CURVES, MOST_ORBITS = 7, 8
+
+
+@dataclass(frozen=True)
+class PageSection:
+    """Where on a page an analysis is told: anchor, heading, a sentence below it, and its order."""
+
+    name: str
+    title: str
+    note: str
+    order: int
+
+
+OTHERS = PageSection("other-analyses", "Other analyses", "All numbers are in `results.json`.", 130)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -24,12 +40,23 @@ class Outcome:
         What results.json holds; units in the keys.
     files
         Pictures and data by file name, each a function that writes the file it is given.
+    headline
+        One line for the report.
+    caption
+        What its pictures show, a sentence.
+    section
+        Where it is told.
+    blocks
+        Makes the texts, tables and charts that tell it; None: nothing was told to do so.
     """
 
     kind: str
     document: Mapping[str, Any]
     files: Mapping[str, Write] = field(default_factory=dict)
     headline: str = ""
+    caption: str = ""
+    section: PageSection = OTHERS
+    blocks: Callable[[], Sequence[AnalysisBlock]] | None = None
 
     def __repr__(self) -> str:
         lines = [self.headline, f"document: {', '.join(self.document)}"]

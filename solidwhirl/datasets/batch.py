@@ -11,7 +11,8 @@ import xarray as xr
 
 from solidwhirl.batch.journal import JOURNAL
 from solidwhirl.batch.table import TABLE, read_batch
-from solidwhirl.datasets.parts import Labelled, labelled
+from solidwhirl.core.plain_data import Labelled
+from solidwhirl.datasets.parts import labelled
 from solidwhirl.sweep.records import BatchRow
 
 _TEXTS = ("scene", "status", "message")

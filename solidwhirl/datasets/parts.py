@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-#: Dimensions and values of one variable.
-Labelled = tuple[Sequence[str] | str, Any]
+from solidwhirl.core import plain_data
+from solidwhirl.core.plain_data import Labelled
 
 # Significant digits of speeds and frequencies along an axis.
 _DIGITS = 13
@@ -133,24 +133,9 @@ def filled(values: Any) -> npt.NDArray[Any]:
     return array.astype(float)
 
 
-def tabled(
-    document: Mapping[str, Any], over: Mapping[str, Sequence[str]], **more: Labelled
-) -> xr.Dataset:
-    """Return arrays of a document as a dataset.
-
-    Parameters
-    ----------
-    document
-        Arrays, or nested lists as in results.json, by name.
-    over
-        Dimensions of variables; those that the document does not have are left out. Of a dimension
-        that is a key of the document, that is the coordinate.
-    more
-        Further variables.
-    """
-    variables = {key: (dims, document[key]) for key, dims in over.items() if key in document}
-    axes = {dim for dims in over.values() for dim in dims if dim in document}
-    return labelled({**variables, **more}, {dim: (dim, filled(document[dim])) for dim in axes})
+def tabled(document: Mapping[str, Any], over: Mapping[str, Sequence[str]]) -> xr.Dataset:
+    """Return arrays of a document as a dataset, see `plain_data.tabled`."""
+    return labelled(*plain_data.tabled(document, over)[:2])
 
 
 def with_errors(found: xr.Dataset, document: Mapping[str, Any], dims: Sequence[str]) -> xr.Dataset:

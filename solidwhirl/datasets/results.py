@@ -9,16 +9,19 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from solidwhirl.datasets.analyses import GRIDS, analysis_dataset, peaks_dataset, run_up_record
+from solidwhirl.analyses.base import record_of
+from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
+from solidwhirl.analyses.registry import KINDS
+from solidwhirl.core.plain_data import Labelled
+from solidwhirl.datasets.analyses import analysis_dataset, peaks_dataset, record_dataset
 from solidwhirl.datasets.batch import batch_datasets, is_batch
 from solidwhirl.datasets.files import read_netcdf, write_netcdf
-from solidwhirl.datasets.parts import Labelled, filled, labelled, tabled, with_errors
+from solidwhirl.datasets.parts import filled, labelled, tabled, with_errors
 from solidwhirl.output.documents import SCHEMA, results_document
 from solidwhirl.pipeline.engine_stages import ExcitedCriticalSpeed
 from solidwhirl.pipeline.run import Results
@@ -50,6 +53,16 @@ __all__ = [
 ]
 
 _AXES = ["x", "y", "z"]
+# Dimensions of the arrays of the diagram, and of modes at one speed.
+_CAMPBELL = dict.fromkeys(
+    ("frequency_hz", "log_decrement", "whirl", "eigenvalue_per_s"), ("branch", "speed_rpm")
+)
+_MODES = {
+    **dict.fromkeys(
+        ("frequency_hz", "log_decrement", "damping_ratio", "eigenvalue_per_s"), ("mode",)
+    ),
+    "shape": ("coordinate", "mode"),
+}
 Document = Mapping[str, Any]
 _Errors = CampbellErrors | CriticalSpeedErrors | FrequencyErrors | None
 
@@ -78,8 +91,10 @@ def datasets(run: Results | str | Path) -> xr.DataTree:
     if not isinstance(run, Results) and is_batch(Path(run)):
         return batch_datasets(run)
     document: Document
+    records: Mapping[str, Document]
     if isinstance(run, Results):
-        document, records = results_document(run), _records_in_memory(run)
+        document = results_document(run)
+        records = {name: record_of(run.analyses[name], name) for name in _recorded(document)}
     else:
         document = _read(Path(run))
         records = _records_in_folder(Path(run), document)
@@ -103,7 +118,7 @@ def datasets(run: Results | str | Path) -> xr.DataTree:
         if peaks is not None:  # not below the analysis, whose axes it would inherit
             tree[f"peaks/{name}"] = peaks
         if name in records:
-            tree[f"analyses/{name}/record"] = run_up_record(records[name], found["mount"])
+            tree[f"analyses/{name}/record"] = record_dataset(records[name], found)
     return xr.DataTree.from_dict(tree, name=scene["name"])
 
 
@@ -121,28 +136,19 @@ def _read(folder: Path) -> Document:
 
 
 def _records_in_folder(folder: Path, document: Document) -> Mapping[str, Document]:
-    """Records over time of the run-ups whose files are there."""
-    runs = [name for name, found in document["analyses"].items() if found["kind"] == "run_up"]
-    there = {name: folder / f"{name}.npz" for name in runs}
-    return {name: _arrays(path) for name, path in there.items() if path.is_file()}
+    """Records over time of the analyses whose files are there."""
+    there = {name: folder / f"{name}.npz" for name in _recorded(document)}
+    found = {}
+    for name, path in there.items():
+        if path.is_file():
+            with np.load(path) as file:
+                found[name] = dict(file)
+    return found
 
 
-def _records_in_memory(results: Results) -> Mapping[str, Document]:
-    """The same, from the functions that write them."""
-    out = {}
-    for name, outcome in results.analyses.items():
-        write = outcome.files.get(f"{name}.npz")
-        if outcome.kind == "run_up" and write is not None:
-            with TemporaryDirectory() as folder:
-                path = Path(folder) / "record.npz"
-                write(path)
-                out[name] = _arrays(path)
-    return out
-
-
-def _arrays(path: Path) -> Document:
-    with np.load(path) as file:
-        return dict(file)
+def _recorded(document: Document) -> list[str]:
+    """Analyses that have a record over time."""
+    return [name for name, a in document["analyses"].items() if KINDS[a["kind"]].has_record]
 
 
 def campbell_dataset(campbell: Campbell, errors: CampbellErrors | None = None) -> xr.Dataset:
@@ -255,7 +261,7 @@ def critical_speed_map_dataset(found: CriticalSpeedMap) -> xr.Dataset:
         "likeness": found.likeness,
         "stiffness_n_per_m": found.stiffness_n_per_m,
     }
-    return tabled(document, GRIDS["critical_speed_map"]).assign_attrs(
+    return tabled(document, CriticalSpeedMapSpec.axes).assign_attrs(
         bearings=list(found.bearings), excitation_ratio=found.excitation_ratio
     )
 
@@ -393,12 +399,12 @@ def _errors_document(errors: _Errors) -> dict[str, Any]:
 
 def _campbell(document: Document) -> xr.Dataset:
     notes = [note["text"] for note in document["notes"]]
-    found = tabled(document, GRIDS["campbell"]).assign_attrs(frame=document["frame"], notes=notes)
+    found = tabled(document, _CAMPBELL).assign_attrs(frame=document["frame"], notes=notes)
     return with_errors(found, document, ("branch", "speed_rpm"))
 
 
 def _modes(document: Document) -> xr.Dataset:
-    return with_errors(tabled(document, GRIDS["modes"]), document, ("mode",))
+    return with_errors(tabled(document, _MODES), document, ("mode",))
 
 
 def _critical_speeds(rows: Sequence[Document], errors: Document | None = None) -> xr.Dataset:

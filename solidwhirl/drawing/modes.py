@@ -14,6 +14,7 @@ from solidwhirl.rotordyn.campbell.branch_numbers import branch_numbers
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.modes.whirl import whirl_at_speed
+from solidwhirl.rotordyn.plots.chart import hertz_text
 from solidwhirl.rotordyn.plots.frame import mode_name
 
 # Speeds, modes at each, and critical speeds that a page shows.
@@ -165,9 +166,3 @@ def critical_modes(results: Results, most: int = _CRITICAL) -> tuple[ShownModes,
         ),
     )
     return (shown,)
-
-
-def hertz_text(frequency_hz: float, digits: int = 4) -> str:
-    """Return a frequency with its unit and so many digits, never with a power of ten."""
-    text = np.format_float_positional(frequency_hz, digits, fractional=False, trim="-")
-    return f"{text} Hz"

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import re
+from collections import Counter
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from solidwhirl.analyses.base import CRITICAL_SPEEDS, MODE_SHAPES
+from solidwhirl.core.blocks import AnalysisBlock, Table
+from solidwhirl.core.outcome import PageSection
 from solidwhirl.page.drawing import engine
 from solidwhirl.page.frame.build import page_html
-from solidwhirl.page.frame.records import Block, Chart, Run, Section, Table
-from solidwhirl.page.modes import campbell, criticals, frames, shapes, stability
-from solidwhirl.page.responses import maps, recovery, run_ups, state_space, unbalance
+from solidwhirl.page.frame.plotly_chart import page_chart
+from solidwhirl.page.frame.records import Block, Run, Section
+from solidwhirl.page.modes import campbell, criticals, shapes
 from solidwhirl.page.run import (
     accuracy,
     checks,
@@ -22,52 +27,23 @@ from solidwhirl.page.run import (
     summary,
 )
 from solidwhirl.rotordyn.core.atomic import replacing
+from solidwhirl.rotordyn.plots.chart import Chart
 
-
-def others(run: Run) -> Section | None:
-    """Return the analyses of kinds that no section knows; None where there are none."""
-    shown = {kind for _, kinds in SECTIONS for kind in kinds}
-    found = {n: o for n, o in run.results.analyses.items() if o.kind not in shown}
-    if not found:
-        return None
-    return Section(
-        name="other-analyses",
-        title="Other analyses",
-        blocks=[
-            Table(
-                head=["analysis", "kind", "in short", "files"],
-                rows=[
-                    [name, o.kind, o.headline, ", ".join(f"`{f}`" for f in o.files)]
-                    for name, o in found.items()
-                ],
-            )
-        ],
-        note="Their numbers are in `results.json`.",
-    )
-
-
-#: Sections from top to bottom, and the kinds of analyses that each shows.
-SECTIONS: tuple[tuple[Callable[[Run], Section | None], tuple[str, ...]], ...] = (
-    (summary.section, ()),
-    (engine.section, ()),
-    (campbell.section, ()),
-    (frames.section, ("rotating_campbell",)),
-    (criticals.section, ("separation_margins", "critical_speed_map")),
-    (shapes.section, ("mode_shapes",)),
-    (maps.section, ("place_map", "waterfall", "stiffness_study")),
-    (unbalance.section, ("unbalance_response",)),
-    (run_ups.section, ("run_up",)),
-    (stability.section, ("stability", "bearing_laws")),
-    (recovery.section, ("recovery",)),
-    (state_space.section, ("state_space",)),
-    (others, ()),
-    (comparison.section, ()),
-    (inputs.section, ()),
-    (masses.section, ()),
-    (meshes.section, ()),
-    (accuracy.section, ()),
-    (checks.section, ()),
-    (provenance.section, ()),
+_COUNT = re.compile(r" \((\d+)\)$")
+#: The page's own sections, by their order among those of analyses (`PageSection.order`).
+SECTIONS: tuple[tuple[int, Callable[[Run], Section | None]], ...] = (
+    (10, summary.section),
+    (20, engine.section),
+    (30, campbell.section),
+    (CRITICAL_SPEEDS.order, criticals.section),
+    (MODE_SHAPES.order, shapes.section),
+    (210, comparison.section),
+    (220, inputs.section),
+    (230, masses.section),
+    (240, meshes.section),
+    (250, accuracy.section),
+    (260, checks.section),
+    (270, provenance.section),
 )
 
 
@@ -86,28 +62,44 @@ def write_report(run: Run, path: Path) -> None:
 
 def sections_of(run: Run) -> tuple[Section, ...]:
     """Return the sections that a run has something for, in the order of the page."""
-    kinds = {name: outcome.kind for name, outcome in run.results.analyses.items()}
-    found = (section(run) for section, _ in SECTIONS)
-    return tuple(without_needless_names(s, kinds) for s in found if s is not None)
+    found = {order: own for order, section in SECTIONS if (own := section(run)) is not None}
+    for place, blocks in analysis_blocks(run).items():
+        own = found.get(place.order)
+        before = [] if own is None else own.blocks
+        section = Section(name=place.name, title=place.title, blocks=(), note=place.note)
+        found[place.order] = replace(own or section, blocks=[*before, *blocks])
+    return tuple(found[order] for order in sorted(found))
 
 
-def without_needless_names(section: Section, kinds: Mapping[str, str]) -> Section:
-    """Leave the name of an analysis out of titles where it says no more than its kind does.
+def analysis_blocks(run: Run) -> dict[PageSection, list[Block]]:
+    """Return what analyses tell, by section; names stand in titles where kinds say too little."""
+    outcomes = run.results.analyses
+    kinds = Counter(outcome.kind for outcome in outcomes.values())
+    found: dict[PageSection, list[Block]] = {}
+    for name, outcome in outcomes.items():
+        said = "" if name == outcome.kind and kinds[name] == 1 else name
+        told = [] if outcome.blocks is None else outcome.blocks()
+        if told:
+            blocks = found.setdefault(outcome.section, [])
+            blocks += [_page_block(block, name, said) for block in told]
+    return found
 
-    Titles of blocks end in " (name)" or " (name, count)"; `kinds` has the kind by name. A name that
-    is its kind's is left out if no other analysis is of this kind.
-    """
-    every = list(kinds.values())
-    needless = [name for name, kind in kinds.items() if name == kind and every.count(kind) == 1]
 
-    def told(title: str) -> str:
-        for name in needless:
-            title = title.replace(f" ({name})", "").replace(f" ({name}, ", " (")
+def _page_block(block: AnalysisBlock, name: str, said: str) -> Block:
+    """A block of an analysis of a name, with the name in its title where that is to be said."""
+    if isinstance(block, Chart):
+        return page_chart(replace(block, title=entitled(block.title, said)), name)
+    if isinstance(block, Table):
+        title, folded = entitled(block.title, said), entitled(block.folded, said)
+        return replace(block, title=title, folded=folded)
+    return block
+
+
+def entitled(title: str, name: str) -> str:
+    """Return a title with a name in brackets, before a number that stands there."""
+    if not (title and name):
         return title
-
-    def renamed(block: Block) -> Block:
-        if isinstance(block, Table):
-            return replace(block, title=told(block.title), folded=told(block.folded))
-        return replace(block, title=told(block.title)) if isinstance(block, Chart) else block
-
-    return replace(section, blocks=[renamed(block) for block in section.blocks])
+    count = _COUNT.search(title)
+    if count is None:
+        return f"{title} ({name})"
+    return f"{title[: count.start()]} ({name}, {count[1]})"

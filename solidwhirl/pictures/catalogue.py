@@ -11,14 +11,13 @@ import numpy as np
 
 from solidwhirl.core.outcome import Write, is_picture
 from solidwhirl.drawing.modes import pictured_modes
-from solidwhirl.files.picture_record import Picture
+from solidwhirl.files.picture_index import Picture
 from solidwhirl.page.frame.operating import operating_rad_s
 from solidwhirl.page.run.accuracy import time_chart
 from solidwhirl.page.run.checks import checks_chart
 from solidwhirl.page.run.meshes import plane_chart
 from solidwhirl.pictures.engine import draw_engine
 from solidwhirl.pictures.engine_shape import EngineShape, engine_shape
-from solidwhirl.pictures.series import draw_stability, draw_waterfall
 from solidwhirl.pipeline.run import Results
 from solidwhirl.rotordyn.plots.campbell import (
     draw_annotated_campbell,
@@ -34,19 +33,6 @@ _UNDAMPED = 1e-8
 _MOST_EDGES = 200_000
 # Every so many frames of a film a line says how far it is.
 _TOLD = 4
-# What the pictures of an analysis show, by its kind.
-_CAPTIONS = {
-    "unbalance_response": "Response to unbalance over the speed.",
-    "place_map": "Response over speed and place of the unbalance.",
-    "waterfall": "Response to motion of the ground over frequency and speed.",
-    "critical_speed_map": "Critical speeds over the stiffness of supports.",
-    "stiffness_study": "Response over frequency and stiffness of supports.",
-    "rotating_campbell": "Frequencies in the frames of the turning bodies.",
-    "mode_shapes": "Modes along the axis.",
-    "separation_margins": "Distances of critical speeds from operating speeds.",
-    "bearing_laws": "Coefficients of a bearing over its speed.",
-    "run_up": "Run-up through the speed range.",
-}
 
 
 def pictures_of(
@@ -191,15 +177,13 @@ def _draw_film(
 
 
 def _analyses(results: Results, title: str) -> Iterator[Picture]:
-    """Pictures that analyses draw themselves, and those of their numbers and files."""
-    for name, outcome in results.analyses.items():
-        caption = _CAPTIONS.get(outcome.kind, outcome.kind.replace("_", " ").capitalize() + ".")
+    """Pictures that analyses draw themselves, and those of their fields."""
+    for outcome in results.analyses.values():
         for file, write in outcome.files.items():
             if is_picture(file):
-                yield Picture(
-                    name=str(Path(file).with_suffix("")), kind="plot", caption=caption, draw=write
-                )
-            elif outcome.kind == "recovery" and file.endswith(".vtu") and not _is_frame(file):
+                name, caption = str(Path(file).with_suffix("")), outcome.caption
+                yield Picture(name=name, kind="plot", caption=caption, draw=write)
+            elif file.endswith(".vtu") and not _is_frame(file):
                 state = Path(file).stem
                 yield Picture(
                     name=state,
@@ -207,27 +191,6 @@ def _analyses(results: Results, title: str) -> Iterator[Picture]:
                     caption=f"Recovered state {state}: half of the body, deformed, with stress.",
                     draw=partial(_draw_stress, write, f"{title}: {state.replace('_', ' ')}"),
                 )
-        if outcome.kind == "stability":
-            yield Picture(
-                name=name,
-                kind="plot",
-                caption="Smallest logarithmic decrement over the speed, of all modes and of those "
-                "in the Campbell diagram, with the frequency of the least damped.",
-                draw=partial(draw_stability, outcome.document, title=title),
-            )
-        record = outcome.files.get(f"{name}.npz")
-        if outcome.kind == "run_up" and record and f"{name}_spectrogram.png" in outcome.files:
-            yield Picture(
-                name=f"{name}_waterfall",
-                kind="plot",
-                caption="Spectra of the mount force one behind the other during the run-up.",
-                draw=partial(
-                    draw_waterfall,
-                    record,
-                    2.0 * outcome.document["fastest_excitation_hz"],
-                    title=title,
-                ),
-            )
 
 
 def _is_frame(file: str) -> bool:

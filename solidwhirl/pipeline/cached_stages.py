@@ -6,13 +6,12 @@ import tempfile
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
-from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
 from solidwhirl.cache.codec import fingerprint
 from solidwhirl.cache.files import FreshStore, StageStore
-from solidwhirl.core.outcome import Outcome, Write, is_picture
+from solidwhirl.core.outcome import Outcome, Write
 from solidwhirl.core.stages import Progress, silent
 from solidwhirl.files.run_folder import writing_problem
 from solidwhirl.scene.records import Scene, without_folders
@@ -94,53 +93,34 @@ class Keeper:
                 self.keep(key, name, found)
         return found
 
-    def analysis(self, label: str, title: str, key: str, compute: Callable[[], Outcome]) -> Outcome:
-        """An analysis, kept or computed; its pictures are kept when they are drawn.
-
-        Parameters
-        ----------
-        label, title
-            Of the analysis, and what stands over its pictures.
-        compute
-            Runs it; called later where it is kept but a picture of it is not.
-        """
+    def analysis(self, label: str, key: str, compute: Callable[[], Outcome]) -> Outcome:
+        """An analysis of a name, kept or computed, with its files."""
         if self.store is None:
             return compute()
         name = f"analysis {label}"
-        again = cache(compute)
         with self.alone(key):
             kept = self.find(key)
             self.say(name, "computed" if kept is None else "kept")
             if kept is None:
-                contents = self._contents(name, again())
+                found = compute()
+                contents = self._contents(name, found)
                 if contents is None:
-                    return again()
-                kept = (replace(again(), files={}), contents)
+                    return found
+                kept = (replace(found, files={}), contents)
                 self.keep(key, name, kept)
         outcome, contents = kept
+        return replace(outcome, files={file: _copy(content) for file, content in contents.items()})
 
-        def later(file: str) -> Write:
-            return lambda path: again().files[file](path)
-
-        files: dict[str, Write] = {}
-        for file, content in contents.items():
-            if content is None:
-                files[file] = self.picture(self.key("picture", key, title, file), later(file))
-            else:
-                files[file] = _copy(content)
-        return replace(outcome, files=files)
-
-    def _contents(self, name: str, outcome: Outcome) -> dict[str, bytes | None] | None:
-        """Content of the files of an analysis, None of pictures; None if they can't be written."""
+    def _contents(self, name: str, outcome: Outcome) -> dict[str, bytes] | None:
+        """Content of the files of an analysis; None if they can't be written."""
         assert self.store is not None
-        data: dict[str, bytes | None] = dict.fromkeys(outcome.files)
+        data: dict[str, bytes] = {}
         try:
             self.store.folder.mkdir(parents=True, exist_ok=True)
             with tempfile.TemporaryDirectory(prefix=".writing-", dir=self.store.folder) as scratch:
                 for file, write in outcome.files.items():
-                    if not is_picture(file):
-                        write(Path(scratch) / file)
-                        data[file] = (Path(scratch) / file).read_bytes()
+                    write(Path(scratch) / file)
+                    data[file] = (Path(scratch) / file).read_bytes()
         except Exception as error:
             # libraries have their own errors for a full disk
             problem = writing_problem(self.store.folder)
@@ -149,6 +129,10 @@ class Keeper:
             self.progress(f"{name} is not kept: {problem or error}")
             return None
         return data
+
+    def picture_of(self, analysis: str, title: str, file: str, draw: Write) -> Write:
+        """A function that writes a picture of an analysis of a key."""
+        return self.picture(self.key("picture", analysis, title, file), draw)
 
     def picture(self, key: str, draw: Write) -> Write:
         """A function that writes a picture, from the store or by drawing it.

@@ -42,9 +42,6 @@ from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.operating import operating_speeds
 from solidwhirl.scene_checks.speeds_asked import range_top_rpm
 
-# Analyses that look at the operating speeds of the scene.
-_OPERATING = ("separation_margins", "stability")
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ExcitedCriticalSpeed:
@@ -56,13 +53,7 @@ class ExcitedCriticalSpeed:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Engine:
-    """The assembled engine of a run.
-
-    Attributes
-    ----------
-    beams
-        Those of the beam level, with their variants.
-    """
+    """The assembled engine of a run."""
 
     job: Job
     reduced: Mapping[str, BodyResult]
@@ -78,8 +69,6 @@ class Diagram:
 
     Attributes
     ----------
-    campbell
-        Tracked branches over the speeds of the scene.
     critical_speeds
         Within the scene's speed range, by excitation.
     """
@@ -211,14 +200,15 @@ def analyses_of(
 
         job.progress(Stage(name=StageName.ANALYSIS, body=spec.label, detail=f" ({spec.kind})"))
         named = [a for a in scene.analyses if a.label in getattr(spec, "refers_to", ())]
-        operating = [tuple(o) for o in operating_speeds(scene) if spec.kind in _OPERATING]
+        operating = [tuple(o) for o in operating_speeds(scene) if spec.sees_operating]
         key = job.keeper.key("analysis", engine.digest, spec, seen, named, operating)
-        title = scene.title or scene.name
+        picture = partial(job.keeper.picture_of, key, scene.title or scene.name)
         with job.clock.stage(f"analysis {spec.label}"):
             try:
-                outcomes[spec.label] = job.keeper.analysis(spec.label, title, key, compute)
+                outcome = job.keeper.analysis(spec.label, key, compute)
             except AnalysisError as error:
                 raise AnalysisError(f"analyses[{k}] ({spec.label}): {error}") from error
+        outcomes[spec.label] = spec.told(outcome, seen_by_analyses, picture)
     return outcomes
 
 

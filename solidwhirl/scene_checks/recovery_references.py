@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from solidwhirl.analyses.kinds.recovery import RecoverySpec
-from solidwhirl.analyses.kinds.recovery_states import RecoveryStateSpec
 from solidwhirl.analyses.kinds.run_up import RunUpSpec
 from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
+from solidwhirl.analyses.recovery.analysis import RecoverySpec
+from solidwhirl.analyses.recovery.states import RecoveryStateSpec
 from solidwhirl.core.errors import unknown
 from solidwhirl.scene.records import Scene
 

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
-from solidwhirl.analyses.kinds.place_map import PlaceMapSpec
-from solidwhirl.analyses.kinds.separation_margins import SeparationMarginsSpec
-from solidwhirl.analyses.kinds.stiffness_study import StiffnessStudySpec
 from solidwhirl.analyses.registry import AnalysisSpec
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.scene.records import Scene
@@ -96,7 +93,8 @@ def _speeds_asked(scene: Scene) -> Iterator[SpeedAsked]:
         for key, speeds in _given(analysis):
             for rpm in speeds:
                 yield SpeedAsked(analysis=analysis.label, speed_rpm=rpm, source=f"{key} of {where}")
-        for rpm, source in _of_a_shaft(scene, analysis, where):
+        ratio = partial(_ratio, scene)
+        for rpm, source in analysis.shaft_speeds(scene.operating, ratio, where):
             yield SpeedAsked(analysis=analysis.label, speed_rpm=rpm, source=source)
 
 
@@ -106,36 +104,6 @@ def _given(analysis: AnalysisSpec) -> Iterator[tuple[str, tuple[float, ...]]]:
         yield key, (getattr(analysis, key, None) or 0.0,)
     for key in ("speeds_rpm", "orbits_at_rpm"):
         yield key, tuple(getattr(analysis, key, ()))
-
-
-def _of_a_shaft(scene: Scene, analysis: AnalysisSpec, where: str) -> Iterator[tuple[float, str]]:
-    """Speeds of the reference shaft that follow from the speed of a shaft."""
-    place = _synchronous(analysis)
-    if place is not None:
-        body = place.partition(".")[0]
-        fastest = 60.0 * getattr(analysis, "frequency_max_hz", 0.0)
-        said = f"60 times frequency_max_hz of {where}, as {body!r} turns at every frequency"
-        yield fastest / _ratio(scene, body), said
-    if isinstance(analysis, CriticalSpeedMapSpec):
-        rpm = analysis.search_to_rpm / _ratio(scene, analysis.excited_by)
-        yield rpm, f"search_to_rpm of {where}"
-    if isinstance(analysis, SeparationMarginsSpec):
-        factor = analysis.search_factor
-        for o in analysis.operating or scene.operating:
-            yield (
-                factor * o.to_rpm / _ratio(scene, o.shaft),
-                f"{factor:g} times the operating speed of {o.shaft!r}, {o.to_rpm:g} rpm, to which "
-                f"{where} looks (search_factor)",
-            )
-
-
-def _synchronous(analysis: AnalysisSpec) -> str | None:
-    """Place that an unbalance excites at all frequencies of a map, each at its own speed."""
-    if isinstance(analysis, PlaceMapSpec):
-        return analysis.places[0]
-    if isinstance(analysis, StiffnessStudySpec) and analysis.speed_rpm is None:
-        return analysis.excite
-    return None
 
 
 def _ratio(scene: Scene, body: str) -> float:

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from solidwhirl.analyses.base import number_text
 from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
-from solidwhirl.analyses.kinds.mode_shapes import ModeShapesSpec
 from solidwhirl.analyses.kinds.run_up import RunUpSpec
 from solidwhirl.analyses.kinds.separation_margins import SeparationMarginsSpec
 from solidwhirl.analyses.kinds.stiffness_study import StiffnessStudySpec
-from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
 from solidwhirl.analyses.registry import AnalysisSpec
 from solidwhirl.core.errors import unknown
-from solidwhirl.core.outcome import MOST_CURVES, MOST_ORBITS
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_checks.interface_motions import acting_on, is_off_axis
 from solidwhirl.scene_reading.weight import weight_problems
@@ -26,29 +21,9 @@ from solidwhirl.scene_reading.weight import weight_problems
 _PLACES = ("at", "observe", "excite", "places", "inputs", "outputs", "drives")
 _BODIES = ("bodies", "excited_by", "shaft", "compare_flexible")
 _BEARINGS = ("bearings", "mount")
-# Keys by kind whose bodies must turn, and why.
-_TURNING = {
-    "place_map": {"places": "an unbalance needs a turning body"},
-    "critical_speed_map": {"excited_by": "an unbalance needs a turning body"},
-    "stiffness_study": {"excite": "an unbalance needs a turning body"},
-    "unbalance_response": {"at": "an unbalance needs a turning body"},
-    "rotating_campbell": {"bodies": "its frame is the inertial one"},
-    "separation_margins": {"shaft": "it has no operating speed"},
-    "run_up": {
-        "at": "an unbalance needs a turning body",
-        "compare_flexible": "bodies at rest stay flexible in all models",
-    },
-}
 # What a run-up must record and step per turn of an unbalance.
 _RECORDS_PER_TURN = 2.5
 _LARGEST_ANGLE_RAD = 1.0
-# Suffixes of the files of an analysis after its name, where it writes more than a picture.
-_SUFFIXES = {
-    "run_up": (".png", ".npz", "_spectrogram.png", "_response.png", "_complexity.png"),
-    "state_space": (".h5", ".npz", ".mat"),
-    "stability": (),
-    "recovery": (),
-}
 
 
 def analysis_problems(scene: Scene) -> list[str]:
@@ -87,7 +62,7 @@ def _name_problems(scene: Scene, spec: AnalysisSpec, places: list[str]) -> Itera
 
 
 def _turning_problems(scene: Scene, spec: AnalysisSpec) -> Iterator[str]:
-    reasons = _TURNING.get(spec.kind, {})
+    reasons = spec.turning
     for key, value in _named(spec):
         body = value.partition(".")[0]
         if _last(key) in reasons and scene.speed_ratio(body) == 0.0:
@@ -166,8 +141,9 @@ def _moves_axially(scene: Scene) -> bool:
 def _file_problems(scene: Scene) -> Iterator[str]:
     """Files that two analyses, or one of them twice, would write."""
     owner: dict[str, int] = {}
+    bearings = {b.name: bool(b.speed_law) for b in scene.bearings}
     for k, spec in enumerate(scene.analyses):
-        for file in possible_files(scene, spec):
+        for file in spec.possible_files(bearings):
             first = owner.setdefault(file, k)
             if first != k and scene.analyses[first].label != spec.label:
                 yield (
@@ -175,40 +151,10 @@ def _file_problems(scene: Scene) -> Iterator[str]:
                     f"{scene.analyses[first].label!r} does (analyses[{first}]); choose another name"
                 )
                 break
-        names = list(possible_files(scene, spec))
+        names = spec.possible_files(bearings)
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
             yield f"analyses[{k}]: {twice[0]} would be written twice; name speeds and bodies once"
-
-
-def possible_files(scene: Scene, spec: AnalysisSpec) -> tuple[str, ...]:
-    """Files that an analysis writes, or would with other results."""
-    name = spec.label
-    if isinstance(spec, ModeShapesSpec):
-        ends = ("", "_participation", *(f"_{body}" for body in spec.bodies))
-        return tuple(
-            f"{name}_{number_text(rpm)}rpm{end}.png" for rpm in spec.speeds_rpm for end in ends
-        )
-    if spec.kind == "bearing_laws":
-        return tuple(f"{name}_{b.name}.png" for b in scene.bearings if b.speed_law)
-    if isinstance(spec, UnbalanceResponseSpec):
-        return _response_files(scene, spec)
-    return tuple(f"{name}{suffix}" for suffix in _SUFFIXES.get(spec.kind, (".png",)))
-
-
-def _response_files(scene: Scene, spec: UnbalanceResponseSpec) -> tuple[str, ...]:
-    """Pictures, each with the curves that have room in it."""
-    places = math.ceil(len(spec.observe) / MOST_CURVES)
-    counts = {
-        "": places,
-        "_bearing_forces": math.ceil(len(scene.bearings) / MOST_CURVES),
-        "_orbits": places * math.ceil(len(spec.orbits_at_rpm) / MOST_ORBITS),
-    }
-    return tuple(
-        f"{spec.label}{what}{f'_{k + 1}' if k else ''}.png"
-        for what, count in counts.items()
-        for k in range(count)
-    )
 
 
 def _last(key: str) -> str:

@@ -2,59 +2,210 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from solidwhirl.analyses.base import (
-    Analysis,
-    Engine,
-)
-from solidwhirl.core.fields import (
-    Positive,
-)
-from solidwhirl.core.outcome import Outcome, Write
+from solidwhirl.analyses.base import STABILITY, Analysis, Charts, Engine, Found
+from solidwhirl.core.blocks import AnalysisBlock, Text
+from solidwhirl.core.fields import Positive
+from solidwhirl.core.outcome import Outcome
+from solidwhirl.core.plain_data import Labels
 from solidwhirl.rotordyn.assembly.bearing_notes import bearing_notes, note_lines
+from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
-from solidwhirl.rotordyn.plots.maps import draw_bearing_law
+from solidwhirl.rotordyn.plots.chart import (
+    Axis,
+    Chart,
+    Curve,
+    Look,
+    Part,
+    Span,
+    metric,
+    series_look,
+    speed_axis,
+)
 from solidwhirl.rotordyn.response.resonance_samples import with_knots
+
+_SAME = 1e-9
+# Where a coefficient stands in its matrix, and the dashes of its line.
+_ENTRIES = {"xx": (0, 0, "solid"), "yy": (1, 1, "dot"), "xy": (0, 1, "dash"),
+            "yx": (1, 0, "dashdot")}  # fmt: skip
 
 
 class BearingLawsSpec(Analysis):
     """Stiffness and damping of the bearings that depend on the speed."""
 
+    section = STABILITY
+
     kind: Literal["bearing_laws"]
     to_rpm: Positive
 
+    def possible_files(self, bearings: Mapping[str, bool]) -> tuple[str, ...]:
+        """Return a picture for each bearing with a law."""
+        return tuple(f"{self.label}_{name}.png" for name, has_law in bearings.items() if has_law)
+
     def run(self, engine: Engine) -> Outcome:
         """Coefficients of the bearings that depend on the speed."""
-        speeds = with_knots(
-            np.linspace(0.0, self.to_rpm * RAD_S_PER_RPM, 401), engine.system.knots_rad_s
-        )
-        documents: dict[str, Any] = {}
-        files: dict[str, Write] = {}
-        named = {b.name: b for b in engine.system.system.bearings}
-        for joint in engine.system.law_joints:
-            values = [joint.coefficients(float(speed)) for speed in speeds]
-            documents[joint.bearing] = {
-                "law": joint.law.name,
-                "speed_of_its_rotor_rpm": (
-                    np.abs(joint.speed_ratio) * speeds * RPM_PER_RAD_S
-                ).tolist(),
-                "stiffness_n_per_m": [np.diag(k).tolist() for k, _ in values],
-                "damping_n_s_per_m": [np.diag(c).tolist() for _, c in values],
+        speeds = self._speeds(engine)
+        documents = {
+            own.bearing: {
+                "law": own.law,
+                "speed_of_its_rotor_rpm": own.speed_rpm.tolist(),
+                "stiffness_n_per_m": [np.diag(k).tolist() for k in own.stiffness],
+                "damping_n_s_per_m": [np.diag(c).tolist() for c in own.damping],
             }
-            bearing = named[joint.bearing]
-            own = np.abs(joint.speed_ratio) * speeds
-
-            def draw(path: Any, bearing: Any = bearing, own: Any = own) -> None:
-                draw_bearing_law(bearing, own, path, f"{engine.title}: bearing {bearing.name}", {})
-
-            files[f"{self.label}_{joint.bearing}.png"] = draw
+            for own in _laws(engine, speeds)
+        }
         notes = list(note_lines(bearing_notes(engine.system, speeds[[0, -1]])))
         return Outcome(
             kind=self.kind,
             document={"bearings": documents, "notes": notes},
-            files=files,
             headline=f"{len(documents)} bearings, {len(notes)} notes",
         )
+
+    def _speeds(self, engine: Engine) -> FloatArray:
+        speeds = np.linspace(0.0, self.to_rpm * RAD_S_PER_RPM, 401)
+        return with_knots(speeds, engine.system.knots_rad_s)
+
+    def pictures(self, found: Found) -> Mapping[str, Charts]:
+        """One picture for each bearing: stiffness above damping."""
+        laws = _laws(found.engine, self._speeds(found.engine))
+        return {f"_{own.bearing}": partial(_law_charts, [own]) for own in laws}
+
+    def blocks(self, found: Found) -> Sequence[AnalysisBlock]:
+        """Coefficients of all bearings together, and what is to be said of them."""
+        laws = list(_laws(found.engine, self._speeds(found.engine)))
+        notes = [Text(text=note, kind="warning") for note in found.document["notes"]]
+        return [*(_law_charts(laws) if laws else ()), *notes]
+
+    @classmethod
+    def labels(cls, document: Mapping[str, Any]) -> Labels:
+        """Direct coefficients over the speed of the rotor, bearing by bearing."""
+        laws, own = document["bearings"], "speed_of_its_rotor_rpm"
+        if not laws:
+            return Labels({})
+        keys = ("stiffness_n_per_m", "damping_n_s_per_m")
+        over = ("bearing", "point", "direction")
+        return Labels(
+            {key: (over, [law[key] for law in laws.values()]) for key in keys},
+            {
+                "bearing": ("bearing", list(laws)),
+                "direction": ("direction", ["x", "y"]),
+                "law": ("bearing", [law["law"] for law in laws.values()]),
+                own: (("bearing", "point"), [law[own] for law in laws.values()]),
+            },
+        )
+
+
+class Law(NamedTuple):
+    """Coefficients (s, 2, 2) of a bearing over the speed of its rotor, and the law's own range."""
+
+    bearing: str
+    law: str
+    speed_rpm: FloatArray
+    stiffness: FloatArray
+    damping: FloatArray
+    range_rpm: tuple[float, float]
+
+
+def _laws(engine: Engine, speeds_rad_s: FloatArray) -> Iterator[Law]:
+    for joint in engine.system.law_joints:
+        values = [joint.coefficients(float(speed)) for speed in speeds_rad_s]
+        low, high = joint.law.speed_range_rad_s
+        yield Law(
+            bearing=joint.bearing,
+            law=joint.law.name,
+            speed_rpm=np.abs(joint.speed_ratio) * speeds_rad_s * RPM_PER_RAD_S,
+            stiffness=np.array([k for k, _ in values]),
+            damping=np.array([c for _, c in values]),
+            range_rpm=(low * RPM_PER_RAD_S, high * RPM_PER_RAD_S),
+        )
+
+
+def _law_charts(laws: Sequence[Law]) -> list[Chart]:
+    return [
+        law_chart([(law, getattr(law, quantity)) for law in laws], quantity.capitalize(), unit)
+        for quantity, unit in (("stiffness", "N/m"), ("damping", "N s/m"))
+    ]
+
+
+def law_chart(found: Sequence[tuple[Law, FloatArray]], quantity: str, unit: str) -> Chart:
+    """Return one coefficient (s, 2, 2) of bearings with a law; equal curves are drawn once."""
+    prefixed, factor = metric(max(float(np.nanmax(np.abs(m))) for _, m in found), unit)
+    curves = [
+        Curve(
+            x=law.speed_rpm,
+            y=factor * values,
+            name=f"{', '.join(names)} ({law.law})",
+            look=Look(series_look(number).color, _dash(names[-1])),
+        )
+        for number, (names, law, values) in enumerate(_curves(found))
+    ]
+    last = max(float(law.speed_rpm.max()) for law, _ in found)
+    spans = {span.name: span for law, matrices in found for span in _spans(law, matrices)}
+    parts: list[Part] = [*(spans.values() if len(found) == 1 else ()), *curves]
+    return Chart(
+        name=f"law-{quantity.lower()}",
+        title=f"{quantity} of bearings with a speed law",
+        caption="Over the speed of the rotor that the bearing carries. Along y alone lines are "
+        "dotted, cross coefficients are broken; bearings with the same curve share it. A reference "
+        "shaft that is not the rotor turns at another speed.",
+        alt=f"{quantity} of {', '.join(law.bearing for law, _ in found)} over the speed.",
+        x=speed_axis(0.0, last, "speed of the rotor itself"),
+        y=Axis(label=quantity.lower(), unit=prefixed, digits=".4g"),
+        parts=parts,
+        height_px=340,
+    )
+
+
+def _dash(name: str) -> str:
+    return "solid" if name.endswith("xx and yy") else _ENTRIES[name[-2:]][2]
+
+
+def _curves(
+    found: Sequence[tuple[Law, FloatArray]],
+) -> list[tuple[list[str], Law, FloatArray]]:
+    """Curves that differ, with the bearings and directions that have them."""
+    out: list[tuple[list[str], Law, FloatArray]] = []
+    for law, matrices in found:
+        curves = {name: matrices[:, i, j] for name, (i, j, _) in _ENTRIES.items()}
+        if np.allclose(curves["xx"], curves["yy"], rtol=_SAME, atol=0.0):
+            curves = {"xx and yy": curves["xx"], "xy": curves["xy"], "yx": curves["yx"]}
+        for name, values in curves.items():
+            if name in ("xy", "yx") and not values.any():
+                continue
+            own = law, values
+            names = next((n for n, other, others in out if _is_same(own, (other, others))), None)
+            if names is None:
+                out.append(([f"{law.bearing} {name}"], law, values))
+            else:
+                names.append(f"{law.bearing} {name}")
+    return out
+
+
+def _is_same(first: tuple[Law, FloatArray], second: tuple[Law, FloatArray]) -> bool:
+    """Whether one curve would lie on the other."""
+    (law, values), (other, others) = first, second
+    return (
+        law.law == other.law
+        and np.array_equal(law.speed_rpm, other.speed_rpm)
+        and np.allclose(values, others, rtol=_SAME, atol=0.0)
+    )
+
+
+def _spans(law: Law, matrices: FloatArray) -> Iterator[Span]:
+    """The range that a law was made for, and where its damping has a negative eigenvalue."""
+    rpm = law.speed_rpm
+    low, high = max(law.range_rpm[0], float(rpm[0])), min(law.range_rpm[1], float(rpm[-1]))
+    yield Span(low=low, high=high, name=f"range of {law.law}", look=Look("@good", ""))
+    if matrices is not law.damping:
+        return
+    lowest = np.linalg.eigvalsh(0.5 * (matrices + matrices.transpose(0, 2, 1)))[:, 0]
+    negative = lowest < -1e-12 * np.abs(matrices).max(initial=0.0)
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], negative.astype(int), [0]))))
+    for k, (a, b) in enumerate(edges.reshape(-1, 2)):
+        name = "negative damping" + " " * k
+        yield Span(low=float(rpm[a]), high=float(rpm[b - 1]), name=name, is_hatched=True)

@@ -2,32 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Annotated, Literal
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from pydantic import (
-    Field,
-)
+from pydantic import Field
 
 from solidwhirl.analyses.base import (
+    CRITICAL_SPEEDS,
+    UNBALANCE_TURNS,
+    Charts,
     Engine,
+    Found,
     OperatingSpec,
     Stiffnesses,
 )
-from solidwhirl.core.fields import (
-    Count,
-    Name,
-    Positive,
-)
+from solidwhirl.core.blocks import AnalysisBlock, numbers
+from solidwhirl.core.fields import Count, Name, Positive
 from solidwhirl.core.outcome import Outcome
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
-from solidwhirl.rotordyn.critical_speeds.map import critical_speed_map
-from solidwhirl.rotordyn.plots.maps import draw_critical_speed_map
+from solidwhirl.rotordyn.critical_speeds.map import critical_speed_map, stiffness_at_rest
+from solidwhirl.rotordyn.plots.chart import Chart
+from solidwhirl.rotordyn.plots.maps import MapCurves, map_chart
 
 
 class CriticalSpeedMapSpec(Stiffnesses):
     """Critical speeds over the stiffness of supports."""
+
+    section = CRITICAL_SPEEDS
+    turning: ClassVar = {"excited_by": UNBALANCE_TURNS}
+    axes = dict.fromkeys(
+        ("critical_speed_rpm", "shaft_speed_rpm", "whirl", "likeness"),
+        ("branch", "stiffness_n_per_m"),
+    )
 
     kind: Literal["critical_speed_map"]
     excited_by: Name
@@ -41,29 +48,29 @@ class CriticalSpeedMapSpec(Stiffnesses):
         if rpm is not None:
             yield OperatingSpec(shaft=self.excited_by, from_rpm=rpm, to_rpm=rpm)
 
+    def shaft_speeds(
+        self, operating: Sequence[OperatingSpec], ratio: Callable[[str], float], where: str
+    ) -> Iterator[tuple[float, str]]:
+        """Yield the speed to which critical speeds are sought."""
+        yield self.search_to_rpm / ratio(self.excited_by), f"search_to_rpm of {where}"
+
     def run(self, engine: Engine) -> Outcome:
         """Undamped critical speeds over the stiffness of supports."""
-        stiffness = np.geomspace(
-            self.stiffness_from_n_per_m, self.stiffness_to_n_per_m, self.stiffness_count
-        )
         ratio = abs(engine.speed_ratio(self.excited_by))
         found = critical_speed_map(
             engine.system,
             self.bearings,
-            stiffness,
+            self.stiffnesses_n_per_m,
             excitation_ratio=ratio,
             branch_count=self.branches,
             speed_max_rad_s=self.search_to_rpm * RAD_S_PER_RPM / ratio,
         )
-        operating = {}
-        if self.operating_speed_rpm is not None:
-            operating[self.excited_by] = self.operating_speed_rpm * RAD_S_PER_RPM / ratio
         return Outcome(
             kind=self.kind,
             document={
                 "bearings": list(self.bearings),
                 "excited_by": self.excited_by,
-                "stiffness_n_per_m": stiffness.tolist(),
+                "stiffness_n_per_m": self.stiffnesses_n_per_m.tolist(),
                 "critical_speed_rpm": (found.speed_rad_s * RPM_PER_RAD_S).tolist(),
                 "shaft_speed_rpm": (ratio * found.speed_rad_s * RPM_PER_RAD_S).tolist(),
                 "whirl": [[w or None for w in branch] for branch in found.whirl.tolist()],
@@ -71,12 +78,42 @@ class CriticalSpeedMapSpec(Stiffnesses):
                 "rigid_rpm": (found.rigid_rad_s * RPM_PER_RAD_S).tolist(),
                 "operating_speed_rpm": self.operating_speed_rpm,
             },
-            files={
-                f"{self.label}.png": lambda path: draw_critical_speed_map(
-                    found, path, engine.title, operating
-                )
-            }
-            if np.isfinite(found.speed_rad_s).any()
-            else {},
             headline=f"{len(found.speed_rad_s)} branches over {self.stiffness_count} stiffnesses",
         )
+
+    def pictures(self, found: Found) -> Mapping[str, Charts]:
+        """The map, if it has a branch."""
+        speeds = numbers(found.document["critical_speed_rpm"])
+        return {"": lambda: [self._chart(found)]} if np.isfinite(speeds).any() else {}
+
+    def blocks(self, found: Found) -> Sequence[AnalysisBlock]:
+        """The map."""
+        return [self._chart(found)]
+
+    def _chart(self, found: Found) -> Chart:
+        """The map over the speed of the shaft that excites."""
+        document, rpm = found.document, self.operating_speed_rpm
+        ratio = abs(found.engine.speed_ratio(self.excited_by))
+        stiffness = numbers(document["stiffness_n_per_m"])
+        curves = MapCurves(
+            bearings=self.bearings,
+            stiffness_n_per_m=stiffness,
+            speed_rpm=numbers(document["shaft_speed_rpm"]).reshape(-1, stiffness.size),
+            whirl=document["whirl"],
+            free_rpm=numbers(document["free_rpm"]) * ratio,
+            rigid_rpm=numbers(document["rigid_rpm"]) * ratio,
+            chosen=_chosen(found.engine, self.bearings),
+        )
+        return map_chart(curves, {} if rpm is None else {self.excited_by: rpm}, self.excited_by)
+
+
+def _chosen(engine: Engine, names: Sequence[str]) -> dict[float, str]:
+    """The bearings by the stiffness that they have, N/m."""
+    places: dict[float, list[str]] = {}
+    for name in names:
+        pair = stiffness_at_rest(engine.system, name)
+        marks = ("", "") if pair[0] == pair[1] else (" (x)", " (y)")
+        for value, mark in zip(pair.tolist(), marks, strict=True):
+            if name + mark not in places.setdefault(value, []):
+                places[value].append(name + mark)
+    return {value: ", ".join(own) for value, own in places.items()}

@@ -2,39 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping, Sequence
 from functools import partial
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import (
-    Field,
-)
+import numpy as np
+from pydantic import Field
 
 from solidwhirl.analyses.base import (
+    MODE_SHAPES,
     MOST_SPEEDS,
     Analysis,
+    Charts,
     Engine,
+    Found,
     decrements,
     number_text,
 )
-from solidwhirl.core.fields import (
-    MOST,
-    Count,
-    Name,
-    NotNegative,
-)
-from solidwhirl.core.outcome import Outcome, Write
-from solidwhirl.rotordyn import AssembledSystem, Campbell, modes_at_speed
+from solidwhirl.core.blocks import AnalysisBlock
+from solidwhirl.core.fields import MOST, Count, Name, NotNegative
+from solidwhirl.core.outcome import Outcome
+from solidwhirl.core.plain_data import Labelled, Labels
+from solidwhirl.rotordyn import Modes, modes_at_speed
 from solidwhirl.rotordyn.campbell.branch_numbers import branch_numbers
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
-from solidwhirl.rotordyn.modes.mode_shapes import BodyShape, mode_shapes
-from solidwhirl.rotordyn.modes.participation import participation
-from solidwhirl.rotordyn.plots.modes import (
-    draw_body_modes,
-    draw_mode_shapes,
-)
-from solidwhirl.rotordyn.plots.participation import draw_participation
+from solidwhirl.rotordyn.modes.mode_shapes import BodyShape, ModeShapes, mode_shapes
+from solidwhirl.rotordyn.modes.participation import Participation, participation
+from solidwhirl.rotordyn.plots.chart import Chart
+from solidwhirl.rotordyn.plots.modes import body_chart, deflection_chart, mode_names, share_chart
 
 # Modes that have room in one picture.
 _MOST_MODES = 12
@@ -43,83 +38,125 @@ _MOST_MODES = 12
 class ModeShapesSpec(Analysis):
     """Shapes of the lowest modes and which bodies and joints take part in them."""
 
+    section = MODE_SHAPES
+
     kind: Literal["mode_shapes"]
     speeds_rpm: Annotated[tuple[NotNegative, ...], Field(min_length=1, max_length=MOST_SPEEDS)]
     modes: Annotated[Count, Field(le=60)] = 8
     bodies: Annotated[tuple[Name, ...], Field(max_length=MOST)] = ()
 
+    def possible_files(self, bearings: Mapping[str, bool]) -> tuple[str, ...]:
+        """Return three pictures and more for each speed."""
+        ends = ("", "_participation", *(f"_{body}" for body in self.bodies))
+        return tuple(
+            f"{self.label}_{number_text(rpm)}rpm{end}.png"
+            for rpm in self.speeds_rpm
+            for end in ends
+        )
+
     def run(self, engine: Engine) -> Outcome:
         """Shapes of the lowest modes at some speeds, numbered as in the diagram."""
         documents = []
-        files: dict[str, Write] = {}
         for rpm in self.speeds_rpm:
-            modes = modes_at_speed(engine.system, rpm * RAD_S_PER_RPM, self.modes)
-            numbers = branch_numbers(engine.system, engine.diagram, modes).tolist()
-            shapes, shares = (
-                mode_shapes(engine.system, modes, numbers),
-                participation(engine.system, modes),
-            )
-            files |= _mode_files(
-                self, engine.system, engine.diagram, rpm, f"{engine.title}, {number_text(rpm)} rpm"
-            )
+            modes, shapes, shares = _modes(engine, rpm, self.modes)
             documents.append(
                 {
                     "speed_rpm": rpm,
-                    "branch": [k or None for k in numbers],
+                    "branch": [k or None for k in shapes.numbers or ()],
                     "frequency_hz": modes.frequency_hz.tolist(),
                     "log_decrement": decrements(modes.log_decrement),
                     "whirl": shapes.whirl.tolist(),
                     "bodies": {b.body: _shape_document(b) for b in shapes.bodies},
-                    "kinetic_energy": dict(
-                        zip(shares.bodies, shares.kinetic_bodies.tolist(), strict=True)
-                    ),
-                    "strain_energy_of_bodies": dict(
-                        zip(shares.bodies, shares.strain_bodies.tolist(), strict=True)
-                    ),
-                    "strain_energy_of_joints": dict(
-                        zip(shares.joints, shares.strain_joints.tolist(), strict=True)
-                    ),
+                    "kinetic_energy": _by_name(shares.bodies, shares.kinetic_bodies),
+                    "strain_energy_of_bodies": _by_name(shares.bodies, shares.strain_bodies),
+                    "strain_energy_of_joints": _by_name(shares.joints, shares.strain_joints),
                 }
             )
         lowest = ", ".join(f"{f:.2f}" for f in documents[0]["frequency_hz"])
         return Outcome(
             kind=self.kind,
             document={"speeds": documents},
-            files=files,
             headline=f"{self.speeds_rpm[0]:.0f} rpm: {lowest} Hz",
         )
 
+    def pictures(self, found: Found) -> Mapping[str, Charts]:
+        """The lowest modes at each speed: all bodies, single ones, and their shares of energy."""
+        pictures: dict[str, Charts] = {}
+        for speed in found.document["speeds"]:
+            if speed["frequency_hz"]:
+                at = f"_{number_text(speed['speed_rpm'])}rpm"
+                for suffix in ("", "_participation", *(f"_{body}" for body in self.bodies)):
+                    charts = partial(self._charts, found.engine, speed["speed_rpm"], suffix)
+                    pictures[at + suffix] = charts
+        return pictures
 
-def _mode_files(
-    spec: ModeShapesSpec, system: AssembledSystem, diagram: Campbell, rpm: float, title: str
-) -> dict[str, Write]:
-    """Pictures of the modes that have room in them, the lowest ones."""
-    modes = modes_at_speed(system, rpm * RAD_S_PER_RPM, min(spec.modes, _MOST_MODES))
-    if modes.frequency_hz.size == 0:
-        return {}
-    numbers = branch_numbers(system, diagram, modes).tolist()
-    shapes, shares = mode_shapes(system, modes, numbers), participation(system, modes)
-    if spec.modes > _MOST_MODES:
-        title += f", the lowest {modes.frequency_hz.size} modes"
-    at = f"{spec.label}_{number_text(rpm)}rpm"
-    draw_shares = partial(draw_participation, numbers=numbers)
-    files: dict[str, Write] = {
-        f"{at}.png": _later(draw_mode_shapes, shapes, title),
-        f"{at}_participation.png": _later(draw_shares, shares, title),
-    }
-    for body in spec.bodies:
-        files[f"{at}_{body}.png"] = _later(draw_body_modes, shapes, body, title)
-    return files
+    def _charts(self, engine: Engine, rpm: float, suffix: str) -> list[Chart]:
+        _, shapes, shares = _modes(engine, rpm, min(self.modes, _MOST_MODES))
+        at = f"{number_text(rpm)} rpm"
+        if self.modes > _MOST_MODES:
+            at += f", the lowest {shapes.frequency_hz.size} modes"
+        if suffix == "":
+            return [deflection_chart([(at, mode_names(shapes), shapes)])]
+        if suffix != "_participation":
+            return [body_chart(shapes, suffix[1:], at)]
+        found = [(at, mode_names(shapes), shares)]
+        return [share_chart(found, kind) for kind in ("kinetic", "strain")]
+
+    def blocks(self, found: Found) -> Sequence[AnalysisBlock]:
+        """Nothing: a page shows modes at these speeds beside those at the critical ones."""
+        return ()
+
+    @classmethod
+    def labels(cls, document: Mapping[str, Any]) -> Labels:
+        """Modes over the speed, filled up to the speed that has most of them."""
+        speeds = document["speeds"]
+        most = max(len(s["frequency_hz"]) for s in speeds)
+        bodies = speeds[0]["bodies"]
+
+        def deflections(speed: Mapping[str, Any]) -> list[Any]:
+            return [row for b in speed["bodies"].values() for row in b["interface_deflection"]]
+
+        variables: dict[str, Labelled] = {
+            key: (("speed_rpm", "mode"), [_padded(s[key], most) for s in speeds])
+            for key in ("frequency_hz", "log_decrement", "whirl")
+        }
+        branches = [_padded([k or 0 for k in s.get("branch", ())], most) for s in speeds]
+        variables["branch"] = (("speed_rpm", "mode"), branches)
+        rows = [[_padded(row, most) for row in deflections(s)] for s in speeds]
+        variables["deflection"] = (("speed_rpm", "place", "mode"), rows)
+        places = [f"{body}.{i}" for body, shape in bodies.items() for i in shape["interfaces"]]
+        axial = [z for shape in bodies.values() for z in shape["interface_axial_m"]]
+        coordinates: dict[str, Labelled] = {
+            "speed_rpm": ("speed_rpm", [s["speed_rpm"] for s in speeds]),
+            "place": ("place", np.array(places, dtype=str)),
+            "axial_m": ("place", np.array(axial, dtype=float)),
+        }
+        for key, dim in (
+            ("kinetic_energy", "body"),
+            ("strain_energy_of_bodies", "body"),
+            ("strain_energy_of_joints", "joint"),
+        ):
+            names = list(speeds[0][key])
+            shares = [[_padded(s[key][name], most) for name in names] for s in speeds]
+            if names:
+                variables[f"share_of_{key}"] = (("speed_rpm", dim, "mode"), shares)
+                coordinates[dim] = (dim, names)
+        return Labels(variables, coordinates)
 
 
-def _later(draw: Callable[..., None], *arguments: Any) -> Write:
-    """Draw with (arguments without the title, path, title)."""
-    *first, title = arguments
+def _modes(engine: Engine, rpm: float, count: int) -> tuple[Modes, ModeShapes, Participation]:
+    modes = modes_at_speed(engine.system, rpm * RAD_S_PER_RPM, count)
+    numbers = branch_numbers(engine.system, engine.diagram, modes).tolist()
+    shapes = mode_shapes(engine.system, modes, numbers)
+    return modes, shapes, participation(engine.system, modes)
 
-    def write(path: Path) -> None:
-        draw(*first, path, title)
 
-    return write
+def _by_name(names: Sequence[str], rows: Any) -> dict[str, Any]:
+    return dict(zip(names, rows.tolist(), strict=True))
+
+
+def _padded(values: list[Any], count: int) -> list[Any]:
+    return [*values, *[None] * (count - len(values))]
 
 
 def _shape_document(shape: BodyShape) -> dict[str, Any]:

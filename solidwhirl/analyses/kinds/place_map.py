@@ -2,35 +2,37 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import (
-    Field,
-)
+from pydantic import Field
 
 from solidwhirl.analyses.base import (
+    RESPONSE_MAPS,
+    UNBALANCE_TURNS,
+    Charts,
     Engine,
+    Found,
     Frequencies,
+    OperatingSpec,
     Places,
+    Scalars,
+    largest_of,
+    peak_scalars,
+    synchronous_speed,
 )
-from solidwhirl.analyses.unbalances import (
-    end_of,
-    list_hz,
-    peak_documents,
-)
-from solidwhirl.core.fields import (
-    Count,
-    Place,
-    Positive,
-)
+from solidwhirl.analyses.unbalances import PEAK_HEAD, end_of, peak_documents, peak_row
+from solidwhirl.core.blocks import AnalysisBlock, Table, numbers
+from solidwhirl.core.fields import Count, Place, Positive
 from solidwhirl.core.outcome import Outcome
+from solidwhirl.core.plain_data import Labels
 from solidwhirl.rotordyn import AssembledSystem
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
-from solidwhirl.rotordyn.plots.response_maps import (
-    draw_place_map,
-)
+from solidwhirl.rotordyn.plots.chart import Chart
+from solidwhirl.rotordyn.plots.response_maps import place_chart
 from solidwhirl.rotordyn.response.maps import place_map
 from solidwhirl.rotordyn.response.resonance_samples import resolving_samples
 from solidwhirl.rotordyn.response.unbalance import (
@@ -44,11 +46,20 @@ from solidwhirl.rotordyn.response.unbalance import (
 class PlaceMapSpec(Frequencies):
     """Response to one unbalance at each place in turn, over its frequency."""
 
+    section = RESPONSE_MAPS
+    turning: ClassVar = {"places": UNBALANCE_TURNS}
+
     kind: Literal["place_map"]
     frequency_count: Annotated[Count, Field(ge=3, le=20001)] = 500
     places: Places
     moment_kg_m: Positive
     observe: Place | None = None
+
+    def shaft_speeds(
+        self, operating: Sequence[OperatingSpec], ratio: Callable[[str], float], where: str
+    ) -> Iterator[tuple[float, str]]:
+        """Yield the speed of the highest frequency."""
+        yield from synchronous_speed(self.places[0], self.frequency_max_hz, ratio, where)
 
     def run(self, engine: Engine) -> Outcome:
         """Response over the place of an unbalance and its frequency."""
@@ -80,8 +91,8 @@ class PlaceMapSpec(Frequencies):
                 engine.system, own, observe or place, found.frequencies_rad_s[k], seen[k]
             )
             peaks[place.label] = peak_documents(turning, own_ratio)
-        largest = int(np.unravel_index(seen.argmax(), seen.shape)[0])
-        shown = observe or places[largest]
+        largest = self.places[int(np.unravel_index(seen.argmax(), seen.shape)[0])]
+        said = ", ".join(f"{p['frequency_hz']:.2f}" for p in peaks[largest])
         return Outcome(
             kind=self.kind,
             document={
@@ -92,16 +103,60 @@ class PlaceMapSpec(Frequencies):
                 "frequency_hz": (found.frequencies_rad_s / (2.0 * np.pi)).tolist(),
                 "amplitude_m": seen.tolist(),
                 "peaks": peaks,
-                "most_sensitive_place": self.places[largest],
+                "most_sensitive_place": largest,
             },
-            files={
-                f"{self.label}.png": lambda path: draw_place_map(found, shown, path, engine.title)
-            }
-            if major[:, :, found.nodes.index(shown)].any()
-            else {},
-            headline=f"largest at {self.places[largest]}: "
-            + list_hz([p["frequency_hz"] for p in peaks[self.places[largest]]]),
+            headline=f"largest at {largest}: {f'{said} Hz' if said else 'none'}",
         )
+
+    def pictures(self, found: Found) -> Mapping[str, Charts]:
+        """The response, if there is any."""
+        moved = numbers(found.document["amplitude_m"]).any()
+        return {"": lambda: [self._chart(found.document)]} if moved else {}
+
+    def blocks(self, found: Found) -> Sequence[AnalysisBlock]:
+        """The response and its peaks."""
+        rows = [
+            [place, *peak_row(p)] for place, peaks in found.document["peaks"].items() for p in peaks
+        ]
+        head = ["unbalance at", *PEAK_HEAD]
+        table = Table(head=head, rows=rows, folded=f"Peaks ({len(rows)})")
+        return [self._chart(found.document), *([table] if rows else [])]
+
+    def _chart(self, document: Mapping[str, Any]) -> Chart:
+        rpm = numbers(document["speed_rpm"])
+        shape = (len(self.places), rpm.size)
+        hertz, size = (numbers(document[k]).reshape(shape) for k in ("frequency_hz", "amplitude_m"))
+        caption = (
+            f"Displacement (major semi-axis) of {document['observed']} for {self.moment_kg_m:g} "
+            f"kg m at each place. Most sensitive: {document['most_sensitive_place']}."
+        )
+        return replace(place_chart(self.places, rpm, hertz, size), caption=caption)
+
+    @classmethod
+    def labels(cls, document: Mapping[str, Any]) -> Labels:
+        """Amplitude over place and speed."""
+        over = ("place", "speed_rpm")
+        return Labels(
+            {"amplitude_m": (over, document["amplitude_m"])},
+            {
+                "place": ("place", document["places"]),
+                "speed_rpm": ("speed_rpm", document["speed_rpm"]),
+                "frequency_hz": (over, document["frequency_hz"]),
+            },
+        )
+
+    @classmethod
+    def peaks(cls, document: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+        """Yield its resonance peaks."""
+        for place, peaks in document["peaks"].items():
+            yield from ({"place": place, "exciter": place.partition(".")[0], **p} for p in peaks)
+
+    @classmethod
+    def scalars(cls, document: Mapping[str, Any]) -> Scalars:
+        """Yield the largest amplitude and the highest peak of each place."""
+        for place, amplitudes in zip(document["places"], document["amplitude_m"], strict=True):
+            yield f"{place}.largest_amplitude_m", largest_of(amplitudes)
+            yield from peak_scalars(place, document["peaks"].get(place, ()))
 
 
 def _map_speeds(spec: PlaceMapSpec, system: AssembledSystem, ratio: float) -> NDArray[np.float64]:

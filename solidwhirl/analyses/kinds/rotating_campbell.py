@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, Literal
 
-from solidwhirl.analyses.base import (
-    Analysis,
-    Engine,
-    Names,
-)
-from solidwhirl.core.outcome import Outcome
+import numpy as np
+
+from solidwhirl.analyses.base import Analysis, Charts, Engine, Found, Names
+from solidwhirl.core.blocks import AnalysisBlock, numbers
+from solidwhirl.core.outcome import Outcome, PageSection
+from solidwhirl.core.plain_data import Labels
 from solidwhirl.rotordyn.campbell.body_frames import RotatingCampbell, campbell_seen_by_body
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
-from solidwhirl.rotordyn.plots.modes import (
-    draw_rotating_campbell,
-)
+from solidwhirl.rotordyn.plots.modes import FrameCurves, frame_chart, is_drawn
 
 
 class RotatingCampbellSpec(Analysis):
     """The Campbell diagram in the frames of bodies."""
+
+    section = PageSection(
+        "rotating-frames",
+        "Frequencies that the bodies see",
+        "What a strain gauge on a turning body would measure.",
+        40,
+    )
+    turning: ClassVar = {"bodies": "its frame is the inertial one"}
 
     kind: Literal["rotating_campbell"]
     bodies: Names
@@ -34,10 +41,35 @@ class RotatingCampbellSpec(Analysis):
                 "speed_rpm": (engine.diagram.speeds_rad_s * RPM_PER_RAD_S).tolist(),
                 "bodies": {frame.body: _frame_document(frame) for frame in frames},
             },
-            files={
-                f"{self.label}.png": lambda path: draw_rotating_campbell(frames, path, engine.title)
-            },
             headline=f"frames of {', '.join(self.bodies)}",
+        )
+
+    def pictures(self, found: Found) -> Mapping[str, Charts]:
+        """A frame for each body."""
+        return {"": lambda: [frame_chart(frames_of(found.document))]}
+
+    def blocks(self, found: Found) -> Sequence[AnalysisBlock]:
+        """The diagram, a body at a time."""
+        return [frame_chart(frames_of(found.document))]
+
+    @classmethod
+    def labels(cls, document: Mapping[str, Any]) -> Labels:
+        """Components of the branches, and how much of the kinetic energy the body has."""
+        bodies = document["bodies"]
+        over = ("body", "order", "branch", "speed_rpm")
+        keys = ("frequency_hz", "share", "mirrored")
+        energy = [body["share_of_kinetic_energy"] for body in bodies.values()]
+        return Labels(
+            {
+                **{key: (over, [body[key] for body in bodies.values()]) for key in keys},
+                "share_of_kinetic_energy": (("body", "branch", "speed_rpm"), energy),
+            },
+            {
+                "body": ("body", list(bodies)),
+                "order": ("order", next(iter(bodies.values()))["orders"]),
+                "speed_rpm": ("speed_rpm", document["speed_rpm"]),
+                "speed_ratio": ("body", [body["speed_ratio"] for body in bodies.values()]),
+            },
         )
 
 
@@ -50,3 +82,24 @@ def _frame_document(frame: RotatingCampbell) -> dict[str, Any]:
         "share_of_kinetic_energy": frame.body_share.tolist(),
         "mirrored": frame.is_mirrored.tolist(),
     }
+
+
+def frames_of(document: Mapping[str, Any]) -> list[FrameCurves]:
+    """Return what bodies see, from the document of the analysis."""
+    rpm, found = numbers(document["speed_rpm"]), []
+    for body, frame in document["bodies"].items():
+        hertz, orders = numbers(frame["frequency_hz"]), np.array(frame["orders"])
+        # a positive order turns with +z, and so does a body with a positive ratio, until mirrored
+        against = np.array(frame["mirrored"], dtype=bool) ^ (
+            orders[:, None, None] * np.sign(frame["speed_ratio"]) < 0
+        )
+        drawn = is_drawn(numbers(frame["share"]), numbers(frame["share_of_kinetic_energy"]))
+        found.append(
+            FrameCurves(
+                name=f"{body} (speed ratio {frame['speed_ratio']:.5g})",
+                rpm=np.abs(frame["speed_ratio"]) * rpm,
+                signed_hz=np.where(drawn, np.where(against, -hertz, hertz), np.nan),
+                orders=orders.tolist(),
+            )
+        )
+    return found

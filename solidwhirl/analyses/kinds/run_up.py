@@ -4,42 +4,33 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import (
-    Field,
-    model_validator,
-)
+from pydantic import Field, model_validator
 
-from solidwhirl.analyses.base import (
-    Analysis,
-    Engine,
-)
-from solidwhirl.analyses.unbalances import (
-    UnbalanceSpec,
-    end_of,
-    unbalance_of,
-)
-from solidwhirl.core.fields import (
-    MOST,
-    Finite,
-    Name,
-    NotNegative,
-    Place,
-    Positive,
-)
-from solidwhirl.core.outcome import Outcome, Write
+from solidwhirl.analyses.base import UNBALANCE_TURNS, Analysis, Charts, Engine, Found, Scalars
+from solidwhirl.analyses.unbalances import UnbalanceSpec, end_of, unbalance_of
+from solidwhirl.core.blocks import AnalysisBlock, Table, Text, numbers
+from solidwhirl.core.fields import MOST, Finite, Name, NotNegative, Place, Positive
+from solidwhirl.core.outcome import Outcome, PageSection
+from solidwhirl.core.plain_data import Labels
 from solidwhirl.rotordyn import AssembledSystem
 from solidwhirl.rotordyn.core.atomic import replacing
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
+from solidwhirl.rotordyn.plots.chart import Axis, Bars, Chart, Look, series_look
 from solidwhirl.rotordyn.plots.run_up import (
-    draw_normalised_responses,
-    draw_run_up,
-    draw_spectrogram,
+    force_chart,
+    motion_chart,
+    normalised_chart,
+    spectrogram_chart,
+    spectrum_chart,
+    speed_chart,
+    waterfall_chart,
 )
 from solidwhirl.rotordyn.response.unbalance_peaks import ResonancePeak, resonance_peaks
 from solidwhirl.rotordyn.run_up.complexity import (
@@ -48,6 +39,7 @@ from solidwhirl.rotordyn.run_up.complexity import (
     rigid_bodies_system,
 )
 from solidwhirl.rotordyn.run_up.force_spectrum import (
+    Spectrogram,
     amplitude_spectrum,
     spectrogram,
     spectrum_peaks,
@@ -60,8 +52,11 @@ from solidwhirl.rotordyn.superelement.invariants import Invariant, compared
 
 # Forces left over at an instant, over the largest there, and energy over a run.
 _BALANCE_LIMIT, _ENERGY_LIMIT = 1e-8, 1e-2
-# Length of the pieces of a spectrogram, s.
+# Length of the pieces of a spectrogram, s, and how many pieces and lines of it are drawn.
 _PIECE_S = 0.25
+_PIECES, _ROWS = 240, 260
+# Spectra of a waterfall.
+_SPECTRA = 48
 # Records in one of them at least.
 _FEWEST = 8
 # A peak of the normalised response rises above its surroundings by this factor.
@@ -77,6 +72,22 @@ _WHOLE = 1e-6
 
 class RunUpSpec(Analysis):
     """Run-up of the engine: speed linear from rest, then constant."""
+
+    section = PageSection(
+        "run-up",
+        "Run-up",
+        "Motion in time while the speed rises from rest and then holds.",
+        90,
+    )
+    has_record = True
+    turning: ClassVar = {
+        "at": UNBALANCE_TURNS,
+        "compare_flexible": "bodies at rest stay flexible in all models",
+    }
+    suffixes = (
+        *(".png", ".npz", "_spectrogram.png", "_waterfall.png", "_response.png"),
+        "_complexity.png",
+    )
 
     kind: Literal["run_up"]
     ramp_s: Positive
@@ -160,51 +171,135 @@ class RunUpSpec(Analysis):
             drives=[end_of(place) for place in self.drives],
         )
         spent = time.perf_counter() - start
-        files: dict[str, Write] = {
-            f"{self.label}.png": lambda path: draw_run_up(run, self.mount, path, engine.title),
-            f"{self.label}.npz": lambda path: _write_record(run, path),
-        }
         document = _document(self, run, spent)
+        record = {f"{self.label}.npz": partial(_write_record, run, {})}
         if run.stopped is not None:  # spectra of growing motion tell nothing
             return Outcome(
                 kind=self.kind,
                 document=document,
-                files=files,
+                files=record,
                 headline=f"DIVERGED at {run.stopped.speed_rad_s * RPM_PER_RAD_S:.6g} rpm after "
                 f"{run.stopped.time_s:.4g} s, {run.stopped.amplitude_m:.3g} m; stopped there",
             )
-        force = run.bearing_force_n(self.mount)
-        if np.abs(force[0]).max() > 0.0 and _long_enough(self):
-            pieces = spectrogram(run.time_s, force[0], _PIECE_S)
-            files[f"{self.label}_spectrogram.png"] = lambda path: draw_spectrogram(
-                pieces, run, path, engine.title, 2.0 * document["fastest_excitation_hz"]
-            )
+        responses: dict[str, NormalisedResponse] = {}
         if unbalances:
-            response = normalised_response(run, self.mount)
-            document["normalised_response"] = _response_document(response)
-            if np.isfinite(response.ratio).any():
-                files[f"{self.label}_response.png"] = lambda path: draw_normalised_responses(
-                    {"all modes": response}, path, engine.title
-                )
+            responses["all modes"] = normalised_response(run, self.mount)
+            document["normalised_response"] = _response_document(responses["all modes"])
         if self.compare_flexible:
             compared = _compare(self, engine.system)
             document["complexity"] = _complexity_document(compared)
-            curves = dict(zip(compared.names, compared.responses, strict=True))
-            files[f"{self.label}_complexity.png"] = lambda path: draw_normalised_responses(
-                curves, path, engine.title
-            )
+            responses |= dict(zip(compared.names, compared.responses, strict=True))
         return Outcome(
             kind=self.kind,
             document=document,
-            files=files,
+            files={f"{self.label}.npz": partial(_write_record, run, responses)},
             headline=f"largest mount force {document['largest_mount_force_n']:.4g} N, "
             f"{profile.duration_s:g} s simulated in {spent:.1f} s",
         )
 
+    def pictures(self, found: Found) -> Mapping[str, Charts]:
+        """Speeds and force over the time, its spectra, and the normalised responses."""
+        document = found.document
+        pictures: dict[str, Charts] = {"": partial(self._time_charts, found)}
+        stopped, moved = document["diverged"], document["largest_mount_force_n"] > 0.0
+        if not stopped and moved and self._is_long_enough:
+            pictures["_spectrogram"] = lambda: [self._spectrogram(found)]
+            pictures["_waterfall"] = lambda: [self._waterfall(found)]
+        if "normalised_response" in document:
+            pictures["_response"] = lambda: [_normalised(found, 1)]
+        if "complexity" in document:
+            pictures["_complexity"] = lambda: [_normalised(found)]
+        return pictures
 
-def _long_enough(spec: RunUpSpec) -> bool:
-    """Whether a spectrogram has some pieces, and these some records."""
-    return spec.ramp_s + spec.hold_s > 4.0 * _PIECE_S and _PIECE_S * spec.record_hz >= _FEWEST
+    def blocks(self, found: Found) -> Sequence[AnalysisBlock]:
+        """Facts, force, motion, spectra, and what simpler models miss."""
+        document, record = found.document, found.record
+        blocks: list[AnalysisBlock] = [_facts(document)]
+        if record["time_s"].size > _FEWEST:
+            blocks += self._charts(found)
+        if "normalised_response" in document:
+            blocks.append(response_peaks(document["normalised_response"]))
+        if "complexity" in document:
+            compared = document["complexity"]
+            blocks += [complexity_chart(compared), _complexity_table(compared)]
+        return [*blocks, *(Text(text=note, kind="note") for note in document["notes"])]
+
+    @property
+    def _is_long_enough(self) -> bool:
+        """Whether a spectrogram has some pieces, and these some records."""
+        return self.ramp_s + self.hold_s > 4.0 * _PIECE_S and _PIECE_S * self.record_hz >= _FEWEST
+
+    def _time_charts(self, found: Found) -> list[Chart]:
+        """Speeds of all spools, and the force along x and along y."""
+        record = found.record
+        speeds = speed_chart(record["time_s"], record["speed_rad_s"], found.engine.speed_ratios)
+        both = force_chart(record["time_s"], record["mount_force_n"], self.mount)
+        forces = (
+            replace(both, parts=[part], y=replace(both.y, label=f"{both.y.label} along {axis}"))
+            for axis, part in zip("xy", both.parts, strict=True)
+        )
+        return [speeds, *forces]
+
+    def _charts(self, found: Found) -> list[Chart]:
+        """Force, motion of places, spectrum and spectrogram."""
+        document, record = found.document, found.record
+        time_s, speed, force = (record[key] for key in ("time_s", "speed_rad_s", "mount_force_n"))
+        drawn = [force_chart(time_s, force, self.mount, speed)]
+        if len(record["translation_m"]):
+            places = [str(place) for place in record["outputs"]]
+            drawn.append(motion_chart(time_s, record["translation_m"][:, 0], places, speed))
+        if not np.abs(force[0]).max() > 0.0:
+            return drawn
+        spectrum = amplitude_spectrum(time_s, force[0])
+        hertz = spectrum.frequency_hz
+        top = min(2.0 * document["fastest_excitation_hz"], float(hertz[-1]))
+        inside = (hertz > 0.0) & (hertz <= max(top, hertz[1]))
+        peaks = [(p["frequency_hz"], p["amplitude_n"]) for p in document["force_spectrum_peaks"]]
+        shown = [peak for peak in peaks if peak[0] <= top]
+        drawn.append(spectrum_chart(hertz[inside], spectrum.amplitude[inside], shown))
+        if time_s[-1] > 4.0 * _PIECE_S and _PIECE_S / float(time_s[1] - time_s[0]) >= _FEWEST:
+            drawn.append(self._spectrogram(found))
+        return drawn
+
+    def _spectrogram(self, found: Found) -> Chart:
+        record, wanted = found.record, 2.0 * found.document["fastest_excitation_hz"]
+        every = spectrogram(record["time_s"], record["mount_force_n"][0], _PIECE_S, overlap=0.9)
+        pieces = _fewer(every, wanted, _PIECES, _ROWS)
+        top = min(wanted, float(pieces.frequency_hz[-1]))
+        times, speeds = record["time_s"], record["speed_rad_s"]
+        return spectrogram_chart(pieces, times, speeds, found.engine.speed_ratios, top)
+
+    def _waterfall(self, found: Found) -> Chart:
+        """Spectra one behind the other."""
+        record, wanted = found.record, 2.0 * found.document["fastest_excitation_hz"]
+        every = spectrogram(record["time_s"], record["mount_force_n"][0], _PIECE_S)
+        pieces = _fewer(every, wanted, _SPECTRA, every.frequency_hz.size)
+        speeds = np.interp(pieces.time_s, record["time_s"], np.abs(record["speed_rad_s"]))
+        turns = speeds / (2.0 * np.pi)
+        return waterfall_chart(pieces, turns)
+
+    @classmethod
+    def record_labels(cls, record: Mapping[str, Any], document: Mapping[str, Any]) -> Labels:
+        """Force and moment of the mount and motion of the places over the time."""
+        return Labels(
+            {
+                "mount_force_n": (("axis", "time_s"), record["mount_force_n"]),
+                "mount_moment_n_m": (("axis", "time_s"), record["mount_moment_n_m"]),
+                "translation_m": (("place", "axis", "time_s"), record["translation_m"]),
+            },
+            {
+                "time_s": ("time_s", record["time_s"]),
+                "speed_rpm": ("time_s", record["speed_rad_s"] * RPM_PER_RAD_S),
+                "axis": ("axis", ["x", "y", "z"]),
+                "place": ("place", np.asarray(record["outputs"], dtype=str)),
+            },
+            {"mount": document["mount"]},
+        )
+
+    @classmethod
+    def scalars(cls, document: Mapping[str, Any]) -> Scalars:
+        """Yield the largest force."""
+        yield f"{document['mount']}.largest_force_n", document["largest_mount_force_n"]
 
 
 def _document(spec: RunUpSpec, run: RunUp, spent: float) -> dict[str, Any]:
@@ -328,7 +423,9 @@ def _complexity_document(compared: ComplexityComparison) -> dict[str, Any]:
     }
 
 
-def _write_record(run: RunUp, path: Path) -> None:
+def _write_record(run: RunUp, responses: Mapping[str, NormalisedResponse], path: Path) -> None:
+    """Write the record; normalised responses of all models have the same frequencies."""
+    found = list(responses.values())
     with replacing(path) as temporary, temporary.open("wb") as file:
         np.savez_compressed(
             file,
@@ -338,4 +435,145 @@ def _write_record(run: RunUp, path: Path) -> None:
             mount_moment_n_m=run.moment_n_m[0],
             outputs=np.array([end.label for end in run.outputs]),
             translation_m=run.translation_m,
+            response_models=np.array(list(responses), dtype=str),
+            response_hz=found[0].frequency_hz if found else np.empty(0),
+            response_n_per_n=np.array([r.ratio for r in found]),
         )
+
+
+def _normalised(found: Found, most: int | None = None) -> Chart:
+    """Normalised responses of the first or of all models."""
+    names, hertz, ratios = (found.record[f"response_{key}"] for key in ("models", "hz", "n_per_n"))
+    return normalised_chart(hertz, dict(zip(names[:most].tolist(), ratios, strict=False)))
+
+
+def _fewer(found: Spectrogram, top_hz: float, most_pieces: int, most_lines: int) -> Spectrogram:
+    """Some of the spectra and lines up to a frequency."""
+    rows = np.flatnonzero(found.frequency_hz <= top_hz)
+    rows = rows[:: max(1, -(-rows.size // most_lines))]
+    columns = np.arange(0, found.time_s.size, max(1, -(-found.time_s.size // most_pieces)))
+    return replace(
+        found,
+        time_s=found.time_s[columns],
+        frequency_hz=found.frequency_hz[rows],
+        amplitude=found.amplitude[np.ix_(rows, columns)],
+    )
+
+
+def _facts(entry: Mapping[str, Any]) -> Table:
+    energy = entry["energy"]
+    return Table(
+        title="In short",
+        head=["quantity", "value"],
+        rows=[
+            [
+                "speed",
+                f"0 to {entry['to_rpm']:g} rpm in {entry['ramp_s']:g} s, "
+                f"then held for {entry['hold_s']:g} s",
+            ],
+            [
+                f"largest lateral force through {entry['mount']}",
+                f"{entry['largest_mount_force_n']:.5g} N",
+            ],
+            ["fastest excitation", f"{entry['fastest_excitation_hz']:.5g} Hz"],
+            ["steps", f"{entry['steps']} of {entry['step_s']:.4g} s"],
+            [
+                "energy: work of the loads, of the drives, dissipated",
+                f"{energy['load_work_j']:.4g} J, {energy['drive_work_j']:.4g} J, "
+                f"{energy['dissipated_j']:.4g} J",
+            ],
+            [
+                "largest error of the energy balance",
+                f"{energy['largest_error_j']:.2g} J of {energy['largest_j']:.4g} J",
+            ],
+            ["time of computation", f"{entry['wall_time_s']:.3g} s"],
+        ],
+    )
+
+
+def complexity_chart(entry: Mapping[str, Any]) -> Chart:
+    """Return errors of simpler models by band of frequency, from `complexity` of a document."""
+    bands = [f"{low:g} to {high:g} Hz" for low, high in entry["bands_hz"]]
+    bars = [
+        Bars(
+            values=100.0 * numbers([model["peak_force_error"], *model["response_error_by_band"]]),
+            name=model["name"],
+            look=Look(series_look(k).color),
+        )
+        for k, model in enumerate(entry["models"][1:])
+    ]
+    return Chart(
+        name="complexity",
+        title="What simpler models miss",
+        caption="Difference from the model with all modes: of the largest force, and of the "
+        "normalised response by band of frequency." + beyond(entry) + _stopped(entry),
+        alt="Bars of the errors of simpler models; the table has the numbers.",
+        x=Axis(label="quantity", places=["largest force", *bands]),
+        y=Axis(label="difference from all modes", unit="%", digits=".4g"),
+        parts=bars,
+        height_px=360,
+    )
+
+
+def beyond(found: Mapping[str, Any]) -> str:
+    """Return a sentence on the bands that reach beyond what is excited; empty without any."""
+    top = found["excited_to_hz"]
+    cut = [f"{low:g} to {high:g} Hz" for low, high in found["bands_hz"] if high > top]
+    if not cut:
+        return ""
+    return (
+        f" Nothing is excited above {top:.5g} Hz: the {'bands' if len(cut) > 1 else 'band'} "
+        f"{', '.join(cut)} {'are' if len(cut) > 1 else 'is'} compared up to there only."
+    )
+
+
+def _stopped(found: Mapping[str, Any]) -> str:
+    """A sentence on the models that diverged; empty without any."""
+    said = ", ".join(
+        f"{m['name']} at {m['speed_rpm']:.6g} rpm, {m['amplitude_m']:.3g} m"
+        for m in found.get("diverged", ())
+    )
+    return f" Diverged, stopped and not compared: {said}." if said else ""
+
+
+def _complexity_table(found: Mapping[str, Any]) -> Table:
+    return Table(
+        head=[
+            "model",
+            "coordinates",
+            "largest force [N]",
+            "its difference [%]",
+            *[f"{low:g} to {high:g} Hz [%]" for low, high in found["bands_hz"]],
+            "time [s]",
+        ],
+        rows=[
+            [
+                m["name"],
+                m["coordinates"],
+                m["peak_force_n"],
+                _hundredfold(m["peak_force_error"]),
+                *[_hundredfold(e) for e in m["response_error_by_band"]],
+                f"{m['wall_time_s']:.3g}",
+            ]
+            for m in found["models"]
+        ],
+    )
+
+
+def _hundredfold(value: float | None) -> str | None:
+    return None if value is None else f"{100.0 * value:.3g}"
+
+
+def response_peaks(found: Mapping[str, Any]) -> Table | Text:
+    """Return the peaks of the force per excitation force, within what is excited."""
+    low, high = found["excited_hz"]
+    within = f"from {low:.4g} to {high:.5g} Hz, the frequencies that the unbalance passes through"
+    if not found["peaks"]:
+        return Text(text=f"Normalised response: no peak {within}.")
+    return Table(
+        head=["frequency [Hz]", "force per excitation force [N/N]"],
+        rows=[[f"{p['frequency_hz']:.5g}", p["force_per_force"]] for p in found["peaks"]],
+        folded="Peaks of the normalised response",
+        caption=f"Shown {within}: beyond them both spectra are side lobes, and their quotient says "
+        "nothing.",
+    )

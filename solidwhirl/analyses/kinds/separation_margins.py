@@ -2,28 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, Literal
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import (
-    Field,
-    model_validator,
-)
+from pydantic import Field, model_validator
 
 from solidwhirl.analyses.base import (
+    CRITICAL_SPEEDS,
     Analysis,
+    Charts,
     Engine,
+    Found,
     OperatingSpec,
+    Scalars,
+    smallest_of,
 )
-from solidwhirl.core.fields import (
-    MOST,
-)
+from solidwhirl.core.blocks import AnalysisBlock, Table, Text, numbers, whirl_text
+from solidwhirl.core.fields import MOST
 from solidwhirl.core.outcome import Outcome
+from solidwhirl.core.plain_data import Labels
 from solidwhirl.rotordyn import CriticalSpeed, critical_speeds
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
 from solidwhirl.rotordyn.modes.whirl import moves_laterally, unbalance_excitation
-from solidwhirl.rotordyn.plots.margins import draw_separation_margins
+from solidwhirl.rotordyn.plots import chart as charts
 from solidwhirl.rotordyn.response.separation_margins import (
     MarginMethod,
     OperatingRange,
@@ -33,9 +36,23 @@ from solidwhirl.rotordyn.response.separation_margins import (
     separation_margins,
 )
 
+# Margins that are drawn beside an operating range.
+_MARGIN = 0.15
+# Rows of a table that is shown whole.
+_MOST = 12
+_VERDICTS = ("verdict_api_617", "verdict_15_percent", "verdict_20_percent")
+_NUMBERS = (
+    *("critical_speed_rpm", "amplification_factor", "operating_speed_rpm", "margin"),
+    "required_api_617",
+)
+
 
 class SeparationMarginsSpec(Analysis):
     """Distance of critical speeds from operating speeds, sought up to a multiple of these."""
+
+    section = CRITICAL_SPEEDS
+    turning: ClassVar = {"shaft": "it has no operating speed"}
+    sees_operating = True
 
     kind: Literal["separation_margins"]
     operating: Annotated[tuple[OperatingSpec, ...], Field(max_length=MOST)] = ()
@@ -53,6 +70,18 @@ class SeparationMarginsSpec(Analysis):
     def operating_named(self) -> Iterator[OperatingSpec]:
         """Yield its own operating speeds, which stand in for those of the scene."""
         yield from self.operating
+
+    def shaft_speeds(
+        self, operating: Sequence[OperatingSpec], ratio: Callable[[str], float], where: str
+    ) -> Iterator[tuple[float, str]]:
+        """Yield the speeds up to which critical speeds are sought."""
+        factor = self.search_factor
+        for o in self.operating or operating:
+            yield (
+                factor * o.to_rpm / ratio(o.shaft),
+                f"{factor:g} times the operating speed of {o.shaft!r}, {o.to_rpm:g} rpm, to which "
+                f"{where} looks (search_factor)",
+            )
 
     def run(self, engine: Engine) -> Outcome:
         """Margins of every shaft's critical speeds from its operating range, and the verdict."""
@@ -94,13 +123,47 @@ class SeparationMarginsSpec(Analysis):
                 "margins": [_margin_document(m, method) for m in found],
                 "critically_damped": damped,
             },
-            files={
-                f"{self.label}.png": lambda path: draw_separation_margins(found, path, engine.title)
-            }
-            if found
-            else {},
             headline=f"{'pass' if verdict.passed else 'FAIL'} by {method.text}: {verdict.why}",
         )
+
+    def pictures(self, found: Found) -> Mapping[str, Charts]:
+        """The margins, if there are any."""
+        document = found.document
+        return {"": lambda: [margin_chart(document)]} if document["margins"] else {}
+
+    def blocks(self, found: Found) -> Sequence[AnalysisBlock]:
+        """Verdict, chart and table."""
+        return margin_blocks(found.name, found.document)
+
+    @classmethod
+    def labels(cls, document: Mapping[str, Any]) -> Labels:
+        """One row for each resonance."""
+        rows = document["margins"]
+        kinds = dict.fromkeys(_NUMBERS, float) | dict.fromkeys(
+            ("shaft", "whirl", "position", *_VERDICTS), str
+        )
+        return Labels(
+            {
+                key: ("resonance", np.array([row[key] for row in rows], kind))
+                for key, kind in kinds.items()
+            }
+        )
+
+    @classmethod
+    def scalars(cls, document: Mapping[str, Any]) -> Scalars:
+        """Yield how near the nearest excited critical speed is, and what is left beyond the asked.
+
+        Nothing is left where no margin would be enough: that number is infinite, and left out.
+        """
+        yield "passed", float(document["verdict"]["passed"])
+        for shaft in dict.fromkeys(entry["shaft"] for entry in document["operating"]):
+            own = [m for m in document["margins"] if m["shaft"] == shaft and m["excited"]]
+            yield f"{shaft}.smallest_margin", smallest_of(abs(m["margin"]) for m in own)
+            missed = [m for m in own if m["verdict_api_617"] != "ok"]
+            yield f"{shaft}.missed_margins_api_617", len(missed)
+            if all(m["required_api_617"] is not None for m in own):
+                left = [abs(m["margin"]) - m["required_api_617"] for m in own]
+                yield f"{shaft}.smallest_excess_api_617", smallest_of(left)
 
 
 def _critical_speeds_of(
@@ -145,3 +208,136 @@ def _margin_document(margin: SeparationMargin, method: MarginMethod) -> dict[str
         "verdict_15_percent": margin.verdict_15_percent,
         "verdict_20_percent": margin.verdict_20_percent,
     }
+
+
+def margin_blocks(name: str, entry: Mapping[str, Any]) -> list[AnalysisBlock]:
+    """Return verdict, chart and table of the separation margins of an analysis of a name."""
+    rows, verdict = entry["margins"], entry["verdict"]
+    word = "Pass" if verdict["passed"] else "FAIL"
+    kind: Literal["plain", "warning"] = "plain" if verdict["passed"] else "warning"
+    blocks: list[AnalysisBlock] = [
+        Text(text=f"**{word} by {method_name(verdict)}** (`{name}`): {verdict['why']}.", kind=kind)
+    ]
+    if rows:
+        table = _margin_table(rows, "Separation margins")
+        if len(rows) > _MOST:
+            table = replace(table, title="", folded=f"Separation margins ({len(rows)})")
+        blocks += [margin_chart(entry), table]
+    damped = entry["critically_damped"]
+    if damped:
+        blocks.append(
+            Table(
+                folded=f"Critically damped, without margins ({len(damped)})",
+                head=["shaft", "speed [rpm]", "whirl", "amplification factor [1]"],
+                rows=[
+                    [
+                        m["shaft"],
+                        f"{m['critical_speed_rpm']:.1f}",
+                        whirl_text(m["whirl"]),
+                        m["amplification_factor"],
+                    ]
+                    for m in damped
+                ],
+            )
+        )
+    return blocks
+
+
+def method_name(verdict: Mapping[str, Any]) -> str:
+    """Return the method of a verdict in words."""
+    if verdict["method"] == "api617":
+        return "API 617"
+    return f"a margin of {verdict['percent']:g} %"
+
+
+def _margin_table(rows: Sequence[Mapping[str, Any]], title: str) -> Table:
+    return Table(
+        title=title,
+        head=[
+            *("shaft", "critical speed [rpm]", "whirl", "excited by unbalance"),
+            *("amplification factor [1]", "margin", "asked [%]"),
+            *("API 617", "15 %", "20 %"),
+        ],
+        rows=[
+            [
+                m["shaft"],
+                f"{m['critical_speed_rpm']:.1f}",
+                whirl_text(m["whirl"]),
+                m["excited"],
+                m["amplification_factor"],
+                margin_words(m["margin"]),
+                _required(m),
+                *(m[key] for key in _VERDICTS),
+            ]
+            for m in rows
+        ],
+        caption="Only what unbalance excites is judged. In the manner of API 617; no statement of "
+        "compliance. Speeds are those of the shaft itself.",
+    )
+
+
+def _required(m: Mapping[str, Any]) -> str:
+    asked = m["required"]
+    return "no margin is enough" if asked is None else f"{100.0 * asked:.1f}"
+
+
+def margin_chart(entry: Mapping[str, Any]) -> charts.Chart:
+    """Return critical speeds and operating range of each shaft."""
+    shafts = list(dict.fromkeys(o["shaft"] for o in entry["operating"]))
+    parts: list[charts.Part] = []
+    for o in entry["operating"]:
+        at, low, high = shafts.index(o["shaft"]), o["from_rpm"], o["to_rpm"]
+        between = (at - 0.32, at + 0.32)
+        wide = f"15 % around the operating speed of {o['shaft']}"
+        parts += [
+            charts.Span(low=low * (1.0 - _MARGIN), high=high * (1.0 + _MARGIN), text=wide,
+                        between=between),
+            charts.Span(low=low, high=high, between=between, is_hatched=True,
+                        text=f"operating speed of {o['shaft']}, {low:g} to {high:g} rpm"),
+        ]  # fmt: skip
+    for whirl in charts.WHIRL_LOOKS:
+        own = [m for m in entry["margins"] if (m["whirl"] or "planar") == whirl]
+        if own:
+            parts.append(
+                charts.Curve(
+                    x=numbers([m["critical_speed_rpm"] for m in own]),
+                    y=numbers([shafts.index(m["shaft"]) for m in own]),
+                    name=charts.whirl_name(whirl),
+                    look=replace(charts.whirl_look(whirl), dash="", size=12.0),
+                    texts=[_margin_text(m) for m in own],
+                )
+            )
+    last = max(
+        [m["critical_speed_rpm"] for m in entry["margins"]]
+        + [(1.0 + _MARGIN) * o["to_rpm"] for o in entry["operating"]]
+    )
+    speeds = charts.speed_axis(0.0, 1.04 * last, "speed of the shaft itself")
+    return charts.Chart(
+        name="margins",
+        title="Critical speeds and operating speeds",
+        caption="Hatched: operating speeds of each shaft; plain around them: 15 % more and less. "
+        "Critical speeds inside the plain band are nearer than 15 %.",
+        alt="Critical speeds of each shaft beside its operating range; the table below has the "
+        "numbers.",
+        x=replace(speeds, digits=",.1f"),
+        y=charts.Axis(label="shaft", places=shafts, low=-0.5, high=len(shafts) - 0.5),
+        parts=parts,
+        height_px=180 + 60 * len(shafts),
+    )
+
+
+def _margin_text(m: Mapping[str, Any]) -> str:
+    words = [f"{margin_words(m['margin'])} the operating speed"]
+    if m["amplification_factor"] is not None:
+        words.append(f"amplification factor {m['amplification_factor']:.3g}")
+    words.append(f"15 %: {m['verdict_15_percent']}")
+    return "\n".join(words)
+
+
+def margin_words(margin: float) -> str:
+    """Return (N_c − N_op) / N_op in words, such as "66.3 % below", or "inside"."""
+    if margin == 0.0:
+        return "inside"
+    size = 100.0 * abs(margin)
+    said = f"{size:.1f}" if round(size, 1) > 0.0 else "less than 0.1"
+    return f"{said} % {'above' if margin > 0.0 else 'below'}"

@@ -2,42 +2,52 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
-from typing import Annotated, Literal
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import (
-    Field,
-    model_validator,
-)
+import scipy.linalg as la
+from pydantic import Field, model_validator
 
-from solidwhirl.analyses.base import (
-    Analysis,
-    Engine,
-    Places,
-    refuse_falling,
-)
-from solidwhirl.analyses.unbalances import (
-    end_of,
-)
-from solidwhirl.core.fields import (
-    Count,
-    NotNegative,
-    Positive,
-)
-from solidwhirl.core.outcome import Outcome
+from solidwhirl.analyses.base import Analysis, Engine, Found, Places, refuse_falling
+from solidwhirl.analyses.unbalances import end_of
+from solidwhirl.core.blocks import AnalysisBlock, Table
+from solidwhirl.core.fields import Count, NotNegative, Positive
+from solidwhirl.core.outcome import Outcome, PageSection
 from solidwhirl.rotordyn import AssembledSystem, End, Invariant
 from solidwhirl.rotordyn.checks.plain_responses import Channel, check_transfer
 from solidwhirl.rotordyn.checks.plain_system import PlainSystem
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
+from solidwhirl.rotordyn.plots import chart as charts
 from solidwhirl.rotordyn.response.resonance_samples import with_knots
 from solidwhirl.rotordyn.state_space.channels import ForceInput, MotionOutput, Output
-from solidwhirl.rotordyn.state_space.file import export_mat, export_npz, write_state_space
+from solidwhirl.rotordyn.state_space.file import (
+    export_mat,
+    export_npz,
+    read_state_space,
+    write_state_space,
+)
 from solidwhirl.rotordyn.state_space.model import StateSpace, state_space, tabulated_state_space
+
+# Larger models take too long for a page; those above the second limit show one speed.
+_MOST_STATES, _FEW_STATES = 400, 150
+_FREQUENCIES, _INPUTS, _OUTPUTS = 400, 6, 8
 
 
 class StateSpaceSpec(Analysis):
     """State-space matrices between forces and motions of interfaces."""
+
+    section = PageSection(
+        "state-space",
+        "State-space models",
+        "Matrices A, B, C, D for control and simulation programs, as files of the run.",
+        120,
+    )
+    suffixes = (".h5", ".npz", ".mat")
 
     kind: Literal["state_space"]
     inputs: Places
@@ -89,6 +99,92 @@ class StateSpaceSpec(Analysis):
             headline=f"{model.state_count} states, {len(model.input_names)} inputs, "
             f"{len(model.output_names)} outputs",
         )
+
+    def blocks(self, found: Found) -> Sequence[AnalysisBlock]:
+        """What the model holds, and its frequency responses where it is small enough."""
+        top = 1.2 * float(np.nanmax(found.engine.diagram.frequency_hz, initial=1.0))
+        model = stored_model(found.name, found.outcome)
+        chart = response_chart(model, top) if model.state_count <= _MOST_STATES else None
+        return [_model_table(found.document), *([] if chart is None else [chart])]
+
+
+def stored_model(name: str, outcome: Outcome) -> StateSpace:
+    """Return the model that an analysis of a name wrote."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"{name}.h5"
+        outcome.files[path.name](path)
+        return read_state_space(path)
+
+
+def _model_table(document: Mapping[str, Any]) -> Table:
+    speeds = document["speed_rpm"]
+    exact = document["form"] == "polynomial"
+    return Table(
+        title="Model",
+        head=["what", "value"],
+        rows=[
+            ["states", document["states"]],
+            ["inputs", ", ".join(document["inputs"])],
+            ["outputs", ", ".join(document["outputs"])],
+            ["speeds", f"{speeds[0]:g} to {speeds[-1]:g} rpm"],
+            ["form", "exact at every speed" if exact else f"table of {len(speeds)} speeds"],
+            ["files", ", ".join(f"`{file}`" for file in document["files"])],
+        ],
+    )
+
+
+def responses(model: StateSpace, speed_rad_s: float, hertz: FloatArray) -> ComplexArray:
+    """Return C (iω − A)⁻¹ B + D at frequencies (f,), shape (f, p, m).
+
+    By the Schur form of A, which free motions leave well conditioned.
+    """
+    a, b, c, d = model.at_speed(speed_rad_s)
+    upper, turn = la.schur(a, output="complex")
+    left, right, eye = c @ turn, turn.conj().T @ b, np.eye(len(a))
+    solved = [la.lapack.ztrtrs(rate * eye - upper, right)[0] for rate in 2j * np.pi * hertz]
+    return np.asarray(left @ np.array(solved) + d)
+
+
+def response_chart(model: StateSpace, top_hz: float) -> charts.Chart | None:
+    """Return the displacement per force up to a frequency; None without displacements."""
+    outputs = [k for k, n in enumerate(model.output_names) if n.startswith("displacement ")]
+    outputs = [k for k in outputs if model.output_names[k].endswith((".ux", ".uy"))][:_OUTPUTS]
+    inputs = [k for k, n in enumerate(model.input_names) if n.endswith((".ux", ".uy"))][:_INPUTS]
+    if not outputs or not inputs:
+        return None
+    hertz = np.linspace(top_hz / _FREQUENCIES, top_hz, _FREQUENCIES)
+    speeds = [float(model.speeds_rad_s[-1])]
+    if model.state_count <= _FEW_STATES:
+        speeds.insert(0, float(model.speeds_rad_s[0]))
+    found = {speed: np.abs(responses(model, speed, hertz)) for speed in speeds}
+    options = []
+    for i in inputs:
+        for speed in speeds:
+            sizes = found[speed][:, :, i]
+            curves = [
+                charts.Curve(
+                    x=hertz,
+                    y=np.where(sizes[:, o] > 0.0, sizes[:, o], np.nan),
+                    name=model.output_names[o].removeprefix("displacement "),
+                    look=replace(charts.series_look(k), mark=""),
+                )
+                for k, o in enumerate(outputs)
+            ]
+            label = f"{model.input_names[i]} at {speed * RPM_PER_RAD_S:.0f} rpm"
+            options.append(charts.Option(label=label, marks=curves))
+    every = np.concatenate([f[:, outputs][:, :, inputs].ravel() for f in found.values()])
+    if not float(every.max()) > 0.0:
+        return None
+    low, high = float(every[every > 0.0].min()), float(every.max())
+    return charts.Chart(
+        name="states",
+        title="Frequency responses",
+        caption="Displacement per force of the model at its outputs, for a chosen input and speed.",
+        alt="Displacement per force over the frequency.",
+        x=charts.Axis(label="frequency", unit="Hz", low=0.0, high=top_hz),
+        y=charts.size_axis("displacement per force", "m/N", low, high),
+        parts=[charts.Choice(label="input", options=options)],
+    )
 
 
 def _transfer_check(spec: StateSpaceSpec, system: AssembledSystem, model: StateSpace) -> Invariant:

@@ -3,49 +3,45 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import Annotated, Literal
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import (
-    Field,
-    model_validator,
-)
+from pydantic import Field, model_validator
 
 from solidwhirl.analyses.base import (
+    RESPONSE_MAPS,
+    UNBALANCE_TURNS,
+    Charts,
     Engine,
+    Found,
     OperatingSpec,
     Points,
+    Scalars,
     Stiffnesses,
     equal_steps,
     refuse_large,
+    synchronous_speed,
 )
-from solidwhirl.analyses.unbalances import (
-    end_of,
-)
-from solidwhirl.core.fields import (
-    NotNegative,
-    Place,
-    Positive,
-)
+from solidwhirl.analyses.unbalances import end_of
+from solidwhirl.core.blocks import AnalysisBlock, numbers
+from solidwhirl.core.fields import NotNegative, Place, Positive
 from solidwhirl.core.outcome import Outcome
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
-from solidwhirl.rotordyn.plots.response_maps import (
-    draw_stiffness_map,
-)
+from solidwhirl.rotordyn.plots.chart import Chart
+from solidwhirl.rotordyn.plots.response_maps import stiffness_chart
 from solidwhirl.rotordyn.response.map_peaks import stiffness_map_peaks
 from solidwhirl.rotordyn.response.maps import StepPeaks
 from solidwhirl.rotordyn.response.resonance_samples import with_knots
 from solidwhirl.rotordyn.response.stiffness_maps import (
     StiffnessChoice,
+    StiffnessMap,
     choose_stiffness,
     stiffness_map_at_speed,
     synchronous_stiffness_map,
 )
-from solidwhirl.rotordyn.response.unbalance import (
-    Unbalance,
-    frequency_ratio,
-)
+from solidwhirl.rotordyn.response.unbalance import Unbalance, frequency_ratio
 
 # Frequencies of a stiffness study around the operating speed.
 _FEWEST_IN_BAND = 5
@@ -53,6 +49,10 @@ _FEWEST_IN_BAND = 5
 
 class StiffnessStudySpec(Stiffnesses):
     """Response over excitation frequency and support stiffness, and the stiffness to choose."""
+
+    section = RESPONSE_MAPS
+    turning: ClassVar = {"excite": UNBALANCE_TURNS}
+    axes = dict.fromkeys(("amplitude_m", "highest_m"), ("stiffness_n_per_m", "frequency_hz"))
 
     kind: Literal["stiffness_study"]
     excite: Place
@@ -84,40 +84,16 @@ class StiffnessStudySpec(Stiffnesses):
         rpm = self.operating_speed_rpm
         yield OperatingSpec(shaft=self.excite.partition(".")[0], from_rpm=rpm, to_rpm=rpm)
 
+    def shaft_speeds(
+        self, operating: Sequence[OperatingSpec], ratio: Callable[[str], float], where: str
+    ) -> Iterator[tuple[float, str]]:
+        """Yield the speed of the highest frequency, where the unbalance turns at each of them."""
+        if self.speed_rpm is None:
+            yield from synchronous_speed(self.excite, self.frequency_max_hz, ratio, where)
+
     def run(self, engine: Engine) -> Outcome:
         """Response over excitation frequency and support stiffness, and the stiffness to choose."""
-        stiffness = np.geomspace(
-            self.stiffness_from_n_per_m, self.stiffness_to_n_per_m, self.stiffness_count
-        )
-        place = end_of(self.excite)
-        unbalance = Unbalance(
-            body=place.body, interface=place.interface, moment_kg_m=self.moment_kg_m
-        )
-        band = (
-            self.operating_speed_rpm
-            * RAD_S_PER_RPM
-            * np.array([1.0 - self.margin, 1.0 + self.margin])
-        )
-        rates, observed = (
-            with_knots(equal_steps(self.frequency_max_hz, self.frequency_count), band),
-            end_of(self.observe),
-        )
-        if self.speed_rpm is None:
-            knots = frequency_ratio(engine.system, unbalance) * np.array(engine.system.knots_rad_s)
-            rates = with_knots(rates, knots)
-            found = synchronous_stiffness_map(
-                engine.system, self.bearings, stiffness, unbalance, rates, observed
-            )
-        else:
-            found = stiffness_map_at_speed(
-                engine.system,
-                self.bearings,
-                stiffness,
-                unbalance,
-                rates,
-                observed,
-                self.speed_rpm * RAD_S_PER_RPM,
-            )
+        found = self._map(engine)
         steps = stiffness_map_peaks(engine.system, found)
         choice = choose_stiffness(
             found, self.operating_speed_rpm * RAD_S_PER_RPM, self.margin, steps
@@ -130,7 +106,7 @@ class StiffnessStudySpec(Stiffnesses):
                 "observed": self.observe,
                 "moment_kg_m": self.moment_kg_m,
                 "speed_rpm": self.speed_rpm,
-                "stiffness_n_per_m": stiffness.tolist(),
+                "stiffness_n_per_m": self.stiffnesses_n_per_m.tolist(),
                 "frequency_hz": (found.frequencies_rad_s / (2.0 * np.pi)).tolist(),
                 "amplitude_m": found.major_m().tolist(),
                 "highest_m": steps.height_m.tolist(),
@@ -141,16 +117,62 @@ class StiffnessStudySpec(Stiffnesses):
                 "sampling_error_estimate": _error_within(steps, choice),
                 "choice_is_at_the_end_of_the_range": choice.is_at_end,
             },
-            files={
-                f"{self.label}.png": lambda path: draw_stiffness_map(
-                    found, path, engine.title, choice, steps
-                )
-            }
-            if found.translation_m.any()
-            else {},
             headline=f"smallest response around {self.operating_speed_rpm:.0f} rpm at "
             f"{choice.stiffness_n_per_m:.3g} N/m",
         )
+
+    def _map(self, engine: Engine) -> StiffnessMap:
+        """The response; where the speed is given the unbalance is a force that turns on its own."""
+        place, observed = end_of(self.excite), end_of(self.observe)
+        unbalance = Unbalance(
+            body=place.body, interface=place.interface, moment_kg_m=self.moment_kg_m
+        )
+        band = (
+            self.operating_speed_rpm
+            * RAD_S_PER_RPM
+            * np.array([1.0 - self.margin, 1.0 + self.margin])
+        )
+        rates = with_knots(equal_steps(self.frequency_max_hz, self.frequency_count), band)
+        asked = engine.system, self.bearings, self.stiffnesses_n_per_m, unbalance
+        if self.speed_rpm is not None:
+            return stiffness_map_at_speed(*asked, rates, observed, self.speed_rpm * RAD_S_PER_RPM)
+        knots = frequency_ratio(engine.system, unbalance) * np.array(engine.system.knots_rad_s)
+        return synchronous_stiffness_map(*asked, with_knots(rates, knots), observed)
+
+    def pictures(self, found: Found) -> Mapping[str, Charts]:
+        """The map, if anything moves."""
+        moved = numbers(found.document["amplitude_m"]).any()
+        return {"": lambda: [self._chart(found.document)]} if moved else {}
+
+    def blocks(self, found: Found) -> Sequence[AnalysisBlock]:
+        """The map with the chosen stiffness."""
+        return [self._chart(found.document)]
+
+    def _chart(self, document: Mapping[str, Any]) -> Chart:
+        stiffness, hertz = (numbers(document[k]) for k in ("stiffness_n_per_m", "frequency_hz"))
+        highest = numbers(document["highest_m"]).reshape(stiffness.size, hertz.size)
+        chosen, operating = document["chosen_stiffness_n_per_m"], self.operating_speed_rpm / 60.0
+        band = ((1.0 - self.margin) * operating, (1.0 + self.margin) * operating)
+        where = f"{self.observe} for {self.moment_kg_m:g} kg m at {self.excite}"
+        text = (
+            f"Displacement of {where} over frequency, the highest in each step, and the stiffness "
+            f"of {', '.join(self.bearings)}. White: the stiffness with the smallest response "
+            f"within ±{100 * self.margin:g} % of {self.operating_speed_rpm:g} rpm (dashed), and "
+            f"that band (dotted). It is {chosen:.4g} N/m."
+        )
+        if document["choice_is_at_the_end_of_the_range"]:
+            text += " It lies at the end of the range: a better one may lie outside."
+        return replace(
+            stiffness_chart(hertz, stiffness, highest, (chosen, band)),
+            caption=text,
+            alt=f"Map of the response over frequency and stiffness; chosen {chosen:.4g} N/m.",
+        )
+
+    @classmethod
+    def scalars(cls, document: Mapping[str, Any]) -> Scalars:
+        """Yield the choice and its amplitude."""
+        for key in ("chosen_stiffness_n_per_m", "chosen_amplitude_m"):
+            yield key, document[key]
 
 
 def _error_within(steps: StepPeaks, choice: StiffnessChoice) -> float:

@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
-from typing import Annotated, Any, Literal
+from itertools import chain
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import (
-    Field,
-)
+from pydantic import Field
 
 from solidwhirl.analyses.base import (
+    UNBALANCE_TURNS,
+    Charts,
     Engine,
+    Found,
     Places,
+    Scalars,
     Sweep,
+    largest_of,
+    peak_scalars,
 )
 from solidwhirl.analyses.unbalances import (
+    PEAK_HEAD,
     ROUNDING,
     UnbalanceSpec,
     end_of,
@@ -25,41 +31,69 @@ from solidwhirl.analyses.unbalances import (
     numbered,
     parts,
     peak_documents,
+    peak_row,
     turning_at,
     unbalance_of,
 )
-from solidwhirl.core.fields import (
-    MOST,
-    Count,
-    Positive,
-)
-from solidwhirl.core.outcome import MOST_CURVES, MOST_ORBITS, Outcome, Write
+from solidwhirl.core.blocks import AnalysisBlock, Table, numbers
+from solidwhirl.core.fields import MOST, Count, Positive
+from solidwhirl.core.outcome import MOST_CURVES, MOST_ORBITS, Outcome, PageSection
+from solidwhirl.core.plain_data import Labelled, Labels
 from solidwhirl.rotordyn import AssembledSystem, End
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
+from solidwhirl.rotordyn.plots.campbell import error_words
+from solidwhirl.rotordyn.plots.chart import Chart, operating_toggle
 from solidwhirl.rotordyn.plots.response import (
-    draw_bearing_forces,
-    draw_orbits,
-    draw_unbalance_response,
+    ExciterCurves,
+    Peak,
+    amplitude_chart,
+    force_chart,
+    orbit_chart,
+    phase_chart,
 )
 from solidwhirl.rotordyn.response.orbits import elliptic_orbits
 from solidwhirl.rotordyn.response.unbalance import (
     ExciterResponse,
     Unbalance,
-    UnbalanceResponse,
     orbit_peaks,
     resolving_speeds,
     unbalance_response,
 )
 
+# Speeds whose orbits can be chosen.
+_MOST_ORBITS = 12
+
 
 class UnbalanceResponseSpec(Sweep):
     """Response to unbalances over the speed: amplitude, phase, orbits and bearing forces."""
+
+    section = PageSection(
+        "unbalance",
+        "Unbalance response",
+        "Steady motion and bearing forces while the shafts turn with the unbalances of the scene.",
+        80,
+    )
+    turning: ClassVar = {"at": UNBALANCE_TURNS}
 
     kind: Literal["unbalance_response"]
     count: Annotated[Count, Field(ge=4, le=20001)] = 201
     unbalances: Annotated[tuple[UnbalanceSpec, ...], Field(min_length=1, max_length=MOST)]
     observe: Places
     orbits_at_rpm: Annotated[tuple[Positive, ...], Field(max_length=64)] = ()
+
+    def possible_files(self, bearings: Mapping[str, bool]) -> tuple[str, ...]:
+        """Return pictures, each with the curves that have room in it."""
+        places = len(parts(list(self.observe), MOST_CURVES))
+        counts = {
+            "": places,
+            "_bearing_forces": len(parts(list(bearings), MOST_CURVES)),
+            "_orbits": places * len(parts(list(self.orbits_at_rpm), MOST_ORBITS)),
+        }
+        return tuple(
+            f"{self.label}{what}{suffix}.png"
+            for what, count in counts.items()
+            for suffix, _ in numbered(list(range(count)))
+        )
 
     def run(self, engine: Engine) -> Outcome:
         """Unbalance response over the speed at the places that the engine observes."""
@@ -73,7 +107,6 @@ class UnbalanceResponseSpec(Sweep):
             )
             for e in response.exciters
         ]
-        files = _response_files(self, engine.system, response, engine.title)
         peaks = [p for e in exciters for p in e["peaks"][self.observe[0]]]
         return Outcome(
             kind=self.kind,
@@ -82,53 +115,114 @@ class UnbalanceResponseSpec(Sweep):
                 "unbalances": [u.model_dump() for u in self.unbalances],
                 "exciters": exciters,
             },
-            files=files,
             headline=f"peaks at {self.observe[0]}: " + listed_peaks(peaks),
         )
 
+    def pictures(self, found: Found) -> Mapping[str, Charts]:
+        """Each with as many curves as can be told apart, the others in further ones."""
+        exciters = exciters_of(found.document)
+        places = parts(list(dict.fromkeys(self.observe)), MOST_CURVES)
+        pictures: dict[str, Charts] = {}
+        for suffix, own in numbered([_at_places(exciters, some) for some in places]):
+            pictures[suffix] = partial(_motion_charts, own)
+        for suffix, some in numbered(parts(list(exciters[0].force_n), MOST_CURVES)):
+            own = [replace(e, force_n={n: e.force_n[n] for n in some}) for e in exciters]
+            pictures[f"_bearing_forces{suffix}"] = partial(_force_charts, own)
+        speeds = parts(sorted(set(self.orbits_at_rpm)), MOST_ORBITS)
+        for suffix, asked in numbered([(some, at) for some in places for at in speeds]):
+            pictures[f"_orbits{suffix}"] = partial(self._orbits, found.engine, *asked)
+        return pictures
 
-def _response_files(
-    spec: UnbalanceResponseSpec, system: AssembledSystem, response: UnbalanceResponse, title: str
-) -> dict[str, Write]:
-    """Pictures, each with as many curves as can be told apart, the others in further ones."""
-    nodes = parts([end_of(place) for place in spec.observe], MOST_CURVES)
-    files: dict[str, Write] = {}
-    for suffix, own in numbered(nodes):
-        files[f"{spec.label}{suffix}.png"] = partial(_draw_response, response, own, title)
-    names = parts(list(response.exciters[0].bearing_forces), MOST_CURVES)
-    for suffix, some in numbered(names):
-        shown = _with_bearings(response, some)
-        files[f"{spec.label}_bearing_forces{suffix}.png"] = partial(_draw_forces, shown, title)
-    if spec.orbits_at_rpm:
-        speeds = sorted({rpm * RAD_S_PER_RPM for rpm in spec.orbits_at_rpm})
-        there = unbalance_response(system, response.unbalances, speeds)
-        pairs = [(own, at) for own in nodes for at in parts(speeds, MOST_ORBITS)]
-        for suffix, (own, at) in numbered(pairs):
-            files[f"{spec.label}_orbits{suffix}.png"] = partial(_draw_orbits, there, own, at, title)
-    return files
+    def _orbits(self, engine: Engine, places: list[str], speeds_rpm: list[float]) -> list[Chart]:
+        """Orbits of some places at exactly these speeds."""
+        unbalances = [unbalance_of(u) for u in self.unbalances]
+        speeds = [rpm * RAD_S_PER_RPM for rpm in speeds_rpm]
+        found = unbalance_response(engine.system, unbalances, speeds)
+        exciters = [
+            ExciterCurves(
+                bodies=e.bodies,
+                frequency_ratio=e.frequency_ratio,
+                speed_rpm=np.array(speeds_rpm),
+                motion_m={p: e.at_node(end_of(p).body, end_of(p).interface) for p in places},
+            )
+            for e in found.exciters
+        ]
+        chart = orbit_chart([(e, range(len(speeds))) for e in exciters])
+        return [] if chart is None else [chart]
 
+    def blocks(self, found: Found) -> Sequence[AnalysisBlock]:
+        """Unbalances, motion and forces over the speed, orbits and peaks."""
+        exciters = exciters_of(found.document)
+        amplitude, phase = _motion_charts(exciters)
+        drawn = [amplitude]
+        if any(e.force_n for e in exciters):
+            drawn.append(force_chart(exciters))
+        shades = operating_toggle(found.engine.operating_rad_s)
+        drawn = [replace(chart, parts=[*shades, *chart.parts]) for chart in drawn]
+        drawn.insert(1, phase)
+        orbits = orbit_chart([(e, _rows(e, self.orbits_at_rpm)) for e in exciters])
+        unbalances = Table(
+            title="Unbalances",
+            head=["at", "mass times distance [kg m]", "angle [°]"],
+            rows=[
+                [u["at"], float(u["moment_kg_m"]), float(u["phase_deg"])]
+                for u in found.document["unbalances"]
+            ],
+        )
+        peaks = _peak_table(found.document)
+        return [
+            unbalances,
+            *drawn,
+            *([] if orbits is None else [orbits]),
+            *([peaks] if peaks.rows else []),
+        ]
 
-def _with_bearings(response: UnbalanceResponse, names: list[str]) -> UnbalanceResponse:
-    """The response with the forces of some bearings only."""
-    exciters = tuple(
-        replace(e, bearing_forces={name: e.bearing_forces[name] for name in names})
-        for e in response.exciters
-    )
-    return replace(response, exciters=exciters)
+    @classmethod
+    def labels(cls, document: Mapping[str, Any]) -> Labels:
+        """Motion of places and forces in bearings, exciter by exciter."""
+        exciters = document["exciters"]
+        places, bearings = list(exciters[0]["places"]), list(exciters[0]["bearing_force_n"])
+        at_place = ("exciter", "place", "speed_rpm")
+        variables: dict[str, Labelled] = {
+            key: (at_place, [[e["places"][place][key] for place in places] for e in exciters])
+            for key in exciters[0]["places"][places[0]]
+        }
+        if bearings:
+            forces = [[e["bearing_force_n"][name] for name in bearings] for e in exciters]
+            variables["bearing_force_n"] = (("exciter", "bearing", "speed_rpm"), forces)
+        return Labels(
+            variables,
+            {
+                "exciter": ("exciter", [", ".join(e["bodies"]) for e in exciters]),
+                "place": ("place", places),
+                **({"bearing": ("bearing", bearings)} if bearings else {}),
+                "speed_rpm": ("speed_rpm", document["speed_rpm"]),
+                "frequency_hz": (("exciter", "speed_rpm"), [e["frequency_hz"] for e in exciters]),
+            },
+        )
 
+    @classmethod
+    def peaks(cls, document: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+        """Yield its resonance peaks."""
+        for e in document["exciters"]:
+            for place, peaks in e["peaks"].items():
+                exciter = ", ".join(e["bodies"])
+                yield from ({"place": place, "exciter": exciter, **peak} for peak in peaks)
 
-def _draw_response(response: UnbalanceResponse, nodes: list[End], title: str, path: Path) -> None:
-    draw_unbalance_response(response, nodes, path, title)
+    @classmethod
+    def scalars(cls, document: Mapping[str, Any]) -> Scalars:
+        """Yield the largest amplitudes, peaks and forces.
 
-
-def _draw_forces(response: UnbalanceResponse, title: str, path: Path) -> None:
-    draw_bearing_forces(response, path, title)
-
-
-def _draw_orbits(
-    response: UnbalanceResponse, nodes: list[End], speeds: list[float], title: str, path: Path
-) -> None:
-    draw_orbits(response, nodes, speeds, path, title)
+        Bodies of other speeds excite apart: their names tell the responses from each other.
+        """
+        exciters = document["exciters"]
+        for exciter in exciters:
+            mark = f"{'+'.join(exciter['bodies'])}." if len(exciters) > 1 else ""
+            for place, orbit in exciter["places"].items():
+                yield f"{mark}{place}.largest_amplitude_m", largest_of(orbit["major_m"])
+                yield from peak_scalars(f"{mark}{place}", exciter["peaks"].get(place, ()))
+            for bearing, force in exciter["bearing_force_n"].items():
+                yield f"{mark}{bearing}.largest_force_n", largest_of(force)
 
 
 def _exciter_document(
@@ -170,3 +264,76 @@ def _exciter_document(
         },
         "largest_relative_residual": float(np.max(exciter.relative_residual)),
     }
+
+
+def exciters_of(document: Mapping[str, Any]) -> list[ExciterCurves]:
+    """Return the curves of an unbalance response from its document."""
+    return [
+        ExciterCurves(
+            bodies=e["bodies"],
+            frequency_ratio=e["frequency_ratio"],
+            speed_rpm=numbers(document["speed_rpm"]),
+            motion_m={
+                place: np.stack(
+                    [
+                        numbers(m[f"amplitude_{d}_m"])
+                        * np.exp(1j * np.radians(numbers(m[f"phase_{d}_deg"])))
+                        for d in "xy"
+                    ],
+                    axis=1,
+                )
+                for place, m in e["places"].items()
+            },
+            force_n={name: numbers(f) for name, f in e["bearing_force_n"].items()},
+            peaks={
+                place: [Peak(p["speed_rpm"], p["amplitude_m"], _peak_text(p)) for p in peaks]
+                for place, peaks in e["peaks"].items()
+            },
+        )
+        for e in document["exciters"]
+    ]
+
+
+def _at_places(exciters: Sequence[ExciterCurves], places: list[str]) -> list[ExciterCurves]:
+    """The exciters with the motion of some places only."""
+    return [replace(e, motion_m={p: e.motion_m[p] for p in places}) for e in exciters]
+
+
+def _motion_charts(exciters: Sequence[ExciterCurves]) -> list[Chart]:
+    return [amplitude_chart(exciters), phase_chart(exciters)]
+
+
+def _force_charts(exciters: Sequence[ExciterCurves]) -> list[Chart]:
+    return [force_chart(exciters)]
+
+
+def _peak_text(peak: Mapping[str, Any]) -> str:
+    words = [f"{peak['frequency_hz']:.6g} Hz"]
+    if peak["amplification"] is not None:
+        words.append(f"amplification factor {peak['amplification']:.3g}")
+    if peak.get("frequency_error_estimate") is not None:
+        words.append(f"error of the speed {error_words(peak['frequency_error_estimate'])}")
+    return "\n".join(words)
+
+
+def _rows(exciter: ExciterCurves, wanted: Sequence[float]) -> list[int]:
+    """Numbers of the speeds that are wanted and of the highest peaks of all places."""
+    peaks = sorted(chain.from_iterable(exciter.peaks.values()), key=lambda p: -p.height)
+    speeds = [*wanted, *(p.speed_rpm for p in peaks[:_MOST_ORBITS])]
+    near = (int(np.abs(exciter.speed_rpm - speed).argmin()) for speed in speeds)
+    return sorted(list(dict.fromkeys(near))[:_MOST_ORBITS])
+
+
+def _peak_table(document: Mapping[str, Any]) -> Table:
+    rows = [
+        [place, ", ".join(exciter["bodies"]), *peak_row(p)]
+        for exciter in document["exciters"]
+        for place, peaks in exciter["peaks"].items()
+        for p in peaks
+    ]
+    return Table(
+        head=["place", "unbalance of", *PEAK_HEAD],
+        rows=rows,
+        folded=f"Resonance peaks ({len(rows)})",
+        caption="Without damping a peak has no height; its place is a critical speed.",
+    )

@@ -2,34 +2,33 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import (
-    model_validator,
-)
+from pydantic import model_validator
 
 from solidwhirl.analyses.base import (
+    RESPONSE_MAPS,
+    Charts,
     Engine,
+    Found,
     Frequencies,
     Points,
+    Scalars,
+    largest_of,
     refuse_falling,
     refuse_large,
 )
-from solidwhirl.analyses.unbalances import (
-    end_of,
-)
-from solidwhirl.core.fields import (
-    NotNegative,
-    Place,
-    Positive,
-)
+from solidwhirl.analyses.unbalances import end_of
+from solidwhirl.core.blocks import AnalysisBlock, numbers
+from solidwhirl.core.fields import NotNegative, Place, Positive
 from solidwhirl.core.outcome import Outcome
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
-from solidwhirl.rotordyn.plots.response_maps import (
-    draw_ground_motion,
-)
+from solidwhirl.rotordyn.plots.chart import Chart
+from solidwhirl.rotordyn.plots.response_maps import ground_chart, ridge_chart
 from solidwhirl.rotordyn.response.map_peaks import ground_motion_peaks
 from solidwhirl.rotordyn.response.maps import StepPeaks, ground_motion_map
 from solidwhirl.rotordyn.response.resonance_samples import with_knots
@@ -37,6 +36,10 @@ from solidwhirl.rotordyn.response.resonance_samples import with_knots
 
 class WaterfallSpec(Frequencies):
     """Response to harmonic motion of the ground over frequency and speed."""
+
+    section = RESPONSE_MAPS
+    # at the frequencies of a map, and the highest in the step around each
+    axes = dict.fromkeys(("amplitude_m", "highest_m"), ("speed_rpm", "frequency_hz"))
 
     kind: Literal["waterfall"]
     from_rpm: NotNegative = 0.0
@@ -78,16 +81,42 @@ class WaterfallSpec(Frequencies):
                 "highest_m": steps.height_m.tolist(),
                 "peaks": peaks,
             },
-            files={
-                f"{self.label}.png": lambda path: draw_ground_motion(
-                    found, path, engine.title, steps
-                )
-            }
-            if major.any()
-            else {},
             headline="highest: "
             + ", ".join(f"{p['speed_rpm']:.0f} rpm {p['frequency_hz']:.1f} Hz" for p in peaks[:3]),
         )
+
+    def pictures(self, found: Found) -> Mapping[str, Charts]:
+        """The map, if anything moves."""
+        moved = numbers(found.document["amplitude_m"]).any()
+        return {"": lambda: [self._charts(found.document)[0]]} if moved else {}
+
+    def blocks(self, found: Found) -> Sequence[AnalysisBlock]:
+        """The map, and the same as lines in space."""
+        return self._charts(found.document)
+
+    def _charts(self, document: Mapping[str, Any]) -> list[Chart]:
+        rpm, hertz = numbers(document["speed_rpm"]), numbers(document["frequency_hz"])
+        highest = numbers(document["highest_m"]).reshape(rpm.size, hertz.size)
+        peaks = [(p["frequency_hz"], p["speed_rpm"], p["amplitude_m"]) for p in document["peaks"]]
+        ground = f"{self.amplitude_m:g} m of the ground along {self.direction}"
+        flat = replace(
+            ground_chart(hertz, rpm, highest, peaks),
+            caption=f"Absolute displacement of {self.observe} for {ground}, over the frequency of "
+            "the ground and the speed, the highest in each step of frequency. Rings mark the "
+            "highest peaks.",
+            alt=f"Map of the response of {self.observe} over frequency and speed.",
+        )
+        space = replace(
+            ridge_chart(hertz, rpm, highest),
+            alt=f"Waterfall of the response of {self.observe} over frequency and speed.",
+        )
+        return [flat, space]
+
+    @classmethod
+    def scalars(cls, document: Mapping[str, Any]) -> Scalars:
+        """Yield the largest amplitude."""
+        largest = largest_of(a for row in document["highest_m"] for a in row)
+        yield f"{document['observed']}.largest_amplitude_m", largest
 
 
 def _map_peaks(steps: StepPeaks, rpm: NDArray[np.float64]) -> list[dict[str, float]]:

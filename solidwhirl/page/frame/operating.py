@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from solidwhirl.analyses.base import Operating
+from solidwhirl.analyses.kinds.separation_margins import margin_words
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
 from solidwhirl.scene_checks.operating import margin_of
 from solidwhirl.scene_checks.operating import operating_speeds as scene_operating
@@ -30,15 +31,6 @@ def operating_rad_s(results: Results) -> dict[str, tuple[float, float]]:
         o.text: (o.from_rpm / o.ratio * RAD_S_PER_RPM, o.to_rpm / o.ratio * RAD_S_PER_RPM)
         for o in scene_operating(results.scene)
     }
-
-
-def margin_words(margin: float) -> str:
-    """Return a margin (N_c − N_op) / N_op in words: "66.3 % below", or "inside" for 0."""
-    if margin == 0.0:
-        return "inside"
-    size = 100.0 * abs(margin)
-    said = f"{size:.1f}" if round(size, 1) > 0.0 else "less than 0.1"
-    return f"{said} % {'above' if margin > 0.0 else 'below'}"
 
 
 def margin_text(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from itertools import groupby
+from collections.abc import Iterable, Sequence
+from itertools import groupby, pairwise
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,8 @@ from solidwhirl.rotordyn.plots import chart as charts
 # Amplitudes below this part of the largest are drawn as dark as this; cells of a map.
 _DARKEST = 1e-4
 _COLUMNS, _ROWS = 600, 200
+# Points of a line in space.
+_RIDGE_POINTS = 800
 # Decades of an axis that is marked within them.
 _FEW_DECADES = 1.8
 # Letters of the name of a row.
@@ -30,11 +32,11 @@ _HATCHED = {
 
 
 def page_chart(chart: charts.Chart, analysis: str = "") -> records.Chart:
-    """Return a chart as a block of the page; an analysis whose it is stands in name and title."""
+    """Return a chart as a block of the page; an analysis whose it is stands in its name."""
     drawing = _Drawing(chart)
     return records.Chart(
         name=f"{chart.name}-{slug(analysis)}" if analysis else chart.name,
-        title=f"{chart.title} ({analysis})" if analysis else chart.title,
+        title=chart.title,
         caption=chart.caption,
         alt=chart.alt,
         traces=drawing.traces,
@@ -89,7 +91,8 @@ class _Drawing:
                 self.traces.append(_fill_trace(group, axes))
             else:
                 for number, mark in enumerate(group):
-                    self._add_one(mark, axes, number)
+                    bar = len(self.traces) - before  # each has a group of its own
+                    self._add_one(mark, axes, bar if isinstance(mark, charts.Bars) else number)
         return list(range(before, len(self.traces)))
 
     def _add_one(self, mark: Any, axes: tuple[charts.Axis, charts.Axis], number: int) -> None:
@@ -104,18 +107,22 @@ class _Drawing:
                 self.annotations.append(_annotation(mark))
             case charts.Heat():
                 self.traces.append(_heat_trace(mark, axes))
+            case charts.Ridges():
+                self.traces.append(_ridge_trace(mark, axes))
             case charts.Bars():
-                self.traces.append(_bars_trace(mark, axes, len(self.traces)))
+                self.traces.append(_bars_trace(mark, axes, number))
 
     def layout(self) -> dict[str, Any]:
         """Return what differs from the layout of the page."""
         chart = self.chart
+        if ridges := chart.marks(charts.Ridges):
+            return _in_space(chart, ridges[0])
         layout: dict[str, Any] = {
             "xaxis": axis_layout(chart.x),
             "yaxis": axis_layout(chart.y, _LETTERS),
         }
         if chart.marks(charts.Bars) and not chart.y.places:
-            layout["barmode"] = "group"
+            layout["barmode"] = "relative" if chart.is_stacked else "group"
             layout["xaxis"] = {"title": {"text": chart.x.title}, "type": "category"}
         if chart.right is not None:
             layout["yaxis2"] = axis_layout(chart.right) | {
@@ -161,12 +168,16 @@ def axis_layout(axis: charts.Axis, most: int = 24) -> dict[str, Any]:
 def _changes(option: charts.Option) -> dict[str, Any]:
     """What axes of an option change in a layout, by plotly's dotted names."""
     changes: dict[str, Any] = {}
-    named = any(isinstance(mark, charts.Heat) for mark in option.marks)
+    named, bars = (
+        any(isinstance(mark, k) for mark in option.marks) for k in (charts.Heat, charts.Bars)
+    )
     for key, axis in (("xaxis", option.x), ("yaxis", option.y)):
         if axis is None:
             continue
         own: dict[str, Any] = {"type": "log" if axis.is_log else "linear", **axis_layout(axis)}
-        if axis.places and named:  # rows of a map have their names for coordinates
+        if axis.places and bars:
+            own = {"title": own["title"], "type": "category"}
+        elif axis.places and named:  # rows of a map have their names for coordinates
             own = {"title": own["title"], "type": "category", "dtick": 1, "range": own["range"]}
         changes |= {f"{key}.{k}": v for k, v in own.items() if k != "title"}
         changes[f"{key}.title.text"] = axis.title
@@ -189,7 +200,7 @@ def _hover(name: str, axes: tuple[charts.Axis, charts.Axis], value: str = "y") -
     return "<br>".join(lines)
 
 
-def _joined(parts: Sequence[Any]) -> Any:
+def _joined(parts: Iterable[Any]) -> Any:
     """Lines one after the other with gaps between them."""
     gap = np.array([np.nan])
     rows = [row for part in parts for row in (np.asarray(part, dtype=float), gap)]
@@ -388,11 +399,59 @@ def _heat_trace(heat: charts.Heat, axes: tuple[charts.Axis, charts.Axis]) -> Tra
     }
 
 
+def _in_space(chart: charts.Chart, ridges: charts.Ridges) -> dict[str, Any]:
+    """Layout of lines in space."""
+    titles = {"x": chart.x.title, "y": chart.y.title, "z": f"{ridges.label} [{ridges.unit}]"}
+    return {
+        "scene": {
+            **{f"{key}axis": {"title": {"text": title}} for key, title in titles.items()},
+            "aspectratio": {"x": 1.6, "y": 1.2, "z": 0.7},
+            "camera": {"eye": {"x": -1.3, "y": -1.9, "z": 0.9}, "center": {"z": -0.15}},
+        },
+        "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
+        "showlegend": False,
+    }
+
+
+def _ridge_trace(ridges: charts.Ridges, axes: tuple[charts.Axis, charts.Axis]) -> Trace:
+    """Lines one behind the other; between the points of one the highest is kept."""
+    size = ridges.x.size
+    edges = np.unique(np.linspace(0, size, min(size, _RIDGE_POINTS) + 1).astype(int))
+    kept = np.array(
+        [
+            [low + int(values[low:high].argmax()) for low, high in pairwise(edges)]
+            for values in ridges.values
+        ]
+    )
+    z = np.take_along_axis(ridges.values, kept, axis=1)
+    darkest = _DARKEST * max(float(z.max()), 1e-300)
+    x, y = axes
+    return {
+        "type": "scatter3d",
+        "mode": "lines",
+        "x": _joined(ridges.x[kept]),
+        "y": _joined(np.repeat(ridges.y[:, None], kept.shape[1], axis=1)),
+        "z": _joined(z),
+        "line": {
+            "color": np.log10(np.maximum(np.nan_to_num(_joined(z)), darkest)),
+            "colorscale": MAP_COLORS,
+            "width": 3,
+        },
+        "hovertemplate": f"%{{x:{x.digits}}} {x.unit}, %{{y:{y.digits}}} {y.unit}<br>"
+        f"%{{z:.4g}} {ridges.unit}<extra></extra>",
+        "connectgaps": False,
+        "name": ridges.label,
+    }
+
+
 def _bars_trace(bars: charts.Bars, axes: tuple[charts.Axis, charts.Axis], number: int) -> Trace:
     lying = bool(axes[1].places)
     pattern = {"shape": _PATTERNS[number % len(_PATTERNS)], "fillmode": "overlay",
                "fgcolor": "@paper"}  # fmt: skip
-    rows: Trace = {"x": list(axes[0].places), "y": bars.values}
+    rows: Trace = {
+        "x": [place.replace(", ", "<br>") for place in axes[0].places], "y": bars.values,
+        **({"text": list(bars.texts), "textposition": "none"} if bars.texts else {}),
+    }  # fmt: skip
     if lying:
         rows = {
             "x": bars.values, "y": np.arange(float(len(bars.values))), "orientation": "h",
@@ -406,5 +465,5 @@ def _bars_trace(bars: charts.Bars, axes: tuple[charts.Axis, charts.Axis], number
         "name": bars.name,
         "marker": {"color": bars.look.color, "pattern": pattern},
         "hovertemplate": f"<b>{bars.name}</b><br>{place}<br>%{{{value}:{axis.digits}}} "
-        f"{axis.unit}<extra></extra>",
+        f"{axis.unit}{'<br>%{text}' if bars.texts and not lying else ''}<extra></extra>",
     }

@@ -8,8 +8,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
+from solidwhirl.core.blocks import Table as Table
+from solidwhirl.core.blocks import Text as Text
 from solidwhirl.pipeline.run import Results
 
 # Colours that traces and layouts may name. The page puts in those of the light or the dark theme;
@@ -43,47 +45,6 @@ class Run:
     document: Mapping[str, Any]
     scene_path: Path | None = None
     command: str = ""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Text:
-    """Paragraphs and lists.
-
-    Attributes
-    ----------
-    text
-        Paragraphs parted by blank lines; lines that begin with "- " are a list. **bold**, `code`
-        and nothing else is marked up; HTML in it shows as it is written.
-    kind
-        "plain"; "note" and "warning" stand in a box with their name.
-    """
-
-    text: str
-    kind: Literal["plain", "note", "warning"] = "plain"
-
-
-@dataclass(frozen=True, kw_only=True)
-class Table:
-    """A table; columns whose cells are all numbers, or begin with one, stand at the right.
-
-    Attributes
-    ----------
-    head
-        Titles of the columns, with units in brackets.
-    rows
-        Cells as text, marked up as in `Text`; floats are written with five digits, None as "–",
-        True and False as "yes" and "no".
-    title, caption
-        Above and below.
-    folded
-        Title of a fold that hides the table until it is asked for; empty: always shown.
-    """
-
-    head: Sequence[str]
-    rows: Sequence[Sequence[Any]]
-    title: str = ""
-    caption: str = ""
-    folded: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)

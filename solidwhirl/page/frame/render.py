@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup, escape
 
-from solidwhirl.page.frame.marks import WHIRL_SIGNS
+from solidwhirl.core.blocks import WHIRL_SIGNS
 from solidwhirl.page.frame.records import Chart, Choice, ModeViewer, Picture, Table, Toggle
 
 _BOLD = re.compile(r"\*\*(.+?)\*\*")

@@ -1,4 +1,4 @@
-"""Critical speeds of a page: the table, their margins from operating speeds, the map."""
+"""Critical speeds of a page: where they lie, and the table."""
 
 from __future__ import annotations
 
@@ -8,16 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from solidwhirl.page.frame.marks import whirl_text
+from solidwhirl.analyses.base import CRITICAL_SPEEDS
+from solidwhirl.core.blocks import numbers, whirl_text
 from solidwhirl.page.frame.operating import operating_rad_s
 from solidwhirl.page.frame.plotly_chart import page_chart
-from solidwhirl.page.frame.records import Chart, Run, Section, Table, Text
-from solidwhirl.page.frame.traces import analyses_of_kind, numbers
-from solidwhirl.page.modes.margins import margin_blocks
+from solidwhirl.page.frame.records import Run, Section, Table, Text
 from solidwhirl.rotordyn.plots import chart as charts
 from solidwhirl.rotordyn.plots.campbell import error_words
 from solidwhirl.rotordyn.plots.chart import operating_toggle
-from solidwhirl.rotordyn.plots.maps import MapCurves, map_chart
 from solidwhirl.scene_checks.operating import critical_speeds_that_count
 
 # Rows of a table that is not folded.
@@ -27,14 +25,12 @@ _SEEN = 0.008
 
 
 def section(run: Run) -> Section | None:
-    """Return critical speeds, margins and maps; None where nothing of it was computed."""
+    """Return the critical speeds; None where none can be, as the engine does not turn."""
     document, ratios = run.document, run.results.scene.speed_ratios()
     found = critical_speeds_that_count(document)
     damped = [c for c in document["critical_speeds"] if c not in found]
-    margins = analyses_of_kind(document, "separation_margins")
-    maps = analyses_of_kind(document, "critical_speed_map")
     top = max(document["campbell"]["speed_rpm"], default=0.0)
-    if not (found or margins or maps) and not top > 0.0:
+    if not found and not top > 0.0:
         return None
     blocks: list[Any] = []
     if found:
@@ -46,14 +42,11 @@ def section(run: Run) -> Section | None:
         table = critical_speed_table(damped, ratios)
         title = f"Critically damped, no resonances ({len(damped)})"
         blocks.append(replace(table, folded=title, caption=""))
-    for name, entry in margins.items():
-        blocks += margin_blocks(name, entry)
-    blocks += [map_block(name, entry) for name, entry in maps.items()]
     return Section(
-        name="critical-speeds",
-        title="Critical speeds",
+        name=CRITICAL_SPEEDS.name,
+        title=CRITICAL_SPEEDS.title,
         blocks=blocks,
-        note="Speeds at which the unbalance of a shaft turns as fast as the engine vibrates.",
+        note=CRITICAL_SPEEDS.note,
     )
 
 
@@ -159,25 +152,3 @@ def _critical_text(c: Mapping[str, Any]) -> str:
     if "frequency_error_estimate" in c:
         words.append(f"error {error_words(c['frequency_error_estimate'])}")
     return "\n".join(words)
-
-
-def map_block(name: str, entry: Mapping[str, Any]) -> Chart:
-    """Return a critical speed map from its part of `results.json`."""
-    stiffness = numbers(entry["stiffness_n_per_m"])
-    speed = numbers(entry["shaft_speed_rpm"]).reshape(-1, stiffness.size)
-    # limits are of the reference shaft, branches of the shaft that excites
-    with np.errstate(invalid="ignore"):
-        ratios = speed / numbers(entry["critical_speed_rpm"]).reshape(speed.shape)
-    known = ratios[np.isfinite(ratios)]
-    ratio = float(np.median(known)) if known.size else np.nan
-    curves = MapCurves(
-        bearings=entry["bearings"],
-        stiffness_n_per_m=stiffness,
-        speed_rpm=speed,
-        whirl=entry["whirl"],
-        free_rpm=numbers(entry["free_rpm"]) * ratio,
-        rigid_rpm=numbers(entry["rigid_rpm"]) * ratio,
-    )
-    shaft, operating = entry["excited_by"], entry["operating_speed_rpm"]
-    drawn = map_chart(curves, {} if operating is None else {shaft: operating}, shaft)
-    return page_chart(drawn, name)

@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 from solidwhirl.analyses.base import Operating
+from solidwhirl.core.blocks import whirl_text
 from solidwhirl.core.check_report import checks_line, failure_lines
 from solidwhirl.page.drawing.engine import small_picture
-from solidwhirl.page.frame.marks import whirl_text
 from solidwhirl.page.frame.operating import margin_text, operating_speeds
 from solidwhirl.page.frame.records import Block, Row, Run, Section, Table, Text
 from solidwhirl.page.modes.campbell import small_chart

@@ -160,7 +160,7 @@ def test_a_kept_recovery_is_not_computed_again(folder):
 @pytest.mark.solver
 def test_motion_is_that_of_the_analyses(folder):
     """The coordinates of a state move the interfaces as the analysis it comes from says."""
-    from solidwhirl.analyses.kinds.recovery_states import RecoveryStateSpec, engine_states
+    from solidwhirl.analyses.recovery.states import RecoveryStateSpec, engine_states
     from solidwhirl.rotordyn.assembly.coordinates import interface_row
 
     results = folder[1][0][0]

@@ -3,33 +3,31 @@
 from __future__ import annotations
 
 import re
-import typing
-from types import SimpleNamespace
+from functools import cache
 
 import numpy as np
 import pytest
 from everything import everything
 
-from solidwhirl.analyses.registry import AnalysisSpec
+from solidwhirl.analyses.recovery import analysis as recovery
+from solidwhirl.analyses.registry import KINDS
+from solidwhirl.page.frame.plotly_chart import page_chart
 from solidwhirl.page.frame.records import (
     COLOR_TOKENS,
     Chart,
     Choice,
     ModeViewer,
-    Run,
     Section,
     Text,
     Toggle,
 )
 from solidwhirl.page.frame.traces import slug
-from solidwhirl.page.responses import recovery
-from solidwhirl.page.sections import SECTIONS
+from solidwhirl.page.sections import sections_of
 from solidwhirl.rotordyn.plots.chart import metric
 
-# Sections about physics, that is all but those about the run itself and the drawing.
-PHYSICS = [section for section, _ in SECTIONS if ".page.run" not in section.__module__
-           and ".drawing" not in section.__module__]  # fmt: skip
-SHOWN = {kind for _, kinds in SECTIONS for kind in kinds}
+# Sections about the run itself and the drawing; all others are about physics.
+OTHERS = {"summary", "engine", "comparison", "inputs", "masses", "meshes", "accuracy", "checks",
+          "provenance"}  # fmt: skip
 # What stands at an axis without a unit: names, and numbers of modes.
 UNITLESS = {"unbalance of", "shaft", "mode", "quantity", "state and body", "unbalance at"}
 
@@ -44,14 +42,14 @@ def _stress(pascals):
     }
 
 
-def recovery_run():
-    """A page's view of a recovery: one mode, whose stress has no sum, and one response."""
+def recovered():
+    """States of a recovery: one mode, whose stress has no sum, and one response."""
     common = {
         "largest_displacement_m": 2e-5,
         "strain_energy_j": 1.0,
         "strain_energy_error": 1e-12,
     }
-    states = [
+    return [
         {
             "state": "first",
             "source": "mode",
@@ -76,17 +74,13 @@ def recovery_run():
             },
         },
     ]
-    entry = {"kind": "recovery", "states": states, "checks": []}
-    outcome = SimpleNamespace(kind="recovery", files={"recovery/s_rotor_first.vtu": None})
-    results = SimpleNamespace(analyses={"stress": outcome})
-    return Run(results=results, document={"analyses": {"stress": entry}})
 
 
+@cache
 def sections() -> list[Section]:
-    run = everything()
-    found = [section(run) for section in PHYSICS]
-    found.append(recovery.section(recovery_run()))
-    return [s for s in found if s is not None]
+    found = [s for s in sections_of(everything()) if s.name not in OTHERS]
+    stress = page_chart(recovery.stress_chart(recovered()), "stress")
+    return [*found, Section(name="recovery", title="Recovery", blocks=[stress])]
 
 
 def charts() -> list[Chart]:
@@ -94,12 +88,9 @@ def charts() -> list[Chart]:
 
 
 def test_every_kind_of_analysis_is_shown():
-    union = typing.get_args(AnalysisSpec)[0]
-    kinds = {typing.get_args(m.model_fields["kind"].annotation)[0] for m in typing.get_args(union)}
-    assert kinds == SHOWN
     run = everything()
     asked = {spec.kind: spec.label for spec in run.results.scene.analyses}
-    assert set(asked) == SHOWN - {"recovery"}  # the scene of these tests has no solid
+    assert set(asked) == set(KINDS) - {"recovery"}  # the scene of these tests has no solid
     names = " ".join(c.name for c in charts())
     texts = " ".join(b.text for s in sections() for b in s.blocks if isinstance(b, Text))
     for kind, label in asked.items():
@@ -200,8 +191,7 @@ def test_nothing_is_told_by_colour_alone():
 
 
 def test_recovered_stresses_are_the_ones_of_the_document():
-    found = recovery.section(recovery_run())
-    bars = {t["name"]: t["y"] for t in found.blocks[0].traces}
+    bars = {t["name"]: t["y"] for t in page_chart(recovery.stress_chart(recovered())).traces}
     np.testing.assert_allclose(bars["of the state"], [3.0, 4.0])  # MPa
     np.testing.assert_allclose(bars["both together"], [np.nan, 7.0])
 

@@ -11,14 +11,15 @@ from everything import everything
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from solidwhirl.analyses.kinds.rotating_campbell import frames_of
+from solidwhirl.analyses.kinds.run_up import beyond, response_peaks
+from solidwhirl.analyses.kinds.stability import stability_blocks
+from solidwhirl.analyses.kinds.state_space import responses as responses_of_model
+from solidwhirl.analyses.kinds.state_space import stored_model
+from solidwhirl.analyses.kinds.unbalance_response import exciters_of
+from solidwhirl.core.blocks import numbers
 from solidwhirl.page.frame.plotly_chart import coarser, page_chart
-from solidwhirl.page.frame.traces import numbers
-from solidwhirl.page.modes import campbell, criticals, frames, stability
-from solidwhirl.page.responses import maps, run_ups
-from solidwhirl.page.responses import unbalance as responses
-from solidwhirl.page.responses.run_ups import beyond, response_peaks
-from solidwhirl.page.responses.state_space import responses as responses_of_model
-from solidwhirl.page.responses.state_space import stored_model
+from solidwhirl.page.modes import campbell, criticals
 from solidwhirl.rotordyn.campbell.diagram import Campbell
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.plots.campbell import (
@@ -36,6 +37,18 @@ from solidwhirl.rotordyn.plots.response import (
     unwrapped,
 )
 from solidwhirl.rotordyn.plots.run_up import envelope
+
+
+def _shown(kind):
+    """Blocks of a kind of analysis by the name or title that they have on the page."""
+    blocks = everything().results.analyses[kind].blocks()
+    return {getattr(b, "name", getattr(b, "title", "")): b for b in blocks}
+
+
+def _drawn(kind, name):
+    """A chart of a kind of analysis as plotly is given it."""
+    return page_chart(_shown(kind)[name], kind)
+
 
 WHIRLS = st.sampled_from(["forward", "backward", "mixed", "planar", None])
 
@@ -131,7 +144,7 @@ def test_frames_are_the_shifted_frequencies_of_the_diagram():
     document = everything().document
     entry = document["analyses"]["rotating_campbell"]
     inertial = {key: numbers(document["campbell"][key]) for key in ("speed_rpm", "frequency_hz")}
-    found = zip(entry["bodies"].values(), frames.frames_of(entry), strict=True)
+    found = zip(entry["bodies"].values(), frames_of(entry), strict=True)
     for frame, curves in found:
         ratio = frame["speed_ratio"]
         for curve in frame_curves(curves):
@@ -168,7 +181,7 @@ def test_critical_speed_table_gives_the_speed_of_the_exciting_shaft():
 def test_map_tends_to_its_limits():
     """At the stiffest end the lowest branch is near a limit with rigid bearings."""
     entry = everything().document["analyses"]["critical_speed_map"]
-    chart = criticals.map_block("critical_speed_map", entry)
+    chart = _drawn("critical_speed_map", "map")
     named = {t["name"]: t for t in chart.traces}
     rigid = named["with rigid bearings"]["y"]
     lowest = min(b[-1] for b in entry["shaft_speed_rpm"] if b[-1] is not None)
@@ -178,7 +191,7 @@ def test_map_tends_to_its_limits():
 
 def test_amplitudes_and_forces_are_those_of_the_document():
     entry = everything().document["analyses"]["unbalance_response"]
-    exciters = responses.exciters_of(entry)
+    exciters = exciters_of(entry)
     chart = page_chart(amplitude_chart(exciters), "r")
     factor = {"µm": 1e6, "mm": 1e3, "nm": 1e9}[chart.layout["yaxis"]["title"]["text"][-3:-1]]
     curves = [t for t in chart.traces if t["mode"] == "lines"]
@@ -195,7 +208,7 @@ def test_amplitudes_and_forces_are_those_of_the_document():
 def test_orbits_are_the_ellipses_of_the_document():
     entry = everything().document["analyses"]["unbalance_response"]
     row = int(np.abs(np.array(entry["speed_rpm"]) - 3000.0).argmin())
-    record = orbit_chart([(e, [row]) for e in responses.exciters_of(entry)])
+    record = orbit_chart([(e, [row]) for e in exciters_of(entry)])
     assert record is not None
     chart = page_chart(record, "r")
     option = chart.controls[0].options[0]
@@ -236,23 +249,15 @@ def test_envelope_holds_the_whole_signal(values, columns):
     assert (np.maximum(low[1:], low[:-1]) <= np.minimum(high[1:], high[:-1])).all()
 
 
-def _run_up_charts(ratios):
-    run = everything()
-    record = run_ups.recorded("run_up", run.results.analyses["run_up"])
-    charts = run_ups.run_up_charts(run.document["analyses"]["run_up"], record, ratios)
-    return {chart.name: page_chart(chart, "r") for chart in charts}
-
-
 def test_run_up_shows_its_largest_force_and_peaks():
-    entry, charts = everything().document["analyses"]["run_up"], _run_up_charts({"lp": 1.0})
-    force = charts["mount"]
+    entry, force = everything().document["analyses"]["run_up"], _drawn("run_up", "mount")
     unit = force.layout["yaxis"]["title"]["text"].split("[")[1].rstrip("]")
     factor = {"N": 1.0, "kN": 1e-3}[unit]
     drawn = max(np.abs(t["y"]).max() for t in force.traces[:2])
     # the largest force along one direction is at most that of both together
     assert drawn <= factor * entry["largest_mount_force_n"] * (1 + 1e-12)
     assert drawn >= factor * entry["largest_mount_force_n"] / np.sqrt(2.0)
-    lines, rings = charts["spectrum"].traces
+    lines, rings = _drawn("run_up", "spectrum").traces
     step = lines["x"][1] - lines["x"][0]
     for at, height in zip(rings["x"], rings["y"], strict=True):
         near = lines["y"][np.abs(lines["x"] - at) <= 2.0 * step]
@@ -261,7 +266,7 @@ def test_run_up_shows_its_largest_force_and_peaks():
 
 
 def test_spectrogram_has_the_lines_of_the_shafts():
-    chart = _run_up_charts({"lp": 1.0, "fan": 0.4, "c": 0.0})["spectrogram"]
+    chart = _drawn("run_up", "spectrogram")
     ends = [t["y"][-1] for t in chart.traces[1:]]
     assert ends == pytest.approx([6000.0 / 60.0, 0.4 * 6000.0 / 60.0])
 
@@ -278,7 +283,7 @@ def test_coarser_maps_keep_their_largest_value(rows, columns, seed):
 
 def test_waterfall_lines_reach_every_peak():
     entry = everything().document["analyses"]["waterfall"]
-    space = maps.waterfall_blocks("waterfall", entry)[1]
+    space = _drawn("waterfall", "waterfall")
     highest = np.nanmax(space.traces[0]["z"])
     unit = {"nm": 1e9, "µm": 1e6, "mm": 1e3}[space.layout["scene"]["zaxis"]["title"]["text"][-3:-1]]
     assert highest == pytest.approx(unit * np.max(entry["highest_m"]))
@@ -286,7 +291,7 @@ def test_waterfall_lines_reach_every_peak():
 
 def test_stiffness_chart_marks_the_choice():
     entry = everything().document["analyses"]["stiffness_study"]
-    chart = maps.stiffness_block("stiffness_study", entry)
+    chart = _drawn("stiffness_study", "stiffness")
     assert set(chart.traces[1]["y"]) == {entry["chosen_stiffness_n_per_m"]}
     band = chart.traces[2]["x"]
     assert np.nanmin(band) == pytest.approx(0.8 * 8000.0 / 60.0)
@@ -317,17 +322,20 @@ UNSTABLE = {
 
 
 def test_unstable_speeds_are_listed_and_shaded():
-    table, chart = stability.stability_blocks("s", _stability(unstable_intervals=[UNSTABLE]))
+    table, record = stability_blocks(_stability(unstable_intervals=[UNSTABLE]))
+    chart = page_chart(record)
     assert table.rows[0][:4] == ["1500.0", "beyond the range", "flutter", "● forward"]
     shape, zero = chart.layout["shapes"]
     assert (shape["x0"], shape["x1"]) == pytest.approx((1500.0, 2000.0)) and zero["y0"] == 0.0
-    text, chart = stability.stability_blocks("s", _stability())
-    assert text.text == "Stable from 0 to 2000 rpm." and len(chart.layout["shapes"]) == 1
+    text, record = stability_blocks(_stability())
+    assert text.text == "Stable from 0 to 2000 rpm."
+    assert len(page_chart(record).layout["shapes"]) == 1
 
 
 def test_first_modes_are_drawn_where_they_exist():
     """A mode without damping is drawn at zero; where there is no such mode there is no point."""
-    *_, chart = stability.stability_blocks("s", _stability())
+    *_, record = stability_blocks(_stability())
+    chart = page_chart(record)
     forward, backward, *_ = chart.traces
     np.testing.assert_array_equal(forward["y"], [0.0, 0.2, -0.1])
     assert np.isnan(backward["y"]).all()
@@ -340,7 +348,7 @@ def test_damping_is_told_at_operating_speeds():
     mode = {"log_decrement": 0.3, "frequency_hz": 40.0}
     own = {"shaft": "a", "shaft_speed_rpm": 1800.0, "stable": True}
     own |= {"first_forward": mode, "first_backward": {"log_decrement": None, "frequency_hz": 39.0}}
-    _, table, _ = stability.stability_blocks("s", _stability(at_operating=[own]))
+    _, table, _ = stability_blocks(_stability(at_operating=[own]))
     assert table.rows == [["a", "1800", True, 0.3, 40.0, None, 39.0]]
 
 
@@ -373,8 +381,7 @@ def test_critically_damped_speeds_are_folded_away(laval):
         for k, row in enumerate(rows)
     ]
     document = laval.document | {"critical_speeds": speeds, "operating": [], "analyses": {}}
-    found = criticals.section(replace(laval, document=document))
-    chart, table, folded = found.blocks
+    chart, table, folded = criticals.section(replace(laval, document=document)).blocks
     assert [len(t["x"]) for t in chart.traces] == [1]
     assert [row[0] for row in table.rows] == ["600.0"] and not table.folded
     assert [row[0] for row in folded.rows] == ["2500.0"] and "no resonances (1)" in folded.folded
@@ -419,9 +426,9 @@ def test_run_up_ends_at_the_fastest_excitation():
     entry = everything().document["analyses"]["run_up"]
     response = entry["normalised_response"]
     assert all(p["frequency_hz"] < 100.5 for p in response["peaks"])
-    table = response_peaks("run_up", response)
+    table = response_peaks(response)
     assert len(table.rows) == len(response["peaks"]) > 1 and "to 100 Hz" in table.caption
-    assert "no peak" in response_peaks("r", {"peaks": [], "excited_hz": [1.0, 100.0]}).text
+    assert "no peak" in response_peaks({"peaks": [], "excited_hz": [1.0, 100.0]}).text
     said = beyond(entry["complexity"])
     assert "above 100 Hz: the band 60 to 140 Hz is compared" in said
     assert not beyond({"bands_hz": [[20, 60]], "excited_to_hz": 100.0})

@@ -9,17 +9,17 @@ import numpy as np
 from everything import everything
 
 from solidwhirl.analyses.base import Operating
+from solidwhirl.analyses.kinds.bearing_laws import Law, law_chart
+from solidwhirl.analyses.kinds.separation_margins import margin_blocks, margin_words
 from solidwhirl.drawing.engine import matrix_text, stiffness_text
-from solidwhirl.page.frame.operating import margin_text, margin_words
+from solidwhirl.page.frame.operating import margin_text
 from solidwhirl.page.frame.plotly_chart import page_chart
-from solidwhirl.page.frame.records import Chart, Picture, Row, Section, Table, Text
+from solidwhirl.page.frame.records import Chart, Picture, Row
 from solidwhirl.page.modes import shapes
-from solidwhirl.page.modes.margins import margin_blocks
-from solidwhirl.page.modes.stability import law_chart
 from solidwhirl.page.run import summary
 from solidwhirl.page.run.checks import reasons
-from solidwhirl.page.sections import page_of, sections_of, without_needless_names
-from solidwhirl.rotordyn.plots.chart import Axis, Curve, Look
+from solidwhirl.page.sections import entitled, page_of, sections_of
+from solidwhirl.rotordyn.plots.chart import Axis, Curve, Look, Span
 from solidwhirl.rotordyn.plots.chart import Chart as ChartRecord
 from solidwhirl.rotordyn.plots.response import ExciterCurves, force_chart, moving
 from solidwhirl.rotordyn.superelement.invariants import undecided
@@ -95,9 +95,9 @@ def margins(count, missed):
 
 def test_margins_begin_with_the_verdict_of_the_chosen_method():
     text, chart, table, damped = margin_blocks("m", margins(30, {4, 7}))
-    assert isinstance(chart, Chart)
+    assert isinstance(chart, ChartRecord)
     assert text.kind == "warning" and text.text == "**FAIL by API 617** (`m`): because."
-    assert len(table.rows) == 30 and table.folded == "Separation margins (m, 30)"
+    assert len(table.rows) == 30 and table.folded == "Separation margins (30)"
     assert [row[1] for row in table.rows if not row[3]] == ["300.0"]
     assert len(damped.rows) == 1 and damped.folded
     text, _, table, _ = margin_blocks("m", margins(12, set()))
@@ -154,19 +154,41 @@ def test_first_screen_comes_before_notes_and_inputs(laval):
     assert "unstable from 1234 rpm" in page_of(replace(laval, document=document))
 
 
+def law(name, xx, yy, cross=0.0, damping=1.0):
+    """A bearing with a law from 0 to 1000 rpm, straight between the values at the ends."""
+    stiffness = np.array([[[x, cross], [-cross, y]] for x, y in zip(xx, yy, strict=True)])
+    return Law(
+        bearing=name,
+        law="lee",
+        speed_rpm=np.array([0.0, 1000.0]),
+        stiffness=stiffness,
+        damping=np.array([np.eye(2), damping * np.eye(2)]),
+        range_rpm=(100.0, 5000.0),
+    )
+
+
 def test_bearings_with_the_same_law_share_a_curve():
-    rpm = [0.0, 1000.0]
-    same, other = [[1e7, 1e7], [2e7, 2e7]], [[1e7, 3e7], [2e7, 4e7]]
-    bearings = {
-        name: {"law": "lee", "speed_of_its_rotor_rpm": rpm, "stiffness_n_per_m": values}
-        for name, values in {"A": same, "B": same, "C": other}.items()
-    }
-    chart = law_chart(bearings, "Stiffness", "stiffness_n_per_m", "N/m")
-    assert [curve.name for curve in chart.parts] == [
+    same, other = ([1e7, 2e7], [1e7, 2e7]), ([1e7, 2e7], [3e7, 4e7])
+    laws = [law("A", *same), law("B", *same), law("C", *other)]
+    chart = law_chart([(own, own.stiffness) for own in laws], "Stiffness", "N/m")
+    curves = chart.marks(Curve)
+    assert [curve.name for curve in curves] == [
         "A xx and yy, B xx and yy, C xx (lee)",
         "C yy (lee)",
     ]
-    np.testing.assert_allclose(chart.parts[1].y, [30.0, 40.0])
+    np.testing.assert_allclose(curves[1].y, [30.0, 40.0])
+
+
+def test_a_law_shows_cross_terms_its_range_and_negative_damping():
+    own = law("A", [1e7, 1e7], [1e7, 1e7], cross=2e6, damping=-1.0)
+    stiffness = law_chart([(own, own.stiffness)], "Stiffness", "N/m")
+    names = [curve.name for curve in stiffness.marks(Curve)]
+    assert names == ["A xx and yy (lee)", "A xy (lee)", "A yx (lee)"]
+    assert len({curve.look.dash for curve in stiffness.marks(Curve)}) == 3
+    (span,) = stiffness.marks(Span)
+    assert (span.name, span.low, span.high) == ("range of lee", 100.0, 1000.0)
+    _, negative = law_chart([(own, own.damping)], "Damping", "N s/m").marks(Span)
+    assert negative.is_hatched and negative.low == negative.high == 1000.0
 
 
 def test_what_is_not_applicable_is_said_once_for_each_reason():
@@ -179,16 +201,10 @@ def test_what_is_not_applicable_is_said_once_for_each_reason():
     assert list(reasons(checks)) == ["- damping: a (rest); c (speed)", "- no factor: b (rest)"]
 
 
-def test_names_that_say_no_more_than_the_kind_are_left_out():
-    chart = Chart(name="c", title="Orbits (stability)", caption="", alt="", traces=[], layout={})
-    table = Table(head=["a"], rows=[], title="T (second)", folded="Peaks (stability, 12)")
-    section = Section(name="s", title="S", blocks=[chart, table, Text(text="(stability)")])
-    kept = without_needless_names(section, {"stability": "stability", "second": "stability"})
-    assert [b.title for b in kept.blocks[:2]] == ["Orbits (stability)", "T (second)"]
-    kinds = {"stability": "stability", "second": "run_up"}
-    told = without_needless_names(section, kinds)
-    assert [b.title for b in told.blocks[:2]] == ["Orbits", "T (second)"]
-    assert told.blocks[1].folded == "Peaks (12)" and told.blocks[2].text == "(stability)"
+def test_names_stand_in_brackets_before_a_number():
+    assert entitled("Orbits", "second") == "Orbits (second)"
+    assert entitled("Peaks (12)", "second") == "Peaks (second, 12)"
+    assert entitled("Orbits", "") == "Orbits" and entitled("", "second") == ""
 
 
 def test_one_body_has_no_chart_of_kinetic_energy(laval):

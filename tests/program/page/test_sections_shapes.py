@@ -19,7 +19,6 @@ from solidwhirl.page.frame.render import plain
 from solidwhirl.page.modes import shapes
 from solidwhirl.page.modes.viewer_data import NOTHING, packed, viewer_data
 from solidwhirl.rotordyn.assembly.coordinates import body_rows
-from solidwhirl.rotordyn.modes.participation import participation
 from solidwhirl.rotordyn.superelement.surface import around_axis
 
 
@@ -156,14 +155,15 @@ def test_a_mode_without_motion_stays_still():
 
 
 def test_bars_are_the_shares_of_energy(viewed):
-    run, shown, _, _ = viewed
-    found = participation(run.results.system, shown[1].modes)
-    bars = shapes.share_bars(shown[1], found, "kinetic")
-    total = sum(b["y"] for b in bars)
+    run, _, _, _ = viewed
+    found = {b.name: b for b in shapes.section(run).blocks if hasattr(b, "traces")}
+    bars = found["shares-kinetic"].traces
+    chosen = found["shares-kinetic"].controls[0].options[0].traces
+    total = sum(bars[k]["y"] for k in chosen)
     # parts below half a percent are left out
     assert (total > 98.5).all() and (total < 100.0 + 1e-9).all()
-    patterns = [(b["marker"]["color"], b["marker"]["pattern"]["shape"]) for b in bars]
-    assert len({p for _, p in patterns}) == len(patterns)
+    looks = [(bars[k]["marker"]["color"], bars[k]["marker"]["pattern"]["shape"]) for k in chosen]
+    assert len({pattern for _, pattern in looks}) == len(looks)
 
 
 def test_viewer_in_a_browser(driver, tmp_path, viewed):

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from solidwhirl.page.responses.state_space import responses
+from solidwhirl.analyses.kinds.state_space import responses
 
 
 def test_a_mass_free_to_drift():

@@ -11,7 +11,6 @@ import pytest
 from solidwhirl.page.run.accuracy import time_chart
 from solidwhirl.page.run.checks import checks_chart
 from solidwhirl.pictures.engine import draw_engine
-from solidwhirl.pictures.series import draw_stability, draw_waterfall
 from solidwhirl.rotordyn import AnalysisError
 from solidwhirl.rotordyn.plots.frame import (
     TEXT_PT,
@@ -116,56 +115,6 @@ def test_whirl_is_told_apart_without_colour():
 def test_unknown_kind_is_refused(geared, tmp_path):
     with pytest.raises(AnalysisError, match=r"suffix '.bmp'"):
         draw_engine(geared, tmp_path / "e.bmp", "t")
-
-
-def test_stability_shows_first_modes_and_unstable_speeds(tmp_path, drawn):
-    document = {
-        "speed_rpm": [0.0, 1000.0, 2000.0],
-        "first_forward": {"log_decrement": [0.4, 0.1, -0.2], "frequency_hz": [18.0, 19.0, 20.0]},
-        "first_backward": {"log_decrement": [0.4, 0.5, None], "frequency_hz": [18.0, 17.0, None]},
-        "unstable_intervals": [{"from_rpm": 1333.0, "to_rpm": 2000.0}],
-        "smallest_log_decrement": [0.4, 0.1, -0.2],
-        "frequency_hz": [18.0, 19.0, 20.0],
-        "frequency_max_hz": 100.0,
-        "largest_growth_rate_per_s": [-1.0, -0.5, 1.0],
-    }
-    draw_stability(document, tmp_path / "s.png", "t")
-    (axes,) = drawn[0].axes
-    labels = [t.get_text() for t in drawn[0].legends[0].get_texts()]
-    assert {"first forward mode", "first backward mode", "unstable"} <= {*labels}
-    assert labels[-2:] == [
-        "first forward mode: 20 Hz where least damped",
-        "first backward mode: 18 Hz where least damped",
-    ]
-    low, high = axes.get_ylim()
-    assert low < -0.2 and high > 0.5
-
-
-def test_waterfall_stands_where_the_frequency_is(tmp_path, drawn):
-    """A tone of 40 Hz: every spectrum is highest there."""
-    time = np.arange(0.0, 6.0, 1e-3)
-
-    def record(path):
-        force = np.vstack((3.0 * np.cos(2 * np.pi * 40.0 * time), 0 * time, 0 * time))
-        speed = 2 * np.pi * 20.0 * time / 6.0
-        with path.open("wb") as file:
-            np.savez(file, time_s=time, speed_rad_s=speed, mount_force_n=force)
-
-    draw_waterfall(record, 100.0, tmp_path / "w.png", "t")
-    axes = drawn[0].axes[0]
-    curves = [line for line in axes.lines if line.get_linestyle() == "-"]
-    assert len(curves) >= 10
-    for line in curves:
-        # lines of a spectrum of 0.25 s are 4 Hz apart
-        assert line.get_xdata()[np.argmax(line.get_ydata())] == pytest.approx(40.0, abs=2.0)
-        # none leaves the frame
-        assert line.get_ydata().max() <= axes.get_ylim()[1]
-    # the shaft runs up by 200 rpm in a second: round speeds stand where they are reached
-    (side,) = axes.child_axes
-    for place, label in zip(side.get_yticks(), side.get_yticklabels(), strict=True):
-        speed = float(label.get_text())
-        assert speed % 100.0 == 0.0
-        assert place == pytest.approx(speed / 200.0, abs=2e-3)
 
 
 def test_checks_stand_on_their_side_of_the_limit(tmp_path, drawn):

@@ -9,7 +9,6 @@ import tomllib
 
 import pytest
 
-from solidwhirl.scene_reading.analysis_checks import possible_files
 from solidwhirl.scene_reading.reader import parse_scene
 
 pytestmark = pytest.mark.solver
@@ -55,9 +54,9 @@ ALL = {k: {**spec, **(SPAN if "bearings" in spec else {})} for k, spec in ALL.it
 FILES = {
     "unbalance_response": [".png", "_bearing_forces.png", "_orbits.png"],
     "mode_shapes": [f"_6000rpm{t}.png" for t in ("", "_participation", "_lp")],
-    "run_up": [f"{t}.png" for t in ("", "_spectrogram", "_response", "_complexity")] + [".npz"],
+    "run_up": [".npz", ".png"]
+    + [f"_{t}.png" for t in ("spectrogram", "waterfall", "response", "complexity")],
     "state_space": [".h5", ".npz", ".mat"],
-    "stability": [],
     "bearing_laws": ["_A.png"],
 }
 # lengths of what keys hold; none where that is a number, or of any length
@@ -207,6 +206,7 @@ def test_nothing_is_overwritten(analyses):
     files = [name for entry in results.analyses.values() for name in entry.files]
     assert len({*files, "campbell.png"}) == 1 + len(files)
     pictures = {"unbalance_response": 3, "place_map": 1, "mode_shapes": 4, "rotating_campbell": 1}
+    pictures |= {"stability": 1}
     assert len(files) == sum(pictures.get(a["kind"], 0) for a in analyses)
 
 
@@ -237,16 +237,21 @@ def test_what_has_no_room_in_a_picture_is_in_the_next(tmp_path):
             assert (tmp_path / name).stat().st_size > 1000
 
 
+def laws(scene):
+    return {b.name: bool(b.speed_law) for b in scene.bearings}
+
+
 def test_names_of_files_are_known_beforehand(folder):
     """What is written is among what is checked for equal names."""
     scene = parse_scene({**engine(), "analyses": list(ALL.values())})
+    bearings = laws(scene)
     for spec in scene.analyses:
         found = {p.name for p in folder.iterdir() if p.name.startswith(spec.label)}
-        assert found <= set(possible_files(scene, spec))
+        assert found <= set(spec.possible_files(bearings))
     data, asked = many_of_everything()
     scene = parse_scene({**data, "analyses": [asked]})
     written = run(data, asked).analyses["unbalance_response"].files
-    assert set(written) <= set(possible_files(scene, scene.analyses[0]))
+    assert set(written) <= set(scene.analyses[0].possible_files(laws(scene)))
 
 
 def test_beams_and_rigid_bodies_are_in_the_results(document, folder):

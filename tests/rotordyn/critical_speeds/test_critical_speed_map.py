@@ -102,7 +102,9 @@ def beam():
     data = (1.0, 0.03, 2.1e11, 0.3, 7850.0)
     length, radius, *material = data
     stations = np.linspace(0, length, 33)
-    element = beam_superelement("beam", stations, radius, 0.0, material, {"a": 0.0, "b": length})
+    element = beam_superelement(
+        "beam", stations, radius, 0.0, tuple(material), {"a": 0.0, "b": length}
+    )
     return element, data
 
 

@@ -18,16 +18,12 @@ from solidwhirl.rotordyn import (
     draw_campbell,
     modes_at_speed,
 )
-from solidwhirl.rotordyn.campbell.body_frames import campbell_seen_by_body
 from solidwhirl.rotordyn.modes.mode_shapes import mode_shapes
 from solidwhirl.rotordyn.modes.participation import participation
 from solidwhirl.rotordyn.plots.campbell import draw_annotated_campbell, draw_damped_campbell
-from solidwhirl.rotordyn.plots.modes import (
-    draw_body_modes,
-    draw_mode_shapes,
-    draw_rotating_campbell,
-)
-from solidwhirl.rotordyn.plots.participation import draw_participation
+from solidwhirl.rotordyn.plots.chart import Axis, Bars, Chart, Look
+from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
+from solidwhirl.rotordyn.plots.modes import body_chart, deflection_chart, mode_names, share_chart
 
 
 @pytest.fixture(scope="module")
@@ -157,53 +153,15 @@ def test_large_decrements_are_named_not_drawn(results, tmp_path, drawn):
     assert texts[-1] == "decrements up to 9.5, above 2 not shown"
 
 
-@pytest.fixture(scope="module")
-def frames(twin):
-    system = twin()
-    diagram = campbell(system, np.linspace(0, 2000, 9), branch_count=4)
-    return [campbell_seen_by_body(system, diagram, body) for body in ("inner", "outer")]
-
-
-def test_rotating_frames(frames, tmp_path, drawn):
-    path = tmp_path / "r.png"
-    draw_rotating_campbell(frames, path, "In the frames of the bodies")
-    assert path.read_bytes()[:4] == b"\x89PNG"
-    frames_drawn = drawn[0].axes
-    assert [axes.get_title() for axes in frames_drawn] == ["inner", "outer"]
-    texts = [text.get_text() for text in drawn[0].legends[0].get_texts()]
-    assert texts == ["turns with the spin", "turns against it", "a force at rest"]
-    lines = [line for axes in frames_drawn for line in axes.lines]
-    # A forward mode slower than its body is mirrored at zero and dashed afterwards.
-    mirrored = [
-        line
-        for line in lines
-        if line.get_label() == "turns against it" and np.nanmin(line.get_ydata()) == 0.0
-    ]
-    assert len(mirrored) >= 2
-    assert all(np.nanmin(line.get_ydata()) >= 0 for line in lines)
-
-
-def test_frames_without_shares_show_both_circles(twin, results, tmp_path, drawn):
-    diagram, _ = results
-    seen = campbell_seen_by_body(twin(), diagram, "inner")
-    unknown = dataclasses.replace(seen, share=np.full(seen.share.shape, np.nan))
-    draw_rotating_campbell([unknown], tmp_path / "r.png", "t")
-    (axes,) = drawn[0].axes
-    ends = {round(float(y), 3) for line in axes.lines for y in np.atleast_1d(line.get_ydata())
-            if np.isfinite(y)}  # fmt: skip
-    turn = 2000 / (2 * np.pi)
-    for frequency in diagram.frequency_hz[:, -1]:
-        assert {round(abs(frequency - turn), 3), round(frequency + turn, 3)} <= ends
-
-
-def test_mode_shape_pictures(twin, tmp_path, drawn):
+def test_mode_shapes_stand_beside_each_other(twin, tmp_path, drawn):
     system = twin()
     shapes = mode_shapes(system, modes_at_speed(system, 1500.0, 5))
-    draw_mode_shapes(shapes, tmp_path / "m.png", "Twin rotor")
+    names = mode_names(shapes)
+    draw_charts([deflection_chart([("fast", names, shapes)])], tmp_path / "m.png", "Twin rotor")
     frames = [axes for axes in drawn[0].axes if axes.get_visible()]
     assert [axes.get_title() for axes in frames][:2] == [
-        "1: 153.7 Hz backward",
-        "2: 182.6 Hz forward",
+        "fast: mode 1,\n153.7 Hz, backward",
+        "fast: mode 2,\n182.6 Hz, forward",
     ]
     assert len(frames) == 5
     for mode, axes in enumerate(frames):
@@ -211,43 +169,51 @@ def test_mode_shape_pictures(twin, tmp_path, drawn):
             (line,) = _lines(axes, body.body)
             np.testing.assert_array_equal(line.get_xdata(), body.axial_m)
             np.testing.assert_array_equal(line.get_ydata(), body.deflection[:, mode])
-    draw_body_modes(shapes, "outer", tmp_path / "b.png", "Outer rotor")
+    draw_charts([body_chart(shapes, "outer", "1500 rpm")], tmp_path / "b.png", "Outer rotor")
     (axes,) = drawn[1].axes
-    (line,) = _lines(axes, "5: 973.6 Hz forward")
+    (line,) = _lines(axes, names[4])
     np.testing.assert_array_equal(line.get_ydata(), shapes.body("outer").deflection[:, 4])
     assert sorted(text.get_text() for text in axes.texts) == ["C", "D"]
-
-
-def test_participation_picture(twin, tmp_path, drawn):
-    system = twin()
-    result = participation(system, modes_at_speed(system, 1500.0, 4))
-    draw_participation(result, tmp_path / "p.png", "Twin rotor")
-    kinetic, potential = drawn[0].axes
-    for axes in (kinetic, potential):
-        tops = [patch.get_y() + patch.get_height() for patch in axes.patches]
-        # The shares are stacked to one.
-        assert max(tops) == pytest.approx(1.0, abs=1e-9)
-    heights = [patch.get_height() for patch in kinetic.patches]
-    np.testing.assert_allclose(heights, result.kinetic_bodies.ravel(), atol=1e-15)
-    texts = [text.get_text() for text in drawn[0].legends[0].get_texts()]
-    # Told apart without colour too.
-    handles = drawn[0].legends[0].get_patches()
-    assert len({patch.get_hatch() for patch in handles}) == len(handles)
-    # The rigid joint and supports of 1e10 N/m store next to nothing.
-    assert texts == ["inner", "outer", "inner.C", "other joints"]
-
-
-def test_pictures_without_content_are_refused(frames, twin, tmp_path):
-    path = tmp_path / "x.png"
-    still = dataclasses.replace(frames[0], speed_ratio=0.0)
-    with pytest.raises(AnalysisError, match="no body turns"):
-        draw_rotating_campbell([still], path, "t")
-    system = twin()
-    modes = modes_at_speed(system, 0.0, 20)
-    with pytest.raises(AnalysisError, match="there are 20 modes; 1 to 16 can be drawn"):
-        draw_mode_shapes(mode_shapes(system, modes), path, "t")
-    with pytest.raises(AnalysisError, match="1 to 16 can be drawn"):
-        draw_participation(participation(system, modes), path, "t")
     with pytest.raises(AnalysisError, match="no body 'fan'"):
-        draw_body_modes(mode_shapes(system, modes_at_speed(system, 0.0, 2)), "fan", path, "t")
+        body_chart(shapes, "fan", "rest")
+
+
+def test_shares_of_energy_are_stacked_to_one(twin, tmp_path, drawn):
+    system = twin()
+    modes = modes_at_speed(system, 1500.0, 4)
+    result, names = participation(system, modes), mode_names(mode_shapes(system, modes))
+    charts = [share_chart([("fast", names, result)], kind) for kind in ("kinetic", "strain")]
+    draw_charts(charts, tmp_path / "p.png", "Twin rotor")
+    kinetic, potential = drawn[0].axes
+    heights = [patch.get_height() for patch in kinetic.patches]
+    np.testing.assert_allclose(heights, 100.0 * result.kinetic_bodies.ravel(), atol=1e-12)
+    tops = [patch.get_y() + patch.get_height() for patch in kinetic.patches]
+    assert max(tops) == pytest.approx(100.0, abs=1e-9)
+    shown = np.zeros(4)
+    for patch in potential.patches:
+        shown[round(patch.get_x() + 0.35)] += patch.get_height()
+    every = 100.0 * np.vstack([result.strain_bodies, np.nan_to_num(result.strain_joints)])
+    # what has less than half a percent of every mode is left out
+    assert (np.abs(shown - every.sum(axis=0)) < 2.0).all()
+    # told apart without colour too
+    handles = drawn[0].legends[0].get_patches()
+    assert len({(patch.get_facecolor(), patch.get_hatch()) for patch in handles}) == len(handles)
+
+
+def test_negative_bars_stand_below_zero(tmp_path, drawn):
+    """A centrifugal part may be negative: what follows stands on the positive ones."""
+    values = {"a": [2.0, -1.0], "b": [-3.0, -2.0], "c": [1.0, 4.0]}
+    bars = [Bars(values=np.array(v), name=n, look=Look("@c0")) for n, v in values.items()]
+    axis = Axis(label="x", places=["first", "second"])
+    chart = Chart(name="c", title="", x=axis, y=Axis(label="y"), parts=bars, is_stacked=True)
+    draw_charts([chart], tmp_path / "s.png", "t")
+    bottoms = [patch.get_y() for patch in drawn[0].axes[0].patches]
+    assert bottoms == [0.0, 0.0, 0.0, -1.0, 2.0, 0.0]
+
+
+def test_a_chart_without_frames_is_refused(tmp_path):
+    with pytest.raises(AnalysisError, match="nothing to draw"):
+        draw_charts([], tmp_path / "x.png", "t")
+    with pytest.raises(AnalysisError, match="nothing to draw"):
+        draw_charts([deflection_chart([])], tmp_path / "x.png", "t")
     assert not list(tmp_path.iterdir())

@@ -6,15 +6,18 @@ import numpy as np
 import pytest
 
 from solidwhirl.rotordyn import AnalysisError, Bearing, End, Rotor, assemble
+from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
 from solidwhirl.rotordyn.plots.run_up import (
-    draw_normalised_responses,
-    draw_run_up,
-    draw_spectrogram,
+    force_chart,
+    normalised_chart,
+    spectrogram_chart,
+    speed_chart,
+    waterfall_chart,
 )
 from solidwhirl.rotordyn.response.unbalance import Unbalance
 from solidwhirl.rotordyn.run_up.force_spectrum import spectrogram
 from solidwhirl.rotordyn.run_up.integration import run_up
-from solidwhirl.rotordyn.run_up.response import NormalisedResponse, normalised_response
+from solidwhirl.rotordyn.run_up.response import normalised_response
 from solidwhirl.rotordyn.run_up.speed_profile import ramp_and_hold
 
 
@@ -42,35 +45,40 @@ def run(hub):
 
 
 def test_run_up_shows_speeds_and_force(run, tmp_path, drawn):
-    path = tmp_path / "run.png"
-    draw_run_up(run, "inner", path, "Two spools")
-    assert path.read_bytes()[:4] == b"\x89PNG"
-    assert [p.name for p in tmp_path.iterdir()] == ["run.png"]
-    speeds, in_x, _ = drawn[0].axes
-    names = [line.get_label() for line in speeds.lines]
-    assert names == ["speed of inner", "speed of outer"]
+    force = run.bearing_force_n("inner")
+    charts = [
+        speed_chart(run.time_s, run.speed_rad_s, run.speed_ratios),
+        force_chart(run.time_s, force, "inner"),
+    ]
+    draw_charts(charts, tmp_path / "run.png", "Two spools")
+    speeds, forces = drawn[0].axes
+    assert [line.get_label() for line in speeds.lines] == ["speed of inner", "speed of outer"]
     ends = sorted(float(line.get_ydata()[-1]) for line in speeds.lines)
     np.testing.assert_allclose(ends, np.array([-300.0, 200.0]) * 30 / np.pi)
     # the band reaches the largest force, in the unit of its label
-    assert "inner" in in_x.get_ylabel()
-    factor = {"kN": 1e-3, "N": 1.0, "mN": 1e3}[in_x.get_ylabel().split("[")[1].rstrip("]")]
-    top = max(v[1] for c in in_x.collections for p in c.get_paths() for v in p.vertices)
-    assert top == pytest.approx(factor * run.bearing_force_n("inner")[0].max(), rel=1e-6)
+    assert "inner" in forces.get_ylabel()
+    factor = {"kN": 1e-3, "N": 1.0, "mN": 1e3}[forces.get_ylabel().split("[")[1].rstrip("]")]
+    along_x = forces.collections[0]
+    top = max(v[1] for p in along_x.get_paths() for v in p.vertices)
+    assert top == pytest.approx(factor * force[0].max(), rel=1e-6)
 
 
 def test_responses_show_a_curve_for_each_model(run, tmp_path, drawn):
     response = normalised_response(run, "inner")
-    shown = {"all modes": response, "no modes": response}
-    draw_normalised_responses(shown, tmp_path / "r.svg", "Two models", 40.0)
+    shown = {"all modes": response.ratio, "no modes": np.full(response.ratio.shape, np.nan)}
+    chart = normalised_chart(response.frequency_hz, shown)
+    draw_charts([chart], tmp_path / "r.svg", "Two models")
     (axes,) = drawn[0].axes
     assert [line.get_label() for line in axes.lines] == list(shown)
     assert len({line.get_color() for line in axes.lines}) == 2
-    assert axes.get_xlim() == (0.0, 40.0)
+    # the unbalance of the outer spool passes through 1.5 times 200 rad/s
+    assert axes.get_xlim() == pytest.approx((0.0, 300.0 / (2 * np.pi)), abs=0.5)
 
 
 def test_spectrogram_shows_the_lines_of_the_spools(run, tmp_path, drawn):
     result = spectrogram(run.time_s, run.bearing_force_n("inner")[0], 0.3)
-    draw_spectrogram(result, run, tmp_path / "s.png", "Force", 60.0)
+    chart = spectrogram_chart(result, run.time_s, run.speed_rad_s, run.speed_ratios, 60.0)
+    draw_charts([chart], tmp_path / "s.png", "Force")
     axes = drawn[0].axes[0]
     assert sorted(t.get_text() for t in axes.texts) == ["1/rev of inner", "1/rev of outer"]
     # names stand where the lines leave the frame
@@ -82,15 +90,28 @@ def test_spectrogram_shows_the_lines_of_the_spools(run, tmp_path, drawn):
     np.testing.assert_allclose(ends, np.array([200.0, 300.0]) / (2 * np.pi))
 
 
-def test_pictures_of_nothing_are_refused(run, tmp_path):
-    empty = NormalisedResponse(frequency_hz=np.arange(3.0), ratio=np.full(3, np.nan))
-    with pytest.raises(AnalysisError, match="no response to draw"):
-        draw_normalised_responses({"a": empty}, tmp_path / "r.png", "t")
+def test_waterfall_stands_where_the_frequency_is(tmp_path, drawn):
+    """A tone of 40 Hz: every spectrum is highest there."""
+    time = np.arange(0.0, 6.0, 1e-3)
+    pieces = spectrogram(time, 3.0 * np.cos(2 * np.pi * 40.0 * time), 0.25)
+    chart = waterfall_chart(pieces, 20.0 * pieces.time_s / 6.0)
+    draw_charts([chart], tmp_path / "w.png", "t")
+    (axes,) = drawn[0].axes
+    curves = [line for line in axes.lines if line.get_linestyle() == "-"]
+    assert len(curves) == pieces.time_s.size >= 10
+    for line in curves:
+        # lines of a spectrum of 0.25 s are 4 Hz apart
+        assert line.get_xdata()[np.argmax(line.get_ydata())] == pytest.approx(40.0, abs=2.0)
+        # none leaves the frame
+        assert line.get_ydata().max() <= axes.get_ylim()[1]
+    # the shaft runs up by 200 rpm in a second
+    (turns,) = (line for line in axes.lines if line.get_linestyle() != "-")
+    np.testing.assert_allclose(turns.get_xdata(), 200.0 / 60.0 * turns.get_ydata())
+
+
+def test_a_force_that_is_zero_has_no_spectrogram(run, tmp_path):
     still = spectrogram(run.time_s, np.zeros(run.time_s.size), 0.3)
-    with pytest.raises(AnalysisError, match="spectrogram is zero"):
-        draw_spectrogram(still, run, tmp_path / "r.png", "t")
-    with pytest.raises(AnalysisError, match="'nose' was not recorded"):
-        draw_run_up(run, "nose", tmp_path / "r.png", "t")
-    with pytest.raises(AnalysisError, match=r"suffix '.bmp'; allowed are"):
-        draw_run_up(run, "inner", tmp_path / "r.bmp", "t")
+    chart = spectrogram_chart(still, run.time_s, run.speed_rad_s, run.speed_ratios, 60.0)
+    with pytest.raises(AnalysisError, match="the map is zero"):
+        draw_charts([chart], tmp_path / "r.png", "t")
     assert not list(tmp_path.iterdir())

@@ -1,122 +1,47 @@
-"""Displacement and stress in the solid bodies in some states of the engine."""
+"""Fields of a solid body in a state: largest displacement and stress, and files of them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
 
-from solidwhirl.analyses.base import (
-    Analysis,
-    Engine,
-)
-from solidwhirl.analyses.kinds.recovery_states import (
-    MOST_STATES,
-    EngineState,
-    RecoveryStateSpec,
-    engine_states,
-)
-from solidwhirl.core.fields import (
-    MOST,
-    Name,
-    alike_in_files,
-)
-from solidwhirl.core.outcome import Outcome, Write
+from solidwhirl.analyses.recovery.states import EngineState
+from solidwhirl.core.outcome import Write
 from solidwhirl.files.vtk_files import Grid, write_pvd, write_vtu
-from solidwhirl.rotordyn import AnalysisError, AssembledSystem, Invariant
+from solidwhirl.rotordyn import AnalysisError, AssembledSystem
 from solidwhirl.rotordyn.assembly.coordinates import body_rows
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
-from solidwhirl.rotordyn.superelement.invariants import compared
 
 #: Makes the recovery of a body by its name (`reduction.recovery.stresses`).
 Recoveries = Callable[[str], Any]
 FOLDER = "recovery"
 # [1e-9] on a coarse solid, [3e-12] on meridians, on springs from stiff to very soft
 _ENERGY_LIMIT = 1e-8
-# Where the superelement is a mean over turns of an uneven mesh, which the field is not.
+# Where the superelement is a mean over turns of an anisotropic mesh, which the field is not.
 _UNEVEN_LIMIT = 0.1
-# Nearly rigid motion strains a body so little that rounding counts: this part of the energy that
-# it would have at the lowest frequency of the held body is the least to compare an error with.
-_SMALL = 1e-4
-_CHECK = "strain energy of the recovered field"
 # Points whose surroundings in θ are looked at for the largest value, and angles there.
 _CANDIDATES, _ANGLES = 8, 720
 # Values nearer to each other are one but for rounding.
 _EQUAL = 1e-9
 
 
-class RecoverySpec(Analysis):
-    """Displacement and stress in the solid bodies in some states of the engine."""
+class Asked(NamedTuple):
+    """What is asked of every state: label of the analysis, bodies, stress, points around."""
 
-    kind: Literal["recovery"]
-    bodies: Annotated[tuple[Name, ...], Field(min_length=1, max_length=MOST)]
-    states: Annotated[tuple[RecoveryStateSpec, ...], Field(min_length=1, max_length=MOST_STATES)]
-    quantities: Annotated[
-        tuple[Literal["displacement", "stress"], ...], Field(min_length=1, max_length=2)
-    ] = ("displacement", "stress")
-    sectors: Annotated[int, Field(ge=8, le=360, strict=True)] = 32
-
-    @model_validator(mode="after")
-    def _different(self) -> RecoverySpec:
-        for key in ("bodies", "quantities"):
-            if len(set(getattr(self, key))) < len(getattr(self, key)):
-                raise ValueError(f"{key} names something twice")
-        labels = [state.label for state in self.states]
-        alike = alike_in_files(list(dict.fromkeys(labels)))
-        for label in labels:
-            if labels.count(label) > 1 or (alike and label in alike):
-                raise ValueError(f"more than one state is named {label!r}; give them names")
-        return self
-
-    @property
-    def speeds_rpm(self) -> tuple[float, ...]:
-        """Speeds of the reference shaft that the states name; the bases are made for them."""
-        return tuple(s.speed_rpm for s in self.states if s.speed_rpm is not None)
-
-    @property
-    def refers_to(self) -> tuple[str, ...]:
-        """Names of the analyses whose states are recovered."""
-        named = [state.response or state.run_up for state in self.states]
-        return tuple(dict.fromkeys(name for name in named if name is not None))
-
-    def run(self, engine: Engine) -> Outcome:
-        """Recover the states that are asked for; AnalysisError if one does not exist."""
-        documents: list[dict[str, Any]] = []
-        files: dict[str, Write] = {}
-        checks: list[Invariant] = []
-        for asked in self.states:
-            instants: dict[str, list[tuple[float, str]]] = {}
-            for state in engine_states(asked, engine.analyses, engine.system):
-                bodies = {}
-                for found in _bodies_of(self, engine.system, state, engine.recoveries):
-                    bodies[found.body] = found.document
-                    checks.append(_energy_check(self, found))
-                    files |= _files(self, found, asked.phases)
-                    if state.time_s is not None:
-                        name = _path(self, found.body, state.label).rpartition("/")[2]
-                        instants.setdefault(found.body, []).append((state.time_s, name))
-                documents.append(_state_document(state, bodies))
-            for body, series in instants.items():
-                if len(series) > 1:
-                    files[_path(self, body, asked.label, "pvd")] = partial(
-                        _write, partial(write_pvd, series)
-                    )
-        return Outcome(
-            kind=self.kind,
-            document={"states": documents, "checks": [asdict(check) for check in checks]},
-            files=files,
-            headline=_headline(documents),
-        )
+    label: str
+    bodies: tuple[str, ...]
+    stressed: bool
+    sectors: int
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Recovered:
+class Recovered:
     """One body in one state: fields at the mesh and in space, and what results.json holds."""
 
     body: str
@@ -127,35 +52,35 @@ class _Recovered:
     elastic_j: float
 
 
-def _bodies_of(
-    spec: RecoverySpec, system: AssembledSystem, state: EngineState, recoveries: Recoveries
-) -> Iterator[_Recovered]:
+def bodies_of(
+    asked: Asked, system: AssembledSystem, state: EngineState, recoveries: Recoveries
+) -> Iterator[Recovered]:
     """All bodies in one state; a mode gets its amplitude here, the same for all of them."""
-    makers = {name: recoveries(name) for name in spec.bodies}
-    motions = {name: body_rows(system, name) @ state.motion for name in spec.bodies}
-    speeds = {n: system.system.rotors[n].speed_ratio * state.speed_rad_s for n in spec.bodies}
+    makers = {name: recoveries(name) for name in asked.bodies}
+    motions = {name: body_rows(system, name) @ state.motion for name in asked.bodies}
+    speeds = {n: system.system.rotors[n].speed_ratio * state.speed_rad_s for n in asked.bodies}
     factor = 1.0
     if state.scaled_to_m is not None:
         largest = max(
-            _largest_displacement(makers[n].recover(q, 0.0), spec.sectors)[0]
+            _largest_displacement(makers[n].recover(q, 0.0), asked.sectors)[0]
             for n, q in motions.items()
         )
         if not largest > 0.0:
-            raise AnalysisError(f"state {state.label!r} does not move {', '.join(spec.bodies)}")
+            raise AnalysisError(f"state {state.label!r} does not move {', '.join(asked.bodies)}")
         factor = state.scaled_to_m / largest
     for name, motion in motions.items():
-        yield _recovered(spec, system, state, name, makers[name], factor * motion, speeds[name])
+        yield _recovered(asked, system, state, name, makers[name], factor * motion, speeds[name])
 
 
 def _recovered(
-    spec: RecoverySpec,
+    asked: Asked,
     system: AssembledSystem,
     state: EngineState,
     name: str,
     maker: Any,
     motion: NDArray[Any],
     speed_rad_s: float,
-) -> _Recovered:
+) -> Recovered:
     from solidwhirl.reduction.recovery.spatial_fields import in_space
 
     found = maker.recover(motion, speed_rad_s)
@@ -164,7 +89,7 @@ def _recovered(
     kinetic = float(0.5 * np.real(motion.conj() @ element.mass @ motion))
     own = element.fixed_interface_frequencies_hz
     lowest = 2.0 * np.pi * float(own[own > 0.0].min(initial=np.inf))
-    largest, at = _largest_displacement(found, spec.sectors)
+    largest, at = _largest_displacement(found, asked.sectors)
     document: dict[str, Any] = {
         "speed_rpm": speed_rad_s * RPM_PER_RAD_S,
         "largest_displacement_m": largest,
@@ -172,12 +97,12 @@ def _recovered(
         "strain_energy_j": energy,
         "strain_energy_of_field_j": found.strain_energy_j,
     }
-    if "stress" in spec.quantities:
+    if asked.stressed:
         document |= _stresses(found, maker.material_names, state.has_size)
-    return _Recovered(
+    return Recovered(
         body=name,
         state=state,
-        space=in_space(found, spec.sectors),
+        space=in_space(found, asked.sectors),
         document=document,
         elastic_j=kinetic * lowest**2 if np.isfinite(lowest) else 0.0,
         energy_limit=_UNEVEN_LIMIT if maker.is_averaged else _ENERGY_LIMIT,
@@ -270,70 +195,32 @@ def _place(point: NDArray[np.float64], theta: float) -> list[float]:
     return (point * [sign, sign, 1.0]).tolist()  # type: ignore[no-any-return]
 
 
-def _energy_check(spec: RecoverySpec, found: _Recovered) -> Invariant:
-    """½ ∫ σ:ε of the field against ½ qᴴ K q, relative."""
-    field, known = (found.document[key] for key in ("strain_energy_of_field_j", "strain_energy_j"))
-    error = abs(field - known) / max(abs(known), abs(field), _SMALL * found.elastic_j, 1e-300)
-    found.document["strain_energy_error"] = error
-    return compared(
-        _CHECK,
-        f"{spec.label}, {found.state.label}, {found.body}",
-        error,
-        found.energy_limit,
-        "the recovered displacement and stress",
-    )
-
-
-def _state_document(state: EngineState, bodies: dict[str, Any]) -> dict[str, Any]:
-    return {
-        "state": state.label,
-        "source": state.source,
-        "speed_rpm": state.speed_rad_s * RPM_PER_RAD_S,
-        **state.facts,
-        "scaled_to_m": state.scaled_to_m,
-        "bodies": bodies,
-    }
-
-
-def _headline(documents: list[dict[str, Any]]) -> str:
-    parts = []
-    for state in documents:
-        for name, body in state["bodies"].items():
-            text = f"{state['state']}: {name} {body['largest_displacement_m']:.3g} m"
-            stress = body.get("total") or body.get("dynamic")
-            if stress is not None:
-                text += f", {stress['largest_von_mises_pa'] / 1e6:.4g} MPa"
-            parts.append(text)
-    return "; ".join(parts[:4]) + ("; ..." if len(parts) > 4 else "")
-
-
-def _files(spec: RecoverySpec, found: _Recovered, phases: int) -> dict[str, Write]:
+def state_files(asked: Asked, found: Recovered, phases: int) -> dict[str, Write]:
     """The state itself, and where asked the frames of one period."""
-    stressed = "stress" in spec.quantities
     files: dict[str, Write] = {
-        _path(spec, found.body, found.state.label): partial(
-            _write, partial(_write_state, found, stressed)
+        path_of(asked, found.body, found.state.label): partial(
+            written, partial(_write_state, found, asked.stressed)
         )
     }
     if not phases or not np.iscomplexobj(found.space.displacement_m):
         return files
     series = []
     for k in range(phases):
-        name = _path(spec, found.body, f"{found.state.label}_{k:03d}")
+        name = path_of(asked, found.body, f"{found.state.label}_{k:03d}")
         series.append((k / phases, name.rpartition("/")[2]))
-        frame = partial(_write_frame, found, stressed, 2.0 * np.pi * k / phases)
-        files[name] = partial(_write, frame)
-    series_file = _path(spec, found.body, found.state.label, "pvd")
-    files[series_file] = partial(_write, partial(write_pvd, series))
+        frame = partial(_write_frame, found, asked.stressed, 2.0 * np.pi * k / phases)
+        files[name] = partial(written, frame)
+    series_file = path_of(asked, found.body, found.state.label, "pvd")
+    files[series_file] = partial(written, partial(write_pvd, series))
     return files
 
 
-def _path(spec: RecoverySpec, body: str, state: str, ending: str = "vtu") -> str:
+def path_of(asked: Asked, body: str, state: str, ending: str = "vtu") -> str:
     """File of a state in the folder of a run, which has one level of folders."""
-    return f"{FOLDER}/{spec.label}_{body}_{state}.{ending}"
+    return f"{FOLDER}/{asked.label}_{body}_{state}.{ending}"
 
 
-def _write(write: Write, path: Path) -> None:
+def written(write: Write, path: Path) -> None:
     """Write a file whose folder may not be there yet."""
     path.parent.mkdir(parents=True, exist_ok=True)
     write(path)
@@ -343,7 +230,7 @@ def _single(values: NDArray[Any]) -> NDArray[np.float32]:
     return np.asarray(values, dtype=np.float32)
 
 
-def _write_state(found: _Recovered, stressed: bool, path: Path) -> None:
+def _write_state(found: Recovered, stressed: bool, path: Path) -> None:
     from solidwhirl.reduction.recovery.stress_measures import (
         peak_von_mises,
         principal_range,
@@ -379,7 +266,7 @@ def _write_state(found: _Recovered, stressed: bool, path: Path) -> None:
     _write_grid(found, fields, path)
 
 
-def _write_frame(found: _Recovered, stressed: bool, phase: float, path: Path) -> None:
+def _write_frame(found: Recovered, stressed: bool, phase: float, path: Path) -> None:
     from solidwhirl.reduction.recovery.stress_measures import von_mises
 
     space, state = found.space, found.state
@@ -393,7 +280,7 @@ def _write_frame(found: _Recovered, stressed: bool, phase: float, path: Path) ->
     _write_grid(found, fields, path)
 
 
-def _write_grid(found: _Recovered, fields: Mapping[str, Any], path: Path) -> None:
+def _write_grid(found: Recovered, fields: Mapping[str, Any], path: Path) -> None:
     state, space = found.state, found.space
     numbers = {"speed_rpm": found.document["speed_rpm"]}
     numbers |= {k: v for k, v in state.facts.items() if isinstance(v, float)}

@@ -1,0 +1,70 @@
+"""What results are told with beside charts: texts and tables, whoever sets them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.plots.chart import Chart
+
+#: Signs of the directions of whirl, so that colour alone tells nothing.
+WHIRL_SIGNS = {"forward": "●", "backward": "□", "mixed": "◆", "planar": "◇"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Text:
+    """Paragraphs and lists.
+
+    Attributes
+    ----------
+    text
+        Paragraphs parted by blank lines; lines that begin with "- " are a list. **bold**, `code`
+        and nothing else is marked up; HTML in it shows as it is written.
+    kind
+        "plain"; "note" and "warning" stand in a box with their name.
+    """
+
+    text: str
+    kind: Literal["plain", "note", "warning"] = "plain"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """A table; columns whose cells are all numbers, or begin with one, stand at the right.
+
+    Attributes
+    ----------
+    head
+        Titles of the columns, with units in brackets.
+    rows
+        Cells as text, marked up as in `Text`; floats are written with five digits, None as "–",
+        True and False as "yes" and "no".
+    title, caption
+        Above and below.
+    folded
+        Title of a fold that hides the table until it is asked for; empty: always shown.
+    """
+
+    head: Sequence[str]
+    rows: Sequence[Sequence[Any]]
+    title: str = ""
+    caption: str = ""
+    folded: str = ""
+
+
+#: What an analysis tells its results with.
+AnalysisBlock = Text | Table | Chart
+
+
+def numbers(values: Any) -> FloatArray:
+    """Return numbers of a document as an array; None becomes nan."""
+    return np.asarray(values, dtype=float)
+
+
+def whirl_text(whirl: str | None) -> str:
+    """Word of a whirl (None and "" where there is none) with its sign before it."""
+    return f"{WHIRL_SIGNS.get(whirl or 'planar', WHIRL_SIGNS['planar'])} {whirl or 'none'}"
