@@ -78,12 +78,7 @@ def beam_superelement(
         raise SuperelementError(
             f"beam {name!r}: material is one argument, (modulus Pa, Poisson's ratio, kg/m³)"
         )
-    unknown = set(components) - set(MOTIONS)
-    if unknown or not set(_LATERAL) <= set(components):
-        raise SuperelementError(
-            f"beam {name!r}: components {tuple(components)}; allowed are {_LATERAL} and, beside "
-            "them, 'uz' and 'rz'"
-        )
+    wanted = _wanted(name, components)
     shaft = checked_shaft(
         name,
         np.asarray(stations_m, dtype=float),
@@ -93,8 +88,21 @@ def beam_superelement(
         dict(interface_stations),
         tuple(disks),
     )
+    return _of_shaft(name, shaft, wanted)
+
+
+def _wanted(name: str, components: Sequence[Component]) -> list[beam.Family]:
+    """Return the families of motions that the components belong to."""
+    if not set(_LATERAL) <= set(components) <= set(MOTIONS):
+        raise SuperelementError(
+            f"beam {name!r}: components {tuple(components)}; allowed are {_LATERAL} and, beside "
+            "them, 'uz' and 'rz'"
+        )
     named: dict[Component, beam.Family] = {"uz": "axial", "rz": "torsion"}
-    wanted: list[beam.Family] = ["lateral", *(named[c] for c in named if c in components)]
+    return ["lateral", *(named[c] for c in named if c in components)]
+
+
+def _of_shaft(name: str, shaft: Shaft, wanted: Sequence[beam.Family]) -> Superelement:
     families, rings = _families(shaft, wanted)
     names = tuple(shaft.interfaces)
     return Superelement(

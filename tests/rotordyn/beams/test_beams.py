@@ -108,6 +108,7 @@ def test_interfaces_and_disks_become_nodes():
         ({"material": (-1.0, 0.3, 7800.0)}, "youngs_modulus_pa is -1.0"),
         ({"material": (2e11, 0.6, 7800.0)}, "poissons_ratio is 0.6"),
         ({"material": (2e11, 0.3, 0.0)}, "density_kg_m3 is 0.0"),
+        ({"material": 2e11}, "material is one argument"),
         ({"interface_stations": {}}, "interface_stations is empty"),
         ({"interface_stations": {"a": 2.0}}, "interface 'a' is at 2.0 m, off the shaft"),
         ({"interface_stations": {"a": 0.5, "b": 0.5}}, "'a' and 'b' are both at 0.5 m"),
