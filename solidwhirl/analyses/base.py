@@ -252,14 +252,8 @@ class Analysis(Record):
     ) -> Iterator[tuple[float, str]]:
         """Yield speeds of the reference shaft that follow from that of a shaft, and their source.
 
-        Parameters
-        ----------
-        operating
-            `[[operating]]` of the scene.
-        ratio
-            |speed ratio| of a body, inf if it stands still.
-        where
-            What the analysis is called.
+        `operating`: `[[operating]]` of the scene. `ratio`: |speed ratio| of a body, inf if it
+        stands still. `where`: what the analysis is called.
         """
         yield from ()
 
@@ -319,14 +313,8 @@ class Analysis(Record):
     ) -> Outcome:
         """Return an outcome with its pictures, and with what a page tells of it.
 
-        Parameters
-        ----------
-        outcome
-            From `run`, or kept from an earlier run.
-        engine
-            The same that it looked at.
-        kept
-            Makes of the name of a picture and what draws it what writes its file.
+        `outcome`: from `run`, or kept from an earlier run. `engine`: the same that it looked at.
+        `kept`: makes of the name of a picture and what draws it what writes its file.
         """
         found = Found(name=self.label, outcome=outcome, engine=engine)
         pictures = {
