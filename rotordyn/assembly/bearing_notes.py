@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from typing import TypeAlias
 
 import numpy as np
@@ -237,22 +238,18 @@ def _negative_intervals(
                 points.append((float(found.x), float(found.fun)))
     points.sort()
     intervals = []
-    start = 0
-    while start < len(points):
-        if points[start][1] >= 0:
-            start += 1
+    for is_negative, group in groupby(range(len(points)), key=lambda i: points[i][1] < 0):
+        if not is_negative:
             continue
-        stop = start
-        while stop + 1 < len(points) and points[stop + 1][1] < 0:
-            stop += 1
+        inside = list(group)
+        start, stop = inside[0], inside[-1]
         low, high = points[start][0], points[stop][0]
         if start > 0:
             low = _end(measure, points[start][0], points[start - 1][0])
         if stop + 1 < len(points):
             high = _end(measure, points[stop][0], points[stop + 1][0])
-        lowest = min((value, speed) for speed, value in points[start : stop + 1])
+        lowest = min((points[i][1], points[i][0]) for i in inside)
         intervals.append((low, high, *lowest))
-        start = stop + 1
     return intervals
 
 

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as la
+from scipy.cluster.hierarchy import DisjointSet
 
 from solidwhirl.rotordyn.assembly.coordinates import Rows, seat_motion, tooth_motion
 from solidwhirl.rotordyn.assembly.parts import Gear, System
@@ -176,19 +177,10 @@ def _transformation(system: System, slices: Mapping[str, slice]) -> tuple[FloatA
 
 def _spanning_tree(total: int, links: list[_Link]) -> dict[int, list[tuple[int, float]]]:
     """Return the neighbours of each coordinate and of the ground in the strongest tree."""
-    group = {i: i for i in range(GROUND, total)}
     tree: dict[int, list[tuple[int, float]]] = {i: [] for i in range(GROUND, total)}
-
-    def root(i: int) -> int:
-        while group[i] != i:
-            group[i] = group[group[i]]
-            i = group[i]
-        return i
-
+    groups = DisjointSet(range(GROUND, total))
     for link in links:
-        first, second = root(link.first), root(link.second)
-        if first != second:
-            group[first] = second
+        if groups.merge(link.first, link.second):
             tree[link.first].append((link.second, link.strength))
             tree[link.second].append((link.first, link.strength))
     return tree

@@ -73,7 +73,7 @@ class LawPieces(ReadOnlyArrays):
     def at(self, speed_rad_s: float) -> BearingCoefficients:
         """Return the coefficients at a speed, not negative."""
         piece = max(0, bisect_right(self.starts_rad_s, speed_rad_s) - 1)
-        return self._valued(self.polynomials[piece], speed_rad_s - self.starts_rad_s[piece])
+        return _valued(self.polynomials[piece], speed_rad_s - self.starts_rad_s[piece])
 
     def slopes(self, speed_rad_s: float) -> tuple[BearingCoefficients, BearingCoefficients]:
         """Return the derivatives below and above a speed, which differ at a corner only.
@@ -81,23 +81,13 @@ class LawPieces(ReadOnlyArrays):
         `speed_rad_s`: rad/s, not negative. Returns per rad/s.
         """
         starts = self.starts_rad_s
+        orders = np.arange(1, self.polynomials.shape[1]).reshape(-1, 1, 1, 1)
         sides = (bisect_left(starts, speed_rad_s), bisect_right(starts, speed_rad_s))
         pieces = [max(0, side - 1) for side in sides]
-        orders = np.arange(1, self.polynomials.shape[1]).reshape(-1, 1, 1, 1)
         below, above = (
-            self._valued(orders * self.polynomials[k, 1:], speed_rad_s - starts[k])
-            if orders.size
-            else BearingCoefficients(np.zeros((2, 2)), np.zeros((2, 2)))
-            for k in pieces
+            _valued(orders * self.polynomials[k, 1:], speed_rad_s - starts[k]) for k in pieces
         )
         return below, above
-
-    @staticmethod
-    def _valued(rows: FloatArray, beyond: float) -> BearingCoefficients:
-        values = rows[-1].copy()
-        for row in rows[-2::-1]:
-            values = values * beyond + row
-        return BearingCoefficients(values[0], values[1])
 
     def over_reference(self, speed_ratio: float) -> LawPieces:
         """Return the pieces as functions of |Ω|, for the speed |speed_ratio · Ω|."""
@@ -165,6 +155,13 @@ class LawPiece(NamedTuple):
             shifted = np.convolve(shifted, (offset, width))
             shifted[0] += value
         return [self.low + width * x for x in _real_parts(shifted) if 0.0 < x < 1.0]
+
+
+def _valued(rows: FloatArray, beyond: float) -> BearingCoefficients:
+    values = np.zeros(rows.shape[1:])
+    for row in rows[::-1]:
+        values = values * beyond + row
+    return BearingCoefficients(values[0], values[1])
 
 
 def determinant(xx: FloatArray, yy: FloatArray, xy: FloatArray) -> FloatArray:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from solidwhirl.rotordyn.core.arrays import FloatArray, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import SuperelementError
 
 # Places closer than this fraction of the length are the same node.
@@ -44,7 +44,7 @@ class ShaftMaterial(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class Shaft:
+class Shaft(ReadOnlyArrays):
     """Hold a checked shaft whose nodes include all interfaces and disks.
 
     `nodes_m`: shape (N,), increasing, m.
@@ -58,9 +58,6 @@ class Shaft:
     material: ShaftMaterial
     interfaces: Mapping[str, float]
     disks: tuple[Disk, ...]
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "nodes_m", "outer_radius_m", "inner_radius_m")
 
     def node_at(self, position_m: float) -> int:
         """Return the index of the node nearest to a position."""

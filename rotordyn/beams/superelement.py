@@ -8,14 +8,8 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from solidwhirl.rotordyn.beams.elements import (
-    Family,
-    SectionInertia,
-    SectionStiffness,
-    Segment,
-    segment,
-    shear_coefficient,
-)
+from solidwhirl.rotordyn.beams import elements as beam
+from solidwhirl.rotordyn.beams import moments
 from solidwhirl.rotordyn.beams.families import (
     Attached,
     BeamNodes,
@@ -24,13 +18,6 @@ from solidwhirl.rotordyn.beams.families import (
     family_matrices,
     reduced_family,
     spatial_fields,
-)
-from solidwhirl.rotordyn.beams.moments import (
-    Rings,
-    attached_rings,
-    beam_moments,
-    joined_rings,
-    segment_rings,
 )
 from solidwhirl.rotordyn.beams.shafts import Disk, Shaft, ShaftMaterial, checked_shaft
 from solidwhirl.rotordyn.core.errors import SuperelementError
@@ -106,8 +93,8 @@ def beam_superelement(
         dict(interface_stations),
         tuple(disks),
     )
-    named: dict[Component, Family] = {"uz": "axial", "rz": "torsion"}
-    wanted: list[Family] = ["lateral", *(named[c] for c in named if c in components)]
+    named: dict[Component, beam.Family] = {"uz": "axial", "rz": "torsion"}
+    wanted: list[beam.Family] = ["lateral", *(named[c] for c in named if c in components)]
     families, rings = _families(shaft, wanted)
     names = tuple(shaft.interfaces)
     return Superelement(
@@ -120,11 +107,13 @@ def beam_superelement(
         ),
         recovery_points_m=np.outer(shaft.nodes_m, [0.0, 0.0, 1.0]),
         provenance=shaft.provenance(),
-        moments=beam_moments(names, families, rings),
+        moments=moments.beam_moments(names, families, rings),
     )
 
 
-def _families(shaft: Shaft, wanted: Sequence[Family]) -> tuple[list[ReducedFamily], list[Rings]]:
+def _families(
+    shaft: Shaft, wanted: Sequence[beam.Family]
+) -> tuple[list[ReducedFamily], list[moments.Rings]]:
     """Return the reduced families of motions, and the rings of mass that each moves."""
     z_m, held = shaft.nodes_m, tuple(shaft.node_at(z) for z in shaft.interfaces.values())
     elements = _elements(shaft)
@@ -141,12 +130,14 @@ def _families(shaft: Shaft, wanted: Sequence[Family]) -> tuple[list[ReducedFamil
             add_attached(matrices, z_m, disk, family)
         own = reduced_family(BeamNodes(z_m, held), matrices, family)
         families.append(own)
-        parts = [segment_rings(piece, nodes, own) for nodes, piece in elements]
-        rings.append(joined_rings([*parts, *(attached_rings(d, z_m, own) for d in attached)]))
+        parts = [moments.segment_rings(piece, nodes, own) for nodes, piece in elements]
+        rings.append(
+            moments.joined_rings([*parts, *(moments.attached_rings(d, z_m, own) for d in attached)])
+        )
     return families, rings
 
 
-def _elements(shaft: Shaft) -> list[tuple[tuple[int, int], Segment]]:
+def _elements(shaft: Shaft) -> list[tuple[tuple[int, int], beam.Segment]]:
     """Return the two nodes of each element, and its cross-section all along."""
     modulus, nu, density = shaft.material
     shear_modulus = modulus / (2.0 * (1.0 + nu))
@@ -156,16 +147,16 @@ def _elements(shaft: Shaft) -> list[tuple[tuple[int, int], Segment]]:
     for k, ((start, stop), (outer, inner)) in enumerate(zip(ends, radii, strict=True)):
         area = np.pi * (outer**2 - inner**2)
         second = 0.25 * np.pi * (outer**4 - inner**4)
-        kappa = shear_coefficient(nu, inner / outer)
-        stiffness = SectionStiffness(
+        kappa = beam.shear_coefficient(nu, inner / outer)
+        stiffness = beam.SectionStiffness(
             bending=modulus * second,
             shear=kappa * shear_modulus * area,
             taper=0.0,
             axial=modulus * area,
             torsion=2.0 * shear_modulus * second,
         )
-        inertia = SectionInertia(density * area, density * second)
-        found.append(((k, k + 1), segment((start, stop), stiffness, inertia)))
+        inertia = beam.SectionInertia(density * area, density * second)
+        found.append(((k, k + 1), beam.segment((start, stop), stiffness, inertia)))
     return found
 
 

@@ -534,10 +534,9 @@ def _checked(
         )
     if not np.isfinite(force).all():
         raise AnalysisError("loads holds a number that is not finite")
+    whole = np.broadcast_to(force, (points, *force.shape[1:]))
     return _Points(
-        np.broadcast_to(speeds, (points,)),
-        np.broadcast_to(frequencies, (points,)),
-        np.broadcast_to(force, (points, *force.shape[1:])),
+        np.broadcast_to(speeds, (points,)), np.broadcast_to(frequencies, (points,)), whole
     )
 
 
@@ -578,9 +577,8 @@ def _by_split(assembled: AssembledSystem, split: SplitSystem, points: _Points) -
     left = found.unsolved
     if left.any():
         speeds, frequencies, force = points
-        whole = solve_points(
-            _matrices_of(assembled, slice(None)), speeds[left], frequencies[left], force[left]
-        )
+        every = _matrices_of(assembled, slice(None))
+        whole = solve_points(every, speeds[left], frequencies[left], force[left])
         solved.displacement[left] = whole.displacement
         solved.relative_residual[left] = whole.relative_residual
     return solved

@@ -205,12 +205,9 @@ def _joined(matrices: tuple[FloatArray, ...]) -> FloatArray:
 
 
 def _split(flat: FloatArray, shapes: Sequence[tuple[int, ...]]) -> tuple[FloatArray, ...]:
-    matrices, start = [], 0
-    for shape in shapes:
-        size = int(np.prod(shape))
-        matrices.append(flat[start : start + size].reshape(shape))
-        start += size
-    return tuple(matrices)
+    ends = np.cumsum([np.prod(shape, dtype=int) for shape in shapes])
+    parts = np.split(flat, ends[:-1])
+    return tuple(part.reshape(shape) for part, shape in zip(parts, shapes, strict=True))
 
 
 # Parts of the speed range in which the rate of change of the system is estimated.

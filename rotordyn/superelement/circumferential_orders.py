@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray, IntArray, ReadOnlyArrays
 from solidwhirl.rotordyn.superelement.record import Superelement
 from solidwhirl.rotordyn.superelement.surface import around_axis
 
@@ -46,7 +46,7 @@ _EXACT = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class Turns:
+class Turns(ReadOnlyArrays):
     """Hold the coordinates of a body in which a turn about the axis is a change of phase.
 
     A part of order μ obeys L q = iμ q with the generator L of a turn. In q e^{iωt}, ω > 0, it
@@ -61,9 +61,6 @@ class Turns:
     orders: IntArray
     amplitudes: ComplexArray
     vectors: ComplexArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "orders", "amplitudes", "vectors")
 
     def lateral(self) -> FloatArray:
         """Return the projector on the lateral motion, |μ| = 1, shape (n, n), real."""

@@ -16,23 +16,10 @@ from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.core.reprs import hertz, lines_of, row
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
+from solidwhirl.rotordyn.superelement import validation
 from solidwhirl.rotordyn.superelement.mass_moments import MassMoments
 from solidwhirl.rotordyn.superelement.residual_energy import ErrorForm, checked_forms
 from solidwhirl.rotordyn.superelement.surface import Surface
-from solidwhirl.rotordyn.superelement.validation import (
-    COUPLINGS,
-    LEVELS,
-    MOTIONS,
-    SYMMETRIC_MATRICES,
-    SYMMETRY_LIMIT,
-    Component,
-    Coupling,
-    Level,
-    finite_array,
-    part_of_body,
-    plain_json,
-    symmetrised,
-)
 
 __all__ = ["Coordinate", "ErrorForm", "InterfaceNode", "MassMoments", "Superelement"]
 
@@ -61,7 +48,7 @@ class Coordinate:
 
     kind: Literal["interface", "modal"]
     interface: str
-    component: Component
+    component: validation.Component
     frequency_hz: float
 
     @property
@@ -90,18 +77,18 @@ class InterfaceNode:
 
     name: str
     position_m: FloatArray
-    coupling: Coupling
+    coupling: validation.Coupling
 
     def __post_init__(self) -> None:
         where = f"interface {self.name!r}"
         object.__setattr__(
-            self, "position_m", finite_array(where, "position_m", self.position_m, (3,))
+            self, "position_m", validation.finite_array(where, "position_m", self.position_m, (3,))
         )
         if not self.name:
             raise SuperelementError("an interface has an empty name; give each a unique name")
-        if self.coupling not in COUPLINGS:
+        if self.coupling not in validation.COUPLINGS:
             raise SuperelementError(
-                f"{where}: coupling is {self.coupling!r}, allowed are {COUPLINGS}"
+                f"{where}: coupling is {self.coupling!r}, allowed are {validation.COUPLINGS}"
             )
 
 
@@ -180,7 +167,7 @@ class Superelement:
     """
 
     name: str
-    level: Level
+    level: validation.Level
     harmonics: tuple[int, ...]
     coordinates: tuple[Coordinate, ...]
     interfaces: tuple[InterfaceNode, ...]
@@ -215,11 +202,13 @@ class Superelement:
         _check_coordinates(self, where)
         for name, shape in _array_shapes(self, n).items():
             if getattr(self, name) is not None or name not in ("spin_generator", "constraint"):
-                array = finite_array(where, name, getattr(self, name), shape)
+                array = validation.finite_array(where, name, getattr(self, name), shape)
                 object.__setattr__(self, name, array)
-        for name in (*SYMMETRIC_MATRICES, "gyroscopic"):
+        for name in (*validation.SYMMETRIC_MATRICES, "gyroscopic"):
             sign = -1.0 if name == "gyroscopic" else 1.0
-            object.__setattr__(self, name, symmetrised(where, name, getattr(self, name), sign))
+            object.__setattr__(
+                self, name, validation.symmetrised(where, name, getattr(self, name), sign)
+            )
         present = np.array(self.rigid_body_present, dtype=bool)
         if present.shape != (6,):
             raise SuperelementError(
@@ -230,10 +219,10 @@ class Superelement:
         _check_scalars(self, where)
         object.__setattr__(self, "mass_kg", float(self.mass_kg))
         object.__setattr__(self, "maximum_speed_rad_s", float(self.maximum_speed_rad_s))
-        object.__setattr__(self, "provenance", plain_json(where, self.provenance))
+        object.__setattr__(self, "provenance", validation.plain_json(where, self.provenance))
         object.__setattr__(self, "error_forms", checked_forms(where, self.error_forms, n))
-        part_of_body(where, "moments", self.moments, MassMoments, n)
-        part_of_body(where, "surface", self.surface, Surface, n)
+        validation.part_of_body(where, "moments", self.moments, MassMoments, n)
+        validation.part_of_body(where, "surface", self.surface, Surface, n)
 
     def __repr__(self) -> str:
         return _superelement_text(self)
@@ -254,7 +243,7 @@ class Superelement:
             f"{component!r}; it has {list(self.components_at(interface))}"
         )
 
-    def components_at(self, interface: str) -> tuple[Component, ...]:
+    def components_at(self, interface: str) -> tuple[validation.Component, ...]:
         """Return the components an interface has, in coordinate order; empty without any."""
         return tuple(c.component for c in self.coordinates if c.interface == interface != "")
 
@@ -287,7 +276,7 @@ def _superelement_text(element: Superelement) -> str:
 def _array_shapes(element: Superelement, n: int) -> dict[str, tuple[int | None, ...]]:
     """Return the shape each array must have; None stands for any length."""
     points = np.shape(element.recovery_points_m)[0] if np.ndim(element.recovery_points_m) else 0
-    square = dict.fromkeys((*SYMMETRIC_MATRICES, "gyroscopic"), (n, n))
+    square = dict.fromkeys((*validation.SYMMETRIC_MATRICES, "gyroscopic"), (n, n))
     return {
         **square,
         "rigid_body_modes": (n, 6),
@@ -314,8 +303,10 @@ def _check_names(element: Superelement, where: str) -> None:
                 f"superelement: {name[:_LONGEST_NAME]!r} is no name; at most {_LONGEST_NAME} "
                 "printable characters are allowed"
             )
-    if element.level not in LEVELS:
-        raise SuperelementError(f"{where}: level is {element.level!r}, allowed are {LEVELS}")
+    if element.level not in validation.LEVELS:
+        raise SuperelementError(
+            f"{where}: level is {element.level!r}, allowed are {validation.LEVELS}"
+        )
     repeated = sorted(name for name, count in Counter(names).items() if count > 1)
     if repeated:
         raise SuperelementError(f"{where}: interface names {repeated} occur more than once")
@@ -338,8 +329,10 @@ def _check_coordinates(element: Superelement, where: str) -> None:
                     f"frequency; found {c}"
                 )
             continue
-        if c.kind != "interface" or c.component not in MOTIONS:
-            raise SuperelementError(f"{place}: {c} is neither modal nor one of {MOTIONS}")
+        if c.kind != "interface" or c.component not in validation.MOTIONS:
+            raise SuperelementError(
+                f"{place}: {c} is neither modal nor one of {validation.MOTIONS}"
+            )
         if modal_at is not None:
             raise SuperelementError(
                 f"{place} ({c.label}) follows modal coordinate {modal_at}; interface coordinates "
@@ -382,7 +375,7 @@ def _check_mass(element: Superelement, where: str) -> None:
     """Refuse what no body can have."""
     inertia = element.inertia_kg_m2
     largest = max(float(np.abs(inertia).max()), 1e-300)
-    if (np.abs(inertia / largest - inertia.T / largest) > SYMMETRY_LIMIT).any():
+    if (np.abs(inertia / largest - inertia.T / largest) > validation.SYMMETRY_LIMIT).any():
         raise SuperelementError(f"{where}: inertia_kg_m2 is not symmetric: {inertia.tolist()}")
     principal = np.linalg.eigvalsh(inertia / largest)  # ascending
     if principal[0] < -_INERTIA_LIMIT or principal[2] > principal[:2].sum() + _INERTIA_LIMIT:

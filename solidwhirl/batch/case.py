@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import gc
-import json
 import resource
 import time
 import traceback
@@ -18,7 +17,7 @@ from solidwhirl.batch.rows import failed_row, row_of_document
 from solidwhirl.console.exit_handling import is_out_of_memory, memory_text
 from solidwhirl.core.errors import USER_ERRORS, OutputError, clean
 from solidwhirl.core.stages import Stage
-from solidwhirl.files.run_folder import STAGES, RunFolder, claimed, forget_results
+from solidwhirl.files.run_folder import STAGES, claimed, forget_results
 from solidwhirl.output.documents import write_into
 from solidwhirl.pipeline.cached_stages import Keeper, open_store
 from solidwhirl.pipeline.run import run_scene
@@ -72,13 +71,12 @@ def lead_case(
     try:
         with claimed(settings.out / case.name, within=settings.out) as folder:
             try:
-                _compute(case, settings, team, folder, said)
+                document = _computed(case, settings, team, folder, said)
             except Exception as error:
                 message = failure_text(error)
                 with contextlib.suppress(OSError):
                     _write_failure(folder, message, error, said)
                 raise
-            document = json.loads((folder.path / "results.json").read_text(encoding="utf-8"))
             return row_of_document(case, document, time.monotonic() - start, team.size), None
     except Exception as error:
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0**2
@@ -86,10 +84,10 @@ def lead_case(
         return row, error.with_traceback(None)
 
 
-def _compute(
-    case: BatchCase, settings: CaseSettings, team: Any, folder: RunFolder, said: list[str]
-) -> None:
-    """Run a case and write its folder."""
+def _computed(
+    case: BatchCase, settings: CaseSettings, team: Any, folder: Path, said: list[str]
+) -> dict[str, Any]:
+    """Run a case and write its folder; returns what its results hold."""
     scene = case_scene(case, level=settings.level, accuracy=settings.accuracy)
     store = open_store(settings.stages)
 
@@ -99,8 +97,10 @@ def _compute(
     results = run_scene(scene, comm=team, progress=tell, store=store)
     assert results is not None
     keeper = Keeper(store=store, progress=tell)
-    write_into(results, folder, pictures=settings.pictures, page=False, keeper=keeper)
-    (folder.path / ERROR_FILE).unlink(missing_ok=True)
+    draws = settings.pictures
+    document = write_into(results, folder, pictures=draws, page=False, keeper=keeper)
+    (folder / ERROR_FILE).unlink(missing_ok=True)
+    return document
 
 
 def follow_case(case: BatchCase, settings: CaseSettings, team: Any) -> Exception | None:
@@ -128,13 +128,13 @@ def failure_text(error: Exception) -> str:
     return f"defect of the program: {type(error).__name__}: {clean(str(error))}; see {ERROR_FILE}"
 
 
-def _write_failure(folder: RunFolder, message: str, error: Exception, said: list[str]) -> None:
+def _write_failure(folder: Path, message: str, error: Exception, said: list[str]) -> None:
     """Leave why a case failed in its folder, and no results of another content."""
     forget_results(folder)
     parts = [message, *(f"before: {line}" for line in said[-_LAST_LINES:])]
     if message.startswith("defect"):
         parts += ["", "".join(traceback.format_exception(error)).rstrip()]
-    (folder.path / ERROR_FILE).write_text("\n".join(parts) + "\n", encoding="utf-8")
+    (folder / ERROR_FILE).write_text("\n".join(parts) + "\n", encoding="utf-8")
 
 
 def _forget_peak_memory() -> None:

@@ -41,15 +41,7 @@ class _Recorded(BaseModel):
 
 @dataclass(frozen=True, kw_only=True)
 class Checked:
-    """The checks of one file or folder.
-
-    Attributes
-    ----------
-    checks
-        All checks; empty if it could not be read.
-    problem
-        Why it could not be read; empty if it could.
-    """
+    """The checks of one file or folder."""
 
     path: Path
     checks: tuple[Invariant, ...]

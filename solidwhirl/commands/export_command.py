@@ -38,8 +38,6 @@ class Format:
 
     Attributes
     ----------
-    ending
-        How its file is called as a rule.
     options
         Options of the command that it understands, and the writer's names for them.
     """

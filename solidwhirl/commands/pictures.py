@@ -15,8 +15,13 @@ from solidwhirl.console.guard import guarded
 from solidwhirl.console.terminal import telling
 from solidwhirl.core.errors import OutputError
 from solidwhirl.core.stages import Progress
-from solidwhirl.files.picture_index import INDEX, write_index
-from solidwhirl.files.picture_record import MOVING_FORMATS, STILL_FORMATS, Picture
+from solidwhirl.files.picture_index import (
+    INDEX,
+    MOVING_FORMATS,
+    STILL_FORMATS,
+    Picture,
+    write_index,
+)
 from solidwhirl.pictures.picture_names import refuse_unknown_names
 from solidwhirl.scene.records import Scene
 
@@ -113,7 +118,7 @@ def pictures_command(
         An unknown format or name, a film that is asked for alone without a format for it, or a
         folder that can't be written.
     """
-    from solidwhirl.files.run_folder import claimed
+    from solidwhirl.files.run_folder import STAGES, claimed
     from solidwhirl.pictures.catalogue import pictures_of
     from solidwhirl.pipeline.cached_stages import Keeper, engine_part, open_store
     from solidwhirl.pipeline.run import run_scene
@@ -122,7 +127,7 @@ def pictures_command(
     refuse_unknown_names(scene, only, modes)
     _refuse_films_alone(only, kinds)
     with claimed(out) as folder:
-        kept = open_store(store or folder.stages)
+        kept = open_store(store or folder / STAGES)
         results = run_scene(scene, progress=progress, store=kept)
         assert results is not None
         pictures = pictures_of(results, modes, progress)
@@ -132,12 +137,12 @@ def pictures_command(
         entries: dict[str, list[Path]] = {}
         failed: list[tuple[str, str]] = []
         for picture in (_kept(picture, keeper, content) for picture in chosen):
-            if drawn := _draw(picture, folder.path, kinds, progress, failed):
+            if drawn := _draw(picture, folder, kinds, progress, failed):
                 entries[picture.name] = drawn
         files = tuple(path for drawn in entries.values() for path in drawn)
         if not files and not failed:
             raise _no_format(kinds, [p.name for p in chosen])
-        index = folder.path / INDEX
+        index = folder / INDEX
         write_index(index, scene.title or scene.name, pictures, entries)
     return DrawnPictures(files=files, index=index, failed=tuple(failed))
 

@@ -131,15 +131,15 @@ def _written(scene: Scene, asked: RunOptions) -> tuple[Results, dict[str, Any]]:
     """Compute a scene and write its folder; the results as records and as they are written."""
     from mpi4py import MPI
 
-    from solidwhirl.files.run_folder import claimed, refuse_foreign_results
+    from solidwhirl.files.run_folder import STAGES, claimed, refuse_foreign_results
     from solidwhirl.output.documents import write_into
     from solidwhirl.pipeline.cached_stages import Keeper, open_fresh_store, open_store
     from solidwhirl.pipeline.run import run_scene
 
     progress = RunProgress(quiet=asked.quiet, pictures=asked.pictures)
     with progress, claimed(asked.out) as folder:
-        refuse_foreign_results(folder.path)
-        kept = (open_fresh_store if asked.fresh else open_store)(asked.store or folder.stages)
+        refuse_foreign_results(folder)
+        kept = (open_fresh_store if asked.fresh else open_store)(asked.store or folder / STAGES)
         kept.clear_leftovers()
         results = run_scene(
             scene, comm=MPI.COMM_WORLD, progress=progress, foreseen=progress.foreseen, store=kept

@@ -63,12 +63,6 @@ class Finding:
     ----------
     state
         "ok", "missing", or "doubtful" where it is there but will not do well.
-    found
-        A version, a number or why it is not there.
-    needed
-        Whether runs need it; the rest is for comfort.
-    remedy
-        A command that helps; empty where there is none.
     """
 
     what: str

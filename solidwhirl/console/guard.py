@@ -45,8 +45,6 @@ def guarded(
 
     Parameters
     ----------
-    told
-        Called with such a message before the program ends with it.
     goes_on
         Whether the same command would go on from what is done, asked where it is interrupted.
     """

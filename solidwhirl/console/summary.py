@@ -112,8 +112,6 @@ def summary_document(
     ----------
     document
         The contents of `results.json`.
-    out
-        The folder of the run, written.
     seconds
         Wall time [s].
     """

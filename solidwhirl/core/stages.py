@@ -38,10 +38,6 @@ class Stage:
 
     Attributes
     ----------
-    body
-        Body or analysis; empty for the whole engine.
-    detail
-        What people are told beyond that, such as the level.
     seconds
         Predicted time [s]; 0 where nothing is known.
     """

@@ -1,19 +1,40 @@
-"""The page that lists the pictures in a folder, those of earlier calls too."""
+"""What one picture of a run is, and the page that lists those in a folder, earlier ones too."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from solidwhirl.core.errors import markdown_text
-from solidwhirl.files.picture_record import MOVING_FORMATS, STILL_FORMATS, Picture
 from solidwhirl.rotordyn.core.atomic import replacing
 
+Draw = Callable[[Path], None]
+#: Endings of still pictures, and of moving ones.
+STILL_FORMATS, MOVING_FORMATS = ("pdf", "svg", "png"), ("gif", "mp4")
 INDEX = "pictures.md"
 _ENTRY = re.compile(r"- \*\*(?P<name>.+?)\*\* \((?P<files>\[.*?\]\(.*?\))\): (?P<caption>.*)")
 _FILE = re.compile(r"\[[^\]]*\]\((?P<file>[^)]*)\)")
 _FORMATS = STILL_FORMATS + MOVING_FORMATS
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Picture:
+    """One picture of a run."""
+
+    name: str  # of its file, without the ending
+    # "plot": drawn as lines and text; "still": a view of the bodies in space, an image with lines
+    # and text around it; "film": moving
+    kind: Literal["plot", "still", "film"]
+    caption: str  # what is to be seen, a sentence or two
+    draw: Draw  # writes the file that it is given; the ending chooses the format
+
+    @property
+    def formats(self) -> tuple[str, ...]:
+        """Endings that it can be written with."""
+        return MOVING_FORMATS if self.kind == "film" else STILL_FORMATS
 
 
 def write_index(

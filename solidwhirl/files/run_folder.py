@@ -13,7 +13,6 @@ import stat
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path, PurePosixPath
 
@@ -23,6 +22,7 @@ from solidwhirl.files.picture_index import pictures_listed
 from solidwhirl.rotordyn.core.atomic import replacing
 
 MANIFEST = "SHA256SUMS"
+#: Where a run keeps its stages if it is not told another place.
 STAGES = ".stages"
 # A file that a whole run always has; it is moved into place last.
 _LAST = "results.json"
@@ -37,20 +37,8 @@ _LINE = re.compile(r"([0-9a-f]{64}) [ *](.+)")
 _PROBE = 1 << 16
 
 
-@dataclass(frozen=True, kw_only=True)
-class RunFolder:
-    """A folder that this process has for itself."""
-
-    path: Path  # the folder; it exists
-
-    @property
-    def stages(self) -> Path:
-        """Where a run keeps its stages if it is not told another place."""
-        return self.path / STAGES
-
-
 @contextmanager
-def claimed(out: str | Path, within: Path | None = None) -> Iterator[RunFolder]:
+def claimed(out: str | Path, within: Path | None = None) -> Iterator[Path]:
     """Make a folder and have it for this process alone; clear what killed runs left in it.
 
     The system gives the folder free when the process ends, however it ends.
@@ -69,7 +57,7 @@ def claimed(out: str | Path, within: Path | None = None) -> Iterator[RunFolder]:
         lock = _locked(out / _LOCK)
     try:
         _clear_leftovers(out)
-        yield RunFolder(path=out)
+        yield out
     finally:
         release(out / _LOCK, lock)
         with contextlib.suppress(OSError):
@@ -140,7 +128,7 @@ def _clear_leftovers(out: Path) -> None:
 
 
 @contextmanager
-def replacing_files(folder: RunFolder) -> Iterator[Path]:
+def replacing_files(out: Path) -> Iterator[Path]:
     """Give an empty folder whose files take the place of those of the last run, all or none.
 
     Files of the last run that the new one does not have are removed; files of others stay. A
@@ -150,7 +138,6 @@ def replacing_files(folder: RunFolder) -> Iterator[Path]:
     Raises OutputError: nothing can be written, as the disk is full, or a file is in the way that no
     run wrote.
     """
-    out = folder.path
     refuse_foreign_results(out)
     with writing(out):
         scratch = Path(tempfile.mkdtemp(prefix=_SCRATCH, dir=out))
@@ -169,9 +156,8 @@ def replacing_files(folder: RunFolder) -> Iterator[Path]:
         shutil.rmtree(scratch, ignore_errors=True)
 
 
-def forget_results(folder: RunFolder) -> None:
+def forget_results(out: Path) -> None:
     """Remove the files of the last run, which are not those of what was asked now."""
-    out = folder.path
     before = _written_before(out)
     (out / MANIFEST).unlink(missing_ok=True)
     _remove(out, before)

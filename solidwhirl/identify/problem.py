@@ -14,13 +14,12 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from solidwhirl.core.errors import SceneError
 from solidwhirl.core.fields import Count, Finite, Name, Note, NotNegative, Title
 from solidwhirl.scene_reading.paths import Place, PlaceError, choice, find_place, with_values
-from solidwhirl.scene_reading.reader import load_toml, parse_scene, shown_key, shown_value
+from solidwhirl.scene_reading.reader import explained, load_toml, parse_scene
 
 #: Significant digits of every value that is tried, and of those that are written.
 DIGITS = 7
 # Decimals of values that follow from parameters: cuts round-off, keeps the digits of a length.
 _DECIMALS = 10
-_LONGEST_KEY = 60
 _MASS = ("mass_kg", "center_of_gravity_m", "polar_inertia_kg_m2", "diametral_inertia_kg_m2")
 # Entries of a list.
 _MOST = 1000
@@ -158,8 +157,7 @@ def read_problem(path: str | Path) -> Problem:
     try:
         spec = ProblemSpec.model_validate(data)
     except ValidationError as error:
-        problems = [_explain(e) for e in error.errors(include_url=False)]
-        raise SceneError(path, problems) from error
+        raise SceneError(path, explained(error, ProblemSpec)) from error
     scene_path = path.parent / spec.scene
     if (
         scene_path.exists() and not scene_path.is_file()
@@ -258,31 +256,3 @@ def _quantity_problems(t: TargetSpec, bodies: list[str]) -> Iterator[str]:
             yield "mode: missing; frequency_hz needs the number of the mode, from 1"
         if t.body is not None:
             yield "body: frequency_hz is a quantity of the whole scene; leave body out"
-
-
-def _explain(error: Any) -> str:
-    """One line for one of pydantic's errors."""
-    where = "".join(
-        f"[{p}]" if isinstance(p, int) else f".{shown_key(p)}" for p in error["loc"]
-    ).lstrip(".")
-    if error["type"] == "missing":
-        return f"{where}: missing; this key is needed"
-    if error["type"] == "extra_forbidden":
-        key = str(error["loc"][-1])[:_LONGEST_KEY]
-        return f"{where}: unknown key; {choice(key, _siblings(error['loc']))}"
-    found = error.get("input")
-    value = found if isinstance(found, str) else shown_value(found)
-    shown = "" if isinstance(found, dict) else f", found {value[:_LONGEST_KEY]!r}"
-    return f"{where or 'problem'}: {error['msg']}{shown}"
-
-
-def _siblings(location: tuple[Any, ...]) -> list[str]:
-    """Keys that are allowed where an unknown one was found."""
-    kinds: dict[str, type[BaseModel]] = {
-        "parameters": ParameterSpec,
-        "derived": DerivedSpec,
-        "targets": TargetSpec,
-        "settings": SettingsSpec,
-    }
-    kind = kinds.get(str(location[0])) if len(location) > 1 else ProblemSpec
-    return list(kind.model_fields) if kind else []

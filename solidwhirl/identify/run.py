@@ -48,23 +48,11 @@ def identify_command(
 ) -> Identified:
     """Identify the free numbers of a scene and write the scene with them, and the record.
 
-    Parameters
-    ----------
-    path
-        The problem file.
-    out
-        The scene file to write. Beside it go `<stem>.identification.json` and `.md`, and while
-        the search runs its evaluations, `<stem>.stages`: started again with the same problem, the
-        search continues where it was broken off. They are removed at the end.
-    progress
-        Called with one line per step.
-
-    Raises
-    ------
-    SceneError
-        The problem or its scene can't be run.
-    OutputError
-        A file can't be written.
+    `out`: the scene file to write. Beside it go `<stem>.identification.json` and `.md`, and while
+    the search runs its evaluations, `<stem>.stages`: started again with the same problem, the
+    search continues where it was broken off. They are removed at the end. `progress`: called with
+    one line per step.
+    Raises SceneError: the problem or its scene can't be run; OutputError: a file can't be written.
     """
     problem = read_problem(path)
     out = Path(out)

@@ -18,7 +18,7 @@ from solidwhirl.core.versions import package_versions
 from solidwhirl.cost.forecast import forecast_document
 from solidwhirl.estimates.documents import accuracy_document, critical_speed_entry, with_estimate
 from solidwhirl.estimates.results import Estimates
-from solidwhirl.files.run_folder import RunFolder, claimed, replacing_files, reserve
+from solidwhirl.files.run_folder import claimed, replacing_files, reserve
 from solidwhirl.meshing import write_gmsh, write_vtu
 from solidwhirl.meshing.imported.records import MeshedBody
 from solidwhirl.model.interface_documents import interfaces_document
@@ -187,13 +187,6 @@ def _fineness(found: Resolution | None) -> dict[str, Any]:
 def write_results(results: Results, out: str | Path, *, pictures: bool = True) -> Path:
     """Write the folder of a run, all of it or nothing, and return it.
 
-    Parameters
-    ----------
-    out
-        The folder; another run must not be writing there.
-    pictures
-        Whether to draw; the numbers are the same without.
-
     Raises
     ------
     OutputError
@@ -201,12 +194,12 @@ def write_results(results: Results, out: str | Path, *, pictures: bool = True) -
     """
     with claimed(out) as folder:
         write_into(results, folder, pictures=pictures)
-        return folder.path
+        return folder
 
 
 def write_into(
     results: Results,
-    folder: RunFolder,
+    folder: Path,
     *,
     pictures: bool = True,
     page: bool = True,

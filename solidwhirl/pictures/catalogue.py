@@ -11,7 +11,7 @@ import numpy as np
 
 from solidwhirl.core.outcome import Write, is_picture
 from solidwhirl.drawing.modes import pictured_modes
-from solidwhirl.files.picture_record import Picture
+from solidwhirl.files.picture_index import Picture
 from solidwhirl.page.frame.operating import operating_rad_s
 from solidwhirl.page.run.accuracy import time_chart
 from solidwhirl.page.run.checks import checks_chart

@@ -53,13 +53,7 @@ class ExcitedCriticalSpeed:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Engine:
-    """The assembled engine of a run.
-
-    Attributes
-    ----------
-    beams
-        Those of the beam level, with their variants.
-    """
+    """The assembled engine of a run."""
 
     job: Job
     reduced: Mapping[str, BodyResult]
@@ -75,8 +69,6 @@ class Diagram:
 
     Attributes
     ----------
-    campbell
-        Tracked branches over the speeds of the scene.
     critical_speeds
         Within the scene's speed range, by excitation.
     """

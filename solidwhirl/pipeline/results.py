@@ -39,18 +39,12 @@ class Results:
         Bodies from profiles by name, as they were built from the scene.
     doubts
         Numbers of the scene that look as if they were in another unit.
-    rounds
-        Iterations of the adaptive refinement; empty without estimates.
     bearing_notes
         Bearings used beyond the range of their law, or that feed energy.
-    campbell
-        Tracked branches over the speeds of the scene.
     critical_speeds
         Within the scene's speed range, by excitation.
     estimates
         Errors of these; None where the scene has estimates = "off".
-    analyses
-        The other analyses of the scene by name.
     stability
         Unstable intervals of the whole range of speeds, and damping at the operating speeds.
     checks

@@ -14,6 +14,7 @@ from solidwhirl.bodies.fidelity import chosen_level
 from solidwhirl.bodies.reduction import Clock
 from solidwhirl.cache.files import StageStore
 from solidwhirl.core.stages import Progress, silent
+from solidwhirl.core.warnings import Doubt
 from solidwhirl.cost.forecast import Forecast, forecast, refuse_too_large
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.imported.records import AnyBody
@@ -66,17 +67,15 @@ def run_scene(
 
     Raises
     ------
-    ValueError
-        `GeometryError`, `MeshingError`, `ReductionError`, `AssemblyError`, each with one message.
+    GeometryError, MeshingError, ReductionError, AssemblyError
+        Each with one message.
     """
     from mpi4py import MPI
 
     comm = MPI.COMM_SELF if comm is None else comm
     keeper = Keeper(store=store if comm.rank == 0 else None, progress=progress)
     bodies = build_bodies(scene)
-    doubts = implausible(scene, bodies) if comm.rank == 0 else ()
-    for doubt in doubts:
-        progress(f"warning: {doubt.message}")
+    doubts = _told(implausible(scene, bodies) if comm.rank == 0 else (), progress)
     level, keep_level = _level(scene, bodies, comm, keeper)
     plan = make_plan(scene, bodies, level)
     simple = simple_elements(scene, plan)  # milliseconds, and refused before the long work
@@ -99,6 +98,12 @@ def run_scene(
     engine = stages.assembled_engine(job, reduced, elements_of(reduced, simple), beams)
     found = partial(Results, geometry=bodies, doubts=doubts, rounds=rounds, forecast=expected)
     return _analysed(engine, found)
+
+
+def _told(doubts: tuple[Doubt, ...], progress: Progress) -> tuple[Doubt, ...]:
+    for doubt in doubts:
+        progress(f"warning: {doubt.message}")
+    return doubts
 
 
 def _level(

@@ -32,8 +32,6 @@ def verdict_document(
     ----------
     document
         The contents of `results.json` but for the verdict.
-    stability
-        Of the range of speeds.
     operating
         From `operating_speeds`.
 

@@ -130,11 +130,7 @@ def parse_scene(
     try:
         scene = Scene.model_validate(data, context={"folder": folder or Path(path).parent})
     except ValidationError as error:
-        found = error.errors(include_url=False)
-        problems = [line for e in found[:_MAXIMUM_PROBLEMS] for line in _explained(e)]
-        left = len(found) - _MAXIMUM_PROBLEMS
-        problems += [f"and {left} more problems"] if left > 0 else []
-        raise SceneError(path, problems) from error
+        raise SceneError(path, explained(error)) from error
     scene, problems = with_files_read(scene)
     if problems:
         raise SceneError(path, problems)
@@ -178,11 +174,19 @@ def with_model(scene: Scene, *, level: str | None, accuracy: float | None) -> Sc
 _ISOTROPIC = {"materials": ": materials are isotropic and the same at all speeds"}
 
 
-def _explained(error: Any) -> list[str]:
+def explained(error: ValidationError, root: type[BaseModel] = Scene) -> list[str]:
+    """Lines for what pydantic says of a file whose content is that of a record."""
+    found = error.errors(include_url=False)
+    lines = [line for e in found[:_MAXIMUM_PROBLEMS] for line in _explained(e, root)]
+    left = len(found) - _MAXIMUM_PROBLEMS
+    return [*lines, f"and {left} more problems"] if left > 0 else lines
+
+
+def _explained(error: Any, root: type[BaseModel]) -> list[str]:
     """Lines for one of pydantic's errors; where a kind is missing, its key may be misspelt."""
-    location, union = _in_file(error["loc"])
+    location, union = _in_file(error["loc"], root)
     path = tuple(part for part in location if part != "[key]")
-    lines: list[str] = [Problem(_explain(error), path)]
+    lines: list[str] = [Problem(_explain(error, root), path)]
     if error["type"] == "union_tag_not_found" and isinstance(error.get("input"), dict):
         known = {key for record in _kinds(union).values() for key in record.model_fields}
         for key in [k for k in error["input"] if k not in known][:_MAXIMUM_PROBLEMS]:
@@ -191,14 +195,14 @@ def _explained(error: Any) -> list[str]:
     return lines
 
 
-def _explain(error: Any) -> str:
+def _explain(error: Any, root: type[BaseModel]) -> str:
     """One line for one of pydantic's errors."""
-    location, record = _in_file(error["loc"])
+    location, record = _in_file(error["loc"], root)
     where = _key(location)
     found = error.get("input")
     kind = error["type"]
     if kind == "extra_forbidden":
-        _, holder = _in_file(error["loc"][:-1])
+        _, holder = _in_file(error["loc"][:-1], root)
         names = list(holder.model_fields) if _is_record(holder) else []
         hint = meant(str(location[-1]), names) or ("allowed are " + ", ".join(names))
         return f"{where}: unknown key" + (f"; {hint.strip()}" if names else "")
@@ -255,12 +259,12 @@ def shown_value(value: Any) -> str:
     return clean(text if len(text) <= _LONGEST_VALUE else text[: _LONGEST_VALUE - 3] + "...")
 
 
-def _in_file(location: tuple[Any, ...]) -> tuple[tuple[Any, ...], Any]:
+def _in_file(location: tuple[Any, ...], root: type[BaseModel]) -> tuple[tuple[Any, ...], Any]:
     """Keys of the file in a location of pydantic's, which has the kinds of records between them.
 
     The second value is the type of what lies there, None if that is not known.
     """
-    current: Any = Scene
+    current: Any = root
     keys = []
     for part in location:
         kinds = _kinds(current)

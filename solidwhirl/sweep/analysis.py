@@ -24,27 +24,17 @@ SCHEMA = "solidwhirl-sweep-1"
 
 @dataclass(frozen=True, kw_only=True)
 class SweepPictureSettings:
-    """What a reader of a sweep asks for.
+    """What a reader of a sweep asks for."""
 
-    Attributes
-    ----------
-    operating_rpm
-        Lowest and highest operating speed of the reference shaft; equal for a single one. Needed
-        for margin maps, unless the rows hold margins.
-    map_parameters
-        The two parameters of the margin map; None for the most influential ones.
-    design
-        What the cases are; "auto" goes by the method of the sweep, see `sweep_designs`.
-    confidence
-        Of all confidence limits.
-    labels
-        Labels by parameter or response, with their unit, in the place of those made of the name.
-    """
-
+    # Lowest and highest operating speed of the reference shaft; equal for a single one. Needed for
+    # margin maps, unless the rows hold margins.
     operating_rpm: tuple[float, float] | None = None
+    # The two parameters of the margin map; None for the most influential ones
     map_parameters: tuple[str, str] | None = None
+    # What the cases are; "auto" goes by the method of the sweep, see `sweep_designs`
     design: Literal["auto", "grid", "samples"] = "auto"
-    confidence: float = 0.95
+    confidence: float = 0.95  # of all confidence limits
+    # Labels by parameter or response, with their unit, in the place of those made of the name
     labels: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

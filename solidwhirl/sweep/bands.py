@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
-from solidwhirl.sweep.design import ReadOnly, SweepDesign
+from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, ReadOnlyArrays
+from solidwhirl.sweep.design import SweepDesign
 from solidwhirl.sweep.matching import match_curves
 from solidwhirl.sweep.tracks import shapes_of
 
@@ -20,7 +20,7 @@ LEAST_SAMPLES = 20
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class Quantiles(ReadOnly):
+class Quantiles(ReadOnlyArrays):
     """Quantiles of samples and their confidence limits."""
 
     count: IntArray  # samples at each point (...); bands are drawn from 20 on
@@ -32,7 +32,7 @@ class Quantiles(ReadOnly):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class CampbellBands(ReadOnly):
+class CampbellBands(ReadOnlyArrays):
     """Branches of a sampled sweep."""
 
     speed_rpm: FloatArray  # of the reference shaft (s)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
-from solidwhirl.rotordyn.core.arrays import FloatArray
+from solidwhirl.rotordyn.core.arrays import FloatArray, ReadOnlyArrays
 from solidwhirl.scene.sweep import SAMPLED
 from solidwhirl.sweep.records import BatchRow
 
@@ -22,18 +22,6 @@ class SweepPictureError(ValueError):
     """Rows or settings of which no picture can be made; the message says why."""
 
 
-class ReadOnly:
-    """Base of frozen records: their arrays can not be written to."""
-
-    __slots__ = ()
-
-    def __post_init__(self) -> None:
-        for f in fields(self):  # type: ignore[arg-type]
-            value = getattr(self, f.name)
-            if isinstance(value, np.ndarray):
-                value.setflags(write=False)
-
-
 @dataclass(frozen=True, kw_only=True)
 class SweepParameter:
     """One parameter that differs between the cases."""
@@ -44,7 +32,7 @@ class SweepParameter:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class SweepDesign(ReadOnly):
+class SweepDesign(ReadOnlyArrays):
     """The cases of one scene."""
 
     scene: str  # name of the scene

@@ -10,8 +10,8 @@ import numpy as np
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import QhullError
 
-from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
-from solidwhirl.sweep.design import ReadOnly, SweepDesign
+from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, ReadOnlyArrays
+from solidwhirl.sweep.design import SweepDesign
 from solidwhirl.sweep.labels import unit_of
 from solidwhirl.sweep.tracks import CriticalTrack, Quantity
 
@@ -21,7 +21,7 @@ _FILLED = 0.7
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class MarginMap(ReadOnly):
+class MarginMap(ReadOnlyArrays):
     """Least separation margin over two parameters."""
 
     title: str  # what the margin is of

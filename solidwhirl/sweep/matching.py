@@ -15,8 +15,13 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from solidwhirl.rotordyn.campbell.branch_numbers import modal_assurance
-from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from solidwhirl.sweep.design import ReadOnly
+from solidwhirl.rotordyn.core.arrays import (
+    BoolArray,
+    ComplexArray,
+    FloatArray,
+    IntArray,
+    ReadOnlyArrays,
+)
 
 # Differences of logarithms: no difference; farther is in doubt; leaves another whirl no partner.
 _SAME, _FAR, _OTHER_KIND = 1e-4, 0.7, 0.25
@@ -36,7 +41,7 @@ Kind = tuple[int, str]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class MatchedCurves(ReadOnly):
+class MatchedCurves(ReadOnlyArrays):
     """Which curve of each case belongs to which track."""
 
     # Number of the curve in the list of its case, (tracks, cases); -1 where there is none

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray
-from solidwhirl.sweep.design import ReadOnly, SweepDesign
+from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, ReadOnlyArrays
+from solidwhirl.sweep.design import SweepDesign
 from solidwhirl.sweep.labels import label_of
 from solidwhirl.sweep.matching import Kind, match_curves
 from solidwhirl.sweep.records import BatchRow
@@ -21,7 +21,7 @@ _CONSTANT = 1e-12
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class CriticalTrack(ReadOnly):
+class CriticalTrack(ReadOnlyArrays):
     """One critical speed through all cases (n)."""
 
     number: int  # from 1 by rising median speed
@@ -43,7 +43,7 @@ class CriticalTrack(ReadOnly):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class Quantity(ReadOnly):
+class Quantity(ReadOnlyArrays):
     """One number of every case."""
 
     name: str  # critical speed or response

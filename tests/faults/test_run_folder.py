@@ -311,9 +311,9 @@ def test_pipes_devices_and_links_are_not_read(tmp_path, name, by):
 def test_folder_inside_one_that_is_claimed_is_refused(tmp_path):
     """That of a case in the folder of a batch that runs; its own cases are let in."""
     with claimed(tmp_path / "batch") as batch:
-        with pytest.raises(OutputError, match="is writing the folder"), claimed(batch.path / "a"):
+        with pytest.raises(OutputError, match="is writing the folder"), claimed(batch / "a"):
             pass
-        with claimed(batch.path / "a", within=batch.path):
+        with claimed(batch / "a", within=batch):
             pass
     with claimed(tmp_path / "batch" / "a"):
         pass

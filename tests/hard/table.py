@@ -25,7 +25,7 @@ class HardCase:
 
     `level`: "harmonic", "solid", "assembled", "reduced file" or "scene"; `elsewhere`: what commonly
     goes wrong with it; `figure`: what `measure` computes, with its unit; smaller is better;
-    `reason`: where the limit comes from.
+    `reason`: where the limit comes from; `is_long`: whether it waits for `make verify`.
     """
 
     case: str
@@ -34,6 +34,7 @@ class HardCase:
     figure: str
     limit: float
     reason: str
+    is_long: bool
     measure: Callable[[], float]
 
 
@@ -59,8 +60,9 @@ def cases_by_module() -> tuple[tuple[str, HardCase], ...]:
             module, limit = row.pop("module"), float(row.pop("limit"))
             name, *words = row.pop("measure").split()
             function = vars(importlib.import_module(f"cases_{module}"))[f"_{name}"]
-            measure = partial(_measured, function, words)
-            found.append((module, HardCase(**row, limit=limit, measure=measure)))
+            measure, is_long = partial(_measured, function, words), bool(row.pop("long"))
+            case = HardCase(**row, limit=limit, is_long=is_long, measure=measure)
+            found.append((module, case))
     return tuple(found)
 
 

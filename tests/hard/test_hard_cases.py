@@ -14,7 +14,13 @@ CASES = all_cases()
 
 
 @pytest.mark.solver
-@pytest.mark.parametrize("case", CASES, ids=[f"{c.level}: {c.case}" for c in CASES])
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(c, id=f"{c.level}: {c.case}", marks=[pytest.mark.verify] if c.is_long else [])
+        for c in CASES
+    ],
+)
 def test_hard_case(case):
     assert case.measure() <= case.limit, f"{case.figure}; limit from {case.reason}"
 

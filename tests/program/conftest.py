@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from solidwhirl.build import cylinder
 from solidwhirl.cli import app
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -25,14 +26,8 @@ SMALL = {
         "rotor": {
             "material": "steel",
             "sections": [
-                {"name": "shaft", "start_m": 0.0, "end_m": 0.4, "outer_radius_m": 0.02},
-                {
-                    "name": "disk",
-                    "start_m": 0.1,
-                    "end_m": 0.14,
-                    "inner_radius_m": 0.02,
-                    "outer_radius_m": 0.12,
-                },
+                cylinder("shaft", 0.0, 0.4, 0.02),
+                cylinder("disk", 0.1, 0.14, 0.12, inner_radius_m=0.02),
             ],
             "interfaces": [
                 {"name": "left", "kind": "section", "at_m": 0.0},

@@ -32,6 +32,16 @@ TABLE = {
 }
 
 
+# A rotor whose bearings are at 0.1 m and 0.2 m from its centre of gravity.
+RIGID = {
+    "speed_ratio": 1.0,
+    "mass_kg": 10.0,
+    "center_of_gravity_m": [0.0, 0.0, 0.1],
+    "inertia_kg_m2": [0.1, 0.1, 0.15],
+    "interfaces": {"a": 0.0, "b": 0.3},
+}
+
+
 def rigid_rotor(first=2e6, second=2e6, a=-0.4, b=0.4, rpm=(0.0,), **changes):
     """A rigid rotor on two bearings, its centre of gravity at 0."""
     return {

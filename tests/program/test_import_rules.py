@@ -13,15 +13,8 @@ STAGES = ("geometry", "meshing", "reduction", "rotordyn")
 LIBRARY = {"dolfinx", "ufl", "basix", "ffcx", "petsc4py", "slepc4py"}
 # Names that dolfinx renamed or removed between 0.5 and 0.9 and those that replace them.
 VERSIONED = {
-    "functionspace",
-    "FunctionSpace",
-    "VectorFunctionSpace",
-    "FiniteElement",
-    "VectorElement",
-    "create_mesh",
-    "gmshio",
-    "distribute_entity_data",
-    "petsc_vec",
+    *("functionspace", "FunctionSpace", "VectorFunctionSpace", "FiniteElement", "VectorElement"),
+    *("create_mesh", "gmshio", "distribute_entity_data", "petsc_vec"),
 }
 VERSIONED_ATTRIBUTES = {*VERSIONED, "vector"}  # `vector` is also a good name for a variable
 BLOCKED = (*sorted(LIBRARY), "gmsh", "meshio", "mpi4py", "pydantic", "typer", "rich", "matplotlib")

@@ -7,9 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from engine_parts import RIGID
 
 from solidwhirl.analyses.kinds import state_space as analyses_modes
 from solidwhirl.analyses.kinds import unbalance_response as analyses_response
+from solidwhirl.build import beam
 from solidwhirl.model import system_parts
 from solidwhirl.output.documents import results_document
 from solidwhirl.pipeline import engine_stages
@@ -53,16 +55,10 @@ def scene(*, ratio=1.0, bearing=None, law=None, analyses=(), **more):
     own = {"stiffness_n_per_m": matrix(K), "damping_n_s_per_m": matrix(C)} | (bearing or {})
     if law:
         own = {"speed_law": "law"}
-    body = {
-        "mass_kg": 10.0,
-        "center_of_gravity_m": [0.0, 0.0, 0.1],
-        "inertia_kg_m2": [0.1, 0.1, 0.15],
-        "interfaces": {"a": 0.0, "b": 0.3},
-    }
     far = {"stiffness_n_per_m": matrix(0.7 * K), "damping_n_s_per_m": matrix(C)}
     return {
         "name": "injected",
-        "rigid_bodies": {"r": body | {"speed_ratio": 1.0}, "s": body | {"speed_ratio": ratio}},
+        "rigid_bodies": {"r": RIGID, "s": RIGID | {"speed_ratio": ratio}},
         "bearings": [
             {"name": "a", "first": "s.a", **own},
             {"name": "b", "first": "s.b", **far},
@@ -76,31 +72,12 @@ def scene(*, ratio=1.0, bearing=None, law=None, analyses=(), **more):
     } | more
 
 
-RESPONDS = {
-    "kind": "unbalance_response",
-    "name": "response",
-    "to_rpm": 12000.0,
-    "count": 41,
-    "unbalances": [{"at": "r.a", "moment_kg_m": 1e-5}],
-    "observe": ["r.a", "s.b"],
-}
-STABLE = {"kind": "stability", "name": "stable", "to_rpm": 12000.0}
-STATES = {
-    "kind": "state_space",
-    "name": "states",
-    "to_rpm": 12000.0,
-    "inputs": ["r.a"],
-    "outputs": ["s.b"],
-}
-RUNS_UP = {
-    "kind": "run_up",
-    "name": "up",
-    "to_rpm": 12000.0,
-    "ramp_s": 0.05,
-    "unbalances": [{"at": "r.a", "moment_kg_m": 1e-5}],
-    "mount": "b",
-    "observe": ["r.a"],
-}
+FAST = {"to_rpm": 12000.0}
+LOADS = {"unbalances": [{"at": "r.a", "moment_kg_m": 1e-5}], "observe": ["r.a", "s.b"]}
+RESPONDS = {"kind": "unbalance_response", "name": "response", "count": 41, **FAST, **LOADS}
+STABLE = {"kind": "stability", "name": "stable", **FAST}
+STATES = {"kind": "state_space", "name": "states", "inputs": ["r.a"], "outputs": ["s.b"], **FAST}
+RUNS_UP = {"kind": "run_up", "name": "up", "ramp_s": 0.05, "mount": "b", **FAST, **LOADS}
 
 
 def of_other_parts(change):
@@ -233,17 +210,10 @@ WINDOW = table(
 SKEW = table([0.0, 6000.0, 12000.0], [matrix(K), matrix(K, xy=0.3 * K, yx=-0.3 * K), matrix(K)])
 SOFTER = table([0.0, 12000.0], [matrix(K), matrix(0.2 * K)])
 
+DAMPED = {"internal_damping": {"stiffness_coefficient_s": 1e-6}}
 BEAM = {
     "name": "beam",
-    "beams": {
-        "r": {
-            "material": "steel",
-            "stations_m": [0.0, 0.3, 0.6],
-            "outer_radius_m": [0.02],
-            "interfaces": {"a": 0.0, "b": 0.6},
-            "internal_damping": {"stiffness_coefficient_s": 1e-6},
-        }
-    },
+    "beams": {"r": beam([0.0, 0.3, 0.6], 0.02, {"a": 0.0, "b": 0.6}, **DAMPED)},
     "bearings": [
         {"name": at, "first": f"r.{at}", "stiffness_n_per_m": matrix(K)} for at in ("a", "b")
     ],

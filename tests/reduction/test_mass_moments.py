@@ -12,12 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.linalg
+from reduced import reduced_to
 from shapes import body as body_of
 from shapes import plane, section
 
-from solidwhirl.geometry import MATERIALS
 from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid
-from solidwhirl.reduction import ReductionRequest, reduce_body
 
 pytestmark = pytest.mark.solver
 
@@ -45,74 +44,19 @@ def stepped(coupling="distributing"):
 
 
 COARSE = MeshSize(size_m=0.02, corner_size_m=0.02, growth=0.8)
+TURNING = {"maximum_speed_rad_s": 500.0, "gyroscopic": True, "centrifugal": True}
 EIGHT = MeshSize(size_m=0.05, corner_size_m=0.05, growth=0.8, around=8)
 
 
-def asked(level, orders, components=None, modes=3, turning=False):
-    return ReductionRequest(
-        level=level,
-        orders=orders,
-        components=components or (ALL if 0 in orders else LATERAL),
-        degree=2,
-        modes=modes,
-        maximum_speed_rad_s=500.0 if turning else 0.0,
-        gyroscopic=turning,
-        centrifugal=turning,
-    )
-
-
-def reduced(body, level, size, orders, components=None, mesh=None, **request):
-    from mpi4py import MPI
-
-    make = mesh_meridian if level == "harmonic" else mesh_solid
-    wanted = asked(level, orders, components, **request)
-    return reduce_body(body, mesh or make(body, size), MPI.COMM_SELF, wanted, {})[0]
+def reduced(body, level, size, orders, components=None, mesh=None, modes=3, **request):
+    wanted = components or (ALL if 0 in orders else LATERAL)
+    return reduced_to(
+        body, level, size, mesh, orders=orders, components=wanted, modes=modes, **request
+    )[0]
 
 
 def size_of(array):
     return np.abs(array).max()
-
-
-def rigid_integrals(mass, z, polar, diametral):
-    """∫ R_aj R_bk dm, ∫ x_a R_bj dm, ∫ R_aj dm of rigid motions from mass properties.
-
-    ∫ x x dm is diag(Ip/2, Ip/2, Id − Ip/2 + m z²), moments of inertia about the centre.
-    """
-    place = np.diag([polar / 2, polar / 2, diametral - polar / 2 + mass * z**2])
-    first = mass * np.array([0.0, 0.0, z])
-    # the motion j has the component a of size constant[a, j] + linear[a, j, d] x_d
-    constant = np.hstack([np.eye(3), np.zeros((3, 3))])
-    linear = np.concatenate([np.zeros((3, 3, 3)), CROSS], axis=1)
-    second = mass * np.einsum("aj,bk->abjk", constant, constant)
-    second += np.einsum("aj,bkd,d->abjk", constant, linear, first)
-    second += np.einsum("ajd,bk,d->abjk", linear, constant, first)
-    second += np.einsum("ajc,bkd,cd->abjk", linear, linear, place)
-    moved = np.einsum("a,bj->abj", first, constant) + np.einsum("bjd,ad->abj", linear, place)
-    return second, moved, mass * constant + np.einsum("ajd,d->aj", linear, first)
-
-
-@pytest.mark.parametrize("level", ["harmonic", "solid"])
-def test_rigid_motions_have_the_moments_of_the_tube(level):
-    """The meridian holds the tube exactly; the solid its mesh's mass, checked with that."""
-    element = reduced(tube(), level, EIGHT, (0, 1), modes=1)
-    density, length, inner, outer = MATERIALS["steel"].density_kg_per_m3, 0.1, 0.01, 0.02
-    mass, z = density * np.pi * (outer**2 - inner**2) * length, 0.1
-    polar = 0.5 * mass * (outer**2 + inner**2)
-    diametral = 0.5 * polar + mass * length**2 / 12
-    if level == "solid":
-        # second-order facets of a coarse mesh miss the circle by 1e-4 of the mass
-        assert element.mass_kg == pytest.approx(mass, rel=1e-3)
-        mass, z = element.mass_kg, element.center_of_gravity_m[2]
-        diametral, polar = element.inertia_kg_m2[0, 0], element.inertia_kg_m2[2, 2]
-    second, first, simple = rigid_integrals(mass, z, polar, diametral)
-    moments, motions = element.moments, element.rigid_body_modes
-    # rounding only; the solid finds its rigid motions by a fit, good to 1e-13
-    for found, expected in (
-        (motions.T @ moments.second_kg @ motions, second),
-        (moments.first_kg_m @ motions, first),
-        (moments.displacement_kg @ motions, simple),
-    ):
-        np.testing.assert_allclose(found, expected, atol=1e-11 * mass)
 
 
 @pytest.mark.parametrize(
@@ -373,7 +317,7 @@ def test_moments_and_the_matrices_of_rotation_are_of_one_field():
 
     G + 2 M L is 2∫ φ·(n × φ) dm, and −S + G L + M L² is −∫ (n × φ)·(n × φ) dm.
     """
-    element = reduced(stepped("rigid"), "harmonic", COARSE, (0, 1), turning=True)
+    element = reduced(stepped("rigid"), "harmonic", COARSE, (0, 1), **TURNING)
     second, turn = element.moments.second_kg, element.spin_generator
     coriolis = element.gyroscopic + 2.0 * element.mass @ turn
     softening = -element.spin_softening + element.gyroscopic @ turn + element.mass @ turn @ turn
@@ -438,10 +382,7 @@ def held_moments(comm):
     """Moments of the interface motions on both levels."""
     found = {}
     for level, orders in (("harmonic", (0, 1)), ("solid", (1,))):
-        body = stepped("rigid")
-        make = mesh_meridian if level == "harmonic" else mesh_solid
-        mesh = make(body, EIGHT) if comm.rank == 0 else None
-        element, _ = reduce_body(body, mesh, comm, asked(level, orders, modes=1), {})
+        element = reduced(stepped("rigid"), level, EIGHT, orders, modes=1, comm=comm)
         held = sum(c.kind == "interface" for c in element.coordinates)
         found[level] = element.moments.second_kg[:, :, :held, :held]
         found[level + " first"] = element.moments.first_kg_m[..., :held]

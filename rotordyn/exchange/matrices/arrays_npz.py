@@ -108,9 +108,9 @@ class _Arrays(BodyFields):
                 f"{path}: declares {total} bytes in a file of {size}; refused as a bomb"
             )
 
-    def error(self, name: str, said: str) -> SuperelementError:
-        """Return an error that names file and array."""
-        return SuperelementError(f"{self.path}: array {name[:60]!r} {said}")
+    def label(self, name: str) -> str:
+        """Return the name of an array, cut off where it is long."""
+        return f"array {name[:60]!r}"
 
     def raw(self, name: str) -> Any:
         """Return an array, None if there is none."""

@@ -93,10 +93,10 @@ class Document(BodyFields):
         if content.get("spin_axis", [0, 0, 1]) != [0, 0, 1]:
             raise self.error("spin_axis", "allowed is [0, 0, 1]")
 
-    def error(self, name: str, said: str) -> SuperelementError:
-        """Return an error that names file and key."""
+    def label(self, name: str) -> str:
+        """Return where a field stands in the document."""
         table, key, _ = _COLUMNS.get(name, (name, "", None))
-        return SuperelementError(f"{self.path}: {table}{'.' if key else ''}{key}: {said}")
+        return f"{table}{'.' if key else ''}{key}:"
 
     def raw(self, name: str) -> Any:
         """Return what stands at a key, or a column of one of the two tables."""

@@ -15,6 +15,7 @@ from solidwhirl.rotordyn.exchange.matrices.foreign_body import (
     ForeignBody,
     refuse_large,
 )
+from solidwhirl.rotordyn.superelement.validation import finite_array
 
 _MOST_NODES = 100_000
 _LARGEST_WHOLE = 10**12
@@ -31,9 +32,13 @@ class BodyFields:
         """Return an array, a list, a number or a text as the file has it; None if it has none."""
         raise NotImplementedError
 
+    def label(self, name: str) -> str:
+        """Return how a message calls a field."""
+        raise NotImplementedError
+
     def error(self, name: str, said: str) -> SuperelementError:
         """Return an error that names file and field."""
-        raise NotImplementedError
+        return SuperelementError(f"{self.path}: {self.label(name)} {said}")
 
     def needed(self, name: str) -> Any:
         """Return a field that a file must have."""
@@ -46,25 +51,14 @@ class BodyFields:
         """Return finite numbers of a shape, None for any length."""
         value = self.needed(name)
         try:
-            if np.asarray(value).dtype.kind not in "fiu":
-                raise ValueError("no numbers")
-            array = np.array(value, dtype=np.float64, order="C")
-        except (TypeError, ValueError, OverflowError) as error:
-            raise self.error(name, f"is {str(value)[:60]}; numbers are needed") from error
-        fits = len(shape) == array.ndim and all(
-            w in (None, h) for w, h in zip(shape, array.shape, strict=True)
-        )
-        if not fits:
-            text = ", ".join("any" if w is None else str(w) for w in shape)
-            raise self.error(name, f"has shape {array.shape}, allowed is ({text})")
-        bad = ~(np.abs(array) <= LARGEST_NUMBER)
-        if bad.any():
-            at = ", ".join(str(int(k)) for k in np.argwhere(bad)[0])
-            raise self.error(
-                name,
-                f"has {array[bad][0]} at [{at}]; finite numbers up to {LARGEST_NUMBER:g} are "
-                "allowed",
-            )
+            kind = np.asarray(value).dtype.kind
+        except ValueError:  # lists of different lengths
+            kind = "O"
+        if kind not in "fiu":
+            raise self.error(name, f"is {str(value)[:60]}; numbers are needed")
+        array = finite_array(str(self.path), self.label(name), value, shape)
+        if np.abs(array).max(initial=0.0) > LARGEST_NUMBER:
+            raise self.error(name, f"has numbers beyond {LARGEST_NUMBER:g}")
         return array
 
     def wholes(

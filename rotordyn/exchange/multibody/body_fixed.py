@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg as la
 
-from solidwhirl.rotordyn.core.arrays import FloatArray, freeze_arrays
+from solidwhirl.rotordyn.core.arrays import FloatArray, ReadOnlyArrays
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.superelement.body_measures import (
     CROSS,
@@ -35,7 +35,7 @@ _ELASTIC = {2: ("uz", "axial motion"), 5: ("rz", "torsion")}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class BodyFixedNode:
+class BodyFixedNode(ReadOnlyArrays):
     """Hold the motion of an interface in the elastic modes.
 
     `name`: of the interface.
@@ -49,12 +49,9 @@ class BodyFixedNode:
     translations: FloatArray
     rotations: FloatArray
 
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "position_m", "translations", "rotations")
-
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)
-class BodyFixedForm:
+class BodyFixedForm(ReadOnlyArrays):
     """Hold a body in its own frame: m elastic modes of the free body at rest, mass-normalised.
 
     The frame lies in the undeformed body, its origin and axes those of the superelement at rest.
@@ -98,13 +95,6 @@ class BodyFixedForm:
     nodes: tuple[BodyFixedNode, ...]
     points_m: FloatArray
     point_modes: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(
-            self, "frequencies_hz", "shapes", "center_of_gravity_m", "inertia_kg_m2", "mass",
-            "stiffness", "I3", "I4", "I5", "I8", "I9", "stress_stiffening", "points_m",
-            "point_modes",
-        )  # fmt: skip
 
 
 def body_fixed_form(element: Superelement, *, modes: int | None = None) -> BodyFixedForm:

@@ -53,7 +53,7 @@ REFUSED = {
     # settings and top level
     r"settings\.accuracies: unknown key; did you mean 'accuracy'": {"settings": {"accuracies": 1}},
     r"settings\.coarse_accuracy: 0\.02 is finer than": {"settings": {"accuracy": 0.05}},
-    r"settings\.starts: .*found '0'": {"settings": {"starts": 0}},
+    r"settings\.starts: .*found 0": {"settings": {"starts": 0}},
     r"target: unknown key; did you mean 'targets'": {"target": []},
     r"parameters: .*at least 1": {"parameters": []},
     r"none\.toml: can not be read": {"scene": "none.toml"},

@@ -13,6 +13,7 @@ import meshio
 import numpy as np
 import pytest
 
+from solidwhirl.build import cylinder
 from solidwhirl.commands.geometry import geometry_command
 from solidwhirl.core.errors import SceneError
 from solidwhirl.geometry import GeometryError
@@ -34,14 +35,8 @@ pytestmark = pytest.mark.solver
 PROFILE = {
     "material": "steel",
     "sections": [
-        {"name": "shaft", "start_m": 0.0, "end_m": 0.3, "outer_radius_m": 0.03},
-        {
-            "name": "disk",
-            "start_m": 0.1,
-            "end_m": 0.16,
-            "inner_radius_m": 0.03,
-            "outer_radius_m": 0.08,
-        },
+        cylinder("shaft", 0.0, 0.3, 0.03),
+        cylinder("disk", 0.1, 0.16, 0.08, inner_radius_m=0.03),
     ],
     "interfaces": [
         {"name": "front", "kind": "face", "at_m": 0.0},

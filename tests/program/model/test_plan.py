@@ -7,21 +7,14 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from solidwhirl.build import disk
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
 from solidwhirl.scene_reading.reader import parse_scene
 
-MATRICES = {
-    "stiffness",
-    "mass",
-    "gyroscopic",
-    "spin",
-    "axisymmetric_stiffness",
-    "stress_stiffening",
-    "spin_softening",
-}
 ROTATION = ("gyroscopic", "stress_stiffening", "spin_softening")
-DISK = {"name": "hub", "mass_kg": 1.0, "polar_inertia_kg_m2": 0.02, "diametral_inertia_kg_m2": 0.01}
+MATRICES = {"stiffness", "mass", "spin", "axisymmetric_stiffness", *ROTATION}
+DISK = disk("hub", mass_kg=1.0, polar=0.02, diametral=0.01)
 TILTING = {"tilt_stiffness_n_m_per_rad": 1e4}
 AXIAL = {"axial_stiffness_n_per_m": 1e6}
 TORSION = {"torsion_stiffness_n_m_per_rad": 1e5}
@@ -412,14 +405,8 @@ def test_order_0_adds_its_modes_and_leaves_the_lateral_ones(counted):
 def test_rigid_disk_turns_with_a_body_in_torsion(counted):
     """Its polar inertia counts although nothing but the disk acts on its interface."""
     soft = {"axial_stiffness_n_per_m": 1e4, "torsion_stiffness_n_m_per_rad": 100.0}
-    disk = {
-        "name": "wheel",
-        "interface": "right",
-        "mass_kg": 5.0,
-        "polar_inertia_kg_m2": 0.4,
-        "diametral_inertia_kg_m2": 0.25,
-    }
-    results, document, _ = counted(bearing=soft, body={"rigid_disks": [disk]})
+    wheel = disk("wheel", mass_kg=5.0, polar=0.4, diametral=0.25, interface="right")
+    results, document, _ = counted(bearing=soft, body={"rigid_disks": [wheel]})
     entry = document["bodies"]["rotor"]
     assert entry["polar_inertia_kg_m2"] > 0.4
     found = results.at_rest.frequency_hz

@@ -13,12 +13,16 @@ from hypothesis import strategies as st
 
 from solidwhirl.core.errors import SceneError
 from solidwhirl.output.comparison import compared, value_at
+from solidwhirl.output.documents import results_document
 from solidwhirl.page.frame.build import page_html
 from solidwhirl.page.frame.records import Chart, Run, Section, Table, Text
 from solidwhirl.page.frame.render import cell_text, data_json, plain, table_html, text_html
+from solidwhirl.page.run import meshes
 from solidwhirl.page.run.meshes import boundary_of, edges_of
 from solidwhirl.page.sections import write_report
 from solidwhirl.pipeline.cached_stages import engine_part
+from solidwhirl.pipeline.run import run_scene
+from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
 from solidwhirl.scene.published import ReferenceSpec
 from solidwhirl.scene_reading.reader import parse_scene, scene_hash
 
@@ -133,6 +137,24 @@ def test_edges_of_a_mesh_obey_euler():
     # vertices − edges + faces = 1 for what has no hole
     assert 6 * 4 - len(edges_of(cells)) + len(cells) == 1
     assert len(boundary_of(cells)) == 2 * (5 + 3)
+
+
+@pytest.mark.solver
+def test_meridians_are_drawn_alike_on_page_and_paper(small_scene, tmp_path):
+    results = run_scene(parse_scene(small_scene()))
+    run = Run(results=results, document=results_document(results))
+    chart, table = meshes.section(run).blocks
+    mesh = results.bodies["rotor"].mesh
+    lines = {trace["name"]: trace for trace in chart.traces}
+    assert set(lines) == {f"steel, {len(mesh.cells)} elements", "outline", "interfaces"}
+    assert set(lines["interfaces"]["text"]) >= {"rotor.left", "rotor.right"}
+    assert table.rows[0][2] == len(mesh.cells)
+    for most, shown in ((10_000, True), (10, False)):
+        record = meshes.plane_chart({"rotor": mesh}, most)
+        assert any("elements" in mark.name for mark in record.marks()) is shown
+        assert ("outline alone" in record.caption) is not shown
+    draw_charts([record], tmp_path / "m.svg", "Mesh")
+    assert "interfaces" in (tmp_path / "m.svg").read_text("utf-8")
 
 
 DOCUMENT = {

@@ -9,7 +9,7 @@ import pytest
 
 from solidwhirl.commands.pictures import chosen_formats, chosen_pictures, pictures_command
 from solidwhirl.core.errors import OutputError
-from solidwhirl.files.picture_record import Picture
+from solidwhirl.files.picture_index import Picture
 from solidwhirl.pictures import catalogue
 from solidwhirl.pictures.catalogue import pictures_of
 from solidwhirl.pictures.picture_names import refuse_unknown_names

@@ -7,6 +7,7 @@ import json
 
 import numpy as np
 import pytest
+from engine_parts import RIGID
 
 from solidwhirl.scene_reading.reader import parse_scene
 
@@ -16,15 +17,7 @@ SCENE = {
     "name": "rotor",
     "speeds": {"list_rpm": [0.0, 3000.0, 6000.0, 9000.0]},
     "campbell": {"branches": 4},
-    "rigid_bodies": {
-        "r": {
-            "speed_ratio": 1.0,
-            "mass_kg": 10.0,
-            "center_of_gravity_m": [0.0, 0.0, 0.1],
-            "inertia_kg_m2": [0.1, 0.1, 0.15],
-            "interfaces": {"a": 0.0, "b": 0.3},
-        }
-    },
+    "rigid_bodies": {"r": RIGID},
     "analyses": [
         {"kind": "mode_shapes", "speeds_rpm": [0.0, 4321.0, 6000.0], "modes": 6},
         {"kind": "rotating_campbell", "bodies": ["r"]},
@@ -34,15 +27,8 @@ SCENE = {
 
 
 def _bearings(ends, stiffness, damping):
-    return [
-        {
-            "name": end.upper(),
-            "first": f"r.{end}",
-            "stiffness_n_per_m": stiffness,
-            "damping_n_s_per_m": damping,
-        }
-        for end in ends
-    ]
+    values = {"stiffness_n_per_m": stiffness, "damping_n_s_per_m": damping}
+    return [{"name": end.upper(), "first": f"r.{end}", **values} for end in ends]
 
 
 CASES = {

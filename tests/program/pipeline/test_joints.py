@@ -2,22 +2,13 @@
 
 from __future__ import annotations
 
-import copy
-
 import numpy as np
 import pytest
+from engine_parts import RIGID
 
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.plausibility.units import implausible
 from solidwhirl.scene_reading.reader import SceneError, parse_scene
-
-BODY = {
-    "speed_ratio": 1.0,
-    "mass_kg": 10.0,
-    "center_of_gravity_m": [0.0, 0.0, 0.1],
-    "inertia_kg_m2": [0.1, 0.1, 0.15],
-    "interfaces": {"a": 0.0, "b": 0.3},
-}
 
 
 def _held(name, **options):
@@ -28,7 +19,7 @@ def _held(name, **options):
 
 def _scene(ratio=1.0, bearing=None, **tables):
     bearing = {"stiffness_n_per_m": 1e6} if bearing is None else bearing
-    body = copy.deepcopy(BODY) | {"speed_ratio": ratio}
+    body = RIGID | {"speed_ratio": ratio}
     data = {
         "name": "joints",
         "rigid_bodies": {"R": body},
@@ -40,7 +31,7 @@ def _scene(ratio=1.0, bearing=None, **tables):
 
 def _with_second(ratio, **tie):
     data = _scene()
-    data["rigid_bodies"]["S"] = copy.deepcopy(BODY) | {"speed_ratio": ratio}
+    data["rigid_bodies"]["S"] = RIGID | {"speed_ratio": ratio}
     data["bearings"] += _held("S", stiffness_n_per_m=1e6)
     data["bearings"].append({"name": "tie", "first": "R.a", "second": "S.a", **tie})
     return data

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from beam_scene import beam_scene
+from engine_parts import RIGID, RPM
 
 from solidwhirl.analyses.base import Operating
 from solidwhirl.analyses.kinds.run_up import complexity_chart
@@ -24,20 +25,11 @@ from solidwhirl.rotordyn.stability.intervals import UnstableInterval
 from solidwhirl.rotordyn.superelement.invariants import compared, undecided
 from solidwhirl.scene_reading.reader import parse_scene
 
-RPM = np.pi / 30.0
-MASS, DIAMETRAL, POLAR = 10.0, 0.1, 0.15
+MASS = RIGID["mass_kg"]
+DIAMETRAL, _, POLAR = RIGID["inertia_kg_m2"]
 # of the bearings from the centre of gravity
 ARMS = (-0.1, 0.2)
 CROSS = [[1e6, 3e5], [-3e5, 1e6]]
-
-
-RIGID = {
-    "speed_ratio": 1.0,
-    "mass_kg": MASS,
-    "center_of_gravity_m": [0, 0, 0.1],
-    "inertia_kg_m2": [DIAMETRAL, DIAMETRAL, POLAR],
-    "interfaces": {"a": 0.0, "b": 0.3},
-}
 
 
 def scene(stiffness=1e6, damping=0.0, analyses=(), to_rpm=9000.0, **more):

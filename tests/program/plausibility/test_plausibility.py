@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from solidwhirl.build import beam, bearing, body, cylinder
 from solidwhirl.geometry import MATERIALS, GeometryError
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.output.report import plan_text
@@ -63,17 +64,13 @@ SILENT = {
 }
 
 
+MATERIAL = ("density_kg_per_m3", "youngs_modulus_pa", "poissons_ratio")
+
+
 def with_own_materials(data):
     """The scene with the materials of the program written out."""
     data = copy.deepcopy(data)
-    own = {
-        name: {
-            "density_kg_per_m3": m.density_kg_per_m3,
-            "youngs_modulus_pa": m.youngs_modulus_pa,
-            "poissons_ratio": m.poissons_ratio,
-        }
-        for name, m in MATERIALS.items()
-    }
+    own = {name: {key: getattr(m, key) for key in MATERIAL} for name, m in MATERIALS.items()}
     data["materials"] = own | data.get("materials", {})
     return data
 
@@ -111,50 +108,29 @@ def test_no_scene_of_the_project_is_questioned(root):
         assert doubts(tomllib.loads(path.read_text(encoding="utf-8"))) == (), path.name
 
 
+UNUSUAL = {
+    "silicon": (2330.0, 1.6e11, 0.2),
+    "carbon_fibre": (1550.0, 1.4e11, 0.3),
+    "tungsten_alloy": (18_500.0, 3.6e11, 0.28),
+    "polyamide": (1150.0, 2.5e9, 0.4),
+}
+
+
 def rotor(length, radius, disk_radius, width, rpm, stiffness, material="steel", **extra):
     """A shaft with a disk in the middle on two bearings."""
     middle = 0.5 * length
-    sections = [{"name": "shaft", "start_m": 0.0, "end_m": length, "outer_radius_m": radius}]
+    sections = [cylinder("shaft", 0.0, length, radius)]
     if disk_radius > radius:
-        sections.append(
-            {
-                "name": "disk",
-                "start_m": middle - 0.5 * width,
-                "end_m": middle + 0.5 * width,
-                "inner_radius_m": radius,
-                "outer_radius_m": disk_radius,
-            }
-        )
-    ends = [("a", 0.0), ("b", length)]
+        ends = (middle - 0.5 * width, middle + 0.5 * width)
+        sections.append(cylinder("disk", *ends, disk_radius, inner_radius_m=radius))
+    places = {"a": 0.0, "b": length}
     return {
         "name": "rotor",
         "speeds": {"list_rpm": [0.0, rpm]},
-        "bodies": {
-            "rotor": {
-                "material": material,
-                "sections": sections,
-                "interfaces": [{"name": n, "kind": "section", "at_m": z} for n, z in ends],
-                **extra,
-            }
-        },
-        "bearings": [
-            {"name": n, "first": f"rotor.{n}", "stiffness_n_per_m": stiffness} for n, _ in ends
-        ],
-        "materials": {
-            "silicon": {
-                "density_kg_per_m3": 2330.0, "youngs_modulus_pa": 1.6e11, "poissons_ratio": 0.2,
-            },
-            "carbon_fibre": {
-                "density_kg_per_m3": 1550.0, "youngs_modulus_pa": 1.4e11, "poissons_ratio": 0.3,
-            },
-            "tungsten_alloy": {
-                "density_kg_per_m3": 18_500.0, "youngs_modulus_pa": 3.6e11, "poissons_ratio": 0.28,
-            },
-            "polyamide": {
-                "density_kg_per_m3": 1150.0, "youngs_modulus_pa": 2.5e9, "poissons_ratio": 0.4,
-            },
-        },
-    }  # fmt: skip
+        "bodies": {"rotor": body(*sections, interfaces=places, material=material, **extra)},
+        "bearings": [bearing(n, f"rotor.{n}", stiffness_n_per_m=stiffness) for n in places],
+        "materials": {n: dict(zip(MATERIAL, own, strict=True)) for n, own in UNUSUAL.items()},
+    }
 
 
 REAL = {
@@ -208,18 +184,8 @@ def test_other_doubts(scene_data, small_scene):
     data = scene_data("uhbr_engine")
     data["rigid_bodies"]["casing"]["mass_kg"] *= 1e-3
     assert any("rigid_bodies.casing" in doubt.key for doubt in doubts(data))
-    beam = {
-        "name": "beam",
-        "beams": {
-            "b": {
-                "material": "steel",
-                "stations_m": [0.0, 400.0],
-                "outer_radius_m": [20.0],
-                "interfaces": {"a": 0.0},
-            }
-        },
-    }
-    assert [doubt.key for doubt in doubts(beam)] == ["beams.b"]
+    metres = {"name": "beam", "beams": {"b": beam([0.0, 400.0], 20.0, {"a": 0.0})}}
+    assert [doubt.key for doubt in doubts(metres)] == ["beams.b"]
 
 
 def test_plan_shows_doubts(small_scene):

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 
+from solidwhirl.identify.scene import scene_text
 from solidwhirl.scene_reading.reader import parse_scene
 from solidwhirl.study import run as study_run
 from solidwhirl.study.cases import FULL, QUICK, study_cases
@@ -14,46 +15,12 @@ from solidwhirl.study.measure import measured_apart, usage
 from solidwhirl.study.report import SCHEMA
 from solidwhirl.study.run import StudyError, run_cases, study_command
 
-SCENE = """
-name = "small"
-title = "Small rotor"
-
-[model]
-accuracy = 0.05
-
-[speeds]
-list_rpm = [0.0, 15000.0]
-
-[campbell]
-branches = 4
-
-[bodies.rotor]
-material = "steel"
-sections = [
-    { name = "shaft", start_m = 0.0, end_m = 0.4, outer_radius_m = 0.02 },
-    { name = "disk", start_m = 0.1, end_m = 0.14, inner_radius_m = 0.02, outer_radius_m = 0.12 },
-]
-interfaces = [
-    { name = "left", kind = "section", at_m = 0.0 },
-    { name = "right", kind = "section", at_m = 0.4 },
-]
-
-[[bearings]]
-name = "left"
-first = "rotor.left"
-stiffness_n_per_m = 1e7
-
-[[bearings]]
-name = "right"
-first = "rotor.right"
-stiffness_n_per_m = 1e7
-"""
-
 
 @pytest.fixture(scope="module")
-def scene_path(tmp_path_factory):
+def scene_path(tmp_path_factory, small_scene):
+    data = small_scene(rpm=[0.0, 15000.0]) | {"model": {"accuracy": 0.05}}
     path = tmp_path_factory.mktemp("scene") / "small.toml"
-    path.write_text(SCENE, encoding="utf-8")
+    path.write_text(scene_text(data, {}), encoding="utf-8")
     return path
 
 

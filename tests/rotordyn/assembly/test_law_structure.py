@@ -262,13 +262,13 @@ def _check(seed):
     _check_stability(laws, system)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_random_laws(seed):
     _check(seed)
 
 
 @pytest.mark.verify
-@pytest.mark.parametrize("seed", range(4, 208))
+@pytest.mark.parametrize("seed", range(2, 208))
 def test_many_random_laws(seed):
     _check(seed)
 

@@ -7,6 +7,8 @@ take sin(πz/L) along the inner shaft; the outer shaft of the twin rotor follows
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -64,8 +66,9 @@ def projected(rotors, bearings, shapes):
 # L/3, pinned ends, optionally a spring of 5e5 N/m at 2L/3 in one direction.
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def single_disk(ground):
+    @cache
     def build(spring=0.0):
         mass = DENSITY * np.pi * (0.15**2 - RADIUS**2) * 0.03
         disk = Disk(
@@ -93,7 +96,7 @@ def test_single_disk_rotor_has_the_matrices_of_the_book(single_disk):
 
 
 @pytest.mark.parametrize(
-    ("spring", "rpm"), [(0.0, [2520, 3089]), (5e5, [2642, 3377])], ids=["even", "uneven"]
+    ("spring", "rpm"), [(0.0, [2520, 3089]), (5e5, [2642, 3377])], ids=["isotropic", "anisotropic"]
 )
 def test_single_disk_rotor_critical_speeds(single_disk, spring, rpm):
     found = critical_speeds(single_disk(spring), speed_max_rad_s=1e4 * RPM)

@@ -79,7 +79,7 @@ def test_laval_rotor_on_flexible_supports():
         name="disk", position_m=length / 2, mass_kg=mass, diametral_kg_m2=0.5, polar_kg_m2=0.2
     )
     shaft = beam_superelement(
-        "laval", np.linspace(0, length, 9), radius, 0.0, modulus, poisson, 0.04,
+        "laval", np.linspace(0, length, 9), radius, 0.0, (modulus, poisson, 0.04),
         {"a": 0.0, "b": length}, [disk],
     )  # fmt: skip
     area, second = np.pi * radius**2, np.pi * radius**4 / 4
@@ -102,7 +102,9 @@ def beam():
     data = (1.0, 0.03, 2.1e11, 0.3, 7850.0)
     length, radius, *material = data
     stations = np.linspace(0, length, 33)
-    element = beam_superelement("beam", stations, radius, 0.0, *material, {"a": 0.0, "b": length})
+    element = beam_superelement(
+        "beam", stations, radius, 0.0, tuple(material), {"a": 0.0, "b": length}
+    )
     return element, data
 
 
@@ -283,7 +285,8 @@ def test_nelson_mcvaugh_rotor_on_the_map():
     )
     shaft = beam_superelement(
         "nelson", np.array(_NELSON_STATIONS_CM) / 100, np.array(_NELSON_RADII_CM) / 100, inner,
-        2.078e11, 2.078e11 / (2 * 1.039e11) - 1, 7806.0, {"left": 0.1651, "right": 0.2870}, [disk],
+        (2.078e11, 2.078e11 / (2 * 1.039e11) - 1, 7806.0), {"left": 0.1651, "right": 0.2870},
+        [disk],
     )  # fmt: skip
     stiffness = [1e6, 4.378e7, 1e10]
     found = critical_speed_map(

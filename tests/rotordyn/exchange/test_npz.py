@@ -71,7 +71,7 @@ def test_a_small_body_as_docs_say(tmp_path):
 
 
 WRONG = {
-    r"array 'M' has nan at \[0, 0\]": {"M": np.full((2, 2), np.nan)},
+    r"array 'M'\[0, 0\] is nan; all numbers must be finite": {"M": np.full((2, 2), np.nan)},
     "array 'dof_component' is no list of the length 2": {"dof_component": np.ones(3, int)},
     r"array 'dof_component' has 9 at \[1\]; whole numbers from 0 to 6": {
         "dof_component": np.array([1, 9])

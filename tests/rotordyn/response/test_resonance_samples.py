@@ -43,7 +43,7 @@ def test_height_and_width_of_a_peak_do_not_depend_on_the_samples(ratio, count):
 
 
 @given(st.integers(0, 10**6), st.integers(1, 12))
-@settings(max_examples=15, deadline=None, derandomize=True)
+@settings(max_examples=6, deadline=None, derandomize=True)
 def test_every_sharp_mode_of_many_is_found(seed, number):
     """Poles are those of the modes, also of those that no sample comes near."""
     random = np.random.default_rng(seed)

@@ -145,7 +145,9 @@ def test_a_solid_may_mix_orders_in_the_modes_that_its_mesh_does_not_resolve(inne
 
 def test_lost_torsional_inertia_is_named(with_axial_and_torsion, inner):
     """A disk whose interface lacks rz: its polar inertia takes no part in torsion."""
-    element = beam_superelement("s", [0.0, 0.5], 0.02, 0.0, 2e11, 0.3, 7800.0, {"a": 0.0, "b": 0.5})
+    element = beam_superelement(
+        "s", [0.0, 0.5], 0.02, 0.0, (2e11, 0.3, 7800.0), {"a": 0.0, "b": 0.5}
+    )
     whole = with_axial_and_torsion(element, 0.5, 0.02, "a", "b")
     assert not bad(check_superelement(whole))
     tensor = whole.inertia_kg_m2 + 0.1 * np.eye(3)
