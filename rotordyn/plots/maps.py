@@ -8,18 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from solidwhirl.rotordyn.core.arrays import FloatArray
-from solidwhirl.rotordyn.plots.chart import (
-    Axis,
-    Chart,
-    Choice,
-    Curve,
-    Look,
-    Option,
-    Part,
-    Rule,
-    Span,
-    branch_curves,
-)
+from solidwhirl.rotordyn.plots import chart as charts
 
 # Half widths of the bands about an operating speed.
 _BANDS = (0.20, 0.15)
@@ -54,31 +43,25 @@ class MapCurves:
 
 def map_chart(
     critical_map: MapCurves, operating_rpm: Mapping[str, float], shaft: str = "reference shaft"
-) -> Chart:
+) -> charts.Chart:
     """Return critical speeds over the stiffness of bearings.
 
-    Parameters
-    ----------
-    critical_map
-        The branches.
-    operating_rpm
-        Operating speeds of the shaft by name: lines with bands of 15 and 20 % on both sides.
-    shaft
-        Whose speeds are drawn.
+    `critical_map`: the branches. `operating_rpm`: operating speeds of the shaft by name: lines with
+    bands of 15 and 20 % on both sides. `shaft`: whose speeds are drawn.
     """
     stiffness, rpm = critical_map.stiffness_n_per_m, critical_map.speed_rpm
     ends = float(stiffness[0]), float(stiffness[-1])
     parts = _map_parts(critical_map, operating_rpm)
     shown = [*rpm[np.isfinite(rpm)], *operating_rpm.values()] or [1.0]  # none: an empty frame
     low, high = float(min(shown)), float(max(shown))
-    speeds = Axis(
+    speeds = charts.Axis(
         label=f"critical speed of the {shaft}" if shaft == "reference shaft"
         else f"critical speed of {shaft}",
         unit="rpm", low=low / 1.3, high=1.3 * high, is_log=True, digits=",.1f",
     )  # fmt: skip
     linear = replace(speeds, low=0.0, high=1.05 * high, is_log=False)
-    scales = [Option(label="logarithmic"), Option(label="linear", y=linear)]
-    return Chart(
+    scales = [charts.Option(label="logarithmic"), charts.Option(label="linear", y=linear)]
+    return charts.Chart(
         name="map",
         title="Critical speed map",
         caption=f"Undamped critical speeds of {shaft} over the stiffness of "
@@ -86,35 +69,35 @@ def map_chart(
         "bearings, on the right to those with rigid ones (thin lines).",
         alt=f"{len(rpm)} branches of critical speeds over bearing stiffness from {ends[0]:.3g} "
         f"to {ends[1]:.3g} N/m.",
-        x=Axis(label=f"stiffness of {', '.join(critical_map.bearings)}", unit="N/m",
+        x=charts.Axis(label=f"stiffness of {', '.join(critical_map.bearings)}", unit="N/m",
                low=ends[0] / (1.0 + 0.05 * (ends[0] == ends[1])),
                high=ends[1] * (1.0 + 0.05 * (ends[0] == ends[1])), is_log=True, digits=".4g"),
         y=speeds,
-        parts=[*parts, Choice(label="speed axis", options=scales)],
+        parts=[*parts, charts.Choice(label="speed axis", options=scales)],
         height_px=480,
     )  # fmt: skip
 
 
-def _map_parts(critical_map: MapCurves, operating_rpm: Mapping[str, float]) -> list[Part]:
+def _map_parts(critical_map: MapCurves, operating_rpm: Mapping[str, float]) -> list[charts.Part]:
     """Operating speeds with their bands, limits, branches and the stiffness as chosen."""
     stiffness, rpm = critical_map.stiffness_n_per_m, critical_map.speed_rpm
     ends = float(stiffness[0]), float(stiffness[-1])
-    parts: list[Part] = []
+    parts: list[charts.Part] = []
     for name, speed in operating_rpm.items():
         parts += [
-            Span(low=speed * (1.0 - wide), high=speed * (1.0 + wide), along="y",
-                 name=f"operating speed ±{100 * wide:.0f} %", look=Look("@c4", ""))
+            charts.Span(low=speed * (1.0 - wide), high=speed * (1.0 + wide), along="y",
+                 name=f"operating speed ±{100 * wide:.0f} %", look=charts.Look("@c4", ""))
             for wide in _BANDS
         ]  # fmt: skip
         text = f"operating speed of {name}, {speed:.0f} rpm"
-        look = Look("@ink", "longdash", width=1.2)
-        parts.append(Rule(at=speed, along="y", name="operating speed", text=text, look=look))
+        look = charts.Look("@ink", "longdash", width=1.2)
+        parts.append(charts.Rule(at=speed, along="y", name="operating speed", text=text, look=look))
     limits = (("without these bearings", critical_map.free_rpm, "dot"),
               ("with rigid bearings", critical_map.rigid_rpm, "longdashdot"))  # fmt: skip
     for text, values, dash in limits:
-        look = Look("@muted", dash, width=1.0)
+        look = charts.Look("@muted", dash, width=1.0)
         parts += [
-            Curve(x=np.array(ends), y=np.array([v, v]), name=text, look=look)
+            charts.Curve(x=np.array(ends), y=np.array([v, v]), name=text, look=look)
             for v in values
             if np.isfinite(v) and v > 0.0
         ]
@@ -122,10 +105,10 @@ def _map_parts(critical_map: MapCurves, operating_rpm: Mapping[str, float]) -> l
         [f"branch {b + 1}, {w or 'none'}" for w in branch]
         for b, branch in enumerate(critical_map.whirl)
     ]
-    parts += branch_curves(stiffness, rpm, critical_map.whirl, texts)
-    look = Look("@c3", "dash", width=1.6)
+    parts += charts.branch_curves(stiffness, rpm, critical_map.whirl, texts)
+    look = charts.Look("@c3", "dash", width=1.6)
     parts += [
-        Rule(at=value, name="stiffness as chosen", text=names, look=look)
+        charts.Rule(at=value, name="stiffness as chosen", text=names, look=look)
         for value, names in critical_map.chosen.items()
         if ends[0] <= value <= ends[1]
     ]

@@ -11,21 +11,7 @@ import numpy as np
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
 from solidwhirl.rotordyn.modes.mode_shapes import BodyShape, ModeShapes
 from solidwhirl.rotordyn.modes.participation import Participation
-from solidwhirl.rotordyn.plots.chart import (
-    Axis,
-    Bars,
-    Chart,
-    Choice,
-    Curve,
-    Look,
-    Mark,
-    Option,
-    Rule,
-    hertz_text,
-    series_look,
-    speed_axis,
-    whirl_look,
-)
+from solidwhirl.rotordyn.plots import chart as charts
 from solidwhirl.rotordyn.plots.frame import mode_name
 
 # Width of an upright label, as a fraction of the length of the body.
@@ -67,79 +53,79 @@ def is_drawn(share: FloatArray, body_share: FloatArray) -> BoolArray:
     return np.asarray(large & (np.nan_to_num(body_share, nan=1.0) >= _SMALL))
 
 
-def frame_chart(frames: Sequence[FrameCurves]) -> Chart:
+def frame_chart(frames: Sequence[FrameCurves]) -> charts.Chart:
     """Return the frequencies that turning bodies see over their own speeds, a body at a time."""
     options = []
     for frame in frames:
         top = 1.05 * float(np.nanmax(np.abs(frame.signed_hz), initial=0.0)) or 1.0
         last = float(frame.rpm.max(initial=1.0)) or 1.0
         end = min(last, 60.0 * top)
-        rest = Curve(x=np.array([0.0, end]), y=np.array([0.0, end / 60.0]), name="a force at rest",
-                     look=replace(series_look(6), dash="dot", mark="", width=1.0))  # fmt: skip
+        line = np.array([0.0, end])
+        look = replace(charts.series_look(6), dash="dot", mark="", width=1.0)
+        rest = charts.Curve(x=line, y=line / 60.0, name="a force at rest", look=look)
         options.append(
-            Option(
+            charts.Option(
                 label=frame.name,
                 marks=[*frame_curves(frame), rest],
-                x=speed_axis(0.0, last, "speed of the body"),
-                y=Axis(label="frequency in the frame of the body", unit="Hz", low=0.0, high=top),
+                x=charts.speed_axis(0.0, last, "speed of the body"),
+                y=charts.Axis(
+                    label="frequency in the frame of the body", unit="Hz", low=0.0, high=top
+                ),
             )
         )
-    return Chart(
+    return charts.Chart(
         name="frame",
         title="Campbell diagram in the frame of a body",
         caption="A component is drawn where it and the body have 5 % or more of the branch. Full "
         "lines turn with the spin of the body in its own frame, broken ones against it: a forward "
         "whirl slower than the body is broken, after its mirror at zero.",
         alt="Frequencies that a turning body sees over its speed.",
-        x=Axis(label="speed of the body", unit="rpm"),
-        y=Axis(label="frequency in the frame of the body", unit="Hz"),
-        parts=[Choice(label="seen by", options=options, on_paper="each")],
+        x=charts.Axis(label="speed of the body", unit="rpm"),
+        y=charts.Axis(label="frequency in the frame of the body", unit="Hz"),
+        parts=[charts.Choice(label="seen by", options=options, on_paper="each")],
         height_px=440,
     )
 
 
-def frame_curves(frame: FrameCurves) -> list[Curve]:
+def frame_curves(frame: FrameCurves) -> list[charts.Curve]:
     """Return the drawn components, those with the spin before those against it."""
     curves = []
     for side, text, whirl in (
         (1.0, "turns with the spin", "forward"),
         (-1.0, "turns against it", "backward"),
     ):
-        look = replace(whirl_look(whirl), size=5.0)
+        look = replace(charts.whirl_look(whirl), size=5.0)
         for c, b in np.ndindex(frame.signed_hz.shape[:2]):
             x, y = with_zero(frame.rpm, frame.signed_hz[c, b])
             if not (side * y > 0.0).any():
                 continue
             shown = np.where(side * y >= 0.0, np.abs(y), np.nan)
             words = [f"branch {b + 1}, order {frame.orders[c]:+d}"] * x.size
-            curves.append(Curve(x=x, y=shown, name=text, look=look, texts=words))
+            curves.append(charts.Curve(x=x, y=shown, name=text, look=look, texts=words))
     return curves
 
 
 def mode_names(shapes: ModeShapes) -> list[str]:
     """Return what modes are called: number, frequency and whirl."""
     return [
-        f"mode {mode_name(shapes.numbers, k)}, {hertz_text(f)}, {w}"
+        f"mode {mode_name(shapes.numbers, k)}, {charts.hertz_text(f)}, {w}"
         for k, (f, w) in enumerate(zip(shapes.frequency_hz, shapes.whirl, strict=True))
     ]
 
 
-def deflection_chart(found: Sequence[tuple[str, Sequence[str], ModeShapes]]) -> Chart:
+def deflection_chart(found: Sequence[tuple[str, Sequence[str], ModeShapes]]) -> charts.Chart:
     """Return the lateral deflection of every body along the axis, a mode at a time.
 
-    Parameters
-    ----------
-    found
-        What a speed is called, the names of the modes, and these.
+    `found`: what a speed is called, the names of the modes, and these.
     """
     options = []
     for label, names, shapes in found:
         for mode, name in enumerate(names):
-            marks: list[Mark] = [_ZERO]
+            marks: list[charts.Mark] = [_ZERO]
             for k, body in enumerate(shapes.bodies):
-                marks += _deflections(body, mode, series_look(k))
-            options.append(Option(label=f"{label}: {name}", marks=marks))
-    return Chart(
+                marks += _deflections(body, mode, charts.series_look(k))
+            options.append(charts.Option(label=f"{label}: {name}", marks=marks))
+    return charts.Chart(
         name="deflections",
         title="Deflection along the axis",
         caption="Lateral deflection of the centre line of each body in the plane of the largest "
@@ -148,12 +134,12 @@ def deflection_chart(found: Sequence[tuple[str, Sequence[str], ModeShapes]]) -> 
         alt="Deflection of the bodies along the axis for a chosen mode.",
         x=_AXIAL,
         y=_DEFLECTION,
-        parts=[Choice(label="mode", options=options, on_paper="each")],
+        parts=[charts.Choice(label="mode", options=options, on_paper="each")],
         height_px=360,
     )
 
 
-def _deflections(body: BodyShape, mode: int, look: Look) -> list[Curve]:
+def _deflections(body: BodyShape, mode: int, look: charts.Look) -> list[charts.Curve]:
     """Line and interfaces of one body in one mode."""
     order = np.argsort(body.axial_m, kind="stable")
     step = max(1, -(-order.size // _POINTS))
@@ -161,36 +147,40 @@ def _deflections(body: BodyShape, mode: int, look: Look) -> list[Curve]:
     ends = replace(look, dash="", mark=f"{look.mark}-open", size=8.0)
     texts = [f"{body.body}.{name}" for name in body.interfaces]
     return [
-        Curve(x=body.axial_m[kept], y=body.deflection[kept, mode], name=body.body,
+        charts.Curve(x=body.axial_m[kept], y=body.deflection[kept, mode], name=body.body,
               look=replace(look, mark="")),
-        Curve(x=body.interface_axial_m, y=body.interface_deflection[:, mode], look=ends,
+        charts.Curve(x=body.interface_axial_m, y=body.interface_deflection[:, mode], look=ends,
               texts=texts),
     ]  # fmt: skip
 
 
-def body_chart(shapes: ModeShapes, body: str, at: str) -> Chart:
+def body_chart(shapes: ModeShapes, body: str, at: str) -> charts.Chart:
     """Return the lateral deflection of one body in several modes over each other.
 
     As Müller and Hennings, figures 12 and 13. Each mode is scaled to the largest orbit of all
     bodies; `at` tells the speed.
     """
     shape = shapes.body(body)
-    marks: list[Mark] = [_ZERO, *_interface_rules(shape)]
+    marks: list[charts.Mark] = [_ZERO, *_interface_rules(shape)]
     marks += [
-        Curve(x=shape.axial_m, y=shape.deflection[:, k], name=name, look=series_look(k))
+        charts.Curve(
+            x=shape.axial_m, y=shape.deflection[:, k], name=name, look=charts.series_look(k)
+        )
         for k, name in enumerate(mode_names(shapes))
     ]
     title = f"Modes of {body}, {at}"
-    return Chart(name="body-modes", title=title, x=_AXIAL, y=_DEFLECTION, parts=marks)
+    return charts.Chart(name="body-modes", title=title, x=_AXIAL, y=_DEFLECTION, parts=marks)
 
 
 def share_chart(
     found: Sequence[tuple[str, Sequence[str], Participation]], kind: Literal["kinetic", "strain"]
-) -> Chart:
+) -> charts.Chart:
     """Return the shares of bodies and joints in the energy of modes; arguments as above."""
     places = list(dict.fromkeys(name for _, names, _ in found for name in names))
     options = [
-        Option(label=label, marks=share_bars(shares, kind), x=Axis(label="mode", places=names))
+        charts.Option(
+            label=label, marks=share_bars(shares, kind), x=charts.Axis(label="mode", places=names)
+        )
         for label, names, shares in found
     ]
     what, said = {
@@ -205,20 +195,22 @@ def share_chart(
             "100 %.",
         ),
     }[kind]
-    return Chart(
+    return charts.Chart(
         name=f"shares-{kind}",
         title=what,
         caption=f"Share of each in the mean {said}",
         alt=f"Stacked bars: {what.lower()} for each mode.",
-        x=Axis(label="mode", places=places),
-        y=Axis(label=f"share of the {kind} energy", unit="%", digits=".1f"),
-        parts=options[0].marks if len(options) == 1 else [Choice(label="modes", options=options)],
+        x=charts.Axis(label="mode", places=places),
+        y=charts.Axis(label=f"share of the {kind} energy", unit="%", digits=".1f"),
+        parts=options[0].marks
+        if len(options) == 1
+        else [charts.Choice(label="modes", options=options)],
         height_px=380,
         is_stacked=True,
     )
 
 
-def share_bars(found: Participation, kind: str) -> list[Bars]:
+def share_bars(found: Participation, kind: str) -> list[charts.Bars]:
     """Return the bars of each body, or of each body and joint, that counts."""
     parts = list(zip(found.bodies, found.kinetic_bodies, strict=True))
     if kind == "strain":
@@ -228,29 +220,29 @@ def share_bars(found: Participation, kind: str) -> list[Bars]:
     largest = {name: float(np.abs(v).max(initial=0.0)) for name, v in shares.items()}
     ranked = sorted(shares, key=lambda name: -largest[name])[:_MOST_PARTS]
     return [
-        Bars(values=100.0 * values, name=name, look=series_look(number))
+        charts.Bars(values=100.0 * values, name=name, look=charts.series_look(number))
         for number, (name, values) in enumerate(shares.items())
         if name in ranked and largest[name] > _SMALL_PART
     ]
 
 
-_AXIAL = Axis(label="axial position", unit="m", digits=".4g")
-_DEFLECTION = Axis(
+_AXIAL = charts.Axis(label="axial position", unit="m", digits=".4g")
+_DEFLECTION = charts.Axis(
     label="deflection over the largest", unit="1", low=-1.12, high=1.12, digits=".3f"
 )
-_ZERO = Rule(at=0.0, along="y", look=Look("@ink", "solid", width=0.8))
+_ZERO = charts.Rule(at=0.0, along="y", look=charts.Look("@ink", "solid", width=0.8))
 
 
-def _interface_rules(shape: BodyShape) -> list[Rule]:
+def _interface_rules(shape: BodyShape) -> list[charts.Rule]:
     """A line at each interface; names that would touch the one before are left out."""
     room = _LABEL_WIDTH * float(np.ptp(shape.axial_m))
-    last, look = -np.inf, Look("@muted", "dash", width=0.9)
+    last, look = -np.inf, charts.Look("@muted", "dash", width=0.9)
     found = []
     for k in np.argsort(shape.interface_axial_m):
         at = float(shape.interface_axial_m[k])
         name = shape.interfaces[k] if at - room >= last else ""
         last = at + room if name else last
-        found.append(Rule(at=at, name="interface", text=name, look=look))
+        found.append(charts.Rule(at=at, name="interface", text=name, look=look))
     return found
 
 

@@ -9,23 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
-from solidwhirl.rotordyn.plots.chart import (
-    SPEED_LABEL,
-    Axis,
-    Chart,
-    Choice,
-    Curve,
-    Look,
-    Mark,
-    Option,
-    Part,
-    is_quiet,
-    metric,
-    series_look,
-    size_axis,
-    speed_axis,
-    whirl_look,
-)
+from solidwhirl.rotordyn.plots import chart as charts
 from solidwhirl.rotordyn.response.orbits import elliptic_orbits
 
 # Part of the largest amplitude below which an amplitude is rounding.
@@ -83,23 +67,20 @@ class ExciterCurves:
 def moving(curves: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
     """Return what is more than rounding of curves of one excitation; the rest of them is nan.
 
-    Parameters
-    ----------
-    curves
-        Amplitudes by name, shape (s,); those that are rounding all along are left out.
+    `curves`: amplitudes by name, shape (s,); those that are rounding all along are left out.
     """
     largest = max((float(np.nanmax(v, initial=0.0)) for v in curves.values()), default=0.0)
     kept = {name: np.where(v > _ROUNDING * largest, v, np.nan) for name, v in curves.items()}
     return {name: v for name, v in kept.items() if np.isfinite(v).any()}
 
 
-def amplitude_chart(exciters: Sequence[ExciterCurves]) -> Chart:
+def amplitude_chart(exciters: Sequence[ExciterCurves]) -> charts.Chart:
     """Return the major semi-axis of the orbit of each place over the speed, with its peaks."""
     every = [m for e in exciters for m in e.major_m().values()]
     unit, factor, low, high = _extent(every, "m")
 
-    def curves(exciter: ExciterCurves) -> list[Mark]:
-        major, marks = exciter.major_m(), list[Mark]()
+    def curves(exciter: ExciterCurves) -> list[charts.Mark]:
+        major, marks = exciter.major_m(), list[charts.Mark]()
         hertz = exciter.frequency_ratio * exciter.speed_rpm / 60.0
         for k, (place, motion) in enumerate(exciter.motion_m.items()):
             if place not in major:
@@ -117,7 +98,7 @@ def amplitude_chart(exciters: Sequence[ExciterCurves]) -> Chart:
             if exciter.peaks.get(place)
         ]
 
-    return Chart(
+    return charts.Chart(
         name="amplitude",
         title="Displacement",
         caption="Major semi-axis of the orbit at each place over the speed. Rings mark the "
@@ -126,17 +107,17 @@ def amplitude_chart(exciters: Sequence[ExciterCurves]) -> Chart:
         alt=f"Displacement at {', '.join(exciters[0].motion_m)} over the speed; the table of "
         "peaks has the numbers.",
         x=_speeds(exciters),
-        y=size_axis("largest displacement", unit, low, high),
+        y=charts.size_axis("largest displacement", unit, low, high),
         parts=[*_by_exciter(exciters, curves), _scale(unit, high)],
         height_px=460,
     )
 
 
-def phase_chart(exciters: Sequence[ExciterCurves]) -> Chart:
+def phase_chart(exciters: Sequence[ExciterCurves]) -> charts.Chart:
     """Return the phase of the displacement along x and y over the speed, cut at ±180°."""
 
-    def curves(exciter: ExciterCurves) -> list[Mark]:
-        marks = list[Mark]()
+    def curves(exciter: ExciterCurves) -> list[charts.Mark]:
+        marks = list[charts.Mark]()
         for column, direction in enumerate("xy"):
             shown = moving({p: np.abs(m[:, column]) for p, m in exciter.motion_m.items()})
             for k, (place, motion) in enumerate(exciter.motion_m.items()):
@@ -145,12 +126,16 @@ def phase_chart(exciters: Sequence[ExciterCurves]) -> Chart:
                 phase = np.degrees(np.angle(motion[:, column]))
                 phase = np.where(np.isfinite(shown[place]), phase, np.nan)
                 x, y = unwrapped(exciter.speed_rpm, phase)
-                look = replace(series_look(k), dash="solid" if column == 0 else "dot", mark="")
+                look = replace(
+                    charts.series_look(k), dash="solid" if column == 0 else "dot", mark=""
+                )
                 name = f"{place}, along {direction}"
-                marks.append(Curve(x=x, y=y, name=name, look=look, is_quiet=is_quiet(k)))
+                marks.append(
+                    charts.Curve(x=x, y=y, name=name, look=look, is_quiet=charts.is_quiet(k))
+                )
         return marks
 
-    return Chart(
+    return charts.Chart(
         name="phase",
         title="Phase",
         caption="Phase of the displacement against the unbalance at angle zero: along x full "
@@ -158,18 +143,18 @@ def phase_chart(exciters: Sequence[ExciterCurves]) -> Chart:
         "they leave ±180°.",
         alt="Phase of the displacement along x and y over the speed.",
         x=_speeds(exciters),
-        y=Axis(label="phase", unit="°", low=-185.0, high=185.0, step=90.0, digits=".1f"),
+        y=charts.Axis(label="phase", unit="°", low=-185.0, high=185.0, step=90.0, digits=".1f"),
         parts=_by_exciter(exciters, curves),
         height_px=360,
     )
 
 
-def force_chart(exciters: Sequence[ExciterCurves]) -> Chart:
+def force_chart(exciters: Sequence[ExciterCurves]) -> charts.Chart:
     """Return the largest lateral force through each bearing over the speed."""
     every = [f for e in exciters for f in moving(e.force_n).values()]
     unit, factor, low, high = _extent(every, "N")
 
-    def curves(exciter: ExciterCurves) -> list[Mark]:
+    def curves(exciter: ExciterCurves) -> list[charts.Mark]:
         shown = moving(exciter.force_n)
         return [
             _curve(exciter, factor * shown[bearing], bearing, k)
@@ -177,25 +162,22 @@ def force_chart(exciters: Sequence[ExciterCurves]) -> Chart:
             if bearing in shown
         ]
 
-    return Chart(
+    return charts.Chart(
         name="forces",
         title="Bearing forces",
         caption="Largest lateral force through each bearing over the speed: the major semi-axis "
         f"of the ellipse that the force draws. {_LEFT_OUT}",
         alt=f"Forces through the bearings up to {high:.4g} {unit}.",
         x=_speeds(exciters),
-        y=size_axis("largest lateral force", unit, low, high),
+        y=charts.size_axis("largest lateral force", unit, low, high),
         parts=[*_by_exciter(exciters, curves), _scale(unit, high, "largest lateral force")],
     )
 
 
-def orbit_chart(shown: Sequence[tuple[ExciterCurves, Sequence[int]]]) -> Chart | None:
+def orbit_chart(shown: Sequence[tuple[ExciterCurves, Sequence[int]]]) -> charts.Chart | None:
     """Return the orbits at some speeds; None where nothing moves.
 
-    Parameters
-    ----------
-    shown
-        Exciters, and which of their speeds are shown.
+    `shown`: exciters, and which of their speeds are shown.
     """
     options = []
     for exciter, rows in shown:
@@ -205,7 +187,7 @@ def orbit_chart(shown: Sequence[tuple[ExciterCurves, Sequence[int]]]) -> Chart |
             largest = max((m for m in major.values() if np.isfinite(m)), default=0.0)
             if not largest > 0.0:
                 continue
-            unit, factor = metric(largest, "m")
+            unit, factor = charts.metric(largest, "m")
             reach = 1.25 * factor * largest  # room for the names
             marks = [
                 mark
@@ -213,15 +195,15 @@ def orbit_chart(shown: Sequence[tuple[ExciterCurves, Sequence[int]]]) -> Chart |
                 for mark in _orbit(place, factor * motion, k, major[place] >= _NAMED * largest)
             ]
             axes = [
-                Axis(label=d, unit=unit, low=-reach, high=reach,
+                charts.Axis(label=d, unit=unit, low=-reach, high=reach,
                      digits=".4g")
                 for d in "xy"
             ]  # fmt: skip
             label = f"{exciter.speed_rpm[row]:.0f} rpm, {exciter.name}"
-            options.append(Option(label=label, marks=marks, x=axes[0], y=axes[1]))
+            options.append(charts.Option(label=label, marks=marks, x=axes[0], y=axes[1]))
     if not options:
         return None
-    return Chart(
+    return charts.Chart(
         name="orbits",
         title="Orbits",
         caption="Paths of the shaft at the speeds of the peaks and those that the scene asks for, "
@@ -229,66 +211,70 @@ def orbit_chart(shown: Sequence[tuple[ExciterCurves, Sequence[int]]]) -> Chart |
         "ones dashed with an open square; the mark is where the point is when the unbalance at "
         "angle zero points along +x.",
         alt="Elliptic orbits of the observed places at a chosen speed.",
-        x=Axis(label="x"),
-        y=Axis(label="y"),
-        parts=[Choice(label="at", options=options, on_paper="each")],
+        x=charts.Axis(label="x"),
+        y=charts.Axis(label="y"),
+        parts=[charts.Choice(label="at", options=options, on_paper="each")],
         height_px=480,
         is_to_scale=True,
     )
 
 
-def _speeds(exciters: Sequence[ExciterCurves]) -> Axis:
+def _speeds(exciters: Sequence[ExciterCurves]) -> charts.Axis:
     rpm = exciters[0].speed_rpm
-    return replace(speed_axis(float(rpm.min()), float(rpm.max()), SPEED_LABEL), digits=",.1f")
+    return replace(
+        charts.speed_axis(float(rpm.min()), float(rpm.max()), charts.SPEED_LABEL), digits=",.1f"
+    )
 
 
 def _extent(curves: Sequence[FloatArray], unit: str) -> tuple[str, float, float, float]:
     """Unit with a prefix, the factor to it, and the least and the largest value in it."""
     largest = max((float(np.nanmax(c)) for c in curves), default=1.0)
-    prefixed, factor = metric(largest, unit)
+    prefixed, factor = charts.metric(largest, unit)
     least = min((float(np.nanmin(c)) for c in curves), default=1.0)
     return prefixed, factor, factor * least, factor * largest
 
 
 def _by_exciter(
-    exciters: Sequence[ExciterCurves], curves: Callable[[ExciterCurves], list[Mark]]
-) -> list[Part]:
+    exciters: Sequence[ExciterCurves], curves: Callable[[ExciterCurves], list[charts.Mark]]
+) -> list[charts.Part]:
     """The curves of the exciters, as a choice where there are several."""
     if len(exciters) == 1:
         return [*curves(exciters[0])]
     options = [
-        Option(label=f"{e.name} ({e.frequency_ratio:.4g}×)", marks=curves(e)) for e in exciters
+        charts.Option(label=f"{e.name} ({e.frequency_ratio:.4g}×)", marks=curves(e))
+        for e in exciters
     ]
-    return [Choice(label="excited by", options=options, on_paper="each")]
+    return [charts.Choice(label="excited by", options=options, on_paper="each")]
 
 
-def _scale(unit: str, high: float, label: str = "largest displacement") -> Choice:
-    linear = Axis(label=label, unit=unit, low=0.0, high=1.05 * high, digits=".4g")
-    return Choice(
-        label="scale", options=[Option(label="logarithmic"), Option(label="linear", y=linear)]
+def _scale(unit: str, high: float, label: str = "largest displacement") -> charts.Choice:
+    linear = charts.Axis(label=label, unit=unit, low=0.0, high=1.05 * high, digits=".4g")
+    return charts.Choice(
+        label="scale",
+        options=[charts.Option(label="logarithmic"), charts.Option(label="linear", y=linear)],
     )
 
 
 def _curve(
     exciter: ExciterCurves, values: FloatArray, name: str, number: int, texts: Sequence[str] = ()
-) -> Curve:
-    return Curve(
+) -> charts.Curve:
+    return charts.Curve(
         x=exciter.speed_rpm,
         y=values,
         name=name,
-        look=replace(series_look(number), mark=""),
+        look=replace(charts.series_look(number), mark=""),
         texts=texts,
-        is_quiet=is_quiet(number),
+        is_quiet=charts.is_quiet(number),
     )
 
 
-def _rings(place: str, peaks: Sequence[Peak], factor: float, number: int) -> Curve:
-    return Curve(
+def _rings(place: str, peaks: Sequence[Peak], factor: float, number: int) -> charts.Curve:
+    return charts.Curve(
         x=np.array([p.speed_rpm for p in peaks]),
         y=factor * np.array([p.height for p in peaks]),
-        look=Look(series_look(number).color, "", "circle-open", 12),
+        look=charts.Look(charts.series_look(number).color, "", "circle-open", 12),
         texts=[f"peak at {place}\n{p.text}" for p in peaks],
-        is_quiet=is_quiet(number),
+        is_quiet=charts.is_quiet(number),
         is_numbered=True,
     )
 
@@ -299,7 +285,7 @@ def unwrapped(x: FloatArray, phase: FloatArray) -> tuple[FloatArray, FloatArray]
     return np.insert(x, jumps, np.nan), np.insert(phase, jumps, np.nan)
 
 
-def _orbit(place: str, motion: ComplexArray, number: int, named: bool) -> list[Curve]:
+def _orbit(place: str, motion: ComplexArray, number: int, named: bool) -> list[charts.Curve]:
     """The path of amplitudes (x, y), and the place on it at the time zero with its name."""
     turn = np.exp(1j * np.linspace(0.0, 2.0 * np.pi, _POINTS))
     x, y = (turn * motion[0]).real, (turn * motion[1]).real
@@ -307,10 +293,10 @@ def _orbit(place: str, motion: ComplexArray, number: int, named: bool) -> list[C
         return []
     direction = str(elliptic_orbits(*motion).direction)
     sense = direction if direction in ("forward", "backward") else "planar"
-    style, color = whirl_look(sense), series_look(number).color
+    style, color = charts.whirl_look(sense), charts.series_look(number).color
     name = f"{place} ({sense})"
-    mark = Look(color, "", style.mark, 10)
+    mark = charts.Look(color, "", style.mark, 10)
     return [
-        Curve(x=x, y=y, name=name, look=Look(color, style.dash)),
-        Curve(x=x[:1], y=y[:1], look=mark, texts=(name,), written=place if named else ""),
+        charts.Curve(x=x, y=y, name=name, look=charts.Look(color, style.dash)),
+        charts.Curve(x=x[:1], y=y[:1], look=mark, texts=(name,), written=place if named else ""),
     ]

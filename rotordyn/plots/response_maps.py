@@ -8,22 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from solidwhirl.rotordyn.core.arrays import FloatArray
-from solidwhirl.rotordyn.plots.chart import (
-    WHITE,
-    Axis,
-    Chart,
-    Choice,
-    Curve,
-    Heat,
-    Look,
-    Mark,
-    Option,
-    Ridges,
-    metric,
-    series_look,
-    size_axis,
-    speed_axis,
-)
+from solidwhirl.rotordyn.plots import chart as charts
 from solidwhirl.rotordyn.response.maps import shown_range
 
 # Lines of a waterfall in space.
@@ -37,33 +22,27 @@ def brightest(values: FloatArray) -> float:
 
 def place_chart(
     places: Sequence[str], speed_rpm: FloatArray, hertz: FloatArray, amplitude_m: FloatArray
-) -> Chart:
+) -> charts.Chart:
     """Return the response to an unbalance at one place after the other, as curves and as a map.
 
-    Parameters
-    ----------
-    places
-        p of them.
-    speed_rpm
-        Of the reference shaft, rising, shape (s,).
-    hertz, amplitude_m
-        Frequency of the unbalance and largest displacement, shape (p, s).
+    `places`: p of them. `speed_rpm`: of the reference shaft, rising, shape (s,). `hertz`,
+    `amplitude_m`: frequency of the unbalance and largest displacement, shape (p, s).
     """
-    unit, factor = metric(float(np.nanmax(amplitude_m, initial=0.0)), "m")
+    unit, factor = charts.metric(float(np.nanmax(amplitude_m, initial=0.0)), "m")
     every = factor * amplitude_m
     positive = every[every > 0.0] if np.any(every > 0.0) else np.ones(1)
     curves = [
-        Curve(
+        charts.Curve(
             x=speed_rpm,
             y=np.where(values > 0.0, values, np.nan),
             name=place,
-            look=replace(series_look(k), mark=""),
+            look=replace(charts.series_look(k), mark=""),
             texts=[f"unbalance at {place}, {f:.5g} Hz" for f in hertz[k]],
         )
         for k, (place, values) in enumerate(zip(places, every, strict=True))
     ]
-    rows = Axis(label="unbalance at", places=places, low=-0.5, high=len(places) - 0.5)
-    heat = Heat(
+    rows = charts.Axis(label="unbalance at", places=places, low=-0.5, high=len(places) - 0.5)
+    heat = charts.Heat(
         x=speed_rpm,
         y=np.arange(float(len(places))),
         values=every,
@@ -72,17 +51,19 @@ def place_chart(
         brightest=brightest(every),
     )
     options = [
-        Option(label="curves", marks=curves),
-        Option(label="map", marks=[heat], y=rows),
+        charts.Option(label="curves", marks=curves),
+        charts.Option(label="map", marks=[heat], y=rows),
     ]
-    return Chart(
+    return charts.Chart(
         name="places",
         title="Unbalance at one place after the other",
         alt=f"Response to an unbalance at {', '.join(places)} over the speed; the table of peaks "
         "has the numbers.",
-        x=replace(speed_axis(float(speed_rpm.min()), float(speed_rpm.max())), digits=",.1f"),
-        y=size_axis("largest displacement", unit, float(positive.min()), float(positive.max())),
-        parts=[Choice(label="drawn as", options=options, on_paper="each")],
+        x=replace(charts.speed_axis(float(speed_rpm.min()), float(speed_rpm.max())), digits=",.1f"),
+        y=charts.size_axis(
+            "largest displacement", unit, float(positive.min()), float(positive.max())
+        ),
+        parts=[charts.Choice(label="drawn as", options=options, on_paper="each")],
         height_px=440,
     )
 
@@ -92,41 +73,36 @@ def ground_chart(
     speed_rpm: FloatArray,
     highest_m: FloatArray,
     peaks: Sequence[tuple[float, float, float]] = (),
-) -> Chart:
+) -> charts.Chart:
     """Return the response to ground motion over frequency and speed.
 
-    Parameters
-    ----------
-    hertz, speed_rpm
-        Rising, shapes (f,) and (s,).
-    highest_m
-        Major semi-axis, the highest in each step of frequency, shape (s, f).
-    peaks
-        Frequency in Hz, speed in rpm and height in m of peaks to mark.
+    `hertz`, `speed_rpm`: rising, shapes (f,) and (s,). `highest_m`: major semi-axis, the highest in
+    each step of frequency, shape (s, f). `peaks`: frequency in Hz, speed in rpm and height in m of
+    peaks to mark.
     """
-    unit, factor = metric(float(np.nanmax(highest_m, initial=0.0)), "m")
+    unit, factor = charts.metric(float(np.nanmax(highest_m, initial=0.0)), "m")
     values = factor * highest_m
     ends = float(hertz[0]), float(hertz[-1])
-    speeds = speed_axis(float(speed_rpm[0]), float(speed_rpm[-1]))
+    speeds = charts.speed_axis(float(speed_rpm[0]), float(speed_rpm[-1]))
     turn = np.array([max(60.0 * ends[0], speeds.low or 0.0), min(60.0 * ends[1], speed_rpm[-1])])
-    marks: list[Mark] = [
-        Heat(
+    marks: list[charts.Mark] = [
+        charts.Heat(
             x=hertz, y=speed_rpm, values=values, label="displacement", unit=unit,
             brightest=brightest(values),
         )
     ]  # fmt: skip
     if turn[0] < turn[1]:
         name = "1/rev of the reference shaft"
-        marks.append(Curve(x=turn / 60.0, y=turn, name=name, look=WHITE))
+        marks.append(charts.Curve(x=turn / 60.0, y=turn, name=name, look=charts.WHITE))
     if peaks:
         x, y, height = zip(*peaks, strict=True)
         texts = [f"peak {factor * h:.4g} {unit}" for h in height]
-        ring = Look("#ffffff", "", "circle-open", 11)
-        marks.append(Curve(x=np.array(x), y=np.array(y), look=ring, texts=texts))
-    return Chart(
+        ring = charts.Look("#ffffff", "", "circle-open", 11)
+        marks.append(charts.Curve(x=np.array(x), y=np.array(y), look=ring, texts=texts))
+    return charts.Chart(
         name="ground",
         title="Response to ground motion",
-        x=Axis(label="frequency of the ground", unit="Hz", low=ends[0], high=ends[1]),
+        x=charts.Axis(label="frequency of the ground", unit="Hz", low=ends[0], high=ends[1]),
         y=speeds,
         parts=marks,
         height_px=440,
@@ -138,23 +114,18 @@ def stiffness_chart(
     stiffness_n_per_m: FloatArray,
     highest_m: FloatArray,
     chosen: tuple[float, tuple[float, float]] | None = None,
-) -> Chart:
+) -> charts.Chart:
     """Return the response over frequency and support stiffness (design of experiments).
 
-    Parameters
-    ----------
-    hertz, stiffness_n_per_m
-        Rising, shapes (f,) and (k,).
-    highest_m
-        Major semi-axis, the highest in each step of frequency, shape (k, f).
-    chosen
-        Stiffness to mark, N/m, and the ends of its band, Hz; None marks nothing.
+    `hertz`, `stiffness_n_per_m`: rising, shapes (f,) and (k,). `highest_m`: major semi-axis, the
+    highest in each step of frequency, shape (k, f). `chosen`: stiffness to mark, N/m, and the ends
+    of its band, Hz; None marks nothing.
     """
-    unit, factor = metric(float(np.nanmax(highest_m, initial=0.0)), "m")
+    unit, factor = charts.metric(float(np.nanmax(highest_m, initial=0.0)), "m")
     values = factor * highest_m
     ends = float(stiffness_n_per_m[0]), float(stiffness_n_per_m[-1])
-    marks: list[Mark] = [
-        Heat(
+    marks: list[charts.Mark] = [
+        charts.Heat(
             x=hertz, y=stiffness_n_per_m, values=values, label="displacement", unit=unit,
             brightest=brightest(values),
         )
@@ -163,38 +134,39 @@ def stiffness_chart(
         value, (low, high) = chosen
         name = "band around the operating speed"
         marks += [
-            Curve(x=hertz[[0, -1]], y=np.array([value, value]), name="chosen stiffness",
-                  look=WHITE),
-            Curve(x=np.array([low, low, np.nan, high, high]), y=np.array([*ends, np.nan, *ends]),
-                  name=name, look=replace(WHITE, dash="dot")),
+            charts.Curve(x=hertz[[0, -1]], y=np.array([value, value]), name="chosen stiffness",
+                         look=charts.WHITE),
+            charts.Curve(x=np.array([low, low, np.nan, high, high]),
+                         y=np.array([*ends, np.nan, *ends]), name=name,
+                         look=replace(charts.WHITE, dash="dot")),
         ]  # fmt: skip
-    return Chart(
+    return charts.Chart(
         name="stiffness",
         title="Response over bearing stiffness",
-        x=Axis(label="frequency of the force", unit="Hz", low=float(hertz[0]),
+        x=charts.Axis(label="frequency of the force", unit="Hz", low=float(hertz[0]),
                high=float(hertz[-1])),
-        y=Axis(label="stiffness of the bearings", unit="N/m", low=ends[0], high=ends[1],
+        y=charts.Axis(label="stiffness of the bearings", unit="N/m", low=ends[0], high=ends[1],
                is_log=True, digits=".4g"),
         parts=marks,
         height_px=460,
     )  # fmt: skip
 
 
-def ridge_chart(hertz: FloatArray, speed_rpm: FloatArray, highest_m: FloatArray) -> Chart:
+def ridge_chart(hertz: FloatArray, speed_rpm: FloatArray, highest_m: FloatArray) -> charts.Chart:
     """Return the same as `ground_chart` as lines in space, one for each of some speeds."""
-    unit, factor = metric(float(np.nanmax(highest_m, initial=0.0)), "m")
+    unit, factor = charts.metric(float(np.nanmax(highest_m, initial=0.0)), "m")
     rows = np.unique(np.linspace(0, speed_rpm.size - 1, min(speed_rpm.size, _RIDGES)).astype(int))
     values = factor * highest_m[rows]
     rise = 0.5 * float(np.ptp(speed_rpm)) / (float(values.max()) or 1.0)
-    return Chart(
+    return charts.Chart(
         name="waterfall",
         title="Waterfall",
         caption="The same as lines in space, one for each speed. Turn it with the mouse or finger.",
-        x=Axis(label="frequency", unit="Hz", digits=".4g"),
-        y=Axis(label="speed", unit="rpm", digits=",.0f"),
+        x=charts.Axis(label="frequency", unit="Hz", digits=".4g"),
+        y=charts.Axis(label="speed", unit="rpm", digits=",.0f"),
         parts=[
-            Ridges(x=hertz, y=speed_rpm[rows], values=values, label="displacement", unit=unit,
-                   rise=rise)
+            charts.Ridges(x=hertz, y=speed_rpm[rows], values=values, label="displacement",
+                          unit=unit, rise=rise)
         ],
         height_px=460,
         has_legend=False,

@@ -116,6 +116,12 @@ class Operating(NamedTuple):
         """Lowest and highest speed of the reference shaft, rpm."""
         return self.from_rpm / self.ratio, self.to_rpm / self.ratio
 
+    @property
+    def reference_rad_s(self) -> tuple[float, float]:
+        """The same in rad/s."""
+        low, high = self.reference_rpm
+        return low * RAD_S_PER_RPM, high * RAD_S_PER_RPM
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Engine:
@@ -161,10 +167,7 @@ class Engine:
     @property
     def operating_rad_s(self) -> dict[str, tuple[float, float]]:
         """Operating speeds as speeds of the reference shaft, by what a legend says."""
-        return {
-            o.text: (o.from_rpm / o.ratio * RAD_S_PER_RPM, o.to_rpm / o.ratio * RAD_S_PER_RPM)
-            for o in self.operating
-        }
+        return {o.text: o.reference_rad_s for o in self.operating}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -252,14 +255,8 @@ class Analysis(Record):
     ) -> Iterator[tuple[float, str]]:
         """Yield speeds of the reference shaft that follow from that of a shaft, and their source.
 
-        Parameters
-        ----------
-        operating
-            `[[operating]]` of the scene.
-        ratio
-            |speed ratio| of a body, inf if it stands still.
-        where
-            What the analysis is called.
+        `operating`: `[[operating]]` of the scene. `ratio`: |speed ratio| of a body, inf if it
+        stands still. `where`: what the analysis is called.
         """
         yield from ()
 
@@ -319,14 +316,8 @@ class Analysis(Record):
     ) -> Outcome:
         """Return an outcome with its pictures, and with what a page tells of it.
 
-        Parameters
-        ----------
-        outcome
-            From `run`, or kept from an earlier run.
-        engine
-            The same that it looked at.
-        kept
-            Makes of the name of a picture and what draws it what writes its file.
+        `outcome`: from `run`, or kept from an earlier run. `engine`: the same that it looked at.
+        `kept`: makes of the name of a picture and what draws it what writes its file.
         """
         found = Found(name=self.label, outcome=outcome, engine=engine)
         pictures = {

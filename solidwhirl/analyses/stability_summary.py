@@ -60,14 +60,8 @@ def stability_of(
 ) -> Stability:
     """Look for instability from rest to the highest speed, and at operating speeds.
 
-    Parameters
-    ----------
-    system
-        The system.
-    high_rpm
-        Highest speed of the reference shaft.
-    operating
-        From `operating_speeds`.
+    `system`: the system. `high_rpm`: highest speed of the reference shaft. `operating`: from
+    `operating_speeds`.
     """
     intervals = intervals_up_to(system, high_rpm)
     return Stability(
@@ -128,14 +122,8 @@ def at_operating(
 ) -> tuple[dict[str, Any], ...]:
     """Return the damping of the first modes at both ends of all operating speeds.
 
-    Parameters
-    ----------
-    system
-        The system.
-    operating
-        From `operating_speeds`.
-    intervals
-        Where the system is unstable.
+    `system`: the system. `operating`: from `operating_speeds`. `intervals`: where the system is
+    unstable.
     """
     ends = [(o, rpm) for o in operating for rpm in dict.fromkeys((o.from_rpm, o.to_rpm))]
     if not ends:

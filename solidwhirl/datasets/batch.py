@@ -29,13 +29,10 @@ def is_batch(folder: Path) -> bool:
 def batch_datasets(folder: str | Path) -> xr.DataTree:
     """Return the table of a batch as a tree of datasets.
 
-    Returns
-    -------
-    DataTree
-        At the root scene, status, message, seconds, peak_memory_gib and ranks over case, with the
-        parameters of the sweep as coordinates along case; critical_speeds, campbell and responses
-        below it, with the same coordinates. Names and units are those of the table. A case that
-        lacks something has nan, "" among texts.
+    Returns at the root scene, status, message, seconds, peak_memory_gib and ranks over case, with
+    the parameters of the sweep as coordinates along case; critical_speeds, campbell and responses
+    below it, with the same coordinates. Names and units are those of the table. A case that lacks
+    something has nan, "" among texts.
 
     Raises
     ------

@@ -17,16 +17,8 @@ def write_netcdf(dataset: xr.Dataset, path: str | Path) -> Path:
 
     A complex variable `a` becomes `a__real` and `a__imag`.
 
-    Parameters
-    ----------
-    dataset
-        One of this program's; lists among the attributes become lines of a text.
-    path
-        The file; a file there is replaced when the new one is complete.
-
-    Returns
-    -------
-    The file.
+    `dataset`: one of this program's; lists among the attributes become lines of a text. `path`: the
+    file; a file there is replaced when the new one is complete. Returns the file.
     """
     plain = dataset.copy()
     for name in [str(n) for n, v in dataset.data_vars.items() if v.dtype.kind == "c"]:
@@ -49,10 +41,7 @@ def write_netcdf(dataset: xr.Dataset, path: str | Path) -> Path:
 def read_netcdf(path: str | Path) -> xr.Dataset:
     """Read a dataset that `write_netcdf` wrote.
 
-    Returns
-    -------
-    Dataset
-        In memory, complex variables put together again.
+    Returns in memory, complex variables put together again.
 
     Raises
     ------

@@ -74,13 +74,9 @@ def labelled(
 ) -> xr.Dataset:
     """Make a dataset whose variables and coordinates have `units` and `long_name`.
 
-    Parameters
-    ----------
-    variables, coordinates
-        Dimensions and values by name. None among values is nan in numbers and "" in texts. Axes
-        such as "branch" and "mode" count from 1 and need no coordinate.
-    attributes
-        Of the dataset.
+    `variables`, `coordinates`: dimensions and values by name. None among values is nan in numbers
+    and "" in texts. Axes such as "branch" and "mode" count from 1 and need no coordinate.
+    `attributes`: of the dataset.
     """
     known = dict(coordinates or {})
     for dims, values in variables.values():
@@ -141,14 +137,8 @@ def tabled(document: Mapping[str, Any], over: Mapping[str, Sequence[str]]) -> xr
 def with_errors(found: xr.Dataset, document: Mapping[str, Any], dims: Sequence[str]) -> xr.Dataset:
     """Return a dataset with the error estimates of a document, if it has such.
 
-    Parameters
-    ----------
-    found
-        The dataset.
-    document
-        May have `frequency_error_estimate` and `error_parts` by name of the part.
-    dims
-        Of each of them.
+    `found`: the dataset. `document`: may have `frequency_error_estimate` and `error_parts` by name
+    of the part. `dims`: of each of them.
     """
     if "frequency_error_estimate" not in document:
         return found

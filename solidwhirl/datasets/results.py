@@ -70,18 +70,11 @@ _Errors = CampbellErrors | CriticalSpeedErrors | FrequencyErrors | None
 def datasets(run: Results | str | Path) -> xr.DataTree:
     """Return all results of a run, or the table of a batch, as a tree of datasets.
 
-    Parameters
-    ----------
-    run
-        What `run_scene` returned, the folder of a run, or the folder of a batch.
-
-    Returns
-    -------
-    DataTree
-        campbell, critical_speeds, modes_at_rest, bodies, where the scene has them references, and
-        analyses with one group for each by its name, and peaks with one for each that has
-        resonance peaks. Variables have the names of results.json, and units and long_name as
-        attributes. Of a batch the tree of `solidwhirl.datasets.batch.batch_datasets`.
+    `run`: what `run_scene` returned, the folder of a run, or the folder of a batch. Returns
+    campbell, critical_speeds, modes_at_rest, bodies, where the scene has them references, and
+    analyses with one group for each by its name, and peaks with one for each that has resonance
+    peaks. Variables have the names of results.json, and units and long_name as attributes. Of a
+    batch the tree of `solidwhirl.datasets.batch.batch_datasets`.
 
     Raises
     ------
@@ -154,18 +147,9 @@ def _recorded(document: Document) -> list[str]:
 def campbell_dataset(campbell: Campbell, errors: CampbellErrors | None = None) -> xr.Dataset:
     """Return a Campbell diagram as a dataset.
 
-    Parameters
-    ----------
-    campbell
-        The diagram, b branches at s speeds.
-    errors
-        Their estimates; None leaves them out.
-
-    Returns
-    -------
-    Dataset
-        frequency_hz, log_decrement, eigenvalue_per_s, whirl ("" where a branch has ended) over
-        (branch, speed_rpm), with errors frequency_error_estimate and error_parts.
+    `campbell`: the diagram, b branches at s speeds. `errors`: their estimates; None leaves them
+    out. Returns frequency_hz, log_decrement, eigenvalue_per_s, whirl ("" where a branch has ended)
+    over (branch, speed_rpm), with errors frequency_error_estimate and error_parts.
     """
     document = {
         "frequency_hz": campbell.frequency_hz,
@@ -182,18 +166,9 @@ def campbell_dataset(campbell: Campbell, errors: CampbellErrors | None = None) -
 def modes_dataset(modes: Modes, errors: FrequencyErrors | None = None) -> xr.Dataset:
     """Return the modes of a system at one speed as a dataset.
 
-    Parameters
-    ----------
-    modes
-        m of them.
-    errors
-        Their estimates; None leaves them out.
-
-    Returns
-    -------
-    Dataset
-        frequency_hz, log_decrement, damping_ratio, eigenvalue_per_s over mode, and shape over
-        (coordinate, mode); speed_rpm is a coordinate without dimension.
+    `modes`: m of them. `errors`: their estimates; None leaves them out. Returns frequency_hz,
+    log_decrement, damping_ratio, eigenvalue_per_s over mode, and shape over (coordinate, mode);
+    speed_rpm is a coordinate without dimension.
     """
     document = {
         "frequency_hz": modes.frequency_hz,
@@ -213,18 +188,9 @@ def critical_speed_dataset(
 ) -> xr.Dataset:
     """Return critical speeds as a dataset.
 
-    Parameters
-    ----------
-    found
-        As `critical_speeds` or a run returns them.
-    errors
-        Their estimates, in that order; None leaves them out.
-
-    Returns
-    -------
-    Dataset
-        speed_rpm, frequency_hz, whirl, log_decrement over critical_speed, which counts from 1; of
-        a run also excited_by.
+    `found`: as `critical_speeds` or a run returns them. `errors`: their estimates, in that order;
+    None leaves them out. Returns speed_rpm, frequency_hz, whirl, log_decrement over critical_speed,
+    which counts from 1; of a run also excited_by.
     """
     rows = []
     for c in found:
@@ -245,15 +211,8 @@ def critical_speed_dataset(
 def critical_speed_map_dataset(found: CriticalSpeedMap) -> xr.Dataset:
     """Return a critical speed map as a dataset.
 
-    Parameters
-    ----------
-    found
-        The map, b branches at s stiffnesses.
-
-    Returns
-    -------
-    Dataset
-        critical_speed_rpm and whirl over (branch, stiffness_n_per_m).
+    `found`: the map, b branches at s stiffnesses. Returns critical_speed_rpm and whirl over
+    (branch, stiffness_n_per_m).
     """
     document = {
         "critical_speed_rpm": found.speed_rad_s * RPM_PER_RAD_S,
@@ -269,18 +228,11 @@ def critical_speed_map_dataset(found: CriticalSpeedMap) -> xr.Dataset:
 def unbalance_dataset(response: UnbalanceResponse) -> xr.Dataset:
     """Return a response to unbalance as a dataset.
 
-    Parameters
-    ----------
-    response
-        e exciters of different frequency, s speeds.
-
-    Returns
-    -------
-    Dataset
-        translation_m and tilt_rad over (exciter, speed_rpm, node, direction), major_m and minor_m
-        over (exciter, speed_rpm, node), force_n and moment_n_m over (exciter, speed_rpm, bearing,
-        axis), frequency_hz over (exciter, speed_rpm). Amplitudes are complex, time factor e^{iωt};
-        those of different exciters have no common phase. tilt is about x and y.
+    `response`: e exciters of different frequency, s speeds. Returns translation_m and tilt_rad over
+    (exciter, speed_rpm, node, direction), major_m and minor_m over (exciter, speed_rpm, node),
+    force_n and moment_n_m over (exciter, speed_rpm, bearing, axis), frequency_hz over (exciter,
+    speed_rpm). Amplitudes are complex, time factor e^{iωt}; those of different exciters have no
+    common phase. tilt is about x and y.
     """
     exciters = response.exciters
     orbits = [exciter.orbits() for exciter in exciters]
@@ -320,16 +272,9 @@ def unbalance_dataset(response: UnbalanceResponse) -> xr.Dataset:
 def ground_motion_dataset(found: GroundMotionMap) -> xr.Dataset:
     """Return a response to ground motion (a waterfall) as a dataset.
 
-    Parameters
-    ----------
-    found
-        The map, s speeds and f frequencies.
-
-    Returns
-    -------
-    Dataset
-        translation_m, complex, over (speed_rpm, frequency_hz, direction), and amplitude_m, the
-        major semi-axis of the orbit, over (speed_rpm, frequency_hz).
+    `found`: the map, s speeds and f frequencies. Returns translation_m, complex, over (speed_rpm,
+    frequency_hz, direction), and amplitude_m, the major semi-axis of the orbit, over (speed_rpm,
+    frequency_hz).
     """
     over = ("speed_rpm", "frequency_hz")
     return labelled(
@@ -351,17 +296,9 @@ def ground_motion_dataset(found: GroundMotionMap) -> xr.Dataset:
 def run_up_dataset(run: RunUp) -> xr.Dataset:
     """Return the record of a run-up as a dataset.
 
-    Parameters
-    ----------
-    run
-        s times, o interfaces, b bearings.
-
-    Returns
-    -------
-    Dataset
-        translation_m, rotation_rad and their rates over (node, axis, time_s), force_n and
-        moment_n_m over (bearing, axis, time_s), energies over time_s. speed_rpm and angle_rad are
-        coordinates along time_s.
+    `run`: s times, o interfaces, b bearings. Returns translation_m, rotation_rad and their rates
+    over (node, axis, time_s), force_n and moment_n_m over (bearing, axis, time_s), energies over
+    time_s. speed_rpm and angle_rad are coordinates along time_s.
     """
     moved, held = ("node", "axis", "time_s"), ("bearing", "axis", "time_s")
     energy = run.energy

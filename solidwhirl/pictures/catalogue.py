@@ -40,10 +40,7 @@ def pictures_of(
 ) -> tuple[Picture, ...]:
     """Return all pictures that a run has something for.
 
-    Returns
-    -------
-    tuple of Picture
-        With different names; nothing is drawn yet.
+    Returns with different names; nothing is drawn yet.
     """
     title = results.scene.title or results.scene.name
     found = [

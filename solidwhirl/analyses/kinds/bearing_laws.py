@@ -16,17 +16,7 @@ from solidwhirl.core.plain_data import Labels
 from solidwhirl.rotordyn.assembly.bearing_notes import bearing_notes, note_lines
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
-from solidwhirl.rotordyn.plots.chart import (
-    Axis,
-    Chart,
-    Curve,
-    Look,
-    Part,
-    Span,
-    metric,
-    series_look,
-    speed_axis,
-)
+from solidwhirl.rotordyn.plots import chart as charts
 from solidwhirl.rotordyn.response.resonance_samples import with_knots
 
 _SAME = 1e-9
@@ -125,37 +115,37 @@ def _laws(engine: Engine, speeds_rad_s: FloatArray) -> Iterator[Law]:
         )
 
 
-def _law_charts(laws: Sequence[Law]) -> list[Chart]:
+def _law_charts(laws: Sequence[Law]) -> list[charts.Chart]:
     return [
         law_chart([(law, getattr(law, quantity)) for law in laws], quantity.capitalize(), unit)
         for quantity, unit in (("stiffness", "N/m"), ("damping", "N s/m"))
     ]
 
 
-def law_chart(found: Sequence[tuple[Law, FloatArray]], quantity: str, unit: str) -> Chart:
+def law_chart(found: Sequence[tuple[Law, FloatArray]], quantity: str, unit: str) -> charts.Chart:
     """Return one coefficient (s, 2, 2) of bearings with a law; equal curves are drawn once."""
-    prefixed, factor = metric(max(float(np.nanmax(np.abs(m))) for _, m in found), unit)
+    prefixed, factor = charts.metric(max(float(np.nanmax(np.abs(m))) for _, m in found), unit)
     curves = [
-        Curve(
+        charts.Curve(
             x=law.speed_rpm,
             y=factor * values,
             name=f"{', '.join(names)} ({law.law})",
-            look=Look(series_look(number).color, _dash(names[-1])),
+            look=charts.Look(charts.series_look(number).color, _dash(names[-1])),
         )
         for number, (names, law, values) in enumerate(_curves(found))
     ]
     last = max(float(law.speed_rpm.max()) for law, _ in found)
     spans = {span.name: span for law, matrices in found for span in _spans(law, matrices)}
-    parts: list[Part] = [*(spans.values() if len(found) == 1 else ()), *curves]
-    return Chart(
+    parts: list[charts.Part] = [*(spans.values() if len(found) == 1 else ()), *curves]
+    return charts.Chart(
         name=f"law-{quantity.lower()}",
         title=f"{quantity} of bearings with a speed law",
         caption="Over the speed of the rotor that the bearing carries. Along y alone lines are "
         "dotted, cross coefficients are broken; bearings with the same curve share it. A reference "
         "shaft that is not the rotor turns at another speed.",
         alt=f"{quantity} of {', '.join(law.bearing for law, _ in found)} over the speed.",
-        x=speed_axis(0.0, last, "speed of the rotor itself"),
-        y=Axis(label=quantity.lower(), unit=prefixed, digits=".4g"),
+        x=charts.speed_axis(0.0, last, "speed of the rotor itself"),
+        y=charts.Axis(label=quantity.lower(), unit=prefixed, digits=".4g"),
         parts=parts,
         height_px=340,
     )
@@ -196,11 +186,11 @@ def _is_same(first: tuple[Law, FloatArray], second: tuple[Law, FloatArray]) -> b
     )
 
 
-def _spans(law: Law, matrices: FloatArray) -> Iterator[Span]:
+def _spans(law: Law, matrices: FloatArray) -> Iterator[charts.Span]:
     """The range that a law was made for, and where its damping has a negative eigenvalue."""
     rpm = law.speed_rpm
     low, high = max(law.range_rpm[0], float(rpm[0])), min(law.range_rpm[1], float(rpm[-1]))
-    yield Span(low=low, high=high, name=f"range of {law.law}", look=Look("@good", ""))
+    yield charts.Span(low=low, high=high, name=f"range of {law.law}", look=charts.Look("@good", ""))
     if matrices is not law.damping:
         return
     lowest = np.linalg.eigvalsh(0.5 * (matrices + matrices.transpose(0, 2, 1)))[:, 0]
@@ -208,4 +198,4 @@ def _spans(law: Law, matrices: FloatArray) -> Iterator[Span]:
     edges = np.flatnonzero(np.diff(np.concatenate(([0], negative.astype(int), [0]))))
     for k, (a, b) in enumerate(edges.reshape(-1, 2)):
         name = "negative damping" + " " * k
-        yield Span(low=float(rpm[a]), high=float(rpm[b - 1]), name=name, is_hatched=True)
+        yield charts.Span(low=float(rpm[a]), high=float(rpm[b - 1]), name=name, is_hatched=True)

@@ -8,15 +8,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from solidwhirl.analyses.base import (
-    CRITICAL_SPEEDS,
-    UNBALANCE_TURNS,
-    Charts,
-    Engine,
-    Found,
-    OperatingSpec,
-    Stiffnesses,
-)
+from solidwhirl.analyses import base
 from solidwhirl.core.blocks import AnalysisBlock, numbers
 from solidwhirl.core.fields import Count, Name, Positive
 from solidwhirl.core.outcome import Outcome
@@ -26,11 +18,11 @@ from solidwhirl.rotordyn.plots.chart import Chart
 from solidwhirl.rotordyn.plots.maps import MapCurves, map_chart
 
 
-class CriticalSpeedMapSpec(Stiffnesses):
+class CriticalSpeedMapSpec(base.Stiffnesses):
     """Critical speeds over the stiffness of supports."""
 
-    section = CRITICAL_SPEEDS
-    turning: ClassVar = {"excited_by": UNBALANCE_TURNS}
+    section = base.CRITICAL_SPEEDS
+    turning: ClassVar = {"excited_by": base.UNBALANCE_TURNS}
     axes = dict.fromkeys(
         ("critical_speed_rpm", "shaft_speed_rpm", "whirl", "likeness"),
         ("branch", "stiffness_n_per_m"),
@@ -42,19 +34,19 @@ class CriticalSpeedMapSpec(Stiffnesses):
     search_to_rpm: Positive
     operating_speed_rpm: Positive | None = None
 
-    def operating_named(self) -> Iterator[OperatingSpec]:
+    def operating_named(self) -> Iterator[base.OperatingSpec]:
         """Yield the operating speed that it is drawn for."""
         rpm = self.operating_speed_rpm
         if rpm is not None:
-            yield OperatingSpec(shaft=self.excited_by, from_rpm=rpm, to_rpm=rpm)
+            yield base.OperatingSpec(shaft=self.excited_by, from_rpm=rpm, to_rpm=rpm)
 
     def shaft_speeds(
-        self, operating: Sequence[OperatingSpec], ratio: Callable[[str], float], where: str
+        self, operating: Sequence[base.OperatingSpec], ratio: Callable[[str], float], where: str
     ) -> Iterator[tuple[float, str]]:
         """Yield the speed to which critical speeds are sought."""
         yield self.search_to_rpm / ratio(self.excited_by), f"search_to_rpm of {where}"
 
-    def run(self, engine: Engine) -> Outcome:
+    def run(self, engine: base.Engine) -> Outcome:
         """Undamped critical speeds over the stiffness of supports."""
         ratio = abs(engine.speed_ratio(self.excited_by))
         found = critical_speed_map(
@@ -81,16 +73,16 @@ class CriticalSpeedMapSpec(Stiffnesses):
             headline=f"{len(found.speed_rad_s)} branches over {self.stiffness_count} stiffnesses",
         )
 
-    def pictures(self, found: Found) -> Mapping[str, Charts]:
+    def pictures(self, found: base.Found) -> Mapping[str, base.Charts]:
         """The map, if it has a branch."""
         speeds = numbers(found.document["critical_speed_rpm"])
         return {"": lambda: [self._chart(found)]} if np.isfinite(speeds).any() else {}
 
-    def blocks(self, found: Found) -> Sequence[AnalysisBlock]:
+    def blocks(self, found: base.Found) -> Sequence[AnalysisBlock]:
         """The map."""
         return [self._chart(found)]
 
-    def _chart(self, found: Found) -> Chart:
+    def _chart(self, found: base.Found) -> Chart:
         """The map over the speed of the shaft that excites."""
         document, rpm = found.document, self.operating_speed_rpm
         ratio = abs(found.engine.speed_ratio(self.excited_by))
@@ -107,7 +99,7 @@ class CriticalSpeedMapSpec(Stiffnesses):
         return map_chart(curves, {} if rpm is None else {self.excited_by: rpm}, self.excited_by)
 
 
-def _chosen(engine: Engine, names: Sequence[str]) -> dict[float, str]:
+def _chosen(engine: base.Engine, names: Sequence[str]) -> dict[float, str]:
     """The bearings by the stiffness that they have, N/m."""
     places: dict[float, list[str]] = {}
     for name in names:

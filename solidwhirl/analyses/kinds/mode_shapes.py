@@ -9,16 +9,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from solidwhirl.analyses.base import (
-    MODE_SHAPES,
-    MOST_SPEEDS,
-    Analysis,
-    Charts,
-    Engine,
-    Found,
-    decrements,
-    number_text,
-)
+from solidwhirl.analyses import base
 from solidwhirl.core.blocks import AnalysisBlock
 from solidwhirl.core.fields import MOST, Count, Name, NotNegative
 from solidwhirl.core.outcome import Outcome
@@ -35,13 +26,13 @@ from solidwhirl.rotordyn.plots.modes import body_chart, deflection_chart, mode_n
 _MOST_MODES = 12
 
 
-class ModeShapesSpec(Analysis):
+class ModeShapesSpec(base.Analysis):
     """Shapes of the lowest modes and which bodies and joints take part in them."""
 
-    section = MODE_SHAPES
+    section = base.MODE_SHAPES
 
     kind: Literal["mode_shapes"]
-    speeds_rpm: Annotated[tuple[NotNegative, ...], Field(min_length=1, max_length=MOST_SPEEDS)]
+    speeds_rpm: Annotated[tuple[NotNegative, ...], Field(min_length=1, max_length=base.MOST_SPEEDS)]
     modes: Annotated[Count, Field(le=60)] = 8
     bodies: Annotated[tuple[Name, ...], Field(max_length=MOST)] = ()
 
@@ -49,12 +40,12 @@ class ModeShapesSpec(Analysis):
         """Return three pictures and more for each speed."""
         ends = ("", "_participation", *(f"_{body}" for body in self.bodies))
         return tuple(
-            f"{self.label}_{number_text(rpm)}rpm{end}.png"
+            f"{self.label}_{base.number_text(rpm)}rpm{end}.png"
             for rpm in self.speeds_rpm
             for end in ends
         )
 
-    def run(self, engine: Engine) -> Outcome:
+    def run(self, engine: base.Engine) -> Outcome:
         """Shapes of the lowest modes at some speeds, numbered as in the diagram."""
         documents = []
         for rpm in self.speeds_rpm:
@@ -64,7 +55,7 @@ class ModeShapesSpec(Analysis):
                     "speed_rpm": rpm,
                     "branch": [k or None for k in shapes.numbers or ()],
                     "frequency_hz": modes.frequency_hz.tolist(),
-                    "log_decrement": decrements(modes.log_decrement),
+                    "log_decrement": base.decrements(modes.log_decrement),
                     "whirl": shapes.whirl.tolist(),
                     "bodies": {b.body: _shape_document(b) for b in shapes.bodies},
                     "kinetic_energy": _by_name(shares.bodies, shares.kinetic_bodies),
@@ -79,20 +70,20 @@ class ModeShapesSpec(Analysis):
             headline=f"{self.speeds_rpm[0]:.0f} rpm: {lowest} Hz",
         )
 
-    def pictures(self, found: Found) -> Mapping[str, Charts]:
+    def pictures(self, found: base.Found) -> Mapping[str, base.Charts]:
         """The lowest modes at each speed: all bodies, single ones, and their shares of energy."""
-        pictures: dict[str, Charts] = {}
+        pictures: dict[str, base.Charts] = {}
         for speed in found.document["speeds"]:
             if speed["frequency_hz"]:
-                at = f"_{number_text(speed['speed_rpm'])}rpm"
+                at = f"_{base.number_text(speed['speed_rpm'])}rpm"
                 for suffix in ("", "_participation", *(f"_{body}" for body in self.bodies)):
                     charts = partial(self._charts, found.engine, speed["speed_rpm"], suffix)
                     pictures[at + suffix] = charts
         return pictures
 
-    def _charts(self, engine: Engine, rpm: float, suffix: str) -> list[Chart]:
+    def _charts(self, engine: base.Engine, rpm: float, suffix: str) -> list[Chart]:
         _, shapes, shares = _modes(engine, rpm, min(self.modes, _MOST_MODES))
-        at = f"{number_text(rpm)} rpm"
+        at = f"{base.number_text(rpm)} rpm"
         if self.modes > _MOST_MODES:
             at += f", the lowest {shapes.frequency_hz.size} modes"
         if suffix == "":
@@ -102,7 +93,7 @@ class ModeShapesSpec(Analysis):
         found = [(at, mode_names(shapes), shares)]
         return [share_chart(found, kind) for kind in ("kinetic", "strain")]
 
-    def blocks(self, found: Found) -> Sequence[AnalysisBlock]:
+    def blocks(self, found: base.Found) -> Sequence[AnalysisBlock]:
         """Nothing: a page shows modes at these speeds beside those at the critical ones."""
         return ()
 
@@ -144,7 +135,7 @@ class ModeShapesSpec(Analysis):
         return Labels(variables, coordinates)
 
 
-def _modes(engine: Engine, rpm: float, count: int) -> tuple[Modes, ModeShapes, Participation]:
+def _modes(engine: base.Engine, rpm: float, count: int) -> tuple[Modes, ModeShapes, Participation]:
     modes = modes_at_speed(engine.system, rpm * RAD_S_PER_RPM, count)
     numbers = branch_numbers(engine.system, engine.diagram, modes).tolist()
     shapes = mode_shapes(engine.system, modes, numbers)

@@ -10,20 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from solidwhirl.analyses.base import (
-    RESPONSE_MAPS,
-    UNBALANCE_TURNS,
-    Charts,
-    Engine,
-    Found,
-    Frequencies,
-    OperatingSpec,
-    Places,
-    Scalars,
-    largest_of,
-    peak_scalars,
-    synchronous_speed,
-)
+from solidwhirl.analyses import base
 from solidwhirl.analyses.unbalances import PEAK_HEAD, end_of, peak_documents, peak_row
 from solidwhirl.core.blocks import AnalysisBlock, Table, numbers
 from solidwhirl.core.fields import Count, Place, Positive
@@ -43,25 +30,25 @@ from solidwhirl.rotordyn.response.unbalance import (
 )
 
 
-class PlaceMapSpec(Frequencies):
+class PlaceMapSpec(base.Frequencies):
     """Response to one unbalance at each place in turn, over its frequency."""
 
-    section = RESPONSE_MAPS
-    turning: ClassVar = {"places": UNBALANCE_TURNS}
+    section = base.RESPONSE_MAPS
+    turning: ClassVar = {"places": base.UNBALANCE_TURNS}
 
     kind: Literal["place_map"]
     frequency_count: Annotated[Count, Field(ge=3, le=20001)] = 500
-    places: Places
+    places: base.Places
     moment_kg_m: Positive
     observe: Place | None = None
 
     def shaft_speeds(
-        self, operating: Sequence[OperatingSpec], ratio: Callable[[str], float], where: str
+        self, operating: Sequence[base.OperatingSpec], ratio: Callable[[str], float], where: str
     ) -> Iterator[tuple[float, str]]:
         """Yield the speed of the highest frequency."""
-        yield from synchronous_speed(self.places[0], self.frequency_max_hz, ratio, where)
+        yield from base.synchronous_speed(self.places[0], self.frequency_max_hz, ratio, where)
 
-    def run(self, engine: Engine) -> Outcome:
+    def run(self, engine: base.Engine) -> Outcome:
         """Response over the place of an unbalance and its frequency."""
         places = [end_of(place) for place in self.places]
         ratio = frequency_ratio(
@@ -108,12 +95,12 @@ class PlaceMapSpec(Frequencies):
             headline=f"largest at {largest}: {f'{said} Hz' if said else 'none'}",
         )
 
-    def pictures(self, found: Found) -> Mapping[str, Charts]:
+    def pictures(self, found: base.Found) -> Mapping[str, base.Charts]:
         """The response, if there is any."""
         moved = numbers(found.document["amplitude_m"]).any()
         return {"": lambda: [self._chart(found.document)]} if moved else {}
 
-    def blocks(self, found: Found) -> Sequence[AnalysisBlock]:
+    def blocks(self, found: base.Found) -> Sequence[AnalysisBlock]:
         """The response and its peaks."""
         rows = [
             [place, *peak_row(p)] for place, peaks in found.document["peaks"].items() for p in peaks
@@ -152,11 +139,11 @@ class PlaceMapSpec(Frequencies):
             yield from ({"place": place, "exciter": place.partition(".")[0], **p} for p in peaks)
 
     @classmethod
-    def scalars(cls, document: Mapping[str, Any]) -> Scalars:
+    def scalars(cls, document: Mapping[str, Any]) -> base.Scalars:
         """Yield the largest amplitude and the highest peak of each place."""
         for place, amplitudes in zip(document["places"], document["amplitude_m"], strict=True):
-            yield f"{place}.largest_amplitude_m", largest_of(amplitudes)
-            yield from peak_scalars(place, document["peaks"].get(place, ()))
+            yield f"{place}.largest_amplitude_m", base.largest_of(amplitudes)
+            yield from base.peak_scalars(place, document["peaks"].get(place, ()))
 
 
 def _map_speeds(spec: PlaceMapSpec, system: AssembledSystem, ratio: float) -> NDArray[np.float64]:

@@ -9,16 +9,7 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from solidwhirl.analyses.base import (
-    CRITICAL_SPEEDS,
-    Analysis,
-    Charts,
-    Engine,
-    Found,
-    OperatingSpec,
-    Scalars,
-    smallest_of,
-)
+from solidwhirl.analyses import base
 from solidwhirl.core.blocks import AnalysisBlock, Table, Text, numbers, whirl_text
 from solidwhirl.core.fields import MOST
 from solidwhirl.core.outcome import Outcome
@@ -47,15 +38,15 @@ _NUMBERS = (
 )
 
 
-class SeparationMarginsSpec(Analysis):
+class SeparationMarginsSpec(base.Analysis):
     """Distance of critical speeds from operating speeds, sought up to a multiple of these."""
 
-    section = CRITICAL_SPEEDS
+    section = base.CRITICAL_SPEEDS
     turning: ClassVar = {"shaft": "it has no operating speed"}
     sees_operating = True
 
     kind: Literal["separation_margins"]
-    operating: Annotated[tuple[OperatingSpec, ...], Field(max_length=MOST)] = ()
+    operating: Annotated[tuple[base.OperatingSpec, ...], Field(max_length=MOST)] = ()
     search_factor: Annotated[float, Field(ge=1, le=10, strict=True)] = 1.3
     method: Literal["api617", "percent"] | None = None
     percent: Annotated[float, Field(gt=0, lt=100, strict=True)] = 15.0
@@ -67,12 +58,12 @@ class SeparationMarginsSpec(Analysis):
             raise ValueError(f'percent is given {found}; use method "percent"')
         return self
 
-    def operating_named(self) -> Iterator[OperatingSpec]:
+    def operating_named(self) -> Iterator[base.OperatingSpec]:
         """Yield its own operating speeds, which stand in for those of the scene."""
         yield from self.operating
 
     def shaft_speeds(
-        self, operating: Sequence[OperatingSpec], ratio: Callable[[str], float], where: str
+        self, operating: Sequence[base.OperatingSpec], ratio: Callable[[str], float], where: str
     ) -> Iterator[tuple[float, str]]:
         """Yield the speeds up to which critical speeds are sought."""
         factor = self.search_factor
@@ -83,7 +74,7 @@ class SeparationMarginsSpec(Analysis):
                 f"{where} looks (search_factor)",
             )
 
-    def run(self, engine: Engine) -> Outcome:
+    def run(self, engine: base.Engine) -> Outcome:
         """Margins of every shaft's critical speeds from its operating range, and the verdict."""
         found: list[SeparationMargin] = []
         damped: list[dict[str, Any]] = []
@@ -126,12 +117,12 @@ class SeparationMarginsSpec(Analysis):
             headline=f"{'pass' if verdict.passed else 'FAIL'} by {method.text}: {verdict.why}",
         )
 
-    def pictures(self, found: Found) -> Mapping[str, Charts]:
+    def pictures(self, found: base.Found) -> Mapping[str, base.Charts]:
         """The margins, if there are any."""
         document = found.document
         return {"": lambda: [margin_chart(document)]} if document["margins"] else {}
 
-    def blocks(self, found: Found) -> Sequence[AnalysisBlock]:
+    def blocks(self, found: base.Found) -> Sequence[AnalysisBlock]:
         """Verdict, chart and table."""
         return margin_blocks(found.name, found.document)
 
@@ -150,7 +141,7 @@ class SeparationMarginsSpec(Analysis):
         )
 
     @classmethod
-    def scalars(cls, document: Mapping[str, Any]) -> Scalars:
+    def scalars(cls, document: Mapping[str, Any]) -> base.Scalars:
         """Yield how near the nearest excited critical speed is, and what is left beyond the asked.
 
         Nothing is left where no margin would be enough: that number is infinite, and left out.
@@ -158,16 +149,16 @@ class SeparationMarginsSpec(Analysis):
         yield "passed", float(document["verdict"]["passed"])
         for shaft in dict.fromkeys(entry["shaft"] for entry in document["operating"]):
             own = [m for m in document["margins"] if m["shaft"] == shaft and m["excited"]]
-            yield f"{shaft}.smallest_margin", smallest_of(abs(m["margin"]) for m in own)
+            yield f"{shaft}.smallest_margin", base.smallest_of(abs(m["margin"]) for m in own)
             missed = [m for m in own if m["verdict_api_617"] != "ok"]
             yield f"{shaft}.missed_margins_api_617", len(missed)
             if all(m["required_api_617"] is not None for m in own):
                 left = [abs(m["margin"]) - m["required_api_617"] for m in own]
-                yield f"{shaft}.smallest_excess_api_617", smallest_of(left)
+                yield f"{shaft}.smallest_excess_api_617", base.smallest_of(left)
 
 
 def _critical_speeds_of(
-    entry: OperatingSpec, search_factor: float, engine: Engine
+    entry: base.OperatingSpec, search_factor: float, engine: base.Engine
 ) -> list[CriticalSpeed]:
     """Critical speeds of lateral motion that a shaft may excite up to a multiple of its speed."""
     ratio = abs(engine.speed_ratio(entry.shaft))

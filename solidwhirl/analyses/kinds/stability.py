@@ -8,18 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from solidwhirl.analyses.base import (
-    STABILITY,
-    Charts,
-    Engine,
-    Found,
-    Points,
-    Scalars,
-    Sweep,
-    decrements,
-    largest_of,
-    smallest_of,
-)
+from solidwhirl.analyses import base
 from solidwhirl.analyses.stability_summary import (
     Stability,
     interval_document,
@@ -38,10 +27,10 @@ from solidwhirl.rotordyn.plots.campbell import unstable_spans
 from solidwhirl.rotordyn.stability.intervals import stability_chart as damping_of
 
 
-class StabilitySpec(Sweep):
+class StabilitySpec(base.Sweep):
     """Smallest damping over the speed and where the engine becomes unstable."""
 
-    section = STABILITY
+    section = base.STABILITY
     sees_operating = True
     axes = dict.fromkeys(
         ("smallest_log_decrement", "frequency_hz", "largest_growth_rate_per_s", "growing_motions"),
@@ -49,10 +38,10 @@ class StabilitySpec(Sweep):
     )
 
     kind: Literal["stability"]
-    count: Points = 61
+    count: base.Points = 61
     frequency_max_hz: Positive | None = None
 
-    def run(self, engine: Engine) -> Outcome:
+    def run(self, engine: base.Engine) -> Outcome:
         """Damping of the first modes over the speed, and where the engine.system is unstable."""
         speeds = self.speeds_rad_s
         highest = self.frequency_max_hz or _highest_frequency_hz(engine, self)
@@ -62,7 +51,7 @@ class StabilitySpec(Sweep):
         document: dict[str, Any] = {
             "speed_rpm": (speeds * RPM_PER_RAD_S).tolist(),
             "frequency_max_hz": highest,
-            "smallest_log_decrement": decrements(chart.log_decrement),
+            "smallest_log_decrement": base.decrements(chart.log_decrement),
             "frequency_hz": chart.frequency_hz.tolist(),
             "largest_growth_rate_per_s": chart.growth_rate_1_s.tolist(),
             "growing_motions": chart.unstable_count.tolist(),
@@ -79,11 +68,11 @@ class StabilitySpec(Sweep):
         }
         return Outcome(kind=self.kind, document=document, headline=_stability_headline(stability))
 
-    def pictures(self, found: Found) -> Mapping[str, Charts]:
+    def pictures(self, found: base.Found) -> Mapping[str, base.Charts]:
         """Damping of the first modes over the speed."""
         return {"": lambda: [stability_chart(found.document)]}
 
-    def blocks(self, found: Found) -> Sequence[AnalysisBlock]:
+    def blocks(self, found: base.Found) -> Sequence[AnalysisBlock]:
         """Unstable speeds, damping where the engine operates and over the speed."""
         return stability_blocks(found.document)
 
@@ -94,13 +83,13 @@ class StabilitySpec(Sweep):
         return tabled(document, cls.axes)._replace(attributes=told)
 
     @classmethod
-    def scalars(cls, document: Mapping[str, Any]) -> Scalars:
+    def scalars(cls, document: Mapping[str, Any]) -> base.Scalars:
         """Yield the least damping, the fastest growth, and the speed from which on it grows."""
         pairs = zip(document["frequency_hz"], document["smallest_log_decrement"], strict=True)
         # a mode that exists without a decrement has none but rounding
-        least = smallest_of(0.0 if d is None else d for f, d in pairs if f is not None)
+        least = base.smallest_of(0.0 if d is None else d for f, d in pairs if f is not None)
         yield "smallest_log_decrement", least
-        yield "largest_growth_rate_per_s", largest_of(document["largest_growth_rate_per_s"])
+        yield "largest_growth_rate_per_s", base.largest_of(document["largest_growth_rate_per_s"])
         yield "threshold_speed_rpm", (document["threshold"] or {}).get("speed_rpm")
 
 
@@ -108,7 +97,7 @@ class StabilitySpec(Sweep):
 _ORDERS = 3.0
 
 
-def _highest_frequency_hz(engine: Engine, spec: StabilitySpec) -> float:
+def _highest_frequency_hz(engine: base.Engine, spec: StabilitySpec) -> float:
     """Return up to which frequency modes are looked at where the analysis does not say.
 
     That of the Campbell diagram where it has one, else three times per turn of the fastest body.

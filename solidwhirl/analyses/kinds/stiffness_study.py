@@ -10,20 +10,7 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from solidwhirl.analyses.base import (
-    RESPONSE_MAPS,
-    UNBALANCE_TURNS,
-    Charts,
-    Engine,
-    Found,
-    OperatingSpec,
-    Points,
-    Scalars,
-    Stiffnesses,
-    equal_steps,
-    refuse_large,
-    synchronous_speed,
-)
+from solidwhirl.analyses import base
 from solidwhirl.analyses.unbalances import end_of
 from solidwhirl.core.blocks import AnalysisBlock, numbers
 from solidwhirl.core.fields import NotNegative, Place, Positive
@@ -47,11 +34,11 @@ from solidwhirl.rotordyn.response.unbalance import Unbalance, frequency_ratio
 _FEWEST_IN_BAND = 5
 
 
-class StiffnessStudySpec(Stiffnesses):
+class StiffnessStudySpec(base.Stiffnesses):
     """Response over excitation frequency and support stiffness, and the stiffness to choose."""
 
-    section = RESPONSE_MAPS
-    turning: ClassVar = {"excite": UNBALANCE_TURNS}
+    section = base.RESPONSE_MAPS
+    turning: ClassVar = {"excite": base.UNBALANCE_TURNS}
     axes = dict.fromkeys(("amplitude_m", "highest_m"), ("stiffness_n_per_m", "frequency_hz"))
 
     kind: Literal["stiffness_study"]
@@ -59,7 +46,7 @@ class StiffnessStudySpec(Stiffnesses):
     observe: Place
     moment_kg_m: Positive
     frequency_max_hz: Positive
-    frequency_count: Points = 500
+    frequency_count: base.Points = 500
     speed_rpm: NotNegative | None = None
     operating_speed_rpm: Positive
     margin: Annotated[float, Field(gt=0, lt=1, strict=True)] = 0.2
@@ -67,7 +54,7 @@ class StiffnessStudySpec(Stiffnesses):
     @model_validator(mode="after")
     def _covered(self) -> StiffnessStudySpec:
         count, highest = self.frequency_count, self.frequency_max_hz
-        refuse_large("stiffness_count x frequency_count", self.stiffness_count, count)
+        base.refuse_large("stiffness_count x frequency_count", self.stiffness_count, count)
         low, high = ((1.0 + s * self.margin) * self.operating_speed_rpm / 60.0 for s in (-1, 1))
         step = highest / count
         inside = math.floor(high / step) - math.ceil(low / step) + 1
@@ -79,19 +66,19 @@ class StiffnessStudySpec(Stiffnesses):
             )
         return self
 
-    def operating_named(self) -> Iterator[OperatingSpec]:
+    def operating_named(self) -> Iterator[base.OperatingSpec]:
         """Yield the operating speed that it is drawn for."""
         rpm = self.operating_speed_rpm
-        yield OperatingSpec(shaft=self.excite.partition(".")[0], from_rpm=rpm, to_rpm=rpm)
+        yield base.OperatingSpec(shaft=self.excite.partition(".")[0], from_rpm=rpm, to_rpm=rpm)
 
     def shaft_speeds(
-        self, operating: Sequence[OperatingSpec], ratio: Callable[[str], float], where: str
+        self, operating: Sequence[base.OperatingSpec], ratio: Callable[[str], float], where: str
     ) -> Iterator[tuple[float, str]]:
         """Yield the speed of the highest frequency, where the unbalance turns at each of them."""
         if self.speed_rpm is None:
-            yield from synchronous_speed(self.excite, self.frequency_max_hz, ratio, where)
+            yield from base.synchronous_speed(self.excite, self.frequency_max_hz, ratio, where)
 
-    def run(self, engine: Engine) -> Outcome:
+    def run(self, engine: base.Engine) -> Outcome:
         """Response over excitation frequency and support stiffness, and the stiffness to choose."""
         found = self._map(engine)
         steps = stiffness_map_peaks(engine.system, found)
@@ -121,7 +108,7 @@ class StiffnessStudySpec(Stiffnesses):
             f"{choice.stiffness_n_per_m:.3g} N/m",
         )
 
-    def _map(self, engine: Engine) -> StiffnessMap:
+    def _map(self, engine: base.Engine) -> StiffnessMap:
         """The response; where the speed is given the unbalance is a force that turns on its own."""
         place, observed = end_of(self.excite), end_of(self.observe)
         unbalance = Unbalance(
@@ -132,19 +119,19 @@ class StiffnessStudySpec(Stiffnesses):
             * RAD_S_PER_RPM
             * np.array([1.0 - self.margin, 1.0 + self.margin])
         )
-        rates = with_knots(equal_steps(self.frequency_max_hz, self.frequency_count), band)
+        rates = with_knots(base.equal_steps(self.frequency_max_hz, self.frequency_count), band)
         asked = engine.system, self.bearings, self.stiffnesses_n_per_m, unbalance
         if self.speed_rpm is not None:
             return stiffness_map_at_speed(*asked, rates, observed, self.speed_rpm * RAD_S_PER_RPM)
         knots = frequency_ratio(engine.system, unbalance) * np.array(engine.system.knots_rad_s)
         return synchronous_stiffness_map(*asked, with_knots(rates, knots), observed)
 
-    def pictures(self, found: Found) -> Mapping[str, Charts]:
+    def pictures(self, found: base.Found) -> Mapping[str, base.Charts]:
         """The map, if anything moves."""
         moved = numbers(found.document["amplitude_m"]).any()
         return {"": lambda: [self._chart(found.document)]} if moved else {}
 
-    def blocks(self, found: Found) -> Sequence[AnalysisBlock]:
+    def blocks(self, found: base.Found) -> Sequence[AnalysisBlock]:
         """The map with the chosen stiffness."""
         return [self._chart(found.document)]
 
@@ -169,7 +156,7 @@ class StiffnessStudySpec(Stiffnesses):
         )
 
     @classmethod
-    def scalars(cls, document: Mapping[str, Any]) -> Scalars:
+    def scalars(cls, document: Mapping[str, Any]) -> base.Scalars:
         """Yield the choice and its amplitude."""
         for key in ("chosen_stiffness_n_per_m", "chosen_amplitude_m"):
             yield key, document[key]

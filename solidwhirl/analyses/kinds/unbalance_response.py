@@ -11,17 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from solidwhirl.analyses.base import (
-    UNBALANCE_TURNS,
-    Charts,
-    Engine,
-    Found,
-    Places,
-    Scalars,
-    Sweep,
-    largest_of,
-    peak_scalars,
-)
+from solidwhirl.analyses import base
 from solidwhirl.analyses.unbalances import (
     PEAK_HEAD,
     ROUNDING,
@@ -64,7 +54,7 @@ from solidwhirl.rotordyn.response.unbalance import (
 _MOST_ORBITS = 12
 
 
-class UnbalanceResponseSpec(Sweep):
+class UnbalanceResponseSpec(base.Sweep):
     """Response to unbalances over the speed: amplitude, phase, orbits and bearing forces."""
 
     section = PageSection(
@@ -73,12 +63,12 @@ class UnbalanceResponseSpec(Sweep):
         "Steady motion and bearing forces while the shafts turn with the unbalances of the scene.",
         80,
     )
-    turning: ClassVar = {"at": UNBALANCE_TURNS}
+    turning: ClassVar = {"at": base.UNBALANCE_TURNS}
 
     kind: Literal["unbalance_response"]
     count: Annotated[Count, Field(ge=4, le=20001)] = 201
     unbalances: Annotated[tuple[UnbalanceSpec, ...], Field(min_length=1, max_length=MOST)]
-    observe: Places
+    observe: base.Places
     orbits_at_rpm: Annotated[tuple[Positive, ...], Field(max_length=64)] = ()
 
     def possible_files(self, bearings: Mapping[str, bool]) -> tuple[str, ...]:
@@ -95,7 +85,7 @@ class UnbalanceResponseSpec(Sweep):
             for suffix, _ in numbered(list(range(count)))
         )
 
-    def run(self, engine: Engine) -> Outcome:
+    def run(self, engine: base.Engine) -> Outcome:
         """Unbalance response over the speed at the places that the engine observes."""
         unbalances = [unbalance_of(u) for u in self.unbalances]
         speeds = resolving_speeds(engine.system, unbalances, self.speeds_rad_s)
@@ -118,11 +108,11 @@ class UnbalanceResponseSpec(Sweep):
             headline=f"peaks at {self.observe[0]}: " + listed_peaks(peaks),
         )
 
-    def pictures(self, found: Found) -> Mapping[str, Charts]:
+    def pictures(self, found: base.Found) -> Mapping[str, base.Charts]:
         """Each with as many curves as can be told apart, the others in further ones."""
         exciters = exciters_of(found.document)
         places = parts(list(dict.fromkeys(self.observe)), MOST_CURVES)
-        pictures: dict[str, Charts] = {}
+        pictures: dict[str, base.Charts] = {}
         for suffix, own in numbered([_at_places(exciters, some) for some in places]):
             pictures[suffix] = partial(_motion_charts, own)
         for suffix, some in numbered(parts(list(exciters[0].force_n), MOST_CURVES)):
@@ -133,7 +123,9 @@ class UnbalanceResponseSpec(Sweep):
             pictures[f"_orbits{suffix}"] = partial(self._orbits, found.engine, *asked)
         return pictures
 
-    def _orbits(self, engine: Engine, places: list[str], speeds_rpm: list[float]) -> list[Chart]:
+    def _orbits(
+        self, engine: base.Engine, places: list[str], speeds_rpm: list[float]
+    ) -> list[Chart]:
         """Orbits of some places at exactly these speeds."""
         unbalances = [unbalance_of(u) for u in self.unbalances]
         speeds = [rpm * RAD_S_PER_RPM for rpm in speeds_rpm]
@@ -150,7 +142,7 @@ class UnbalanceResponseSpec(Sweep):
         chart = orbit_chart([(e, range(len(speeds))) for e in exciters])
         return [] if chart is None else [chart]
 
-    def blocks(self, found: Found) -> Sequence[AnalysisBlock]:
+    def blocks(self, found: base.Found) -> Sequence[AnalysisBlock]:
         """Unbalances, motion and forces over the speed, orbits and peaks."""
         exciters = exciters_of(found.document)
         amplitude, phase = _motion_charts(exciters)
@@ -210,7 +202,7 @@ class UnbalanceResponseSpec(Sweep):
                 yield from ({"place": place, "exciter": exciter, **peak} for peak in peaks)
 
     @classmethod
-    def scalars(cls, document: Mapping[str, Any]) -> Scalars:
+    def scalars(cls, document: Mapping[str, Any]) -> base.Scalars:
         """Yield the largest amplitudes, peaks and forces.
 
         Bodies of other speeds excite apart: their names tell the responses from each other.
@@ -219,10 +211,10 @@ class UnbalanceResponseSpec(Sweep):
         for exciter in exciters:
             mark = f"{'+'.join(exciter['bodies'])}." if len(exciters) > 1 else ""
             for place, orbit in exciter["places"].items():
-                yield f"{mark}{place}.largest_amplitude_m", largest_of(orbit["major_m"])
-                yield from peak_scalars(f"{mark}{place}", exciter["peaks"].get(place, ()))
+                yield f"{mark}{place}.largest_amplitude_m", base.largest_of(orbit["major_m"])
+                yield from base.peak_scalars(f"{mark}{place}", exciter["peaks"].get(place, ()))
             for bearing, force in exciter["bearing_force_n"].items():
-                yield f"{mark}{bearing}.largest_force_n", largest_of(force)
+                yield f"{mark}{bearing}.largest_force_n", base.largest_of(force)
 
 
 def _exciter_document(

@@ -10,18 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import model_validator
 
-from solidwhirl.analyses.base import (
-    RESPONSE_MAPS,
-    Charts,
-    Engine,
-    Found,
-    Frequencies,
-    Points,
-    Scalars,
-    largest_of,
-    refuse_falling,
-    refuse_large,
-)
+from solidwhirl.analyses import base
 from solidwhirl.analyses.unbalances import end_of
 from solidwhirl.core.blocks import AnalysisBlock, numbers
 from solidwhirl.core.fields import NotNegative, Place, Positive
@@ -34,28 +23,28 @@ from solidwhirl.rotordyn.response.maps import StepPeaks, ground_motion_map
 from solidwhirl.rotordyn.response.resonance_samples import with_knots
 
 
-class WaterfallSpec(Frequencies):
+class WaterfallSpec(base.Frequencies):
     """Response to harmonic motion of the ground over frequency and speed."""
 
-    section = RESPONSE_MAPS
+    section = base.RESPONSE_MAPS
     # at the frequencies of a map, and the highest in the step around each
     axes = dict.fromkeys(("amplitude_m", "highest_m"), ("speed_rpm", "frequency_hz"))
 
     kind: Literal["waterfall"]
     from_rpm: NotNegative = 0.0
     to_rpm: Positive
-    speed_count: Points = 51
+    speed_count: base.Points = 51
     amplitude_m: Positive = 1e-6
     direction: Literal["x", "y"] = "x"
     observe: Place
 
     @model_validator(mode="after")
     def _range(self) -> WaterfallSpec:
-        refuse_falling(self.from_rpm, self.to_rpm)
-        refuse_large("speed_count x frequency_count", self.speed_count, self.frequency_count)
+        base.refuse_falling(self.from_rpm, self.to_rpm)
+        base.refuse_large("speed_count x frequency_count", self.speed_count, self.frequency_count)
         return self
 
-    def run(self, engine: Engine) -> Outcome:
+    def run(self, engine: base.Engine) -> Outcome:
         """Response to harmonic ground motion over frequency and speed."""
         steps_rpm = np.linspace(self.from_rpm, self.to_rpm, self.speed_count)
         speeds = with_knots(steps_rpm * RAD_S_PER_RPM, engine.system.knots_rad_s)
@@ -85,12 +74,12 @@ class WaterfallSpec(Frequencies):
             + ", ".join(f"{p['speed_rpm']:.0f} rpm {p['frequency_hz']:.1f} Hz" for p in peaks[:3]),
         )
 
-    def pictures(self, found: Found) -> Mapping[str, Charts]:
+    def pictures(self, found: base.Found) -> Mapping[str, base.Charts]:
         """The map, if anything moves."""
         moved = numbers(found.document["amplitude_m"]).any()
         return {"": lambda: [self._charts(found.document)[0]]} if moved else {}
 
-    def blocks(self, found: Found) -> Sequence[AnalysisBlock]:
+    def blocks(self, found: base.Found) -> Sequence[AnalysisBlock]:
         """The map, and the same as lines in space."""
         return self._charts(found.document)
 
@@ -113,9 +102,9 @@ class WaterfallSpec(Frequencies):
         return [flat, space]
 
     @classmethod
-    def scalars(cls, document: Mapping[str, Any]) -> Scalars:
+    def scalars(cls, document: Mapping[str, Any]) -> base.Scalars:
         """Yield the largest amplitude."""
-        largest = largest_of(a for row in document["highest_m"] for a in row)
+        largest = base.largest_of(a for row in document["highest_m"] for a in row)
         yield f"{document['observed']}.largest_amplitude_m", largest
 
 

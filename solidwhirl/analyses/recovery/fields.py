@@ -122,10 +122,7 @@ def _largest_displacement(found: Any, sectors: int) -> tuple[float, list[float]]
 def cycle_length(vectors: NDArray[Any]) -> NDArray[np.float64]:
     """Return the largest length of Re(u e^{iφ}) over the phase, of real vectors their length.
 
-    Parameters
-    ----------
-    vectors
-        (p, 3).
+    `vectors`: (p, 3).
     """
     square = (np.abs(vectors) ** 2).sum(axis=1)
     if not np.iscomplexobj(vectors):

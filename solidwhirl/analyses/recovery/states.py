@@ -162,14 +162,7 @@ def engine_states(
 ) -> Iterator[EngineState]:
     """Yield the states that an entry of a recovery stands for.
 
-    Parameters
-    ----------
-    spec
-        The entry.
-    analyses
-        Those it may refer to, by name.
-    system
-        The assembled engine.
+    `spec`: the entry. `analyses`: those it may refer to, by name. `system`: the assembled engine.
 
     Raises
     ------
@@ -240,16 +233,8 @@ def response_motion(
 ) -> NDArray[np.complex128]:
     """Return the coordinates of the steady response to unbalances of one frequency, (n,).
 
-    Parameters
-    ----------
-    system
-        The engine.
-    unbalances
-        On bodies of one |speed ratio|.
-    ratio
-        That ratio.
-    speed_rad_s
-        Of the reference shaft.
+    `system`: the engine. `unbalances`: on bodies of one |speed ratio|. `ratio`: that ratio.
+    `speed_rad_s`: of the reference shaft.
     """
     patterns: dict[str, Any] = {}
     for unbalance in unbalances:
@@ -269,14 +254,8 @@ def response_peak(
 ) -> float:
     """Return the speed of the highest peak of the response to unbalance at a place.
 
-    Parameters
-    ----------
-    system, unbalances
-        The engine and what excites it.
-    speeds_rad_s
-        Samples, rising; the peak is sought between them.
-    place
-        Interface.
+    `system`, `unbalances`: the engine and what excites it. `speeds_rad_s`: samples, rising; the
+    peak is sought between them. `place`: interface.
 
     Raises
     ------

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 from solidwhirl.analyses.base import Operating
 from solidwhirl.analyses.kinds.separation_margins import margin_words
-from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
 from solidwhirl.scene_checks.operating import margin_of
 from solidwhirl.scene_checks.operating import operating_speeds as scene_operating
 
@@ -27,10 +26,7 @@ def operating_speeds(
 
 def operating_rad_s(results: Results) -> dict[str, tuple[float, float]]:
     """Return lowest and highest operating Ω of the reference shaft, by what a legend says."""
-    return {
-        o.text: (o.from_rpm / o.ratio * RAD_S_PER_RPM, o.to_rpm / o.ratio * RAD_S_PER_RPM)
-        for o in scene_operating(results.scene)
-    }
+    return {o.text: o.reference_rad_s for o in scene_operating(results.scene)}
 
 
 def margin_text(

@@ -9,9 +9,12 @@ from typing import Any
 import numpy as np
 
 from solidwhirl.page.frame import records
-from solidwhirl.page.frame.traces import MAP_COLORS, Trace, slug
 from solidwhirl.rotordyn.plots import chart as charts
 
+Trace = dict[str, Any]
+
+# Blue to yellow in equal steps of lightness, told apart with any colour vision and in grey.
+_MAP_COLORS = "Cividis"
 # Amplitudes below this part of the largest are drawn as dark as this; cells of a map.
 _DARKEST = 1e-4
 _COLUMNS, _ROWS = 600, 200
@@ -386,7 +389,7 @@ def _heat_trace(heat: charts.Heat, axes: tuple[charts.Axis, charts.Axis]) -> Tra
         "customdata": np.asarray(values, dtype=float),
         "zmin": float(np.log10(low)),
         "zmax": float(top),
-        "colorscale": MAP_COLORS,
+        "colorscale": _MAP_COLORS,
         "zsmooth": False,
         "hovertemplate": f"%{{x:{along.digits}}} {along.unit}, {place}<br>"
         f"<b>%{{customdata:.4g}} {heat.unit}</b><extra></extra>",
@@ -434,7 +437,7 @@ def _ridge_trace(ridges: charts.Ridges, axes: tuple[charts.Axis, charts.Axis]) -
         "z": _joined(z),
         "line": {
             "color": np.log10(np.maximum(np.nan_to_num(_joined(z)), darkest)),
-            "colorscale": MAP_COLORS,
+            "colorscale": _MAP_COLORS,
             "width": 3,
         },
         "hovertemplate": f"%{{x:{x.digits}}} {x.unit}, %{{y:{y.digits}}} {y.unit}<br>"
@@ -467,3 +470,13 @@ def _bars_trace(bars: charts.Bars, axes: tuple[charts.Axis, charts.Axis], number
         "hovertemplate": f"<b>{bars.name}</b><br>{place}<br>%{{{value}:{axis.digits}}} "
         f"{axis.unit}{'<br>%{text}' if bars.texts and not lying else ''}<extra></extra>",
     }
+
+
+def slug(text: str) -> str:
+    """Return a text, such as the name of an analysis, as part of an identifier in the page.
+
+    Other signs than letters and digits become hyphens with their number: two texts stay two.
+    """
+    return "".join(
+        c if c.isascii() and c.isalnum() else "-" if c == "_" else f"-{ord(c):x}-" for c in text
+    )

@@ -1,4 +1,4 @@
-"""Campbell diagram, critical speeds, mode shapes and stability on a page.
+"""Campbell diagram, critical speeds and mode shapes on a page.
 
 One section or chart a module.
 In: results. Out: blocks.

@@ -53,12 +53,7 @@ def section(run: Run) -> Section | None:
 def critical_speed_table(found: Sequence[Mapping[str, Any]], ratios: Mapping[str, float]) -> Table:
     """Return the table of critical speeds.
 
-    Parameters
-    ----------
-    found
-        Entries of `critical_speeds` of `results.json`.
-    ratios
-        Speed ratio of every body.
+    `found`: entries of `critical_speeds` of `results.json`. `ratios`: speed ratio of every body.
     """
     estimated = any("frequency_error_estimate" in c for c in found)
     own = any(abs(ratios[c["excited_by"][0]]) != 1.0 for c in found)
@@ -101,14 +96,8 @@ def critical_speed_chart(
 ) -> charts.Chart:
     """Return the critical speeds along the speed with error bars, by exciting shaft.
 
-    Parameters
-    ----------
-    found
-        Entries of `critical_speeds` of `results.json`.
-    top_rpm
-        Highest speed.
-    operating_rad_s
-        See `solidwhirl.rotordyn.plots.chart.operating_toggle`.
+    `found`: entries of `critical_speeds` of `results.json`. `top_rpm`: highest speed.
+    `operating_rad_s`: see `solidwhirl.rotordyn.plots.chart.operating_toggle`.
     """
     exciters = list(dict.fromkeys(", ".join(c["excited_by"]) for c in found))
     parts: list[charts.Part] = [*operating_toggle(operating_rad_s)]

@@ -90,10 +90,7 @@ def _terms(piece: Piece, motion: ComplexArray) -> dict[str, Any]:
 def packed(values: ComplexArray) -> dict[str, Any]:
     """Return complex numbers as whole ones of 16 bits, two to a number of 32, and their scale.
 
-    Parameters
-    ----------
-    values
-        Of any shape; real and imaginary parts follow each other.
+    `values`: of any shape; real and imaginary parts follow each other.
     """
     flat = np.ascontiguousarray(values, dtype=complex).view(float).ravel()
     largest = float(np.abs(flat).max(initial=0.0))

@@ -12,9 +12,8 @@ from solidwhirl.bodies.reduction import BodyResult
 from solidwhirl.drawing.surfaces import outer_faces
 from solidwhirl.meshing import Mesh
 from solidwhirl.page.frame import records
-from solidwhirl.page.frame.plotly_chart import page_chart
+from solidwhirl.page.frame.plotly_chart import Trace, page_chart
 from solidwhirl.page.frame.records import Block, Run, Section, Table
-from solidwhirl.page.frame.traces import Trace
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 from solidwhirl.rotordyn.plots.chart import Axis, Chart, Choice, Curve, Look, Option, series_look
 

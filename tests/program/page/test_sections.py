@@ -11,7 +11,7 @@ from everything import everything
 
 from solidwhirl.analyses.recovery import analysis as recovery
 from solidwhirl.analyses.registry import KINDS
-from solidwhirl.page.frame.plotly_chart import page_chart
+from solidwhirl.page.frame.plotly_chart import page_chart, slug
 from solidwhirl.page.frame.records import (
     COLOR_TOKENS,
     Chart,
@@ -21,7 +21,6 @@ from solidwhirl.page.frame.records import (
     Text,
     Toggle,
 )
-from solidwhirl.page.frame.traces import slug
 from solidwhirl.page.sections import sections_of
 from solidwhirl.rotordyn.plots.chart import metric
 
