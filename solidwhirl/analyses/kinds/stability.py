@@ -238,4 +238,4 @@ def _least_note(curve: charts.Curve) -> list[str]:
     """The frequency of a mode where its decrement is least."""
     if not np.isfinite(curve.y).any():
         return []
-    return [f"{curve.name}: {curve.texts[int(np.nanargmin(curve.y))]} where least damped"]
+    return [f"{curve.name}: least at {curve.texts[int(np.nanargmin(curve.y))]}"]
