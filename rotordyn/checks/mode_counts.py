@@ -19,8 +19,6 @@ _FOUND = 1e-5
 _HARDLY_TURNING = 1e-5
 # Eigenvalues below this fraction of the shift may be zeros.
 _ZERO = 1e-5
-# A pivot of the scaled stiffness below this may be a rigid motion.
-_NEARLY_SINGULAR = 1e-6
 # A shift nearer to an eigenvalue than this (1/ν) drowns the others; take another one.
 _HIT = 1e6
 
@@ -41,7 +39,8 @@ def missing_modes(
     """
     listed = np.sort_complex(np.asarray(found)[np.isfinite(found)])
     shift = _shift(matrices, listed, frequency_max_hz)
-    values = _conservative_spectrum(matrices)
+    highest = max(2.0 * np.pi * (frequency_max_hz or 0.0), np.abs(listed).max(initial=shift))
+    values = _conservative_spectrum(matrices, highest)
     if values is None:
         values = full_spectrum(matrices, shift)
     values = values[(values.imag > 0) & (np.abs(values) > _ZERO * shift)]
@@ -77,10 +76,12 @@ def _shift(matrices: PlainMatrices, listed: ComplexArray, frequency_max_hz: floa
     return float(np.sqrt(rates)) if rates > 0 else 1.0
 
 
-def _conservative_spectrum(matrices: PlainMatrices) -> ComplexArray | None:
+def _conservative_spectrum(matrices: PlainMatrices, highest: float) -> ComplexArray | None:
     """Return λ = iω, ω > 0, without damping and with K positive definite; else None.
 
-    The state matrix of 1/λ is skew: its square is symmetric, with every −1/ω² twice.
+    The state matrix of 1/λ is skew: its square is symmetric, with every −1/ω² twice. The rounding
+    of the largest drowns the others where a motion is all but rigid: None if it does up to the
+    `highest` |λ| that matters, 1/s.
     """
     stiffness, velocity = matrices.stiffness, matrices.velocity
     diagonal = np.diag(stiffness)
@@ -94,13 +95,13 @@ def _conservative_spectrum(matrices: PlainMatrices) -> ComplexArray | None:
         lower = la.cholesky(outer * stiffness, lower=True)
     except la.LinAlgError:
         return None
-    if np.diag(lower).min() < _NEARLY_SINGULAR:
-        return None
     half = la.solve_triangular(lower, la.cholesky(outer * matrices.mass, lower=True), lower=True)
     turning = la.solve_triangular(lower, outer * velocity, lower=True)
     turning = la.solve_triangular(lower, turning.T, lower=True).T
     state = np.block([[-turning, -half], [half.T, np.zeros_like(half)]])
     squares = la.eigvalsh(state.T @ state)[::-2]
+    if len(state) * eps * squares[0] * highest**2 > _FOUND:
+        return None
     return np.asarray(1j / np.sqrt(squares[squares > 0]))
 
 
