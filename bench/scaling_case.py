@@ -23,18 +23,18 @@ TOP_RAD_S = 20_000 * np.pi / 30.0
 SPEEDS = 21
 #: Stage of the functions that are wrapped, by module and name; inner ones are taken off outer ones.
 STAGES = {
-    ("operators", "build_operators"): "assembly",
-    ("constrained", "factorise"): "factorisation",
-    ("constrained", "eigenpairs"): "eigensolutions",
-    ("slepc_modes", "slepc_pairs"): "eigensolutions",
-    ("spinning_modes", "modes_at_speed"): "eigensolutions",
-    ("overspeed", "softest_direction"): "eigensolutions",
-    ("craig_bampton", "reduction_basis"): "projection",
-    ("craig_bampton", "orthogonality_error"): "projection",
-    ("superelements", "reduce_block"): "projection",
-    ("superelements", "build_superelement"): "projection",
-    ("omitted", "mesh_energy"): "estimate",
-    ("omitted", "truncation_energy"): "estimate",
+    ("operators.matrices", "build_operators"): "assembly",
+    ("solvers.constrained", "factorise"): "factorisation",
+    ("solvers.constrained", "eigenpairs"): "eigensolutions",
+    ("solvers.slepc_modes", "slepc_pairs"): "eigensolutions",
+    ("basis.spinning_modes", "modes_at_speed"): "eigensolutions",
+    ("basis.overspeed", "softest_direction"): "eigensolutions",
+    ("basis.craig_bampton", "reduction_basis"): "projection",
+    ("basis.craig_bampton", "orthogonality_error"): "projection",
+    ("body.superelements", "reduce_block"): "projection",
+    ("body.superelements", "build_superelement"): "projection",
+    ("residuals.residual_energy", "mesh_energy"): "estimate",
+    ("residuals.residual_energy", "truncation_energy"): "estimate",
 }
 #: Stages that keep what they call: how an eigenvalue solver works is its own affair.
 WHOLE = ("eigensolutions",)

@@ -317,8 +317,11 @@ def _number(axes: Axes, curves: Sequence[charts.Curve]) -> None:
 def _draw_span(axes: Axes, span: charts.Span) -> None:
     along_x = span.along == "x"
     if span.low == span.high:
-        draw = axes.axvline if along_x else axes.axhline
-        draw(span.low, color="#8A8A8A", linewidth=2.4, zorder=0.4, label=span.name or None)
+        line: dict[str, Any] = {"color": "#8A8A8A", "linewidth": 2.4, "label": span.name or None}
+        if span.between is not None:
+            (axes.vlines if along_x else axes.hlines)(span.low, *span.between, zorder=1.4, **line)
+        else:
+            (axes.axvline if along_x else axes.axhline)(span.low, zorder=0.4, **line)
         return
     color, _ = frame.color_of(span.look)
     look: dict[str, Any] = {"facecolor": color, "alpha": 0.2}

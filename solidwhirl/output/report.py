@@ -20,6 +20,7 @@ from solidwhirl.model.plan_records import Plan
 from solidwhirl.model.resolution import Resolution
 from solidwhirl.pipeline.run import Results
 from solidwhirl.pipeline.verdict_text import answers
+from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.scene_checks.operating import critical_speeds_that_count
 
 
@@ -93,7 +94,7 @@ def plan_text(plan: Plan, doubts: Iterable[Doubt] = ()) -> str:
     if plan.analyses:
         parts.append(_table("analysis | kind", plan.analyses))
     if plan.speeds_beyond:
-        fastest = float(plan.speeds_rad_s.max()) * 30.0 / math.pi
+        fastest = float(plan.speeds_rad_s.max()) * RPM_PER_RAD_S
         parts.append(
             f"Speeds above {fastest:.6g} rpm, where [speeds] ends; the bodies are made for these:"
         )

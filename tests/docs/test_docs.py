@@ -266,3 +266,17 @@ def test_modules_that_pages_name_exist(page):
             folder /= rest.pop(0)
         module = rest and (folder / f"{rest[0]}.py").exists()
         assert not rest or module or hasattr(stage, rest[0]), f"{name_of(page)}: no {name}"
+
+
+def test_where_is_it_leads_to_files():
+    """Ten questions, each answered by a walk of folder names to files that are there."""
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (.+\?) \| (.+) \|$", text, re.MULTILINE)
+    assert len(rows) == 10
+    for question, walks in rows:
+        for walk in walks.split(";"):
+            *folders, last = (step.split("`") for step in walk.split(" → "))
+            folder = ROOT.joinpath(*(step[1] for step in folders))
+            names = last[1::2]
+            assert names, question
+            assert all((folder / name).exists() for name in names), (question, walk)

@@ -139,3 +139,15 @@ def test_only_compat_uses_names_that_differ_between_versions(root):
     # the scan sees what it is to see: the names for both versions stand in compat.py
     names = {name for name, _ in found["compat.py"]}
     assert {"functionspace", "FunctionSpace", "VectorFunctionSpace"} <= names
+
+
+def test_no_test_imports_a_private_name(root):
+    found = [
+        f"{path.relative_to(root)}: {alias.name} of {node.module}"
+        for path in (root / "tests").rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("solidwhirl")
+        for alias in node.names
+        if any(part.startswith("_") for part in (*node.module.split("."), alias.name))
+    ]
+    assert not found

@@ -27,8 +27,6 @@ from solidwhirl.rotordyn.response.separation_margins import (
     separation_margins,
 )
 
-# Margins that are drawn beside an operating range.
-_MARGIN = 0.15
 # Rows of a table that is shown whole.
 _MOST = 12
 _VERDICTS = ("verdict_api_617", "verdict_15_percent", "verdict_20_percent")
@@ -276,14 +274,17 @@ def margin_chart(entry: Mapping[str, Any]) -> charts.Chart:
     """Return critical speeds and operating range of each shaft."""
     shafts = list(dict.fromkeys(o["shaft"] for o in entry["operating"]))
     parts: list[charts.Part] = []
+    asked = f"asked by {method_name(entry['verdict'])}"
     for o in entry["operating"]:
         at, low, high = shafts.index(o["shaft"]), o["from_rpm"], o["to_rpm"]
         between = (at - 0.32, at + 0.32)
-        wide = f"15 % around the operating speed of {o['shaft']}"
+        below, above = (_most_asked(entry["margins"], o["shaft"], side) for side in (-1, 1))
+        text = f"{asked}: {100.0 * below:.3g} % below, {100.0 * above:.3g} % above"
         parts += [
-            charts.Span(low=low * (1.0 - _MARGIN), high=high * (1.0 + _MARGIN), text=wide,
-                        between=between),
+            charts.Span(low=low * (1.0 - below), high=high * (1.0 + above), between=between,
+                        name=asked, text=text),
             charts.Span(low=low, high=high, between=between, is_hatched=True,
+                        name="operating speed",
                         text=f"operating speed of {o['shaft']}, {low:g} to {high:g} rpm"),
         ]  # fmt: skip
     for whirl in charts.WHIRL_LOOKS:
@@ -300,20 +301,32 @@ def margin_chart(entry: Mapping[str, Any]) -> charts.Chart:
             )
     last = max(
         [m["critical_speed_rpm"] for m in entry["margins"]]
-        + [(1.0 + _MARGIN) * o["to_rpm"] for o in entry["operating"]]
+        + [part.high for part in parts if isinstance(part, charts.Span)]
     )
     speeds = charts.speed_axis(0.0, 1.04 * last, "speed of the shaft itself")
     return charts.Chart(
         name="margins",
         title="Critical speeds and operating speeds",
-        caption="Hatched: operating speeds of each shaft; plain around them: 15 % more and less. "
-        "Critical speeds inside the plain band are nearer than 15 %.",
+        caption="Hatched: operating speeds of each shaft; plain around them: the largest margin "
+        f"that is {asked} of a critical speed that unbalance excites, on either side.",
         alt="Critical speeds of each shaft beside its operating range; the table below has the "
         "numbers.",
         x=replace(speeds, digits=",.1f"),
         y=charts.Axis(label="shaft", places=shafts, low=-0.5, high=len(shafts) - 0.5),
         parts=parts,
         height_px=180 + 60 * len(shafts),
+    )
+
+
+def _most_asked(rows: Sequence[Mapping[str, Any]], shaft: str, side: int) -> float:
+    """The largest margin asked of excited critical speeds below (−1) or above (1) a range."""
+    return max(
+        (
+            m["required"]
+            for m in rows
+            if m["shaft"] == shaft and m["excited"] and m["required"] and side * m["margin"] > 0.0
+        ),
+        default=0.0,
     )
 
 

@@ -1,0 +1,55 @@
+"""A rigid rotor on two equal bearings, whose responses are closed forms."""
+
+from __future__ import annotations
+
+import copy
+
+import numpy as np
+
+from solidwhirl.scene_reading.reader import parse_scene
+
+RPM = np.pi / 30.0
+MASS, POLAR, DIAMETRAL, ARM = 12.0, 0.3, 0.5, 0.4
+STIFFNESS, DAMPING, MOMENT = 2e6, 400.0, 1e-4  # of each of two bearings; of the unbalance
+LATERAL_RAD_S = np.sqrt(2 * STIFFNESS / MASS)
+SPAN = {"stiffness_from_n_per_m": 1e6, "stiffness_to_n_per_m": 4e6, "stiffness_count": 3}
+
+
+def rotor(damping=DAMPING, rpm=(0.0, 9e3), **changes):
+    """A rigid rotor on two bearings, the same on both sides: translation and tilt are apart."""
+    bearing = {"stiffness_n_per_m": STIFFNESS, "damping_n_s_per_m": damping}
+    return {
+        "name": "rotor",
+        "speeds": {"list_rpm": list(rpm)},
+        "campbell": {"branches": 4},
+        "rigid_bodies": {
+            "rotor": {
+                "speed_ratio": 1.0,
+                "mass_kg": MASS,
+                "center_of_gravity_m": [0.0, 0.0, 0.0],
+                "inertia_kg_m2": [DIAMETRAL, DIAMETRAL, POLAR],
+                "interfaces": {"a": -ARM, "m": 0.0, "b": ARM},
+            }
+        },
+        "bearings": [
+            {"name": "A", "first": "rotor.a", **bearing},
+            {"name": "B", "first": "rotor.b", **bearing},
+        ],
+        **changes,
+    }
+
+
+def compliance(omega, stiffness=STIFFNESS, damping=DAMPING):
+    """Translation per force."""
+    return 1.0 / (2 * stiffness - MASS * omega**2 + 2j * damping * omega)
+
+
+def run(data, *analyses):
+    from solidwhirl.pipeline.run import run_scene
+
+    return run_scene(parse_scene({**copy.deepcopy(data), "analyses": list(analyses)}))
+
+
+def outcome(data, kind, **analysis):
+    """What results.json holds for one analysis."""
+    return run(data, {"kind": kind, **analysis}).analyses[kind].document
