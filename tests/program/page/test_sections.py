@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -193,6 +194,25 @@ def test_recovered_stresses_are_the_ones_of_the_document():
     bars = {t["name"]: t["y"] for t in page_chart(recovery.stress_chart(recovered())).traces}
     np.testing.assert_allclose(bars["of the state"], [3.0, 4.0])  # MPa
     np.testing.assert_allclose(bars["both together"], [np.nan, 7.0])
+
+
+def test_a_recovery_tells_stresses_states_and_files():
+    state = {"mode": 1, "speed_rpm": 3000.0}
+    spec = recovery.RecoverySpec(kind="recovery", bodies=["rotor"], states=[state])
+    files = {"recovery/s_rotor_first.vtu": None, "notes.txt": None}
+    document = {"states": recovered()}
+    found = SimpleNamespace(document=document, outcome=SimpleNamespace(files=files))
+    chart, stresses, states, listed = spec.blocks(found)
+    assert chart.x.places == ["first, rotor", "peak, rotor"]
+    # a mode without amplitude has no sum of the loads
+    assert [row[2] for row in stresses.rows if row[0] == "first"] == ["of the state", "centrifugal"]
+    assert [row[:4] for row in states.rows] == [
+        ["first", "mode", "3000.0", "50"], ["peak", "response", "3100.0", "51"]
+    ]  # fmt: skip
+    assert listed.rows == [["`recovery/s_rotor_first.vtu`"]] and listed.folded.endswith("(1)")
+    told = dict(recovery.RecoverySpec.scalars(document))
+    assert told["peak.rotor.total_largest_von_mises_pa"] == 7e6
+    assert told["first.rotor.total_largest_von_mises_pa"] is None
 
 
 @pytest.mark.parametrize(
