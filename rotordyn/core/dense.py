@@ -146,9 +146,10 @@ def scale_by_stiffness(
 
     `stiffness`, `mass`: symmetric, shape (n, n); M positive definite. `body_rate`: largest K_ii /
     M_ii of the bodies without their bearings, (rad/s)²: rounding in K is of the order of eps times
-    that. None takes it from the matrices given. Returns coordinates with K_ii above a thousandth of
-    body_rate · M_ii get a unit diagonal, softer ones keep the scale of M. Eigenvalues of the scaled
-    K below 64 n eps count as zero.
+    that. None takes it from the matrices given.
+
+    Coordinates with K_ii above a thousandth of body_rate · M_ii get a unit diagonal, softer ones
+    keep the scale of M. Eigenvalues of the scaled K below 64 n eps count as zero.
     """
     diagonal, inertia = np.diag(stiffness), np.diag(mass)
     if not (inertia > 0).all():

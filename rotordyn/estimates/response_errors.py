@@ -49,7 +49,6 @@ class PeakErrors:
     "mode_truncation" holds the share of "speed_interpolation"; "eigen_solver" is that of the linear
     solution; "sampling" is how far a peak as it was given lies from the summit.
     `bodies_without_estimate`: bodies whose errors are not in the numbers.
-
     """
 
     position_rad_s: FloatArray

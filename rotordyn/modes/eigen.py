@@ -175,10 +175,7 @@ def _lowest_modes(
 
 
 def scaled_stiffness(assembled: AssembledSystem, matrices: SpeedMatrices) -> Scaled:
-    """Return the scaled symmetric part of K at a speed, with M and the signature of K.
-
-    Returns see `spectrum.scale_by_stiffness`.
-    """
+    """Return the symmetric part of K and M at a speed by `scale_by_stiffness`."""
     symmetric = 0.5 * (matrices.stiffness + matrices.stiffness.T)
     return scale_by_stiffness(symmetric, matrices.mass, assembled.body_rate)
 

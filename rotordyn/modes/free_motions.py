@@ -29,7 +29,6 @@ class FreeMotion:
     `bodies`: those that move, joined with each other by joints that act laterally; `held_by`:
     bearings that act laterally between them and what does not move; `count`: number of independent
     motions at rest, each a pair of zero eigenvalues.
-
     """
 
     bodies: tuple[str, ...]

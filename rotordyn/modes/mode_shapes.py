@@ -90,7 +90,7 @@ class ModeShapes(ReadOnlyArrays):
     def body(self, name: str) -> BodyShape:
         """Return the shape of one body.
 
-        Returns its shape. Raises AnalysisError if there is none; the message names what exists.
+        Raises AnalysisError if there is none; the message names what exists.
         """
         for shape in self.bodies:
             if shape.body == name:

@@ -10,6 +10,8 @@ import numpy as np
 import scipy.linalg as la
 from scipy.optimize import linear_sum_assignment
 
+from solidwhirl.rotordyn.assembly.coordinates import seat_motion
+from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import (
     BoolArray,
@@ -193,16 +195,11 @@ def _interface_motion(assembled: AssembledSystem, shapes: ComplexArray) -> Compl
 @lru_cache(maxsize=4)
 def interface_rows_of_all(assembled: AssembledSystem) -> FloatArray:
     """Return the motions of all interface nodes per independent coordinate, (6 nodes, n)."""
-    order = ("ux", "uy", "uz", "rx", "ry", "rz")
-    nodes = []
-    for name, rotor in assembled.system.rotors.items():
-        body = assembled.transformation[assembled.body_slices[name]]
-        for node in rotor.element.interfaces:
-            motion = np.zeros((6, assembled.size))
-            for component in rotor.element.components_at(node.name):
-                row = rotor.element.interface_index(node.name, component)
-                motion[order.index(component)] = body[row]
-            nodes.append(motion)
+    nodes = [
+        seat_motion(assembled, End(body=name, interface=node.name))
+        for name, rotor in assembled.system.rotors.items()
+        for node in rotor.element.interfaces
+    ]
     return np.array(nodes).reshape(-1, assembled.size)
 
 
@@ -228,8 +225,9 @@ def unbalance_excitation(
 ) -> Excitation:
     """Tell whether the unbalance of bodies can excite a mode.
 
-    `shape`: mode φ of q = φ e^{iωt}, ω > 0, in its independent coordinates, shape (n,). Returns an
-    unbalance turns with its body. In an isotropic system orbits of modes are circles, and those
+    `shape`: mode φ of q = φ e^{iωt}, ω > 0, in its independent coordinates, shape (n,).
+
+    An unbalance turns with its body. In an isotropic system orbits of modes are circles, and those
     that turn the other way take no energy from it; otherwise orbits are ellipses, which hold a
     circle of either direction.
 

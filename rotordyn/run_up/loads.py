@@ -55,8 +55,8 @@ class TurningLoads(NamedTuple):
 def turning_loads(assembled: AssembledSystem, unbalances: Sequence[Unbalance]) -> TurningLoads:
     """Return the columns of the unbalance forces of a system.
 
-    `unbalances`: where and how much; bodies that stand still are refused. Returns unbalances of
-    bodies with the same speed ratio share their columns. Raises AnalysisError if a body with
+    `unbalances`: where and how much; bodies that stand still are refused. Unbalances of bodies
+    with the same speed ratio share their columns. Raises AnalysisError if a body with
     unbalance does not turn. Raises AssemblyError if a body or interface does not exist or has no ux
     and uy.
     """

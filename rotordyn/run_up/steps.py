@@ -122,8 +122,8 @@ def tabulate(sample: Sample, edges: Sequence[float], smallest_width: float) -> S
 
     `smallest_width`: ranges of this width are not halved any more, wherever a kink hides. `sample`:
     gives the matrices at a speed; their shapes do not change. `edges`: speeds, strictly rising,
-    between which the function is smooth. A single one tabulates that speed alone. Returns its
-    interpolation has been compared with the function between the nodes.
+    between which the function is smooth. A single one tabulates that speed alone. The
+    interpolation of the table has been compared with the function between the nodes.
 
     Chebyshev interpolation in the extreme points, which converges geometrically for analytic
     functions (Trefethen 2019, Approximation Theory and Approximation Practice, chapters 4 and 8).
