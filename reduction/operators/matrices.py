@@ -181,6 +181,12 @@ class _Assembly:
     ledger: tuple[str, ...]
 
 
+def _arguments(space: Any, kin: Kinematics, degree: int) -> tuple[Any, Any, Any]:
+    """Trial and test function of the forms, and the measure that they are integrated over."""
+    measure = forms.measure(space.mesh, kin, degree)
+    return ufl.TrialFunction(space), ufl.TestFunction(space), measure
+
+
 def _assemble_meridian(
     space: Any,
     kin: Kinematics,
@@ -190,11 +196,7 @@ def _assemble_meridian(
     coupling: Coupling,
 ) -> _Assembly:
     """Assemble what the effects ask for, nothing else."""
-    u, v, dx = (
-        ufl.TrialFunction(space),
-        ufl.TestFunction(space),
-        forms.measure(space.mesh, kin, degree),
-    )
+    u, v, dx = _arguments(space, kin, degree)
     wanted = {"stiffness": forms.stiffness_form, "mass": forms.mass_form}
     if effects.gyroscopic:
         wanted["gyroscopic"] = forms.gyroscopic_form
@@ -231,11 +233,7 @@ def _assemble_solid(
     coupling: Coupling,
 ) -> _Assembly:
     """Assemble the stiffness of vectors and all other matrices by component."""
-    u, v, dx = (
-        ufl.TrialFunction(space),
-        ufl.TestFunction(space),
-        forms.measure(space.mesh, kin, degree),
-    )
+    u, v, dx = _arguments(space, kin, degree)
     turned = coupling.transformation
     parts = solid_matrices.component_matrices(space, kin, matter, dx)
     ledger, field, hoop = ["stiffness", "mass", "spin", "spin_softening"], None, 0.0
