@@ -74,7 +74,7 @@ def beam_superelement(
     and the spin softening of a tilting cross-section cancel. A shear modulus G and Young's
     modulus E stand for Poisson's ratio E/2G − 1.
     """
-    if isinstance(material, float):
+    if isinstance(material, float | int):
         raise SuperelementError(
             f"beam {name!r}: material is one argument, (modulus Pa, Poisson's ratio, kg/m³)"
         )

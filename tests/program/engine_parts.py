@@ -42,7 +42,7 @@ RIGID = {
 }
 
 
-def rigid_rotor(first=2e6, second=2e6, a=-0.4, b=0.4, rpm=(0.0,), **changes):
+def rigid_rotor(first=2e6, second=2e6, a=-0.4, b=0.4, rpm=(0.0,), polar=POLAR, **changes):
     """A rigid rotor on two bearings, its centre of gravity at 0."""
     return {
         "name": "rigid",
@@ -53,7 +53,7 @@ def rigid_rotor(first=2e6, second=2e6, a=-0.4, b=0.4, rpm=(0.0,), **changes):
                 "speed_ratio": 1.0,
                 "mass_kg": MASS,
                 "center_of_gravity_m": [0.0, 0.0, 0.0],
-                "inertia_kg_m2": [DIAMETRAL, DIAMETRAL, POLAR],
+                "inertia_kg_m2": [DIAMETRAL, DIAMETRAL, polar],
                 "interfaces": {"a": a, "m": 0.0, "b": b},
             }
         },

@@ -5,11 +5,11 @@ from __future__ import annotations
 import copy
 
 import numpy as np
+from engine_parts import MASS, rigid_rotor
 
 from solidwhirl.scene_reading.reader import parse_scene
 
-RPM = np.pi / 30.0
-MASS, POLAR, DIAMETRAL, ARM = 12.0, 0.3, 0.5, 0.4
+POLAR, ARM = 0.3, 0.4
 STIFFNESS, DAMPING, MOMENT = 2e6, 400.0, 1e-4  # of each of two bearings; of the unbalance
 LATERAL_RAD_S = np.sqrt(2 * STIFFNESS / MASS)
 SPAN = {"stiffness_from_n_per_m": 1e6, "stiffness_to_n_per_m": 4e6, "stiffness_count": 3}
@@ -17,26 +17,9 @@ SPAN = {"stiffness_from_n_per_m": 1e6, "stiffness_to_n_per_m": 4e6, "stiffness_c
 
 def rotor(damping=DAMPING, rpm=(0.0, 9e3), **changes):
     """A rigid rotor on two bearings, the same on both sides: translation and tilt are apart."""
-    bearing = {"stiffness_n_per_m": STIFFNESS, "damping_n_s_per_m": damping}
-    return {
-        "name": "rotor",
-        "speeds": {"list_rpm": list(rpm)},
-        "campbell": {"branches": 4},
-        "rigid_bodies": {
-            "rotor": {
-                "speed_ratio": 1.0,
-                "mass_kg": MASS,
-                "center_of_gravity_m": [0.0, 0.0, 0.0],
-                "inertia_kg_m2": [DIAMETRAL, DIAMETRAL, POLAR],
-                "interfaces": {"a": -ARM, "m": 0.0, "b": ARM},
-            }
-        },
-        "bearings": [
-            {"name": "A", "first": "rotor.a", **bearing},
-            {"name": "B", "first": "rotor.b", **bearing},
-        ],
-        **changes,
-    }
+    data = rigid_rotor(STIFFNESS, STIFFNESS, -ARM, ARM, rpm, POLAR)
+    bearings = [b | {"damping_n_s_per_m": damping} for b in data["bearings"]]
+    return data | {"bearings": bearings} | changes
 
 
 def compliance(omega, stiffness=STIFFNESS, damping=DAMPING):

@@ -6,14 +6,12 @@ import math
 
 import numpy as np
 import pytest
+from engine_parts import DIAMETRAL, MASS, RPM
 from symmetric_rotor import (
     ARM,
     DAMPING,
-    DIAMETRAL,
-    MASS,
     MOMENT,
     POLAR,
-    RPM,
     SPAN,
     STIFFNESS,
     compliance,

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from engine_parts import RPM
 from symmetric_rotor import (
     DAMPING,
     LATERAL_RAD_S,
     MOMENT,
-    RPM,
     STIFFNESS,
     compliance,
     outcome,
