@@ -7,14 +7,16 @@ import inspect
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any, TypeVar, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_type_hints
 
 import typer
 from pydantic import ValidationError
 from typer.core import TyperCommand
 
 from solidwhirl.core.errors import OutputError, SceneError
-from solidwhirl.scene.records import Scene
+
+if TYPE_CHECKING:
+    from solidwhirl.scene.records import Scene
 
 # Bytes of a name of a file, and of a path that leaves room for what is made in a folder.
 _LONGEST_NAME, _LONGEST_PATH = 255, 3800

@@ -23,10 +23,10 @@ from solidwhirl.files.picture_index import (
     write_index,
 )
 from solidwhirl.pictures.picture_names import refuse_unknown_names
-from solidwhirl.scene.records import Scene
 
 if TYPE_CHECKING:
     from solidwhirl.pipeline.cached_stages import Keeper
+    from solidwhirl.scene.records import Scene
 
 EXAMPLES = options.examples(
     "solidwhirl pictures scenes/laval.toml --out out/laval --only campbell",

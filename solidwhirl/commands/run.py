@@ -15,10 +15,10 @@ from solidwhirl.commands import options
 from solidwhirl.console.guard import guarded
 from solidwhirl.console.terminal import RUN_SCHEMA, RunProgress, print_document
 from solidwhirl.core.stages import Stage, StageName
-from solidwhirl.scene.records import Scene
 
 if TYPE_CHECKING:
     from solidwhirl.pipeline.run import Results
+    from solidwhirl.scene.records import Scene
 
 EXAMPLES = options.examples(
     "solidwhirl run scenes/laval.toml --out out/laval",

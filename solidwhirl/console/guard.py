@@ -12,7 +12,6 @@ import numpy as np
 
 from solidwhirl.console import exit_handling as ending
 from solidwhirl.core.errors import USER_ERRORS, OutputError, SceneError, clean
-from solidwhirl.scene_reading.lines import line_of, with_lines
 
 # What scipy says of a system whose solution would be rounding alone.
 _ILL_CONDITIONED = "Ill-conditioned matrix"
@@ -66,11 +65,14 @@ def guarded(
 
 def _message(scene: Path, error: Exception) -> str | None:
     """What to say of an error that a user caused; None of a defect."""
-    if isinstance(error, SceneError):
-        return str(with_lines(error))
     if isinstance(error, OutputError):
         return str(error)
     if isinstance(error, USER_ERRORS):
+        # loads the records of scenes, which `--help` does without
+        from solidwhirl.scene_reading.lines import line_of, with_lines
+
+        if isinstance(error, SceneError):
+            return str(with_lines(error))
         return line_of(scene, str(error)) if scene.suffix == ".toml" else f"{scene}: {error}"
     if ending.is_out_of_memory(error):
         return f"{scene}: {ending.memory_text(error)}"

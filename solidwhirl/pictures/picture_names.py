@@ -5,9 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING
 
 from solidwhirl.core.errors import OutputError
-from solidwhirl.scene.records import Scene
+
+if TYPE_CHECKING:
+    from solidwhirl.scene.records import Scene
 
 _ALWAYS = (
     *("engine", "campbell", "campbell_annotated", "campbell_damped", "campbell_errors"),

@@ -124,6 +124,12 @@ def test_a_scene_is_planned_without_the_solvers(root, tmp_path):
     assert "stress_stiffening" in printed_by(program, tmp_path)
 
 
+def test_help_loads_no_analysis(tmp_path):
+    """Each kind of analysis brings its computation along: the command line waits for none."""
+    program = "import sys, solidwhirl.cli; print('solidwhirl.analyses' in sys.modules)"
+    assert printed_by(program, tmp_path).strip() == "False"
+
+
 def test_only_reduction_imports_the_finite_element_library(root):
     users = {
         path.relative_to(root).parts[0]
