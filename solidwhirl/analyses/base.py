@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 from pathlib import Path
@@ -123,6 +123,11 @@ class Operating(NamedTuple):
         return low * RAD_S_PER_RPM, high * RAD_S_PER_RPM
 
 
+def reference_ranges_rad_s(operating: Iterable[Operating]) -> dict[str, tuple[float, float]]:
+    """Return operating speeds as speeds of the reference shaft, by what a legend says."""
+    return {o.text: o.reference_rad_s for o in operating}
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Engine:
     """What an analysis may look at.
@@ -163,11 +168,6 @@ class Engine:
     def speed_ratio(self, body: str) -> float:
         """Speed of a body over that of the reference shaft."""
         return self.speed_ratios[body]
-
-    @property
-    def operating_rad_s(self) -> dict[str, tuple[float, float]]:
-        """Operating speeds as speeds of the reference shaft, by what a legend says."""
-        return {o.text: o.reference_rad_s for o in self.operating}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from solidwhirl.analyses.base import decrements
+from solidwhirl.analyses.base import decrements, reference_ranges_rad_s
 from solidwhirl.bodies.reduction import BodyResult
 from solidwhirl.core.check_report import checks_document
 from solidwhirl.core.outcome import is_picture
@@ -27,7 +27,6 @@ from solidwhirl.model.plan_records import Plan
 from solidwhirl.model.resolution import Resolution
 from solidwhirl.output.comparison import compared
 from solidwhirl.output.report import report_text
-from solidwhirl.page.frame.operating import operating_rad_s
 from solidwhirl.page.frame.records import Run
 from solidwhirl.page.sections import write_report
 from solidwhirl.pipeline.cached_stages import Keeper, no_keeper
@@ -276,7 +275,7 @@ def _draw_all(results: Results, folder: Path, keeper: Keeper) -> None:
     title = results.scene.title or results.scene.name
     critical = tuple(c.critical for c in results.critical_speeds)
     ratios = results.scene.speed_ratios()
-    operating = operating_rad_s(results)
+    operating = reference_ranges_rad_s(results.operating)
     keeper.picture(
         keeper.key("campbell.png", results.campbell, critical, title, ratios, operating),
         lambda path: draw_campbell(

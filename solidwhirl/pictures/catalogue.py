@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from solidwhirl.analyses.base import reference_ranges_rad_s
 from solidwhirl.core.outcome import Write, is_picture
 from solidwhirl.drawing.modes import pictured_modes
 from solidwhirl.files.picture_index import Picture
-from solidwhirl.page.frame.operating import operating_rad_s
 from solidwhirl.page.run.accuracy import time_chart
 from solidwhirl.page.run.checks import checks_chart
 from solidwhirl.page.run.meshes import plane_chart
@@ -40,7 +40,7 @@ def pictures_of(
 ) -> tuple[Picture, ...]:
     """Return all pictures that a run has something for.
 
-    Returns with different names; nothing is drawn yet.
+    Their names differ; nothing is drawn yet.
     """
     title = results.scene.title or results.scene.name
     found = [
@@ -111,7 +111,7 @@ def _campbell(results: Results, title: str) -> Iterator[Picture]:
                 critical,
                 title=title,
                 excitation_ratios=ratios,
-                operating_rad_s=operating_rad_s(results),
+                operating_rad_s=reference_ranges_rad_s(results.operating),
             ),
         )
     if results.estimates is None:

@@ -200,7 +200,7 @@ def analyses_of(
 
         job.progress(Stage(name=StageName.ANALYSIS, body=spec.label, detail=f" ({spec.kind})"))
         named = [a for a in scene.analyses if a.label in getattr(spec, "refers_to", ())]
-        operating = [tuple(o) for o in operating_speeds(scene) if spec.sees_operating]
+        operating = [tuple(o) for o in seen_by_analyses.operating if spec.sees_operating]
         key = job.keeper.key("analysis", engine.digest, spec, seen, named, operating)
         picture = partial(job.keeper.picture_of, key, scene.title or scene.name)
         with job.clock.stage(f"analysis {spec.label}"):

@@ -149,7 +149,7 @@ class UnbalanceResponseSpec(base.Sweep):
         drawn = [amplitude]
         if any(e.force_n for e in exciters):
             drawn.append(force_chart(exciters))
-        shades = operating_toggle(found.engine.operating_rad_s)
+        shades = operating_toggle(base.reference_ranges_rad_s(found.engine.operating))
         drawn = [replace(chart, parts=[*shades, *chart.parts]) for chart in drawn]
         drawn.insert(1, phase)
         orbits = orbit_chart([(e, _rows(e, self.orbits_at_rpm)) for e in exciters])

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from solidwhirl.page.frame.operating import operating_rad_s
+from solidwhirl.analyses.base import reference_ranges_rad_s
 from solidwhirl.page.frame.plotly_chart import page_chart
 from solidwhirl.page.frame.records import Chart, Run, Section, Table, Text
 from solidwhirl.pipeline.results import Results
@@ -63,7 +63,7 @@ def view_of(results: Results) -> CampbellView:
         critical_speeds=[c.critical for c, _ in found],
         critical_texts=texts,
         excitation_ratios=results.scene.speed_ratios(),
-        operating_rad_s=operating_rad_s(results),
+        operating_rad_s=reference_ranges_rad_s(results.operating),
         errors=None if estimates is None else estimates.campbell.total,
         damped=np.asarray(np.isfinite(values) & ~rule.counts(values)),
         unstable_rad_s=[(i.low_rad_s, i.high_rad_s) for i in results.stability.intervals],

@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from solidwhirl.analyses.base import CRITICAL_SPEEDS
+from solidwhirl.analyses.base import CRITICAL_SPEEDS, reference_ranges_rad_s
 from solidwhirl.core.blocks import numbers, whirl_text
-from solidwhirl.page.frame.operating import operating_rad_s
 from solidwhirl.page.frame.plotly_chart import page_chart
 from solidwhirl.page.frame.records import Run, Section, Table, Text
 from solidwhirl.rotordyn.plots import chart as charts
@@ -34,7 +33,7 @@ def section(run: Run) -> Section | None:
         return None
     blocks: list[Any] = []
     if found:
-        drawn = critical_speed_chart(found, top, operating_rad_s(run.results))
+        drawn = critical_speed_chart(found, top, reference_ranges_rad_s(run.results.operating))
         blocks += [page_chart(drawn), critical_speed_table(found, ratios)]
     elif top > 0.0:
         blocks.append(Text(text=f"There is no resonance up to {top:g} rpm."))

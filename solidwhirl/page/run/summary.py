@@ -7,14 +7,14 @@ from dataclasses import replace
 from typing import Any
 
 from solidwhirl.analyses.base import Operating
+from solidwhirl.analyses.kinds.separation_margins import margin_words
 from solidwhirl.core.blocks import warning, whirl_text
 from solidwhirl.core.check_report import checks_line, failure_lines
 from solidwhirl.page.drawing.engine import small_picture
-from solidwhirl.page.frame.operating import margin_text, operating_speeds
 from solidwhirl.page.frame.records import Block, Row, Run, Section, Table, Text
 from solidwhirl.page.modes.campbell import small_chart
 from solidwhirl.pipeline.verdict_text import answers
-from solidwhirl.scene_checks.operating import critical_speeds_that_count, nearest
+from solidwhirl.scene_checks.operating import critical_speeds_that_count, margin_of, nearest
 
 # Critical speeds that a reader in a hurry is shown.
 _MOST = 12
@@ -24,7 +24,6 @@ _HIGH = 580
 
 def section(run: Run) -> Section:
     """Summary of a run: the first screen of its page, warnings, critical speeds."""
-    operating = operating_speeds(run.document, run.results.scene.speed_ratios())
     chart = small_chart(run.results)
     # the diagram stands at the right of both others
     beside = () if chart is None else (replace(chart, height_px=_HIGH),)
@@ -32,7 +31,7 @@ def section(run: Run) -> Section:
         *warning(failure_lines(run.results.checks)),
         Row(blocks=(verdict_table(run), *beside, small_picture(run))),
         *warning(_messages(run.document)),
-        _critical_speeds(critical_speeds_that_count(run.document), operating),
+        _critical_speeds(critical_speeds_that_count(run.document), run.results.operating),
     ]
     return Section(name="summary", title="Summary", blocks=blocks)
 
@@ -85,6 +84,17 @@ def _critical_speeds(found: Sequence[Mapping[str, Any]], operating: Sequence[Ope
         caption=f"{said}Speeds of the reference shaft. ± is the estimated error of the "
         "discretisation, not that of the input. ● forward, □ backward, ◆ mixed whirl.",
     )
+
+
+def margin_text(
+    speed_rpm: float, shafts: Sequence[str], operating: Sequence[Operating]
+) -> str | None:
+    """Return the distance of `margin_of` in words; arguments as there."""
+    found = margin_of(speed_rpm, shafts, operating)
+    if found is None:
+        return None
+    margin, shaft = found
+    return f"**inside** {shaft}" if margin == 0.0 else f"{margin_words(margin)} {shaft}"
 
 
 def _percent(relative: float | None) -> str | None:

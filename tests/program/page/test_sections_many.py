@@ -12,12 +12,12 @@ from solidwhirl.analyses.base import Operating
 from solidwhirl.analyses.kinds.bearing_laws import Law, law_chart
 from solidwhirl.analyses.kinds.separation_margins import margin_blocks, margin_words
 from solidwhirl.drawing.engine import matrix_text, stiffness_text
-from solidwhirl.page.frame.operating import margin_text
 from solidwhirl.page.frame.plotly_chart import page_chart
 from solidwhirl.page.frame.records import Chart, Picture, Row
 from solidwhirl.page.modes import shapes
 from solidwhirl.page.run import summary
 from solidwhirl.page.run.checks import reasons
+from solidwhirl.page.run.summary import margin_text
 from solidwhirl.page.sections import entitled, page_of, sections_of
 from solidwhirl.rotordyn.plots.chart import Axis, Curve, Look, Span
 from solidwhirl.rotordyn.plots.chart import Chart as ChartRecord
