@@ -11,18 +11,9 @@ from functools import cache
 
 import numpy as np
 import pytest
+from rotors import connect, ground, one_rotor, pinned, turning
 
-from solidwhirl.rotordyn import (
-    Bearing,
-    Disk,
-    End,
-    Rotor,
-    assemble,
-    beam_superelement,
-    campbell,
-    critical_speeds,
-    modes_at_speed,
-)
+from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.modes.modal_truncation import project_system
 from solidwhirl.rotordyn.response.harmonic_response import harmonic_response
 
@@ -39,7 +30,7 @@ def sine(z):
 def shaft(name, nodes, outer, inner, disk):
     """Beam with an interface at every node, so that its coordinates are deflections and slopes."""
     held = {f"{k}": z for k, z in enumerate(nodes)}
-    return beam_superelement(name, nodes, outer, inner, (MODULUS, 0.3, DENSITY), held, [disk])
+    return rd.beam_superelement(name, nodes, outer, inner, (MODULUS, 0.3, DENSITY), held, [disk])
 
 
 def planes(element, deflection, slope):
@@ -55,7 +46,7 @@ def planes(element, deflection, slope):
 
 def projected(rotors, bearings, shapes):
     """System restricted to the shapes given per body, shape (n_body, 2)."""
-    system = assemble(rotors, bearings)
+    system = rd.assemble(rotors, bearings)
     motion = np.vstack([shapes[name] for name in rotors])
     basis = np.linalg.lstsq(system.transformation, motion, rcond=None)[0]
     np.testing.assert_allclose(system.transformation @ basis, motion, atol=1e-12)
@@ -66,28 +57,24 @@ def projected(rotors, bearings, shapes):
 # L/3, pinned ends, optionally a spring of 5e5 N/m at 2L/3 in one direction.
 
 
-@pytest.fixture(scope="module")
-def single_disk(ground):
-    @cache
-    def build(spring=0.0):
-        mass = DENSITY * np.pi * (0.15**2 - RADIUS**2) * 0.03
-        disk = Disk(
-            name="disk",
-            position_m=LENGTH / 3,
-            mass_kg=mass,
-            polar_kg_m2=mass / 2 * (0.15**2 + RADIUS**2),
-            diametral_kg_m2=mass / 12 * (3 * 0.15**2 + 3 * RADIUS**2 + 0.03**2),
-        )
-        nodes = np.linspace(0.0, LENGTH, 121)
-        element = shaft("rotor", nodes, RADIUS, 0.0, disk)
-        bearings = (ground("rotor", "80", spring, 0.0),) if spring else ()
-        rotors = {"rotor": Rotor(element=element, speed_ratio=1.0)}
-        return projected(rotors, bearings, {"rotor": planes(element, *sine(nodes))})
-
-    return build
+@cache
+def single_disk(spring=0.0):
+    mass = DENSITY * np.pi * (0.15**2 - RADIUS**2) * 0.03
+    disk = rd.Disk(
+        name="disk",
+        position_m=LENGTH / 3,
+        mass_kg=mass,
+        polar_kg_m2=mass / 2 * (0.15**2 + RADIUS**2),
+        diametral_kg_m2=mass / 12 * (3 * 0.15**2 + 3 * RADIUS**2 + 0.03**2),
+    )
+    nodes = np.linspace(0.0, LENGTH, 121)
+    element = shaft("rotor", nodes, RADIUS, 0.0, disk)
+    bearings = (ground("rotor", "80", spring, 0.0),) if spring else ()
+    rotors = {"rotor": turning(element)}
+    return projected(rotors, bearings, {"rotor": planes(element, *sine(nodes))})
 
 
-def test_single_disk_rotor_has_the_matrices_of_the_book(single_disk):
+def test_single_disk_rotor_has_the_matrices_of_the_book():
     system = single_disk()
     # Printed with four digits.
     np.testing.assert_allclose(system.mass, 14.29 * np.eye(2), atol=0.006)
@@ -98,22 +85,22 @@ def test_single_disk_rotor_has_the_matrices_of_the_book(single_disk):
 @pytest.mark.parametrize(
     ("spring", "rpm"), [(0.0, [2520, 3089]), (5e5, [2642, 3377])], ids=["isotropic", "anisotropic"]
 )
-def test_single_disk_rotor_critical_speeds(single_disk, spring, rpm):
-    found = critical_speeds(single_disk(spring), speed_max_rad_s=1e4 * RPM)
+def test_single_disk_rotor_critical_speeds(spring, rpm):
+    found = rd.critical_speeds(single_disk(spring), speed_max_rad_s=1e4 * RPM)
     assert [c.whirl for c in found] == ["backward", "forward"]
     # Printed in whole rpm; the slope is linear in 120 elements, which costs 2e-5.
     np.testing.assert_allclose([c.speed_rad_s / RPM for c in found], rpm, atol=0.6)
 
 
 @pytest.mark.parametrize(("spring", "hertz"), [(0.0, [46.024, 46.024]), (5e5, [46.024, 52.751])])
-def test_single_disk_rotor_at_rest(single_disk, spring, hertz):
-    found = modes_at_speed(single_disk(spring), 0.0).frequency_hz
+def test_single_disk_rotor_at_rest(spring, hertz):
+    found = rd.modes_at_speed(single_disk(spring), 0.0).frequency_hz
     np.testing.assert_allclose(found, hertz, rtol=4e-5)
 
 
-def test_single_disk_rotor_with_all_modes_lies_lower(one_rotor, pinned, single_disk):
+def test_single_disk_rotor_with_all_modes_lies_lower():
     """Rayleigh: leaving the sine shape can only lower the first frequency at rest."""
-    disk = Disk(
+    disk = rd.Disk(
         name="disk", position_m=LENGTH / 3, mass_kg=16.467, polar_kg_m2=0.186077,
         diametral_kg_m2=0.094273,
     )  # fmt: skip
@@ -121,8 +108,8 @@ def test_single_disk_rotor_with_all_modes_lies_lower(one_rotor, pinned, single_d
     system = one_rotor(
         shaft("rotor", nodes, RADIUS, 0.0, disk), [pinned("rotor", end) for end in ("0", "30")]
     )
-    whole = modes_at_speed(system, 0.0, 1).frequency_hz[0]
-    one_term = modes_at_speed(single_disk(), 0.0, 1).frequency_hz[0]
+    whole = rd.modes_at_speed(system, 0.0, 1).frequency_hz[0]
+    one_term = rd.modes_at_speed(single_disk(), 0.0, 1).frequency_hz[0]
     assert 0.9 * one_term < whole < one_term
 
 
@@ -130,11 +117,11 @@ def test_single_disk_rotor_with_all_modes_lies_lower(one_rotor, pinned, single_d
 # where it is pinned to the inner one and a spring of 8e6 N/m acts in x, to D = L, pinned to the
 # ground, with a disk at 13L/15. Positions are inferred from the printed numbers.
 
-DISK_1 = Disk(
+DISK_1 = rd.Disk(
     name="1", position_m=LENGTH / 3, mass_kg=16.2464, polar_kg_m2=0.186022,
     diametral_kg_m2=0.0942293,
 )  # fmt: skip
-DISK_2 = Disk(
+DISK_2 = rd.Disk(
     name="2", position_m=13 * LENGTH / 15, mass_kg=6.45079, polar_kg_m2=0.0362051,
     diametral_kg_m2=0.0185863,
 )  # fmt: skip
@@ -151,16 +138,9 @@ def twin_ritz():
         "inner": planes(inner, *sine(nodes)),
         "outer": planes(outer, follow, np.full(11, -at_joint / (LENGTH / 3))),
     }
-    spring = Bearing(
-        name="C",
-        first=End(body="inner", interface="80"),
-        stiffness_n_per_m=np.diag([8e6, 0.0]),
-    )
+    spring = connect("C", "inner.80", stiffness=(8e6, 0.0))
 
-    rotors = {
-        "inner": Rotor(element=inner, speed_ratio=1.0),
-        "outer": Rotor(element=outer, speed_ratio=-1.0),
-    }
+    rotors = {"inner": turning(inner), "outer": turning(outer, -1.0)}
     return projected(rotors, (spring,), shapes)
 
 
@@ -192,7 +172,7 @@ def test_twin_rotor_matrices(twin_ritz):
 
 
 def test_twin_rotor_frequencies(twin_ritz):
-    found = modes_at_speed(twin_ritz, 0.0).frequency_hz
+    found = rd.modes_at_speed(twin_ritz, 0.0).frequency_hz
     # Printed: 166.59 and 190.93 Hz at rest.
     np.testing.assert_allclose(found, [166.59, 190.93], atol=0.012)
 
@@ -208,12 +188,12 @@ def test_twin_rotor_frequencies(twin_ritz):
 )
 def test_twin_rotor_branches(twin_ritz, rpm, hertz):
     """m² ω⁴ − [m (k_x + k_y) + a² Ω²] ω² + k_x k_y = 0, tabulated with two decimals."""
-    diagram = campbell(twin_ritz, np.linspace(0.0, rpm * RPM, 5), branch_count=2)
+    diagram = rd.campbell(twin_ritz, np.linspace(0.0, rpm * RPM, 5), branch_count=2)
     np.testing.assert_allclose(diagram.frequency_hz[:, -1], hertz, atol=0.012)
 
 
 def test_twin_rotor_peaks(twin_ritz):
-    found = critical_speeds(twin_ritz, speed_max_rad_s=20000 * RPM)
+    found = rd.critical_speeds(twin_ritz, speed_max_rad_s=20000 * RPM)
     # Printed are 165.32 and 192.83 Hz, which no one-mode model meets together: each alone asks for
     # another gyroscopic moment. The closed form of this layout gives 165.19 and 193.10 Hz.
     np.testing.assert_allclose([c.frequency_hz for c in found], [165.19, 193.10], atol=0.012)

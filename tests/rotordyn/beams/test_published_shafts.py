@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from rotors import one_rotor, pinned
 
 from solidwhirl.rotordyn import beam_superelement, modes_at_speed
 
@@ -29,7 +30,7 @@ SHEAR = 7 / 3
 
 
 @pytest.fixture(scope="module")
-def shaft_modes(one_rotor, pinned):
+def shaft_modes():
     ends = {"left": 0.0, "right": LENGTH}
     nodes = np.linspace(0.0, LENGTH, 65)
     shaft = beam_superelement("sdll141", nodes, RADIUS, 0.0, (MODULUS, 0.0, DENSITY), ends)

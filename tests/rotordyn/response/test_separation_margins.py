@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from rotors import ground, hub, three_disk, turning, twin
 
-from solidwhirl.rotordyn import AnalysisError, Rotor, assemble, critical_speeds
+from solidwhirl.rotordyn import AnalysisError, assemble, critical_speeds
 from solidwhirl.rotordyn.assembly.coordinates import interface_row
 from solidwhirl.rotordyn.assembly.system import matrices_at_speed
 from solidwhirl.rotordyn.modes.damping import amplification_factor
@@ -97,7 +98,7 @@ def test_critically_damped_resonance_may_be_inside_and_an_unstable_one_nowhere()
     assert verdicts == {"unstable"}
 
 
-def test_shafts_are_compared_at_their_own_speed(twin):
+def test_shafts_are_compared_at_their_own_speed():
     """A shaft at ratio n meets a resonance at |n|Ω, its own speed, which is the frequency."""
     system = twin(ratio=-1.5)
     found = critical_speeds(system, -1.5, 2000.0)
@@ -107,7 +108,7 @@ def test_shafts_are_compared_at_their_own_speed(twin):
         assert resonance.amplification_factor == np.inf
 
 
-def test_damped_rotor_from_critical_speeds_to_margins(three_disk):
+def test_damped_rotor_from_critical_speeds_to_margins():
     """Three-disk rotor of the book: ζ ≈ δ/2π of the modes carries through to AF."""
     found = critical_speeds(three_disk(), 1.0, 12000 * RPM)
     operating = OperatingRange(
@@ -137,11 +138,11 @@ def test_ranges_without_meaning_are_refused(low, high):
 
 @pytest.mark.parametrize("ratio", [1.0, -1.5])
 @pytest.mark.parametrize("stretch", [1.0, 1.0 + 1e-3, 1.3])
-def test_excited_is_what_an_unbalance_drives_without_bound(hub, ground, ratio, stretch):
+def test_excited_is_what_an_unbalance_drives_without_bound(ratio, stretch):
     """A hair from an undamped critical speed the response is large, or it is not excited."""
     tilt = np.diag([1e5, 1e5 * stretch])
     bearing = ground("rotor", "hub", 1e6, 1e6 * stretch, tilt_stiffness_n_m_per_rad=tilt)
-    system = assemble({"rotor": Rotor(element=hub(), speed_ratio=ratio)}, (bearing,))
+    system = assemble({"rotor": turning(hub(), ratio)}, (bearing,))
     # off the centre of gravity, so that it drives tilts too
     found = [c for c in critical_speeds(system, ratio, 2000.0) if c.whirl]
     assert len(found) >= 2
