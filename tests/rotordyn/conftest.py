@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-# what other tests take from here: rotors, plain_run_up, direct_responses
+# what other tests take from here: rotors, plain_run_up
 sys.path.insert(0, str(Path(__file__).parent))
 import rotors
 

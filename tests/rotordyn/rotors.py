@@ -20,6 +20,7 @@ from solidwhirl.rotordyn import (
     TableLaw,
     assemble,
     beam_superelement,
+    rigid_superelement,
 )
 from solidwhirl.rotordyn.superelement.mass_moments import projected_moments
 from solidwhirl.rotordyn.superelement.record import ErrorForm
@@ -222,13 +223,14 @@ def twin_bearings(support=1e10, joint=None):
     return (*held, ground("inner", "C", 8e6, 0.0), shafts)
 
 
+def twin_rotors(ratio, inner_ratio=1.0, bodies=None, **damping):
+    """Rotors of the twin or of other `bodies`; `damping` is that inside the inner one."""
+    inner, outer = twin_bodies() if bodies is None else bodies
+    return {"inner": turning(inner, inner_ratio, **damping), "outer": turning(outer, ratio)}
+
+
 def twin(ratio=-1.0, support=1e10, joint=None, inner_ratio=1.0):
-    inner, outer = twin_bodies()
-    rotors = {
-        "inner": Rotor(element=inner, speed_ratio=inner_ratio),
-        "outer": Rotor(element=outer, speed_ratio=ratio),
-    }
-    return assemble(rotors, twin_bearings(support, joint))
+    return assemble(twin_rotors(ratio, inner_ratio), twin_bearings(support, joint))
 
 
 def with_stress(element, factor):
@@ -316,6 +318,12 @@ def connect(name, first, second=None, stiffness=0.0, damping=0.0, tilt=0.0, **op
 
 def turning(element, ratio=1.0, **options):
     return Rotor(element=element, speed_ratio=ratio, **options)
+
+
+def rigid_body(name, mass_kg, center_m, inertia_kg_m2, seats):
+    """Rigid body on the axis that moves sideways and tilts."""
+    center, inertia = [0.0, 0.0, center_m], np.asarray(inertia_kg_m2)
+    return rigid_superelement(name, mass_kg, center, inertia, seats, ("ux", "uy", "rx", "ry"))
 
 
 def polynomial_law(stiffness_x, stiffness_y, damping_x=(1.0,), damping_y=(1.0,), top=5000.0, **own):

@@ -395,19 +395,6 @@ def test_peak_at_a_kink_of_a_law():
     assert seen == pytest.approx(1e-4, rel=0.05)
 
 
-def test_critical_speeds_below_the_first_sample():
-    """The stiffness dips to a millionth within the first thousandth of the range."""
-    limit = 1e5
-    stiffness = np.multiply.outer([1e6, 1e6, 1e-3, 1e-3, 1e6, 1e6], np.eye(2))
-    laws = [_table([0.0, 20.0, 21.0, 30.0, 31.0, 1e5], stiffness)] * 2
-    found = [c.speed_rad_s for c in rd.critical_speeds(_system(laws), 1.0, limit)]
-    grid = np.concatenate([np.linspace(20.0, 21.0, 300), np.linspace(30.0, 31.0, 300)])
-    above = np.array([np.count_nonzero(_eigenvalues(laws, s).imag > s) for s in grid])
-    assert np.abs(np.diff(above)).sum() >= 4
-    low = np.array([speed for speed in found if speed < 100.0])
-    assert low.size == np.abs(np.diff(above)).sum()
-
-
 # The sense of spin.
 
 

@@ -11,7 +11,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from rotors import connect, ground, one_rotor, pinned, turning
+from rotors import connect, ground, turning
 
 from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.modes.modal_truncation import project_system
@@ -92,27 +92,6 @@ def test_single_disk_rotor_critical_speeds(spring, rpm):
     np.testing.assert_allclose([c.speed_rad_s / RPM for c in found], rpm, atol=0.6)
 
 
-@pytest.mark.parametrize(("spring", "hertz"), [(0.0, [46.024, 46.024]), (5e5, [46.024, 52.751])])
-def test_single_disk_rotor_at_rest(spring, hertz):
-    found = rd.modes_at_speed(single_disk(spring), 0.0).frequency_hz
-    np.testing.assert_allclose(found, hertz, rtol=4e-5)
-
-
-def test_single_disk_rotor_with_all_modes_lies_lower():
-    """Rayleigh: leaving the sine shape can only lower the first frequency at rest."""
-    disk = rd.Disk(
-        name="disk", position_m=LENGTH / 3, mass_kg=16.467, polar_kg_m2=0.186077,
-        diametral_kg_m2=0.094273,
-    )  # fmt: skip
-    nodes = np.linspace(0.0, LENGTH, 31)
-    system = one_rotor(
-        shaft("rotor", nodes, RADIUS, 0.0, disk), [pinned("rotor", end) for end in ("0", "30")]
-    )
-    whole = rd.modes_at_speed(system, 0.0, 1).frequency_hz[0]
-    one_term = rd.modes_at_speed(single_disk(), 0.0, 1).frequency_hz[0]
-    assert 0.9 * one_term < whole < one_term
-
-
 # Coaxial twin rotor: inner shaft of radius 20 mm, disk at L/3; outer shaft 30/35 mm from C = 2L/3,
 # where it is pinned to the inner one and a spring of 8e6 N/m acts in x, to D = L, pinned to the
 # ground, with a disk at 13L/15. Positions are inferred from the printed numbers.
@@ -142,33 +121,6 @@ def twin_ritz():
 
     rotors = {"inner": turning(inner), "outer": turning(outer, -1.0)}
     return projected(rotors, (spring,), shapes)
-
-
-def twin_closed_form():
-    """m, k_x, k_y and the two gyroscopic parts, from the integrals of the shapes."""
-    slope, follow = (np.pi / LENGTH) ** 2, (sine(LENGTH * 2 / 3)[0] / (LENGTH / 3)) ** 2
-    area, second = np.pi * 0.02**2, np.pi * 0.02**4 / 4
-    tube, tube_second = np.pi * (0.035**2 - 0.03**2), np.pi * (0.035**4 - 0.03**4) / 4
-    mass = (
-        DISK_1.mass_kg * 0.75
-        + DISK_1.diametral_kg_m2 * slope * 0.25
-        + DENSITY * LENGTH / 2 * (area + second * slope)
-        + follow * DENSITY * (tube * (LENGTH / 3) ** 3 / 3 + tube_second * LENGTH / 3)
-        + follow * (DISK_2.mass_kg * (2 * LENGTH / 15) ** 2 + DISK_2.diametral_kg_m2)
-    )
-    inner = DISK_1.polar_kg_m2 * slope * 0.25 + DENSITY * LENGTH * second * slope
-    outer = follow * (DISK_2.polar_kg_m2 + 2 * DENSITY * tube_second * LENGTH / 3)
-    bending = np.pi**4 * MODULUS * second / (2 * LENGTH**3)
-    return mass, bending + 0.75 * 8e6, bending, inner, outer
-
-
-def test_twin_rotor_matrices(twin_ritz):
-    mass, k_x, k_y, inner, outer = twin_closed_form()
-    # The slope is linear in 120 elements: (π/120)²/12 = 6e-5 in the bending stiffness.
-    np.testing.assert_allclose(twin_ritz.mass, mass * np.eye(2), rtol=1e-5, atol=1e-9)
-    np.testing.assert_allclose(twin_ritz.stiffness, np.diag([k_x, k_y]), rtol=8e-5, atol=1.0)
-    turning = (inner - outer) * np.array([[0, 1], [-1, 0]])
-    np.testing.assert_allclose(twin_ritz.gyroscopic, turning, rtol=1e-5, atol=1e-9)
 
 
 def test_twin_rotor_frequencies(twin_ritz):

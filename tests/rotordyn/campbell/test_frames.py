@@ -140,15 +140,6 @@ def test_planar_orbit_has_two_equal_circles():
         np.testing.assert_allclose(seen.signed_hz[component] * 2 * np.pi, signed, rtol=1e-12)
 
 
-def test_orbits_agree_with_energies_where_orbits_are_circles():
-    diagram = rd.campbell(overhung(), SPEEDS, branch_count=4)
-    known = campbell_seen_by_body(overhung(), diagram, "disk")
-    unknown = campbell_seen_by_body(overhung(turn=None), diagram, "disk")
-    assert (known.share_source, unknown.share_source) == ("kinetic energy", "orbits")
-    np.testing.assert_allclose(known.share, unknown.share, atol=1e-12)
-    assert set(np.round(known.share, 10).ravel()) == {0.0, 1.0}
-
-
 def test_modes_of_equal_frequency_are_parted_by_their_labels():
     """Without gyroscopic effect forward and backward whirl have one frequency at all speeds."""
     system = overhung(polar_kg_m2=0.0)

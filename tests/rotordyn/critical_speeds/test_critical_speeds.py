@@ -13,13 +13,14 @@ from rotors import (
     hub,
     one_rotor,
     polynomial_law,
+    rigid_body,
     table_law,
     three_disk,
     three_disk_element,
     turning,
     twin,
     twin_bearings,
-    twin_bodies,
+    twin_rotors,
 )
 from scipy.optimize import brentq
 
@@ -31,7 +32,6 @@ from solidwhirl.rotordyn.assembly.bearing_laws import (
 from solidwhirl.rotordyn.checks.plain_checks import check_campbell
 from solidwhirl.rotordyn.critical_speeds.search import count_critical_speeds
 from solidwhirl.rotordyn.modes.whirl import unbalance_excitation
-from solidwhirl.rotordyn.superelement.rigid_body import rigid_superelement
 
 
 @pytest.mark.parametrize("ratio", [1.0, 2.0])
@@ -54,29 +54,18 @@ def test_residual_and_sign_of_the_ratio():
     for critical in found:
         m, _, g, k = rd.matrices_at_speed(system, critical.speed_rad_s)
         omega = 1.3 * critical.speed_rad_s
-        terms = [
-            k @ critical.shape,
-            1j * omega * g @ critical.shape,
-            -(omega**2) * m @ critical.shape,
-        ]
-        size = sum(la.norm(term) for term in terms)
-        assert la.norm(sum(terms)) < 1e-10 * size
+        terms = [part @ critical.shape for part in (k, 1j * omega * g, -(omega**2) * m)]
+        assert la.norm(sum(terms)) < 1e-10 * sum(la.norm(term) for term in terms)
     turned = rd.critical_speeds(system, -1.3, 2500.0)
     assert [c.speed_rad_s for c in turned] == [c.speed_rad_s for c in found]
-
-
-def test_there_may_be_no_critical_speed():
-    assert rd.critical_speeds(twin(), 1.0, 100.0) == ()
+    assert rd.critical_speeds(system, 1.0, 100.0) == ()
     assert rd.critical_speeds(three_disk(), 1.0, 100.0) == ()
 
 
 def test_range_of_the_basis_is_the_default_limit():
-    inner, outer = twin_bodies()
-    rotors = {
-        "inner": turning(dataclasses.replace(inner, maximum_speed_rad_s=1100.0)),
-        "outer": turning(outer, -1.0),
-    }
-    found = rd.critical_speeds(rd.assemble(rotors, twin_bearings()))
+    rotors = twin_rotors(-1.0)
+    inner = dataclasses.replace(rotors["inner"].element, maximum_speed_rad_s=1100.0)
+    found = rd.critical_speeds(rd.assemble({**rotors, "inner": turning(inner)}, twin_bearings()))
     assert [round(c.frequency_hz) for c in found] == [159]
 
 
@@ -104,24 +93,15 @@ def test_free_body_that_whirls_without_force_is_refused():
 
 def test_little_damping_keeps_speeds_of_motions_that_are_rigid_at_rest():
     """Thin disk on an elastic arm, free to tilt about a pin: the nutation has a critical speed."""
-    arm, disk = hub(0.5, 1e-3, 1e-3, name="pin"), hub(10.0, 0.08, 0.05)
-    link = np.diag([1e6, 1e6, 300.0, 300.0])
-
-    def system(damping):
-        body = {"pin": turning(arm), "disk": turning(disk)}
-        joint = connect(
-            "joint", "pin.hub", "disk.hub", link[:2, :2], tilt_stiffness_n_m_per_rad=link[2:, 2:]
-        )
-        ends = rd.End(body="pin", interface="hub")
-        pin = connect("ground", ends, stiffness=1e6, tilt_damping_n_m_s_per_rad=damping * np.eye(2))
-        return rd.assemble(body, (joint, pin))
-
-    undamped = rd.critical_speeds(system(0.0), 1.0, 3000.0)
-    damped = rd.critical_speeds(system(1e-6), 1.0, 3000.0)
-    assert len(undamped) >= 2
-    np.testing.assert_allclose(
-        [c.speed_rad_s for c in damped], [c.speed_rad_s for c in undamped], rtol=1e-6
-    )
+    rotors = {"pin": turning(hub(0.5, 1e-3, 1e-3, name="pin")), "disk": turning(hub(10.0, 0.08))}
+    joint = connect("joint", "pin.hub", "disk.hub", 1e6, tilt=300.0)
+    found = []
+    for damping in (0.0, 1e-6):
+        drag = {"tilt_damping_n_m_s_per_rad": damping * np.eye(2)}
+        system = rd.assemble(rotors, (joint, ground("pin", "hub", 1e6, **drag)))
+        found.append([c.speed_rad_s for c in rd.critical_speeds(system, 1.0, 3000.0)])
+    assert len(found[0]) >= 2
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-6)
 
 
 def test_damped_disk_on_tilt_spring_in_closed_form():
@@ -137,10 +117,7 @@ def test_damped_disk_on_tilt_spring_in_closed_form():
         roots = np.roots([diametral, c - sign * 1j * polar * speed, k])
         return roots.imag.max() - speed
 
-    exact = {
-        "forward": brentq(miss, 10, 300, args=(1,)),
-        "backward": brentq(miss, 10, 300, args=(-1,)),
-    }
+    exact = {w: brentq(miss, 10, 300, args=(s,)) for w, s in (("forward", 1), ("backward", -1))}
     assert {c.whirl for c in found} == set(exact)
     for critical in found:
         assert critical.speed_rad_s == pytest.approx(exact[critical.whirl], rel=1e-9)
@@ -163,23 +140,18 @@ def test_arguments_without_meaning_are_refused(ratio, limit, message):
 # Bearings that depend on the speed.
 
 
-def _law(stiffness_x, stiffness_y=None, high=5000.0):
-    return polynomial_law(
-        stiffness_x, stiffness_x if stiffness_y is None else stiffness_y, top=high
-    )
+def _law(stiffness_x, stiffness_y=None):
+    return polynomial_law(stiffness_x, stiffness_x if stiffness_y is None else stiffness_y)
 
 
-def _law_bearing(end, law, stiffness=1e7, damping=0.0, **options):
-    return connect(
-        end, f"rotor.{end}", stiffness=stiffness, damping=damping, speed_law=law, **options
-    )
+def _law_bearing(end, law, stiffness=1e7, damping=0.0, tilt=0.0):
+    return connect(end, f"rotor.{end}", None, stiffness, damping, tilt, speed_law=law)
 
 
-def point_mass(law, stiffness, mass):
+def point_mass(law, stiffness, mass, damping=0.0):
     """Mass on a bearing with a law: k₀ p(Ω) = m Ω² in each plane, tilt far away."""
     disk = hub(mass_kg=mass, polar_kg_m2=1e-3, diametral_kg_m2=1e-3)
-    tilt = {"tilt": 1e6}
-    return one_rotor(disk, [_law_bearing("hub", law, stiffness, **tilt)])
+    return one_rotor(disk, [_law_bearing("hub", law, stiffness, damping, tilt=1e6)])
 
 
 def _positive_roots(polynomial, limit):
@@ -315,29 +287,16 @@ def test_equal_modes_are_a_forward_and_a_backward_circle(odd_row, damping):
     assert sorted(rd.whirl_direction(system, modes.shapes)) == ["backward", "forward"]
 
 
-def twin_on_laws(damping=0.0, scale=1.0):
-    """Counter-rotating twin rotor with Lee bearings at A and between the shafts."""
-    inner, outer = twin_bodies()
-    rotors = {"inner": turning(inner), "outer": turning(outer, -1.3)}
-    laws = {"inner.A": 2e8 * scale, "C": 1e8 * scale}
-    bearings = [
-        dataclasses.replace(
-            bearing,
-            stiffness_n_per_m=laws[bearing.name] * np.eye(2),
-            damping_n_s_per_m=damping * np.eye(2),
-            speed_law=LEE_ISOTROPIC,
-        )
-        if bearing.name in laws
-        else bearing
-        for bearing in twin_bearings(1e9, 1e8)
-    ]
-    return rd.assemble(rotors, tuple(bearings))
-
-
 @pytest.mark.parametrize("ratio", [1.0, -1.3])
 def test_search_against_a_dense_scan(ratio):
-    """Number of modes below the line |α|Ω at many speeds, from the modes at each of them."""
-    system, top = twin_on_laws(scale=0.1), 3200.0
+    """Number of modes below the line |α|Ω at many speeds, from the modes at each of them.
+
+    Counter-rotating twin rotor with Lee bearings at A and between the shafts.
+    """
+    law, top = {"speed_law": LEE_ISOTROPIC}, 3200.0
+    of_laws = (ground("inner", "A", 2e7, **law), connect("C", "inner.C", "outer.C", 1e7, **law))
+    others = [b for b in twin_bearings(1e9, 1e8) if b.name not in ("inner.A", "C")]
+    system = rd.assemble(twin_rotors(-1.3), (*of_laws, *others))
     speeds = np.linspace(0, top, 66)[1:]
     below = [
         np.count_nonzero(rd.modes_at_speed(system, s).eigenvalues.imag < abs(ratio) * s)
@@ -360,30 +319,13 @@ def test_search_against_a_dense_scan(ratio):
     assert parity == [b % 2 for b in below]
 
 
-def test_search_against_following_the_branches():
-    """Damping of 1e-3 N s/m sends the system down the other path; it moves λ by its square."""
-    system, damped = twin_on_laws(), twin_on_laws(1e-3)
-    limit = 1900.0
-    searched = rd.critical_speeds(system, 1.0, limit)
-    followed = rd.critical_speeds(damped, 1.0, limit)
-    assert len(searched) >= 2
-    np.testing.assert_allclose(
-        [c.speed_rad_s for c in followed], [c.speed_rad_s for c in searched], rtol=1e-9
-    )
-    assert [c.whirl for c in followed] == [c.whirl for c in searched]
-    assert all(c.log_decrement == 0 for c in searched)
-    assert all(c.log_decrement != 0 for c in followed)
-
-
 def test_negative_damping_of_a_law_shows_in_the_decrement():
     """Mass on Lee's bearing: δ has the sign of d_xx, positive at 400 and negative at 1300 rad/s."""
     for speed, sign in ((400.0, 1), (1300.0, -1)):
         stiffness, damping = LEE_ISOTROPIC.coefficients(speed, np.eye(2), np.eye(2))
         base = 10.0 * speed**2 / stiffness[0, 0]
-        disk = hub(mass_kg=10.0, polar_kg_m2=1e-3, diametral_kg_m2=1e-3)
-        tilt = {"tilt": 1e6}
-        bearing = _law_bearing("hub", LEE_ISOTROPIC, base, 50.0, **tilt)
-        found = rd.critical_speeds(one_rotor(disk, [bearing]), 1.0, 1.02 * speed)
+        system = point_mass(LEE_ISOTROPIC, base, 10.0, 50.0)
+        found = rd.critical_speeds(system, 1.0, 1.02 * speed)
         nearest = min(found, key=lambda c: abs(c.speed_rad_s - speed))
         # δ = π c / (m ω) for light damping.
         expected = np.pi * 50.0 * damping[0, 0] / (10.0 * speed)
@@ -406,41 +348,23 @@ def test_search_needs_a_limit_and_a_constant_part_that_is_not_negative():
         rd.critical_speeds(system, 1.0)
     with pytest.raises(rd.AnalysisError, match="counted up to it"):
         count_critical_speeds(system, 1.0)
-    tilt = {"tilt": -1e6}
-    negative = one_rotor(hub(), [_law_bearing("hub", LEE_ISOTROPIC, 1e7, **tilt)])
+    negative = one_rotor(hub(), [_law_bearing("hub", LEE_ISOTROPIC, 1e7, tilt=-1e6)])
     with pytest.raises(rd.AnalysisError, match="2 negative eigenvalues"):
         count_critical_speeds(negative, 1.0, 1000.0)
 
 
 def test_overdamped_motion_that_ceases_to_oscillate_meets_nothing():
     """A skew stiffness lets it oscillate at rest by a millionth; beside rest the spin undoes it."""
-    body = rigid_superelement(
-        "rotor",
-        0.2623370077821557,
-        [0.0, 0.0, 0.3065419571756549],
-        [0.0049434492044722975, 0.0049434492044722975, 0.004512624550916123],
-        {"a": 0.0, "b": 0.375508179839787},
-        ("ux", "uy", "rx", "ry"),
-    )
+    inertia = [0.0049434492044722975, 0.0049434492044722975, 0.004512624550916123]
+    seats = {"a": 0.0, "b": 0.375508179839787}
+    body = rigid_body("rotor", 0.2623370077821557, 0.3065419571756549, inertia, seats)
     skew = 0.11016458725651422 * np.array([[0.0, 1.0], [-1.0, 0.0]])
     bearings = (
-        connect(
-            "a",
-            "rotor.a",
-            stiffness=74.49977990111101 * np.eye(2) + skew,
-            damping=29.21312277714709,
-        ),
-        connect(
-            "b",
-            "rotor.b",
-            stiffness=1903.5175691359163,
-            damping=55.02242951785443,
-            tilt=19.035175691359164,
-        ),
+        connect("a", "rotor.a", None, 74.49977990111101 * np.eye(2) + skew, 29.21312277714709),
+        connect("b", "rotor.b", None, 1903.5175691359163, 55.02242951785443, 19.035175691359164),
         ground("other", "hub", 1e6, 2e6, tilt=1e5),
     )
-    rotors = {"rotor": turning(body), "other": turning(hub())}
-    system = rd.assemble(rotors, bearings)
+    system = rd.assemble({"rotor": turning(body), "other": turning(hub())}, bearings)
     at_rest = rd.modes_at_speed(system, 0.0).eigenvalues
     assert 1e-6 < at_rest[0].imag / -at_rest[0].real < 1.1e-6
     # what is left are slow oscillations of the same body, damped away in a thousandth of a turn

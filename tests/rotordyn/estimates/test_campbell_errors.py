@@ -16,7 +16,6 @@ from rotors import (
 )
 
 from solidwhirl import rotordyn as rd
-from solidwhirl.rotordyn.assembly.system import speed_derivative
 from solidwhirl.rotordyn.estimates.campbell_errors import campbell_errors, interpolation_part
 from solidwhirl.rotordyn.estimates.critical_speed_errors import critical_speed_errors
 from solidwhirl.rotordyn.estimates.eigenvalue_errors import frequency_errors
@@ -158,17 +157,3 @@ def test_no_critical_speeds_and_foreign_ones(pair):
     foreign = pair(kept=4)[1]
     with pytest.raises(rd.AnalysisError, match="no mode of this system"):
         critical_speed_errors(foreign, rd.critical_speeds(whole, 1.0, 900.0))
-
-
-def test_speed_derivative_is_the_slope_of_the_matrices(pair):
-    _, cut = pair(law=LAW, damping=5e3)
-    found = speed_derivative(cut, 400.0)
-    low, high = rd.matrices_at_speed(cut, 399.0), rd.matrices_at_speed(cut, 401.0)
-    # the matrices are polynomials of second degree, for which the central difference is exact
-    for name, slope in (("stiffness", found.stiffness), ("damping", found.velocity)):
-        wanted = 0.5 * (getattr(high, name) - getattr(low, name))
-        if name == "damping":
-            wanted = wanted + 0.5 * (high.gyroscopic - low.gyroscopic)
-        size = np.abs(getattr(high, name)).max()
-        assert np.abs(slope - wanted).max() < 1e-9 * size
-    assert (found.at_rate(2j) == found.stiffness + 2j * found.velocity).all()

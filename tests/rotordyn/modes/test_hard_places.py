@@ -11,8 +11,6 @@ from rotors import ground, hub, one_rotor, plane_spring, three_disk_element
 from solidwhirl.rotordyn import campbell, modes_at_speed
 from solidwhirl.rotordyn.modes.eigen import whole_group_count
 
-KINK, MASS = 100.0, 10.0
-
 
 @pytest.mark.parametrize(
     ("count", "expected"), [(1, 2), (2, 2), (3, 3), (4, 7), (5, 7), (7, 7), (8, 8), (20, 8)]

@@ -97,21 +97,6 @@ def test_frequencies_at_speed_converge_from_above():
     assert errors[-1].max() < 1e-6
 
 
-def test_one_mode_per_plane_in_closed_form():
-    """The analytical model of the source: two modes q1'' + ω1² q1 + Ωg q2' = 0 and its partner."""
-    system = twin()
-    reduced = truncated_system(system, 2)
-    squared, shapes = rest_modes(system)
-    coupling = shapes[:, 0] @ system.gyroscopic @ shapes[:, 1]
-    for speed in (500.0, 2000.0):
-        spin = (speed * coupling) ** 2
-        middle = 0.5 * (squared[0] + squared[1] + spin)
-        root = np.sqrt(middle**2 - squared[0] * squared[1])
-        omega = np.sqrt([middle - root, middle + root])
-        found = 2 * np.pi * rd.modes_at_speed(reduced, speed).frequency_hz
-        np.testing.assert_allclose(found, omega, rtol=1e-10)
-
-
 def test_analyses_work_on_it(with_laws):
     system = twin()
     reduced = truncated_system(system, 22)

@@ -12,7 +12,6 @@ from rotors import (
     ground,
     hub,
     one_rotor,
-    polynomial_law,
     three_disk,
     three_disk_element,
     turning,
@@ -141,21 +140,6 @@ def test_geared_shafts_add_up():
     # The gear alone damps.
     np.testing.assert_allclose(decrement, modes.log_decrement, rtol=1e-7, atol=1e-11)
     assert not result.decrement_bodies.any()
-
-
-def test_bearings_with_a_speed_law_add_up():
-    law = polynomial_law((1.0, 1e-3), (0.5, 2e-3), (1.0, -1e-4), top=2000.0)
-    bearings = [
-        dataclasses.replace(ground("rotor", end, 7e7, 5e7, 700.0), speed_law=law)
-        for end in ("left", "right")
-    ]
-    rotor = turning(three_disk_element())
-    system = rd.assemble({"rotor": rotor}, tuple(bearings))
-    modes = rd.modes_at_speed(system, 1000.0, 8)
-    kinetic, potential, decrement = _sums(participation(system, modes))
-    np.testing.assert_allclose(kinetic, 1.0, rtol=1e-12)
-    np.testing.assert_allclose(potential, 1.0, rtol=1e-10)
-    np.testing.assert_allclose(decrement, modes.log_decrement, rtol=1e-8)
 
 
 def test_centrifugal_part():

@@ -136,23 +136,6 @@ def test_resonance_of_the_isotropic_part_alone_is_passed():
         np.testing.assert_allclose(q, direct, rtol=0, atol=1e-9 * np.abs(direct).max())
 
 
-@pytest.mark.parametrize("ky", [3e7, 2e7])
-def test_reciprocity(ky):
-    # Without spin the receptance is symmetric; with spin that at −Ω is the transposed one (no
-    # internal damping in this rotor, whose circulatory part would break that).
-    system = three_disk()
-    unit = np.eye(system.size)[None]
-    for speed in (0.0, 400.0):
-        forth = harmonic_response(system, speed, 500.0, unit).displacement[0]
-        back = harmonic_response(system, -speed, 500.0, unit).displacement[0]
-        scale = np.sqrt(np.outer(np.abs(np.diag(forth)), np.abs(np.diag(forth))))
-        assert (np.abs(forth - back.T) / scale).max() < 1e-10
-    with_spin = engine(ky)
-    still = harmonic_response(with_spin, 0.0, 500.0, np.eye(with_spin.size)[None]).displacement[0]
-    scale = np.sqrt(np.outer(np.abs(np.diag(still)), np.abs(np.diag(still))))
-    assert (np.abs(still - still.T) / scale).max() < 1e-10
-
-
 def test_axial_motion_and_torsion_are_solved_beside_the_circles():
     shaft = with_axial_and_torsion(twin_bodies()[0], 0.4, 0.02, "A", "B")
     free = shaft.interface_index("B", "uz"), shaft.interface_index("B", "rz")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from rotors import ground, hub, three_disk, turning, twin
+from rotors import ground, hub, turning, twin
 
 from solidwhirl.rotordyn import AnalysisError, assemble, critical_speeds
 from solidwhirl.rotordyn.assembly.coordinates import interface_row
@@ -20,8 +20,6 @@ from solidwhirl.rotordyn.response.separation_margins import (
     resonances_of_modes,
     separation_margins,
 )
-
-RPM = np.pi / 30.0
 
 
 @pytest.mark.parametrize(
@@ -56,10 +54,6 @@ def test_amplification_from_the_log_decrement(damping_ratio):
     near = amplification_factor(decrement) / (np.pi / decrement) - 1
     assert near == pytest.approx(damping_ratio**2 / 2, rel=0.05)
     assert amplification_factor(-decrement) == pytest.approx(-0.5 / damping_ratio, rel=1e-13)
-
-
-def test_amplification_without_damping():
-    assert amplification_factor(0.0) == np.inf
 
 
 def test_margins_below_inside_and_above():
@@ -106,25 +100,6 @@ def test_shafts_are_compared_at_their_own_speed():
         assert resonance.speed_rad_s == pytest.approx(1.5 * critical.speed_rad_s, rel=1e-14)
         assert resonance.whirl == critical.whirl
         assert resonance.amplification_factor == np.inf
-
-
-def test_damped_rotor_from_critical_speeds_to_margins():
-    """Three-disk rotor of the book: ζ ≈ δ/2π of the modes carries through to AF."""
-    found = critical_speeds(three_disk(), 1.0, 12000 * RPM)
-    operating = OperatingRange(
-        shaft="rotor", speed_low_rad_s=4200 * RPM, speed_high_rad_s=9000 * RPM
-    )
-    margins = separation_margins(operating, resonances_of_modes(found))
-    # Published critical speeds 3620.4, 3798.3, 10018, 11279 rpm to 0.1 %.
-    expected = [3620.4 / 4200 - 1, 3798.3 / 4200 - 1, 10018 / 9000 - 1, 11279 / 9000 - 1]
-    np.testing.assert_allclose([m.margin for m in margins], expected, atol=2e-3)
-    for margin, critical in zip(margins, found, strict=True):
-        assert margin.resonance.amplification_factor == pytest.approx(
-            np.pi / critical.log_decrement, rel=1e-4
-        )
-    # Light damping: 17 % below and nearly 27 % above are asked for.
-    assert {m.verdict_api_617 for m in margins} == {"inside margin"}
-    assert [m.verdict_20_percent for m in margins] == ["inside margin"] * 3 + ["ok"]
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.0, 5.0), (6.0, 5.0), (5.0, np.inf), (np.nan, 5.0)])
