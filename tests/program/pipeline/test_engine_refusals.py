@@ -9,6 +9,7 @@ import tomllib
 
 import pytest
 from engine_of_all_kinds import ENGINE, KINDS
+from toml_text import toml
 from typer.testing import CliRunner
 
 from solidwhirl.cli import app
@@ -127,20 +128,6 @@ run_up: gravity_m_per_s2 = [0, 0, 9.81]
 
 def lines(text):
     return [line for line in text.splitlines() if line]
-
-
-def value_text(value):
-    """Plain data as TOML, every table inline."""
-    if isinstance(value, dict):
-        items = (f"{json.dumps(k)} = {value_text(v)}" for k, v in value.items())
-        return "{" + ", ".join(items) + "}"
-    if isinstance(value, list):
-        return "[" + ", ".join(value_text(v) for v in value) + "]"
-    return json.dumps(value)
-
-
-def toml(data):
-    return "".join(f"{key} = {value_text(value)}\n" for key, value in data.items())
 
 
 def changed(data, changes):

@@ -106,9 +106,7 @@ def refused_or_planned(data):
 
 
 @given(mutated())
-@settings(
-    max_examples=50, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck)
-)
+@settings(max_examples=50, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 def test_mutated_scene_is_planned_or_refused(data):
     assert refused_or_planned(data).strip()
 

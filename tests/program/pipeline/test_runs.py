@@ -7,6 +7,7 @@ import json
 
 import numpy as np
 import pytest
+from toml_text import toml
 from typer.testing import CliRunner
 
 from solidwhirl.cli import app
@@ -16,27 +17,14 @@ pytestmark = pytest.mark.solver
 
 @pytest.fixture
 def run(tmp_path):
-    """Function: write a scene as JSON-like TOML, run the command, return what it did."""
+    """Function: run the command on scene data, return what it did."""
 
     def start(data, out="out", *options):
         path = tmp_path / "scene.toml"
-        path.write_text(_toml(data), encoding="utf-8")
+        path.write_text(toml(data), encoding="utf-8")
         return CliRunner().invoke(app, ["run", str(path), "--out", str(tmp_path / out), *options])
 
     return start
-
-
-def _toml(data):
-    """Plain data as TOML: every table inline."""
-
-    def value(item):
-        if isinstance(item, dict):
-            return "{ " + ", ".join(f"{k} = {value(v)}" for k, v in item.items()) + " }"
-        if isinstance(item, list | tuple):
-            return "[" + ", ".join(value(v) for v in item) + "]"
-        return json.dumps(item)
-
-    return "".join(f"{key} = {value(item)}\n" for key, item in data.items())
 
 
 def test_command_writes_and_says_where(run, small_scene, tmp_path):
