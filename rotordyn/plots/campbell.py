@@ -56,33 +56,22 @@ _ACROSS = {"range": "end of the basis", "indefinite": "stiffness indefinite"}
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CampbellView:
-    """What a Campbell diagram shows beside its branches.
+    """What a Campbell diagram shows beside its branches."""
 
-    Attributes
-    ----------
-    critical_speeds
-        Marked by rings.
-    critical_texts
-        What a reader is told at each of them; empty: its speed and frequency alone.
-    excitation_ratios
-        Ratio of each excitation line by name, such as the speed ratio of each shaft; the line is
-        |ratio| · Ω, drawn once for equal |ratio|.
-    operating_rad_s
-        Lowest and highest operating speed by what a reader is told, as Ω of the reference shaft.
-    errors
-        Relative errors of the frequencies, shape (b, s), drawn as bands; None draws none.
-    damped
-        Where a branch is critically damped, that is no resonance, shape (b, s); None: nowhere.
-    unstable_rad_s
-        Lowest and highest Ω of unstable ranges.
-    """
-
+    #: Marked by rings
     critical_speeds: Sequence[CriticalSpeed] = ()
+    #: What a reader is told at each of them; empty: its speed and frequency alone
     critical_texts: Sequence[str] = ()
+    #: Ratio of each excitation line by name, such as the speed ratio of each shaft; the line is
+    #: |ratio| · Ω, drawn once for equal |ratio|
     excitation_ratios: Mapping[str, float]
+    #: Lowest and highest operating speed by what a reader is told, as Ω of the reference shaft
     operating_rad_s: Mapping[str, tuple[float, float]]
+    #: Relative errors of the frequencies, shape (b, s), drawn as bands; None draws none
     errors: FloatArray | None = None
+    #: Where a branch is critically damped, that is no resonance, shape (b, s); None: nowhere
     damped: BoolArray | None = None
+    #: Lowest and highest Ω of unstable ranges
     unstable_rad_s: Sequence[tuple[float, float]] = ()
 
     def where_damped(self, campbell: Campbell) -> BoolArray:

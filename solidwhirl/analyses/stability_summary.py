@@ -27,21 +27,14 @@ _REST_RAD_S = 1e-6
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Stability:
-    """Where a system is unstable, and how its first modes are damped where it operates.
+    """Where a system is unstable, and how its first modes are damped where it operates."""
 
-    Attributes
-    ----------
-    low_rpm, high_rpm
-        Range of speeds looked at, of the reference shaft.
-    intervals
-        Where it is unstable, by rising speed.
-    at_operating
-        Entries of `at_operating`, one for each end of the operating speeds of each shaft.
-    """
-
+    #: Range of speeds looked at, of the reference shaft
     low_rpm: float
     high_rpm: float
+    #: Where it is unstable, by rising speed
     intervals: tuple[UnstableInterval, ...]
+    #: Entries of `at_operating`, one for each end of the operating speeds of each shaft
     at_operating: tuple[dict[str, Any], ...]
 
     @property

@@ -27,18 +27,13 @@ from solidwhirl.scene_reading.reader import scene_hash
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Job:
-    """What all stages of a run need.
-
-    Attributes
-    ----------
-    keeper
-        Where stages come from and are kept; on rank 0 only.
-    """
+    """What all stages of a run need."""
 
     scene: Scene
     plan: Plan
     comm: Any
     clock: reduction.Clock
+    #: Where stages come from and are kept; on rank 0 only
     keeper: Keeper
 
     @property

@@ -65,16 +65,11 @@ class Engine:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Diagram:
-    """What every run computes of its engine.
-
-    Attributes
-    ----------
-    critical_speeds
-        Within the scene's speed range, by excitation.
-    """
+    """What every run computes of its engine."""
 
     at_rest: Modes
     campbell: Campbell
+    #: Within the scene's speed range, by excitation
     critical_speeds: tuple[ExcitedCriticalSpeed, ...]
 
 
