@@ -13,16 +13,7 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from solidwhirl.core.blocks import AnalysisBlock, Table
-from solidwhirl.core.fields import (
-    MOST,
-    Count,
-    FileName,
-    Name,
-    NotNegative,
-    Place,
-    Positive,
-    Record,
-)
+from solidwhirl.core.fields import MOST, Count, FileName, Name, NotNegative, Place, Positive, Record
 from solidwhirl.core.outcome import OTHERS, Outcome, PageSection, Write
 from solidwhirl.core.plain_data import Labels, plain_data, tabled
 from solidwhirl.rotordyn import AssembledSystem, Campbell
@@ -151,10 +142,6 @@ class Engine:
     analyses: Mapping[str, Analysis]
     #: Makes the recovery of a body by its name (`reduction.recovery.stresses`)
     recoveries: Callable[[str], Any]
-
-    def speed_ratio(self, body: str) -> float:
-        """Speed of a body over that of the reference shaft."""
-        return self.speed_ratios[body]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

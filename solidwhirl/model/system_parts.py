@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from solidwhirl.analyses.unbalances import end_of
 from solidwhirl.geometry import GeometryError
 from solidwhirl.model.bodies import scene_materials
 from solidwhirl.model.imported_bodies import imported_elements
@@ -17,7 +18,6 @@ from solidwhirl.rotordyn import (
     AssembledSystem,
     Bearing,
     Disk,
-    End,
     Gear,
     InternalDamping,
     PolynomialLaw,
@@ -176,8 +176,8 @@ def _bearing(spec: BearingSpec, off: tuple[str, ...], laws: Mapping[str, SpeedLa
         values[key] = value if isinstance(value, float) else np.array(value, dtype=float)
     return Bearing(
         name=spec.name,
-        first=_end(spec.first),
-        second=None if spec.second == "ground" else _end(spec.second),
+        first=end_of(spec.first),
+        second=None if spec.second == "ground" else end_of(spec.second),
         rigid=tuple(c for c in spec.rigid if c not in fixed),
         speed_law=laws.get(spec.speed_law or ""),
         cross_coupling=spec.cross_coupling,
@@ -197,16 +197,11 @@ def _gear(spec: GearSpec, damped: bool) -> Gear:
     angle = spec.line_of_action_deg
     return Gear(
         name=spec.name,
-        first=_end(spec.first),
-        second=_end(spec.second),
+        first=end_of(spec.first),
+        second=end_of(spec.second),
         ratio=spec.ratio,
         mesh_stiffness_n_per_m=spec.mesh_stiffness_n_per_m,
         mesh_damping_n_s_per_m=spec.mesh_damping_n_s_per_m * float(damped),
         base_radius_first_m=spec.base_radius_first_m,
         line_of_action_rad=None if angle is None else float(np.radians(angle)),
     )
-
-
-def _end(text: str) -> End:
-    body, _, interface = text.partition(".")
-    return End(body=body, interface=interface)

@@ -10,26 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
-from solidwhirl.analyses.base import (
-    Analysis,
-    Sweep,
-    number_text,
-)
+from solidwhirl.analyses.base import Analysis, Sweep, number_text
 from solidwhirl.analyses.kinds.run_up import RunUpSpec
 from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
-from solidwhirl.analyses.unbalances import (
-    end_of,
-    unbalance_of,
-)
-from solidwhirl.core.fields import (
-    Count,
-    FileName,
-    Name,
-    NotNegative,
-    Place,
-    Positive,
-    Record,
-)
+from solidwhirl.analyses.unbalances import end_of, unbalance_of
+from solidwhirl.core.fields import Count, FileName, Name, NotNegative, Place, Positive, Record
 from solidwhirl.rotordyn import AnalysisError, AssembledSystem, End, modes_at_speed
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
 from solidwhirl.rotordyn.response.harmonic_response import harmonic_response, independent_loads
