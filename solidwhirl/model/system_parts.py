@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from solidwhirl.analyses.unbalances import end_of
-from solidwhirl.geometry import GeometryError
-from solidwhirl.model.bodies import scene_materials
+from solidwhirl.model.bodies import known_material, scene_materials
 from solidwhirl.model.imported_bodies import imported_elements
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.rotordyn import (
@@ -85,13 +84,7 @@ def simple_elements(scene: Scene, plan: Plan) -> dict[str, Superelement]:
 
 
 def _beam(scene: Scene, plan: Plan, name: str, spec: BeamSpec) -> Superelement:
-    materials = scene_materials(scene)
-    if spec.material not in materials:
-        raise GeometryError(
-            f"beams.{name}: unknown material {spec.material!r}; known are "
-            f"{', '.join(sorted(materials))}"
-        )
-    material = materials[spec.material]
+    material = known_material(scene_materials(scene), spec.material, f"beams.{name}")
     sections = len(spec.stations_m) - 1
     carried = {m for place in spec.interfaces for m in plan.carried[f"{name}.{place}"]}
     return beam_superelement(
