@@ -38,10 +38,7 @@ def write_superelement(element: Superelement, path: str | Path) -> None:
     the first 512. All numbers are kept bit for bit; what varies between runs (date, program
     version) is in attributes of the root.
 
-    Raises
-    ------
-    OSError
-        If the folder does not exist or cannot be written.
+    Raises OSError: the folder does not exist or cannot be written.
     """
     with replacing(Path(path)) as temporary:
         with h5py.File(
@@ -184,21 +181,12 @@ def _put_text(group: h5py.Group, name: str, texts: list[str]) -> None:
 def read_superelement(path: str | Path) -> Superelement:
     """Read a superelement from an HDF5 file.
 
-    Returns
-    -------
-    Superelement
-        Equal to the one written, bit for bit.
+    Returns a record equal to the one written, bit for bit.
+    Raises SuperelementError: the file is missing, damaged, of another format or a newer major
+    version, not in SI units or not in the inertial frame, lacks a dataset, or holds wrong shapes,
+    numbers that are not finite, or names that can't be printed. The message names the file and the
+    place. Sizes are checked before any number is read.
 
-    Raises
-    ------
-    SuperelementError
-        If the file is missing, damaged, of another format or a newer major version, not in SI
-        units or not in the inertial frame, lacks a dataset, or holds wrong shapes, numbers that
-        are not finite, or names that can't be printed. The message names the file and the place.
-        Sizes are checked before any number is read.
-
-    Notes
-    -----
     A file with the checksum of `write_superelement` is read as it is. Any other is read in a child
     process first, since the HDF5 library may crash or run forever on damaged bytes.
 

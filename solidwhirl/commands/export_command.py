@@ -34,17 +34,12 @@ from solidwhirl.rotordyn.superelement.record import Superelement
 
 @dataclass(frozen=True, kw_only=True)
 class Format:
-    """A format that bodies can be exported in.
-
-    Attributes
-    ----------
-    options
-        Options of the command that it understands, and the writer's names for them.
-    """
+    """A format that bodies can be exported in."""
 
     title: str
     ending: str
     writer: Callable[..., Exported]
+    #: Options of the command that it understands, and the writer's names for them
     options: Mapping[str, str]
 
 
@@ -113,13 +108,9 @@ def export_body(
 ) -> Exported:
     """Write a superelement file in another format.
 
-    Raises
-    ------
-    OutputError
-        An unknown format, an option that it does not have, a file that is there, or a place that
-        can't be written.
-    SuperelementError
-        The file can't be read, or the format can't take the body.
+    Raises OutputError: an unknown format, an option that it does not have, a file that is there, or
+    a place that can't be written; SuperelementError: the file can't be read, or the format can't
+    take the body.
     """
     if name not in FORMATS:
         raise OutputError(f"--format: {_unknown(name)}; known are {', '.join(FORMATS)}")
@@ -201,10 +192,7 @@ def export_command(
 ) -> None:
     """Export a body and say what was written, and what the format can not carry.
 
-    Raises
-    ------
-    OutputError
-        As in `export_body`, also for what `SuperelementError` says there.
+    Raises OutputError: as in `export_body`, also for what `SuperelementError` says there.
     """
     try:
         done = export_body(body, name, out, options, force=force)

@@ -48,18 +48,11 @@ def geometry_command(
 ) -> tuple[Path, ...]:
     """Write the bodies of a scene as closed solids of revolution, and return the files.
 
-    Parameters
-    ----------
-    step
-        A file .step or .stp for all bodies together, or a folder for one file of each.
-    length_unit
-        Of the coordinates in the files, "mm" or "m".
-
-    Raises
-    ------
-    SceneError, GeometryError, MeshingError, OutputError
-        A scene that can't be read or has no body with a profile, solids that can't be made, a file
-        that can't be written or is there already, or an unknown unit.
+    `step`: a file .step or .stp for all bodies together, or a folder for one file of each.
+    `length_unit`: of the coordinates in the files, "mm" or "m".
+    Raises SceneError, GeometryError, MeshingError, OutputError: a scene that can't be read or has
+    no body with a profile, solids that can't be made, a file that can't be written or is there
+    already, or an unknown unit.
     """
     from solidwhirl.meshing.own.step_write import write_step
     from solidwhirl.model.bodies import build_bodies

@@ -60,10 +60,7 @@ def init(
 def write_scene(file: Path, kind: str, *, replace: bool) -> None:
     """Write a scene of a kind; its name is that of the file where that can be one.
 
-    Raises
-    ------
-    OutputError
-        No such kind, the file is there, or can't be written.
+    Raises OutputError: no such kind, the file is there, or can't be written.
     """
     if kind not in KINDS:
         raise OutputError(f"--kind: found {kind!r}, allowed are {', '.join(KINDS)}")

@@ -112,11 +112,8 @@ def pictures_command(
 ) -> DrawnPictures:
     """Draw the pictures of a scene's run; what can not be drawn does not stop the others.
 
-    Raises
-    ------
-    OutputError
-        An unknown format or name, a film that is asked for alone without a format for it, or a
-        folder that can't be written.
+    Raises OutputError: an unknown format or name, a film that is asked for alone without a format
+    for it, or a folder that can't be written.
     """
     from solidwhirl.files.run_folder import STAGES, claimed
     from solidwhirl.pictures.catalogue import pictures_of
@@ -150,10 +147,7 @@ def pictures_command(
 def chosen_formats(text: str) -> tuple[str, ...]:
     """Return the formats of a text such as "pdf,svg".
 
-    Raises
-    ------
-    OutputError
-        An unknown format, or none.
+    Raises OutputError: an unknown format, or none.
     """
     asked = tuple(dict.fromkeys(part.strip().lower() for part in text.split(",") if part.strip()))
     unknown = [part for part in asked if part not in FORMATS]
@@ -166,10 +160,7 @@ def chosen_formats(text: str) -> tuple[str, ...]:
 def chosen_pictures(pictures: Sequence[Picture], only: Sequence[str]) -> tuple[Picture, ...]:
     """Return the pictures whose names fit one of some patterns; all of them without patterns.
 
-    Raises
-    ------
-    OutputError
-        A pattern fits none; the message lists the names.
+    Raises OutputError: a pattern fits none; the message lists the names.
     """
     for pattern in only:
         if not any(fnmatchcase(p.name, pattern) for p in pictures):

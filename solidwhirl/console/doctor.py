@@ -57,16 +57,10 @@ print('version', getattr(top, '__version__', ''))
 
 @dataclass(frozen=True, kw_only=True)
 class Finding:
-    """One thing that was looked for.
-
-    Attributes
-    ----------
-    state
-        "ok", "missing", or "doubtful" where it is there but will not do well.
-    """
+    """One thing that was looked for."""
 
     what: str
-    state: State
+    state: State  #: "ok", "missing", or "doubtful" where it is there but will not do well
     found: str
     needed: bool = True
     remedy: str = ""

@@ -65,14 +65,8 @@ def study_command(
     continues where it stopped. `progress` is called with one line per case, with the time to go;
     `quick` takes short ladders, under a minute for a small scene.
 
-    Raises
-    ------
-    SceneError
-        The scene can't be read.
-    StudyError
-        There is no body with a profile, or the reference fails.
-    OutputError
-        The folder can't be written.
+    Raises SceneError: the scene can't be read; StudyError: there is no body with a profile, or the
+    reference fails; OutputError: the folder can't be written.
     """
     scene, out = read_scene(scene_path), Path(out)
     if not scene.bodies:
@@ -126,10 +120,7 @@ def run_cases(
 
     Results are cached in the folder; failed cases are run again.
 
-    Raises
-    ------
-    StudyError
-        The reference fails: nothing can be held against it.
+    Raises StudyError: the reference fails: nothing can be held against it.
     """
     store = StageStore(folder)
     machine = machine_speed()
