@@ -15,7 +15,7 @@ import typer
 from solidwhirl.core.errors import OutputError, clean
 from solidwhirl.files.run_folder import refuse_existing
 from solidwhirl.files.surface_files import write_surface_vtkhdf, write_surface_vtu
-from solidwhirl.rotordyn.core.atomic import replacing
+from solidwhirl.rotordyn.core.atomic import replace_text
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.exchange.exported import Exported
 from solidwhirl.rotordyn.exchange.matrices.arrays_npz import write_npz
@@ -46,8 +46,7 @@ class Format:
 def write_sidecar(element: Superelement, path: Path) -> Exported:
     """Write what a superelement is, without its matrices, as JSON."""
     text = json.dumps(superelement_document(element), indent=1, allow_nan=False)
-    with replacing(path) as temporary:
-        temporary.write_text(text + "\n", encoding="utf-8")
+    replace_text(path, text + "\n")
     return Exported(
         files=(path,),
         carried=("coordinates", "interfaces", "mass properties", "frequencies", "provenance"),

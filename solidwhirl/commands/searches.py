@@ -31,15 +31,17 @@ def study(
 
     def work() -> None:
         refuse_unwritable(out)
+        from solidwhirl.study.report import PICTURE, REPORT
         from solidwhirl.study.run import study_command
 
         with telling(quiet) as progress:
-            done = study_command(scene, out, progress, quick=quick)
+            found = study_command(scene, out, progress, quick=quick)
         if quiet:
             return
-        typer.echo(f"picture: {done.picture}")
-        typer.echo(f"table: {done.report}")
-        typer.echo(f"{done.done} cases, {done.failed} failed, {done.skipped} skipped")
+        typer.echo(f"picture: {out / PICTURE}")
+        typer.echo(f"table: {out / REPORT}")
+        done, failed, skipped = found.counts
+        typer.echo(f"{done} cases, {failed} failed, {skipped} skipped")
 
     guarded(scene, work)
 

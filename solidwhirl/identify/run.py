@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,14 +14,14 @@ import numpy as np
 
 from solidwhirl.cache.files import StageStore
 from solidwhirl.core.errors import OutputError, SceneError, writing
-from solidwhirl.identify.model import InfeasibleError, Model
+from solidwhirl.files.run_folder import refuse_foreign
+from solidwhirl.identify.model import InfeasibleError, Model, Progress
 from solidwhirl.identify.problem import Problem, read_problem
 from solidwhirl.identify.record import Identification, document, text
 from solidwhirl.identify.scene import Steps, scene_text, with_references
 from solidwhirl.identify.search import measured_slopes, search
-from solidwhirl.rotordyn.core.atomic import replacing
+from solidwhirl.rotordyn.core.atomic import replace_text
 
-Progress = Callable[[str], None]
 # What a scene says in its head that a search has written.
 _WRITTEN = "Written by `solidwhirl identify"
 
@@ -67,8 +67,8 @@ def identify_command(
         record: json.dumps(written, indent=1, allow_nan=False) + "\n",
     }
     for file, content in contents.items():
-        with writing(file), replacing(file) as temporary:
-            temporary.write_text(content, encoding="utf-8")
+        with writing(file):
+            replace_text(file, content)
     store.remove()
     return Identified(
         scene=out,
@@ -88,13 +88,6 @@ def _found_line(parameter: Mapping[str, Any]) -> str:
     )
 
 
-def _is_identified(path: Path) -> bool:
-    try:
-        return path.is_file() and _WRITTEN in path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError):
-        return False
-
-
 def _refuse_target(problem: Problem, out: Path) -> None:
     """Find out before the long work, not after, that the file can not be written."""
     read = (problem.path, problem.path.parent / problem.spec.scene)
@@ -102,11 +95,9 @@ def _refuse_target(problem: Problem, out: Path) -> None:
         raise OutputError(f"{out}: is read by this problem; choose another file to write")
     if out.is_dir():
         raise OutputError(f"{out}: is a folder; the name of a file is needed")
-    if os.path.lexists(out) and not _is_identified(out):
-        raise OutputError(
-            f"{out}: is there already and `identify` did not write it; move it away or choose "
-            "another file"
-        )
+    refuse_foreign(
+        out, _WRITTEN, "`identify` did not write it; move it away or choose another file"
+    )
     with writing(out):
         out.parent.mkdir(parents=True, exist_ok=True)
     if not os.access(out.parent, os.W_OK | os.X_OK):

@@ -11,7 +11,7 @@ from typing import Literal, NamedTuple, get_args
 import numpy as np
 
 from solidwhirl.rotordyn.core.arrays import FloatArray
-from solidwhirl.rotordyn.core.atomic import replacing
+from solidwhirl.rotordyn.core.atomic import replace_text
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.exchange.exported import Exported
 from solidwhirl.rotordyn.exchange.multibody.body_fixed import (
@@ -70,9 +70,8 @@ def write_mbdyn(
     example = path.with_name(f"{path.stem}_example.mbd")
     labels = node_labels([node.name for node in form.nodes])
     start = _example_input(form, path.name, labels, level=level, modal_damping=modal_damping)
-    for file, content in ((example, start), (path, text)):
-        with replacing(file) as temporary:
-            temporary.write_text(content, encoding="utf-8", newline="\n")
+    replace_text(example, start)
+    replace_text(path, text)
     return Exported(
         files=(path, example),
         carried=_carried(form, labels, level),

@@ -11,7 +11,7 @@ from typing import Literal, NamedTuple, get_args
 import numpy as np
 
 from solidwhirl.rotordyn.core.arrays import FloatArray, cross_matrix
-from solidwhirl.rotordyn.core.atomic import replacing
+from solidwhirl.rotordyn.core.atomic import replace_text
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.exchange.exported import Exported
 from solidwhirl.rotordyn.exchange.multibody.body_fixed import (
@@ -73,8 +73,7 @@ def write_sid(
     """
     form = body_fixed_form(element, modes=modes)
     text = sid_text(form, layout=layout, modal_damping=modal_damping)
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="ascii", newline="\n")
+    replace_text(path, text)
     return Exported(
         files=(path,), carried=_carried(form, layout), left_out=_left_out(element, form)
     )
