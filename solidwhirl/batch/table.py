@@ -11,6 +11,7 @@ import numpy as np
 
 from solidwhirl.batch.journal import (
     JOURNAL,
+    LATER,
     SCHEMA,
     BatchTableError,
     in_order,
@@ -18,7 +19,7 @@ from solidwhirl.batch.journal import (
     row_document,
     row_from_document,
 )
-from solidwhirl.core.errors import OutputError
+from solidwhirl.core.errors import writing
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.atomic import replacing
 from solidwhirl.sweep.labels import unit_of
@@ -28,8 +29,6 @@ TABLE = "table.h5"
 _TEXTS = ("case", "scene", "status", "message", "digest", "method")
 _NUMBERS = ("seconds", "peak_memory_gib")
 _COUNTS = ("ranks", "sweep_cases")
-# Columns that tables of earlier releases do not have.
-_LATER = ("method", "sweep_cases", "critical_motion", "campbell_motion")
 _CRITICAL = ("critical_speed_rpm", "critical_frequency_hz", "critical_error_estimate")
 _CAMPBELL = ("campbell_frequency_hz", "campbell_log_decrement")
 _MOTIONS = ("critical_motion", "campbell_motion")
@@ -92,12 +91,8 @@ def write_table(folder: str | Path) -> Path:
     """
     path = Path(folder) / TABLE
     rows = in_order(read_journal(folder))
-    try:
-        with replacing(path) as temporary, h5py.File(temporary, "w") as file:
-            _write(file, rows)
-    except OSError as error:
-        said = error.strerror or str(error).splitlines()[0]
-        raise OutputError(f"{path}: can not be written: {said}") from error
+    with writing(path), replacing(path) as temporary, h5py.File(temporary, "w") as file:
+        _write(file, rows)
     return path
 
 
@@ -194,7 +189,7 @@ def _padded(lists: Sequence[Sequence[float]], length: int | None = None) -> Floa
 
 def _read(file: Any) -> tuple[BatchRow, ...]:
     """Through the rows' documents, so that one place knows what a row is."""
-    absent = {key for key in _LATER if key not in file}
+    absent = {key for key in LATER if key not in file}
     texts, counts, motions = (
         [key for key in keys if key not in absent] for keys in (_TEXTS, _COUNTS, _MOTIONS)
     )

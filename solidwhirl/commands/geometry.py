@@ -9,7 +9,7 @@ import typer
 
 from solidwhirl.commands.options import Force, SceneFile, completing, examples
 from solidwhirl.console.guard import guarded
-from solidwhirl.core.errors import OutputError
+from solidwhirl.core.errors import OutputError, writing
 from solidwhirl.files.run_folder import refuse_existing
 from solidwhirl.geometry import GeometryError
 
@@ -70,10 +70,8 @@ def geometry_command(
     if step.suffix.lower() not in _SUFFIXES:
         files = {step / f"{name}.step": (body,) for name, body in bodies.items()}
     refuse_existing(files, force=force)
-    try:
+    with writing(step):
         for path, own in files.items():
             path.parent.mkdir(parents=True, exist_ok=True)
             write_step(own, path, unit_m=_UNITS_M[length_unit])
-    except OSError as error:
-        raise OutputError(f"{step}: can not be written: {error.strerror or error}") from error
     return tuple(files)

@@ -13,7 +13,7 @@ import typer
 from solidwhirl.commands import options
 from solidwhirl.console.guard import guarded
 from solidwhirl.console.terminal import telling
-from solidwhirl.core.errors import OutputError
+from solidwhirl.core.errors import OutputError, writing
 from solidwhirl.core.stages import Progress
 from solidwhirl.files.picture_index import (
     INDEX,
@@ -203,13 +203,12 @@ def _draw(
         path = folder / f"{picture.name}.{kind}"
         progress(f"draw {path.name}")
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            picture.draw(path)
+            with writing(path):
+                path.parent.mkdir(parents=True, exist_ok=True)
+                picture.draw(path)
         except (ValueError, ImportError) as error:
             failed.append((path.name, str(error)))
             progress(f"{path.name} is not drawn: {error}")
-        except OSError as error:
-            raise OutputError(f"{path}: can not be written: {error.strerror or error}") from error
         else:
             drawn.append(path)
     return drawn

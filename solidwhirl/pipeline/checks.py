@@ -16,6 +16,7 @@ from solidwhirl.rotordyn.checks import plain_responses
 from solidwhirl.rotordyn.checks.plain_system import PlainSystem
 from solidwhirl.rotordyn.checks.system_checks import check_system
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
+from solidwhirl.rotordyn.response.unbalance import Unbalance
 from solidwhirl.rotordyn.superelement.invariants import Invariant, check_superelement
 
 # Speeds of a response that are solved again.
@@ -94,9 +95,14 @@ def _responses(
     ]
     for exciter in document["exciters"]:
         loads = [
-            plain_responses.Load(_end(u["at"]), u["moment_kg_m"], float(np.radians(u["phase_deg"])))
+            Unbalance(
+                body=end.body,
+                interface=end.interface,
+                moment_kg_m=u["moment_kg_m"],
+                phase_rad=float(np.radians(u["phase_deg"])),
+            )
             for u in document["unbalances"]
-            if u["at"].partition(".")[0] in exciter["bodies"]
+            if (end := _end(u["at"])).body in exciter["bodies"]
         ]
         if not any(load.moment_kg_m for load in loads):
             continue
@@ -105,12 +111,9 @@ def _responses(
             for at, found in exciter["places"].items()
         ]
         chosen = _chosen(speeds, exciter, plain.knots_rad_s)
-        for check in (
-            plain_responses.check_unbalance_response(plain, loads, speeds, curves, chosen, name),
-            plain_responses.check_peaks(plain, loads, speeds, curves, doubtful, name),
-        ):
-            if check is not None:
-                yield check
+        yield from plain_responses.check_unbalance_response(
+            plain, loads, speeds, curves, chosen, doubtful, name
+        )
 
 
 def _end(place: str) -> End:

@@ -135,14 +135,6 @@ def resolved_step(value: Any, step: str, where: str, text: str) -> str | int:
     )
 
 
-def value_at(data: Mapping[str, Any], place: Place) -> float:
-    """Return the number at a place."""
-    value: Any = data
-    for step in place.steps:
-        value = value[step]
-    return float(value)
-
-
 def with_values(data: Mapping[str, Any], values: Mapping[Place, float]) -> dict[str, Any]:
     """Return the data with other numbers at some places."""
     return with_entries(data, {place.steps: value for place, value in values.items()})
