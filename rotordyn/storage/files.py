@@ -17,13 +17,9 @@ from solidwhirl.rotordyn.storage import format as layout
 from solidwhirl.rotordyn.storage import optional_parts as parts
 from solidwhirl.rotordyn.storage.checked_reads import SuperelementFile, check_header
 from solidwhirl.rotordyn.storage.sandbox import SEAL_BYTES, refuse_damaged, seal_file
+from solidwhirl.rotordyn.superelement import invariants
 from solidwhirl.rotordyn.superelement.body_measures import asymmetry
-from solidwhirl.rotordyn.superelement.invariants import (
-    Invariant,
-    check_superelement,
-    symmetry_check,
-    undecided,
-)
+from solidwhirl.rotordyn.superelement.invariants import Invariant
 from solidwhirl.rotordyn.superelement.record import Coordinate, InterfaceNode, Superelement
 from solidwhirl.rotordyn.superelement.rigid_body import body_mass_matrix
 
@@ -303,12 +299,12 @@ def check_superelement_file(path: str | Path) -> tuple[Invariant, ...]:
     if not all(check.passed for check in stored.values()):
         first = next(iter(stored.values()))
         reason = "a body whose matrices are not symmetric or skew is not read"
-        rest = undecided("all other checks", first.where, first.concerns, reason)
+        rest = invariants.undecided("all other checks", first.where, first.concerns, reason)
         return (*stored.values(), rest)
     element = read_superelement(path)
     return tuple(
         replace(stored[check.name], where=element.name) if check.name in stored else check
-        for check in check_superelement(element)
+        for check in invariants.check_superelement(element)
     )
 
 
@@ -321,5 +317,5 @@ def _stored_symmetry(path: Path) -> dict[str, Invariant]:
         for name, operator in layout.OPERATORS.items():
             sign = 1.0 if operator.symmetry == "symmetric" else -1.0
             error = asymmetry(file.operator(name, n), sign)
-            checks.append(symmetry_check(operator.field, where, error))
+            checks.append(invariants.symmetry_check(operator.field, where, error))
     return {check.name: check for check in checks}

@@ -126,7 +126,9 @@ def export_body(
     element = read_superelement(body)
     with writing(out):
         out.parent.mkdir(parents=True, exist_ok=True)
-    named = {chosen.options[key]: _value(key, value) for key, value in options.items()}
+    named = {chosen.options[key]: value for key, value in options.items()}
+    if "speed_rpm" in options:
+        named["speed_rad_s"] = options["speed_rpm"] * math.pi / 30.0
     try:
         with (
             writing(out),
@@ -164,11 +166,6 @@ def _folder_text(folder: Path) -> str:
         return f"{folder}: is a folder without bodies; a superelement file is needed"
     what = "a folder of a run" if found[0].parent != folder else "a folder"
     return f"{folder}: is {what}; bodies in it: {', '.join(str(path) for path in found)}"
-
-
-def _value(option: str, value: Any) -> Any:
-    """Speeds in rad/s, the rest as it is."""
-    return value * math.pi / 30.0 if option == "speed_rpm" else value
 
 
 def export_command(

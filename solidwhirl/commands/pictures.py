@@ -15,13 +15,8 @@ from solidwhirl.console.guard import guarded
 from solidwhirl.console.terminal import telling
 from solidwhirl.core.errors import OutputError, writing
 from solidwhirl.core.stages import Progress
-from solidwhirl.files.picture_index import (
-    INDEX,
-    MOVING_FORMATS,
-    STILL_FORMATS,
-    Picture,
-    write_index,
-)
+from solidwhirl.files import picture_index
+from solidwhirl.files.picture_index import Picture
 from solidwhirl.pictures.picture_names import refuse_unknown_names
 
 if TYPE_CHECKING:
@@ -32,7 +27,7 @@ EXAMPLES = options.examples(
     "solidwhirl pictures scenes/laval.toml --out out/laval --only campbell",
     "solidwhirl pictures scenes/laval.toml --out out/laval --formats pdf,svg",
 )
-FORMATS = STILL_FORMATS + MOVING_FORMATS
+FORMATS = picture_index.STILL_FORMATS + picture_index.MOVING_FORMATS
 #: Modes shown in space without being asked for more.
 MODES = 4
 
@@ -139,8 +134,8 @@ def pictures_command(
         files = tuple(path for drawn in entries.values() for path in drawn)
         if not files and not failed:
             raise _no_format(kinds, [p.name for p in chosen])
-        index = folder / INDEX
-        write_index(index, scene.title or scene.name, pictures, entries)
+        index = folder / picture_index.INDEX
+        picture_index.write_index(index, scene.title or scene.name, pictures, entries)
     return DrawnPictures(files=files, index=index, failed=tuple(failed))
 
 
@@ -172,7 +167,7 @@ def chosen_pictures(pictures: Sequence[Picture], only: Sequence[str]) -> tuple[P
 def _refuse_films_alone(only: Sequence[str], kinds: Sequence[str]) -> None:
     """Refuse names of films without a format for one, before anything is computed."""
     films = [name for name in only if name.startswith("mode_") and name.endswith("_film")]
-    if only and len(films) == len(only) and not {*kinds} & {*MOVING_FORMATS}:
+    if only and len(films) == len(only) and not {*kinds} & {*picture_index.MOVING_FORMATS}:
         raise _no_format(kinds, films)
 
 

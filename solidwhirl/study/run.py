@@ -18,17 +18,9 @@ from solidwhirl.model.effects import make_plan
 from solidwhirl.rotordyn.core.atomic import replace_text
 from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
 from solidwhirl.scene_reading.reader import read_scene, scene_hash
+from solidwhirl.study import report
 from solidwhirl.study.cases import FULL, QUICK, Ladders, StudyCase, study_cases
 from solidwhirl.study.measure import measured_apart
-from solidwhirl.study.report import (
-    DOCUMENT,
-    PICTURE,
-    REPORT,
-    Study,
-    study_chart,
-    study_document,
-    summary,
-)
 from solidwhirl.study.table import Outcome, study_table
 
 Progress = Callable[[str], None]
@@ -51,7 +43,7 @@ def study_command(
     progress: Progress = lambda text: None,
     *,
     quick: bool = False,
-) -> Study:
+) -> report.Study:
     """Measure error against processor time and memory over levels, orders, meshes and modes.
 
     Writes `study.json`, `study.md` and `study.png` into the folder.
@@ -66,19 +58,21 @@ def study_command(
     scene, out = read_scene(scene_path), Path(out)
     if not scene.bodies:
         raise StudyError("a study needs a body with a profile, [bodies.NAME]; the scene has none")
-    refuse_foreign(out / DOCUMENT, '"schema": "solidwhirl-study-', "no study wrote it")
+    refuse_foreign(out / report.DOCUMENT, '"schema": "solidwhirl-study-', "no study wrote it")
     ladders = QUICK if quick else FULL
     cases = study_cases(scene, ladders)  # a scene that is refused leaves no folder
     with writing(out):
         (out / "cases").mkdir(parents=True, exist_ok=True)
         outcomes = run_cases(cases, out / "cases", ladders, progress)
         progress("picture")
-        study = Study(scene=scene, quick=quick, outcomes=outcomes, table=study_table(outcomes))
-        document = study_document(study)
-        chart = study_chart(study)
-        draw_charts([chart], out / PICTURE, chart.title)
-        replace_text(out / REPORT, summary(study, document))
-        replace_text(out / DOCUMENT, json.dumps(document, indent=1, allow_nan=False) + "\n")
+        study = report.Study(
+            scene=scene, quick=quick, outcomes=outcomes, table=study_table(outcomes)
+        )
+        document = report.study_document(study)
+        chart = report.study_chart(study)
+        draw_charts([chart], out / report.PICTURE, chart.title)
+        replace_text(out / report.REPORT, report.summary(study, document))
+        replace_text(out / report.DOCUMENT, json.dumps(document, indent=1, allow_nan=False) + "\n")
     return study
 
 

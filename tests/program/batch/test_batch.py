@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 from solidwhirl.batch.case import CaseSettings
-from solidwhirl.batch.progress import BatchProgress
+from solidwhirl.batch.command import BatchProgress
 from solidwhirl.batch.run import Dispatch, Place, Work, kept_cases, run_batch
 from solidwhirl.batch.schedule import (
     Memory,
