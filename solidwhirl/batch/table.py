@@ -12,9 +12,9 @@ import numpy as np
 from solidwhirl.batch import journal
 from solidwhirl.batch.journal import SCHEMA, BatchTableError
 from solidwhirl.core.errors import writing
+from solidwhirl.core.key_units import unit_of
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.atomic import replacing
-from solidwhirl.sweep.labels import unit_of
 from solidwhirl.sweep.records import BatchRow
 
 TABLE = "table.h5"
