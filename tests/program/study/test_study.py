@@ -29,10 +29,14 @@ def scene_path(tmp_path_factory, small_scene):
 
 @pytest.fixture(scope="module")
 def quick(scene_path, tmp_path_factory):
-    """Record, document and what was said of one quick study."""
-    said = []
-    done = study_command(scene_path, tmp_path_factory.mktemp("study"), said.append, quick=True)
-    return done, json.loads(done.document.read_text(encoding="utf-8")), said
+    """Record, folder, document and what was said of one quick study."""
+    said, out = [], tmp_path_factory.mktemp("study")
+    done = study_command(scene_path, out, said.append, quick=True)
+    return done, out, written(out), said
+
+
+def written(out):
+    return json.loads((out / "study.json").read_text(encoding="utf-8"))
 
 
 def case(document, name):
@@ -41,9 +45,10 @@ def case(document, name):
 
 @pytest.mark.solver
 def test_every_case_ran_and_the_level_has_a_real_ladder(quick):
-    done, document, said = quick
-    assert (done.failed, done.skipped) == (0, 0), done.notes
-    assert done.done == len(document["cases"]) == sum("to go" in line for line in said)
+    done, _, document, said = quick
+    cases = len(document["cases"])
+    assert done.counts == (cases, 0, 0), done.notes
+    assert cases == sum("to go" in line for line in said)
     assert document["schema"] == SCHEMA
     assert document["quick"]
     assert document["spans"]["harmonic"] >= 30.0
@@ -53,7 +58,7 @@ def test_every_case_ran_and_the_level_has_a_real_ladder(quick):
 @pytest.mark.solver
 def test_errors_fall_along_the_ladder_and_estimates_bound_them(quick):
     """Second-order elements: each rung of the ladder is more accurate and has more unknowns."""
-    _, document, _ = quick
+    _, _, document, _ = quick
     rungs = [case(document, f"harmonic, order 2, graded, rung {k}") for k in (-1, 0, 2)]
     errors = [r["campbell"]["true"] for r in rungs]
     unknowns = [r["unknowns"] for r in rungs]
@@ -73,7 +78,7 @@ def test_errors_fall_along_the_ladder_and_estimates_bound_them(quick):
 @pytest.mark.solver
 def test_cost_is_that_of_the_case(quick):
     """More than the start of the program; estimates cost on top."""
-    _, document, _ = quick
+    _, _, document, _ = quick
     for row in document["cases"]:
         used = row["without_estimates"] or row["with_estimates"]
         assert 0.0 < row["startup"]["cpu_s"] < used["cpu_s"]
@@ -82,7 +87,7 @@ def test_cost_is_that_of_the_case(quick):
 
 @pytest.mark.solver
 def test_fronts_hold_what_no_other_case_beats(quick):
-    _, document, _ = quick
+    _, _, document, _ = quick
     rows = [r for r in document["cases"] if r["name"] != "reference"]
     for front, key in (("error_cpu_s", "cpu_s"), ("error_peak_memory", "peak_memory_gib")):
         names = document["pareto"][front]
@@ -98,9 +103,9 @@ def cost(row, key):
 
 @pytest.mark.solver
 def test_files_tell_every_case(quick):
-    done, document, _ = quick
-    assert done.picture.read_bytes().startswith(b"\x89PNG")
-    text = done.report.read_text(encoding="utf-8")
+    _, out, document, _ = quick
+    assert (out / "study.png").read_bytes().startswith(b"\x89PNG")
+    text = (out / "study.md").read_text(encoding="utf-8")
     for row in document["cases"]:
         assert f"| {row['name']} |" in text
 
@@ -108,13 +113,12 @@ def test_files_tell_every_case(quick):
 @pytest.mark.solver
 def test_study_again_runs_nothing(quick, scene_path, monkeypatch):
     """All results are cached; the same document but for the machine's speed of the moment."""
-    done, document, _ = quick
+    done, out, document, _ = quick
     monkeypatch.setattr(study_run, "measured_apart", lambda *_: pytest.fail("was run"))
-    again = study_command(scene_path, done.out, quick=True)
-    assert again.done == done.done
-    second = json.loads(again.document.read_text(encoding="utf-8"))
-    assert {**second, "machine": None} == {**document, "machine": None}
-    assert not [p.name for p in done.out.rglob(".*")]
+    again = study_command(scene_path, out, quick=True)
+    assert again.counts == done.counts
+    assert {**written(out), "machine": None} == {**document, "machine": None}
+    assert not [p.name for p in out.rglob(".*")]
 
 
 def test_scene_without_a_profile_is_refused(tmp_path):
