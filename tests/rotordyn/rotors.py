@@ -20,6 +20,7 @@ from solidwhirl.rotordyn import (
     TableLaw,
     assemble,
     beam_superelement,
+    matrices_at_speed,
     rigid_superelement,
 )
 from solidwhirl.rotordyn.superelement.mass_moments import projected_moments
@@ -36,8 +37,21 @@ def pinned(body, interface):
     return connect(f"{body}.{interface}", f"{body}.{interface}", rigid=("ux", "uy"))
 
 
-def one_rotor(element, bearings, ratio=1.0):
-    return assemble({"rotor": Rotor(element=element, speed_ratio=ratio)}, tuple(bearings))
+def one_rotor(element, bearings=(), ratio=1.0, **options):
+    return assemble({"rotor": turning(element, ratio, **options)}, tuple(bearings))
+
+
+def state_eigenvalues(mass, velocity, stiffness, unit=1.0):
+    """All eigenvalues by the state matrix of (unit·q, q'); a `unit` near |λ| keeps digits."""
+    zero, one = np.zeros_like(mass), np.eye(len(mass))
+    below = [-la.solve(mass, stiffness) / unit, -la.solve(mass, velocity)]
+    return la.eigvals(np.block([[zero, unit * one], below]))
+
+
+def eigenvalues_of(system, speed, unit=1.0):
+    """All eigenvalues of a system at a speed by its state matrix."""
+    mass, damping, gyroscopic, stiffness = matrices_at_speed(system, speed)
+    return state_eigenvalues(mass, damping + gyroscopic, stiffness, unit)
 
 
 def hub(
