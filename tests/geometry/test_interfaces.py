@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from outlines import conforming
+from shapes import body, interface, section
 
 from solidwhirl.geometry import GeometryError, subdivide
 
@@ -17,7 +19,7 @@ def spans(found, name):
 
 
 @pytest.fixture
-def stepped(section, body):
+def stepped():
     """Hollow shaft with a disk; bore 0.01, shaft 0.02, disk 0.1 m from z = 0.1 to 0.2 m."""
 
     def build(*interfaces, **options):
@@ -31,7 +33,7 @@ def stepped(section, body):
     return build
 
 
-def test_section_plane_cuts_every_section(stepped, interface, conforming):
+def test_section_plane_cuts_every_section(stepped):
     found = subdivide(stepped(interface("mid", "section", 0.15)))
     conforming(found)
     assert [face.section for face in found.faces] == [0, 0, 1, 1]
@@ -39,7 +41,7 @@ def test_section_plane_cuts_every_section(stepped, interface, conforming):
     assert not set(found.interfaces["mid"]) & set(found.boundary)
 
 
-def test_section_plane_limited_in_radius(stepped, interface, conforming):
+def test_section_plane_limited_in_radius(stepped):
     found = subdivide(stepped(interface("mid", "section", 0.15, radius=(0.0, 0.02))))
     conforming(found)
     # Only the shaft is cut.
@@ -47,21 +49,21 @@ def test_section_plane_limited_in_radius(stepped, interface, conforming):
     assert spans(found, "mid") == [((0.15, 0.01), (0.15, 0.02))]
 
 
-def test_radial_limits_inside_a_section_become_vertices(stepped, interface, conforming):
+def test_radial_limits_inside_a_section_become_vertices(stepped):
     found = subdivide(stepped(interface("mid", "section", 0.15, radius=(0.04, 0.07))))
     conforming(found)
     assert [face.section for face in found.faces] == [0, 1, 1]
     assert spans(found, "mid") == [((0.15, 0.04), (0.15, 0.07))]
 
 
-def test_section_plane_at_the_end_is_the_end_face(stepped, interface):
+def test_section_plane_at_the_end_is_the_end_face(stepped):
     found = subdivide(stepped(interface("end", "section", 0.4), interface("face", "face", 0.4)))
     assert spans(found, "end") == [((0.4, 0.01), (0.4, 0.02))]
     assert found.interfaces["end"] == found.interfaces["face"]
     assert set(found.interfaces["end"]) <= set(found.boundary)
 
 
-def test_section_plane_where_the_body_steps(stepped, interface):
+def test_section_plane_where_the_body_steps(stepped):
     """In the plane of a step the interface is the union of both sides."""
     found = subdivide(
         stepped(
@@ -72,7 +74,7 @@ def test_section_plane_where_the_body_steps(stepped, interface):
     assert spans(found, "low") == [((0.1, 0.01), (0.1, 0.02))]
 
 
-def test_face_is_the_outline_in_the_plane(stepped, interface):
+def test_face_is_the_outline_in_the_plane(stepped):
     found = subdivide(
         stepped(interface("side", "face", 0.1), interface("rim", "face", 0.2, radius=(0.05, 0.08)))
     )
@@ -80,7 +82,7 @@ def test_face_is_the_outline_in_the_plane(stepped, interface):
     assert spans(found, "rim") == [((0.2, 0.05), (0.2, 0.08))]
 
 
-def test_bearing_seat_splits_the_surface(stepped, interface, conforming):
+def test_bearing_seat_splits_the_surface(stepped):
     found = subdivide(
         stepped(interface("seat", "outer", 0.25, 0.3), interface("bore", "inner", 0.05, 0.15))
     )
@@ -89,7 +91,7 @@ def test_bearing_seat_splits_the_surface(stepped, interface, conforming):
     assert spans(found, "bore") == [((0.05, 0.01), (0.15, 0.01))]
 
 
-def test_outer_surface_over_a_disk(stepped, interface):
+def test_outer_surface_over_a_disk(stepped):
     """Radial faces do not belong to an outer surface, whatever lies between its ends does."""
     found = subdivide(stepped(interface("seat", "outer", 0.05, 0.25)))
     assert spans(found, "seat") == [
@@ -99,7 +101,7 @@ def test_outer_surface_over_a_disk(stepped, interface):
     ]
 
 
-def test_radius_picks_one_of_several_surfaces(section, body, interface):
+def test_radius_picks_one_of_several_surfaces():
     shapes = (
         section("shaft", 0.0, 1.0, 0.0, 0.1),
         section("web", 0.4, 0.5, 0.1, 0.3),
@@ -121,7 +123,7 @@ def test_radius_picks_one_of_several_surfaces(section, body, interface):
     assert spans(found, "under") == [((0.6, 0.3), (0.7, 0.3))]
 
 
-def test_sloped_surface_is_cut_in_z_and_r(section, body, interface, conforming):
+def test_sloped_surface_is_cut_in_z_and_r():
     cone = section("cone", 0.0, 1.0, 0.0, (0.1, 0.5))
     found = subdivide(body(cone, interfaces=[interface("seat", "outer", 0.25, 0.5)]))
     conforming(found)
@@ -131,7 +133,7 @@ def test_sloped_surface_is_cut_in_z_and_r(section, body, interface, conforming):
         subdivide(body(cone, interfaces=[wide]))
 
 
-def test_interfaces_may_share_bounds_and_overlap(stepped, interface, conforming):
+def test_interfaces_may_share_bounds_and_overlap(stepped):
     found = subdivide(
         stepped(
             interface("a", "outer", 0.22, 0.30),
@@ -168,12 +170,12 @@ def test_interfaces_may_share_bounds_and_overlap(stepped, interface, conforming)
         ),
     ],
 )
-def test_refused_places(stepped, interface, arguments, message):
+def test_refused_places(stepped, arguments, message):
     with pytest.raises(GeometryError, match=message):
         subdivide(stepped(interface(*arguments)))
 
 
-def test_solid_shaft_has_no_inner_surface(section, body, interface):
+def test_solid_shaft_has_no_inner_surface():
     with pytest.raises(GeometryError, match=r"'bore' of kind 'inner' .* lies outside"):
         subdivide(
             body(
@@ -183,7 +185,7 @@ def test_solid_shaft_has_no_inner_surface(section, body, interface):
         )
 
 
-def test_bound_next_to_a_vertex(stepped, interface):
+def test_bound_next_to_a_vertex(stepped):
     """Within the tolerance the bound snaps to the step; a little more is refused as a slip."""
     found = subdivide(stepped(interface("seat", "outer", 0.2 + 1e-11, 0.3)))
     assert spans(found, "seat") == [((0.2, 0.02), (0.3, 0.02))]

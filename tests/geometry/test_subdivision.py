@@ -7,6 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from outlines import area_of, conforming, loops_of
+from shapes import body, interface, section, shaft_and_disk
 
 from solidwhirl.geometry import MATERIALS, subdivide
 
@@ -26,7 +28,7 @@ def corner_places(found):
     return [tuple(np.round(found.points[corner.point], 12)) for corner in found.corners]
 
 
-def test_shaft_and_disk(shaft_and_disk, conforming, area_of):
+def test_shaft_and_disk():
     found = subdivide(shaft_and_disk())
     conforming(found)
     assert [face.section for face in found.faces] == [0, 1]
@@ -41,14 +43,14 @@ def test_shaft_and_disk(shaft_and_disk, conforming, area_of):
     assert shared not in (None, *found.boundary)
 
 
-def test_corners_of_shaft_and_disk(shaft_and_disk):
+def test_corners_of_shaft_and_disk():
     corners = subdivide(shaft_and_disk()).corners
     assert [corner.interior_angle_rad for corner in corners] == pytest.approx([RIGHT_ANGLE_RAD] * 2)
     assert not any(corner.filleted for corner in corners)
     assert corner_places(subdivide(shaft_and_disk())) == [(0.145, 0.02), (0.175, 0.02)]
 
 
-def test_flush_disk_has_one_corner_and_full_length_sleeve_none(section, body):
+def test_flush_disk_has_one_corner_and_full_length_sleeve_none():
     shaft = section("shaft", 0.0, 0.4, 0.0, 0.02)
     flush = subdivide(body(shaft, section("disk", 0.37, 0.4, 0.02, 0.15)))
     assert corner_places(flush) == [(0.37, 0.02)]
@@ -56,7 +58,7 @@ def test_flush_disk_has_one_corner_and_full_length_sleeve_none(section, body):
     assert sleeve.corners == ()
 
 
-def test_corner_angle_of_a_taper(section, body):
+def test_corner_angle_of_a_taper():
     """A cone that rises by 1 in 1 on a cylinder: 180 + 45 degrees of material."""
     found = subdivide(
         body(section("shaft", 0.0, 0.2, 0.0, 0.1), section("cone", 0.2, 0.3, 0.0, (0.1, 0.2)))
@@ -64,7 +66,7 @@ def test_corner_angle_of_a_taper(section, body):
     assert [c.interior_angle_rad for c in found.corners] == pytest.approx([1.25 * math.pi])
 
 
-def test_read_only(shaft_and_disk, interface):
+def test_read_only():
     found = subdivide(shaft_and_disk(interfaces=[interface("end", "face", 0.0)]))
     with pytest.raises(ValueError, match="read-only"):
         found.points[0, 0] = 1.0
@@ -72,14 +74,14 @@ def test_read_only(shaft_and_disk, interface):
         found.interfaces["end"] = ()
 
 
-def test_bore_makes_no_axis(section, body, conforming):
+def test_bore_makes_no_axis():
     found = subdivide(body(section("tube", 0.0, 1.0, 0.1, 0.2)))
     conforming(found)
     assert found.axis == ()
     assert len(found.boundary) == 4
 
 
-def test_t_junctions_on_radial_and_axial_edges(section, body, conforming):
+def test_t_junctions_on_radial_and_axial_edges():
     """Steps of different heights side by side: neighbours share whole curves."""
     found = subdivide(
         body(
@@ -102,7 +104,7 @@ def test_t_junctions_on_radial_and_axial_edges(section, body, conforming):
     assert curve_between(found, (0.2, 0.0), (0.2, 0.1)) not in (None, *found.boundary)
 
 
-def test_sloped_edges_in_contact(section, body, conforming, area_of):
+def test_sloped_edges_in_contact():
     """A sleeve on a part of a cone: its corners lie on the cone's sloped surface."""
     cone = section("cone", 0.0, 0.9, 0.0, (0.1, 0.37))
     ends = [cone.radii_at(z)[1] for z in (1.0 / 3.0, 0.7)]
@@ -118,7 +120,7 @@ def test_sloped_edges_in_contact(section, body, conforming, area_of):
     )
 
 
-def test_closed_cavity(section, body, conforming, loops_of, area_of):
+def test_closed_cavity():
     """Two disks bridged by a drum enclose a void: two outline loops, four corners inside."""
     found = subdivide(
         body(
@@ -134,7 +136,7 @@ def test_closed_cavity(section, body, conforming, loops_of, area_of):
     assert len(found.corners) == 6
 
 
-def test_triangles_on_the_axis(section, body, conforming):
+def test_triangles_on_the_axis():
     """A solid tip and a conical blind hole both end in a vertex on the axis."""
     found = subdivide(
         body(
@@ -149,7 +151,7 @@ def test_triangles_on_the_axis(section, body, conforming):
     assert found.corners == ()
 
 
-def test_triangle_with_its_edge_on_a_neighbour(section, body, conforming):
+def test_triangle_with_its_edge_on_a_neighbour():
     found = subdivide(
         body(section("shaft", 0.0, 1.0, 0.0, 0.1), section("wedge", 0.2, 0.5, 0.1, (0.1, 0.3)))
     )
@@ -157,7 +159,7 @@ def test_triangle_with_its_edge_on_a_neighbour(section, body, conforming):
     assert len(found.corners) == 2
 
 
-def test_materials_are_listed_once(section, body):
+def test_materials_are_listed_once():
     steel, titanium = MATERIALS["steel"], MATERIALS["titanium"]
     found = subdivide(
         body(
@@ -171,7 +173,7 @@ def test_materials_are_listed_once(section, body):
 
 
 @pytest.mark.parametrize("slip", [1e-10, -1e-10])
-def test_slips_below_the_tolerance_are_bonded(section, body, conforming, slip):
+def test_slips_below_the_tolerance_are_bonded(slip):
     """A tenth of the tolerance (1e-9 of the size 1 m), apart or overlapping, along z and r."""
     found = subdivide(
         body(
@@ -185,14 +187,14 @@ def test_slips_below_the_tolerance_are_bonded(section, body, conforming, slip):
     assert len(found.corners) == 2
 
 
-def test_slips_on_a_sloped_edge_are_bonded(section, body, conforming):
+def test_slips_on_a_sloped_edge_are_bonded():
     cone = section("cone", 0.0, 1.0, 0.0, (0.1, 0.4))
     found = subdivide(body(cone, section("ring", 0.2, 0.6, (0.16 + 3e-10, 0.28 - 3e-10), 0.5)))
     conforming(found)
     assert len(found.corners) == 2
 
 
-def test_collinear_pieces_are_no_corners(section, body):
+def test_collinear_pieces_are_no_corners():
     """A cone drawn in thirds whose radii do not have exact binary fractions."""
     whole = section("cone", 0.0, 0.3, 0.0, (0.1, 0.2))
     cuts = (0.0, 0.1, 0.2, 0.3)
