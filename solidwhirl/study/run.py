@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from solidwhirl.cache.files import StageStore
-from solidwhirl.core.errors import OutputError
+from solidwhirl.core.errors import OutputError, UserError
 from solidwhirl.core.machine import MachineSpeed, available_memory_gib, machine_speed
 from solidwhirl.cost.work import predict_cost
 from solidwhirl.model.bodies import build_bodies
@@ -30,11 +30,11 @@ Progress = Callable[[str], None]
 _MEMORY_SHARE = 0.8
 # Modes where nothing says how many; starting a process; iterations of an adaptive run.
 _MODES, _START_S, _ITERATIONS = 12, 2.5, 2.0
-# A process that takes this many times what is allowed by prediction is ended.
+# A process that takes this many times what was allowed or predicted is ended.
 _PATIENCE = 15.0
 
 
-class StudyError(ValueError):
+class StudyError(UserError):
     """A study that can't be made."""
 
 
@@ -154,7 +154,8 @@ def run_cases(
             continue
         if known is None:
             progress(f"{said}; {_to_go(predicted, k, time.perf_counter() - begun)}")
-            known = measured_apart(case, _PATIENCE * _allowed_s(case, ladders))
+            expected_s = max(plan.cpu_s, _allowed_s(case, ladders))  # a reference is never skipped
+            known = measured_apart(case, _PATIENCE * expected_s)
         if isinstance(known, str):
             progress(f"{case.name} failed: {known}")
             outcomes.append(Outcome(case=case, status="failed", message=known))

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
+from typer.testing import CliRunner
 
+from solidwhirl.cli import app
 from solidwhirl.identify.scene import scene_text
 from solidwhirl.scene_reading.reader import parse_scene
 from solidwhirl.study import run as study_run
@@ -125,6 +128,10 @@ def test_scene_without_a_profile_is_refused(tmp_path):
     with pytest.raises(StudyError, match="needs a body with a profile"):
         study_command(path, tmp_path / "out")
     assert not (tmp_path / "out").exists()
+    ended = CliRunner().invoke(app, ["study", str(path), "--out", str(tmp_path / "out")])
+    assert ended.exit_code == 2
+    assert "needs a body with a profile" in ended.stderr
+    assert not (tmp_path / "out").exists()
 
 
 # -- running cases --------------------------------------------------------------------------------
@@ -138,21 +145,22 @@ def cases(small_scene):
 @pytest.fixture
 def process(monkeypatch, measurement):
     """Stand-in for the process of a case: the cases that were run, and what one says by number."""
-    asked, said = [], {}
+    asked, said, patience = [], {}, []
 
     def run(case, patience_s):
         asked.append(case)
+        patience.append(patience_s)
         answer = said.get(len(asked), measurement())
         if isinstance(answer, BaseException):
             raise answer
         return answer
 
     monkeypatch.setattr(study_run, "measured_apart", run)
-    return asked, said
+    return asked, said, patience
 
 
 def test_interrupted_study_continues(cases, process, tmp_path):
-    asked, said = process
+    asked, said, _ = process
     said[3] = KeyboardInterrupt()
     with pytest.raises(KeyboardInterrupt):
         run_cases(cases, tmp_path, QUICK, lambda text: None)
@@ -163,7 +171,7 @@ def test_interrupted_study_continues(cases, process, tmp_path):
 
 
 def test_failed_case_is_recorded_and_tried_again(cases, process, tmp_path):
-    asked, said = process
+    asked, said, _ = process
     said[2] = "the disk fell off"
     lines = []
     found = run_cases(cases, tmp_path, QUICK, lines.append)
@@ -179,6 +187,14 @@ def test_without_the_reference_there_is_no_study(cases, process, tmp_path):
     process[1][1] = "no such thing"
     with pytest.raises(StudyError, match="reference can not be computed: no such thing"):
         run_cases(cases, tmp_path, QUICK, lambda text: None)
+
+
+def test_a_case_has_the_time_that_is_predicted(cases, process, tmp_path, monkeypatch):
+    """The reference of a whole engine is predicted to take longer than other cases may."""
+    hour = SimpleNamespace(whole=SimpleNamespace(total_s=3600.0, peak_memory_gib=0.1))
+    monkeypatch.setattr(study_run, "predict_cost", lambda *_, **__: hour)
+    run_cases(cases[:1], tmp_path, QUICK, lambda text: None)
+    assert process[2][0] > 3600.0
 
 
 def test_too_large_cases_are_skipped_and_said(small_scene, process, tmp_path, monkeypatch):
