@@ -69,27 +69,14 @@ QUICK = Ladders(
 
 @dataclass(frozen=True, kw_only=True)
 class StudyCase:
-    """One case: the scene with another `[model]` table, run in a process of its own.
+    """One case: the scene with another `[model]` table, run in a process of its own."""
 
-    Attributes
-    ----------
-    name
-        Unique in the study.
-    ladder
-        "reference", "graded", "uniform", "adaptive", "modes" or "beam".
-    settings
-        The `[model]` keys that are set.
-    scene
-        What is run.
-    estimates
-        "both" runs it without and with error estimates, "on" and "off" once; an adaptive mesh
-        needs them.
-    """
-
-    name: str
-    ladder: str
-    settings: Mapping[str, Any]
-    scene: Scene
+    name: str  #: Unique in the study
+    ladder: str  #: "reference", "graded", "uniform", "adaptive", "modes" or "beam"
+    settings: Mapping[str, Any]  #: The `[model]` keys that are set
+    scene: Scene  #: What is run
+    #: "both" runs it without and with error estimates, "on" and "off" once; an adaptive mesh needs
+    #: them
     estimates: Literal["both", "on", "off"] = "both"
 
     @property

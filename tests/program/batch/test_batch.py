@@ -22,7 +22,7 @@ from rich.console import Console
 from ring_scenes import STIFFNESS, ring_scene, written
 
 from solidwhirl.batch.case import CaseSettings
-from solidwhirl.batch.progress import BatchProgress
+from solidwhirl.batch.command import BatchProgress
 from solidwhirl.batch.run import Dispatch, Place, Work, kept_cases, run_batch
 from solidwhirl.batch.schedule import (
     Memory,
