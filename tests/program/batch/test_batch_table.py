@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import json
 import os
-import signal
 import subprocess
 import sys
-import time
 from dataclasses import asdict, replace
 
 import h5py
@@ -176,32 +174,6 @@ def test_wrong_row_is_told_with_its_key(batch, key, value, message):
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     with pytest.raises(BatchTableError, match=message):
         read_batch(batch)
-
-
-WRITER = """
-import sys
-from solidwhirl.batch.journal import open_journal
-from solidwhirl.sweep.records import BatchRow
-with open_journal(sys.argv[1]) as journal:
-    for number in range(10**6):
-        name = f"k-{number:04d}"
-        journal.append(BatchRow(case=name, scene="k", status="done", message="x" * 5000))
-        print(number, flush=True)
-"""
-
-
-def test_killed_writer_leaves_every_row_that_it_told_of(tmp_path):
-    """SIGKILL at some moment of the writing; what is read then is whole."""
-    with subprocess.Popen(
-        [sys.executable, "-c", WRITER, str(tmp_path)], stdout=subprocess.PIPE, text=True
-    ) as writer:
-        assert writer.stdout.readline() == "0\n"
-        time.sleep(0.2)
-        writer.send_signal(signal.SIGKILL)
-        told = [0, *map(int, writer.stdout.read().split("\n")[:-1])]
-    names = [row.case for row in read_journal(tmp_path)]
-    # one more may have reached the disk before it was told of
-    assert names in [[f"k-{n:04d}" for n in range(len(told) + more)] for more in (0, 1)]
 
 
 @pytest.mark.parametrize("ending", ["full", "asked"])
