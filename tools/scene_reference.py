@@ -145,11 +145,10 @@ def _shown(node: Mapping[str, Any], owners: Mapping[str, str]) -> str:
     if "$ref" in node:
         return f"[table](#{owners[str(node['$ref']).rsplit('/', 1)[-1]]})"
     if "anyOf" in node or "oneOf" in node:
-        if "discriminator" in node:
-            return "table"
         parts = [p for p in node.get("anyOf", node.get("oneOf", ())) if p.get("type") != "null"]
         shown = dict.fromkeys(_shown(p, owners) for p in parts)
-        return " or ".join(shown)
+        # the kinds of analyses have a section each
+        return "table" if "discriminator" in node and len(shown) > 1 else " or ".join(shown)
     if "enum" in node or "const" in node:
         return ", ".join(_code(v) for v in node.get("enum", [node.get("const")]))
     return _of_type(node, owners)
@@ -168,7 +167,7 @@ def _of_type(node: Mapping[str, Any], owners: Mapping[str, str]) -> str:
         return next((word for part, word in _PATTERNS.items() if part in pattern), "text")
     if kind == "object":
         values = [*node.get("patternProperties", {}).values(), node.get("additionalProperties")]
-        return "table from name to " + _shown(next((v for v in values if v), {}), owners)
+        return _many(_shown(next((v for v in values if v), {}), owners)) + " by name"
     if kind == "array" and "prefixItems" in node:
         return "[" + ", ".join(_shown(item, owners) for item in node["prefixItems"]) + "]"
     if kind == "array":
@@ -176,9 +175,13 @@ def _of_type(node: Mapping[str, Any], owners: Mapping[str, str]) -> str:
         many = f", {low} at least" if low else ""
         if high < _MOST:
             many = f", {low} to {high}" if low < high else f", {low}"
-        inner = re.sub("table(?=]|$)", "tables", _shown(node["items"], owners))
-        return f"list of {inner}{many}"
+        return f"list of {_many(_shown(node['items'], owners))}{many}"
     return "number or text"
+
+
+def _many(shown: str) -> str:
+    """A type in the plural."""
+    return re.sub(r"\b(table|number|name|place)(?=]|\b(?!]))(?![-(])", r"\1s", shown)
 
 
 def _limits(node: Mapping[str, Any]) -> str:
