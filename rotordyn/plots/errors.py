@@ -87,13 +87,9 @@ def draw_critical_speed_errors(
 ) -> None:
     """Draw the first 24 critical speeds with error bars, and below them the estimates by part.
 
-    `path` and `title` as in `draw_campbell`.
-
-    Raises
-    ------
-    AnalysisError
-        If there are no critical speeds, the estimates are of another number of them, or the
-        suffix is not a kind of picture that can be written.
+    `path` and `title` as in `draw_campbell`. Raises AnalysisError if there are no critical speeds,
+    the estimates are of another number of them, or the suffix is not a kind of picture that can be
+    written.
     """
     if not critical_speeds or errors.total.size != len(critical_speeds):
         raise AnalysisError(

@@ -41,12 +41,8 @@ def draw_charts(drawn: Sequence[charts.Chart], path: str | Path, title: str) -> 
     """Draw charts to a picture file, one below the other, with a title above them.
 
     Options of a choice that is drawn whole stand side by side. The suffix chooses the kind of file
-    (.png, .svg, .pdf), which is replaced when the new one is complete.
-
-    Raises
-    ------
-    AnalysisError
-        If there is nothing to draw, or the suffix is not a kind of picture that can be written.
+    (.png, .svg, .pdf), which is replaced when the new one is complete. Raises AnalysisError: if
+    there is nothing to draw, or the suffix is not a kind of picture that can be written.
     """
     rows = [_frames_of(chart) for chart in drawn]
     if not rows or not all(rows):

@@ -237,10 +237,8 @@ class Analysis(Record):
     def run(self, engine: Engine) -> Outcome:
         """Compute what is asked.
 
-        Raises
-        ------
-        AnalysisError
-            The engine has no answer, such as an undamped resonance that is hit exactly.
+        Raises AnalysisError: the engine has no answer, such as an undamped resonance that is hit
+        exactly.
         """
         raise NotImplementedError(self.label)
 

@@ -32,12 +32,8 @@ def batch_datasets(folder: str | Path) -> xr.DataTree:
     Returns at the root scene, status, message, seconds, peak_memory_gib and ranks over case, with
     the parameters of the sweep as coordinates along case; critical_speeds, campbell and responses
     below it, with the same coordinates. Names and units are those of the table. A case that lacks
-    something has nan, "" among texts.
-
-    Raises
-    ------
-    BatchTableError
-        The folder holds no batch, or a damaged one.
+    something has nan, "" among texts. Raises BatchTableError: the folder holds no batch, or a
+    damaged one.
     """
     rows = read_batch(folder)
     root = labelled(

@@ -187,10 +187,7 @@ def _fineness(found: Resolution | None) -> dict[str, Any]:
 def write_results(results: Results, out: str | Path, *, pictures: bool = True) -> Path:
     """Write the folder of a run, all of it or nothing, and return it.
 
-    Raises
-    ------
-    OutputError
-        The folder can't be written.
+    Raises OutputError: the folder can't be written.
     """
     with claimed(out) as folder:
         write_into(results, folder, pictures=pictures)

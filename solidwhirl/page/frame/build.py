@@ -17,10 +17,7 @@ _FOLDER = Path(__file__).parents[1] / "assets"
 def page_html(sections: Sequence[Section], *, title: str, name: str) -> str:
     """Return a page as HTML; a short name stands beside its title.
 
-    Raises
-    ------
-    ValueError
-        If two sections or two charts have the same name.
+    Raises ValueError if two sections or two charts have the same name.
     """
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
