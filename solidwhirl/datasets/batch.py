@@ -47,7 +47,12 @@ def batch_datasets(folder: str | Path) -> xr.DataTree:
     tree = {
         "critical_speeds": _critical_speeds(rows),
         "campbell": _campbell(rows),
-        "responses": _responses(rows),
+        "responses": labelled(
+            {
+                name: ("case", [row.responses.get(name, float("nan")) for row in rows])
+                for name in sorted({name for row in rows for name in row.responses})
+            }
+        ),
     }
     parameters = _parameters(rows)
     beside = {name: _beside(found, rows, parameters) for name, found in {"/": root, **tree}.items()}
@@ -114,10 +119,3 @@ def _campbell(rows: Sequence[BatchRow]) -> xr.Dataset:
         )
     own = np.array(_padded([row.campbell_speed_rpm for row in rows], most), dtype=float)
     return labelled(variables, {"speed_rpm": (("case", "speed"), own.reshape(len(rows), most))})
-
-
-def _responses(rows: Sequence[BatchRow]) -> xr.Dataset:
-    names = sorted({name for row in rows for name in row.responses})
-    return labelled(
-        {name: ("case", [row.responses.get(name, float("nan")) for row in rows]) for name in names}
-    )
