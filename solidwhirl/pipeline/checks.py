@@ -17,6 +17,7 @@ from solidwhirl.rotordyn.checks import plain_responses
 from solidwhirl.rotordyn.checks.plain_system import PlainSystem
 from solidwhirl.rotordyn.checks.system_checks import check_system
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
+from solidwhirl.rotordyn.response.unbalance import Unbalance
 from solidwhirl.rotordyn.superelement.invariants import Invariant, check_superelement
 
 # Speeds of a response that are solved again.
@@ -96,7 +97,12 @@ def _responses(
     for exciter in document["exciters"]:
         placed = [(end_of(u["at"]), u) for u in document["unbalances"]]
         loads = [
-            plain_responses.Load(end, u["moment_kg_m"], float(np.radians(u["phase_deg"])))
+            Unbalance(
+                body=end.body,
+                interface=end.interface,
+                moment_kg_m=u["moment_kg_m"],
+                phase_rad=float(np.radians(u["phase_deg"])),
+            )
             for end, u in placed
             if end.body in exciter["bodies"]
         ]
@@ -107,12 +113,9 @@ def _responses(
             for at, found in exciter["places"].items()
         ]
         chosen = _chosen(speeds, exciter, plain.knots_rad_s)
-        for check in (
-            plain_responses.check_unbalance_response(plain, loads, speeds, curves, chosen, name),
-            plain_responses.check_peaks(plain, loads, speeds, curves, doubtful, name),
-        ):
-            if check is not None:
-                yield check
+        yield from plain_responses.check_unbalance_response(
+            plain, loads, speeds, curves, chosen, doubtful, name
+        )
 
 
 def _chosen(

@@ -8,14 +8,13 @@ from dataclasses import replace
 
 import pytest
 from rich.console import Console
-from ring_scenes import STIFFNESS, ring_scene
+from ring_scenes import STIFFNESS, ring_scene, written
 from typer.testing import CliRunner
 
 from solidwhirl.batch.journal import open_journal
 from solidwhirl.batch.pictures import draw_at_end, redraw
 from solidwhirl.batch.table import write_table
 from solidwhirl.cli import app
-from solidwhirl.identify.scene import scene_text
 from solidwhirl.scene.sweep import SweepSpec, case_count
 from solidwhirl.sweep.records import BatchRow
 
@@ -64,9 +63,7 @@ def batch(tmp_path):
 
 @pytest.fixture
 def ring(tmp_path):
-    path = tmp_path / "ring.toml"
-    path.write_text(scene_text(RING, {}), encoding="utf-8")
-    return path
+    return written(tmp_path, RING)
 
 
 def invoke(*words):
@@ -172,17 +169,13 @@ def test_batch_draws_at_its_end(ring, tmp_path, monkeypatch):
     assert not (other / "pictures").exists() and (other / "table.h5").exists()
 
 
-def test_wrong_speeds_are_refused_before_the_cases(ring, tmp_path):
-    out = tmp_path / "batch"
-    done = invoke("batch", ring, "--out", out, "--operating-rpm", 5000, 4000)
+def test_wrong_speeds_are_refused_before_the_cases_and_right_ones_are_in_the_script(ring, tmp_path):
+    out, script = tmp_path / "batch", tmp_path / "job.sh"
+    words = ("batch", ring, "--out", out)
+    done = invoke(*words, "--operating-rpm", 5000, 4000)
     assert done.exit_code == 2 and "--operating-rpm" in done.stderr
     assert not out.exists()
-
-
-def test_slurm_script_draws_with_the_same_speeds(ring, tmp_path):
-    script = tmp_path / "job.sh"
-    words = ("batch", ring, "--out", tmp_path / "batch", "--slurm", script)
-    done = invoke(*words, "--operating-rpm", 4000, 5000.5)
+    done = invoke(*words, "--slurm", script, "--operating-rpm", 4000, 5000.5)
     assert done.exit_code == 0, done.output
     assert "--operating-rpm 4000.0 5000.5" in script.read_text(encoding="utf-8")
 

@@ -13,7 +13,7 @@ from dataclasses import asdict, replace
 import h5py
 import numpy as np
 import pytest
-from ring_scenes import STIFFNESS, ring_scene
+from ring_scenes import STIFFNESS, ring_scene, written
 
 from solidwhirl.batch.journal import (
     JOURNAL,
@@ -27,7 +27,6 @@ from solidwhirl.batch.rows import failed_row, responses_of, row_of_document
 from solidwhirl.batch.table import TABLE, read_batch, read_table, write_table
 from solidwhirl.console.exit_handling import Terminated
 from solidwhirl.core.errors import OutputError
-from solidwhirl.identify.scene import scene_text
 from solidwhirl.output.documents import results_document
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.sweep.cases import batch_cases, case_scene
@@ -367,9 +366,7 @@ def rigid_case(tmp_path_factory):
             },
         ],
     )
-    path = tmp_path_factory.mktemp("ring") / "ring.toml"
-    path.write_text(scene_text(data, {}), encoding="utf-8")
-    return batch_cases([path])
+    return batch_cases([written(tmp_path_factory.mktemp("ring"), data)])
 
 
 @pytest.mark.solver

@@ -23,7 +23,7 @@ from solidwhirl.page.sections import write_report
 from solidwhirl.pipeline.cached_stages import engine_part
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
-from solidwhirl.scene.published import ReferenceSpec
+from solidwhirl.scene.records import ReferenceSpec
 from solidwhirl.scene_reading.reader import parse_scene, scene_hash
 
 SHAFT = {

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from solidwhirl.core.key_units import label_of, unit_of, wrapped
 from solidwhirl.sweep.analysis import SweepPictureSettings, analyse_sweep, sweep_document
 from solidwhirl.sweep.bands import least_samples, order_statistics, quantiles
 from solidwhirl.sweep.design import SweepPictureError, sweep_designs
-from solidwhirl.sweep.labels import label_of, unit_of, wrapped
 from solidwhirl.sweep.margins import band_margin
 from solidwhirl.sweep.matching import match_curves, visiting_order
 from solidwhirl.sweep.records import BatchRow

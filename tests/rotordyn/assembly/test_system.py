@@ -9,6 +9,18 @@ import pytest
 import scipy.linalg as la
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rotors import (
+    connect,
+    ground,
+    hub,
+    one_rotor,
+    pinned,
+    plane_spring,
+    turning,
+    twin,
+    twin_bearings,
+    twin_bodies,
+)
 
 from solidwhirl import rotordyn as rd
 
@@ -19,10 +31,10 @@ def _frequencies(system, speed=1200.0, count=12):
     return rd.modes_at_speed(system, speed, count).frequency_hz
 
 
-def test_order_and_ends_do_not_matter(twin_bodies, twin_bearings):
+def test_order_and_ends_do_not_matter():
     inner, outer = twin_bodies()
-    one = {"inner": rd.Rotor(element=inner, speed_ratio=1.0)}
-    two = {"outer": rd.Rotor(element=outer, speed_ratio=-1.0)}
+    one = {"inner": turning(inner)}
+    two = {"outer": turning(outer, -1.0)}
     for joint in (None, 3e7):
         *rest, shafts = twin_bearings(joint=joint)
         expected = _frequencies(rd.assemble({**one, **two}, (*rest, shafts)))
@@ -44,7 +56,7 @@ def _stepped_shaft(stations, interfaces, disks=()):
     )
 
 
-def test_splitting_a_shaft_changes_nothing(ground):
+def test_splitting_a_shaft_changes_nothing():
     stations = np.linspace(0, 1, 21)
     disk = rd.Disk(name="d", position_m=0.7, mass_kg=30.0, polar_kg_m2=0.5, diametral_kg_m2=0.3)
     whole = _stepped_shaft(stations, {"a": 0.0, "b": 1.0}, [disk])
@@ -52,16 +64,15 @@ def test_splitting_a_shaft_changes_nothing(ground):
     middle = _stepped_shaft(stations[6:13], {"cut": 0.3, "next": 0.6})
     right = _stepped_shaft(stations[12:], {"next": 0.6, "b": 1.0}, [disk])
     one = rd.assemble(
-        {"whole": rd.Rotor(element=whole, speed_ratio=1.0)},
-        (ground("whole", "a", 1e8), ground("whole", "b", 2e8)),
+        {"whole": turning(whole)}, (ground("whole", "a", 1e8), ground("whole", "b", 2e8))
     )
 
     def weld(*bodies, at):
         first, second = (rd.End(body=body, interface=at) for body in bodies)
-        return rd.Bearing(name=at, first=first, second=second, rigid=JOINED)
+        return connect(at, first, second, rigid=JOINED)
 
     parts = {
-        name: rd.Rotor(element=element, speed_ratio=1.0)
+        name: turning(element)
         for name, element in (("left", left), ("middle", middle), ("right", right))
     }
     held = (ground("left", "a", 1e8), ground("right", "b", 2e8))
@@ -81,7 +92,7 @@ def test_splitting_a_shaft_changes_nothing(ground):
 
 
 @pytest.mark.parametrize("ratio", [1.0, -1.0, 1.7])
-def test_turning_all_shafts_the_other_way_mirrors_the_whirl(twin, ratio):
+def test_turning_all_shafts_the_other_way_mirrors_the_whirl(ratio):
     with_it, against = twin(ratio=ratio), twin(ratio=-ratio, inner_ratio=-1.0)
     modes, mirrored = rd.modes_at_speed(with_it, 1200.0, 8), rd.modes_at_speed(against, 1200.0, 8)
     np.testing.assert_allclose(mirrored.frequency_hz, modes.frequency_hz, rtol=1e-10)
@@ -96,7 +107,7 @@ STRENGTHS = st.lists(st.floats(5, 9), min_size=8, max_size=8)
 
 @settings(max_examples=12, deadline=None, derandomize=True)
 @given(exponents=STRENGTHS)
-def test_loops_of_bearings_equal_plain_addition(twin_bodies, exponents):
+def test_loops_of_bearings_equal_plain_addition(exponents):
     """Relative coordinates along a tree, against springs added in the bodies' own coordinates."""
     inner, outer = twin_bodies()
     k = 10.0 ** np.array(exponents)
@@ -112,12 +123,9 @@ def test_loops_of_bearings_equal_plain_addition(twin_bodies, exponents):
         kx, ky = k[index % 8], k[(index + 3) % 8]
         cross = 0.3 * np.sqrt(kx * ky)
         own = np.array([[kx, cross], [cross, ky]])
-        bearings.append(rd.Bearing(name=name, first=first, second=second, stiffness_n_per_m=own))
+        bearings.append(connect(name, first, second, own))
         links.append((first, second, own))
-    rotors = {
-        "inner": rd.Rotor(element=inner, speed_ratio=1.0),
-        "outer": rd.Rotor(element=outer, speed_ratio=-1.0),
-    }
+    rotors = {"inner": turning(inner), "outer": turning(outer, -1.0)}
     system = rd.assemble(rotors, tuple(bearings))
 
     plain = la.block_diag(inner.stiffness, outer.stiffness)
@@ -140,9 +148,9 @@ def test_loops_of_bearings_equal_plain_addition(twin_bodies, exponents):
     assert (np.isin(system.transformation, [0.0, 1.0])).all()
 
 
-def test_rigid_bearing_to_ground_removes_its_coordinates(twin_bodies, pinned):
+def test_rigid_bearing_to_ground_removes_its_coordinates():
     inner, _ = twin_bodies()
-    rotors = {"inner": rd.Rotor(element=inner, speed_ratio=1.0)}
+    rotors = {"inner": turning(inner)}
     assert rd.assemble(rotors, ()).size == inner.size
     held = rd.assemble(rotors, (pinned("inner", "A"),))
     assert held.size == inner.size - 2
@@ -150,38 +158,35 @@ def test_rigid_bearing_to_ground_removes_its_coordinates(twin_bodies, pinned):
     assert not held.transformation[row].any()
 
 
-def test_axial_tilt_and_torsion_act_on_their_components(hub, one_rotor):
+def test_axial_tilt_and_torsion_act_on_their_components():
     tilt = np.array([[3.0, 1.0], [1.0, 5.0]])
     at = rd.End(body="rotor", interface="hub")
     own = {"tilt_stiffness_n_m_per_rad": tilt, "tilt_damping_n_m_s_per_rad": 2 * tilt}
-    bearing = rd.Bearing(name="t", first=at, **own)
+    bearing = connect("t", at, **own)
     system = one_rotor(hub(), [bearing])
     np.testing.assert_array_equal(system.stiffness[2:, 2:], tilt)
     np.testing.assert_array_equal(system.damping[2:, 2:], 2 * tilt)
     own = {"axial_stiffness_n_per_m": 4.0, "torsion_damping_n_m_s_per_rad": 6.0}
-    axial = rd.Bearing(name="a", first=at, **own)
+    axial = connect("a", at, **own)
     stiffness, damping = axial.matrices()
     assert stiffness[2, 2] == 4.0 and damping[5, 5] == 6.0
     with pytest.raises(rd.AssemblyError, match=r"needs components \['uz', 'rz'\]"):
         one_rotor(hub(), [axial])
 
 
-def test_all_faults_are_listed_at_once(hub):
-    rotors = {
-        "a": rd.Rotor(element=hub(), speed_ratio=2.0),
-        "b": rd.Rotor(element=hub(), speed_ratio=np.nan),
-    }
+def test_all_faults_are_listed_at_once():
+    rotors = {"a": turning(hub(), 2.0), "b": turning(hub(), np.nan)}
     hub_of_a = rd.End(body="a", interface="hub")
     spring = {"stiffness_n_per_m": np.eye(2)}
     bearings = (
-        rd.Bearing(name="1", first=rd.End(body="c", interface="hub"), **spring),
-        rd.Bearing(name="1", first=rd.End(body="a", interface="rim"), **spring),
-        rd.Bearing(name="2", first=hub_of_a, stiffness_n_per_m=np.eye(3)),
-        rd.Bearing(name="3", first=hub_of_a, damping_n_s_per_m=np.full((2, 2), np.inf)),
-        rd.Bearing(name="4", first=hub_of_a, second=hub_of_a, **spring),
-        rd.Bearing(name="5", first=hub_of_a, rigid=("ux", "u")),
-        rd.Bearing(name="6", first=hub_of_a, rigid=("ux",), **spring),
-        rd.Bearing(name="7", first=hub_of_a, axial_stiffness_n_per_m=np.nan),
+        connect("1", "c.hub", **spring),
+        connect("1", "a.rim", **spring),
+        connect("2", hub_of_a, stiffness=np.eye(3)),
+        connect("3", hub_of_a, damping=np.full((2, 2), np.inf)),
+        connect("4", hub_of_a, hub_of_a, **spring),
+        connect("5", hub_of_a, rigid=("ux", "u")),
+        connect("6", hub_of_a, rigid=("ux",), **spring),
+        connect("7", hub_of_a, axial_stiffness_n_per_m=np.nan),
     )
     with pytest.raises(rd.AssemblyError) as caught:
         rd.assemble(rotors, bearings, reference="a")
@@ -203,27 +208,27 @@ def test_all_faults_are_listed_at_once(hub):
     assert len(caught.value.problems) == len(expected)
 
 
-def test_reference_must_be_a_rotor(hub):
+def test_reference_must_be_a_rotor():
     with pytest.raises(rd.AssemblyError, match="reference 'x' is not a rotor"):
-        rd.assemble({"a": rd.Rotor(element=hub(), speed_ratio=1.0)}, (), reference="x")
+        rd.assemble({"a": turning(hub())}, (), reference="x")
     with pytest.raises(rd.AssemblyError, match="there are no rotors"):
         rd.assemble({}, ())
 
 
-def test_a_system_that_cannot_move_is_refused(hub):
-    fixed = rd.Bearing(name="f", first=rd.End(body="a", interface="hub"), rigid=JOINED)
+def test_a_system_that_cannot_move_is_refused():
+    fixed = connect("f", "a.hub", rigid=JOINED)
     with pytest.raises(rd.AssemblyError, match="nothing can move"):
-        rd.assemble({"a": rd.Rotor(element=hub(), speed_ratio=1.0)}, (fixed,))
+        rd.assemble({"a": turning(hub())}, (fixed,))
 
 
-def test_a_free_body_that_resists_rigid_motion_is_refused(hub, plane_spring):
+def test_a_free_body_that_resists_rigid_motion_is_refused():
     present = np.array([True, True, False, True, True, False])
     held = hub(stiffness=plane_spring(1e3, 0.0, 10.0), present=present)
     with pytest.raises(rd.AssemblyError, match="must clear rigid_body_present"):
-        rd.assemble({"a": rd.Rotor(element=held, speed_ratio=1.0)}, ())
+        rd.assemble({"a": turning(held)}, ())
 
 
-def test_one_centrifugal_effect_without_the_other_is_refused(twin_bodies):
+def test_one_centrifugal_effect_without_the_other_is_refused():
     inner, _ = twin_bodies()
     softening = np.zeros((inner.size, inner.size))
     at = inner.interface_index("A", "ry")
@@ -231,12 +236,12 @@ def test_one_centrifugal_effect_without_the_other_is_refused(twin_bodies):
     for name in ("spin_softening", "stress_stiffening"):
         alone = dataclasses.replace(inner, **{name: softening})
         with pytest.raises(rd.AssemblyError, match="use both effects or none"):
-            rd.assemble({"a": rd.Rotor(element=alone, speed_ratio=1.0)}, ())
+            rd.assemble({"a": turning(alone)}, ())
     both = dataclasses.replace(inner, spin_softening=softening, stress_stiffening=softening)
-    assert rd.assemble({"a": rd.Rotor(element=both, speed_ratio=1.0)}, ()).size == inner.size
+    assert rd.assemble({"a": turning(both)}, ()).size == inner.size
 
 
-def test_rounding_in_rigid_motion_is_removed(twin_bodies):
+def test_rounding_in_rigid_motion_is_removed():
     inner, _ = twin_bodies()
     rng = np.random.default_rng(1)
     root = np.sqrt(np.diag(inner.mass))
@@ -244,9 +249,7 @@ def test_rounding_in_rigid_motion_is_removed(twin_bodies):
     # Noise of the size that reduction leaves: 1e-12 of the largest stiffness.
     size = np.abs(inner.stiffness / np.outer(root, root)).max() * 1e-12
     noisy = inner.stiffness + size * np.outer(root, root) * (noise + noise.T)
-    system = rd.assemble(
-        {"a": rd.Rotor(element=dataclasses.replace(inner, stiffness=noisy), speed_ratio=1.0)}, ()
-    )
+    system = rd.assemble({"a": turning(dataclasses.replace(inner, stiffness=noisy))}, ())
     for speed, zeros in ((0.0, 8), (500.0, 6)):
         modes = rd.modes_at_speed(system, speed)
         assert modes.zero_count == zeros and modes.negative_stiffness_count == 0
