@@ -26,7 +26,7 @@ from solidwhirl.page.run import (
     provenance,
     summary,
 )
-from solidwhirl.rotordyn.core.atomic import replacing
+from solidwhirl.rotordyn.core.atomic import replace_text
 from solidwhirl.rotordyn.plots.chart import Chart
 
 _COUNT = re.compile(r" \((\d+)\)$")
@@ -55,19 +55,15 @@ def page_of(run: Run) -> str:
 
 def write_report(run: Run, path: Path) -> None:
     """Write the page of a run to a file, which is replaced when the new one is complete."""
-    text = page_of(run)
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    replace_text(path, page_of(run))
 
 
 def sections_of(run: Run) -> tuple[Section, ...]:
     """Return the sections that a run has something for, in the order of the page."""
     found = {order: own for order, section in SECTIONS if (own := section(run)) is not None}
     for place, blocks in analysis_blocks(run).items():
-        own = found.get(place.order)
-        before = [] if own is None else own.blocks
-        section = Section(name=place.name, title=place.title, blocks=(), note=place.note)
-        found[place.order] = replace(own or section, blocks=[*before, *blocks])
+        own = found.get(place.order) or Section.at(place, ())
+        found[place.order] = replace(own, blocks=[*own.blocks, *blocks])
     return tuple(found[order] for order in sorted(found))
 
 

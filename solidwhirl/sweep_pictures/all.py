@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from solidwhirl.rotordyn.core.atomic import replacing
+from solidwhirl.rotordyn.core.atomic import replace_text
 from solidwhirl.rotordyn.plots.chart import Chart
 from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
 from solidwhirl.sweep.analysis import (
@@ -62,7 +62,8 @@ def draw_batch(
                 draw(sweep, chosen, path)
                 written.append(path)
     path = out / DOCUMENT
-    _write(path, json.dumps(document_of(rows, found, chosen), indent=1, allow_nan=False) + "\n")
+    document = json.dumps(document_of(rows, found, chosen), indent=1, allow_nan=False)
+    replace_text(path, document + "\n")
     return (*written, path)
 
 
@@ -73,21 +74,12 @@ def drawn_before(out: Path) -> tuple[Path, ...]:
     return (*found, *out.glob(DOCUMENT))
 
 
-def _write(path: Path, text: str) -> None:
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-
-
 def _drawn(build: Callable[[SweepAnalysis, SweepPictureSettings], Chart]) -> Draw:
     def draw(found: SweepAnalysis, settings: SweepPictureSettings, path: Path) -> None:
         chart = build(found, settings)
         draw_charts([chart], path, chart.title)
 
     return draw
-
-
-def _write_page(found: SweepAnalysis, settings: SweepPictureSettings, path: Path) -> None:
-    _write(path, parallel_page(found, settings))
 
 
 def _has_bands(found: SweepAnalysis) -> bool:
@@ -100,7 +92,11 @@ _EARLIER = ("parallel.png",)
 _PICTURES: tuple[tuple[str, Callable[[SweepAnalysis], bool], Draw], ...] = (
     ("critical-speeds.png", lambda found: bool(found.tracks), _drawn(critical_speeds_chart)),
     ("tornado.png", lambda found: bool(found.sensitivities), _drawn(tornado_chart)),
-    ("parallel.html", lambda found: bool(found.quantities), _write_page),
+    (
+        "parallel.html",
+        lambda found: bool(found.quantities),
+        lambda found, settings, path: replace_text(path, parallel_page(found, settings)),
+    ),
     ("margins.png", lambda found: bool(found.maps), draw_margin_maps),
     ("campbell-bands.png", _has_bands, _drawn(bands_chart)),
 )
