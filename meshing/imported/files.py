@@ -157,7 +157,6 @@ def _from_meshio(
         ),
         element_groups=groups,
         node_groups=nodes or {},
-        face_groups={},
     )
 
 

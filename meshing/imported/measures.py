@@ -148,7 +148,8 @@ def surface_deviation(points: FloatArray, faces: IntArray) -> float:
 def flat_pieces(points: FloatArray, faces: IntArray) -> FloatArray:
     """Flat triangles (m, 3, 3) that follow curved faces (f, 6), 16 of each."""
     n = _FOURTHS
-    index = {(i, j): k for k, (i, j) in enumerate(_lattice(n))}
+    lattice = ((i, j) for i in range(n + 1) for j in range(n + 1 - i))
+    index = {place: k for k, place in enumerate(lattice)}
     bary = np.array([[n - i - j, i, j] for i, j in index], dtype=float) / n
     a, b, c = bary.T
     corners = [v * (2.0 * v - 1.0) for v in (a, b, c)]
@@ -161,10 +162,6 @@ def flat_pieces(points: FloatArray, faces: IntArray) -> FloatArray:
         if i + j < n - 1:
             cut.append([index[i + 1, j], index[i + 1, j + 1], index[i, j + 1]])
     return np.asarray(x[:, np.array(cut)].reshape(-1, 3, 3))
-
-
-def _lattice(n: int) -> list[tuple[int, int]]:
-    return [(i, j) for i in range(n + 1) for j in range(n + 1 - i)]
 
 
 def _distance(x: FloatArray, triangles: FloatArray) -> FloatArray:

@@ -73,9 +73,7 @@ def read_nastran(path: Path) -> FileMesh:
         own = np.array(properties[kind])
         for number in np.unique(own):
             groups.setdefault(str(number), {})[k] = np.flatnonzero(own == number)
-    return FileMesh(
-        points=points, blocks=tuple(blocks), element_groups=groups, node_groups={}, face_groups={}
-    )
+    return FileMesh(points=points, blocks=tuple(blocks), element_groups=groups)
 
 
 def _grids(grids: list[Card], default_system: str) -> tuple[dict[int, int], FloatArray]:

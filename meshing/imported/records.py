@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -35,9 +35,9 @@ class FileMesh:
     blocks: tuple[ElementBlock, ...]  #: Elements of all dimensions
     #: Name to block index to rows of that block
     element_groups: Mapping[str, Mapping[int, IntArray]]
-    node_groups: Mapping[str, IntArray]  #: Name to nodes
+    node_groups: Mapping[str, IntArray] = field(default_factory=dict)  #: Name to nodes
     #: Name to faces of volume elements, each (f, 3) or (f, 4) corner nodes
-    face_groups: Mapping[str, tuple[IntArray, ...]]
+    face_groups: Mapping[str, tuple[IntArray, ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)

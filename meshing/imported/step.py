@@ -116,8 +116,6 @@ def mesh_step(request: MeshRequest) -> FileMesh:
             ElementBlock(kind="triangle6", nodes=facets),
         ),
         element_groups=groups,
-        node_groups={},
-        face_groups={},
     )
 
 

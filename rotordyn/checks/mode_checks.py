@@ -7,12 +7,7 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem, matrices_at_speed
 from solidwhirl.rotordyn.checks.mode_counts import missing_modes
-from solidwhirl.rotordyn.checks.plain_checks import (
-    COUNT,
-    ROOTS,
-    root_miss,
-    worst_of,
-)
+from solidwhirl.rotordyn.checks.plain_checks import COUNT, ROOTS, root_miss, worst_of
 from solidwhirl.rotordyn.checks.plain_system import PlainMatrices, PlainSystem
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import AnalysisError

@@ -187,8 +187,10 @@ def check_critical_roots(
             continue
         # roots so damped that they do not resonate are no critical speeds
         ends = ((float(low), first), (float(high), last))
-        met = [m for m in _meetings(plain, *ends, excitation_ratio) if _counts(m.root)]
-        lost = [m.speed for m in met if not (np.abs(inside - m.speed) <= _SAME * m.speed).any()]
+        met = _meetings(plain, *ends, excitation_ratio)
+        count = DEFAULT_RULE.counts(np.array([m.root for m in met], dtype=complex))
+        speeds = np.array([m.speed for m in met])[count]
+        lost = [s for s in speeds if not (np.abs(inside - s) <= _SAME * s).any()]
         faults += [f"{speed * RPM_PER_RAD_S:.9g} rpm" for speed in lost]
     text = f"counted at {between.size} speeds"
     if faults:
@@ -217,10 +219,6 @@ def _meetings(
     there = int(np.count_nonzero(values.imag > ratio * middle))
     halves = ((low, (middle, there)), ((middle, there), high))
     return [m for a, b in halves if a[1] != b[1] for m in _meetings(plain, a, b, ratio)]
-
-
-def _counts(root: complex) -> bool:
-    return bool(DEFAULT_RULE.counts(np.array([root]))[0])
 
 
 def _at_speed(plain: PlainSystem, value: complex, speed: float) -> Miss:

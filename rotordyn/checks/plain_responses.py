@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -16,7 +16,7 @@ from solidwhirl.rotordyn.checks.plain_system import PlainMatrices, PlainSystem, 
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.modes.damping import NEUTRAL, ROUNDING
-from solidwhirl.rotordyn.response.unbalance import NEAR_REST
+from solidwhirl.rotordyn.response.unbalance import NEAR_REST, Unbalance
 from solidwhirl.rotordyn.superelement.invariants import Invariant, compared
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
 
@@ -31,14 +31,6 @@ _STILL = 1e-6
 _END = 1e-6
 # Frequencies, over the speed or one rad/s, at which transfer functions are compared.
 _TRANSFER = (0.37, 1.7, 5.3)
-
-
-class Load(NamedTuple):
-    """An unbalance: interface, moment [kg m] and phase [rad]."""
-
-    end: End
-    moment_kg_m: float
-    phase_rad: float
 
 
 class Motion(NamedTuple):
@@ -68,20 +60,26 @@ def motion_under(
     return Motion(np.asarray(rows @ displacement), np.asarray(bound))
 
 
-def unbalance_load(plain: PlainSystem, loads: Sequence[Load], speed_rad_s: float) -> ComplexArray:
+def unbalance_load(
+    plain: PlainSystem, loads: Sequence[Unbalance], speed_rad_s: float
+) -> ComplexArray:
     """Return the force of unbalances that turn at one frequency, factor of e^{iωt}, shape (n,).
 
     `loads`: on bodies of one |speed ratio|; `speed_rad_s`: Ω of the reference shaft.
     """
     total = np.zeros(plain.transformation.shape[1], dtype=complex)
     for load in loads:
-        spin = plain.system.rotors[load.end.body].speed_ratio * speed_rad_s
+        spin = plain.system.rotors[load.body].speed_ratio * speed_rad_s
         seat = plain.seat(load.end)
         # m e (spin)² cos(spin t + φ) along x, sin along y; e^{iωt} has ω = |spin|
         sense = 1.0 if spin >= 0.0 else -1.0
         force = load.moment_kg_m * spin**2 * np.exp(1j * sense * load.phase_rad)
         total += force * (seat[0] - 1j * sense * seat[1])
     return total
+
+
+# The right motion at a speed, None where there is none.
+Moved = Callable[[float], Motion | None]
 
 
 class Curve(NamedTuple):
@@ -93,64 +91,70 @@ class Curve(NamedTuple):
 
 def check_unbalance_response(
     plain: PlainSystem,
-    loads: Sequence[Load],
+    loads: Sequence[Unbalance],
     speeds_rad_s: FloatArray,
     curves: Sequence[Curve],
     chosen: Sequence[int],
+    doubtful_rad_s: Sequence[float],
     where: str,
-) -> Invariant | None:
-    """Check a response to unbalance by direct solution at some speeds.
+) -> Iterator[Invariant]:
+    """Check a response to unbalance by direct solution, and that no peak of it is missing.
 
     `loads`: that turn at one frequency; `chosen`: indices of the speeds to look at.
+    `doubtful_rad_s`: speeds at which the response may be far above the samples beside it: damped
+    critical speeds and the knots of laws.
     """
-    ratio = abs(plain.system.rotors[loads[0].end.body].speed_ratio)
+    ratio = abs(plain.system.rotors[loads[0].body].speed_ratio)
     rows = np.vstack([plain.seat(curve.place)[:2] for curve in curves])
+
+    def moved(speed: float) -> Motion | None:
+        force = unbalance_load(plain, loads, speed)
+        return motion_under(plain.at(speed), ratio * speed, force, rows) if speed else None
+
+    misses = _deviations(moved, speeds_rad_s, curves, chosen)
+    if misses:
+        text = f"direct solution at {len(misses)} of {speeds_rad_s.size} speeds"
+        yield worst_of("response is that of the system", where, "the response", misses, text)
+    misses = _peaks(moved, speeds_rad_s, curves, doubtful_rad_s)
+    if misses:
+        text = f"over the samples beside it, at {len(misses)} critical speeds and knots"
+        name = "no peak of the response is missing"
+        yield worst_of(name, where, "peaks of the response", misses, text)
+
+
+def _deviations(
+    moved: Moved, speeds_rad_s: FloatArray, curves: Sequence[Curve], chosen: Sequence[int]
+) -> list[Miss]:
+    """How far a response is from the direct solution, over the largest motion at the speed."""
     misses = []
     for at in chosen:
         speed = float(speeds_rad_s[at])
-        found = np.concatenate([curve.amplitude[at] for curve in curves])
-        force = unbalance_load(plain, loads, speed)
-        moved = motion_under(plain.at(speed), ratio * speed, force, rows) if speed else None
-        if moved is None or not np.isfinite(found).all():
+        found, right = np.concatenate([curve.amplitude[at] for curve in curves]), moved(speed)
+        if right is None or not np.isfinite(found).all():
             continue
-        largest = float(np.abs(moved.amplitude).max(initial=0.0))
+        largest = float(np.abs(right.amplitude).max(initial=0.0))
         if largest > 0.0:
-            error = np.abs(moved.amplitude - found) / largest
-            limit = ACCURACY + ROUNDINGS * moved.rounding / largest
+            error = np.abs(right.amplitude - found) / largest
+            limit = ACCURACY + ROUNDINGS * right.rounding / largest
             worst = int(np.argmax(error / limit))
             misses.append(Miss(float(error[worst]), float(limit[worst]), speed))
-    if not misses:
-        return None
-    text = f"direct solution at {len(misses)} of {speeds_rad_s.size} speeds"
-    return worst_of("response is that of the system", where, "the response", misses, text)
+    return misses
 
 
-def check_peaks(
-    plain: PlainSystem,
-    loads: Sequence[Load],
-    speeds_rad_s: FloatArray,
-    curves: Sequence[Curve],
-    doubtful_rad_s: Sequence[float],
-    where: str,
-) -> Invariant | None:
-    """Check that a response is nowhere far above the samples beside it.
-
-    `plain`, `loads`, `speeds_rad_s`, `curves`, `where`: as for `check_unbalance_response`.
-    `doubtful_rad_s`: speeds to look at: damped critical speeds and the knots of laws.
-    """
-    ratio = abs(plain.system.rotors[loads[0].end.body].speed_ratio)
-    rows = np.vstack([plain.seat(curve.place)[:2] for curve in curves])
+def _peaks(
+    moved: Moved, speeds_rad_s: FloatArray, curves: Sequence[Curve], doubtful_rad_s: Sequence[float]
+) -> list[Miss]:
+    """How many times a response is higher at some speeds than its samples beside them."""
     listed = np.stack([_major(curve.amplitude) for curve in curves], axis=1)
     highest = np.nanmax(listed, axis=0)
     misses = []
     for speed in doubtful_rad_s:
         if not max(speeds_rad_s[0], NEAR_REST * speeds_rad_s[-1]) < speed < speeds_rad_s[-1]:
             continue
-        force = unbalance_load(plain, loads, speed)
-        moved = motion_under(plain.at(speed), ratio * speed, force, rows)
-        if moved is None:
+        right = moved(speed)
+        if right is None:
             continue
-        major = _major(moved.amplitude.reshape(-1, 2))
+        major = _major(right.amplitude.reshape(-1, 2))
         # a place that the load does not reach moves by the rounding of the others
         rounding = ROUNDINGS * _EPS * major.max()
         after = int(np.searchsorted(speeds_rad_s, speed))
@@ -159,11 +163,7 @@ def check_peaks(
         if seen.any():
             times = float((major[seen] / np.maximum(beside[seen], np.finfo(float).tiny)).max())
             misses.append(Miss(times, _HIGHER, speed))
-    if not misses:
-        return None
-    text = f"over the samples beside it, at {len(misses)} critical speeds and knots"
-    name = "no peak of the response is missing"
-    return worst_of(name, where, "peaks of the response", misses, text)
+    return misses
 
 
 def _major(amplitude: ComplexArray) -> FloatArray:
@@ -189,8 +189,8 @@ def check_stability(
     ends = [end for low_end, high_end, _ in intervals_rad_s for end in (low_end, high_end)]
     tops = {top for _, _, top in intervals_rad_s}
     inner = sorted({m for m in marks_rad_s if low < m < high})
-    looked = {low, high, *inner, *(0.5 * (a + b) for a, b in _pairs([low, *inner, high]))}
-    looked |= {0.5 * (a + b) for a, b in _pairs(sorted({low, *ends, high}))}
+    looked = {low, high, *inner, *(0.5 * (a + b) for a, b in pairwise([low, *inner, high]))}
+    looked |= {0.5 * (a + b) for a, b in pairwise(sorted({low, *ends, high}))}
     looked |= {end * (1.0 + side) for end in ends for side in (-_END, _END)}
     faults = []
     looked |= tops
@@ -224,10 +224,6 @@ def growth_sign(matrices: PlainMatrices, speed_rad_s: float, least: float) -> in
         if value.real > rounding + 10.0 * NEUTRAL * abs(value):
             return 1
     return 0 if growing.size else -1
-
-
-def _pairs(values: Sequence[float]) -> list[tuple[float, float]]:
-    return list(pairwise(values))
 
 
 class Channel(NamedTuple):

@@ -9,6 +9,7 @@ of coordinates, which `joint_errors` tests.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -80,18 +81,22 @@ class PlainSystem:
                 found |= {float(row) / ratio for row in bearing.speed_law.speeds_rad_s if row > 0}
         return tuple(sorted(found))
 
+    def bodies(self) -> Iterator[tuple[str, Rotor, FloatArray]]:
+        """Yield each body with its name and its rows of the transformation, shape (n_body, n)."""
+        start = 0
+        for name, rotor in self.system.rotors.items():
+            yield name, rotor, self.transformation[start : start + rotor.element.size]
+            start += rotor.element.size
+
     def at(self, speed_rad_s: float) -> PlainMatrices:
         """Return the matrices at a speed of the reference shaft."""
         n = self.transformation.shape[1]
         sums = [np.zeros((n, n)) for _ in range(3)]
         sizes = [np.zeros((n, n)) for _ in range(3)]
-        start = 0
-        for rotor in self.system.rotors.values():
-            rows = self.transformation[start : start + rotor.element.size]
+        for _, rotor, rows in self.bodies():
             for k, terms in enumerate(_body(rotor, rotor.speed_ratio * speed_rad_s)):
                 for term in terms:
                     _add(sums[k], sizes[k], rows, term)
-            start += rotor.element.size
         for bearing in self.system.bearings:
             rows = self.relative_motion(bearing)
             stiffness, damping = self.coefficients(bearing, speed_rad_s)
@@ -112,24 +117,18 @@ class PlainSystem:
         """Return G of all bodies per unit speed of the reference shaft, shape (n, n)."""
         n = self.transformation.shape[1]
         total, size = np.zeros((n, n)), np.zeros((n, n))
-        start = 0
-        for rotor in self.system.rotors.values():
-            rows = self.transformation[start : start + rotor.element.size]
+        for _, rotor, rows in self.bodies():
             _add(total, size, rows, rotor.speed_ratio * rotor.element.gyroscopic)
-            start += rotor.element.size
         return total
 
     def seat(self, end: End) -> FloatArray:
         """Return ux to rz of an interface per coordinate, shape (6, n); zero where it has none."""
-        start = 0
         motion = np.zeros((len(MOTIONS), self.transformation.shape[1]))
-        for name, rotor in self.system.rotors.items():
+        for name, rotor, rows in self.bodies():
             if name == end.body:
-                for k, coordinate in enumerate(rotor.element.coordinates):
+                for coordinate, row in zip(rotor.element.coordinates, rows, strict=True):
                     if coordinate.kind == "interface" and coordinate.interface == end.interface:
-                        row = MOTIONS.index(coordinate.component)
-                        motion[row] = self.transformation[start + k]
-            start += rotor.element.size
+                        motion[MOTIONS.index(coordinate.component)] = row
         return motion
 
     def relative_motion(self, bearing: Bearing) -> FloatArray:
@@ -243,15 +242,9 @@ def joint_errors(plain: PlainSystem) -> tuple[float, int]:
         whole.relative_motion(bearing)[[MOTIONS.index(c) for c in bearing.rigid]]
         for bearing in plain.system.bearings
     ]
-    start = 0
-    for rotor in plain.system.rotors.values():
-        stop = start + rotor.element.size
+    for _, rotor, rows in whole.bodies():
         if rotor.element.constraint is not None:
-            free = la.null_space(rotor.element.constraint.T)
-            rows = np.zeros((free.shape[1], len(plain.transformation)))
-            rows[:, start:stop] = free.T
-            held.append(rows)
-        start = stop
+            held.append(la.null_space(rotor.element.constraint.T).T @ rows)
     for gear in plain.system.gears:
         if gear.mesh_stiffness_n_per_m is None:
             first, second = gear.tooth_motion()

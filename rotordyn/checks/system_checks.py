@@ -10,13 +10,8 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.campbell.diagram import Campbell
+from solidwhirl.rotordyn.checks import plain_checks
 from solidwhirl.rotordyn.checks.mode_checks import check_modes_at_rest, no_count
-from solidwhirl.rotordyn.checks.plain_checks import (
-    COUNT_SPEEDS,
-    check_campbell,
-    check_critical_roots,
-    check_joints,
-)
 from solidwhirl.rotordyn.checks.plain_system import PlainSystem
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.dense import scale_by_stiffness
@@ -60,7 +55,9 @@ def check_critical_speeds(
     )
     reason = no_count(assembled, constant.negative_count)
     roots = [(c.speed_rad_s, _root(c, ratio)) for c in found]
-    out = check_critical_roots(PlainSystem.of(assembled), roots, ratio, speed_max_rad_s)
+    out = plain_checks.check_critical_roots(
+        PlainSystem.of(assembled), roots, ratio, speed_max_rad_s
+    )
     if out[-1].passed is not None:
         return out
     # many coordinates: without damping signs tell as much
@@ -81,7 +78,7 @@ def _count(
     where: str,
     reason: str,
 ) -> Invariant:
-    name = COUNT_SPEEDS
+    name = plain_checks.COUNT_SPEEDS
     if any(abs(c.speed_rad_s - limit) <= _AT_THE_END * limit for c in found):
         reason = reason or "a critical speed lies at the end of the range"
     if reason:
@@ -125,11 +122,11 @@ def check_system(
     `speed_max_rad_s`; `speed_max_rad_s`: as given to `critical_speeds`.
     """
     groups: list[tuple[str, Callable[[], tuple[Invariant, ...]]]] = [
-        ("joints", lambda: check_joints(PlainSystem.of(assembled))),
+        ("joints", lambda: plain_checks.check_joints(PlainSystem.of(assembled))),
         ("modes at rest", lambda: check_modes_at_rest(assembled, at_rest)),
         (
             "Campbell diagram",
-            lambda: check_campbell(assembled, diagram, frequency_max_hz, branch_count),
+            lambda: plain_checks.check_campbell(assembled, diagram, frequency_max_hz, branch_count),
         ),
     ]
     for ratio, found in critical.items():

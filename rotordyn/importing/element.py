@@ -11,14 +11,7 @@ import scipy.linalg as la
 
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.exchange.matrices.foreign_body import ROLES, ForeignBody
-from solidwhirl.rotordyn.importing import checks, rows
-from solidwhirl.rotordyn.importing.rigid_motions import (
-    ImportedMotions,
-    check_free_motions,
-    cleaned_stiffness,
-    imported_motions,
-    shown_points,
-)
+from solidwhirl.rotordyn.importing import checks, rigid_motions, rows
 from solidwhirl.rotordyn.superelement.free_body import free_body_problems
 from solidwhirl.rotordyn.superelement.record import Coordinate, InterfaceNode, Superelement
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
@@ -55,10 +48,10 @@ def imported_superelement(
         if ROLES[role].symmetry != "general":
             sign = -1.0 if ROLES[role].symmetry == "skew-symmetric" else 1.0
             scaled[role] = checks.symmetric_or_skew(report, role, matrix, sign, inertia)
-    motions = imported_motions(report, placed.places, placed.components, scaled)
-    scaled["stiffness"] = cleaned_stiffness(report, scaled, motions)
+    motions = rigid_motions.imported_motions(report, placed.places, placed.components, scaled)
+    scaled["stiffness"] = rigid_motions.cleaned_stiffness(report, scaled, motions)
     rates = checks.check_stiffness(report, scaled["mass"], scaled["stiffness"], tie)
-    check_free_motions(report, scaled, motions, rates)
+    rigid_motions.check_free_motions(report, scaled, motions, rates)
     given = rows.stated_properties(body, options, length, mass_unit)
     properties = checks.rigid_mass(report, scaled, motions, placed.positions, given)
     element = _element(name, placed, scaled, motions, properties, rates, body)
@@ -77,7 +70,7 @@ def _element(
     name: str,
     placed: rows.Placed,
     scaled: Mapping[str, FloatArray],
-    motions: ImportedMotions,
+    motions: rigid_motions.ImportedMotions,
     properties: tuple[float, FloatArray, FloatArray],
     rates: FloatArray,
     body: ForeignBody,
@@ -85,7 +78,7 @@ def _element(
     n = len(placed.components)
     zero = np.zeros((n, n))
     mass_kg, center, inertia = properties
-    points, modes = shown_points(
+    points, modes = rigid_motions.shown_points(
         placed.places, placed.components, motions, _stated_points(body, placed)
     )
     inside = np.array([not owner for owner in placed.owners])

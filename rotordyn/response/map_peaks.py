@@ -10,14 +10,9 @@ import numpy as np
 from solidwhirl.rotordyn.assembly.system import AssembledSystem
 from solidwhirl.rotordyn.core.arrays import ComplexArray, FloatArray
 from solidwhirl.rotordyn.modes.eigen import modes_at_speed
+from solidwhirl.rotordyn.response import resonance_samples as samples
 from solidwhirl.rotordyn.response.maps import GroundMotionMap, StepPeaks, ground_motion_map
 from solidwhirl.rotordyn.response.orbits import elliptic_orbits
-from solidwhirl.rotordyn.response.resonance_samples import (
-    SMOOTH,
-    joined_samples,
-    resolved_response,
-    samples_around_modes,
-)
 from solidwhirl.rotordyn.response.stiffness_maps import StiffnessMap, stiffness_row
 from solidwhirl.rotordyn.response.unbalance_peaks import resonance_peaks
 
@@ -45,9 +40,9 @@ def ground_motion_peaks(assembled: AssembledSystem, ground_map: GroundMotionMap)
 
         eigenvalues = modes_at_speed(assembled, speed).eigenvalues
         fine, motion = known, ground_map.translation_m[at]
-        more = np.setdiff1d(samples_around_modes(known, eigenvalues), known)
+        more = np.setdiff1d(samples.samples_around_modes(known, eigenvalues), known)
         if more.size:
-            fine, motion = joined_samples(known, motion, more, respond(more))
+            fine, motion = samples.joined_samples(known, motion, more, respond(more))
         return _Row(fine, motion, respond)
 
     rows = (row(at) for at in range(ground_map.speeds_rad_s.size))
@@ -60,10 +55,10 @@ def stiffness_map_peaks(assembled: AssembledSystem, stiffness_map: StiffnessMap)
     `stiffness_map`: at rising frequencies. The result is for every stiffness of the map.
     """
     known, speeds = stiffness_map.frequencies_rad_s, stiffness_map.speeds_rad_s
-    pieces = SMOOTH
+    pieces = samples.SMOOTH
     if speeds.size and speeds[0] != speeds[-1]:
         ratio = known[-1] / speeds[-1]
-        pieces = SMOOTH._replace(knots=ratio * np.array(assembled.knots_rad_s))
+        pieces = samples.SMOOTH._replace(knots=ratio * np.array(assembled.knots_rad_s))
 
     def row(at: int) -> _Row:
         def respond(frequencies: FloatArray) -> ComplexArray:
@@ -72,7 +67,9 @@ def stiffness_map_peaks(assembled: AssembledSystem, stiffness_map: StiffnessMap)
             value = float(stiffness_map.stiffness_n_per_m[at])
             return stiffness_row(assembled, stiffness_map, value, frequencies, between)
 
-        fine, motion = resolved_response(known, stiffness_map.translation_m[at], respond, pieces)
+        fine, motion = samples.resolved_response(
+            known, stiffness_map.translation_m[at], respond, pieces
+        )
         return _Row(fine, motion, respond)
 
     rows = (row(at) for at in range(stiffness_map.stiffness_n_per_m.size))

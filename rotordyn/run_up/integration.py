@@ -19,13 +19,12 @@ from solidwhirl.rotordyn.modes.eigen import modes_at_speed
 from solidwhirl.rotordyn.modes.whirl import interface_rows_of_all, rotor_length
 from solidwhirl.rotordyn.response.unbalance import Unbalance
 from solidwhirl.rotordyn.run_up.loads import static_equilibrium, torsion_load, turning_loads
-from solidwhirl.rotordyn.run_up.record import Divergence, EnergyBalance, MotionState, RunUp
+from solidwhirl.rotordyn.run_up.record import Divergence, MotionState, RunUp
 from solidwhirl.rotordyn.run_up.recorder import Recorder
 from solidwhirl.rotordyn.run_up.speed_profile import SpeedProfile, ramp_and_hold
 from solidwhirl.rotordyn.run_up.steps import Block, RunPlan, blocks, modal_basis, step_count
 
-__all__ = ["EnergyBalance", "MotionState", "RunSettings", "RunUp", "SpeedProfile", "ramp_and_hold"]
-__all__ += ["run_up"]
+__all__ = ["ramp_and_hold", "run_up"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, slots=True)

@@ -56,9 +56,9 @@ class ModalBasis(NamedTuple):
         + ΩG]Φ.
         """
         matrices = matrices_at_speed(self.assembled, speed_rad_s)
-        rest = matrices_at_speed(self.assembled, 0.0)
+        rest = matrices_at_speed(self.assembled, 0.0).stiffness
         # K at rest is diagonal in its modes; only the change is projected, to keep low modes exact.
-        change = matrices.stiffness - _symmetric(rest.stiffness)
+        change = matrices.stiffness - 0.5 * (rest + rest.T)
         change = change + 0.5 * acceleration_rad_s2 * self.assembled.gyroscopic
         stiffness = np.diag(self.rest_stiffness) + self.shapes.T @ change @ self.shapes
         velocity = self.shapes.T @ (matrices.damping + matrices.gyroscopic) @ self.shapes
@@ -75,10 +75,6 @@ def modal_basis(assembled: AssembledSystem) -> ModalBasis:
     elastic = frequencies[frequencies > 0]
     floor = float(elastic.min()) if elastic.size else 1.0
     return ModalBasis(assembled, shapes, np.maximum(frequencies, floor), squared)
-
-
-def _symmetric(matrix: FloatArray) -> FloatArray:
-    return np.asarray(0.5 * (matrix + matrix.T))
 
 
 # Interpolation error over the largest entry of each matrix; far below that of freezing the speed.

@@ -231,7 +231,7 @@ class SuperelementFile:
             raise self.error(place, f"has shape {shape}, more than {layout.LARGEST_COUNT} numbers")
         if dataset.dtype.kind not in "fiu":
             raise self.error(place, f"has type {dataset.dtype}; numbers are needed")
-        self._spend(place, _declared_bytes(dataset))
+        self._spend(place, math.prod(shape) * max(_NUMBER_BYTES, int(dataset.dtype.itemsize)))
         try:
             with np.errstate(all="ignore"):  # too large for a double is infinite, and refused
                 return np.asarray(dataset[()], dtype=np.float64)
@@ -365,11 +365,6 @@ def _allowed_bytes(file_size: int) -> int:
     Matrices of zeros shrink a thousand times, those of real bodies four times.
     """
     return _FIRST_BYTES + _BYTES_PER_BYTE * file_size
-
-
-def _declared_bytes(dataset: h5py.Dataset) -> int:
-    """Return the memory of a dataset's numbers in double precision."""
-    return int(math.prod(dataset.shape)) * max(_NUMBER_BYTES, int(dataset.dtype.itemsize))
 
 
 def _storage_fault(dataset: h5py.Dataset) -> str:

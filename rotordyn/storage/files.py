@@ -17,13 +17,9 @@ from solidwhirl.rotordyn.storage import format as layout
 from solidwhirl.rotordyn.storage import optional_parts as parts
 from solidwhirl.rotordyn.storage.checked_reads import SuperelementFile, check_header
 from solidwhirl.rotordyn.storage.sandbox import SEAL_BYTES, refuse_damaged, seal_file
+from solidwhirl.rotordyn.superelement import invariants
 from solidwhirl.rotordyn.superelement.body_measures import asymmetry
-from solidwhirl.rotordyn.superelement.invariants import (
-    Invariant,
-    check_superelement,
-    symmetry_check,
-    undecided,
-)
+from solidwhirl.rotordyn.superelement.invariants import Invariant
 from solidwhirl.rotordyn.superelement.record import Coordinate, InterfaceNode, Superelement
 from solidwhirl.rotordyn.superelement.rigid_body import body_mass_matrix
 
@@ -38,10 +34,7 @@ def write_superelement(element: Superelement, path: str | Path) -> None:
     the first 512. All numbers are kept bit for bit; what varies between runs (date, program
     version) is in attributes of the root.
 
-    Raises
-    ------
-    OSError
-        If the folder does not exist or cannot be written.
+    Raises OSError: the folder does not exist or cannot be written.
     """
     with replacing(Path(path)) as temporary:
         with h5py.File(
@@ -184,21 +177,12 @@ def _put_text(group: h5py.Group, name: str, texts: list[str]) -> None:
 def read_superelement(path: str | Path) -> Superelement:
     """Read a superelement from an HDF5 file.
 
-    Returns
-    -------
-    Superelement
-        Equal to the one written, bit for bit.
+    Returns a record equal to the one written, bit for bit.
+    Raises SuperelementError: the file is missing, damaged, of another format or a newer major
+    version, not in SI units or not in the inertial frame, lacks a dataset, or holds wrong shapes,
+    numbers that are not finite, or names that can't be printed. The message names the file and the
+    place. Sizes are checked before any number is read.
 
-    Raises
-    ------
-    SuperelementError
-        If the file is missing, damaged, of another format or a newer major version, not in SI
-        units or not in the inertial frame, lacks a dataset, or holds wrong shapes, numbers that
-        are not finite, or names that can't be printed. The message names the file and the place.
-        Sizes are checked before any number is read.
-
-    Notes
-    -----
     A file with the checksum of `write_superelement` is read as it is. Any other is read in a child
     process first, since the HDF5 library may crash or run forever on damaged bytes.
 
@@ -315,12 +299,12 @@ def check_superelement_file(path: str | Path) -> tuple[Invariant, ...]:
     if not all(check.passed for check in stored.values()):
         first = next(iter(stored.values()))
         reason = "a body whose matrices are not symmetric or skew is not read"
-        rest = undecided("all other checks", first.where, first.concerns, reason)
+        rest = invariants.undecided("all other checks", first.where, first.concerns, reason)
         return (*stored.values(), rest)
     element = read_superelement(path)
     return tuple(
         replace(stored[check.name], where=element.name) if check.name in stored else check
-        for check in check_superelement(element)
+        for check in invariants.check_superelement(element)
     )
 
 
@@ -333,5 +317,5 @@ def _stored_symmetry(path: Path) -> dict[str, Invariant]:
         for name, operator in layout.OPERATORS.items():
             sign = 1.0 if operator.symmetry == "symmetric" else -1.0
             error = asymmetry(file.operator(name, n), sign)
-            checks.append(symmetry_check(operator.field, where, error))
+            checks.append(invariants.symmetry_check(operator.field, where, error))
     return {check.name: check for check in checks}

@@ -10,16 +10,16 @@ from typing import Any
 
 import typer
 from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn
 
 from solidwhirl.batch.case import CaseSettings
 from solidwhirl.batch.pictures import draw_at_end, picture_settings
-from solidwhirl.batch.progress import BatchProgress, failure_line
 from solidwhirl.batch.ranks import costs_on_ranks, layout_of, run_on_ranks
 from solidwhirl.batch.run import Work, journal_of, work_of
 from solidwhirl.batch.schedule import Layout, Predicted
 from solidwhirl.batch.slurm import slurm_job, write_slurm_script
 from solidwhirl.batch.table import TABLE
-from solidwhirl.console.terminal import duration_text
+from solidwhirl.console.terminal import duration_text, say
 from solidwhirl.core.machine import available_memory_gib
 from solidwhirl.files.run_folder import claimed
 from solidwhirl.sweep.cases import batch_cases
@@ -27,6 +27,7 @@ from solidwhirl.sweep.records import BatchRow
 
 #: Exit codes: a case failed; all came out, but an invariant of one is violated.
 FAILED, CHECKS_FAILED = 1, 3
+_WORDS = {"done": "done", "failed": "FAILED", "checks_failed": "CHECKS FAILED"}
 
 
 def batch_command(
@@ -84,7 +85,7 @@ def _coordinated(
             BatchProgress(console, len(work.cases), len(work.cases) - len(work.todo))
         ) as progress,
     ):
-        progress.say(_first_line(work, costs, layout))
+        say(console, _first_line(work, costs, layout))
 
         def keep(row: BatchRow, to_go_s: float) -> None:
             journal.append(row)
@@ -97,13 +98,54 @@ def _coordinated(
             if row.status != "done":
                 typer.echo(failure_line(row), err=True)
     by_status = {s: sum(row.status == s for row in found) for s in ("failed", "checks_failed")}
-    console.print(
-        f"{len(found)} rows, {by_status['failed']} failed, {by_status['checks_failed']} with "
-        f"failed checks: {work.settings.out / TABLE}",
-        highlight=False,
-        soft_wrap=True,
-    )
+    failed, bad = by_status.values()
+    table = work.settings.out / TABLE
+    say(console, f"{len(found)} rows, {failed} failed, {bad} with failed checks: {table}")
     return by_status
+
+
+def failure_line(row: BatchRow) -> str:
+    """How a case ended, in one line."""
+    first = f": {row.message.splitlines()[0]}" if row.message else ""
+    return f"{row.case} {_WORDS[row.status]} in {duration_text(row.seconds)}{first}"
+
+
+class BatchProgress:
+    """Lines and bar of a batch, on the rank that coordinates."""
+
+    def __init__(self, console: Console, total: int, kept: int) -> None:
+        self._console, self._total, self._done = console, total, kept
+        self._bar: Progress | None = None
+        self._task = TaskID(0)
+        if console.is_terminal and not console.quiet:
+            self._bar = Progress(
+                TextColumn("{task.description}"),
+                BarColumn(),
+                MofNCompleteColumn(),
+                TextColumn("{task.fields[left]}"),
+                console=console,
+                transient=True,
+            )
+            self._task = self._bar.add_task("cases", total=total, completed=kept, left="")
+            self._bar.start()
+
+    def finished(self, row: BatchRow, to_go_s: float) -> None:
+        """Tell that a case is over."""
+        self._done += 1
+        left = self._total - self._done
+        to_go = f"about {duration_text(to_go_s)} to go" if left else "all cases done"
+        line = failure_line(row)
+        if self._bar is None:
+            say(self._console, f"[{self._done}/{self._total}] {line}; {to_go}")
+            return
+        if row.status != "done":
+            say(self._console, line)
+        self._bar.update(self._task, completed=self._done, left=to_go)
+
+    def close(self) -> None:
+        """Remove the bar."""
+        if self._bar is not None:
+            self._bar.stop()
 
 
 def _first_line(work: Work, costs: Mapping[int, Predicted], layout: Layout) -> str:

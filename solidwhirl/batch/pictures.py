@@ -8,6 +8,7 @@ from pathlib import Path
 from rich.console import Console
 
 from solidwhirl.batch.table import read_batch
+from solidwhirl.console.terminal import say
 from solidwhirl.core.errors import SceneError, clean, writing
 from solidwhirl.sweep.analysis import SweepPictureSettings
 from solidwhirl.sweep.design import SweepPictureError
@@ -65,6 +66,5 @@ def draw_at_end(
         sys.stderr.write(f"{out}: no pictures: {type(error).__name__}: {clean(str(error))}\n")
         return ()
     if files:
-        said = f"{len(files)} files of pictures: {out / PICTURES}"
-        console.print(said, highlight=False, soft_wrap=True, markup=False)
+        say(console, f"{len(files)} files of pictures: {out / PICTURES}")
     return files

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import re
 import shlex
 from collections.abc import Mapping, Sequence
@@ -14,7 +13,8 @@ from pathlib import Path
 from jinja2 import Template
 
 from solidwhirl.batch.schedule import Predicted
-from solidwhirl.core.errors import OutputError, writing
+from solidwhirl.core.errors import writing
+from solidwhirl.files.run_folder import refuse_foreign
 from solidwhirl.rotordyn.core.atomic import replacing
 
 # A job is asked for so long, if cases are many [s]; teams are as many as that takes.
@@ -94,17 +94,9 @@ def slurm_script(job: SlurmJob) -> str:
     return text
 
 
-def _is_script(path: Path) -> bool:
-    try:
-        return path.is_file() and _WHOLE in path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError):
-        return False
-
-
 def write_slurm_script(job: SlurmJob, path: Path) -> Path:
     """Write the script; it can be started as it is."""
-    if os.path.lexists(path) and not _is_script(path):
-        raise OutputError(f"{path}: is there already and is no script of a batch; move it away")
+    refuse_foreign(path, _WHOLE, "is no script of a batch; move it away")
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         with replacing(path) as temporary:

@@ -9,27 +9,18 @@ from typing import Any
 import h5py
 import numpy as np
 
-from solidwhirl.batch.journal import (
-    JOURNAL,
-    SCHEMA,
-    BatchTableError,
-    in_order,
-    read_journal,
-    row_document,
-    row_from_document,
-)
-from solidwhirl.core.errors import OutputError
+from solidwhirl.batch import journal
+from solidwhirl.batch.journal import SCHEMA, BatchTableError
+from solidwhirl.core.errors import writing
+from solidwhirl.core.key_units import unit_of
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.atomic import replacing
-from solidwhirl.sweep.labels import unit_of
 from solidwhirl.sweep.records import BatchRow
 
 TABLE = "table.h5"
 _TEXTS = ("case", "scene", "status", "message", "digest", "method")
 _NUMBERS = ("seconds", "peak_memory_gib")
 _COUNTS = ("ranks", "sweep_cases")
-# Columns that tables of earlier releases do not have.
-_LATER = ("method", "sweep_cases", "critical_motion", "campbell_motion")
 _CRITICAL = ("critical_speed_rpm", "critical_frequency_hz", "critical_error_estimate")
 _CAMPBELL = ("campbell_frequency_hz", "campbell_log_decrement")
 _MOTIONS = ("critical_motion", "campbell_motion")
@@ -76,10 +67,12 @@ def read_batch(folder: str | Path) -> tuple[BatchRow, ...]:
     Raises BatchTableError: there is neither, or it is damaged.
     """
     folder = Path(folder)
-    if (folder / JOURNAL).exists():
-        return in_order(read_journal(folder))
+    if (folder / journal.JOURNAL).exists():
+        return journal.in_order(journal.read_journal(folder))
     if not (folder / TABLE).exists():
-        raise BatchTableError(f"{folder}: has neither {JOURNAL} nor {TABLE}; it is no batch")
+        raise BatchTableError(
+            f"{folder}: has neither {journal.JOURNAL} nor {TABLE}; it is no batch"
+        )
     return read_table(folder / TABLE)
 
 
@@ -91,13 +84,9 @@ def write_table(folder: str | Path) -> Path:
     written.
     """
     path = Path(folder) / TABLE
-    rows = in_order(read_journal(folder))
-    try:
-        with replacing(path) as temporary, h5py.File(temporary, "w") as file:
-            _write(file, rows)
-    except OSError as error:
-        said = error.strerror or str(error).splitlines()[0]
-        raise OutputError(f"{path}: can not be written: {said}") from error
+    rows = journal.in_order(journal.read_journal(folder))
+    with writing(path), replacing(path) as temporary, h5py.File(temporary, "w") as file:
+        _write(file, rows)
     return path
 
 
@@ -121,7 +110,7 @@ def read_table(path: str | Path) -> tuple[BatchRow, ...]:
 def _write(file: Any, rows: Sequence[BatchRow]) -> None:
     file.attrs["schema"] = SCHEMA
     # texts with what JSON can not have escaped, as in the journal
-    documents = [row_document(row) for row in rows]
+    documents = [journal.row_document(row) for row in rows]
     for key in _TEXTS:
         _put_texts(file, key, [document[key] for document in documents])
     for key in _NUMBERS:
@@ -194,7 +183,7 @@ def _padded(lists: Sequence[Sequence[float]], length: int | None = None) -> Floa
 
 def _read(file: Any) -> tuple[BatchRow, ...]:
     """Through the rows' documents, so that one place knows what a row is."""
-    absent = {key for key in _LATER if key not in file}
+    absent = {key for key in journal.LATER if key not in file}
     texts, counts, motions = (
         [key for key in keys if key not in absent] for keys in (_TEXTS, _COUNTS, _MOTIONS)
     )
@@ -221,7 +210,7 @@ def _read(file: Any) -> tuple[BatchRow, ...]:
             document[key] = file[key][k, :branches, :speeds].tolist()
         document["values"] = _present(numbers, k) | {n: w[k] for n, w in words.items() if w[k]}
         document["responses"] = _present(responses, k)
-        rows.append(row_from_document(document))
+        rows.append(journal.row_from_document(document))
     return tuple(rows)
 
 

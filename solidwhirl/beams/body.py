@@ -23,8 +23,6 @@ from solidwhirl.rotordyn.beams.moments import Rings, beam_moments
 from solidwhirl.rotordyn.superelement.mass_moments import projected_moments
 from solidwhirl.rotordyn.superelement.validation import MOTIONS, Component
 
-__all__ = ["BeamLevelError", "beam_element_of", "beam_variants"]
-
 _LATERAL: tuple[Component, ...] = ("ux", "uy", "rx", "ry")
 _MATRICES = ("mass", "stiffness", "gyroscopic", "stress_stiffening", "spin_softening")
 #: Fixed-interface modes kept in each plane unless the caller says so.

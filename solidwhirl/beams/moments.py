@@ -13,15 +13,10 @@ from solidwhirl.beams.assembly import Pieces, PlateBlock
 from solidwhirl.beams.attached_inertia import CarriedRing
 from solidwhirl.beams.nodes import Layout
 from solidwhirl.beams.plates import line_of, plate_center_m, wall_of
+from solidwhirl.rotordyn.beams import moments
 from solidwhirl.rotordyn.beams.elements import Family, Segment, section_motion
 from solidwhirl.rotordyn.beams.families import ReducedFamily, node_rows, per_node
-from solidwhirl.rotordyn.beams.moments import (
-    Rings,
-    attached_rings,
-    joined_rings,
-    rigid_rings,
-    segment_rings,
-)
+from solidwhirl.rotordyn.beams.moments import Rings
 from solidwhirl.rotordyn.core.arrays import FloatArray
 
 
@@ -33,11 +28,13 @@ def family_rings(
     The same rings in the same order for every family.
     """
     nodes = [element.nodes for element in layout.elements]
-    parts = [segment_rings(p, n, reduced) for n, p in zip(nodes, pieces.segments, strict=True)]
+    parts = [
+        moments.segment_rings(p, n, reduced) for n, p in zip(nodes, pieces.segments, strict=True)
+    ]
     for k in sorted({ring.element for ring in pieces.carried_rings}):
         own = [ring for ring in pieces.carried_rings if ring.element == k]
         parts.append(_carried_rings(own, pieces.segments[k], nodes[k], reduced))
-    parts += [attached_rings(ring, layout.nodes_m, reduced) for ring in pieces.fillets]
+    parts += [moments.attached_rings(ring, layout.nodes_m, reduced) for ring in pieces.fillets]
     shapes = reduced.shapes
     start = per_node(reduced.family) * layout.nodes_m.size
     for index in range(len(layout.plate_nodes)):
@@ -48,7 +45,7 @@ def family_rings(
             motions.append(block.matrices.fields @ np.vstack((edges, shapes[start:stop])))
             start = stop
         parts.append(_plate_rings(layout, index, reduced.family, motions))
-    return joined_rings(parts)
+    return moments.joined_rings(parts)
 
 
 def _carried_rings(
@@ -61,7 +58,7 @@ def _carried_rings(
     moved, tilted = section_motion(piece, xi, reduced.family, arms)
     mass, second, place = np.array([(r.mass_kg, r.second_kg_m2, r.z_m) for r in own]).T
     rings = (mass, np.sqrt(2.0 * second / mass), place)
-    return rigid_rings(rings, reduced.family, moved @ ends, tilted @ ends)
+    return moments.rigid_rings(rings, reduced.family, moved @ ends, tilted @ ends)
 
 
 def _plate_rings(layout: Layout, index: int, family: Family, motions: list[FloatArray]) -> Rings:

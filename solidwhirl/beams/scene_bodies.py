@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from solidwhirl.beams.body import MODES, BeamLevelError, beam_element_of, beam_variants
+from solidwhirl.beams.body import MODES, beam_element_of, beam_variants
 from solidwhirl.beams.nodes import DEFAULT_ELEMENTS
 from solidwhirl.geometry import Body
 from solidwhirl.geometry.meridian.snapping import axial_range
@@ -66,6 +66,3 @@ def _with_effects(element: Superelement, plan: Plan) -> Superelement:
     if not plan.on("stress_stiffening"):
         element = replace(element, stress_stiffening=zero, spin_softening=zero)
     return element
-
-
-__all__ = ["BeamBodies", "BeamLevelError", "beam_bodies"]

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from solidwhirl.beams.error import beam_theory_error
-from solidwhirl.beams.scene_bodies import BeamLevelError, beam_bodies
+from solidwhirl.beams.profile import BeamLevelError
+from solidwhirl.beams.scene_bodies import beam_bodies
 from solidwhirl.bodies.refinement import asked_modes, sample_speeds
 from solidwhirl.geometry import Body
 from solidwhirl.model.effects import make_plan

@@ -73,10 +73,7 @@ def check(
 def check_command(paths: Sequence[Path], *, as_json: bool) -> int:
     """Check files and folders, print what was found, and return the exit code.
 
-    Returns
-    -------
-    int
-        0: all passed; 3: some failed; 2: something can't be read.
+    Returns 0: all passed; 3: some failed; 2: something can't be read.
     """
     found = tuple(one for path in paths for one in check_path(path))
     if as_json:

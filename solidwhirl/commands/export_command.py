@@ -6,16 +6,16 @@ import json
 import math
 import tempfile
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import typer
 
-from solidwhirl.core.errors import OutputError, clean
+from solidwhirl.core.errors import OutputError, clean, writing
 from solidwhirl.files.run_folder import refuse_existing
 from solidwhirl.files.surface_files import write_surface_vtkhdf, write_surface_vtu
-from solidwhirl.rotordyn.core.atomic import replacing
+from solidwhirl.rotordyn.core.atomic import replace_text
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.exchange.exported import Exported
 from solidwhirl.rotordyn.exchange.matrices.arrays_npz import write_npz
@@ -32,27 +32,20 @@ from solidwhirl.rotordyn.storage.sidecar import superelement_document
 from solidwhirl.rotordyn.superelement.record import Superelement
 
 
-@dataclass(frozen=True, kw_only=True)
-class Format:
-    """A format that bodies can be exported in.
+class Format(NamedTuple):
+    """A format that bodies can be exported in."""
 
-    Attributes
-    ----------
-    options
-        Options of the command that it understands, and the writer's names for them.
-    """
-
-    title: str
-    ending: str
     writer: Callable[..., Exported]
+    ending: str
+    title: str
+    #: Options of the command that it understands, and the writer's names for them
     options: Mapping[str, str]
 
 
 def write_sidecar(element: Superelement, path: Path) -> Exported:
     """Write what a superelement is, without its matrices, as JSON."""
     text = json.dumps(superelement_document(element), indent=1, allow_nan=False)
-    with replacing(path) as temporary:
-        temporary.write_text(text + "\n", encoding="utf-8")
+    replace_text(path, text + "\n")
     return Exported(
         files=(path,),
         carried=("coordinates", "interfaces", "mass properties", "frequencies", "provenance"),
@@ -60,39 +53,33 @@ def write_sidecar(element: Superelement, path: Path) -> Exported:
     )
 
 
-def _format(
-    writer: Callable[..., Exported], ending: str, title: str, options: Mapping[str, str]
-) -> Format:
-    return Format(writer=writer, ending=ending, title=title, options=options)
-
-
 _MODES = {"modes": "modes"}
 _DAMPED = {"modes": "modes", "damping": "modal_damping"}
 _SPEED = {"speed_rpm": "speed_rad_s"}
 _SURFACE = "modes on the surface, for ParaView"
 FORMATS: Mapping[str, Format] = {
-    "sid": _format(
+    "sid": Format(
         write_sid,
         ".SID_FEM",
         "standard input data of a flexible body (Simpack, Modelica)",
         {**_DAMPED, "layout": "layout"},
     ),
-    "mbdyn": _format(write_mbdyn, ".fem", "MBDyn modal joint", {**_DAMPED, "records": "level"}),
-    "dmig": _format(write_dmig, ".pch", "Nastran bulk data matrices", _SPEED),
-    "op4": _format(write_op4, ".op4", "Nastran output 4 matrices", _SPEED),
-    "exudyn": _format(write_exudyn, ".py", "Exudyn, linear body in the inertial frame", {}),
-    "exudyn-frame": _format(
+    "mbdyn": Format(write_mbdyn, ".fem", "MBDyn modal joint", {**_DAMPED, "records": "level"}),
+    "dmig": Format(write_dmig, ".pch", "Nastran bulk data matrices", _SPEED),
+    "op4": Format(write_op4, ".op4", "Nastran output 4 matrices", _SPEED),
+    "exudyn": Format(write_exudyn, ".py", "Exudyn, linear body in the inertial frame", {}),
+    "exudyn-frame": Format(
         write_exudyn_frame,
         ".py",
         "Exudyn, flexible body with a moving frame",
         {**_MODES, **_SPEED},
     ),
-    "ross": _format(write_ross, ".py", "ROSS rotor", {}),
-    "matrix-market": _format(write_matrix_market, "", "folder of Matrix Market matrices", _SPEED),
-    "npz": _format(write_npz, ".npz", "numpy arrays", _SPEED),
-    "vtu": _format(write_surface_vtu, ".vtu", _SURFACE, _MODES),
-    "vtkhdf": _format(write_surface_vtkhdf, ".vtkhdf", _SURFACE, _MODES),
-    "json": _format(write_sidecar, ".json", "what the body is, without its matrices", {}),
+    "ross": Format(write_ross, ".py", "ROSS rotor", {}),
+    "matrix-market": Format(write_matrix_market, "", "folder of Matrix Market matrices", _SPEED),
+    "npz": Format(write_npz, ".npz", "numpy arrays", _SPEED),
+    "vtu": Format(write_surface_vtu, ".vtu", _SURFACE, _MODES),
+    "vtkhdf": Format(write_surface_vtkhdf, ".vtkhdf", _SURFACE, _MODES),
+    "json": Format(write_sidecar, ".json", "what the body is, without its matrices", {}),
 }
 
 
@@ -113,13 +100,9 @@ def export_body(
 ) -> Exported:
     """Write a superelement file in another format.
 
-    Raises
-    ------
-    OutputError
-        An unknown format, an option that it does not have, a file that is there, or a place that
-        can't be written.
-    SuperelementError
-        The file can't be read, or the format can't take the body.
+    Raises OutputError: an unknown format, an option that it does not have, a file that is there, or
+    a place that can't be written; SuperelementError: the file can't be read, or the format can't
+    take the body.
     """
     if name not in FORMATS:
         raise OutputError(f"--format: {_unknown(name)}; known are {', '.join(FORMATS)}")
@@ -141,10 +124,16 @@ def export_body(
     if out.is_file():
         refuse_existing([out], force=force)
     element = read_superelement(body)
-    _make_folder(out)
-    named = {chosen.options[key]: _value(key, value) for key, value in options.items()}
+    with writing(out):
+        out.parent.mkdir(parents=True, exist_ok=True)
+    named = {chosen.options[key]: value for key, value in options.items()}
+    if "speed_rpm" in options:
+        named["speed_rad_s"] = options["speed_rpm"] * math.pi / 30.0
     try:
-        with tempfile.TemporaryDirectory(dir=out.parent, prefix=".writing-") as scratch:
+        with (
+            writing(out),
+            tempfile.TemporaryDirectory(dir=out.parent, prefix=".writing-") as scratch,
+        ):
             done = chosen.writer(element, Path(scratch) / out.name, **named)
             places = {
                 file: out.parent / file.relative_to(scratch)
@@ -156,12 +145,8 @@ def export_body(
                 place.parent.mkdir(exist_ok=True)
                 file.replace(place)
             return replace(done, files=tuple(places[file] for file in done.files))
-    except OutputError:
-        raise
     except SuperelementError as error:
         raise SuperelementError(clean(f"{body}: can not be exported as {name}: {error}")) from error
-    except OSError as error:
-        raise OutputError(clean(f"{out}: can not be written: {error.strerror or error}")) from error
 
 
 def _unknown(name: str) -> str:
@@ -183,28 +168,12 @@ def _folder_text(folder: Path) -> str:
     return f"{folder}: is {what}; bodies in it: {', '.join(str(path) for path in found)}"
 
 
-def _make_folder(out: Path) -> None:
-    """Make the folder that a file goes into, as the folder of a run is made."""
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(clean(f"{out}: can not be written: {error.strerror or error}")) from error
-
-
-def _value(option: str, value: Any) -> Any:
-    """Speeds in rad/s, the rest as it is."""
-    return value * math.pi / 30.0 if option == "speed_rpm" else value
-
-
 def export_command(
     body: Path, name: str, out: Path, options: Mapping[str, Any], *, force: bool
 ) -> None:
     """Export a body and say what was written, and what the format can not carry.
 
-    Raises
-    ------
-    OutputError
-        As in `export_body`, also for what `SuperelementError` says there.
+    Raises OutputError: as in `export_body`, also for what `SuperelementError` says there.
     """
     try:
         done = export_body(body, name, out, options, force=force)

@@ -9,7 +9,7 @@ import typer
 
 from solidwhirl.commands.options import Force, SceneFile, completing, examples
 from solidwhirl.console.guard import guarded
-from solidwhirl.core.errors import OutputError
+from solidwhirl.core.errors import OutputError, writing
 from solidwhirl.files.run_folder import refuse_existing
 from solidwhirl.geometry import GeometryError
 
@@ -48,18 +48,11 @@ def geometry_command(
 ) -> tuple[Path, ...]:
     """Write the bodies of a scene as closed solids of revolution, and return the files.
 
-    Parameters
-    ----------
-    step
-        A file .step or .stp for all bodies together, or a folder for one file of each.
-    length_unit
-        Of the coordinates in the files, "mm" or "m".
-
-    Raises
-    ------
-    SceneError, GeometryError, MeshingError, OutputError
-        A scene that can't be read or has no body with a profile, solids that can't be made, a file
-        that can't be written or is there already, or an unknown unit.
+    `step`: a file .step or .stp for all bodies together, or a folder for one file of each.
+    `length_unit`: of the coordinates in the files, "mm" or "m".
+    Raises SceneError, GeometryError, MeshingError, OutputError: a scene that can't be read or has
+    no body with a profile, solids that can't be made, a file that can't be written or is there
+    already, or an unknown unit.
     """
     from solidwhirl.meshing.own.step_write import write_step
     from solidwhirl.model.bodies import build_bodies
@@ -77,10 +70,8 @@ def geometry_command(
     if step.suffix.lower() not in _SUFFIXES:
         files = {step / f"{name}.step": (body,) for name, body in bodies.items()}
     refuse_existing(files, force=force)
-    try:
+    with writing(step):
         for path, own in files.items():
             path.parent.mkdir(parents=True, exist_ok=True)
             write_step(own, path, unit_m=_UNITS_M[length_unit])
-    except OSError as error:
-        raise OutputError(f"{step}: can not be written: {error.strerror or error}") from error
     return tuple(files)

@@ -13,7 +13,7 @@ import typer
 
 from solidwhirl.commands.options import completing, examples, refuse_unwritable
 from solidwhirl.console.guard import guarded
-from solidwhirl.core.errors import OutputError
+from solidwhirl.core.errors import OutputError, writing
 
 #: Kinds of scenes, each a file in `templates`, and what they are.
 KINDS = {
@@ -60,10 +60,7 @@ def init(
 def write_scene(file: Path, kind: str, *, replace: bool) -> None:
     """Write a scene of a kind; its name is that of the file where that can be one.
 
-    Raises
-    ------
-    OutputError
-        No such kind, the file is there, or can't be written.
+    Raises OutputError: no such kind, the file is there, or can't be written.
     """
     if kind not in KINDS:
         raise OutputError(f"--kind: found {kind!r}, allowed are {', '.join(KINDS)}")
@@ -73,11 +70,9 @@ def write_scene(file: Path, kind: str, *, replace: bool) -> None:
     refuse_unwritable(file.parent)
     shown = shlex.quote(str(file)) if str(file).isprintable() else "SCENE.toml"
     text = scene_text(kind, name=name, file=shown)
-    try:
+    with writing(file):
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise OutputError(f"{file}: can not be written: {error.strerror or error}") from error
 
 
 def scene_text(kind: str, *, name: str, file: str) -> str:

@@ -127,10 +127,7 @@ def examples(*lines: str) -> str:
 def chosen_scene(path: Path, level: str | None, accuracy: float | None) -> Scene:
     """Read a scene, with the values of the command line in place of its own.
 
-    Raises
-    ------
-    SceneError
-        The file or an option is refused.
+    Raises SceneError: the file or an option is refused.
     """
     from solidwhirl.scene_reading.reader import read_scene, with_model
 
@@ -152,10 +149,8 @@ def _option_problem(error: Any) -> str:
 def refuse_unwritable(out: Path) -> None:
     """Find out before the long work, not after, that a folder can not be written.
 
-    Raises
-    ------
-    OutputError
-        It, or the folder that it would be made in, is no folder or can't be written.
+    Raises OutputError: it, or the folder that it would be made in, is no folder or can't be
+    written.
     """
     from solidwhirl.files.run_folder import writing_problem
 

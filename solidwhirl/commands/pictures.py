@@ -13,15 +13,10 @@ import typer
 from solidwhirl.commands import options
 from solidwhirl.console.guard import guarded
 from solidwhirl.console.terminal import telling
-from solidwhirl.core.errors import OutputError
+from solidwhirl.core.errors import OutputError, writing
 from solidwhirl.core.stages import Progress
-from solidwhirl.files.picture_index import (
-    INDEX,
-    MOVING_FORMATS,
-    STILL_FORMATS,
-    Picture,
-    write_index,
-)
+from solidwhirl.files import picture_index
+from solidwhirl.files.picture_index import Picture
 from solidwhirl.pictures.picture_names import refuse_unknown_names
 
 if TYPE_CHECKING:
@@ -32,7 +27,7 @@ EXAMPLES = options.examples(
     "solidwhirl pictures scenes/laval.toml --out out/laval --only campbell",
     "solidwhirl pictures scenes/laval.toml --out out/laval --formats pdf,svg",
 )
-FORMATS = STILL_FORMATS + MOVING_FORMATS
+FORMATS = picture_index.STILL_FORMATS + picture_index.MOVING_FORMATS
 #: Modes shown in space without being asked for more.
 MODES = 4
 
@@ -112,11 +107,8 @@ def pictures_command(
 ) -> DrawnPictures:
     """Draw the pictures of a scene's run; what can not be drawn does not stop the others.
 
-    Raises
-    ------
-    OutputError
-        An unknown format or name, a film that is asked for alone without a format for it, or a
-        folder that can't be written.
+    Raises OutputError: an unknown format or name, a film that is asked for alone without a format
+    for it, or a folder that can't be written.
     """
     from solidwhirl.files.run_folder import STAGES, claimed
     from solidwhirl.pictures.catalogue import pictures_of
@@ -142,18 +134,15 @@ def pictures_command(
         files = tuple(path for drawn in entries.values() for path in drawn)
         if not files and not failed:
             raise _no_format(kinds, [p.name for p in chosen])
-        index = folder / INDEX
-        write_index(index, scene.title or scene.name, pictures, entries)
+        index = folder / picture_index.INDEX
+        picture_index.write_index(index, scene.title or scene.name, pictures, entries)
     return DrawnPictures(files=files, index=index, failed=tuple(failed))
 
 
 def chosen_formats(text: str) -> tuple[str, ...]:
     """Return the formats of a text such as "pdf,svg".
 
-    Raises
-    ------
-    OutputError
-        An unknown format, or none.
+    Raises OutputError: an unknown format, or none.
     """
     asked = tuple(dict.fromkeys(part.strip().lower() for part in text.split(",") if part.strip()))
     unknown = [part for part in asked if part not in FORMATS]
@@ -166,10 +155,7 @@ def chosen_formats(text: str) -> tuple[str, ...]:
 def chosen_pictures(pictures: Sequence[Picture], only: Sequence[str]) -> tuple[Picture, ...]:
     """Return the pictures whose names fit one of some patterns; all of them without patterns.
 
-    Raises
-    ------
-    OutputError
-        A pattern fits none; the message lists the names.
+    Raises OutputError: a pattern fits none; the message lists the names.
     """
     for pattern in only:
         if not any(fnmatchcase(p.name, pattern) for p in pictures):
@@ -181,7 +167,7 @@ def chosen_pictures(pictures: Sequence[Picture], only: Sequence[str]) -> tuple[P
 def _refuse_films_alone(only: Sequence[str], kinds: Sequence[str]) -> None:
     """Refuse names of films without a format for one, before anything is computed."""
     films = [name for name in only if name.startswith("mode_") and name.endswith("_film")]
-    if only and len(films) == len(only) and not {*kinds} & {*MOVING_FORMATS}:
+    if only and len(films) == len(only) and not {*kinds} & {*picture_index.MOVING_FORMATS}:
         raise _no_format(kinds, films)
 
 
@@ -212,13 +198,12 @@ def _draw(
         path = folder / f"{picture.name}.{kind}"
         progress(f"draw {path.name}")
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            picture.draw(path)
+            with writing(path):
+                path.parent.mkdir(parents=True, exist_ok=True)
+                picture.draw(path)
         except (ValueError, ImportError) as error:
             failed.append((path.name, str(error)))
             progress(f"{path.name} is not drawn: {error}")
-        except OSError as error:
-            raise OutputError(f"{path}: can not be written: {error.strerror or error}") from error
         else:
             drawn.append(path)
     return drawn

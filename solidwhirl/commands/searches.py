@@ -31,15 +31,17 @@ def study(
 
     def work() -> None:
         refuse_unwritable(out)
+        from solidwhirl.study.report import PICTURE, REPORT
         from solidwhirl.study.run import study_command
 
         with telling(quiet) as progress:
-            done = study_command(scene, out, progress, quick=quick)
+            found = study_command(scene, out, progress, quick=quick)
         if quiet:
             return
-        typer.echo(f"picture: {done.picture}")
-        typer.echo(f"table: {done.report}")
-        typer.echo(f"{done.done} cases, {done.failed} failed, {done.skipped} skipped")
+        typer.echo(f"picture: {out / PICTURE}")
+        typer.echo(f"table: {out / REPORT}")
+        done, failed, skipped = found.counts
+        typer.echo(f"{done} cases, {failed} failed, {skipped} skipped")
 
     guarded(scene, work)
 
@@ -57,17 +59,18 @@ def identify(
 
     def work() -> None:
         refuse_unwritable(out.parent)
-        from solidwhirl.identify.run import identify_command
+        from solidwhirl.identify.record import missed_lines, value_lines
+        from solidwhirl.identify.run import REPORT, identify_command
 
         with telling(quiet) as progress:
-            done = identify_command(problem, out, progress)
+            found = identify_command(problem, out, progress)
         if not quiet:
-            for line in done.found:
+            for line in value_lines(found):
                 typer.echo(line)
-            typer.echo(f"scene: {done.scene}")
-            typer.echo(f"record: {done.report}")
-        if not done.met:
-            typer.echo(f"targets that are not met: {', '.join(done.missed)}", err=True)
+            typer.echo(f"scene: {out}")
+            typer.echo(f"record: {out.with_suffix(REPORT)}")
+        if not found.met:
+            typer.echo(f"targets that are not met: {', '.join(missed_lines(found))}", err=True)
             raise typer.Exit(1)
 
     guarded(problem, work)

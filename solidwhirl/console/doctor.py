@@ -57,16 +57,10 @@ print('version', getattr(top, '__version__', ''))
 
 @dataclass(frozen=True, kw_only=True)
 class Finding:
-    """One thing that was looked for.
-
-    Attributes
-    ----------
-    state
-        "ok", "missing", or "doubtful" where it is there but will not do well.
-    """
+    """One thing that was looked for."""
 
     what: str
-    state: State
+    state: State  #: "ok", "missing", or "doubtful" where it is there but will not do well
     found: str
     needed: bool = True
     remedy: str = ""
@@ -138,7 +132,7 @@ def _python() -> Finding:
     version, wanted = (".".join(map(str, n)) for n in (sys.version_info[:3], _PYTHON))
     found = version if sys.version_info >= _PYTHON else None
     what = f"Python {wanted} or later"
-    return _thing(what, found, apt("python3", "python3-venv"), needed=True)
+    return _seen(what, found, apt("python3", "python3-venv"), needed=True)
 
 
 def _packages() -> Iterator[Finding]:
@@ -152,11 +146,11 @@ def _packages() -> Iterator[Finding]:
         try:
             version = metadata.version(name)
         except metadata.PackageNotFoundError:
-            yield _thing(what, None, remedy, needed=use is None)
+            yield _seen(what, None, remedy, needed=use is None)
             continue
         fits = _fits(version, wanted)
         found = version if fits else f"{version}, tested with {wanted}"
-        yield _judged(what, found, fits, remedy, needed=use is None)
+        yield _seen(what, found, remedy, good=fits, needed=use is None)
 
 
 def _requirements() -> list[tuple[str, str]]:
@@ -233,7 +227,7 @@ def remedy_for(name: str, package: str | None, why: str) -> str:
 
 def _compiler() -> Finding:
     compiler = _program(os.environ.get("CC", "gcc"), "cc")
-    return _thing("C compiler (element kernels)", compiler, apt("gcc", "g++"), needed=True)
+    return _seen("C compiler (element kernels)", compiler, apt("gcc", "g++"), needed=True)
 
 
 def _form_cache() -> Any:
@@ -261,8 +255,8 @@ def kernel_cache() -> Finding:
     if damaged:
         found = f"{folder}, {len(damaged)} damaged; runs that need them compile them again"
         remedy = " ".join(["rm -r", *(f"{shlex.quote(str(folder))}/{name}.*" for name in damaged)])
-        return _judged(what, found, False, remedy, needed=True)
-    return _thing(what, str(folder), "", needed=True)
+        return _seen(what, found, remedy, good=False, needed=True)
+    return _seen(what, str(folder), "", needed=True)
 
 
 def _nearest(folder: Path) -> Path:
@@ -277,8 +271,8 @@ def _memory() -> Finding:
         lines = Path("/proc/meminfo").read_text(encoding="ascii")
         gib = int(lines.partition("MemAvailable:")[2].split()[0]) / 1024.0**2
     except (OSError, ValueError, IndexError):
-        return _judged("memory", "not known", False)
-    return _judged("memory", f"{gib:.1f} GiB available", gib >= _LEAST_MEMORY_GIB)
+        return _seen("memory", "not known", good=False)
+    return _seen("memory", f"{gib:.1f} GiB available", good=gib >= _LEAST_MEMORY_GIB)
 
 
 def _disk() -> Finding:
@@ -289,10 +283,10 @@ def _disk() -> Finding:
     what = "store of stages" if given else "this folder"
     if not nearest.is_dir() or not os.access(nearest, os.W_OK | os.X_OK):
         remedy = "unset SOLIDWHIRL_STORE" if given else "cd <a folder of yours>"
-        return _thing(what, None, remedy, needed=bool(given))
+        return _seen(what, None, remedy, needed=bool(given))
     gib = shutil.disk_usage(nearest).free / 1024.0**3
     said = f"{folder}, {gib:.1f} GiB free"
-    return _judged(what, said, gib >= _LEAST_DISK_GIB, needed=bool(given))
+    return _seen(what, said, good=gib >= _LEAST_DISK_GIB, needed=bool(given))
 
 
 def _threads() -> Finding:
@@ -301,7 +295,7 @@ def _threads() -> Finding:
     many = given not in (None, "", "1")
     said = f"{cores} cores, OPENBLAS_NUM_THREADS={given or 1}"
     said += "; more than one costs time and gains none" if many else ""
-    return _judged("cores and threads", said, not many, "unset OPENBLAS_NUM_THREADS")
+    return _seen("cores and threads", said, "unset OPENBLAS_NUM_THREADS", good=not many)
 
 
 def _blas() -> Finding:
@@ -310,23 +304,23 @@ def _blas() -> Finding:
     library = (folder / "libblas.so.3").resolve()
     slow = library.is_file() and library.parent.name == "blas"
     said = f"{library}" + (", 4 to 8 times slower than OpenBLAS" if slow else "")
-    return _judged("BLAS", said, not slow, apt("libopenblas0-pthread"))
+    return _seen("BLAS", said, apt("libopenblas0-pthread"), good=not slow)
 
 
 def _comforts() -> Iterator[Finding]:
     """Programs and libraries that some commands want."""
     launcher = _program("mpirun", "mpiexec")
-    yield _thing("mpirun (several ranks)", launcher, apt("openmpi-bin"))
+    yield _seen("mpirun (several ranks)", launcher, apt("openmpi-bin"))
     what = "libEGL (pictures of solids without a screen)"
-    yield _thing(what, ctypes.util.find_library("EGL"), apt("libegl1"))
+    yield _seen(what, ctypes.util.find_library("EGL"), apt("libegl1"))
     try:  # the wheel brings its own; Debian's does as well
         ffmpeg: str | None = f"that of imageio-ffmpeg {metadata.version('imageio-ffmpeg')}"
     except metadata.PackageNotFoundError:
         ffmpeg = _program("ffmpeg")
-    yield _thing("ffmpeg (animations as MP4)", ffmpeg, apt("ffmpeg"))
+    yield _seen("ffmpeg (animations as MP4)", ffmpeg, apt("ffmpeg"))
     browser = _program("chromium", "google-chrome", "firefox-esr", "firefox")
     what = "browser (to see report.html here, and for tests)"
-    yield _thing(what, browser, apt("chromium", "chromium-driver"))
+    yield _seen(what, browser, apt("chromium", "chromium-driver"))
 
 
 def _program(*names: str) -> str | None:
@@ -334,20 +328,13 @@ def _program(*names: str) -> str | None:
     return next((path for name in names if (path := shutil.which(name))), None)
 
 
-def _thing(what: str, found: str | None, remedy: str, *, needed: bool = False) -> Finding:
-    """What is there or not."""
-    state: State = "ok" if found else "missing"
-    left = "" if found else remedy
-    return Finding(what=what, state=state, found=found or "", needed=needed, remedy=left)
-
-
-def _judged(
-    what: str, found: str, good: bool, remedy: str = "", *, needed: bool = False
+def _seen(
+    what: str, found: str | None, remedy: str = "", *, good: bool = True, needed: bool = False
 ) -> Finding:
-    """What is there and may not do well."""
-    state: State = "ok" if good else "doubtful"
-    left = "" if good else remedy
-    return Finding(what=what, state=state, found=found, needed=needed, remedy=left)
+    """What is there or not, and whether it will do well."""
+    state: State = "missing" if not found else "ok" if good else "doubtful"
+    left = "" if state == "ok" else remedy
+    return Finding(what=what, state=state, found=found or "", needed=needed, remedy=left)
 
 
 def main() -> int:

@@ -136,10 +136,7 @@ def take_first_memory() -> None:
 
     OpenBLAS waits for its buffer for ever where there is no room for it.
 
-    Raises
-    ------
-    MemoryError
-        Less address space than that is left.
+    Raises MemoryError: less address space than that is left.
     """
     if not _has_memory(_LEAST_MEMORY):
         raise MemoryError(f"less than {_LEAST_MEMORY >> 20} MiB are left")
@@ -159,11 +156,8 @@ def _has_memory(size_bytes: int) -> bool:
 def is_out_of_memory(error: BaseException) -> bool:
     """Whether an exception, or one behind it, comes from too little memory.
 
-    Parameters
-    ----------
-    error
-        The exception, while it holds what it was working on: libraries that do not say why they
-        failed are taken to have had no memory where there is next to none left.
+    `error`: the exception, while it holds what it was working on: libraries that do not say why
+    they failed are taken to have had no memory where there is next to none left.
     """
     if isinstance(error, RuntimeError) and not _has_memory(_NEXT_TO_NONE):
         return True

@@ -42,10 +42,8 @@ def guarded(
 ) -> None:
     """Run a command; what the user caused ends in one message and exit code 2.
 
-    Parameters
-    ----------
-    goes_on
-        Whether the same command would go on from what is done, asked where it is interrupted.
+    `goes_on`: whether the same command would go on from what is done, asked where it is
+    interrupted.
     """
     logging.getLogger().setLevel(logging.WARNING)  # the form compiler talks at INFO level
     warnings.filterwarnings("error", message=_ILL_CONDITIONED)

@@ -63,10 +63,7 @@ class Schedule:
     more; one that was not foreseen is taken to last as long as it did when it came before. The
     times to come are multiplied by how much slower the stages were that are over than predicted.
 
-    Parameters
-    ----------
-    now
-        Clock [s].
+    `now`: clock [s].
     """
 
     def __init__(self, now: Callable[[], float] = time.perf_counter) -> None:

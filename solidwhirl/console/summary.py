@@ -48,10 +48,7 @@ _FILES = (
 def print_summary(results: Results, document: Mapping[str, Any]) -> None:
     """Print what matters of a run, and where its files are.
 
-    Parameters
-    ----------
-    document
-        From `summary_document`.
+    `document`: from `summary_document`.
     """
     width = None if sys.stdout.isatty() else _WIDTH_WITHOUT_TERMINAL
     console = Console(width=width, highlight=False)
@@ -84,10 +81,7 @@ def doubt_lines(results: Results) -> tuple[str, ...]:
 def warning_lines(results: Results, document: Mapping[str, Any]) -> tuple[str, ...]:
     """What the last lines of a run say: checks that failed, and an accuracy that is not met.
 
-    Parameters
-    ----------
-    document
-        The contents of `results.json`.
+    `document`: the contents of `results.json`.
     """
     from solidwhirl.estimates.documents import followed_by  # loads the mesher
 
@@ -108,12 +102,7 @@ def summary_document(
 ) -> dict[str, Any]:
     """What matters of a run as plain data; units in the keys, absent values are null.
 
-    Parameters
-    ----------
-    document
-        The contents of `results.json`.
-    seconds
-        Wall time [s].
+    `document`: the contents of `results.json`. `seconds`: wall time [s].
     """
     bad = failed(results.checks)
     return {

@@ -39,6 +39,11 @@ def duration_text(seconds: float) -> str:
     return f"{seconds / 3600.0:.1f} h"
 
 
+def say(console: Console, line: str | Text) -> None:
+    """Print a line as it is, whatever stands in it."""
+    console.print(Text(line) if isinstance(line, str) else line, highlight=False, soft_wrap=True)
+
+
 def print_document(document: Any) -> None:
     """Print a JSON document on the standard output."""
     typer.echo(json.dumps(document, indent=1, allow_nan=False))
@@ -53,7 +58,7 @@ def telling(quiet: bool) -> Iterator[Told]:
         def progress(event: Stage | str) -> None:
             status.update(Text(str(event)))
             if not console.is_terminal:
-                _say(console, Text(str(event)))
+                say(console, str(event))
 
         yield progress
 
@@ -102,16 +107,16 @@ class RunProgress:
         self.foresee(run_steps(plan, expected, pictures=self._pictures))
         left, drawing = self._schedule.to_go_s() or 0.0, " and pictures" if self._pictures else ""
         text = f"about {duration_text(left)} until all is written, with analyses{drawing}"
-        _say(self._console, Text(text))
+        say(self._console, text)
 
     def __call__(self, event: Stage | str) -> None:
         """Tell that a stage begins, or a remark."""
         if isinstance(event, str):
-            _say(self._console, Text(event))
+            say(self._console, event)
             return
         ended = self._schedule.begin(event)
         if self._bar is None:
-            _say(self._console, Text(f"{event}{self._long_to_go()}"))
+            say(self._console, f"{event}{self._long_to_go()}")
             return
         self._finished(ended)
         self._bar.show(str(event))
@@ -127,7 +132,7 @@ class RunProgress:
             str(stage).ljust(_NAME_WIDTH),
             (f"{duration_text(spent):>8}", "dim"),
         )
-        _say(self._console, line)
+        say(self._console, line)
 
     def _long_to_go(self) -> str:
         left = self._schedule.to_go_s()
@@ -161,14 +166,6 @@ class _Bar(Progress):
         if task is not None:
             left = self._schedule.to_go_s()
             task.completed = self._schedule.share()
-            task.fields["left"] = "" if left is None else _left_text(left)
+            to_go = f"about {duration_text(left)} to go" if left else ""
+            task.fields["left"] = "almost done" if left is not None and left < _SOON_S else to_go
         yield from super().get_renderables()
-
-
-def _left_text(seconds: float) -> str:
-    return "almost done" if seconds < _SOON_S else f"about {duration_text(seconds)} to go"
-
-
-def _say(console: Console, text: Text) -> None:
-    """Print a line as it is, whatever stands in it."""
-    console.print(text, highlight=False, soft_wrap=True)

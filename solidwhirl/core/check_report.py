@@ -59,19 +59,22 @@ def checks_text(checks: Sequence[Invariant]) -> str:
     if not lines:
         head += " What can go wrong unseen otherwise is in docs/checks.md."
     rows = ["| check | number | nearest to its limit | value | limit |", "|---|---|---|---|---|"]
-    names = dict.fromkeys(c.name for c in checks if c.passed is not None)
-    rows += [_row(name, [c for c in checks if c.name == name]) for name in names]
+    rows += [
+        f"| {c.name} | {count} | {c.where} | {_number(c.value)} | {_number(c.limit)} |"
+        for count, c in nearest_to_limit(checks)
+    ]
     undecided = [f"- not applicable: {c.where}: {c.name}: {c.reason}" for c in open_]
     blocks = [head, "\n".join(lines), "\n".join(rows), "\n".join(undecided)]
     return "\n\n".join(block for block in blocks if block)
 
 
-def _row(name: str, same: list[Invariant]) -> str:
-    """Return one line for all checks of a name, with the worst of them."""
-    decided = [c for c in same if c.passed is not None]
-    worst = max(decided, key=_nearness)
-    cells = (name, str(len(decided)), worst.where, _number(worst.value), _number(worst.limit))
-    return "| " + " | ".join(cells) + " |"
+def nearest_to_limit(checks: Iterable[Invariant]) -> list[tuple[int, Invariant]]:
+    """Return of each name that was decided the number, and the one nearest to its limit."""
+    found: dict[str, list[Invariant]] = {}
+    for check in checks:
+        if check.passed is not None:
+            found.setdefault(check.name, []).append(check)
+    return [(len(same), max(same, key=_nearness)) for same in found.values()]
 
 
 def _nearness(check: Invariant) -> float:

@@ -67,6 +67,14 @@ def unknown(kind: str, name: str, allowed: Sequence[str], none: str = "none") ->
     return f"no {kind} {name!r}; {choice(name, allowed, none)}"
 
 
+def repeated(key: str, names: Sequence[str]) -> Iterator[str]:
+    """Yield a line for each entry of a list whose name one before it has."""
+    for k, name in enumerate(names):
+        first = names.index(name)
+        if first != k:
+            yield f"{key}[{k}].name: {name!r} is the name of {key}[{first}] too"
+
+
 KeyPath = tuple[str | int, ...]
 
 
@@ -137,4 +145,5 @@ def writing(path: Path) -> Iterator[None]:
     except OutputError:
         raise
     except OSError as error:
-        raise OutputError(f"{path}: can not be written: {error.strerror or error}") from error
+        said = error.strerror or str(error).partition("\n")[0]
+        raise OutputError(clean(f"{path}: can not be written: {said}")) from error

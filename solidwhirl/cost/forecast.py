@@ -18,12 +18,7 @@ from solidwhirl.core.machine import (
 )
 from solidwhirl.cost.coefficients import BASE_GIB
 from solidwhirl.cost.memory import refuse_what_does_not_fit, with_chosen_solvers
-from solidwhirl.cost.work import (
-    Cost,
-    RunCost,
-    predict_body_cost,
-    predict_cost,
-)
+from solidwhirl.cost.work import Cost, RunCost, predict_body_cost, predict_cost
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.imported.records import MeshedBody
 from solidwhirl.meshing.own.prediction import predict_refined

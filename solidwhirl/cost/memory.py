@@ -7,7 +7,6 @@ from dataclasses import replace
 
 from solidwhirl.cost.work import Cost, CostError, fineness_of, predict_body_cost
 from solidwhirl.geometry import Body
-from solidwhirl.meshing import MeshSize
 from solidwhirl.meshing.imported.records import MeshedBody
 from solidwhirl.model.plan_records import BodyPlan
 from solidwhirl.model.resolution import choose_resolution
@@ -105,7 +104,8 @@ def _alternatives(
     )
     tried.append([])
     for factor in _COARSER:
-        larger = _larger(size, factor)
+        sizes = {key: factor * getattr(size, key) for key in ("size_m", "corner_size_m")}
+        larger = replace(size, **sizes)
         what = f"size_m = {larger.size_m:.3g} with corner_size_m = {larger.corner_size_m:.3g}"
         coarser = replace(plan, resolution=replace(resolution, size=larger))
         tried[-1].append((what, coarser))
@@ -118,10 +118,6 @@ def _alternatives(
             if cost.peak_memory_gib <= available_gib:
                 yield what, cost
                 break
-
-
-def _larger(size: MeshSize, factor: float) -> MeshSize:
-    return replace(size, size_m=factor * size.size_m, corner_size_m=factor * size.corner_size_m)
 
 
 def _harmonic(body: Body, plan: BodyPlan, model: ModelSpec) -> BodyPlan:

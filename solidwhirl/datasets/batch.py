@@ -46,8 +46,7 @@ def batch_datasets(folder: str | Path) -> xr.DataTree:
             "seconds": ("case", [row.seconds for row in rows]),
             "peak_memory_gib": ("case", [row.peak_memory_gib for row in rows]),
             "ranks": ("case", [row.ranks for row in rows]),
-        },
-        {"case": ("case", np.array([row.case for row in rows], dtype=str))},
+        }
     )
     tree = {
         "critical_speeds": _critical_speeds(rows),
@@ -55,10 +54,8 @@ def batch_datasets(folder: str | Path) -> xr.DataTree:
         "responses": _responses(rows),
     }
     parameters = _parameters(rows)
-    beside = {name: _beside(found, parameters) for name, found in tree.items()}
-    return xr.DataTree.from_dict(
-        {"/": _beside(root, parameters), **beside}, name=Path(folder).resolve().name
-    )
+    beside = {name: _beside(found, rows, parameters) for name, found in {"/": root, **tree}.items()}
+    return xr.DataTree.from_dict(beside, name=Path(folder).resolve().name)
 
 
 def _parameters(rows: Sequence[BatchRow]) -> dict[str, Labelled]:
@@ -74,11 +71,14 @@ def _parameters(rows: Sequence[BatchRow]) -> dict[str, Labelled]:
     return out
 
 
-def _beside(found: xr.Dataset, parameters: Mapping[str, Labelled]) -> xr.Dataset:
-    """The dataset with the parameters as coordinates; one of a name that is taken gets a longer."""
+def _beside(
+    found: xr.Dataset, rows: Sequence[BatchRow], parameters: Mapping[str, Labelled]
+) -> xr.Dataset:
+    """The dataset with cases and parameters as coordinates; a name that is taken gets a longer."""
     taken = {*map(str, found.variables), *_DIMENSIONS}
     named = {f"parameter_{n}" if n in taken else n: values for n, values in parameters.items()}
-    return found.assign_coords(labelled({}, named).coords)
+    case = ("case", np.array([row.case for row in rows], dtype=str))
+    return found.assign_coords(labelled({}, {"case": case, **named}).coords)
 
 
 def _padded(rows: Sequence[Sequence[float]], count: int) -> list[list[float]]:
@@ -95,12 +95,7 @@ def _critical_speeds(rows: Sequence[BatchRow]) -> xr.Dataset:
         variables[key] = (over, np.array(values, dtype=float).reshape(len(rows), count))
     whirl = [[*row.critical_whirl, *[""] * (count - len(row.critical_whirl))] for row in rows]
     variables["whirl"] = (over, np.array(whirl, dtype=str).reshape(len(rows), count))
-    return labelled(
-        variables,
-        {
-            "case": ("case", np.array([row.case for row in rows], dtype=str)),
-        },
-    )
+    return labelled(variables)
 
 
 def _campbell(rows: Sequence[BatchRow]) -> xr.Dataset:
@@ -117,21 +112,16 @@ def _campbell(rows: Sequence[BatchRow]) -> xr.Dataset:
             for b, branch in enumerate(getattr(row, f"campbell_{key}")):
                 values[k, b, : len(branch)] = branch
         variables[key] = (("case", "branch", last), values)
-    coordinates: dict[str, Labelled] = {
-        "case": ("case", np.array([row.case for row in rows], dtype=str)),
-    }
     if shared:
-        coordinates["speed_rpm"] = ("speed_rpm", np.array(next(iter(speeds)), dtype=float))
-    else:
-        own = _padded([row.campbell_speed_rpm for row in rows], most)
-        array = np.array(own, dtype=float).reshape(len(rows), most)
-        coordinates["speed_rpm"] = (("case", "speed"), array)
-    return labelled(variables, coordinates)
+        return labelled(
+            variables, {"speed_rpm": ("speed_rpm", np.array(next(iter(speeds)), dtype=float))}
+        )
+    own = np.array(_padded([row.campbell_speed_rpm for row in rows], most), dtype=float)
+    return labelled(variables, {"speed_rpm": (("case", "speed"), own.reshape(len(rows), most))})
 
 
 def _responses(rows: Sequence[BatchRow]) -> xr.Dataset:
     names = sorted({name for row in rows for name in row.responses})
     return labelled(
-        {name: ("case", [row.responses.get(name, float("nan")) for row in rows]) for name in names},
-        {"case": ("case", np.array([row.case for row in rows], dtype=str))},
+        {name: ("case", [row.responses.get(name, float("nan")) for row in rows]) for name in names}
     )

@@ -76,21 +76,14 @@ class EngineInSpace:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ModeInSpace:
-    """A mode whose largest displacement is 1, at the phase 0.
+    """A mode whose largest displacement is 1, at the phase 0."""
 
-    Attributes
-    ----------
-    coordinates
-        Of each body, shape (n,); points move by Re(amplitude e^{iφ}).
-    center
-        ux, uy of the stations, shape (s, 2).
-    senses
-        Direction of the orbit of each station: "forward", "backward", "planar", or "" where none
-        is drawn.
-    """
-
+    #: Of each body, shape (n,); points move by Re(amplitude e^{iφ})
     coordinates: Mapping[str, ComplexArray]
+    #: ux, uy of the stations, shape (s, 2)
     center: ComplexArray
+    #: Direction of the orbit of each station: "forward", "backward", "planar", or "" where none is
+    #: drawn
     senses: tuple[str, ...]
 
 

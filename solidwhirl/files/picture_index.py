@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Literal
 
 from solidwhirl.core.errors import markdown_text
-from solidwhirl.rotordyn.core.atomic import replacing
+from solidwhirl.rotordyn.core.atomic import replace_text
 
 Draw = Callable[[Path], None]
 #: Endings of still pictures, and of moving ones.
@@ -58,8 +58,7 @@ def write_index(
         ordered = sorted(files[name], key=_rank)
         links = ", ".join(f"[{file}]({file})" for file in ordered)
         lines += [f"- **{name}** ({links}): {captions[name]}"]
-    with replacing(index) as temporary:
-        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    replace_text(index, "\n".join(lines) + "\n")
 
 
 def pictures_listed(folder: Path) -> frozenset[str]:

@@ -19,7 +19,7 @@ from pathlib import Path, PurePosixPath
 from solidwhirl.core.errors import OutputError, writing
 from solidwhirl.files.locks import lock_file, release
 from solidwhirl.files.picture_index import pictures_listed
-from solidwhirl.rotordyn.core.atomic import replacing
+from solidwhirl.rotordyn.core.atomic import replace_text
 
 MANIFEST = "SHA256SUMS"
 #: Where a run keeps its stages if it is not told another place.
@@ -164,6 +164,19 @@ def forget_results(out: Path) -> None:
     (out / _MOVING).unlink(missing_ok=True)
 
 
+def refuse_foreign(path: Path, words: str, said: str) -> None:
+    """Refuse to replace a file that lacks the words by which this program knows its own.
+
+    Raises OutputError: it is there; the message ends with what is `said`.
+    """
+    try:
+        own = path.is_file() and words in path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        own = False
+    if os.path.lexists(path) and not own:
+        raise OutputError(f"{path}: is there already and {said}")
+
+
 def reserve(path: Path, size_bytes: int) -> None:
     """Make sure that there is room for a file, by taking and freeing it.
 
@@ -202,13 +215,10 @@ def _move_into_place(scratch: Path, out: Path) -> None:
     sums = {name: _digest(scratch / name) for name in files}
     before = _written_before(out)
     _refuse_in_the_way(out, files, before)
-    lines = "".join(f"{digest}  {name}\n" for name, digest in sums.items())
-    (scratch / MANIFEST).write_text(lines, encoding="utf-8")
+    (scratch / MANIFEST).write_text(_sums_text(sums), encoding="utf-8")
     # what a run that is killed from here on has to do with: the next one clears it
     known = sums | dict.fromkeys(before - set(sums), "0" * 64)
-    with replacing(out / _MOVING) as temporary:
-        text = "".join(f"{digest}  {name}\n" for name, digest in known.items())
-        temporary.write_text(text, encoding="utf-8")
+    replace_text(out / _MOVING, _sums_text(known))
     (out / MANIFEST).unlink(missing_ok=True)
     for name in sorted(files, key=lambda n: n == _LAST):
         (out / name).parent.mkdir(exist_ok=True)
@@ -326,6 +336,10 @@ def verify_folder(path: str | Path) -> list[str]:
         except OSError as error:
             found.append(f"{file}: can not be read: {error.strerror or error}")
     return found
+
+
+def _sums_text(sums: Mapping[str, str]) -> str:
+    return "".join(f"{digest}  {name}\n" for name, digest in sums.items())
 
 
 def _parsed(text: str) -> tuple[Mapping[str, str], list[str]]:

@@ -15,7 +15,7 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
-from solidwhirl.rotordyn.core.atomic import replacing
+from solidwhirl.rotordyn.core.atomic import replace_text, replacing
 
 # VTK's numbers of the cells that are used here.
 VERTEX, LINE, TRIANGLE, QUADRANGLE = 1, 3, 5, 9
@@ -95,7 +95,7 @@ def write_vtu(grid: Grid, path: Path) -> None:
             _write_array(out, name, values)
         out.write(f"</{tag}>\n")
     out.write("</Piece>\n</UnstructuredGrid>\n</VTKFile>\n")
-    _replace(path, out.getvalue())
+    replace_text(path, out.getvalue())
 
 
 def _write_array(out: io.StringIO, name: str, values: Array, *, field: bool = False) -> None:
@@ -157,15 +157,10 @@ def write_pvd(files: Sequence[tuple[float, str]], path: Path) -> None:
         f'<DataSet timestep="{time:.12g}" group="" part="0" file={quoteattr(name)}/>'
         for time, name in files
     ]
-    _replace(
+    replace_text(
         path,
         '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" '
         'byte_order="LittleEndian">\n<Collection>\n'
         + "\n".join(lines)
         + "\n</Collection>\n</VTKFile>\n",
     )
-
-
-def _replace(path: Path, text: str) -> None:
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")

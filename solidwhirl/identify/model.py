@@ -10,7 +10,7 @@ import numpy as np
 
 from solidwhirl.cache.files import StageStore
 from solidwhirl.core.errors import SceneError
-from solidwhirl.geometry import GeometryError, MassProperties, mass_properties
+from solidwhirl.geometry import GeometryError, mass_properties
 from solidwhirl.identify.problem import DIGITS, Problem, is_mass_target
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.rotordyn.core.arrays import FloatArray
@@ -172,16 +172,11 @@ def _masses(problem: Problem, data: Mapping[str, Any]) -> FloatArray:
     bodies = build_bodies(parse_scene(dict(data), problem.path, folder=problem.folder))
     wanted = {t.body for t in problem.spec.targets if is_mass_target(t)}
     properties = {name: mass_properties(bodies[name]) for name in bodies if name in wanted}
-    return np.array(
-        [
-            _mass(properties[str(t.body)], t.quantity) if is_mass_target(t) else np.nan
-            for t in problem.spec.targets
-        ]
-    )
-
-
-def _mass(properties: MassProperties, quantity: str) -> float:
-    return float(np.atleast_1d(getattr(properties, quantity))[-1])
+    found = np.full(len(problem.spec.targets), np.nan)
+    for k, t in enumerate(problem.spec.targets):
+        if is_mass_target(t):
+            found[k] = np.atleast_1d(getattr(properties[str(t.body)], t.quantity))[-1]
+    return found
 
 
 def _fill_frequencies(

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from solidwhirl.core.errors import SceneError
+from solidwhirl.core.errors import SceneError, repeated
 from solidwhirl.core.fields import Count, Finite, Name, Note, NotNegative, Title
 from solidwhirl.scene_reading.paths import Place, PlaceError, choice, find_place, with_values
 from solidwhirl.scene_reading.reader import explained, load_toml, parse_scene
@@ -20,7 +20,6 @@ from solidwhirl.scene_reading.reader import explained, load_toml, parse_scene
 DIGITS = 7
 # Decimals of values that follow from parameters: cuts round-off, keeps the digits of a length.
 _DECIMALS = 10
-_MASS = ("mass_kg", "center_of_gravity_m", "polar_inertia_kg_m2", "diametral_inertia_kg_m2")
 # Entries of a list.
 _MOST = 1000
 PlaceText = Annotated[str, Field(max_length=300)]
@@ -114,7 +113,7 @@ class Problem:
     @property
     def needs_model(self) -> bool:
         """Whether a target needs more than closed-form mass properties."""
-        return any(t.quantity not in _MASS for t in self.spec.targets)
+        return not all(map(is_mass_target, self.spec.targets))
 
     def numbers(self, values: Mapping[str, float]) -> dict[Place, float]:
         """Return the number at every place for values of the parameters, by name."""
@@ -142,7 +141,7 @@ class Problem:
 
 def is_mass_target(target: TargetSpec) -> bool:
     """Whether a target has a closed form in the geometry alone."""
-    return target.quantity in _MASS
+    return target.quantity != "frequency_hz"
 
 
 def read_problem(path: str | Path) -> Problem:
@@ -178,11 +177,10 @@ def read_problem(path: str | Path) -> Problem:
 
 def _parameter_problems(spec: ProblemSpec) -> Iterator[str]:
     known = [p.name for p in spec.parameters]
+    yield from repeated("parameters", known)
     used = {n for d in spec.derived for n in d.terms}
     for k, p in enumerate(spec.parameters):
         where = f"parameters[{k}]"
-        if known.index(p.name) != k:
-            yield f"{where}.name: {p.name!r} is the name of parameters[{known.index(p.name)}] too"
         if not p.lower < p.upper:
             yield f"{where}.upper: {p.upper:g} is not above lower = {p.lower:g} ({p.name})"
         elif not p.lower <= p.start <= p.upper:
@@ -230,12 +228,10 @@ def _place_problems(
 
 def _target_problems(spec: ProblemSpec, scene: Mapping[str, Any]) -> Iterator[str]:
     bodies = list(scene.get("bodies", {}))
-    names: dict[str, int] = {}
+    yield from repeated("targets", [t.name for t in spec.targets])
     wanted: dict[tuple[Any, ...], int] = {}
     for k, t in enumerate(spec.targets):
         where = f"targets[{k}]"
-        if names.setdefault(t.name, k) != k:
-            yield f"{where}.name: {t.name!r} is the name of targets[{names[t.name]}] too"
         first = wanted.setdefault((t.quantity, t.body, t.mode, t.speed_rpm), k)
         if first != k:
             yield f"{where}: the same quantity as targets[{first}]; give it once"

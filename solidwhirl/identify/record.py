@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -197,3 +197,23 @@ def _named(shares: Mapping[str, float]) -> str:
     """The parameters that a direction is made of, the largest first."""
     large = sorted(shares.items(), key=lambda item: -abs(item[1]))
     return ", ".join(f"{v:+.2f} {n}" for n, v in large if abs(v) >= _NAMED)
+
+
+def value_lines(found: Identification) -> Iterator[str]:
+    """Yield a line per parameter: its value, what the targets leave open, and its bounds."""
+    for p in _parameters(found):
+        bound = f", at its {p['at_bound']} bound" if p["at_bound"] else ""
+        yield (
+            f"{p['name']} = {p['value']:.6g} ± {p['plus_minus']:.2g} "
+            f"({p['lower']:g} to {p['upper']:g}{bound})"
+        )
+
+
+def missed_lines(found: Identification) -> Iterator[str]:
+    """Yield a line per target that is not reached within its tolerance."""
+    for t in _targets(found):
+        if not t["met"]:
+            yield (
+                f"{t['name']}: {t['reached']:.6g} instead of {t['value']:g}, "
+                f"{t['deviation_percent']:+.2f} % where {t['tolerance_percent']:g} % is allowed"
+            )

@@ -5,47 +5,29 @@ from __future__ import annotations
 import json
 import os
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from solidwhirl.cache.files import StageStore
 from solidwhirl.core.errors import OutputError, SceneError, writing
-from solidwhirl.identify.model import InfeasibleError, Model
+from solidwhirl.files.run_folder import refuse_foreign
+from solidwhirl.identify.model import InfeasibleError, Model, Progress
 from solidwhirl.identify.problem import Problem, read_problem
 from solidwhirl.identify.record import Identification, document, text
 from solidwhirl.identify.scene import Steps, scene_text, with_references
 from solidwhirl.identify.search import measured_slopes, search
-from solidwhirl.rotordyn.core.atomic import replacing
+from solidwhirl.rotordyn.core.atomic import replace_text
 
-Progress = Callable[[str], None]
+#: Ends of the names of the record, as JSON and as Markdown.
+RECORD, REPORT = ".identification.json", ".identification.md"
 # What a scene says in its head that a search has written.
 _WRITTEN = "Written by `solidwhirl identify"
 
-__all__ = ["Identified", "identified_scene", "identify", "identify_command", "read_problem"]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Identified:
-    """Files of an identification."""
-
-    # scene, record, report: the scene with the identified values, the record as JSON, and as
-    # Markdown
-    scene: Path
-    record: Path
-    report: Path
-    # One line per parameter: its value, what the targets leave open, and its bounds
-    found: tuple[str, ...]
-    met: bool  # whether every target is reached within its tolerance
-    missed: tuple[str, ...]  # one line per target that is not
+__all__ = ["identified_scene", "identify", "identify_command", "read_problem"]
 
 
 def identify_command(
     path: str | Path, out: str | Path, progress: Progress = lambda text: None
-) -> Identified:
+) -> Identification:
     """Identify the free numbers of a scene and write the scene with them, and the record.
 
     `out`: the scene file to write. Beside it go `<stem>.identification.json` and `.md`, and while
@@ -59,40 +41,16 @@ def identify_command(
     _refuse_target(problem, out)
     store = StageStore(out.with_suffix(".stages"))
     found = identify(problem, store=store, progress=progress)
-    record, report = (out.with_suffix(f".identification.{kind}") for kind in ("json", "md"))
-    written = document(found)
     contents = {
         out: identified_scene(found),
-        report: text(found),
-        record: json.dumps(written, indent=1, allow_nan=False) + "\n",
+        out.with_suffix(REPORT): text(found),
+        out.with_suffix(RECORD): json.dumps(document(found), indent=1, allow_nan=False) + "\n",
     }
     for file, content in contents.items():
-        with writing(file), replacing(file) as temporary:
-            temporary.write_text(content, encoding="utf-8")
+        with writing(file):
+            replace_text(file, content)
     store.remove()
-    return Identified(
-        scene=out,
-        record=record,
-        report=report,
-        found=tuple(_found_line(p) for p in written["parameters"]),
-        met=found.met,
-        missed=_missed(found),
-    )
-
-
-def _found_line(parameter: Mapping[str, Any]) -> str:
-    bound = f", at its {parameter['at_bound']} bound" if parameter["at_bound"] else ""
-    return (
-        f"{parameter['name']} = {parameter['value']:.6g} ± {parameter['plus_minus']:.2g} "
-        f"({parameter['lower']:g} to {parameter['upper']:g}{bound})"
-    )
-
-
-def _is_identified(path: Path) -> bool:
-    try:
-        return path.is_file() and _WRITTEN in path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError):
-        return False
+    return found
 
 
 def _refuse_target(problem: Problem, out: Path) -> None:
@@ -102,11 +60,9 @@ def _refuse_target(problem: Problem, out: Path) -> None:
         raise OutputError(f"{out}: is read by this problem; choose another file to write")
     if out.is_dir():
         raise OutputError(f"{out}: is a folder; the name of a file is needed")
-    if os.path.lexists(out) and not _is_identified(out):
-        raise OutputError(
-            f"{out}: is there already and `identify` did not write it; move it away or choose "
-            "another file"
-        )
+    refuse_foreign(
+        out, _WRITTEN, "`identify` did not write it; move it away or choose another file"
+    )
     with writing(out):
         out.parent.mkdir(parents=True, exist_ok=True)
     if not os.access(out.parent, os.W_OK | os.X_OK):
@@ -170,14 +126,3 @@ def identified_scene(found: Identification) -> str:
     )
     data = with_references(problem.scene_at(found.values), problem.spec)
     return scene_text(data, comments, header)
-
-
-def _missed(found: Identification) -> tuple[str, ...]:
-    return tuple(
-        f"{t.name}: {reached:.6g} instead of {t.value:g}, {100 * deviation:+.2f} % where "
-        f"{100 * t.tolerance:g} % is allowed"
-        for t, reached, deviation in zip(
-            found.problem.spec.targets, found.reached, found.deviations, strict=True
-        )
-        if np.abs(deviation) > t.tolerance
-    )

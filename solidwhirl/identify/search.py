@@ -9,10 +9,9 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
-from solidwhirl.identify.model import BudgetError, InfeasibleError, Model
+from solidwhirl.identify.model import BudgetError, InfeasibleError, Model, Progress
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
 
-Progress = Callable[[str], None]
 Function = Callable[[FloatArray], FloatArray]
 # Finite difference of closed forms, share of a range: truncation and round-off are both small.
 _MASS_STEP = 1e-3

@@ -32,17 +32,12 @@ SOLID_FLOOR = 2e-3
 
 @dataclass(frozen=True, kw_only=True)
 class Resolution:
-    """Discretisation of one body.
-
-    Attributes
-    ----------
-    expected_error
-        Relative error of the first bending frequencies that the rule expects; an expectation,
-        not an estimate from the solution.
-    """
+    """Discretisation of one body."""
 
     degree: int
     size: MeshSize
+    #: Relative error of the first bending frequencies that the rule expects; an expectation, not an
+    #: estimate from the solution
     expected_error: float
 
 

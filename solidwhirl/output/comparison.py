@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from solidwhirl.scene.published import ReferenceSpec
+from solidwhirl.scene.records import ReferenceSpec
 from solidwhirl.scene_reading.paths import leading_steps
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -272,44 +273,41 @@ def _draw_all(results: Results, folder: Path, keeper: Keeper) -> None:
         for file, write in outcome.files.items():
             if is_picture(file):
                 write(folder / file)
+    for file, draw in diagrams_of(results).items():
+        keeper.picture(keeper.key(file, draw.args, draw.keywords), draw)(folder / file)
+
+
+def diagrams_of(results: Results) -> dict[str, partial[None]]:
+    """Return what draws the pictures of every run, by the names of their files.
+
+    Diagram, diagram with error bands, critical speeds with error bars.
+    """
     title = results.scene.title or results.scene.name
     critical = tuple(c.critical for c in results.critical_speeds)
     ratios = results.scene.speed_ratios()
-    operating = reference_ranges_rad_s(results.operating)
-    keeper.picture(
-        keeper.key("campbell.png", results.campbell, critical, title, ratios, operating),
-        lambda path: draw_campbell(
+    drawn = {
+        "campbell.png": partial(
+            draw_campbell,
             results.campbell,
             critical,
-            path,
             title=title,
             excitation_ratios=ratios,
-            operating_rad_s=operating,
-        ),
-    )(folder / "campbell.png")
+            operating_rad_s=reference_ranges_rad_s(results.operating),
+        )
+    }
     if results.estimates is not None:
-        _draw_estimates(results, results.estimates, folder, keeper)
-
-
-def _draw_estimates(results: Results, estimates: Estimates, folder: Path, keeper: Keeper) -> None:
-    """Diagram with error bands, critical speeds with error bars."""
-    title = results.scene.title or results.scene.name
-    names: dict[float, list[str]] = {}
-    for name, ratio in results.scene.speed_ratios().items():
-        names.setdefault(abs(ratio), []).append(name)
-    lines = {", ".join(own): ratio for ratio, own in names.items()}
-    branches = estimates.campbell
-    keeper.picture(
-        keeper.key("campbell_errors.png", branches, title, lines),
-        lambda path: draw_campbell_errors(branches, path, title, excitation_ratios=lines),
-    )(folder / "campbell_errors.png")
-    critical = [c.critical for c in results.critical_speeds]
-    errors = estimates.critical_speeds
-    if critical:
-        keeper.picture(
-            keeper.key("critical_speeds.png", critical, errors, title),
-            lambda path: draw_critical_speed_errors(critical, errors, path, title),
-        )(folder / "critical_speeds.png")
+        drawn["campbell_errors.png"] = partial(
+            draw_campbell_errors,
+            results.estimates.campbell,
+            title=title,
+            excitation_ratios=ratios,
+        )
+        if critical:
+            errors = results.estimates.critical_speeds
+            drawn["critical_speeds.png"] = partial(
+                draw_critical_speed_errors, critical, errors, title=title
+            )
+    return drawn
 
 
 def _bodies(results: Results) -> dict[str, Any]:

@@ -26,7 +26,7 @@ from solidwhirl.page.run import (
     provenance,
     summary,
 )
-from solidwhirl.rotordyn.core.atomic import replacing
+from solidwhirl.rotordyn.core.atomic import replace_text
 from solidwhirl.rotordyn.plots.chart import Chart
 
 _COUNT = re.compile(r" \((\d+)\)$")
@@ -55,9 +55,7 @@ def page_of(run: Run) -> str:
 
 def write_report(run: Run, path: Path) -> None:
     """Write the page of a run to a file, which is replaced when the new one is complete."""
-    text = page_of(run)
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    replace_text(path, page_of(run))
 
 
 def sections_of(run: Run) -> tuple[Section, ...]:

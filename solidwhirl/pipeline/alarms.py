@@ -14,18 +14,12 @@ from solidwhirl.rotordyn.stability.intervals import UnstableInterval
 
 @dataclass(frozen=True, kw_only=True)
 class Alarm:
-    """Something physical that the results warn of.
+    """Something physical that the results warn of."""
 
-    Attributes
-    ----------
-    kind
-        "unstable", "unstable operation", "response above threshold" (run-ups too), "run-up
-        diverged" or "compared model diverged".
-    message
-        One line, rpm first.
-    """
-
+    #: "unstable", "unstable operation", "response above threshold" (run-ups too), "run-up diverged"
+    #: or "compared model diverged"
     kind: str
+    #: One line, rpm first
     message: str
     speed_rpm: float
 

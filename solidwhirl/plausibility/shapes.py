@@ -26,20 +26,14 @@ class RigidMass:
 
 @dataclass(frozen=True, kw_only=True)
 class Shape:
-    """What is known of a body without computing anything.
-
-    Attributes
-    ----------
-    materials
-        Its materials, that of the first section first.
-    """
+    """What is known of a body without computing anything."""
 
     key: str
     length_m: float
     radius_m: float
     own_mass_kg: float
     rigid: tuple[RigidMass, ...]
-    materials: tuple[Material, ...]
+    materials: tuple[Material, ...]  #: Its materials, that of the first section first
 
     @property
     def name(self) -> str:

@@ -13,10 +13,7 @@ _TILTS = 2
 def support_doubts(system: AssembledSystem) -> tuple[Doubt, ...]:
     """Return a doubt for every group of bodies that is free to move laterally.
 
-    Returns
-    -------
-    tuple of Doubt
-        Empty if every lateral motion is held; free axial motion and torsion are usual.
+    None if every lateral motion is held; free axial motion and torsion are usual.
     """
     return tuple(_doubt(motion) for motion in free_lateral_motions(system))
 

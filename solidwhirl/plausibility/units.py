@@ -67,10 +67,7 @@ def implausible(scene: Scene, bodies: Mapping[str, Body]) -> tuple[Doubt, ...]:
     little where the usual range is wide: stiffnesses of bearings between 10 and 1e12 N/m are
     questioned only if the body would sag by more than 2 mm on them.
 
-    Parameters
-    ----------
-    bodies
-        From `build_bodies`.
+    `bodies`: from `build_bodies`.
     """
     shapes = [*shapes_of(scene, bodies)]
     found: list[Doubt] = [*_material_doubts(scene, shapes)]

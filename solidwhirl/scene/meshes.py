@@ -163,10 +163,7 @@ def with_digests(bodies: Mapping[str, MeshBodySpec]) -> tuple[dict[str, MeshBody
 def file_digest(path: Path) -> str:
     """SHA-256 of the content of a file.
 
-    Raises
-    ------
-    OSError
-        It can't be read.
+    Raises OSError: it can't be read.
     """
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

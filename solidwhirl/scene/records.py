@@ -6,6 +6,7 @@ into a `Scene`; `solidwhirl.model.bodies` turns a scene's bodies into geometry.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import PurePath
 from typing import Annotated, Any, Literal
@@ -41,7 +42,6 @@ from solidwhirl.scene.joints import (
     SpeedLawSpec,
 )
 from solidwhirl.scene.meshes import MeshBodySpec, RigidDiskSpec
-from solidwhirl.scene.published import ReferenceSpec
 from solidwhirl.scene.sweep import SweepSpec
 
 
@@ -228,6 +228,33 @@ class ModelSpec(Record):
                 f"corner_size_m = {self.corner_size_m:g} is above size_m = {self.size_m:g}, the "
                 "largest element size"
             )
+        return self
+
+
+# A number of `results.json`, and the parts of it that hold numbers of the engine.
+_PATH = re.compile(r"[A-Za-z][\w-]*(?:\.[A-Za-z][\w-]*|\[\d{1,6}\])+")
+COMPARED = ("analyses", "bodies", "campbell", "critical_speeds", "modes_at_rest")
+
+
+class ReferenceSpec(Record):
+    """A value that somebody else has of a number in the results."""
+
+    quantity: Annotated[str, Field(max_length=200)]
+    value: Finite
+    source: Annotated[Title, Field(min_length=1)]
+    title: Title = ""
+    tolerance: Positive | None = None
+
+    @model_validator(mode="after")
+    def _path(self) -> ReferenceSpec:
+        first = re.split(r"[.\[]", self.quantity, maxsplit=1)[0]
+        if not _PATH.fullmatch(self.quantity) or first not in COMPARED:
+            raise ValueError(
+                f"quantity is {self.quantity!r}; it is the place of a number in results.json, such "
+                f"as 'critical_speeds[0].frequency_hz', and begins with {', '.join(COMPARED)}"
+            )
+        if self.value == 0.0 and self.tolerance is not None:
+            raise ValueError("tolerance is relative, and value is 0; leave it out")
         return self
 
 

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
 
+from solidwhirl.core.errors import repeated
 from solidwhirl.core.fields import MOST, Count, Finite, Name, Record
 
 # Cases of one sweep: far beyond what a cluster computes in a week, and still named in seconds.
@@ -69,7 +70,7 @@ def sweep_problems(sweep: SweepSpec) -> Iterator[str]:
     """What contradicts itself in a sweep, whatever its scene is: one line each, key first."""
     if not sweep.parameters:
         yield "sweep.parameters: empty; what is swept is missing"
-    yield from _repeated([p.name for p in sweep.parameters])
+    yield from repeated("sweep.parameters", [p.name for p in sweep.parameters])
     yield from _sample_problems(sweep)
     for k, parameter in enumerate(sweep.parameters):
         for text in _parameter_problems(parameter, sweep.method):
@@ -101,15 +102,6 @@ def nominal_text(scene: str, sweep: SweepSpec) -> str:
         "nominal case: values as in the scene file; "
         f"`solidwhirl batch {scene}` computes the {case_count(sweep)} cases of [sweep]"
     )
-
-
-def _repeated(names: list[str]) -> Iterator[str]:
-    for k, name in enumerate(names):
-        if names.index(name) != k:
-            first = names.index(name)
-            yield (
-                f"sweep.parameters[{k}].name: {name!r} is the name of sweep.parameters[{first}] too"
-            )
 
 
 def _sample_problems(sweep: SweepSpec) -> Iterator[str]:

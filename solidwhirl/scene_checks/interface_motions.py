@@ -71,11 +71,8 @@ def _of_bearing(bearing: BearingSpec) -> Iterator[str]:
 def carried_motions(scene: Scene, on: set[str]) -> dict[str, tuple[str, ...]]:
     """Motions that every interface carries under the effects that are on.
 
-    Returns
-    -------
-    dict
-        By place "body.interface", in the order ux, uy, uz, rx, ry, rz. An effect that the scene
-        switches on itself, not by what acts, is carried by all interfaces.
+    Returns by place "body.interface", in the order ux, uy, uz, rx, ry, rz. An effect that the scene
+    switches on itself, not by what acts, is carried by all interfaces.
     """
     acted = motions_acted_on(scene)
     everywhere = {

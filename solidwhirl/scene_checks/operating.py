@@ -32,11 +32,8 @@ def margin_of(
 ) -> tuple[float, str] | None:
     """Return the distance of a critical speed from the operating speeds of the exciting shafts.
 
-    Returns
-    -------
-    tuple or None
-        (N_c - N_op) / N_op for the nearer end of the range, 0 inside, and the shaft; the smallest
-        of all shafts. None if none of them has an operating speed.
+    Returns (N_c - N_op) / N_op for the nearer end of the range, 0 inside, and the shaft; the
+    smallest of all shafts. None if none of them has an operating speed.
     """
     found = []
     for own in operating:

@@ -17,21 +17,11 @@ from solidwhirl.scene_checks.operating import operating_speeds
 
 @dataclass(frozen=True, kw_only=True)
 class SpeedAsked:
-    """The highest speed to which an analysis looks.
+    """The highest speed to which an analysis looks."""
 
-    Attributes
-    ----------
-    analysis
-        Its name.
-    speed_rpm
-        Of the reference shaft.
-    source
-        The key that it comes from, or how it does.
-    """
-
-    analysis: str
-    speed_rpm: float
-    source: str
+    analysis: str  #: Its name
+    speed_rpm: float  #: Of the reference shaft
+    source: str  #: The key that it comes from, or how it does
 
 
 def scene_speeds(scene: Scene) -> NDArray[np.float64]:

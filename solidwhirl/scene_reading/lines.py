@@ -32,11 +32,8 @@ _BODIES = ("bodies", "mesh_bodies", "beams")
 def with_lines(error: SceneError) -> SceneError:
     """The same problems, each behind the line and column that it is about.
 
-    Returns
-    -------
-    SceneError
-        Its message has lines `file:line:column: key: problem`; what belongs to no line, and all of
-        a file that can't be read again, stays as it is.
+    Lines of the message are `file:line:column: key: problem`; what belongs to no line, and all of a
+    file that can't be read again, stays as it is.
     """
     text = _text(Path(error.path))
     if text is None:

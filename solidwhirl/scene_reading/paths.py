@@ -26,28 +26,17 @@ class PlaceError(ValueError):
 
 @dataclass(frozen=True, kw_only=True)
 class Place:
-    """A place of one number or text in the data of a scene file.
-
-    Attributes
-    ----------
-    steps
-        Keys and numbers from the top of the scene, every `[name]` turned into a number.
-    """
+    """A place of one number or text in the data of a scene file."""
 
     text: str
-    steps: Steps
+    steps: Steps  #: Keys and numbers from the top of the scene, every `[name]` turned into a number
 
 
 @dataclass(frozen=True, kw_only=True)
 class Target(Place):
-    """A place that a sweep fills.
+    """A place that a sweep fills."""
 
-    Attributes
-    ----------
-    nominal
-        What stands there in the scene file; None where the key is left out.
-    """
-
+    #: What stands there in the scene file; None where the key is left out
     nominal: float | str | bool | None
 
 
@@ -63,10 +52,7 @@ def leading_steps(text: str) -> tuple[tuple[str, ...], int]:
 def place_steps(text: str) -> tuple[str, ...]:
     """Return the keys and `[entry]` of a place, as written.
 
-    Raises
-    ------
-    PlaceError
-        The text is no place.
+    Raises PlaceError: the text is no place.
     """
     if not text:
         raise PlaceError("an empty text is no place")
@@ -82,10 +68,7 @@ def place_steps(text: str) -> tuple[str, ...]:
 def find_target(data: Mapping[str, Any], text: str) -> Target:
     """Find a place that can be filled, which may be a key that the file leaves out.
 
-    Raises
-    ------
-    PlaceError
-        The text is no place, leads nowhere, or to a table or list.
+    Raises PlaceError: the text is no place, leads nowhere, or to a table or list.
     """
     found = _walked(data, text, may_be_left_out=True)
     if isinstance(found.nominal, dict | list):
@@ -102,10 +85,7 @@ def find_target(data: Mapping[str, Any], text: str) -> Target:
 def find_place(data: Mapping[str, Any], text: str) -> Place:
     """Find a number that stands in the data of a scene file.
 
-    Raises
-    ------
-    PlaceError
-        The text is no place, leads nowhere, or to something that is no number.
+    Raises PlaceError: the text is no place, leads nowhere, or to something that is no number.
     """
     found = _walked(data, text, may_be_left_out=False)
     if not _is_number(found.nominal):
@@ -132,10 +112,7 @@ def _walked(data: Mapping[str, Any], text: str, *, may_be_left_out: bool) -> Tar
 def resolved_step(value: Any, step: str, where: str, text: str) -> str | int:
     """Return the key or number that a step means in a table or list, which messages call `where`.
 
-    Raises
-    ------
-    PlaceError
-        The step leads nowhere; the message says what is allowed.
+    Raises PlaceError: the step leads nowhere; the message says what is allowed.
     """
     if not step.startswith("["):
         if not isinstance(value, dict):
@@ -158,14 +135,6 @@ def resolved_step(value: Any, step: str, where: str, text: str) -> str | int:
     )
 
 
-def value_at(data: Mapping[str, Any], place: Place) -> float:
-    """Return the number at a place."""
-    value: Any = data
-    for step in place.steps:
-        value = value[step]
-    return float(value)
-
-
 def with_values(data: Mapping[str, Any], values: Mapping[Place, float]) -> dict[str, Any]:
     """Return the data with other numbers at some places."""
     return with_entries(data, {place.steps: value for place, value in values.items()})
@@ -174,10 +143,7 @@ def with_values(data: Mapping[str, Any], values: Mapping[Place, float]) -> dict[
 def with_entries(data: Mapping[str, Any], entries: Mapping[Steps, Any]) -> dict[str, Any]:
     """Return the data with other entries at some places; what is not changed is shared.
 
-    Parameters
-    ----------
-    entries
-        New value by the steps of its place; a table that is left out is added.
+    `entries`: new value by the steps of its place; a table that is left out is added.
     """
     changed = dict(data)
     for steps, value in entries.items():

@@ -44,11 +44,8 @@ _LONGEST_VALUE = 60
 def read_scene(path: str | Path) -> Scene:
     """Read and check a scene file.
 
-    Raises
-    ------
-    SceneError
-        The file can't be read, is not TOML, or holds something that a scene may not; all problems
-        at once.
+    Raises SceneError: the file can't be read, is not TOML, or holds something that a scene may not;
+    all problems at once.
     """
     return parse_scene(load_toml(path), path)
 
@@ -56,10 +53,8 @@ def read_scene(path: str | Path) -> Scene:
 def load_toml(path: str | Path) -> dict[str, Any]:
     """Read the content of a TOML file that a user wrote.
 
-    Raises
-    ------
-    SceneError
-        The file can't be read, is larger than 4 MB, is not UTF-8 text, or is not TOML.
+    Raises SceneError: the file can't be read, is larger than 4 MB, is not UTF-8 text, or is not
+    TOML.
     """
     path = Path(path)
     try:
@@ -117,15 +112,8 @@ def parse_scene(
 ) -> Scene:
     """Check the content of a scene file.
 
-    Parameters
-    ----------
-    folder
-        Where files that the scene names are looked for; the folder of `path` if not given.
-
-    Raises
-    ------
-    SceneError
-        All problems at once.
+    `folder`: where files that the scene names are looked for; the folder of `path` if not given.
+    Raises SceneError: all problems at once.
     """
     try:
         scene = Scene.model_validate(data, context={"folder": folder or Path(path).parent})
@@ -160,10 +148,7 @@ def scene_hash(scene: Scene) -> str:
 def with_model(scene: Scene, *, level: str | None, accuracy: float | None) -> Scene:
     """The scene with another level or accuracy.
 
-    Raises
-    ------
-    pydantic.ValidationError
-        A value that a scene file could not have either.
+    Raises pydantic.ValidationError: a value that a scene file could not have either.
     """
     changes = {"level": level, "accuracy": accuracy}
     model = scene.model.model_dump() | {k: v for k, v in changes.items() if v is not None}

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from solidwhirl.core.errors import unknown
+from solidwhirl.core.errors import repeated, unknown
 from solidwhirl.core.fields import alike_in_files
 from solidwhirl.scene.joints import BearingSpec, GearSpec
 from solidwhirl.scene.records import Scene
@@ -29,9 +29,9 @@ _SAME_RATIO = 1e-9
 def reference_problems(scene: Scene) -> list[str]:
     """What a scene names and does not have: one line each, which begins with the key."""
     places = [f"{body}.{i}" for body, names in scene.interface_names().items() for i in names]
-    problems = list(_repeated("bearings", [b.name for b in scene.bearings]))
-    problems += _repeated("gears", [g.name for g in scene.gears])
-    problems += _repeated("analyses", [a.label for a in scene.analyses])
+    problems = list(repeated("bearings", [b.name for b in scene.bearings]))
+    problems += repeated("gears", [g.name for g in scene.gears])
+    problems += repeated("analyses", [a.label for a in scene.analyses])
     problems += _alike_analyses([a.label for a in scene.analyses])
     for k, bearing in enumerate(scene.bearings):
         where = f"bearings[{k}]"
@@ -42,13 +42,6 @@ def reference_problems(scene: Scene) -> list[str]:
     for k, gear in enumerate(scene.gears):
         problems += [f"gears[{k}].{text}" for text in _gear_problems(scene, gear, places)]
     return problems + analysis_problems(scene) + recovery_problems(scene)
-
-
-def _repeated(key: str, names: Sequence[str]) -> Iterator[str]:
-    first: dict[str, int] = {}
-    for k, name in enumerate(names):
-        if first.setdefault(name, k) != k:
-            yield f"{key}[{k}].name: {name!r} is the name of {key}[{first[name]}] too"
 
 
 def _alike_analyses(names: Sequence[str]) -> Iterator[str]:

@@ -5,37 +5,19 @@ from __future__ import annotations
 import json
 import re
 import tomllib
-from collections.abc import Mapping
 from importlib import resources
 from typing import Any
 
+from solidwhirl.core.key_units import unit_of
 from solidwhirl.scene.records import Scene
 
 _DRAFT = "https://json-schema.org/draft/2020-12/schema"
 _LINK = re.compile(r"\[((?:[^\[\]]|\[+[^\]]*\]+)*)\]\([^)]*\)")
-#: What the end of a key says about the unit of its number, the longest first.
-UNITS: Mapping[str, str] = {
-    "_n_m_s_per_rad": "N m s/rad",
-    "_n_m_per_rad": "N m/rad",
-    "_n_s_per_m": "N s/m",
-    "_n_per_m": "N/m",
-    "_kg_per_m3": "kg/m³",
-    "_m_per_s2": "m/s²",
-    "_kg_m2": "kg m²",
-    "_kg_m": "kg m",
-    "_kg": "kg",
-    "_pa": "Pa",
-    "_rpm": "rpm",
-    "_hz": "Hz",
-    "_deg": "deg",
-    "_s": "s",
-    "_m": "m",
-}
 
 
 def unit(key: str) -> str:
-    """Return the unit that the end of a key says, empty for none."""
-    return next((text for end, text in UNITS.items() if key.endswith(end)), "")
+    """Return the unit that the end of a key says, in plain letters; empty for none."""
+    return unit_of(key).replace("·", " ").replace("°", "deg")
 
 
 def explanations() -> dict[str, dict[str, str]]:

@@ -57,15 +57,8 @@ class Places:
     def position(self, path: Iterable[str | int]) -> Position | None:
         """Where a key stands; for an element of a list its value, of a list of tables its header.
 
-        Parameters
-        ----------
-        path
-            Keys, and numbers of elements from 0, from the top of the file.
-
-        Returns
-        -------
-        Position or None
-            None if there is no such key.
+        `path`: keys, and numbers of elements from 0, from the top of the file.
+        Returns None if there is no such key.
         """
         index = self._found.get(tuple(path))
         if index is None:

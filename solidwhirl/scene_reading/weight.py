@@ -38,10 +38,7 @@ def weight_problems(scene: Scene, gravity_m_per_s2: tuple[float, float, float]) 
 def refuse_unsupported(scene: Scene, system: AssembledSystem) -> None:
     """Refuse a run-up under a weight that the assembled system does not carry.
 
-    Raises
-    ------
-    AnalysisError
-        Something falls.
+    Raises AnalysisError: something falls.
     """
     for at, spec in enumerate(scene.analyses):
         gravity = spec.gravity_m_per_s2 if isinstance(spec, RunUpSpec) else None

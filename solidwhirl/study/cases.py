@@ -26,7 +26,8 @@ class Ladders:
     `graded` and `uniform` are rungs (refinements) by element order; `solid` is the solver by sizes
     over those of the first graded rung; `modes` are numbers of fixed-interface modes on one fine
     graded mesh of order 4. The mesh ladders have so many modes that the mesh's error shows. Cases
-    with a longer predicted processor time [s] are skipped.
+    with a longer predicted processor time [s], which is also longer than that of the reference, are
+    skipped.
     """
 
     reference_accuracy: float
@@ -69,27 +70,14 @@ QUICK = Ladders(
 
 @dataclass(frozen=True, kw_only=True)
 class StudyCase:
-    """One case: the scene with another `[model]` table, run in a process of its own.
+    """One case: the scene with another `[model]` table, run in a process of its own."""
 
-    Attributes
-    ----------
-    name
-        Unique in the study.
-    ladder
-        "reference", "graded", "uniform", "adaptive", "modes" or "beam".
-    settings
-        The `[model]` keys that are set.
-    scene
-        What is run.
-    estimates
-        "both" runs it without and with error estimates, "on" and "off" once; an adaptive mesh
-        needs them.
-    """
-
-    name: str
-    ladder: str
-    settings: Mapping[str, Any]
-    scene: Scene
+    name: str  #: Unique in the study
+    ladder: str  #: "reference", "graded", "uniform", "adaptive", "modes" or "beam"
+    settings: Mapping[str, Any]  #: The `[model]` keys that are set
+    scene: Scene  #: What is run
+    #: "both" runs it without and with error estimates, "on" and "off" once; an adaptive mesh needs
+    #: them
     estimates: Literal["both", "on", "off"] = "both"
 
     @property

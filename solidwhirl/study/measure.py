@@ -36,39 +36,28 @@ class Usage:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Measured:
-    """Results and cost of a case.
+    """Results and cost of a case."""
 
-    Attributes
-    ----------
-    unknowns, coordinates
-        Of all bodies, before and after reduction.
-    bodies
-        Element order and number of modes by body.
-    startup, plain, estimated
-        Used before the scene, by the end of a run without error estimates, and with them in its
-        place; one of the last two is None where a case can not go without them or has none.
-    wall_s
-        Wall time of the whole case.
-    campbell, critical_speeds
-        Results; of the reference with a margin beyond the edge of its range.
-    campbell_estimate, critical_estimate
-        Estimated relative errors, (b, s) and (k,); empty for none.
-    parts
-        Largest estimate by part.
-    """
-
+    #: unknowns, coordinates: of all bodies, before and after reduction
     unknowns: int
     coordinates: int
-    bodies: Mapping[str, Mapping[str, int]]
+    bodies: Mapping[str, Mapping[str, int]]  #: Element order and number of modes by body
+    #: startup, plain, estimated: used before the scene, by the end of a run without error
+    #: estimates, and with them in its place; one of the last two is None where a case can not go
+    #: without them or has none
     startup: Usage
     plain: Usage | None
     estimated: Usage | None
-    wall_s: float
+    wall_s: float  #: Wall time of the whole case
+    #: campbell, critical_speeds: results; of the reference with a margin beyond the edge of its
+    #: range
     campbell: Campbell
     critical_speeds: tuple[CriticalSpeed, ...]
+    #: campbell_estimate, critical_estimate: estimated relative errors, (b, s) and (k,); empty for
+    #: none
     campbell_estimate: FloatArray
     critical_estimate: FloatArray
-    parts: Mapping[str, float]
+    parts: Mapping[str, float]  #: Largest estimate by part
 
     @property
     def usage(self) -> Usage:
@@ -97,10 +86,7 @@ def usage(status: Path = _STATUS) -> Usage:
 def measured(case: StudyCase) -> Measured:
     """Run a case in this process.
 
-    Raises
-    ------
-    ValueError
-        What the scene can't be run for, and a level that is not there.
+    Raises ValueError: what the scene can't be run for, and a level that is not there.
     """
     begun = time.perf_counter()
     if case.level != "beam":

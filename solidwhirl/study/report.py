@@ -21,6 +21,8 @@ from solidwhirl.scene_reading.reader import scene_hash
 from solidwhirl.study.table import LEVEL_SPAN, Outcome, StudyRow, StudyTable
 
 SCHEMA = "solidwhirl-study-2"
+#: Files of a study.
+DOCUMENT, REPORT, PICTURE = "study.json", "study.md", "study.png"
 # Axes of the picture, with their units.
 _COSTS = (
     ("processor time", "s"), ("peak memory", "GiB"), ("unknowns before reduction", "1"),
@@ -35,6 +37,12 @@ class Study:
     quick: bool
     outcomes: tuple[Outcome, ...]
     table: StudyTable
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """Numbers of cases that are done, failed and skipped."""
+        found = [o.status for o in self.outcomes]
+        return tuple(found.count(status) for status in ("done", "failed", "skipped"))
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -131,7 +139,7 @@ def summary(study: Study, document: Mapping[str, Any]) -> str:
         f"except for adaptive runs, which need them. Machine: {machine['processor']}, "
         f"{machine['gflops']:.3g} GFLOP/s, {machine['gbytes_per_s']:.3g} GB/s on one core.",
         "",
-        "![Error against cost](study.png)",
+        f"![Error against cost]({PICTURE})",
         "",
         *(f"- {markdown_text(note)}" for note in study.notes),
         "",

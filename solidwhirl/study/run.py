@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 import json
-import os
 import time
-from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from solidwhirl.cache.files import StageStore
-from solidwhirl.core.errors import OutputError
+from solidwhirl.core.errors import UserError, writing
 from solidwhirl.core.machine import MachineSpeed, available_memory_gib, machine_speed
 from solidwhirl.cost.work import predict_cost
+from solidwhirl.files.run_folder import refuse_foreign
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
-from solidwhirl.rotordyn.core.atomic import replacing
+from solidwhirl.rotordyn.core.atomic import replace_text
 from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
 from solidwhirl.scene_reading.reader import read_scene, scene_hash
+from solidwhirl.study import report
 from solidwhirl.study.cases import FULL, QUICK, Ladders, StudyCase, study_cases
 from solidwhirl.study.measure import measured_apart
-from solidwhirl.study.report import Study, study_chart, study_document, summary
 from solidwhirl.study.table import Outcome, study_table
 
 Progress = Callable[[str], None]
@@ -30,26 +29,12 @@ Progress = Callable[[str], None]
 _MEMORY_SHARE = 0.8
 # Modes where nothing says how many; starting a process; iterations of an adaptive run.
 _MODES, _START_S, _ITERATIONS = 12, 2.5, 2.0
-# A process that takes this many times what is allowed by prediction is ended.
+# A process that takes this many times what was allowed or predicted is ended.
 _PATIENCE = 15.0
 
 
-class StudyError(ValueError):
+class StudyError(UserError):
     """A study that can't be made."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class StudyDone:
-    """Files of a study (.json, .md, .png), numbers of its cases, and what a reader must know."""
-
-    out: Path
-    document: Path
-    report: Path
-    picture: Path
-    done: int
-    failed: int
-    skipped: int
-    notes: tuple[str, ...]
 
 
 def study_command(
@@ -58,65 +43,37 @@ def study_command(
     progress: Progress = lambda text: None,
     *,
     quick: bool = False,
-) -> StudyDone:
+) -> report.Study:
     """Measure error against processor time and memory over levels, orders, meshes and modes.
+
+    Writes `study.json`, `study.md` and `study.png` into the folder.
 
     Results of finished cases are cached in the folder cases/: a study that was interrupted
     continues where it stopped. `progress` is called with one line per case, with the time to go;
     `quick` takes short ladders, under a minute for a small scene.
 
-    Raises
-    ------
-    SceneError
-        The scene can't be read.
-    StudyError
-        There is no body with a profile, or the reference fails.
-    OutputError
-        The folder can't be written.
+    Raises SceneError: the scene can't be read; StudyError: there is no body with a profile, or the
+    reference fails; OutputError: the folder can't be written.
     """
     scene, out = read_scene(scene_path), Path(out)
     if not scene.bodies:
         raise StudyError("a study needs a body with a profile, [bodies.NAME]; the scene has none")
-    files = tuple(out / f"study.{kind}" for kind in ("json", "md", "png"))
-    if os.path.lexists(files[0]) and not _is_study(files[0]):
-        raise OutputError(f"{files[0]}: is there already and no study wrote it")
-    try:
-        ladders = QUICK if quick else FULL
-        cases = study_cases(scene, ladders)  # a scene that is refused leaves no folder
+    refuse_foreign(out / report.DOCUMENT, '"schema": "solidwhirl-study-', "no study wrote it")
+    ladders = QUICK if quick else FULL
+    cases = study_cases(scene, ladders)  # a scene that is refused leaves no folder
+    with writing(out):
         (out / "cases").mkdir(parents=True, exist_ok=True)
         outcomes = run_cases(cases, out / "cases", ladders, progress)
         progress("picture")
-        study = Study(scene=scene, quick=quick, outcomes=outcomes, table=study_table(outcomes))
-        document = study_document(study)
-        chart = study_chart(study)
-        draw_charts([chart], files[2], chart.title)
-        _write(files[1], summary(study, document))
-        _write(files[0], json.dumps(document, indent=1, allow_nan=False) + "\n")
-    except OSError as error:
-        raise OutputError(f"{out}: can not be written: {error.strerror or error}") from error
-    count = Counter(o.status for o in outcomes)
-    return StudyDone(
-        out=out,
-        document=files[0],
-        report=files[1],
-        picture=files[2],
-        done=count["done"],
-        failed=count["failed"],
-        skipped=count["skipped"],
-        notes=study.notes,
-    )
-
-
-def _is_study(path: Path) -> bool:
-    try:
-        return path.is_file() and "solidwhirl-study-" in path.read_text(encoding="utf-8")[:1000]
-    except (OSError, UnicodeDecodeError):
-        return False
-
-
-def _write(path: Path, text: str) -> None:
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+        study = report.Study(
+            scene=scene, quick=quick, outcomes=outcomes, table=study_table(outcomes)
+        )
+        document = report.study_document(study)
+        chart = report.study_chart(study)
+        draw_charts([chart], out / report.PICTURE, chart.title)
+        replace_text(out / report.REPORT, report.summary(study, document))
+        replace_text(out / report.DOCUMENT, json.dumps(document, indent=1, allow_nan=False) + "\n")
+    return study
 
 
 def run_cases(
@@ -126,35 +83,37 @@ def run_cases(
 
     Results are cached in the folder; failed cases are run again.
 
-    Raises
-    ------
-    StudyError
-        The reference fails: nothing can be held against it.
+    Raises StudyError: the reference fails: nothing can be held against it.
     """
     store = StageStore(folder)
     machine = machine_speed()
-    planned = [_planned(case, machine, _allowed_s(case, ladders)) for case in cases]
+    reference = _planned(cases[0], machine, 0.0)
+    # what is held against a truth may take as long as the truth
+    planned = [reference] + [
+        _planned(case, machine, max(reference.cpu_s, _allowed_s(case, ladders)))
+        for case in cases[1:]
+    ]
     keys = [
         store.key("study", scene_hash(c.scene), c.estimates, c.ladder == "reference")
         for c in (plan.case for plan in planned)
     ]
     found = [store.find(key, progress) for key in keys]
     predicted = [
-        0.0 if f is not None or _too_large(p, ladders) else p.cpu_s
+        0.0 if f is not None or _too_large(p) else p.cpu_s
         for f, p in zip(found, planned, strict=True)
     ]
     begun = time.perf_counter()
     outcomes: list[Outcome] = []
     for k, (plan, known) in enumerate(zip(planned, found, strict=True)):
         case, said = plan.case, f"case {k + 1} of {len(cases)}, {plan.case.name}"
-        reason = "" if known is not None else _too_large(plan, ladders)
+        reason = "" if known is not None else _too_large(plan)
         if reason:
             progress(f"{said}: skipped, {reason}")
             outcomes.append(Outcome(case=case, status="skipped", message=reason))
             continue
         if known is None:
             progress(f"{said}; {_to_go(predicted, k, time.perf_counter() - begun)}")
-            known = measured_apart(case, _PATIENCE * _allowed_s(case, ladders))
+            known = measured_apart(case, _PATIENCE * max(plan.cpu_s, plan.allowed_s))
         if isinstance(known, str):
             progress(f"{case.name} failed: {known}")
             outcomes.append(Outcome(case=case, status="failed", message=known))
@@ -169,9 +128,10 @@ def run_cases(
 
 @dataclass(frozen=True, kw_only=True)
 class _Planned:
-    """A case with its predicted cost."""
+    """A case with its predicted cost, and the processor time that it may be predicted to take."""
 
     case: StudyCase
+    allowed_s: float
     cpu_s: float
     memory_gib: float
 
@@ -179,7 +139,7 @@ class _Planned:
 def _planned(case: StudyCase, machine: MachineSpeed, allowed_s: float) -> _Planned:
     """Predict a case, adaptive runs from the a-priori mesh rule; without estimates if it must."""
     if case.level == "beam":
-        return _Planned(case=case, cpu_s=_START_S, memory_gib=0.0)
+        return _Planned(case=case, allowed_s=allowed_s, cpu_s=_START_S, memory_gib=0.0)
     # without estimates the plan holds the mesh of the a-priori rule, not the first adaptive one
     model = case.scene.model.model_copy(update={"estimates": "off"})
     scene = case.scene.model_copy(update={"model": model})
@@ -196,27 +156,27 @@ def _planned(case: StudyCase, machine: MachineSpeed, allowed_s: float) -> _Plann
     elif cost > allowed_s or memory > _MEMORY_SHARE * available_memory_gib():
         case = replace(case, estimates="off")
         cost, memory = _START_S + plain.total_s, plain.peak_memory_gib
-    return _Planned(case=case, cpu_s=cost, memory_gib=memory)
+    return _Planned(case=case, allowed_s=allowed_s, cpu_s=cost, memory_gib=memory)
 
 
 def _allowed_s(case: StudyCase, ladders: Ladders) -> float:
     return ladders.solid_longest_s if case.level == "solid" else ladders.longest_s
 
 
-def _too_large(plan: _Planned, ladders: Ladders) -> str:
+def _too_large(plan: _Planned) -> str:
     """Why a case is skipped; the reference is always tried, as nothing goes without it."""
     if plan.case.ladder == "reference":
         return ""
-    available, allowed = available_memory_gib(), _allowed_s(plan.case, ladders)
+    available = available_memory_gib()
     if plan.memory_gib > _MEMORY_SHARE * available:
         return (
             f"it would need about {plan.memory_gib:.3g} GiB, more than {_MEMORY_SHARE:.0%} of the "
             f"{available:.3g} that are available"
         )
-    if plan.cpu_s > allowed:
+    if plan.cpu_s > plan.allowed_s:
         return (
-            f"it would take about {plan.cpu_s:.0f} s of processor time, more than the {allowed:g} "
-            "allowed"
+            f"it would take about {plan.cpu_s:.0f} s of processor time, more than the "
+            f"{plan.allowed_s:.0f} allowed"
         )
     return ""
 

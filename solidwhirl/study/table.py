@@ -40,21 +40,15 @@ class Outcome:
 
 @dataclass(frozen=True, kw_only=True)
 class ErrorPair:
-    """Largest true and estimated relative error of one kind of result; nan where there is none.
-
-    Attributes
-    ----------
-    effectivity, least_effectivity
-        estimate / true: of the largest, and the smallest of the results one by one; nan where the
-        true error is not clear of that of the reference.
-    unmatched
-        Results that the reference has no partner for: they are off by more than 25 %.
-    """
+    """Largest true and estimated relative error of one kind of result; nan where there is none."""
 
     true: float = np.nan
     estimate: float = np.nan
+    #: effectivity, least_effectivity: estimate / true: of the largest, and the smallest of the
+    #: results one by one; nan where the true error is not clear of that of the reference
     effectivity: float = np.nan
     least_effectivity: float = np.nan
+    #: Results that the reference has no partner for: they are off by more than 25 %
     unmatched: int = 0
 
 
@@ -86,48 +80,31 @@ class StudyRow:
 
 @dataclass(frozen=True, kw_only=True)
 class StudySlope:
-    """A power law y = factor · unknowns^slope through a series, by least squares of logarithms.
-
-    Attributes
-    ----------
-    quantity
-        One of `QUANTITIES`; costs are without the program's start.
-    standard_error, scatter_log10
-        Of the slope; root mean square deviation of log10 y from the line.
-    left_out
-        Points left out: errors too near the floor, or costs too small to be measured.
-    """
+    """A power law y = factor · unknowns^slope through a series, by least squares of logarithms."""
 
     series: str
-    quantity: str
+    quantity: str  #: One of `QUANTITIES`; costs are without the program's start
     slope: float
     factor: float
+    #: standard_error, scatter_log10: of the slope; root mean square deviation of log10 y from the
+    #: line
     standard_error: float
     scatter_log10: float
     points: int
-    left_out: int
+    left_out: int  #: Points left out: errors too near the floor, or costs too small to be measured
 
 
 @dataclass(frozen=True, kw_only=True)
 class StudyTable:
-    """All rows of a study.
-
-    Attributes
-    ----------
-    floor
-        Estimated error of the reference: smaller errors can't be told from it.
-    time_front, memory_front
-        Names of the cases that no other one beats, by increasing cost.
-    spans
-        Largest over smallest number of unknowns of each level.
-    """
+    """All rows of a study."""
 
     rows: tuple[StudyRow, ...]
-    floor: float
+    floor: float  #: Estimated error of the reference: smaller errors can't be told from it
+    #: time_front, memory_front: names of the cases that no other one beats, by increasing cost
     time_front: tuple[str, ...]
     memory_front: tuple[str, ...]
     slopes: tuple[StudySlope, ...]
-    spans: dict[str, float]
+    spans: dict[str, float]  #: Largest over smallest number of unknowns of each level
 
     def shown(self, row: StudyRow) -> bool:
         """Whether a row is drawn: comparable, of a beam or of a level with a real ladder."""

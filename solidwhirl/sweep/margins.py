@@ -10,9 +10,9 @@ import numpy as np
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import QhullError
 
+from solidwhirl.core.key_units import unit_of
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray, ReadOnlyArrays
 from solidwhirl.sweep.design import SweepDesign
-from solidwhirl.sweep.labels import unit_of
 from solidwhirl.sweep.tracks import CriticalTrack, Quantity
 
 _ACROSS, _UP = 161, 121

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from solidwhirl.core.key_units import label_of
 from solidwhirl.rotordyn.core.arrays import BoolArray, ComplexArray, FloatArray, ReadOnlyArrays
 from solidwhirl.sweep.design import SweepDesign
-from solidwhirl.sweep.labels import label_of
 from solidwhirl.sweep.matching import Kind, match_curves
 from solidwhirl.sweep.records import BatchRow
 

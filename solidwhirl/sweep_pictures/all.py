@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from solidwhirl.rotordyn.core.atomic import replacing
+from solidwhirl.rotordyn.core.atomic import replace_text
 from solidwhirl.rotordyn.plots.chart import Chart
 from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
 from solidwhirl.sweep.analysis import (
@@ -62,7 +62,8 @@ def draw_batch(
                 draw(sweep, chosen, path)
                 written.append(path)
     path = out / DOCUMENT
-    _write(path, json.dumps(document_of(rows, found, chosen), indent=1, allow_nan=False) + "\n")
+    document = json.dumps(document_of(rows, found, chosen), indent=1, allow_nan=False)
+    replace_text(path, document + "\n")
     return (*written, path)
 
 
@@ -71,11 +72,6 @@ def drawn_before(out: Path) -> tuple[Path, ...]:
     names = [*(name for name, _, _ in _PICTURES), *_EARLIER]
     found = [path for name in names for path in sorted(out.glob(f"*-{name}"))]
     return (*found, *out.glob(DOCUMENT))
-
-
-def _write(path: Path, text: str) -> None:
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
 
 
 def _drawn(build: Callable[[SweepAnalysis, SweepPictureSettings], Chart]) -> Draw:
@@ -87,7 +83,7 @@ def _drawn(build: Callable[[SweepAnalysis, SweepPictureSettings], Chart]) -> Dra
 
 
 def _write_page(found: SweepAnalysis, settings: SweepPictureSettings, path: Path) -> None:
-    _write(path, parallel_page(found, settings))
+    replace_text(path, parallel_page(found, settings))
 
 
 def _has_bands(found: SweepAnalysis) -> bool:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from solidwhirl.core.key_units import unit_of, wrapped
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.plots.chart import (
     Axis,
@@ -22,7 +23,6 @@ from solidwhirl.rotordyn.plots.chart import (
 from solidwhirl.rotordyn.plots.frame import number_text
 from solidwhirl.sweep.analysis import SweepAnalysis, SweepPictureSettings
 from solidwhirl.sweep.design import SweepDesign
-from solidwhirl.sweep.labels import unit_of, wrapped
 from solidwhirl.sweep.sensitivity import OneAtATime, Sensitivity
 from solidwhirl.sweep_pictures.parts import cases_text, parameter_label, value_text
 

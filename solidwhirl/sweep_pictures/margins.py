@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from solidwhirl.core.key_units import wrapped
 from solidwhirl.rotordyn.plots import frame
 from solidwhirl.rotordyn.plots.matplotlib_chart import set_axis
 from solidwhirl.sweep.analysis import SweepAnalysis, SweepPictureSettings
-from solidwhirl.sweep.labels import wrapped
 from solidwhirl.sweep.margins import MarginMap
 from solidwhirl.sweep_pictures.parts import cases_text, parameter_axis
 

@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
+from solidwhirl.core.key_units import label_of
 from solidwhirl.rotordyn.plots.chart import Axis, Look, Span
 from solidwhirl.rotordyn.plots.frame import SUPERSCRIPTS, number_text
 from solidwhirl.sweep.analysis import SweepAnalysis, SweepPictureSettings, ranking
 from solidwhirl.sweep.design import SweepDesign
-from solidwhirl.sweep.labels import label_of
 
 # Room at both ends of an axis of a parameter, as a part of its range.
 _ROOM = 0.12

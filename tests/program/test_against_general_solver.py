@@ -23,10 +23,9 @@ def told(outcome):
     return [str(d) for d in outcome.disagreements] + [outcome.refused, *outcome.reported]
 
 
-@pytest.mark.parametrize("first", range(0, 40, 10))
-def test_no_number_is_wrong_in_silence(compare, first):
-    """Campbell diagram, critical speeds, stability and responses of ten systems at a time."""
-    found = [compare(number, samples=200) for number in range(first, first + 10)]
+def test_no_number_is_wrong_in_silence(compare):
+    """Campbell diagram, critical speeds, stability and responses of random systems."""
+    found = [compare(number, samples=100) for number in range(6)]
     assert not {o.number: told(o) for o in found if o.is_defect}
 
 
@@ -46,7 +45,7 @@ def test_hard_systems_pass_every_check(compare, number):
 
 
 @pytest.mark.verify
-@pytest.mark.parametrize("first", range(1000, 1500, 25))
+@pytest.mark.parametrize("first", [6, 31, *range(1000, 1500, 25)])
 def test_many_systems(compare, first):
     found = [compare(number) for number in range(first, first + 25)]
     assert not {o.number: told(o) for o in found if o.is_defect}

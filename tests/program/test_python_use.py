@@ -128,7 +128,8 @@ def test_changes_make_a_new_scene():
     assert changed.beams["rotor"].interfaces["b"] == 0.4
     assert changed.model.accuracy == 0.01
     assert first.bearings[1].stiffness_n_per_m[0][0] == 5e7
-    assert scene_hash(with_changes(first, {})) == scene_hash(first)
+    for found in (first, read_scene(ROOT / "scenes" / "casing.toml")):
+        assert scene_hash(with_changes(found, {})) == scene_hash(found)
     with pytest.raises(
         ValueError, match=r"'bearings\.c\.name': .* has no entry \[c\]; allowed are .*a, b"
     ):
@@ -154,12 +155,6 @@ def test_places_of_changes_are_spelt_as_in_a_sweep():
             with_changes(first, {place: "d"})
 
 
-@pytest.mark.parametrize("name", ["ferraris", "casing", "uhbr_lp"])
-def test_every_scene_survives_no_change(name):
-    found = read_scene(ROOT / "scenes" / f"{name}.toml")
-    assert scene_hash(with_changes(found, {})) == scene_hash(found)
-
-
 def test_a_scene_shows_itself():
     shown = repr(small(speeds_rpm=[0.0, 1000.0], title="A <small> one"))
     assert shown == str(small(speeds_rpm=[0.0, 1000.0], title="A <small> one"))
@@ -173,11 +168,7 @@ def test_a_scene_shows_itself():
     html = small(title="A <small> one")._repr_html_()
     assert "A &lt;small&gt; one" in html
     assert html.count("<tr>") == html.count("</tr>") == 4
-
-
-@pytest.mark.parametrize("name", ["laval", "ferraris", "uhbr_engine"])
-def test_scenes_are_short(name):
-    shown = repr(read_scene(ROOT / "scenes" / f"{name}.toml"))
+    shown = repr(read_scene(ROOT / "scenes" / "uhbr_engine.toml"))
     assert len(shown.splitlines()) <= 8
     assert len(shown) < 1200
 

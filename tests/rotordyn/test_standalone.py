@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from rotors import three_disk_element
+
 from solidwhirl.rotordyn import write_superelement
 
 BLOCKED = ("dolfinx", "ufl", "petsc4py", "slepc4py", "mpi4py", "gmsh", "meshio", "matplotlib")
@@ -31,7 +33,7 @@ print([m for m in sys.modules if m.startswith("solidwhirl.") and m.split(".")[1]
 """
 
 
-def test_reads_a_file_and_computes_without_other_libraries(three_disk_element, tmp_path):
+def test_reads_a_file_and_computes_without_other_libraries(tmp_path):
     path = tmp_path / "rotor.h5"
     write_superelement(three_disk_element(), path)
     program = PROGRAM.format(blocked=BLOCKED, path=str(path))

@@ -10,16 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from solidwhirl.rotordyn import (
-    Bearing,
-    Disk,
-    End,
-    Gear,
-    Rotor,
-    assemble,
-    beam_superelement,
-    rigid_superelement,
-)
+from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.assembly.bearing_laws import PolynomialLaw
 
 ROOT = Path(__file__).parents[2]
@@ -57,7 +48,7 @@ def beam_of(case, number):
     data, steel = case["shafts"][number], case["material"]
     nodes = data["nodes_m"]
     disks = [
-        Disk(
+        rd.Disk(
             name=f"{i}",
             position_m=nodes[d["node"]],
             mass_kg=d["mass"],
@@ -66,7 +57,7 @@ def beam_of(case, number):
         )
         for i, d in enumerate(data["disks"])
     ]
-    return beam_superelement(
+    return rd.beam_superelement(
         f"shaft {number}",
         nodes,
         data["outer_radius_m"],
@@ -101,13 +92,13 @@ def joints(case):
         for i in range(len(data["nodes_m"])):
             # geared shafts count their own nodes, coaxial ones go on counting
             key = (number, i) if "gear" in case else data["first_node"] + i
-            places[key] = End(body=f"{number}", interface=f"{i}")
+            places[key] = rd.End(body=f"{number}", interface=f"{i}")
     for node, _ in case.get("point_masses", []):
-        places[node] = End(body=f"mass {node}", interface="at")
+        places[node] = rd.End(body=f"mass {node}", interface="at")
     listed = [(number, b) for number, s in enumerate(case["shafts"]) for b in s["bearings"]]
     listed += [(0, b) for b in case.get("pedestals", [])]
     return tuple(
-        Bearing(
+        rd.Bearing(
             name=f"bearing {at}",
             first=places[(number, b["node"]) if "gear" in case else b["node"]],
             second=places[b["other"]] if "other" in b else None,
@@ -123,8 +114,8 @@ def gear(case):
     """ROSS turns the line of action by the pressure angle from the tangent of the wheels."""
     orientation = case["gear"]["orientation_rad"]
     wheel = next(d for d in case["shafts"][0]["disks"] if "teeth" in d)
-    ends = [End(body=f"{i}", interface=f"{n}") for i, n in enumerate(case["gear"]["nodes"])]
-    return Gear(
+    ends = [rd.End(body=f"{i}", interface=f"{n}") for i, n in enumerate(case["gear"]["nodes"])]
+    return rd.Gear(
         name="gear",
         first=ends[0],
         second=ends[1],
@@ -138,7 +129,7 @@ def gear(case):
 def pedestal(mass_kg):
     """Mass that moves along x and y; its inertia about itself does not matter."""
     seats = {"at": 0.0, "foot": 0.0}
-    return rigid_superelement("pedestal", mass_kg, np.zeros(3), np.ones(3), seats, ("ux", "uy"))
+    return rd.rigid_superelement("pedestal", mass_kg, np.zeros(3), np.ones(3), seats, ("ux", "uy"))
 
 
 def _system(case):
@@ -146,11 +137,11 @@ def _system(case):
     rotors = {}
     for number, _ in enumerate(case["shafts"]):
         ratio = case.get("ratios", [1.0])[number]
-        rotors[f"{number}"] = Rotor(element=beam_of(case, number), speed_ratio=ratio)
+        rotors[f"{number}"] = rd.Rotor(element=beam_of(case, number), speed_ratio=ratio)
     for node, mass in case.get("point_masses", []):
-        rotors[f"mass {node}"] = Rotor(element=pedestal(mass), speed_ratio=0.0)
+        rotors[f"mass {node}"] = rd.Rotor(element=pedestal(mass), speed_ratio=0.0)
     gears = (gear(case),) if "gear" in case else ()
-    return assemble(rotors, joints(case), "0", gears)
+    return rd.assemble(rotors, joints(case), "0", gears)
 
 
 @pytest.fixture(scope="session")

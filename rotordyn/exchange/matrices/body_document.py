@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from solidwhirl.rotordyn.core.atomic import replacing
+from solidwhirl.rotordyn.core.atomic import replace_text
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.exchange.matrices import foreign_body as foreign
 from solidwhirl.rotordyn.exchange.matrices.body_fields import BodyFields
@@ -68,8 +68,7 @@ def write_document(path: Path, document: Mapping[str, Any]) -> None:
             lines.append(f" {json.dumps(key)}: [\n{rows}\n ]")
         else:
             lines.append(f" {json.dumps(key)}: {json.dumps(value, allow_nan=False)}")
-    with replacing(path) as temporary:
-        temporary.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
+    replace_text(path, "{\n" + ",\n".join(lines) + "\n}\n")
 
 
 class Document(BodyFields):

@@ -122,7 +122,8 @@ def _punch_lines(
         count = f"{matrix.shape[1]:8d}" if rectangular else ""
         head = f"DMIG    {name:<8}{0:8d}{form:8d}{2:8d}{0:8d}{'':8}{'':8}{count}"
         yield head.rstrip()
-        columns = _numbered(matrix.shape[1]) if rectangular else rows
+        numbered = (foreign.Row(node=k + 1, component=0) for k in range(matrix.shape[1]))
+        columns = numbered if rectangular else rows
         part = np.tril(matrix) if symmetric else matrix
         for k, column in enumerate(columns):
             at_rows = np.flatnonzero(part[:, k])
@@ -132,11 +133,6 @@ def _punch_lines(
             for j in at_rows:
                 row = rows[int(j)]
                 yield f"*       {row.node:16d}{row.component:16d}{real_field(float(part[j, k]))}"
-
-
-def _numbered(count: int) -> tuple[foreign.Row, ...]:
-    """Columns of a rectangular matrix."""
-    return tuple(foreign.Row(node=k + 1, component=0) for k in range(count))
 
 
 def _bulk_lines(

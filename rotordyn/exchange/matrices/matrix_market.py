@@ -13,12 +13,8 @@ from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.atomic import replacing
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.exchange.exported import Exported
+from solidwhirl.rotordyn.exchange.matrices import body_document as documents
 from solidwhirl.rotordyn.exchange.matrices import foreign_body as foreign
-from solidwhirl.rotordyn.exchange.matrices.body_document import (
-    Document,
-    body_document,
-    write_document,
-)
 from solidwhirl.rotordyn.exchange.matrices.body_fields import body_of
 from solidwhirl.rotordyn.superelement.record import Superelement
 
@@ -66,7 +62,7 @@ def write_matrix_market(
                 precision=_DIGITS,
                 symmetry=known.symmetry,
             )
-    write_document(path / DOCUMENT, body_document(element, names, speed_rad_s))
+    documents.write_document(path / DOCUMENT, documents.body_document(element, names, speed_rad_s))
     return Exported(
         files=(path / DOCUMENT, *(path / name for name in names.values())),
         carried=(*chosen.carried, "rows, nodes, units and mass properties"),
@@ -83,7 +79,7 @@ def read_matrix_market(path: Path) -> foreign.ForeignBody:
     """
     path = Path(path)
     path = path / DOCUMENT if path.is_dir() else path
-    document = Document(path)
+    document = documents.Document(path)
     matrices: dict[str, FloatArray] = {}
     files = [path]
     for role, name in document.matrix_names().items():

@@ -14,12 +14,8 @@ from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.atomic import replacing
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.exchange.exported import Exported
+from solidwhirl.rotordyn.exchange.matrices import body_document as documents
 from solidwhirl.rotordyn.exchange.matrices import foreign_body as foreign
-from solidwhirl.rotordyn.exchange.matrices.body_document import (
-    Document,
-    body_document,
-    write_document,
-)
 from solidwhirl.rotordyn.exchange.matrices.body_fields import body_of
 from solidwhirl.rotordyn.superelement.record import Superelement
 
@@ -50,7 +46,7 @@ def write_op4(
     chosen = foreign.matrix_set(element, speed_rad_s)
     names = {role: foreign.ROLES[role].short for role in chosen.matrices}
     rows = rows_path(path)
-    write_document(rows, body_document(element, names, speed_rad_s))
+    documents.write_document(rows, documents.body_document(element, names, speed_rad_s))
     pack = _binary if form == "binary" else _ascii
     with replacing(path) as temporary, temporary.open("wb") as file:
         for role, matrix in chosen.matrices.items():
@@ -118,7 +114,7 @@ def read_op4(path: Path, rows: Path | None = None) -> foreign.ForeignBody:
             f"{path}: an OUTPUT4 file does not say what its rows are; {beside} is needed, see "
             "docs/import.md"
         )
-    document = Document(beside)
+    document = documents.Document(beside)
     return body_of(document, (path, beside), read_op4_matrices(path))
 
 

@@ -11,15 +11,11 @@ from typing import Literal, NamedTuple, get_args
 import numpy as np
 
 from solidwhirl.rotordyn.core.arrays import FloatArray
-from solidwhirl.rotordyn.core.atomic import replacing
+from solidwhirl.rotordyn.core.atomic import replace_text
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.exchange.exported import Exported
-from solidwhirl.rotordyn.exchange.multibody.body_fixed import (
-    BodyFixedForm,
-    body_fixed_form,
-    body_fixed_limits,
-    modal_damping_matrix,
-)
+from solidwhirl.rotordyn.exchange.multibody import body_fixed
+from solidwhirl.rotordyn.exchange.multibody.body_fixed import BodyFixedForm
 from solidwhirl.rotordyn.exchange.multibody.mass_points import equivalent_mass_points
 from solidwhirl.rotordyn.superelement.record import Superelement
 
@@ -65,14 +61,13 @@ def write_mbdyn(
             f"the file cannot be called {path.name!r}: allowed are names without quotes, "
             "backslashes and control characters that do not end in .mbd"
         )
-    form = body_fixed_form(element, modes=modes)
+    form = body_fixed.body_fixed_form(element, modes=modes)
     text = fem_text(form, level=level, modal_damping=modal_damping)
     example = path.with_name(f"{path.stem}_example.mbd")
     labels = node_labels([node.name for node in form.nodes])
     start = _example_input(form, path.name, labels, level=level, modal_damping=modal_damping)
-    for file, content in ((example, start), (path, text)):
-        with replacing(file) as temporary:
-            temporary.write_text(content, encoding="utf-8", newline="\n")
+    replace_text(example, start)
+    replace_text(path, text)
     return Exported(
         files=(path, example),
         carried=_carried(form, labels, level),
@@ -163,7 +158,7 @@ def _records(
         yield 11, "DIAGONAL OF LUMPED MASS MATRIX", _values(spread)
     else:
         yield 12, "GLOBAL INERTIA PROPERTIES", _rigid_inertia(form)
-    yield 13, "MODAL DAMPING MATRIX", _values(modal_damping_matrix(form, modal_damping))
+    yield 13, "MODAL DAMPING MATRIX", _values(body_fixed.modal_damping_matrix(form, modal_damping))
     if level >= 18:
         yield 14, "INVARIANT 3", _values(form.I3)
         yield 15, "INVARIANT 4", _values(form.I4)
@@ -221,7 +216,7 @@ def _left_out(
     element: Superelement, form: BodyFixedForm, labels: tuple[str, ...], level: MbdynLevel
 ) -> tuple[str, ...]:
     """Say what the files do not hold, or not as it is."""
-    sentences = list(body_fixed_limits(element, form))
+    sentences = list(body_fixed.body_fixed_limits(element, form))
     if level < 19 and np.any(form.stress_stiffening):
         sentences.append(
             f"Stiffening by spin is not written at level {level}: at speed all frequencies are "

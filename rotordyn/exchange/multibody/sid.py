@@ -11,15 +11,11 @@ from typing import Literal, NamedTuple, get_args
 import numpy as np
 
 from solidwhirl.rotordyn.core.arrays import FloatArray, cross_matrix
-from solidwhirl.rotordyn.core.atomic import replacing
+from solidwhirl.rotordyn.core.atomic import replace_text
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.exchange.exported import Exported
-from solidwhirl.rotordyn.exchange.multibody.body_fixed import (
-    BodyFixedForm,
-    body_fixed_form,
-    body_fixed_limits,
-    modal_damping_matrix,
-)
+from solidwhirl.rotordyn.exchange.multibody import body_fixed
+from solidwhirl.rotordyn.exchange.multibody.body_fixed import BodyFixedForm
 from solidwhirl.rotordyn.superelement.record import Superelement
 
 SidLayout = Literal["fembs", "mode"]
@@ -71,10 +67,9 @@ def write_sid(
     Equation, indices and blocks follow O. Wallrapp, "Standardization of flexible body modeling in
     multibody system codes", Mech. Struct. & Mach. 22 (1994) 283-304.
     """
-    form = body_fixed_form(element, modes=modes)
+    form = body_fixed.body_fixed_form(element, modes=modes)
     text = sid_text(form, layout=layout, modal_damping=modal_damping)
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="ascii", newline="\n")
+    replace_text(path, text)
     return Exported(
         files=(path,), carried=_carried(form, layout), left_out=_left_out(element, form)
     )
@@ -184,7 +179,11 @@ def _blocks(form: BodyFixedForm, layout: SidLayout, modal_damping: float) -> tup
         _centrifugal(form, inertia_change),
         _Block(name="ksigma", constant=np.zeros((m, 1))),
         _Block(name="Ke", constant=form.stiffness, structure=_SYMMETRIC),
-        _Block(name="De", constant=modal_damping_matrix(form, modal_damping), structure=_SYMMETRIC),
+        _Block(
+            name="De",
+            constant=body_fixed.modal_damping_matrix(form, modal_damping),
+            structure=_SYMMETRIC,
+        ),
     )
 
 
@@ -287,7 +286,7 @@ def _carried(form: BodyFixedForm, layout: SidLayout) -> tuple[str, ...]:
 
 def _left_out(element: Superelement, form: BodyFixedForm) -> tuple[str, ...]:
     """Say what the file does not hold, or not as it is."""
-    sentences = list(body_fixed_limits(element, form))
+    sentences = list(body_fixed.body_fixed_limits(element, form))
     if form.points_m.shape[0]:
         sentences.append("Rotations of the recovery points are not known and are written as zero.")
     written = sid_name(form.name)

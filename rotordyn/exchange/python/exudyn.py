@@ -7,12 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from solidwhirl.rotordyn.exchange.exported import Exported
-from solidwhirl.rotordyn.exchange.python.python_files import (
-    LINEAR_TERMS,
-    coordinate_arrays,
-    matrices,
-    write_python,
-)
+from solidwhirl.rotordyn.exchange.python import python_files
 from solidwhirl.rotordyn.superelement.record import Superelement
 
 
@@ -27,13 +22,13 @@ def write_exudyn(element: Superelement, path: str | Path) -> Exported:
     independent coordinates r. Tested with Exudyn 1.13.6.
     """
     arrays = {
-        **matrices(element),
-        **coordinate_arrays(element),
+        **python_files.matrices(element),
+        **python_files.coordinate_arrays(element),
         "B": np.eye(element.size) if element.constraint is None else element.constraint,
     }
     return Exported(
-        files=write_python(path, _TEXT, element, arrays),
-        carried=(*LINEAR_TERMS, "interfaces with their coordinates"),
+        files=python_files.write_python(path, _TEXT, element, arrays),
+        carried=(*python_files.LINEAR_TERMS, "interfaces with their coordinates"),
         left_out=(
             "The motion is small, in fixed axes: the body can't travel, and its spin is given, "
             "not computed from torques.",

@@ -11,11 +11,8 @@ import numpy.typing as npt
 from solidwhirl.rotordyn.core.arrays import FloatArray, cross_matrix
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.exchange.exported import Exported
-from solidwhirl.rotordyn.exchange.multibody.body_fixed import (
-    BodyFixedForm,
-    body_fixed_form,
-    body_fixed_limits,
-)
+from solidwhirl.rotordyn.exchange.multibody import body_fixed
+from solidwhirl.rotordyn.exchange.multibody.body_fixed import BodyFixedForm
 from solidwhirl.rotordyn.exchange.python.python_files import write_python
 from solidwhirl.rotordyn.superelement.record import Superelement
 
@@ -48,7 +45,7 @@ def write_exudyn_frame(
             f"superelement {element.name!r}: speed_rad_s is {speed_rad_s}; allowed is up to "
             f"{element.maximum_speed_rad_s:g} rad/s"
         )
-    form = body_fixed_form(element, modes=modes)
+    form = body_fixed.body_fixed_form(element, modes=modes)
     radius = float(np.sqrt(element.inertia_kg_m2[2, 2] / element.mass_kg))
     arrays = {**frame_arrays(form, speed_rad_s, radius), **_names(form, speed_rad_s)}
     return Exported(
@@ -63,7 +60,7 @@ def write_exudyn_frame(
         left_out=(
             "Exudyn's body has no stress stiffening of its own: it is added to the stiffness for "
             "one spin and does not follow the spin.",
-            *body_fixed_limits(element, form),
+            *body_fixed.body_fixed_limits(element, form),
         ),
     )
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from solidwhirl.rotordyn.core.arrays import FloatArray
-from solidwhirl.rotordyn.core.atomic import replacing
+from solidwhirl.rotordyn.core.atomic import replace_text, replacing
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.superelement.record import Superelement
 
@@ -72,6 +72,5 @@ def write_python(
     top = element.maximum_speed_rad_s
     if np.isfinite(top):
         about += f"\n# Its modes were chosen for speeds up to {top:g} rad/s."
-    with replacing(place) as temporary:
-        temporary.write_text(text.replace("@BODY@", about), encoding="utf-8")
+    replace_text(place, text.replace("@BODY@", about))
     return place, data

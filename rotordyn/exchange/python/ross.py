@@ -10,12 +10,7 @@ import scipy.linalg as la
 from solidwhirl.rotordyn.core.arrays import FloatArray
 from solidwhirl.rotordyn.core.errors import SuperelementError
 from solidwhirl.rotordyn.exchange.exported import Exported
-from solidwhirl.rotordyn.exchange.python.python_files import (
-    LINEAR_TERMS,
-    coordinate_arrays,
-    matrices,
-    write_python,
-)
+from solidwhirl.rotordyn.exchange.python import python_files
 from solidwhirl.rotordyn.superelement.record import Superelement
 from solidwhirl.rotordyn.superelement.validation import MOTIONS
 
@@ -44,14 +39,14 @@ def write_ross(element: Superelement, path: str | Path) -> Exported:
             "'constraint'"
         )
     arrays = {
-        **matrices(element),
-        **coordinate_arrays(element),
+        **python_files.matrices(element),
+        **python_files.coordinate_arrays(element),
         "spare": _spare(element),
         "mass": np.array(element.mass_kg),
         "center": element.center_of_gravity_m,
         "inertia": element.inertia_kg_m2,
     }
-    files = write_python(path, _TEXT, element, arrays)
+    files = python_files.write_python(path, _TEXT, element, arrays)
     return Exported(files=files, carried=_CARRIED, left_out=_left_out(element))
 
 
@@ -63,7 +58,7 @@ def _spare(element: Superelement) -> FloatArray:
 
 
 _CARRIED = (
-    *LINEAR_TERMS,
+    *python_files.LINEAR_TERMS,
     "interfaces as nodes; disks, bearings and seals of ROSS can be put on them",
 )
 

@@ -159,7 +159,7 @@ def _critical_speeds_of(
     entry: base.OperatingSpec, search_factor: float, engine: base.Engine
 ) -> list[CriticalSpeed]:
     """Critical speeds of lateral motion that a shaft may excite up to a multiple of its speed."""
-    ratio = abs(engine.speed_ratio(entry.shaft))
+    ratio = abs(engine.speed_ratios[entry.shaft])
     limit = search_factor * entry.to_rpm * RAD_S_PER_RPM / ratio
     found = critical_speeds(engine.system, excitation_ratio=ratio, speed_max_rad_s=limit)
     return [c for c in found if moves_laterally(engine.system, c.shape)]
@@ -208,10 +208,7 @@ def margin_blocks(name: str, entry: Mapping[str, Any]) -> list[AnalysisBlock]:
         Text(text=f"**{word} by {method_name(verdict)}** (`{name}`): {verdict['why']}.", kind=kind)
     ]
     if rows:
-        table = _margin_table(rows, "Separation margins")
-        if len(rows) > _MOST:
-            table = replace(table, title="", folded=f"Separation margins ({len(rows)})")
-        blocks += [margin_chart(entry), table]
+        blocks += [margin_chart(entry), _margin_table(rows)]
     damped = entry["critically_damped"]
     if damped:
         blocks.append(
@@ -239,9 +236,11 @@ def method_name(verdict: Mapping[str, Any]) -> str:
     return f"a margin of {verdict['percent']:g} %"
 
 
-def _margin_table(rows: Sequence[Mapping[str, Any]], title: str) -> Table:
+def _margin_table(rows: Sequence[Mapping[str, Any]]) -> Table:
+    is_long = len(rows) > _MOST
     return Table(
-        title=title,
+        title="" if is_long else "Separation margins",
+        folded=f"Separation margins ({len(rows)})" if is_long else "",
         head=[
             *("shaft", "critical speed [rpm]", "whirl", "excited by unbalance"),
             *("amplification factor [1]", "margin", "asked [%]"),

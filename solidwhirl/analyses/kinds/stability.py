@@ -13,6 +13,7 @@ from solidwhirl.analyses.stability_summary import (
     Stability,
     interval_document,
     interval_text,
+    intervals_up_to,
     stability_of,
     whirl_document,
 )
@@ -46,7 +47,8 @@ class StabilitySpec(base.Sweep):
         speeds = self.speeds_rad_s
         highest = self.frequency_max_hz or _highest_frequency_hz(engine, self)
         chart = damping_of(engine.system, speeds, highest)
-        stability = stability_of(engine.system, self.to_rpm, engine.operating)
+        intervals = intervals_up_to(engine.system, self.to_rpm)
+        stability = stability_of(engine.system, self.to_rpm, engine.operating, intervals)
         first = stability.intervals[0] if stability.intervals else None
         document: dict[str, Any] = {
             "speed_rpm": (speeds * RPM_PER_RAD_S).tolist(),

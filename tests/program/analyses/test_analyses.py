@@ -30,6 +30,7 @@ def whirl_compliance(omega):
 
 
 UNBALANCE = [{"at": "rotor.m", "moment_kg_m": MOMENT, "phase_deg": 30.0}]
+AT_PLACES = {"moment_kg_m": MOMENT, "frequency_max_hz": 150.0, "frequency_count": 60}
 SWEEP = {"unbalances": UNBALANCE, "observe": ["rotor.m"], "to_rpm": 9e3, "count": 181}
 
 # -- numbers --------------------------------------------------------------------------------------
@@ -50,6 +51,10 @@ def test_unbalance_response():
     turned = (np.array(place["phase_x_deg"]) - place["phase_y_deg"])[1:] % 360.0
     np.testing.assert_allclose(turned, 90.0, atol=1e-6)  # y follows x a quarter later
     assert set(place["orbit"][1:]) == {"forward"}
+    # the rotating force |k + i c w| u; a force that turns is no larger than its components
+    wanted = np.abs((STIFFNESS + 1j * DAMPING * omega) * motion)
+    for name in "AB":
+        np.testing.assert_allclose(found["bearing_force_n"][name], wanted, rtol=1e-9, atol=1e-12)
 
 
 def test_unbalance_peak_is_at_the_critical_speed():
@@ -81,26 +86,9 @@ def test_peaks_of_rounding_are_none():
     assert tilt["frequency_hz"] == pytest.approx(highest / (2 * np.pi), rel=1e-4)
 
 
-def test_force_through_a_bearing():
-    """The rotating force |k + i c w| u; a force that turns is no larger than its components."""
-    found = outcome(rotor(), "unbalance_response", **SWEEP)["exciters"][0]
-    omega = 2 * np.pi * np.array(found["frequency_hz"])
-    motion = MOMENT * omega**2 * compliance(omega)
-    wanted = np.abs((STIFFNESS + 1j * DAMPING * omega) * motion)
-    for name in "AB":
-        np.testing.assert_allclose(found["bearing_force_n"][name], wanted, rtol=1e-9, atol=1e-12)
-
-
 def test_place_map():
     """At the place itself: translation, and tilt with the lever squared."""
-    found = outcome(
-        rotor(),
-        "place_map",
-        places=["rotor.m", "rotor.b"],
-        moment_kg_m=MOMENT,
-        frequency_max_hz=150.0,
-        frequency_count=60,
-    )
+    found = outcome(rotor(), "place_map", places=["rotor.m", "rotor.b"], **AT_PLACES)
     omega = 2 * np.pi * np.array(found["frequency_hz"][0])
     np.testing.assert_array_equal(*found["frequency_hz"])
     # what is asked for, and others around resonances
@@ -111,22 +99,20 @@ def test_place_map():
     for row, arm in zip(found["amplitude_m"], (0.0, ARM), strict=True):
         wanted = np.abs(MOMENT * omega**2 * (compliance(omega) + arm**2 * whirl_compliance(omega)))
         np.testing.assert_allclose(row, wanted, rtol=1e-9)
-    assert (
-        found["most_sensitive_place"]
-        == ("rotor.m", "rotor.b")[int(np.max(found["amplitude_m"], axis=1).argmax())]
-    )
+    most = int(np.max(found["amplitude_m"], axis=1).argmax())
+    assert found["most_sensitive_place"] == ("rotor.m", "rotor.b")[most]
+    # a body excites at its own speed: frequency = |ratio| speed / 60 at every peak
+    places = {"rotor.m": 1.0, "fast.m": 2.0}
+    found = outcome(two_rotors(), "place_map", places=list(places), **AT_PLACES)
+    for place, ratio in places.items():
+        assert found["peaks"][place]
+        for peak in found["peaks"][place]:
+            assert peak["frequency_hz"] == pytest.approx(ratio * peak["speed_rpm"] / 60.0)
 
 
 def test_peaks_of_a_place_map_seen_elsewhere_have_estimates():
-    found = outcome(
-        rotor(),
-        "place_map",
-        places=["rotor.m", "rotor.a"],
-        observe="rotor.b",
-        moment_kg_m=MOMENT,
-        frequency_max_hz=150.0,
-        frequency_count=60,
-    )
+    asked = {"places": ["rotor.m", "rotor.a"], "observe": "rotor.b", **AT_PLACES}
+    found = outcome(rotor(), "place_map", **asked)
     for place, arm in (("rotor.m", 0.0), ("rotor.a", -ARM)):
         assert found["peaks"][place]
         for peak in found["peaks"][place]:
@@ -145,24 +131,6 @@ def two_rotors():
         for b in data["bearings"]
     ]
     return data
-
-
-def test_places_on_bodies_of_different_speed():
-    """A body excites at its own speed: frequency = |ratio| speed / 60 at every peak."""
-    places = {"rotor.m": 1.0, "fast.m": 2.0}
-    try:
-        found = outcome(
-            two_rotors(),
-            "place_map",
-            places=list(places),
-            moment_kg_m=MOMENT,
-            frequency_max_hz=150.0,
-        )
-    except ValueError:
-        return
-    for place, ratio in places.items():
-        for peak in found["peaks"][place]:
-            assert peak["frequency_hz"] == pytest.approx(ratio * peak["speed_rpm"] / 60.0)
 
 
 @pytest.mark.parametrize("direction", ["x", "y"])
@@ -197,16 +165,8 @@ def test_waterfall(direction):
 
 
 def test_critical_speed_map():
-    results = run(
-        rotor(0.0),
-        {
-            "kind": "critical_speed_map",
-            "bearings": ["A", "B"],
-            "excited_by": "rotor",
-            "search_to_rpm": 9e4,
-            **SPAN,
-        },
-    )
+    asked = {"bearings": ["A", "B"], "excited_by": "rotor", "search_to_rpm": 9e4, **SPAN}
+    results = run(rotor(0.0), {"kind": "critical_speed_map", **asked})
     found = results.analyses["critical_speed_map"].document
     stiffness = np.array(found["stiffness_n_per_m"])
     np.testing.assert_allclose(stiffness, [1e6, 2e6, 4e6], rtol=1e-12)

@@ -1,5 +1,7 @@
 """Scene of a rigid, turning ring on two equal springs, whose modes are known in closed form."""
 
+from solidwhirl.identify.scene import scene_text
+
 ENDS = ("left", "right")
 STIFFNESS = {
     "name": "stiffness_n_per_m",
@@ -27,3 +29,9 @@ def ring_scene(sweep, **more):
         **more,
         "sweep": sweep,
     }
+
+
+def written(folder, data):
+    path = folder / "ring.toml"
+    path.write_text(scene_text(data, {}), encoding="utf-8")
+    return path

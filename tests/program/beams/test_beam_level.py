@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import scipy.linalg as la
 
-from solidwhirl.beams.body import BeamLevelError, beam_element_of, beam_variants
+from solidwhirl.beams.body import beam_element_of, beam_variants
 from solidwhirl.beams.error import VARIANTS
-from solidwhirl.beams.profile import skeleton_of
+from solidwhirl.beams.profile import BeamLevelError, skeleton_of
 from solidwhirl.beams.sections import weighted
 from solidwhirl.geometry import MATERIALS, Interface, RigidDisk, mass_properties
 from solidwhirl.model.bodies import build_bodies

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from solidwhirl.beams.body import BeamLevelError, beam_element_of, beam_variants
+from solidwhirl.beams.body import beam_element_of, beam_variants
 from solidwhirl.beams.error import VARIANTS, beam_theory_error
+from solidwhirl.beams.profile import BeamLevelError
 
 
 def estimate(body, count):

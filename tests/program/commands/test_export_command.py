@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from solidwhirl.cli import app
-from solidwhirl.commands.export_command import FORMATS, export_body
+from solidwhirl.commands.export_command import FORMATS
 from solidwhirl.rotordyn import Disk, beam_superelement, read_superelement, write_superelement
 from solidwhirl.rotordyn.storage.sidecar import superelement_document
 
@@ -41,28 +41,18 @@ def called(*arguments):
 
 
 @pytest.mark.parametrize("name", FORMATS)
-def test_every_format_is_written_and_says_what_it_carries(body, tmp_path, name):
-    out = tmp_path / f"rotor{FORMATS[name].ending}"
-    done = called(body, "--format", name, "-o", out)
-    assert done.exit_code == 0, done.output
-    assert out.exists()
-    assert f"written: {out}" in done.output
-    assert "carried: " in done.output
-    # nothing is left beside what is named
-    named = {line.removeprefix("written: ") for line in done.output.splitlines()}
-    kept = {str(path) for path in tmp_path.iterdir()}
-    assert kept <= named | {str(out)}
-
-
-@pytest.mark.parametrize("name", FORMATS)
-def test_same_body_same_file(body, tmp_path, name):
+def test_every_format_is_written_alike_each_time_and_says_what_it_carries(body, tmp_path, name):
     written = []
-    for folder in ("a", "b"):
-        (tmp_path / folder).mkdir()
-        out = tmp_path / folder / f"rotor{FORMATS[name].ending}"
-        export_body(body, name, out, {})
-        files = sorted(p for p in (tmp_path / folder).rglob("*") if p.is_file())
-        written.append([p.read_bytes() for p in files])
+    for folder in (tmp_path / "new" / "a", tmp_path / "new" / "b"):
+        out = folder / f"rotor{FORMATS[name].ending}"
+        done = called(body, "--format", name, "-o", out)
+        assert done.exit_code == 0, done.output
+        assert out.exists()
+        assert f"written: {out}" in done.output and "carried: " in done.output
+        # nothing is left beside what is named
+        named = {line.removeprefix("written: ") for line in done.output.splitlines()}
+        assert {str(path) for path in folder.iterdir()} <= named | {str(out)}
+        written.append([p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()])
     assert written[0] == written[1]
 
 
@@ -97,48 +87,29 @@ def test_wrong_options(body, tmp_path, arguments, said):
 
 
 def test_wrong_places(body, tmp_path):
-    (tmp_path / "file").write_text("")
-    below = called(body, "--format", "npz", "-o", tmp_path / "file" / "no" / "x.npz")
-    assert below.exit_code == 2
-    assert "x.npz: can not be written: " in below.output
-    folder = called(body, "--format", "npz", "-o", tmp_path)
-    assert folder.exit_code == 2
-    assert "it is a folder" in folder.output
-    own = called(body, "--format", "npz", "-o", body)
-    assert own.exit_code == 2
-    assert "is the file to export" in own.output
-
-
-def test_folders_are_made(body, tmp_path):
-    out = tmp_path / "some" / "more" / "x.npz"
-    assert called(body, "--format", "npz", "-o", out).exit_code == 0
-    assert out.is_file()
-    # none is made for what is refused
-    called(tmp_path / "none.h5", "--format", "npz", "-o", tmp_path / "other" / "x.npz")
-    assert not (tmp_path / "other").exists()
-
-
-def test_the_folder_of_a_run_is_told_its_bodies(body, tmp_path):
-    run = tmp_path / "run"
+    """Of the file to write and of the body to read; nothing is written, no folder is made."""
+    run, empty = tmp_path / "run", tmp_path / "empty"
     (run / "bodies").mkdir(parents=True)
     shutil.copy(body, run / "bodies" / "rotor.h5")
-    done = called(run, "--format", "npz", "-o", tmp_path / "x.npz")
-    assert done.exit_code == 2
-    wanted = f"{run}: is a folder of a run; bodies in it: {run / 'bodies' / 'rotor.h5'}"
-    assert wanted in done.output.replace("\n", "")
-    empty = called(tmp_path, "--format", "npz", "-o", tmp_path / "x.npz")
-    assert "is a folder without bodies" in empty.output
-
-
-def test_damaged_body(body, tmp_path):
+    empty.mkdir()
     damaged = tmp_path / "damaged.h5"
     data = bytearray(body.read_bytes())
     data[len(data) // 2] ^= 1
     damaged.write_bytes(data)
-    done = called(damaged, "--format", "npz", "-o", tmp_path / "x.npz")
-    assert done.exit_code == 2
-    assert str(damaged) in done.output
-    assert not (tmp_path / "x.npz").exists()
+    x = tmp_path / "other" / "x.npz"
+    bodies = f"{run}: is a folder of a run; bodies in it: {run / 'bodies' / 'rotor.h5'}"
+    for source, out, said in (
+        (body, damaged / "no" / "x.npz", "x.npz: can not be written: "),
+        (body, tmp_path, "it is a folder"),
+        (body, body, "is the file to export"),
+        (run, x, bodies),
+        (empty, x, "is a folder without bodies"),
+        (damaged, x, str(damaged)),
+        (tmp_path / "none.h5", x, "none.h5"),
+    ):
+        done = called(source, "--format", "npz", "-o", out)
+        assert done.exit_code == 2 and said in done.output.replace("\n", "")
+    assert not x.parent.exists()
 
 
 def test_formats_are_listed():

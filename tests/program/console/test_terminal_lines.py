@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from solidwhirl.core.errors import SceneError
 from solidwhirl.scene_reading.lines import line_of, with_lines
-from solidwhirl.scene_reading.reader import parse_scene, read_scene
+from solidwhirl.scene_reading.reader import read_scene
 from solidwhirl.scene_reading.toml_places import Places
 
 FOLDER = Path(__file__).resolve().parents[3] / "scenes"
@@ -187,110 +187,7 @@ def test_places_are_those_of_the_writer(found):
     assert told == written
 
 
-@pytest.mark.parametrize("scene", [p for p in SCENES if p.parent == FOLDER], ids=lambda p: p.stem)
-def test_a_wrong_key_is_found_again(tmp_path, scene):
-    """A key of the scene is called otherwise: the message points at it, to the column."""
-    text = scene.read_text(encoding="utf-8")
-    data = tomllib.loads(text)
-    places = Places(text)
-    fixed = [
-        path
-        for path in paths(data)
-        if isinstance(path[-1], str)
-        and not isinstance(at(data, path), dict | list)
-        and not {"materials", "interfaces", "values"} & {*path[:-1]}
-    ]
-    for path in random.Random(2).sample(fixed, 6):
-        place = places.position(path)
-        with pytest.raises(SceneError) as caught:
-            parse_scene(tomllib.loads(renamed(text, place)), tmp_path / "s.toml", folder=FOLDER)
-        (tmp_path / "s.toml").write_text(renamed(text, place), encoding="utf-8")
-        message = str(with_lines(caught.value))
-        wanted = rf"^.*s\.toml:{place.line}:{place.column}: \S*{ADDED}{path[-1]}: unknown key"
-        assert re.search(wanted, message, re.MULTILINE), (path, message)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "spot", "said"),
-    [
-        ("end_m = 0.4, outer", "end_m = -0.4, outer", '{ name = "shaft"', "bodies.inner: "),
-        ("start_m = 0.0, end_m", "end_m", '{ name = "shaft"', "start_m: missing"),
-        ("stiffness_n_per_m = 1e10", 'stiffness_n_per_m = "hard"', "stiffness_n_per_m", "valid"),
-        ('second = "outer.C"', 'second = "outer.Z"', 'second = "outer.Z"', "no interface"),
-        ("[speeds]", "[speeds]\ncolour = 1", "colour", "unknown key"),
-        ('observe = ["inner.disk"]', 'observe = ["inner.disc"]', '"inner.disc"', "inner.disc"),
-        ("branches = 6", "branches = = 6", "= 6", "is not valid TOML"),
-    ],
-)
-def test_place_of_a_refusal(invoke, ferraris, changed, refusal, old, new, spot, said):
-    text = changed(ferraris, old, new)
-    message = refusal(invoke(text)[0], "bad.toml").splitlines()[0]
-    found = re.search(r"bad\.toml:(\d+):(\d+): (.*)", message)
-    assert found, message
-    assert said in found[3]
-    begin = text.split("\n")[int(found[1]) - 1][int(found[2]) - 1 :]
-    assert begin.startswith(spot), begin
-
-
 LAVAL = (FOLDER / "laval.toml").read_text(encoding="utf-8")
-SHAFT = '{ name = "shaft", start_m = 0.0, end_m = 1.0, outer_radius_m = 0.01 }'
-MIDDLE = '{ name = "middle", kind = "section", at_m = 0.5 }'
-OVER = '{ name = "over", start_m = 0.5, end_m = 0.8, outer_radius_m = 0.02 }'
-AWAY = '{ name = "away", start_m = 1.5, end_m = 1.8, outer_radius_m = 0.02 }'
-GEOMETRY = {
-    "interface outside": (MIDDLE, MIDDLE.replace("0.5", "1.5"), '{ name = "middle"', "outside"),
-    "two of a name": (
-        MIDDLE,
-        MIDDLE.replace("middle", "left"),
-        '{ name = "left", kind = "section", at_m = 0.5',
-        "two interfaces",
-    ),
-    "same surface": (MIDDLE, MIDDLE.replace("0.5", "0.0"), '{ name = "middle"', "same surface"),
-    "overlap": (SHAFT, f"{SHAFT},\n  {OVER}", '{ name = "over"', "overlap"),
-    "pieces": (SHAFT, f"{SHAFT},\n  {AWAY}", '{ name = "away"', "2 pieces"),
-    "radii": (
-        SHAFT,
-        SHAFT.replace("0.01", "0.01, inner_radius_m = 0.02"),
-        '{ name = "shaft"',
-        "crossing",
-    ),
-    "material of the body": (
-        '"light_steel"\n',
-        '"cheese"\n',
-        'material = "cheese"',
-        "unknown material",
-    ),
-    "material of a section": (
-        SHAFT,
-        SHAFT.replace(" }", ', material = "cheese" }'),
-        'material = "cheese"',
-        "unknown material",
-    ),
-    "no material": ('material = "light_steel"\n', "", '{ name = "shaft"', "no material"),
-    "disk": ('interface = "middle"', 'interface = "muddle"', '{ name = "disk"', "'muddle'"),
-    "fillet radius": (
-        'material = "light_steel"\n',
-        'material = "steel"\nfillet_radius_m = 1e-12\n',
-        "[bodies.rotor]",
-        "fillet",
-    ),
-}
-
-
-@pytest.mark.parametrize("case", GEOMETRY)
-def test_place_of_a_refused_geometry(invoke, changed, refusal, case):
-    """The entry of the body that does not fit, not the header of the body."""
-    old, new, spot, said = GEOMETRY[case]
-    text = changed(LAVAL, old, new)
-    if case == "fillet radius":  # needs a corner
-        text = changed(
-            text, SHAFT, f"{SHAFT},\n  {OVER.replace('outer', 'inner_radius_m = 0.01, outer')}"
-        )
-    message = refusal(invoke(text)[0], "bad.toml").splitlines()[0]
-    found = re.search(r"bad\.toml:(\d+):(\d+): bodies\.rotor: (.*)", message)
-    assert found and said in found[3], message
-    begin = text.split("\n")[int(found[1]) - 1][int(found[2]) - 1 :]
-    assert begin.startswith(spot), begin
 
 
 @pytest.mark.parametrize(
@@ -320,31 +217,6 @@ def test_syntax_is_said_with_one_place(tmp_path, changed, old, new, is_comma):
     assert str(with_lines(caught.value)) == message
     assert "(at" not in message
     assert message.endswith("a decimal point is wanted, not a comma") == is_comma
-
-
-def test_further_problems_stand_below_the_first(invoke, changed, refusal):
-    text = changed(LAVAL, "count = 13", "count = 13.5\ncolour = 3")
-    first, *others = refusal(invoke(text)[0], "bad.toml").splitlines()
-    assert first.startswith("error: ")
-    assert len(others) == 1
-    assert re.match(r" {7}\S*bad\.toml:\d+:1: speeds\.colour: ", others[0])
-
-
-def test_text_that_is_not_utf8(tmp_path):
-    path = tmp_path / "s.toml"
-    path.write_bytes('name = "a"\ntitle = "ä'.encode() + b'\xff"\n')
-    with pytest.raises(SceneError) as caught:
-        read_scene(path)
-    # after ä, which is two bytes and one character
-    assert str(with_lines(caught.value)).startswith(f"{path}:2:11: is not UTF-8 text (byte 22)")
-
-
-def test_end_of_the_text(tmp_path):
-    path = tmp_path / "s.toml"
-    path.write_text('name = "a"\nnotes = [\n', encoding="utf-8")
-    with pytest.raises(SceneError) as caught:
-        read_scene(path)
-    assert str(with_lines(caught.value)).startswith(f"{path}:3:1: is not valid TOML")
 
 
 def test_what_has_no_place_stays_as_it_is(tmp_path):

@@ -8,12 +8,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from engine_runs import beam_scene
+from still_surface import still_surface
 
 from solidwhirl.drawing.bodies import areas_of_surface, silhouettes_of
 from solidwhirl.geometry import mass_properties
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.pipeline.run import run_scene
-from solidwhirl.rotordyn.superelement.surface import Surface
 
 
 def _volume(area):
@@ -25,7 +25,6 @@ def _volume(area):
 
 def test_outlines_have_the_mass_of_the_bodies(twin):
     for outline in silhouettes_of(twin):
-        density = 7800.0
         body = build_bodies(twin.scene)[outline.name]
         mass = mass_properties(body).mass_kg
         density = body.sections[0].material.density_kg_per_m3
@@ -36,7 +35,8 @@ def test_outlines_have_the_mass_of_the_bodies(twin):
 def test_fillets_belong_to_the_outline(twin):
     spec = twin.scene.bodies["inner"].model_copy(update={"fillet_radius_m": 0.005})
     bodies = {**twin.scene.bodies, "inner": spec}
-    scene = beam_scene("ferraris", analyses=(), bodies=bodies)
+    slow = twin.scene.speeds.model_copy(update={"to_rpm": 100.0, "count": 2})
+    scene = beam_scene("ferraris", analyses=(), bodies=bodies, speeds=slow)
     found = silhouettes_of(run_scene(scene))[0]
     body = build_bodies(scene)["inner"]
     sections = sum(map(_volume, found.areas_m[: len(body.sections)]))
@@ -96,15 +96,7 @@ def test_a_mesh_of_a_meridian_is_cut_with_its_cavity():
     box = [(0, 0), (0, 0.2), (1, 0.2), (1, 0)]
     hole = [(0.4, 0.05), (0.6, 0.05), (0.6, 0.1), (0.4, 0.1)]
     points, edges = _meridian((box, False), (hole, True))
-    surface = Surface(
-        points_m=points,
-        cells=edges,
-        amplitudes=np.zeros((len(points), 3, 0)),
-        coordinate=np.empty(0, dtype=int),
-        order=np.empty(0, dtype=int),
-        family=np.empty(0, dtype=int),
-        size=1,
-    )
+    surface = still_surface(points, edges)
     (area,) = areas_of_surface(SimpleNamespace(surface=surface))[1]
     expected = np.pi * (0.2**2 - 0.2 * (0.1**2 - 0.05**2))
     assert _volume(area) == pytest.approx(expected)

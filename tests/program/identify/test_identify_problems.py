@@ -7,7 +7,7 @@ from cylinder import LENGTH, MASS, POLAR, RADIUS
 
 from solidwhirl.core.errors import SceneError
 from solidwhirl.identify.run import read_problem
-from solidwhirl.scene_reading.paths import PlaceError, find_place, value_at, with_values
+from solidwhirl.scene_reading.paths import PlaceError, find_place, with_values
 
 # -- places ---------------------------------------------------------------------------------------
 
@@ -15,8 +15,8 @@ from solidwhirl.scene_reading.paths import PlaceError, find_place, value_at, wit
 def test_places_lead_to_numbers():
     data = {"a": {"list": [{"name": "x", "r": [1.0, 2.0]}, {"name": "y", "r": 3}]}}
     place = find_place(data, "a.list[x].r[1]")
-    assert value_at(data, place) == 2.0
-    assert value_at(data, find_place(data, "a.list[1].r")) == 3.0
+    assert place.steps == ("a", "list", 0, "r", 1)
+    assert find_place(data, "a.list[1].r").steps == ("a", "list", 1, "r")
     changed = with_values(data, {place: 5.0})
     assert changed["a"]["list"][0]["r"] == [1.0, 5.0]
     assert data["a"]["list"][0]["r"] == [1.0, 2.0]

@@ -26,8 +26,7 @@ ONCE = (
 
 
 @pytest.mark.solver
-@pytest.mark.parametrize("quiet", [(), ("--quiet",)])
-def test_nothing_is_computed_twice(root, tmp_path, monkeypatch, quiet):
+def test_nothing_is_computed_twice(root, tmp_path, monkeypatch):
     calls = Counter()
 
     def count(module, name):
@@ -42,7 +41,7 @@ def test_nothing_is_computed_twice(root, tmp_path, monkeypatch, quiet):
     for module, name in ONCE:
         count(module, name)
     scene = root / "scenes" / "laval.toml"
-    options = ["--level", "beam", "--out", str(tmp_path / "out"), *quiet]
+    options = ["--level", "beam", "--out", str(tmp_path / "out")]
     done = CliRunner().invoke(app, ["run", str(scene), *options])
     assert done.exit_code == 0, done.output
     assert (tmp_path / "out" / "report.html").is_file()

@@ -32,7 +32,6 @@ from solidwhirl.output.documents import results_document
 from solidwhirl.pipeline.cached_stages import open_store
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.rotordyn import (
-    AnalysisError,
     Disk,
     SuperelementError,
     beam_superelement,
@@ -451,14 +450,3 @@ def test_twin_rotor_in_its_casing(root):
         assert np.all(np.abs(found / rigid - 1.0) > 1e-4)
     excited = {name for c in results.critical_speeds for name in c.excited_by}
     assert excited == {"inner", "outer"}
-
-
-def test_an_imported_body_that_nothing_carries_is_refused(tmp_path):
-    np.savez(tmp_path / "casing.npz", **tube())
-    run_up = {
-        **{"kind": "run_up", "ramp_s": 0.1, "to_rpm": 600.0, "mount": mounts()[0]["name"]},
-        **{"observe": [mounts()[0]["first"]], "gravity_m_per_s2": [0.0, -9.81, 0.0]},
-    }
-    one = {"bearings": mounts()[:1], "analyses": [run_up]}
-    with pytest.raises(AnalysisError, match="no bearing carries the weight of 'casing' along y"):
-        run_scene(scene_of(ENTRY, tmp_path, body="casing", **one))

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import pickle
 import re
-import tomllib
 
 import numpy as np
 import pytest
 from imported_tube import BENDING, DENSITY, ENTRY, LENGTH, MODULUS, mounts, scene_of, tube
+from toml_text import toml
 from typer.testing import CliRunner
 
 from solidwhirl.cli import app
@@ -17,7 +16,12 @@ from solidwhirl.core.errors import SceneError
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.plausibility.units import implausible
-from solidwhirl.rotordyn import SuperelementError, beam_superelement, write_superelement
+from solidwhirl.rotordyn import (
+    AnalysisError,
+    SuperelementError,
+    beam_superelement,
+    write_superelement,
+)
 from solidwhirl.scene_reading.reader import read_scene
 
 
@@ -69,10 +73,8 @@ def gyroscopic(matrix=None, sign=1.0, turn_of_translations=0.0):
 
 def uneven():
     arrays = gyroscopic()
-    for name in ("STIFF",):
-        k = tube()[name]
-        rows = np.sort(np.r_[np.arange(1, 102, 6), np.arange(5, 102, 6)])
-        arrays[name][np.ix_(rows, rows)] = 1.3 * k[np.ix_(rows, rows)]
+    rows = np.sort(np.r_[np.arange(1, 102, 6), np.arange(5, 102, 6)])
+    arrays["STIFF"][np.ix_(rows, rows)] *= 1.3
     return arrays
 
 
@@ -115,24 +117,14 @@ REFUSED = {
 }  # fmt: skip
 
 
-def written(folder, arrays, entry, bearings=None):
+def written(folder, arrays, entry):
     """A scene file with one imported body."""
     np.savez(folder / "casing.npz", **arrays)
-    data = {k: v for k, v in {**ENTRY, **entry}.items() if v is not None}
-    lines = ['name = "small"', "speeds = { to_rpm = 6000, count = 2 }", "[imported.casing]"]
-    lines += [f"{key} = {_toml(value)}" for key, value in data.items()]
-    for bearing in mounts() if bearings is None else bearings:
-        lines += ["[[bearings]]", *(f"{k} = {_toml(v)}" for k, v in bearing.items())]
+    casing = {k: v for k, v in {**ENTRY, **entry}.items() if v is not None}
+    data = {"name": "small", "speeds": {"to_rpm": 6000, "count": 2}, "bearings": mounts()}
     path = folder / "small.toml"
-    path.write_text("\n".join(lines) + "\n")
-    assert tomllib.loads(path.read_text())
+    path.write_text(toml({**data, "imported": {"casing": casing}}))
     return path
-
-
-def _toml(value):
-    if isinstance(value, dict):
-        return "{ " + ", ".join(f"{k} = {_toml(v)}" for k, v in value.items()) + " }"
-    return json.dumps(value)
 
 
 @pytest.mark.parametrize("message", REFUSED)
@@ -168,6 +160,16 @@ def test_motions_that_joints_need(tmp_path):
     path = written(tmp_path, arrays, {})
     with pytest.raises(SuperelementError, match=r"interface 'front' has no rz, which 'front' acts"):
         run_scene(read_scene(path))
+
+
+def test_an_imported_body_that_nothing_carries_is_refused(tmp_path):
+    np.savez(tmp_path / "casing.npz", **tube())
+    held = mounts()[:1]
+    run_up = {"kind": "run_up", "ramp_s": 0.1, "to_rpm": 600.0, "mount": held[0]["name"]}
+    run_up |= {"observe": [held[0]["first"]], "gravity_m_per_s2": [0.0, -9.81, 0.0]}
+    asked = scene_of(ENTRY, tmp_path, body="casing", bearings=held, analyses=[run_up])
+    with pytest.raises(AnalysisError, match="no bearing carries the weight of 'casing' along y"):
+        run_scene(asked)
 
 
 def test_keys_that_a_superelement_file_does_not_need(tmp_path):

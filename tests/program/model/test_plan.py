@@ -7,7 +7,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from solidwhirl.build import disk
+from solidwhirl.build import cylinder, disk
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
 from solidwhirl.scene_reading.reader import parse_scene
@@ -43,20 +43,17 @@ def why(plan, name):
 # -- decisions ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("rpm", [None, (0.0,)])
-def test_at_rest_nothing_of_rotation_is_computed(planned, rpm):
-    plan = planned(rpm=rpm)
+@pytest.mark.parametrize(
+    "changes", [{"rpm": None}, {"rpm": (0.0,)}, {"body": {"speed_ratio": 0.0}}]
+)
+def test_at_rest_nothing_of_rotation_is_computed(planned, changes):
+    plan = planned(**changes)
     for name in ROTATION:
         assert not plan.on(name)
         assert "nothing turns" in why(plan, name)
     own = plan.bodies["rotor"]
     assert (own.matrices, own.factorisations, own.eigenproblems) == (2, 1, 1)
     assert own.maximum_speed_rad_s == 0.0
-
-
-def test_casing_alone_is_at_rest_at_any_speed(planned):
-    plan = planned(body={"speed_ratio": 0.0})
-    assert not any(plan.on(name) for name in ROTATION)
 
 
 @pytest.mark.parametrize("ratio", [1.0, -0.5])
@@ -73,19 +70,12 @@ def test_lateral_scene_has_neither_damping_nor_order_0_nor_tilt(planned):
     for name in ("bearing_damping", "axial", "torsion", "tilt"):
         assert not plan.on(name)
         assert why(plan, name).startswith("no")
+    assert not plan.on("nodal_diameter_modes") and not plan.on("internal_damping")
+    assert all(effect.why for effect in plan.effects)
     own = plan.bodies["rotor"]
     assert own.level == "harmonic"
     assert own.orders == (1,)
     assert own.components == ("ux", "uy")
-
-
-def test_never_computed_is_said(planned):
-    """Effects a scene can not ask for stand in the plan, off and with a reason."""
-    plan = planned()
-    rest = [e for e in plan.effects if e.name in ("nodal_diameter_modes", "internal_damping")]
-    assert len(rest) == 2
-    assert not any(e.on for e in rest)
-    assert all(e.why for e in plan.effects)
 
 
 @pytest.mark.parametrize(
@@ -112,12 +102,6 @@ def test_bearings_call_for_effects(planned, bearing, name, orders, components):
     assert states(plan)["bearing_damping"] == any("damping" in key for key in bearing)
     others = {"axial", "torsion", "tilt"} - {name}
     assert not any(plan.on(other) for other in others)
-
-
-def test_rigid_disk_calls_for_tilt(planned):
-    plan = planned(body={"rigid_disks": [{**DISK, "interface": "left"}]})
-    assert plan.on("tilt")
-    assert "hub" in why(plan, "tilt")
 
 
 @pytest.mark.parametrize("name", ["tilt", "axial", "torsion", "bearing_damping"])
@@ -150,12 +134,11 @@ def test_explicit_rotation_effects(planned, rpm, effects, on):
         assert "the scene says" in why(plan, name)
 
 
-@pytest.mark.parametrize(
-    ("model", "degree"),
-    [({"accuracy": 0.05}, 2), ({"accuracy": 1e-3}, 3), ({"accuracy": 5e-5}, 4), ({"order": 4}, 4)],
-)
-def test_accuracy_chooses_the_order(planned, model, degree):
-    assert planned(model=model).bodies["rotor"].resolution.degree == degree
+def test_accuracy_chooses_the_order(planned):
+    for accuracy, degree in ((0.05, 2), (1e-3, 3), (5e-5, 4)):
+        model = {"accuracy": accuracy}
+        assert planned(model=model).bodies["rotor"].resolution.degree == degree
+    assert planned(model={"order": 4}).bodies["rotor"].resolution.degree == 4
 
 
 def test_finer_accuracy_means_smaller_corners_and_error(planned):
@@ -184,9 +167,9 @@ def test_sizes_of_the_scene_win(planned, model, size_m, corner_size_m):
 # -- kept by the run ------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def counted(monkeypatch, small_scene):
-    """Function: run the small scene with changes; results and what was really done."""
+@pytest.fixture(scope="module")
+def counted(small_scene):
+    """Function: run the small scene with changes, each once; results and what was really done."""
     import solidwhirl.reduction.basis.fixed_interface_modes as held_modes
     import solidwhirl.reduction.body.reduce as reduce
     import solidwhirl.reduction.operators.compat as compat
@@ -197,7 +180,8 @@ def counted(monkeypatch, small_scene):
     from solidwhirl.output.documents import results_document
     from solidwhirl.pipeline.run import run_scene
 
-    done = Counter()
+    patch = pytest.MonkeyPatch()
+    done, known = Counter(), {}
 
     def count(module, name, label):
         original = getattr(module, name)
@@ -206,7 +190,7 @@ def counted(monkeypatch, small_scene):
             done[label] += 1
             return original(*args, **kwargs)
 
-        monkeypatch.setattr(module, name, counting)
+        patch.setattr(module, name, counting)
 
     count(compat, "assemble_matrix", "matrices")
     count(held_modes, "factorise", "factorisations")
@@ -229,16 +213,24 @@ def counted(monkeypatch, small_scene):
         done.update(before)
         return found
 
-    monkeypatch.setattr(reduce, "order_checks", uncounted)
+    patch.setattr(reduce, "order_checks", uncounted)
 
     def run(**changes):
-        done.clear()
-        results = run_scene(parse_scene(small_scene(**changes)))
-        return results, results_document(results), dict(done)
+        key = repr(changes)
+        if key not in known:
+            done.clear()
+            results = run_scene(parse_scene(small_scene(**changes)))
+            known[key] = results, results_document(results), dict(done)
+        return known[key]
 
-    return run
+    yield run
+    patch.undo()
 
 
+SOLID = {
+    "model": {"level": "solid", "accuracy": 0.1, "size_m": 0.1, "corner_size_m": 0.1},
+    "body": {"sections": [cylinder("shaft", 0.0, 0.4, 0.06)]},
+}
 SCENES = {
     "lateral": {},
     "at rest": {"rpm": None},
@@ -251,8 +243,8 @@ SCENES = {
     "no gyroscopic": {"effects": {"gyroscopic": "off"}},
     "no prestress": {"effects": {"stress_stiffening": "off", "spin_softening": "off"}},
     "prestress at rest": {"rpm": None, "effects": {"stress_stiffening": "on"}},
-    "solid": {"model": {"level": "solid", "accuracy": 0.1}},
-    "solid at rest": {"model": {"level": "solid", "accuracy": 0.1}, "rpm": None},
+    "solid": SOLID,
+    "solid at rest": SOLID | {"rpm": None},
 }
 
 
@@ -279,17 +271,11 @@ def test_run_keeps_to_the_plan(counted, case):
     assert list(entry["assembled"]) == (
         ["solid"] if own.level == "solid" else [f"n={n}" for n in own.orders]
     )
-
-
-@pytest.mark.solver
-def test_bounds_of_the_plan_are_reached(counted):
-    """Fast enough for the prestress to matter all that is planned is done; slow, modes once."""
-    results, _, fast = counted()
-    own = results.plan.bodies["rotor"]
-    assert (fast["factorisations"], fast["eigenproblems"]) == (3, 2)
-    assert (own.factorisations, own.eigenproblems) == (3, 2)
-    _, _, slow = counted(**SCENES["slow"])
-    assert (slow["factorisations"], slow["eigenproblems"]) == (2, 1)
+    # fast enough for the prestress to matter all that is planned is done; slow, modes once
+    reached = {"lateral": (3, 2), "slow": (2, 1)}.get(case)
+    assert reached in (None, (done["factorisations"], done["eigenproblems"]))
+    if case == "lateral":
+        assert (own.factorisations, own.eigenproblems) == (3, 2)
 
 
 @pytest.mark.solver

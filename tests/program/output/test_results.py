@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
-import struct
 
 import meshio
 import numpy as np
@@ -60,15 +58,6 @@ def document(folder):
     return json.loads((folder / "results.json").read_text(encoding="utf-8"), parse_constant=refuse)
 
 
-def numbers(value):
-    """All numbers in a document."""
-    if isinstance(value, dict):
-        value = list(value.values())
-    if isinstance(value, list):
-        return [n for item in value for n in numbers(item)]
-    return [value] if isinstance(value, int | float) and not isinstance(value, bool) else []
-
-
 # -- names ----------------------------------------------------------------------------------------
 
 
@@ -88,12 +77,9 @@ def test_top_level(document, scene_data):
     assert document["scene"]["notes"] == data["notes"]
     assert document["scene"]["sha256"] == scene_hash(parse_scene(data))
     assert document["packages"].keys() >= {"python", "solidwhirl", "numpy", "gmsh"}
-
-
-def test_all_numbers_are_finite(document):
-    found = numbers(document)
-    assert len(found) > 2 * 6 * 21
-    assert all(math.isfinite(n) for n in found)
+    assert document["timings_s"].keys() >= {"meshing", "reduction", "assembly", "campbell"}
+    assert all(0.0 <= spent < 600.0 for spent in document["timings_s"].values())
+    assert 0.05 < document["peak_memory_gib"] < 8.0
 
 
 def test_plan(document):
@@ -130,25 +116,6 @@ def test_bodies(document, name):
         # cos and sin families are the same problem
         np.testing.assert_allclose(values[0::2], values[1::2], rtol=1e-9)
     assert body["orthogonality_error"] < 1e-10
-
-
-def test_mass_properties_by_hand(document):
-    """Rings in closed form: m = rho pi (R^2 - r^2) b, Ip = m (R^2 + r^2)/2, Id about the centre."""
-    rings = [(0.0, 0.02, 0.0, 0.4), (0.02, 0.15, 2 * 0.2 / 3 - 0.015, 2 * 0.2 / 3 + 0.015)]
-    mass, polar, moment, about_origin = 0.0, 0.0, 0.0, 0.0
-    for inner, outer, start, end in rings:
-        m = 7800.0 * np.pi * (outer**2 - inner**2) * (end - start)
-        squares = outer**2 + inner**2
-        mass, moment = mass + m, moment + m * (start + end) / 2
-        polar += m * squares / 2
-        about_origin += m * (squares / 4 + (start**2 + start * end + end**2) / 3)
-    body = document["bodies"]["inner"]
-    place = moment / mass
-    assert body["mass_kg"] == pytest.approx(mass, rel=1e-9)
-    assert body["center_of_gravity_m"][2] == pytest.approx(place, rel=1e-9)
-    assert body["polar_inertia_kg_m2"] == pytest.approx(polar, rel=1e-9)
-    diametral = about_origin - mass * place**2
-    assert body["diametral_inertia_kg_m2"] == pytest.approx(diametral, rel=1e-9)
 
 
 def test_campbell(document):
@@ -210,12 +177,6 @@ def test_critical_speeds(document):
         assert entry["whirl"] in ("forward", "backward", "mixed", "planar")
 
 
-def test_cost(document):
-    assert document["timings_s"].keys() >= {"meshing", "reduction", "assembly", "campbell"}
-    assert all(0.0 <= spent < 600.0 for spent in document["timings_s"].values())
-    assert 0.05 < document["peak_memory_gib"] < 8.0
-
-
 # -- the other files ------------------------------------------------------------------------------
 
 
@@ -256,15 +217,6 @@ def test_results_follow_from_the_files(folder, document):
     modes = modes_at_speed(assemble(rotors, bearings), 20000.0 * np.pi / 30.0, 6)
     last = sorted(branch[-1] for branch in document["campbell"]["frequency_hz"])
     np.testing.assert_allclose(modes.frequency_hz[:4], last[:4], rtol=1e-9)
-
-
-def test_picture(folder):
-    data = (folder / "campbell.png").read_bytes()
-    assert data[:8] == b"\x89PNG\r\n\x1a\n"
-    width, height = struct.unpack(">II", data[16:24])
-    assert width >= 800
-    assert height >= 500
-    assert data[-8:-4] == b"IEND"
 
 
 @pytest.mark.parametrize("kind", ["vtu", "msh"])

@@ -37,7 +37,7 @@ def small(monkeypatch):
     monkeypatch.setattr(stills, "_PIXELS", (500, 300))
     monkeypatch.setattr(animation, "_PIXELS", (240, 160))
     monkeypatch.setattr(animation, "_DPI", 40)
-    monkeypatch.setattr(animation, "_FRAMES", 4)
+    monkeypatch.setattr(animation, "_FRAMES", 2)
 
 
 def test_orbits_have_the_colour_of_their_whirl(shapes, small):
@@ -122,12 +122,11 @@ def test_film_moves_and_repeats(shapes, small, tmp_path):
     told = []
     frames = mode_frames(shapes[1], "Twin", lambda frame, count: told.append((frame, count)))
     assert told == [(k + 1, len(frames)) for k in range(len(frames))]
-    assert len(frames) == 4
-    assert {f.shape for f in frames} == {frames[0].shape}
-    assert all(size % 16 == 0 for size in frames[0].shape[:2])
-    assert all((frames[0] != f).any() for f in frames[1:])
+    first, second = frames
+    assert first.shape == second.shape and (first != second).any()
+    assert all(size % 16 == 0 for size in first.shape[:2])
     write_film(frames, tmp_path / "m.gif")
-    assert len(imageio.mimread(tmp_path / "m.gif")) == 4
+    assert len(imageio.mimread(tmp_path / "m.gif")) == 2
     # in a process of its own: the library copies the one that calls it to start the encoder, which
     # the system may refuse of one that has grown with all tests before
     np.save(tmp_path / "frames.npy", np.stack(frames))
@@ -137,12 +136,9 @@ def test_film_moves_and_repeats(shapes, small, tmp_path):
     (tmp_path / "frames.npy").unlink()
     codec, width, height, count = done.stdout.split()
     assert codec.startswith("h264")
-    assert (int(width), int(height)) == frames[0].shape[1::-1]
-    assert int(count) == 12
+    assert (int(width), int(height)) == first.shape[1::-1]
+    assert int(count) == 6
     assert sorted(p.name for p in tmp_path.iterdir()) == ["m.gif", "m.mp4"]
-
-
-def test_other_films_are_refused(tmp_path):
     with pytest.raises(OutputError, match=r"a film is gif or mp4, found '.avi'"):
         write_film([], tmp_path / "m.avi")
 

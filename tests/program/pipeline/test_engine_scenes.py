@@ -88,8 +88,12 @@ def test_drive_of_a_run_up_calls_for_torsion():
 def test_rigid_disk_tilts_its_interface_alone(small_scene):
     disk = {"name": "hub", "interface": "right", "mass_kg": 1.0}
     disk |= {"polar_inertia_kg_m2": 0.02, "diametral_inertia_kg_m2": 0.01}
-    own = planned(small_scene(body={"rigid_disks": [disk]})).bodies["rotor"].interface_components
-    assert own == {"left": LATERAL, "right": (*LATERAL, "rx", "ry")}
+    plan = planned(small_scene(body={"rigid_disks": [disk]}))
+    assert plan.on("tilt") and "hub" in next(e.why for e in plan.effects if e.name == "tilt")
+    assert plan.bodies["rotor"].interface_components == {
+        "left": LATERAL,
+        "right": (*LATERAL, "rx", "ry"),
+    }
 
 
 @pytest.mark.parametrize(

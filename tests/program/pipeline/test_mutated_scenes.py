@@ -106,9 +106,7 @@ def refused_or_planned(data):
 
 
 @given(mutated())
-@settings(
-    max_examples=100, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck)
-)
+@settings(max_examples=50, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 def test_mutated_scene_is_planned_or_refused(data):
     assert refused_or_planned(data).strip()
 
@@ -138,47 +136,33 @@ NAMED = ("bodies", "beams", "rigid_bodies", "imported", "mesh_bodies", "material
 SPOTS = kinds()
 
 
-def drop_one_by_one(data, paths):
+DROPPED = "dropped"
+VALUES = [DROPPED, None, True, "", "x", [], {}, [[]], -1, 1e308, 10**400, math.nan]
+
+
+def change_one_by_one(data, paths, value):
     for path in paths:
         changed = copy.deepcopy(data)
-        del at(changed, path)[path[-1]]
+        if value is DROPPED:
+            del at(changed, path)[path[-1]]
+        else:
+            at(changed, path)[path[-1]] = value
         assert refused_or_planned(changed).strip()
-
-
-def replace_one_by_one(data, paths, value):
-    for path in paths:
-        changed = copy.deepcopy(data)
-        at(changed, path)[path[-1]] = value
-        assert refused_or_planned(changed).strip()
-
-
-VALUES = [None, True, "", "x", [], {}, [[]], -1, 1e308, 10**400, math.nan]
-
-
-@pytest.mark.parametrize("name", [name for name, own in SPOTS.items() if own])
-def test_key_of_every_kind_dropped(name):
-    """Where the random test samples: each kind of key is left out once."""
-    drop_one_by_one(SCENES[name], SPOTS[name])
 
 
 @pytest.mark.parametrize("value", VALUES)
 @pytest.mark.parametrize("name", [name for name, own in SPOTS.items() if own])
-def test_value_of_every_kind_replaced(name, value):
-    replace_one_by_one(SCENES[name], SPOTS[name], value)
+def test_value_of_every_kind_changed(name, value):
+    """Where the random test samples: each kind of key is left out or replaced once."""
+    change_one_by_one(SCENES[name], SPOTS[name], value)
 
 
 @pytest.mark.verify
+@pytest.mark.parametrize("value", VALUES)
 @pytest.mark.parametrize("name", sorted(SCENES))
-def test_every_single_key_dropped(name):
+def test_every_single_value_changed(name, value):
     """Exhaustive: not only the first of each kind."""
-    drop_one_by_one(SCENES[name], places(SCENES[name]))
-
-
-@pytest.mark.verify
-@pytest.mark.parametrize("value", VALUES)
-@pytest.mark.parametrize("name", sorted(SCENES))
-def test_every_single_value_replaced(name, value):
-    replace_one_by_one(SCENES[name], places(SCENES[name]), value)
+    change_one_by_one(SCENES[name], places(SCENES[name]), value)
 
 
 # Changes of the small scene that pass the plan more often than not, run to the end.
@@ -286,13 +270,13 @@ def run_or_refused(small_scene, number):
 
 
 @pytest.mark.solver
-@pytest.mark.parametrize("number", range(50))
+@pytest.mark.parametrize("number", range(12))
 def test_extreme_scene_runs_or_is_refused(small_scene, number):
     run_or_refused(small_scene, number)
 
 
 @pytest.mark.solver
 @pytest.mark.verify
-@pytest.mark.parametrize("number", range(50, 1500))
+@pytest.mark.parametrize("number", range(12, 1500))
 def test_many_more_extreme_scenes(small_scene, number):
     run_or_refused(small_scene, number)

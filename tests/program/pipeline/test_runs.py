@@ -7,6 +7,7 @@ import json
 
 import numpy as np
 import pytest
+from toml_text import toml
 from typer.testing import CliRunner
 
 from solidwhirl.cli import app
@@ -16,105 +17,14 @@ pytestmark = pytest.mark.solver
 
 @pytest.fixture
 def run(tmp_path):
-    """Function: write a scene as JSON-like TOML, run the command, return what it did."""
+    """Function: run the command on scene data, return what it did."""
 
     def start(data, out="out", *options):
         path = tmp_path / "scene.toml"
-        path.write_text(_toml(data), encoding="utf-8")
+        path.write_text(toml(data), encoding="utf-8")
         return CliRunner().invoke(app, ["run", str(path), "--out", str(tmp_path / out), *options])
 
     return start
-
-
-def _toml(data):
-    """Plain data as TOML: every table inline."""
-
-    def value(item):
-        if isinstance(item, dict):
-            return "{ " + ", ".join(f"{k} = {value(v)}" for k, v in item.items()) + " }"
-        if isinstance(item, list | tuple):
-            return "[" + ", ".join(value(v) for v in item) + "]"
-        return json.dumps(item)
-
-    return "".join(f"{key} = {value(item)}\n" for key, item in data.items())
-
-
-def test_command_writes_and_says_where(run, small_scene, tmp_path):
-    done = run(small_scene())
-    assert done.exit_code == 0, done.stderr
-    for name in ("campbell.png", "report.md", "results.json"):
-        assert str(tmp_path / "out" / name) in done.stdout
-        assert (tmp_path / "out" / name).is_file()
-    assert "mesh rotor" in done.stderr
-    quiet = run(small_scene(), "quiet", "--quiet")
-    assert quiet.exit_code == 0
-    assert quiet.output == ""
-    assert (tmp_path / "quiet" / "results.json").is_file()
-
-
-def test_options_change_the_model(run, small_scene, tmp_path):
-    assert run(small_scene()).exit_code == 0
-    assert run(small_scene(), "fine", "--accuracy", "0.001").exit_code == 0
-    coarse, fine = (
-        json.loads((tmp_path / name / "results.json").read_text(encoding="utf-8"))
-        for name in ("out", "fine")
-    )
-    assert fine["plan"]["bodies"]["rotor"]["element_order"] == 3
-    assert coarse["plan"]["bodies"]["rotor"]["element_order"] == 2
-    assert fine["bodies"]["rotor"]["full_dofs"] > coarse["bodies"]["rotor"]["full_dofs"]
-    assert fine["scene"]["sha256"] != coarse["scene"]["sha256"]
-    # displacement models converge from above; the rule promises 5 % for the coarse one
-    first, better = (d["modes_at_rest"]["frequency_hz"][0] for d in (coarse, fine))
-    assert better < first < 1.05 * better
-
-
-@pytest.mark.parametrize("stage", ["reduction", "picture", "last file"])
-def test_failed_run_leaves_the_folder_as_it_was(run, small_scene, tmp_path, monkeypatch, stage):
-    assert run(small_scene()).exit_code == 0
-    out = tmp_path / "out"
-    before = _content(out)
-    data = small_scene(rpm=(0.0, 12000.0))  # other pictures, which are not kept yet
-    if stage == "reduction":
-        data = small_scene(rpm=(0.0, 1e6))  # beyond linear prestress
-    if stage == "picture":
-
-        def fail(*args, **kwargs):
-            raise OSError(28, "No space left on device")
-
-        monkeypatch.setattr("solidwhirl.output.documents.draw_campbell", fail)
-    if stage == "last file":
-
-        def cut(*args, **kwargs):
-            raise KeyboardInterrupt
-
-        monkeypatch.setattr("solidwhirl.output.documents.report_text", cut)
-    done = run(data)
-    assert done.exit_code != 0
-    if stage != "last file":
-        assert done.exit_code == 2
-        assert done.stderr.splitlines()[-1].startswith("error: ")
-    if stage == "picture":
-        assert f"{out}: can not be written: No space left on device" in done.stderr
-    assert _content(out) == before
-    assert [p.name for p in out.iterdir() if p.name.startswith(".")] == [".stages"]
-    assert not list((out / ".stages").glob(".*"))
-
-
-def _content(out):
-    """Files of a run; completed stages are kept whatever becomes of it."""
-    return {p: p.read_bytes() for p in out.rglob("*") if p.is_file() and p.parent.name != ".stages"}
-
-
-def test_run_replaces_what_was_there(run, small_scene, tmp_path):
-    (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "mine.txt").write_text("kept", encoding="utf-8")
-    assert run({**small_scene(), "name": "before"}).exit_code == 0
-    assert run(small_scene()).exit_code == 0
-    assert (tmp_path / "out" / "mine.txt").read_text(encoding="utf-8") == "kept"
-    assert (
-        json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8"))["scene"]["name"]
-        == "small"
-    )
 
 
 @pytest.mark.parametrize("rpm", [None, (12000.0,)])
@@ -136,19 +46,6 @@ def test_single_speed(run, small_scene, tmp_path, rpm):
         assert found == pytest.approx(rest, rel=1e-9)
     else:
         assert found[0] < rest[0] < found[1]  # the first pair has split
-
-
-def test_damped_run(run, small_scene, tmp_path):
-    data = small_scene(bearing={"damping_n_s_per_m": 300.0})
-    data["campbell"] = {"frequency_max_hz": 400.0}
-    done = run(data)
-    assert done.exit_code == 0, done.stderr
-    document = json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8"))
-    decrements = np.array(document["campbell"]["log_decrement"])
-    assert decrements.shape[1] == 3
-    assert np.all(decrements > 0.0)
-    assert document["critical_speeds"]
-    assert all(c["log_decrement"] > 0.0 for c in document["critical_speeds"])
 
 
 def test_ended_branch_is_null_not_nan(computed, tmp_path):
@@ -183,3 +80,70 @@ def test_rotor_without_bearings(run, small_scene, tmp_path):
     document = json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8"))
     free = document["bodies"]["rotor"]["free_frequencies_hz"]
     np.testing.assert_allclose(document["modes_at_rest"]["frequency_hz"][:4], free[:4], rtol=1e-8)
+
+
+def test_command_writes_and_options_change_the_model(run, small_scene, tmp_path):
+    done = run(small_scene())
+    assert done.exit_code == 0, done.stderr
+    for name in ("campbell.png", "report.md", "results.json"):
+        assert str(tmp_path / "out" / name) in done.stdout
+        assert (tmp_path / "out" / name).is_file()
+    assert "mesh rotor" in done.stderr
+    quiet = run(small_scene(), "fine", "--accuracy", "0.001", "--quiet")
+    assert (quiet.exit_code, quiet.output) == (0, "")
+    coarse, fine = (
+        json.loads((tmp_path / name / "results.json").read_text(encoding="utf-8"))
+        for name in ("out", "fine")
+    )
+    assert fine["plan"]["bodies"]["rotor"]["element_order"] == 3
+    assert coarse["plan"]["bodies"]["rotor"]["element_order"] == 2
+    assert fine["bodies"]["rotor"]["full_dofs"] > coarse["bodies"]["rotor"]["full_dofs"]
+    assert fine["scene"]["sha256"] != coarse["scene"]["sha256"]
+    # displacement models converge from above; the rule promises 5 % for the coarse one
+    first, better = (d["modes_at_rest"]["frequency_hz"][0] for d in (coarse, fine))
+    assert better < first < 1.05 * better
+
+
+def content(out):
+    """Files of a run; completed stages are kept whatever becomes of it."""
+    return {p: p.read_bytes() for p in out.rglob("*") if p.is_file() and p.parent.name != ".stages"}
+
+
+FAILURES = {
+    "reduction": (None, None),
+    "picture": ("draw_campbell", OSError(28, "No space left on device")),
+    "last file": ("report_text", KeyboardInterrupt()),
+}
+
+
+def test_failed_runs_leave_the_folder_as_it_was(run, small_scene, tmp_path, monkeypatch):
+    """And a run that ends well replaces what is its own there, and nothing else."""
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "mine.txt").write_text("kept", encoding="utf-8")
+    assert run(small_scene()).exit_code == 0
+    before = content(out)
+    for stage, (function, error) in FAILURES.items():
+        # other pictures, which are not kept yet, or beyond linear prestress
+        data = small_scene(rpm=(0.0, 1e6 if stage == "reduction" else 12000.0))
+        with monkeypatch.context() as patch:
+            if function:
+
+                def fail(*args, error=error, **kwargs):
+                    raise error
+
+                patch.setattr(f"solidwhirl.output.documents.{function}", fail)
+            done = run(data)
+        assert done.exit_code != 0
+        if stage != "last file":
+            assert done.exit_code == 2
+            assert done.stderr.splitlines()[-1].startswith("error: ")
+        if stage == "picture":
+            assert f"{out}: can not be written: No space left on device" in done.stderr
+        assert content(out) == before
+        assert [p.name for p in out.iterdir() if p.name.startswith(".")] == [".stages"]
+        assert not list((out / ".stages").glob(".*"))
+    assert run({**small_scene(), "name": "after"}, "out", "--no-pictures").exit_code == 0
+    document = json.loads((out / "results.json").read_text(encoding="utf-8"))
+    assert document["scene"]["name"] == "after"
+    assert (out / "mine.txt").read_text(encoding="utf-8") == "kept"

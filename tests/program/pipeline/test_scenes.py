@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +15,6 @@ from solidwhirl.scene_reading.reader import parse_scene, read_scene
 
 SCENES = sorted((Path(__file__).resolve().parents[3] / "scenes").glob("*.toml"))
 RPM = np.pi / 30.0
-
-
-def test_scenes_are_there():
-    names = {path.stem for path in SCENES}
-    assert {"compressor", "ferraris", "laval", "turbocharger", "uhbr_lp"} <= names
 
 
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
@@ -68,10 +64,12 @@ def laval(scene_data):
     from solidwhirl.pipeline.run import run_scene
     from solidwhirl.scene_reading.reader import parse_scene
 
+    @functools.cache
     def run(nu=0.3, radius=0.01):
         data = scene_data("laval")
         data["materials"]["light_steel"]["poissons_ratio"] = nu
         data["bodies"]["rotor"]["sections"][0]["outer_radius_m"] = radius
+        data["speeds"] = {"list_rpm": [0.0, 6000.0]}
         return run_scene(parse_scene(data))
 
     return run
@@ -102,7 +100,7 @@ def test_laval_branches_at_every_speed(computed):
 
 @pytest.mark.solver
 def test_laval_with_poisson_effect_is_a_little_stiffer_in_tilt(laval):
-    diagram = laval(nu=0.3).campbell
+    diagram = laval().campbell
     expected = laval_branches_hz(diagram.speeds_rad_s, nu=0.3)
     np.testing.assert_allclose(diagram.frequency_hz[:2], expected[:2], rtol=1e-4)
     np.testing.assert_allclose(diagram.frequency_hz[2:], expected[2:], rtol=ANTICLASTIC)
@@ -118,7 +116,7 @@ def test_laval_difference_is_the_anticlastic_one(laval):
         return conical / laval_stiffness(nu, radius)[1] - 1.0
 
     # the mass of the shaft, left out of the closed form, is worth -6e-5 of the stiffness
-    whole = excess(laval(nu=0.3), 0.3, 0.01) + 6e-5
+    whole = excess(laval(), 0.3, 0.01) + 6e-5
     thin = excess(laval(radius=0.005), 0.3, 0.005) + 6e-5 / 4
     stiff = excess(laval(nu=0.15), 0.15, 0.01) + 6e-5
     assert whole / thin == pytest.approx(2.0, rel=0.05)

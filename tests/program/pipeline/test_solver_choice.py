@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from solidwhirl.build import cylinder
 from solidwhirl.cost.memory import (
     MemoryShortageError,
     refuse_what_does_not_fit,
@@ -17,16 +18,17 @@ from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
 from solidwhirl.scene_reading.reader import parse_scene
 
-SOLID = {"level": "solid", "accuracy": 0.1, "size_m": 0.06, "corner_size_m": 0.06}
+SOLID = {"level": "solid", "accuracy": 0.1, "size_m": 0.1, "corner_size_m": 0.1}
+THICK = {"sections": [cylinder("shaft", 0.0, 0.4, 0.06)]}
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def scene(small_scene):
-    """Function: the small scene as solids, with a solver."""
+    """Function: the small scene with a thick shaft as solid, with a solver."""
 
     def make(solver=None, rpm=(0.0, 30000.0), **model):
         own = SOLID | ({} if solver is None else {"solver": solver}) | model
-        return parse_scene(small_scene(rpm=rpm, model=own))
+        return parse_scene(small_scene(rpm=rpm, body=THICK, model=own))
 
     return make
 
@@ -46,8 +48,8 @@ def reductions(said):
 
 
 @pytest.fixture(scope="module")
-def direct(small_scene):
-    return run(parse_scene(small_scene(rpm=(0.0, 30000.0), model=SOLID | {"solver": "direct"})))
+def direct(scene):
+    return run(scene("direct"))
 
 
 @pytest.mark.solver
@@ -77,7 +79,7 @@ def test_the_scene_says_iterative(scene, direct):
 def test_auto_is_iterative_where_the_factor_does_not_fit(scene, direct, monkeypatch):
     import solidwhirl.reduction.operators.solver_choice as solvers
 
-    document, said = run(scene())
+    document, said = run(scene(rpm=None, modes=1))
     assert document["bodies"]["rotor"]["solver"] == "direct"
     assert document["plan"]["bodies"]["rotor"]["solver"] == "auto"
     assert reductions(said) == ["reduce rotor"]
@@ -99,7 +101,7 @@ def test_a_factor_that_mumps_refuses_is_followed_by_the_iteration(scene, monkeyp
     # the prediction is content, MUMPS after its analysis is not
     monkeypatch.setattr(solvers, "available_memory_bytes", lambda comm: None)
     monkeypatch.setattr(constrained, "available_memory_bytes", lambda comm: 2**21)
-    document, said = run(scene(rpm=(0.0, 3000.0), modes=1))
+    document, said = run(scene(rpm=None, modes=1))
     assert document["bodies"]["rotor"]["solver"] == "iterative"
     assert any("rotor: solved iteratively, MUMPS needs more memory" in text for text in said)
 

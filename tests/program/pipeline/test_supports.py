@@ -149,7 +149,7 @@ def test_a_missing_bearing_is_named_everywhere(tmp_path, small_scene, root):
     path = tmp_path / "one.toml"
     text = (root / "scenes" / "laval.toml").read_text("utf-8")
     path.write_text(text.rpartition("[[bearings]]")[0], encoding="utf-8")
-    done = run(path, tmp_path / "out")
+    done = run(path, tmp_path / "out", "--no-pictures")
     assert done.exit_code == 0, done.output
     said = "'rotor' is held by one bearing only ('left') and can tilt freely: 2 lateral motions"
     assert said in " ".join(done.stdout.split())
@@ -163,7 +163,7 @@ def test_a_missing_bearing_is_named_everywhere(tmp_path, small_scene, root):
 
 
 @pytest.mark.solver
-@pytest.mark.parametrize("name", ["ferraris", "laval", "uhbr_fan"])
+@pytest.mark.parametrize("name", ["ferraris", "laval"])
 def test_no_scene_of_the_project_is_questioned(computed, name):
     found = computed(name)
     assert support_doubts(found.system) == ()

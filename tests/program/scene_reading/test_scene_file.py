@@ -19,10 +19,16 @@ WRONG = tomllib.loads(Path(__file__).with_name("wrong.toml").read_text(encoding=
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_wrong_entry_is_refused_before_meshing(invoke, ferraris, case, changed, refusal):
+def test_wrong_entry_is_refused_at_its_place_before_meshing(
+    invoke, ferraris, case, changed, refusal
+):
     wrong = WRONG[case]
-    done, written = invoke(changed(ferraris, wrong["old"], wrong["new"]))
+    text = changed(ferraris, wrong["old"], wrong["new"])
+    done, written = invoke(text)
     message = refusal(done, "bad.toml")
+    place = re.search(r"bad\.toml:(\d+):(\d+): ", message.splitlines()[0])
+    begin = text.split("\n")[int(place[1]) - 1][int(place[2]) - 1 :]
+    assert begin.startswith(wrong["at"]), begin
     for text in wrong["said"]:
         assert text in message, (text, message)
     assert "mesh " not in message, "found out only while meshing"
@@ -43,7 +49,8 @@ def test_all_problems_at_once(invoke, ferraris, changed, refusal):
     text = changed(text, '"inner.B"', '"inner.X"')
     text = changed(text, '"outer.D"', '"outr.D"')
     done, _ = invoke(text)
-    lines = refusal(done, "bad.toml").strip().splitlines()
+    first, *below = lines = refusal(done, "bad.toml").strip().splitlines()
+    assert first.startswith("error: ") and all(re.match(r" {7}\S*bad\.toml:", b) for b in below)
     keys = [re.search(r"bad\.toml:\d+:\d+: (\S+):", line).group(1) for line in lines]
     assert keys == ["bearings[0].first", "bearings[1].first", "bearings[4].first"]
     assert "did you mean 'outer.D'?" in lines[2]

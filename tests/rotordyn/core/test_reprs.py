@@ -6,20 +6,9 @@ import re
 
 import numpy as np
 import pytest
+from rotors import connect, turning
 
-from solidwhirl.rotordyn import (
-    Bearing,
-    Disk,
-    End,
-    Gear,
-    Rotor,
-    System,
-    assemble,
-    beam_superelement,
-    campbell,
-    critical_speeds,
-    modes_at_speed,
-)
+from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.core.reprs import row
 from solidwhirl.rotordyn.critical_speeds.map import critical_speed_map
 from solidwhirl.rotordyn.response.unbalance import Unbalance, unbalance_response
@@ -31,8 +20,10 @@ RPM = np.pi / 30.0
 
 @pytest.fixture(scope="module")
 def system():
-    wheel = Disk(name="wheel", position_m=0.2, mass_kg=12, polar_kg_m2=0.12, diametral_kg_m2=0.065)
-    shaft = beam_superelement(
+    wheel = rd.Disk(
+        name="wheel", position_m=0.2, mass_kg=12, polar_kg_m2=0.12, diametral_kg_m2=0.065
+    )
+    shaft = rd.beam_superelement(
         "shaft",
         np.linspace(0, 0.6, 4),
         0.02,
@@ -42,15 +33,9 @@ def system():
         [wheel],
     )
     bearings = tuple(
-        Bearing(
-            name=n,
-            first=End(body="rotor", interface=n),
-            stiffness_n_per_m=np.diag([5e7, 4e7]),
-            damping_n_s_per_m=800 * np.eye(2),
-        )
-        for n in ("a", "b")
+        connect(n, f"rotor.{n}", stiffness=(5e7, 4e7), damping=800) for n in ("a", "b")
     )
-    return assemble({"rotor": Rotor(element=shaft, speed_ratio=1.0)}, bearings)
+    return rd.assemble({"rotor": turning(shaft)}, bearings)
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +48,7 @@ def records(system):
         ramp_and_hold(200.0, 0.05, 0.0),
         placed,
         step_s=1e-4,
-        outputs=[End(body="rotor", interface="a")],
+        outputs=[rd.End(body="rotor", interface="a")],
         bearings=["a"],
     )
     return {
@@ -72,9 +57,9 @@ def records(system):
         "rotor": rotor,
         "element": rotor.element,
         "bearing": system.system.bearings[0],
-        "modes": modes_at_speed(system, 100.0),
-        "diagram": campbell(system, np.linspace(0, 900, 7), branch_count=4),
-        "critical": critical_speeds(system, speed_max_rad_s=2000.0)[0],
+        "modes": rd.modes_at_speed(system, 100.0),
+        "diagram": rd.campbell(system, np.linspace(0, 900, 7), branch_count=4),
+        "critical": rd.critical_speeds(system, speed_max_rad_s=2000.0)[0],
         "map": critical_speed_map(
             system, ["a", "b"], [1e6, 1e8], branch_count=2, speed_max_rad_s=2000.0
         ),
@@ -120,13 +105,11 @@ def test_a_bearing_tells_what_is_not_zero(records):
     assert repr(records["bearing"]) == (
         "Bearing 'a', rotor.a to ground: k 5e+07 in x, 4e+07 in y N/m; c 800 N s/m"
     )
-    end = End(body="r", interface="a")
-    cross = Bearing(
-        name="s", first=end, second=end, stiffness_n_per_m=np.array([[1, 2], [-2, 1.0]])
-    )
+    end = rd.End(body="r", interface="a")
+    cross = connect("s", end, end, [[1, 2], [-2, 1.0]])
     assert repr(cross) == "Bearing 's', r.a to r.a: k [1 2; -2 1] N/m"
-    assert repr(Bearing(name="n", first=end)).endswith("to ground: nothing")
-    assert "rigid ux uy" in repr(Bearing(name="n", first=end, rigid=("ux", "uy")))
+    assert repr(connect("n", end)).endswith("to ground: nothing")
+    assert "rigid ux uy" in repr(connect("n", end, rigid=("ux", "uy")))
 
 
 def test_the_largest_orbit_is_told(records):
@@ -146,14 +129,14 @@ def test_many_are_counted(system):
     assert row("abc") == "a, b, c"
     assert row("abcdefghi") == "a, b, c, d, e, f, and 3 more"
     rotor = system.system.rotors["rotor"]
-    many = assemble({f"r{k}": Rotor(element=rotor.element, speed_ratio=1.0) for k in range(30)}, ())
+    many = rd.assemble({f"r{k}": turning(rotor.element) for k in range(30)}, ())
     assert len(repr(many).splitlines()) <= 10
     assert "more bodies" in repr(many)
-    gear = Gear(
+    gear = rd.Gear(
         name="g",
-        first=End(body="r0", interface="a"),
-        second=End(body="r1", interface="a"),
+        first=rd.End(body="r0", interface="a"),
+        second=rd.End(body="r1", interface="a"),
         ratio=1.0,
     )
-    geared = System(rotors={f"r{k}": rotor for k in range(2)}, bearings=(), gears=(gear,))
+    geared = rd.System(rotors={f"r{k}": rotor for k in range(2)}, bearings=(), gears=(gear,))
     assert repr(geared).endswith("\n  no bearings\n  1 gear: g")

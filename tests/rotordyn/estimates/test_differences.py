@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from rotors import ground, one_rotor, three_disk_element, truncated
 
 from solidwhirl.rotordyn import AnalysisError, CriticalSpeed, campbell, critical_speeds
 from solidwhirl.rotordyn.estimates.campbell_errors import campbell_errors
@@ -18,7 +19,7 @@ SPEEDS = np.linspace(0.0, 1500.0, 7)
 
 
 @pytest.fixture(scope="module")
-def pair(three_disk_element, truncated, one_rotor, ground):
+def pair():
     full = three_disk_element()
     held = [ground("rotor", end, 7e7, 5e7) for end in ("left", "right")]
     return one_rotor(full, held), one_rotor(truncated(full, 12), held)

@@ -6,18 +6,19 @@ import dataclasses
 
 import numpy as np
 import pytest
+from rotors import (
+    ground,
+    one_rotor,
+    three_disk_element,
+    truncated,
+    turning,
+    twin_bearings,
+    twin_bodies,
+    with_stress,
+)
 from scipy.optimize import brentq
 
-from solidwhirl.rotordyn import (
-    Bearing,
-    End,
-    InternalDamping,
-    Rotor,
-    assemble,
-    beam_superelement,
-    matrices_at_speed,
-    modes_at_speed,
-)
+from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.estimates.eigenvalue_errors import error_scale, frequency_errors
 from solidwhirl.rotordyn.modes.left_vectors import (
     balance_of,
@@ -31,11 +32,11 @@ PART = "mode_truncation"
 
 
 @pytest.fixture(scope="module")
-def full(three_disk_element, with_stress):
+def full():
     return with_stress(three_disk_element(), 0.5)
 
 
-def _supports(ground, stiffness, damping=0.0, cross=0.0, isotropic=False):
+def _supports(stiffness, damping=0.0, cross=0.0, isotropic=False):
     """Bearings at both ends, softer in y unless isotropic, with a skew part `cross`."""
     held = []
     for end in ("left", "right"):
@@ -72,12 +73,10 @@ def _true_errors(exact, modes, count):
         {"stiffness": 7e7, "isotropic": True, "damping": 2e4},
     ],
 )
-def test_estimates_are_the_true_errors_to_first_order(
-    full, truncated, one_rotor, ground, options, speed
-):
-    held = _supports(ground, **options)
+def test_estimates_are_the_true_errors_to_first_order(full, options, speed):
+    held = _supports(**options)
     systems = one_rotor(full, held), one_rotor(truncated(full, 16), held)
-    exact, modes = (modes_at_speed(system, speed) for system in systems)
+    exact, modes = (rd.modes_at_speed(system, speed) for system in systems)
     if options.get("isotropic") and speed == 0.0:  # pairs: each has its own nearest
         true = np.abs(exact.eigenvalues[:6] - modes.eigenvalues[:6]) / np.abs(modes.eigenvalues[:6])
     else:
@@ -91,11 +90,9 @@ def test_estimates_are_the_true_errors_to_first_order(
     assert found.bodies_without_estimate == ()
 
 
-def test_error_of_the_estimate_falls_with_the_square_of_the_cutoff(
-    full, truncated, one_rotor, ground
-):
+def test_error_of_the_estimate_falls_with_the_square_of_the_cutoff(full):
     """What is left out, made stiffer by f²: its error falls by f², that of the estimate by f⁴."""
-    held, kept = _supports(ground, 7e7, damping=700.0), 8
+    held, kept = _supports(7e7, damping=700.0), 8
     misses = []
     for factor in (1.0, 2.0, 4.0):
         stiffness = np.array(full.stiffness)
@@ -104,7 +101,7 @@ def test_error_of_the_estimate_falls_with_the_square_of_the_cutoff(
         stiffness[rest, rest] *= factor**2
         body = dataclasses.replace(full, stiffness=stiffness)
         systems = one_rotor(body, held), one_rotor(truncated(body, kept), held)
-        exact, modes = (modes_at_speed(system, 800.0, 10) for system in systems)
+        exact, modes = (rd.modes_at_speed(system, 800.0, 10) for system in systems)
         true = _true_errors(exact, modes, 4)
         misses.append(np.abs(frequency_errors(systems[1], modes).parts[PART][:4] / true - 1.0))
     rates = np.log2(np.array(misses[:-1]) / np.array(misses[1:]))
@@ -113,31 +110,31 @@ def test_error_of_the_estimate_falls_with_the_square_of_the_cutoff(
     assert (rates > 1.2).all()
 
 
-def test_amplification_bounds_the_error_at_rest(full, truncated, one_rotor, ground):
+def test_amplification_bounds_the_error_at_rest(full):
     """K_ww − ω²M_ww lies between K_ww (1 − ω²/ω_c²) and K_ww, so the error between both forms."""
-    held, kept = _supports(ground, 7e7), 8
+    held, kept = _supports(7e7), 8
     cutoff = 2.0 * np.pi * full.coordinates[truncated(full, kept).size].frequency_hz
-    exact = modes_at_speed(one_rotor(full, held), 0.0, 4)
+    exact = rd.modes_at_speed(one_rotor(full, held), 0.0, 4)
     low, high = (
-        frequency_errors(system, modes_at_speed(system, 0.0, 4)).parts[PART]
+        frequency_errors(system, rd.modes_at_speed(system, 0.0, 4)).parts[PART]
         for limit in (np.inf, cutoff)
         for system in [one_rotor(truncated(full, kept, cutoff=limit), held)]
     )
-    modes = modes_at_speed(one_rotor(truncated(full, kept), held), 0.0, 4)
+    modes = rd.modes_at_speed(one_rotor(truncated(full, kept), held), 0.0, 4)
     true = 1.0 - exact.eigenvalues.imag / modes.eigenvalues.imag
     # the change of s is itself of first order in the change of s², to half the relative error
     assert (low * (1 - 1e-3) <= true).all() and (true <= high * (1 + 1e-3)).all()
     assert (high > low * (1 + 1e-4)).all()
 
 
-def test_wrong_static_shapes_show_in_the_residual_of_k(full, truncated, one_rotor, ground):
-    held = _supports(ground, 7e7, damping=700.0)
+def test_wrong_static_shapes_show_in_the_residual_of_k(full):
+    held = _supports(7e7, damping=700.0)
     systems = one_rotor(full, held), one_rotor(truncated(full, 16, slack=2e-5), held)
-    exact, modes = (modes_at_speed(system, 500.0, 10) for system in systems)
+    exact, modes = (rd.modes_at_speed(system, 500.0, 10) for system in systems)
     true = _true_errors(exact, modes, 4)
     clean = frequency_errors(
         one_rotor(truncated(full, 16), held),
-        modes_at_speed(one_rotor(truncated(full, 16), held), 500.0, 4),
+        rd.modes_at_speed(one_rotor(truncated(full, 16), held), 500.0, 4),
     )
     assert (true > 3.0 * clean.parts[PART]).any()
     # (s/ω_c)² and the second order of the wrong shapes
@@ -145,9 +142,9 @@ def test_wrong_static_shapes_show_in_the_residual_of_k(full, truncated, one_roto
 
 
 @pytest.mark.parametrize("factor", [1e-4, 1e-6])
-def test_change_of_stress_stiffness(full, with_stress, one_rotor, ground, factor):
+def test_change_of_stress_stiffness(full, factor):
     """A body whose Kgeo is really larger; what is left of the linear estimate falls with it."""
-    held = _supports(ground, 7e7, damping=700.0)
+    held = _supports(7e7, damping=700.0)
     changed = with_stress(full, 0.5 + factor)
     form = ErrorForm(
         part="mesh",
@@ -158,7 +155,7 @@ def test_change_of_stress_stiffness(full, with_stress, one_rotor, ground, factor
     )
     body = dataclasses.replace(full, error_forms=(form,))
     systems = one_rotor(changed, held, -2.0), one_rotor(body, held, -2.0)
-    exact, modes = (modes_at_speed(system, 1500.0, 8) for system in systems)
+    exact, modes = (rd.modes_at_speed(system, 1500.0, 8) for system in systems)
     true = np.abs(1.0 - exact.eigenvalues / modes.eigenvalues)
     found = frequency_errors(systems[1], modes).parts["mesh"]
     # second order of the change, and 1e-12 of accuracy of the eigenvalues
@@ -167,58 +164,50 @@ def test_change_of_stress_stiffness(full, with_stress, one_rotor, ground, factor
 
 @pytest.mark.parametrize("joint", [1e8, None])
 @pytest.mark.parametrize("ratio", [-1.3, 2.5])
-def test_bodies_with_speeds_of_their_own(
-    twin_bodies, twin_bearings, with_stress, truncated, ratio, joint
-):
+def test_bodies_with_speeds_of_their_own(ratio, joint):
     bodies = [with_stress(body, 0.5) for body in twin_bodies()]
     cut = [truncated(bodies[0], 10), truncated(bodies[1], 4)]
 
     def system(inner, outer):
-        rotors = {
-            "inner": Rotor(element=inner, speed_ratio=1.0),
-            "outer": Rotor(element=outer, speed_ratio=ratio),
-        }
-        return assemble(rotors, twin_bearings(1e8, joint))
+        rotors = {"inner": turning(inner), "outer": turning(outer, ratio)}
+        return rd.assemble(rotors, twin_bearings(1e8, joint))
 
-    exact = modes_at_speed(system(*bodies), 1200.0)
+    exact = rd.modes_at_speed(system(*bodies), 1200.0)
     both = system(*cut)
-    modes = modes_at_speed(both, 1200.0)
+    modes = rd.modes_at_speed(both, 1200.0)
     found = frequency_errors(both, modes).parts[PART]
     # the fifth and sixth mode come near the modes left out
     np.testing.assert_allclose(found[:6], _true_errors(exact, modes, 6), rtol=0.1)
     # each body apart adds up to both, to the second order
     single = [system(cut[0], bodies[1]), system(bodies[0], cut[1])]
-    parts = [frequency_errors(s, modes_at_speed(s, 1200.0, 6)) for s in single]
+    parts = [frequency_errors(s, rd.modes_at_speed(s, 1200.0, 6)) for s in single]
     assert parts[0].bodies_without_estimate == ("outer",)
     assert parts[1].bodies_without_estimate == ("inner",)
     together = sum(part.parts[PART] for part in parts)
     np.testing.assert_allclose(together, found[:6], rtol=0.02)
 
 
-def _two_equal_rotors(first, second, ground, stiffness=7e7, spring=None):
+def _two_equal_rotors(first, second, stiffness=7e7, spring=None):
     """Two bodies on equal isotropic bearings, joined in the middle by a spring or not at all."""
     held = []
     for name, value in (("one", 7e7), ("two", stiffness)):
         held += [ground(name, end, value) for end in ("left", "right")]
     if spring:
-        ends = (End(body=name, interface="left") for name in ("one", "two"))
+        ends = (rd.End(body=name, interface="left") for name in ("one", "two"))
         joint = dict(zip(("first", "second"), ends, strict=True))
-        held.append(Bearing(name="j", stiffness_n_per_m=spring * np.eye(2), **joint))
-    rotors = {
-        "one": Rotor(element=first, speed_ratio=1.0),
-        "two": Rotor(element=second, speed_ratio=1.0),
-    }
-    return assemble(rotors, tuple(held))
+        held.append(rd.Bearing(name="j", stiffness_n_per_m=spring * np.eye(2), **joint))
+    rotors = {"one": turning(first), "two": turning(second)}
+    return rd.assemble(rotors, tuple(held))
 
 
-def test_repeated_modes_keep_their_own_errors(full, truncated, one_rotor, ground):
+def test_repeated_modes_keep_their_own_errors(full):
     """Four equal frequencies: those of one body are wrong, those of its exact twin are not."""
     body = truncated(full, 8)
     blank = dataclasses.replace(body, error_forms=())
-    system = _two_equal_rotors(body, blank, ground)
-    modes = modes_at_speed(system, 0.0, 8)
-    alone = one_rotor(body, _supports(ground, 7e7, isotropic=True))
-    wanted = frequency_errors(alone, modes_at_speed(alone, 0.0, 4)).parts[PART]
+    system = _two_equal_rotors(body, blank)
+    modes = rd.modes_at_speed(system, 0.0, 8)
+    alone = one_rotor(body, _supports(7e7, isotropic=True))
+    wanted = frequency_errors(alone, rd.modes_at_speed(alone, 0.0, 4)).parts[PART]
     np.testing.assert_allclose(wanted[::2], wanted[1::2], rtol=1e-8)  # both planes
     # any basis of the four shapes will do
     rng = np.random.default_rng(2)
@@ -236,7 +225,7 @@ def test_repeated_modes_keep_their_own_errors(full, truncated, one_rotor, ground
     assert frequency_errors(system, modes).bodies_without_estimate == ("two",)
 
 
-def test_modes_closer_than_their_errors_are_changed_together(full, truncated, one_rotor, ground):
+def test_modes_closer_than_their_errors_are_changed_together(full):
     """A weak spring mixes two rotors that are in tune only by the error of one of them.
 
     The mixed modes are ±κ apart; with the error gone the rotors are out of tune and their modes
@@ -246,15 +235,15 @@ def test_modes_closer_than_their_errors_are_changed_together(full, truncated, on
     body = truncated(full, 4)
 
     def first_mode(element, stiffness):
-        system = one_rotor(element, _supports(ground, stiffness, isotropic=True))
-        return modes_at_speed(system, 0.0, 1).eigenvalues[0].imag
+        system = one_rotor(element, _supports(stiffness, isotropic=True))
+        return rd.modes_at_speed(system, 0.0, 1).eigenvalues[0].imag
 
     wrong = first_mode(body, 7e7)
     in_tune = brentq(lambda k: first_mode(full, k) - wrong, 6.9e7, 7.2e7, xtol=1.0)
     coarse, exact = (
-        _two_equal_rotors(element, full, ground, in_tune, spring=3e2) for element in (body, full)
+        _two_equal_rotors(element, full, in_tune, spring=3e2) for element in (body, full)
     )
-    modes, true = modes_at_speed(coarse, 0.0, 4), modes_at_speed(exact, 0.0, 4)
+    modes, true = rd.modes_at_speed(coarse, 0.0, 4), rd.modes_at_speed(exact, 0.0, 4)
     gap = np.ptp(modes.eigenvalues.imag) / wrong
     moved = np.sort(modes.eigenvalues.imag - true.eigenvalues.imag)[[0, -1]] / wrong
     assert gap < 0.2 * moved[1]  # closer than the error
@@ -264,16 +253,16 @@ def test_modes_closer_than_their_errors_are_changed_together(full, truncated, on
 
 
 @pytest.mark.parametrize("speed", [0.0, 700.0])
-def test_left_vectors(full, one_rotor, ground, speed):
+def test_left_vectors(full, speed):
     for held in (
-        _supports(ground, 7e7),
-        _supports(ground, 7e7, damping=7e4, cross=2e7),
-        _supports(ground, 1e15, damping=7e4, cross=1e6),
-        _supports(ground, 7e7, damping=7e4, isotropic=True),
+        _supports(7e7),
+        _supports(7e7, damping=7e4, cross=2e7),
+        _supports(1e15, damping=7e4, cross=1e6),
+        _supports(7e7, damping=7e4, isotropic=True),
     ):
         system = one_rotor(full, held)
-        matrices = matrices_at_speed(system, speed)
-        modes = modes_at_speed(system, speed, 8)
+        matrices = rd.matrices_at_speed(system, speed)
+        modes = rd.modes_at_speed(system, speed, 8)
         pairs = mode_pairs(matrices, modes)
         states = state_products(matrices, pairs.rates, pairs.left, pairs.right)
         # left vectors of one mode do no work on the states of the others
@@ -289,25 +278,9 @@ def test_left_vectors(full, one_rotor, ground, speed):
             assert np.abs(force).max() < 1e-8 * bound.max()
 
 
-def test_internal_damping_makes_the_problem_unsymmetric(full, truncated, ground):
-    """Rotating damping: the left vector is not the conjugate of the right one."""
-    held = tuple(_supports(ground, 7e7))
-    damping = InternalDamping(stiffness_coefficient_s=2e-5)
-
-    def system(element):
-        rotor = Rotor(element=element, speed_ratio=1.0, internal_damping=damping)
-        return assemble({"rotor": rotor}, held)
-
-    coarse = system(truncated(full, 16))
-    exact, modes = modes_at_speed(system(full), 900.0), modes_at_speed(coarse, 900.0)
-    found = frequency_errors(coarse, modes).parts[PART][:4]
-    # damping of the modes left out is beyond the form: β ω of these modes, 2e-2
-    np.testing.assert_allclose(found, _true_errors(exact, modes, 4), rtol=0.08)
-
-
-def test_solver_part_is_the_error_of_a_wrong_eigenvalue(full, one_rotor, ground):
-    system = one_rotor(full, _supports(ground, 7e7, damping=2e3))
-    modes = modes_at_speed(system, 600.0, 6)
+def test_solver_part_is_the_error_of_a_wrong_eigenvalue(full):
+    system = one_rotor(full, _supports(7e7, damping=2e3))
+    modes = rd.modes_at_speed(system, 600.0, 6)
     right = frequency_errors(system, modes)
     assert right.parts["eigen_solver"].max() < 1e-8
     assert right.bodies_without_estimate == ("rotor",) and set(right.parts) == {"eigen_solver"}
@@ -317,31 +290,19 @@ def test_solver_part_is_the_error_of_a_wrong_eigenvalue(full, one_rotor, ground)
     np.testing.assert_allclose(found, 1e-5, rtol=1e-2)
 
 
-def test_interface_coupling_is_shown_and_not_summed(full, truncated, one_rotor, ground):
+def test_interface_coupling_is_shown_and_not_summed(full):
     body = truncated(full, 8)
     form = body.error_forms[0]
     body = dataclasses.replace(
         body, error_forms=(form, dataclasses.replace(form, part="interface_coupling"))
     )
-    system = one_rotor(body, _supports(ground, 7e7))
-    found = frequency_errors(system, modes_at_speed(system, 300.0, 4))
+    system = one_rotor(body, _supports(7e7))
+    found = frequency_errors(system, rd.modes_at_speed(system, 300.0, 4))
     np.testing.assert_allclose(found.parts["interface_coupling"], found.parts[PART])
     np.testing.assert_array_equal(found.total, found.parts[PART] + found.parts["eigen_solver"])
 
 
-def test_beams_have_no_estimate_and_say_so(one_rotor, ground):
-    beam = beam_superelement(
-        "b", [0.0, 0.5, 1.0], 0.02, 0.0, (2e11, 0.3, 7800.0), {"left": 0.0, "right": 1.0}
-    )
-    system = one_rotor(beam, _supports(ground, 1e7))
-    found = frequency_errors(system, modes_at_speed(system, 100.0, 4))
-    assert found.bodies_without_estimate == ("rotor",)
-    assert not found.parts["eigen_solver"].flags.writeable and found.total.shape == (4,)
-
-
-def test_errors_of_frequencies_near_zero_are_measured_against_the_lowest_elastic_one(
-    full, truncated, one_rotor, ground
-):
+def test_errors_of_frequencies_near_zero_are_measured_against_the_lowest_elastic_one(full):
     """A slow precession has no scale of its own; the phase of s is no matter."""
     system = one_rotor(full, ())
     lowest = 2.0 * np.pi * full.free_frequencies_hz.min()

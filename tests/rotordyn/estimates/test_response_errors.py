@@ -6,8 +6,20 @@ import dataclasses
 
 import numpy as np
 import pytest
+from rotors import (
+    ground,
+    one_rotor,
+    polynomial_law,
+    three_disk_element,
+    truncated,
+    turning,
+    twin,
+    twin_bearings,
+    twin_bodies,
+    with_stress,
+)
 
-from solidwhirl.rotordyn import AnalysisError, PolynomialLaw, Rotor, assemble
+from solidwhirl.rotordyn import AnalysisError, assemble
 from solidwhirl.rotordyn.assembly.coordinates import interface_row
 from solidwhirl.rotordyn.assembly.parts import End
 from solidwhirl.rotordyn.estimates.response_errors import (
@@ -18,19 +30,11 @@ from solidwhirl.rotordyn.response.harmonic_response import harmonic_response
 from solidwhirl.rotordyn.response.unbalance import Unbalance, unbalance_response
 from solidwhirl.rotordyn.response.unbalance_peaks import resonance_peaks
 
-LAW = PolynomialLaw(
-    name="softening",
-    argument_unit="rad/s",
-    argument_range=(0.0, 4000.0),
-    stiffness_x=(1.0, -1e-4),
-    stiffness_y=(1.0, -1e-4),
-    damping_x=(1.0, 1e-4),
-    damping_y=(1.0, 1e-4),
-)
+LAW = polynomial_law((1.0, -1e-4), (1.0, -1e-4), (1.0, 1e-4), (1.0, 1e-4), top=4000.0)
 
 
 @pytest.fixture(scope="module")
-def full(three_disk_element, with_stress):
+def full():
     return with_stress(three_disk_element(), 0.5)
 
 
@@ -81,7 +85,7 @@ def _compare(found, exact, coarse, sampled, rtol):
 
 @pytest.mark.parametrize("law", [None, LAW])
 @pytest.mark.parametrize("ratio", [1.0, -1.5])
-def test_unbalance_peaks(full, truncated, one_rotor, ground, ratio, law):
+def test_unbalance_peaks(full, ratio, law):
     held = [ground("rotor", e, 7e7, 5e7, 8e3, 6e3, speed_law=law) for e in ("left", "right")]
     whole, cut = one_rotor(full, held, ratio), one_rotor(truncated(full, 6), held, ratio)
     node = End(body="rotor", interface="right")
@@ -97,7 +101,7 @@ def test_unbalance_peaks(full, truncated, one_rotor, ground, ratio, law):
     assert found.bodies_without_estimate == () and "mode_truncation" in found.height
 
 
-def test_peaks_over_the_frequency_at_one_speed(twin_bodies, twin_bearings, with_stress, truncated):
+def test_peaks_over_the_frequency_at_one_speed():
     bodies = [with_stress(body, 0.5) for body in twin_bodies()]
     cut = [truncated(bodies[0], 10), truncated(bodies[1], 4)]
     held = tuple(
@@ -105,13 +109,7 @@ def test_peaks_over_the_frequency_at_one_speed(twin_bodies, twin_bearings, with_
         for b in twin_bearings(1e8, 1e8)
     )
     whole, small = (
-        assemble(
-            {
-                "inner": Rotor(element=inner, speed_ratio=1.0),
-                "outer": Rotor(element=outer, speed_ratio=-1.3),
-            },
-            held,
-        )
+        assemble({"inner": turning(inner), "outer": turning(outer, -1.3)}, held)
         for inner, outer in (bodies, cut)
     )
 
@@ -132,7 +130,7 @@ def test_peaks_over_the_frequency_at_one_speed(twin_bodies, twin_bearings, with_
     _compare(found, exact, coarse, sampled, 0.15)
 
 
-def test_peaks_without_damping_have_a_place_and_no_height(full, truncated, one_rotor, ground):
+def test_peaks_without_damping_have_a_place_and_no_height(full):
     held = [ground("rotor", end, 7e7, 7e7) for end in ("left", "right")]
     whole, cut = one_rotor(full, held), one_rotor(truncated(full, 8), held)
     node = End(body="rotor", interface="right")
@@ -153,7 +151,7 @@ def test_peaks_without_damping_have_a_place_and_no_height(full, truncated, one_r
         assert error == pytest.approx(true, abs=4e-6, rel=0.2)  # samples of 1e-6 of the speed
 
 
-def test_refusals_and_no_peaks(full, truncated, one_rotor, ground, twin):
+def test_refusals_and_no_peaks(full):
     held = [ground("rotor", end, 7e7, 5e7, 1e3, 1e3) for end in ("left", "right")]
     system = one_rotor(truncated(full, 8), held)
     node = End(body="rotor", interface="right")

@@ -6,10 +6,6 @@ import ast
 import dataclasses
 import importlib.util
 
-import numpy as np
-
-from solidwhirl.rotordyn import Bearing, End, Rotor, assemble
-
 # Printable, as names must be; ends literals and docstrings, fills placeholders, is not ASCII.
 HOSTILE = "ä'\"\"\"; @BODY@ {0} %s \\n import pathlib; pathlib.Path('harm').touch() #="
 # Lines of a file that is read before it is used.
@@ -24,13 +20,13 @@ def module_of(path):
     return module
 
 
-def with_hostile_names(element):
-    """The body under a hostile name, with its first interface renamed likewise."""
+def with_names(element, new):
+    """The body under another name, with its first interface renamed likewise."""
     first = element.interfaces[0].name
-    rename = lambda name: HOSTILE if name == first else name  # noqa: E731
+    rename = lambda name: new if name == first else name  # noqa: E731
     return dataclasses.replace(
         element,
-        name=HOSTILE,
+        name=new,
         interfaces=tuple(
             dataclasses.replace(node, name=rename(node.name)) for node in element.interfaces
         ),
@@ -68,18 +64,3 @@ def check_text(path):
         if isinstance(node, (ast.FunctionDef, ast.ClassDef)) and node.col_offset == 0
     ]
     assert all(ast.get_docstring(node) or node.name == "main" for node in functions)
-
-
-def on_springs(element, springs, ratio=1.0):
-    """System of the body on springs: {interface: number, two numbers or (2, 2) in N/m}."""
-    bearings = tuple(
-        Bearing(
-            name=f"at {name}",
-            first=End(body="r", interface=name),
-            stiffness_n_per_m=np.asarray(k, float)
-            if np.ndim(k) == 2
-            else np.diag(np.broadcast_to(k, 2)).astype(float),
-        )
-        for name, k in springs.items()
-    )
-    return assemble({"r": Rotor(element=element, speed_ratio=ratio)}, bearings)

@@ -6,11 +6,10 @@ import dataclasses
 
 import numpy as np
 import pytest
+from rotors import ground, hub, one_rotor, plane_spring, three_disk_element
 
 from solidwhirl.rotordyn import campbell, modes_at_speed
 from solidwhirl.rotordyn.modes.eigen import whole_group_count
-
-KINK, MASS = 100.0, 10.0
 
 
 @pytest.mark.parametrize(
@@ -25,9 +24,7 @@ def test_no_modes_are_no_group():
     assert whole_group_count(np.empty(0, dtype=complex), 3) == 0
 
 
-def test_odd_numbers_of_modes_and_branches_at_rest_are_made_even(
-    three_disk_element, one_rotor, ground
-):
+def test_odd_numbers_of_modes_and_branches_at_rest_are_made_even():
     system = one_rotor(three_disk_element(), [ground("rotor", at, 5e7) for at in ("left", "right")])
     for count in (1, 3, 5):
         modes = modes_at_speed(system, 0.0, count)
@@ -37,7 +34,7 @@ def test_odd_numbers_of_modes_and_branches_at_rest_are_made_even(
         assert modes_at_speed(system, 300.0, count).eigenvalues.size == count
 
 
-def test_no_stiffness_from_the_first_speed_on(one_rotor, hub, plane_spring):
+def test_no_stiffness_from_the_first_speed_on():
     disk = hub(stiffness=plane_spring(1e6, 0.0, 1e4), polar_kg_m2=0.09)
     disk = dataclasses.replace(disk, spin_softening=np.diag([0.0, 0.0, 1.0, 1.0]) * 1e4 / 50.0**2)
     diagram = campbell(one_rotor(disk, []), [60.0, 80.0], branch_count=2)

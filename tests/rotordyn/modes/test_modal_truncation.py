@@ -2,51 +2,36 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pytest
 import scipy.linalg as la
-
-from solidwhirl.rotordyn import (
-    AnalysisError,
-    InternalDamping,
-    Rotor,
-    assemble,
-    campbell,
-    complex_form,
-    critical_speeds,
-    matrices_at_speed,
-    modes_at_speed,
+from rotors import (
+    between_bearings,
+    ground,
+    hub,
+    one_rotor,
+    polynomial_law,
+    three_disk_element,
+    twin,
+    with_axial_and_torsion,
 )
-from solidwhirl.rotordyn.assembly.bearing_laws import PolynomialLaw
+
+from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.assembly.coordinates import interface_row
 from solidwhirl.rotordyn.modes.modal_truncation import project_system, rest_modes, truncated_system
 
 
 @pytest.fixture(scope="module")
-def isotropic(three_disk_element, one_rotor, ground):
-    return one_rotor(three_disk_element(), [ground("rotor", end, 7e7) for end in ("left", "right")])
+def isotropic():
+    return between_bearings(three_disk_element(), 7e7)
 
 
 @pytest.fixture(scope="module")
-def with_laws(three_disk_element, ground):
-    law = PolynomialLaw(
-        name="film",
-        argument_unit="rad/s",
-        argument_range=(0.0, 2000.0),
-        stiffness_x=(1.0, 1e-3),
-        stiffness_y=(0.5, 2e-3),
-        damping_x=(1.0, -1e-4),
-        damping_y=(1.0,),
-    )
-    bearings = tuple(
-        dataclasses.replace(ground("rotor", end, 7e7, 5e7, 700.0), speed_law=law)
-        for end in ("left", "right")
-    )
-    inside = InternalDamping(stiffness_coefficient_s=1e-6)
-    rotor = Rotor(element=three_disk_element(), speed_ratio=1.0, internal_damping=inside)
-    return assemble({"rotor": rotor}, bearings)
+def with_laws():
+    law = polynomial_law((1.0, 1e-3), (0.5, 2e-3), (1.0, -1e-4), top=2000.0)
+    inside = rd.InternalDamping(stiffness_coefficient_s=1e-6)
+    own = (7e7, 5e7, 700.0)
+    return between_bearings(three_disk_element(), *own, inside=inside, speed_law=law)
 
 
 @pytest.mark.parametrize("speed", [0.0, 1500.0])
@@ -56,12 +41,12 @@ def test_a_complete_basis_changes_nothing(with_laws, speed):
     turn = la.qr(generator.standard_normal((with_laws.size, with_laws.size)))[0]
     basis = turn / np.sqrt(np.diag(with_laws.mass))[:, None]
     reduced = project_system(with_laws, basis)
-    before, after = (modes_at_speed(s, speed, 12) for s in (with_laws, reduced))
+    before, after = (rd.modes_at_speed(s, speed, 12) for s in (with_laws, reduced))
     # In these coordinates every entry mixes the stiffest motions, so digits are lost: the highest
     # ω² is 1e9 times the lowest.
     np.testing.assert_allclose(after.eigenvalues, before.eigenvalues, rtol=1e-6)
     truncated = truncated_system(with_laws, with_laws.size)
-    after = modes_at_speed(truncated, speed, 12)
+    after = rd.modes_at_speed(truncated, speed, 12)
     np.testing.assert_allclose(after.eigenvalues, before.eigenvalues, rtol=1e-9)
 
 
@@ -69,35 +54,33 @@ def test_projection_is_galerkins(with_laws):
     basis = np.random.default_rng(2).standard_normal((with_laws.size, 5))
     reduced = project_system(with_laws, basis)
     for speed in (0.0, 800.0):
-        whole, small = (matrices_at_speed(s, speed) for s in (with_laws, reduced))
+        whole, small = (rd.matrices_at_speed(s, speed) for s in (with_laws, reduced))
         for name in whole._fields:
             exact = basis.T @ getattr(whole, name) @ basis
-            found = getattr(small, name)
-            np.testing.assert_allclose(
-                found, exact, rtol=0, atol=1e-12 * np.abs(exact).max() + 1e-12
-            )
+            limit = 1e-12 * np.abs(exact).max() + 1e-12
+            np.testing.assert_allclose(getattr(small, name), exact, rtol=0, atol=limit)
     row = interface_row(with_laws, "rotor", "left", "ux")
     np.testing.assert_allclose(interface_row(reduced, "rotor", "left", "ux"), row @ basis)
 
 
-def test_modes_at_rest_are_kept_exactly(twin):
+def test_modes_at_rest_are_kept_exactly():
     system = twin()
     reduced = truncated_system(system, 10)
-    exact = modes_at_speed(system, 0.0, 10).frequency_hz
+    exact = rd.modes_at_speed(system, 0.0, 10).frequency_hz
     # Both come from the same standing problem; supports of 1e10 N/m in it.
-    np.testing.assert_allclose(modes_at_speed(reduced, 0.0).frequency_hz, exact, rtol=1e-10)
+    np.testing.assert_allclose(rd.modes_at_speed(reduced, 0.0).frequency_hz, exact, rtol=1e-10)
     np.testing.assert_array_equal(reduced.mass, np.eye(10))
     assert not (reduced.stiffness - np.diag(np.diag(reduced.stiffness))).any()
     assert reduced.is_conservative
 
 
-def test_frequencies_at_speed_converge_from_above(twin):
+def test_frequencies_at_speed_converge_from_above():
     """Cost of few modes, as in Müller and Hennings, section 4.2: one per plane is 8 % off."""
     system, speed = twin(), 20000 * np.pi / 30
-    exact = modes_at_speed(system, speed, 2).frequency_hz
+    exact = rd.modes_at_speed(system, speed, 2).frequency_hz
     errors = []
     for count in (2, 4, 8, 22):
-        found = modes_at_speed(truncated_system(system, count), speed, 2).frequency_hz
+        found = rd.modes_at_speed(truncated_system(system, count), speed, 2).frequency_hz
         errors.append(found / exact - 1)
     errors = np.array(errors)
     assert (errors > -1e-12).all()
@@ -106,37 +89,22 @@ def test_frequencies_at_speed_converge_from_above(twin):
     assert errors[-1].max() < 1e-6
 
 
-def test_one_mode_per_plane_in_closed_form(twin):
-    """The analytical model of the source: two modes q1'' + ω1² q1 + Ωg q2' = 0 and its partner."""
-    system = twin()
-    reduced = truncated_system(system, 2)
-    squared, shapes = rest_modes(system)
-    coupling = shapes[:, 0] @ system.gyroscopic @ shapes[:, 1]
-    for speed in (500.0, 2000.0):
-        spin = (speed * coupling) ** 2
-        middle = 0.5 * (squared[0] + squared[1] + spin)
-        root = np.sqrt(middle**2 - squared[0] * squared[1])
-        omega = np.sqrt([middle - root, middle + root])
-        found = 2 * np.pi * modes_at_speed(reduced, speed).frequency_hz
-        np.testing.assert_allclose(found, omega, rtol=1e-10)
-
-
-def test_analyses_work_on_it(twin, with_laws):
+def test_analyses_work_on_it(with_laws):
     system = twin()
     reduced = truncated_system(system, 22)
-    exact = critical_speeds(system, 1.0, 2100.0)
-    found = critical_speeds(reduced, 1.0, 2100.0)
+    exact = rd.critical_speeds(system, 1.0, 2100.0)
+    found = rd.critical_speeds(reduced, 1.0, 2100.0)
     assert [c.whirl for c in found] == [c.whirl for c in exact]
     speeds = [[c.speed_rad_s for c in part] for part in (found, exact)]
     np.testing.assert_allclose(*speeds, rtol=1e-5)
     grid = np.linspace(0, 2000, 5)
-    diagrams = [campbell(s, grid, branch_count=4) for s in (reduced, system)]
+    diagrams = [rd.campbell(s, grid, branch_count=4) for s in (reduced, system)]
     np.testing.assert_allclose(diagrams[0].frequency_hz, diagrams[1].frequency_hz, rtol=1e-6)
     np.testing.assert_array_equal(diagrams[0].whirl, diagrams[1].whirl)
-    whole = campbell(with_laws, grid / 2, branch_count=4)
+    whole = rd.campbell(with_laws, grid / 2, branch_count=4)
     errors = []
     for count in (24, 40):
-        damped = campbell(truncated_system(with_laws, count), grid / 2, branch_count=4)
+        damped = rd.campbell(truncated_system(with_laws, count), grid / 2, branch_count=4)
         errors.append(np.abs(damped.eigenvalues / whole.eigenvalues - 1).max())
     # The bearings are twice as stiff at the end as at rest, where the modes come from.
     assert errors[0] < 2e-3 and errors[1] < 0.2 * errors[0]
@@ -144,7 +112,7 @@ def test_analyses_work_on_it(twin, with_laws):
 
 def test_isotropic_system_keeps_its_complex_form(isotropic):
     reduced = truncated_system(isotropic, 8)
-    form, whole = complex_form(reduced), complex_form(isotropic)
+    form, whole = rd.complex_form(reduced), rd.complex_form(isotropic)
     assert whole is not None and form is not None
     assert form.size == 4
     # Signed whirl speeds of the real and of the complex problem.
@@ -154,36 +122,34 @@ def test_isotropic_system_keeps_its_complex_form(isotropic):
         [[np.zeros((4, 4)), np.eye(4)], [-la.solve(mass, stiffness), -la.solve(mass, velocity)]]
     )
     omega = np.sort(np.abs(la.eigvals(state).imag))
-    np.testing.assert_allclose(omega, modes_at_speed(reduced, speed).eigenvalues.imag, rtol=1e-9)
+    np.testing.assert_allclose(omega, rd.modes_at_speed(reduced, speed).eigenvalues.imag, rtol=1e-9)
 
 
-def test_free_rotor_keeps_its_rigid_motions(three_disk_element, one_rotor):
+def test_free_rotor_keeps_its_rigid_motions():
     system = one_rotor(three_disk_element(), [])
     reduced = truncated_system(system, 8)
     assert not reduced.stiffness[:4].any()
-    modes = modes_at_speed(reduced, 100.0)
-    whole = modes_at_speed(system, 100.0)
+    modes = rd.modes_at_speed(reduced, 100.0)
+    whole = rd.modes_at_speed(system, 100.0)
     # Two translations cost nothing, and of each tilt pair one precession is at rest.
     assert (modes.zero_count, whole.zero_count) == (6, 6)
     # Rigid nutation at Ω Ip/Id is in the basis but for the bending it goes with.
     np.testing.assert_allclose(modes.frequency_hz[0], whole.frequency_hz[0], rtol=1e-4)
-    assert complex_form(reduced) is not None
+    assert rd.complex_form(reduced) is not None
 
 
-def test_axial_and_torsion_modes_stay_apart(
-    three_disk_element, with_axial_and_torsion, ground, one_rotor
-):
+def test_axial_and_torsion_modes_stay_apart():
     element = with_axial_and_torsion(three_disk_element(), 1.3, 0.05, "left", "right")
     held = {"axial_stiffness_n_per_m": 1e6, "torsion_stiffness_n_m_per_rad": 1e4}
     system = one_rotor(element, [ground("rotor", end, 7e7, **held) for end in ("left", "right")])
     reduced = truncated_system(system, 8)
-    exact = modes_at_speed(system, 0.0, 8).frequency_hz
-    np.testing.assert_allclose(modes_at_speed(reduced, 0.0).frequency_hz, exact, rtol=1e-9)
-    form = complex_form(reduced)
+    exact = rd.modes_at_speed(system, 0.0, 8).frequency_hz
+    np.testing.assert_allclose(rd.modes_at_speed(reduced, 0.0).frequency_hz, exact, rtol=1e-9)
+    form = rd.complex_form(reduced)
     assert form is not None and form.rest.size >= 1 and 2 * form.size + form.rest.size == 8
 
 
-def test_negative_support_is_kept(hub, ground, one_rotor):
+def test_negative_support_is_kept():
     """A support that pushes away: one negative ω² in each plane, before all others."""
     spring = np.diag([1e6, 1e6, 2e4, 2e4])
     system = one_rotor(hub(stiffness=spring), [ground("rotor", "hub", -1.5e6)])
@@ -194,13 +160,15 @@ def test_negative_support_is_kept(hub, ground, one_rotor):
 
 
 def test_half_of_a_pair_is_refused(isotropic):
-    with pytest.raises(AnalysisError, match=r"parts modes of equal frequency .* Hz; take 2 or 4"):
+    with pytest.raises(
+        rd.AnalysisError, match=r"parts modes of equal frequency .* Hz; take 2 or 4"
+    ):
         truncated_system(isotropic, 3)
 
 
 @pytest.mark.parametrize("count", [0, 57])
 def test_impossible_counts_are_refused(isotropic, count):
-    with pytest.raises(AnalysisError, match=f"mode_count is {count}; 1 to 56 are possible"):
+    with pytest.raises(rd.AnalysisError, match=f"mode_count is {count}; 1 to 56 are possible"):
         truncated_system(isotropic, count)
 
 
@@ -214,7 +182,7 @@ def test_impossible_counts_are_refused(isotropic, count):
     ],
 )
 def test_useless_bases_are_refused(isotropic, basis, message):
-    with pytest.raises(AnalysisError, match=message):
+    with pytest.raises(rd.AnalysisError, match=message):
         project_system(isotropic, basis)
 
 

@@ -6,18 +6,21 @@ import dataclasses
 
 import numpy as np
 import pytest
-
-from solidwhirl.rotordyn import (
-    AnalysisError,
-    Bearing,
-    End,
-    Gear,
-    InternalDamping,
-    Rotor,
-    assemble,
-    modes_at_speed,
+from rotors import (
+    between_bearings,
+    connect,
+    general,
+    ground,
+    hub,
+    one_rotor,
+    three_disk,
+    three_disk_element,
+    turning,
+    twin,
+    with_axial_and_torsion,
 )
-from solidwhirl.rotordyn.assembly.bearing_laws import PolynomialLaw
+
+from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.modes.participation import participation
 
 
@@ -30,26 +33,17 @@ def _sums(result):
 
 
 @pytest.fixture(scope="module")
-def chain(hub, ground):
+def chain():
     """Disk on a bearing in a casing on a mount: two masses and two springs in each plane."""
-    rotors = {
-        "disk": Rotor(element=hub(mass_kg=10.0), speed_ratio=1.0),
-        "casing": Rotor(element=hub(mass_kg=30.0), speed_ratio=0.0),
-    }
-    between = Bearing(
-        name="bearing",
-        first=End(body="disk", interface="hub"),
-        second=End(body="casing", interface="hub"),
-        stiffness_n_per_m=2e6 * np.eye(2),
-        tilt_stiffness_n_m_per_rad=1e6 * np.eye(2),
-    )
-    mount = ground("casing", "hub", 5e6, tilt_stiffness_n_m_per_rad=1e6 * np.eye(2))
-    return assemble(rotors, (between, mount))
+    rotors = {"disk": turning(hub(mass_kg=10.0)), "casing": turning(hub(mass_kg=30.0), 0.0)}
+    between = connect("bearing", "disk.hub", "casing.hub", 2e6, tilt=1e6)
+    mount = ground("casing", "hub", 5e6, tilt=1e6)
+    return rd.assemble(rotors, (between, mount))
 
 
 def test_two_masses_in_closed_form(chain):
     """Only the two translation modes; the tilt of the disks is far above."""
-    result = participation(chain, modes_at_speed(chain, 0.0, 4))
+    result = participation(chain, rd.modes_at_speed(chain, 0.0, 4))
     mass = np.array([10.0, 30.0])
     values, vectors = np.linalg.eig(np.diag(1 / mass) @ np.array([[2e6, -2e6], [-2e6, 7e6]]))
     assert result.bodies == ("disk", "casing")
@@ -67,7 +61,7 @@ def test_two_masses_in_closed_form(chain):
     assert not result.strain_bodies.any() and not result.centrifugal_bodies.any()
 
 
-def test_strain_share_is_the_sensitivity_to_the_stiffness(three_disk_element, one_rotor, ground):
+def test_strain_share_is_the_sensitivity_to_the_stiffness():
     """∂ ln ω² / ∂ ln k of an undamped mode at rest is the share of that spring."""
 
     def build(factor):
@@ -75,10 +69,10 @@ def test_strain_share_is_the_sensitivity_to_the_stiffness(three_disk_element, on
         return one_rotor(three_disk_element(), bearings)
 
     step = 1e-4
-    low, high = (modes_at_speed(build(f), 0.0, 6).frequency_hz for f in (1 - step, 1 + step))
+    low, high = (rd.modes_at_speed(build(f), 0.0, 6).frequency_hz for f in (1 - step, 1 + step))
     slope = 2 * np.log(high / low) / np.log((1 + step) / (1 - step))
     system = build(1.0)
-    modes = modes_at_speed(system, 0.0, 6)
+    modes = rd.modes_at_speed(system, 0.0, 6)
     result = participation(system, modes)
     # The spring along x takes part in modes of the plane of x alone.
     in_x = slope > 1e-6
@@ -88,9 +82,9 @@ def test_strain_share_is_the_sensitivity_to_the_stiffness(three_disk_element, on
 
 
 @pytest.mark.parametrize("speed", [0.0, 1200.0])
-def test_twin_rotor_adds_up(twin, speed):
+def test_twin_rotor_adds_up(speed):
     system = twin()
-    result = participation(system, modes_at_speed(system, speed, 8))
+    result = participation(system, rd.modes_at_speed(system, speed, 8))
     kinetic, potential, decrement = _sums(result)
     np.testing.assert_allclose(kinetic, 1.0, rtol=1e-12)
     # Supports of 1e10 N/m are coordinates of their own, so they cost no digits.
@@ -98,19 +92,14 @@ def test_twin_rotor_adds_up(twin, speed):
     assert np.abs(decrement).max() < 1e-15
 
 
-def test_parts_of_the_decrement_add_up_to_it(three_disk_element, ground):
+def test_parts_of_the_decrement_add_up_to_it():
     """Damped bearings, internal damping, circulation and cross-coupling in one system."""
-    cross = Bearing(
-        name="seal",
-        first=End(body="rotor", interface="left"),
-        stiffness_n_per_m=np.array([[1e6, 4e5], [-4e5, 1e6]]),
-        damping_n_s_per_m=np.array([[300.0, 50.0], [-50.0, 300.0]]),
-    )
-    damping = InternalDamping(stiffness_coefficient_s=2e-6, modal_ratio=1e-3)
-    rotor = Rotor(element=three_disk_element(), speed_ratio=1.0, internal_damping=damping)
-    held = [ground("rotor", end, 7e7, 5e7, 700.0, 500.0) for end in ("left", "right")]
-    system = assemble({"rotor": rotor}, (*held, cross))
-    modes = modes_at_speed(system, 1500.0, 12)
+    coupled = ([[1e6, 4e5], [-4e5, 1e6]], [[300.0, 50.0], [-50.0, 300.0]])
+    seal = connect("seal", "rotor.left", None, *coupled)
+    inside = rd.InternalDamping(stiffness_coefficient_s=2e-6, modal_ratio=1e-3)
+    own = (7e7, 5e7, 700.0, 500.0)
+    system = between_bearings(three_disk_element(), *own, inside=inside, more=[seal])
+    modes = rd.modes_at_speed(system, 1500.0, 12)
     result = participation(system, modes)
     decrement = _sums(result)[2]
     np.testing.assert_allclose(decrement, modes.log_decrement, rtol=1e-8, atol=1e-10)
@@ -121,37 +110,18 @@ def test_parts_of_the_decrement_add_up_to_it(three_disk_element, ground):
     assert forward < 0
 
 
-def test_published_damping_comes_from_the_bearings(three_disk):
-    """Code_Aster SDLL124 at rest: damping ratios of the first four modes."""
-    system = three_disk()
-    result = participation(system, modes_at_speed(system, 0.0, 4))
-    decrement = result.decrement_joints.sum(axis=0)
-    ratio = decrement / np.hypot(2 * np.pi, decrement)
-    # Printed to five digits, of a beam with its own elements; that program allows 0.1 to 0.3 %.
-    np.testing.assert_allclose(ratio, [5.0328e-4, 3.9882e-4, 3.1232e-3, 2.8533e-3], rtol=2e-3)
-    assert (np.abs(result.decrement_bodies) < 1e-15).all()
-
-
-def test_geared_shafts_add_up(three_disk_element, with_axial_and_torsion, ground):
+def test_geared_shafts_add_up():
     shaft = with_axial_and_torsion(three_disk_element(), 1.3, 0.05, "left", "right")
-    rotors = {
-        "first": Rotor(element=shaft, speed_ratio=1.0),
-        "second": Rotor(element=shaft, speed_ratio=-2.0),
-    }
+    rotors = {"first": turning(shaft), "second": turning(shaft, -2.0)}
     held = {"torsion_stiffness_n_m_per_rad": 1e4, "axial_stiffness_n_per_m": 1e6}
     bearings = [ground(name, end, 7e7, **held) for name in rotors for end in ("left", "right")]
-    gear = Gear(
-        name="gear",
-        first=End(body="first", interface="left"),
-        second=End(body="second", interface="left"),
-        ratio=-2.0,
-        mesh_stiffness_n_per_m=1e8,
-        mesh_damping_n_s_per_m=1e3,
-        base_radius_first_m=0.1,
-        line_of_action_rad=0.4,
-    )
-    system = assemble(rotors, tuple(bearings), gears=(gear,))
-    modes = modes_at_speed(system, 200.0, 12)
+    first, second = (rd.End(body=name, interface="left") for name in rotors)
+    gear = rd.Gear(
+        name="gear", first=first, second=second, ratio=-2.0, mesh_stiffness_n_per_m=1e8,
+        mesh_damping_n_s_per_m=1e3, base_radius_first_m=0.1, line_of_action_rad=0.4,
+    )  # fmt: skip
+    system = rd.assemble(rotors, tuple(bearings), gears=(gear,))
+    modes = rd.modes_at_speed(system, 200.0, 12)
     result = participation(system, modes)
     assert result.joints[-1] == "gear"
     assert result.strain_joints[-1].max() > 0.01
@@ -163,46 +133,23 @@ def test_geared_shafts_add_up(three_disk_element, with_axial_and_torsion, ground
     assert not result.decrement_bodies.any()
 
 
-def test_bearings_with_a_speed_law_add_up(three_disk_element, ground):
-    law = PolynomialLaw(
-        name="film",
-        argument_unit="rad/s",
-        argument_range=(0.0, 2000.0),
-        stiffness_x=(1.0, 1e-3),
-        stiffness_y=(0.5, 2e-3),
-        damping_x=(1.0, -1e-4),
-        damping_y=(1.0,),
-    )
-    bearings = [
-        dataclasses.replace(ground("rotor", end, 7e7, 5e7, 700.0), speed_law=law)
-        for end in ("left", "right")
-    ]
-    rotor = Rotor(element=three_disk_element(), speed_ratio=1.0)
-    system = assemble({"rotor": rotor}, tuple(bearings))
-    modes = modes_at_speed(system, 1000.0, 8)
-    kinetic, potential, decrement = _sums(participation(system, modes))
-    np.testing.assert_allclose(kinetic, 1.0, rtol=1e-12)
-    np.testing.assert_allclose(potential, 1.0, rtol=1e-10)
-    np.testing.assert_allclose(decrement, modes.log_decrement, rtol=1e-8)
-
-
-def test_centrifugal_part(general, one_rotor):
+def test_centrifugal_part():
     """K = 2e4, K2 = −0.25 kg at Ω = 200: 2e4 elastic less 1e4 centrifugal."""
     body = general(np.eye(5), 2e4 * np.eye(5), np.zeros((5, 5)))
     body = dataclasses.replace(body, spin_softening=0.25 * np.eye(5))
     system = one_rotor(body, [])
-    result = participation(system, modes_at_speed(system, 200.0))
+    result = participation(system, rd.modes_at_speed(system, 200.0))
     np.testing.assert_allclose(result.strain_bodies, 2.0, rtol=1e-12)
     np.testing.assert_allclose(result.centrifugal_bodies, -1.0, rtol=1e-12)
 
 
-def test_free_nutation_stores_nothing(hub, one_rotor):
+def test_free_nutation_stores_nothing():
     system = one_rotor(hub(), [])
-    result = participation(system, modes_at_speed(system, 100.0))
+    result = participation(system, rd.modes_at_speed(system, 100.0))
     assert result.kinetic_bodies.tolist() == [[1.0]]
     assert np.isnan(result.strain_bodies).all()
 
 
-def test_modes_of_another_system_are_refused(twin, three_disk):
-    with pytest.raises(AnalysisError, match="the modes have 56 coordinates, the system has 74"):
-        participation(twin(), modes_at_speed(three_disk(), 0.0, 2))
+def test_modes_of_another_system_are_refused():
+    with pytest.raises(rd.AnalysisError, match="the modes have 56 coordinates, the system has 74"):
+        participation(twin(), rd.modes_at_speed(three_disk(), 0.0, 2))

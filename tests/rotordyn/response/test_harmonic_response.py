@@ -7,9 +7,19 @@ import dataclasses
 import numpy as np
 import pytest
 import scipy.linalg as la
+from rotors import (
+    connect,
+    ground,
+    one_rotor,
+    polynomial_law,
+    three_disk,
+    turning,
+    twin,
+    twin_bodies,
+    with_axial_and_torsion,
+)
 
 from solidwhirl import rotordyn as rd
-from solidwhirl.rotordyn.assembly.bearing_laws import PolynomialLaw
 from solidwhirl.rotordyn.modes.complex_form import complex_form
 from solidwhirl.rotordyn.response.harmonic_response import (
     harmonic_response,
@@ -23,24 +33,16 @@ SPEEDS = np.array([0.0, 0.0, 150.0, 700.0, 700.0, 2600.0])
 FREQUENCIES = np.array([90.0, 800.0, 150.0, 300.0, 1100.0, 3400.0])
 
 
-@pytest.fixture(scope="module")
-def engine(twin_bodies, ground):
+def engine(ky=3e7, c=900.0):
     """Counter-rotating shafts on damped bearings, internal damping; `ky` breaks the isotropy."""
-
-    def build(ky=3e7, c=900.0):
-        inner, outer = twin_bodies()
-        inside = rd.InternalDamping(stiffness_coefficient_s=2e-6)
-        rotors = {
-            "inner": rd.Rotor(element=inner, speed_ratio=1.0, internal_damping=inside),
-            "outer": rd.Rotor(element=outer, speed_ratio=-1.4),
-        }
-        first, second = (rd.End(body=name, interface="C") for name in rotors)
-        own = {"stiffness_n_per_m": 2e8 * np.eye(2), "damping_n_s_per_m": 400.0 * np.eye(2)}
-        between = rd.Bearing(name="between", first=first, second=second, **own)
-        held = [ground("inner", "A", 3e7, ky, c), ground("inner", "B", 3e7, 3e7, c)]
-        return rd.assemble(rotors, (*held, ground("outer", "D", 5e7, 5e7, c), between), "inner")
-
-    return build
+    inner, outer = twin_bodies()
+    inside = rd.InternalDamping(stiffness_coefficient_s=2e-6)
+    rotors = {"inner": turning(inner, internal_damping=inside), "outer": turning(outer, -1.4)}
+    first, second = (rd.End(body=name, interface="C") for name in rotors)
+    own = {"stiffness": 2e8, "damping": 400.0}
+    between = connect("between", first, second, **own)
+    held = [ground("inner", "A", 3e7, ky, c), ground("inner", "B", 3e7, 3e7, c)]
+    return rd.assemble(rotors, (*held, ground("outer", "D", 5e7, 5e7, c), between), "inner")
 
 
 def _loads(system, count=2, points=SPEEDS.size):
@@ -55,7 +57,7 @@ def _dynamic_stiffness(system, speed, omega):
 
 
 @pytest.mark.parametrize("kind", ["isotropic", "planes", "isotropic law"])
-def test_solution_is_that_of_the_full_equations(engine, ground, kind):
+def test_solution_is_that_of_the_full_equations(kind):
     system = engine(2e7 if kind == "planes" else 3e7)
     if kind == "isotropic law":
         law = dataclasses.replace(_law("D"), stiffness_y=(1.0, 2e-4), damping_y=(1.0, -1e-4))
@@ -72,11 +74,7 @@ def test_solution_is_that_of_the_full_equations(engine, ground, kind):
 
 
 def _law(name):
-    return PolynomialLaw(
-        name=name, argument_unit="rad/s", argument_range=(0.0, 3000.0),
-        stiffness_x=(1.0, 2e-4), stiffness_y=(0.4, 0.0, 1e-7),
-        damping_x=(1.0, -1e-4), damping_y=(0.5,),
-    )  # fmt: skip
+    return polynomial_law((1.0, 2e-4), (0.4, 0.0, 1e-7), (1.0, -1e-4), (0.5,), top=3000.0)
 
 
 def _with_bearing_d(system, bearing):
@@ -84,7 +82,7 @@ def _with_bearing_d(system, bearing):
     return rd.assemble(system.system.rotors, (*bearings, bearing), "inner")
 
 
-def _odd_bearing(kind, ground):
+def _odd_bearing(kind):
     """Bearing at D that is not the same in all directions."""
     if kind == "law":
         return ground("outer", "D", 4e7, 4e7, 700.0, speed_law=_law("D"))
@@ -105,8 +103,8 @@ def _odd_bearing(kind, ground):
 
 
 @pytest.mark.parametrize("kind", ["planes", "cross", "tilt", "law"])
-def test_circles_coupled_by_bearings_solve_the_full_equations(engine, ground, kind):
-    system = _with_bearing_d(engine(2e7), _odd_bearing(kind, ground))
+def test_circles_coupled_by_bearings_solve_the_full_equations(kind):
+    system = _with_bearing_d(engine(2e7), _odd_bearing(kind))
     assert complex_form(system) is None and split_system(system, 500.0) is not None
     random = np.random.default_rng(11)
     speeds, frequencies = random.uniform(0.0, 3000.0, (2, 40))
@@ -120,7 +118,7 @@ def test_circles_coupled_by_bearings_solve_the_full_equations(engine, ground, ki
     assert found.relative_residual.max() < 1e-10
 
 
-def test_resonance_of_the_isotropic_part_alone_is_passed(twin_bodies, one_rotor, ground):
+def test_resonance_of_the_isotropic_part_alone_is_passed():
     # The mean of the two planes has a resonance where the system has none.
     shaft = twin_bodies()[0]
 
@@ -138,77 +136,7 @@ def test_resonance_of_the_isotropic_part_alone_is_passed(twin_bodies, one_rotor,
         np.testing.assert_allclose(q, direct, rtol=0, atol=1e-9 * np.abs(direct).max())
 
 
-def test_forward_load_of_an_isotropic_system_moves_in_circles(engine):
-    system = engine()
-    load = np.zeros((1, system.size, 1), complex)
-    generator = system.spin_generator
-    load[0, 0, 0] = 1.0
-    load[0, :, 0] += -1j * (generator @ load[0, :, 0].real)
-    q = harmonic_response(system, 300.0, [100.0, 200.0], load).displacement[:, :, 0]
-    # Turning the motion by 90° is the same as waiting a quarter period: L q = i q.
-    np.testing.assert_allclose(q @ generator.T, 1j * q, rtol=0, atol=1e-20)
-
-
-def test_response_is_the_sum_over_modes(engine):
-    system = engine(2e7)
-    speed, n = 700.0, system.size
-    m = rd.matrices_at_speed(system, speed)
-    velocity = m.damping + m.gyroscopic
-    zero, one = np.zeros((n, n)), np.eye(n)
-    inverse_mass = la.inv(m.mass)
-    state = np.block([[zero, one], [-inverse_mass @ m.stiffness, -inverse_mass @ velocity]])
-    values, left, right = la.eig(state, left=True, right=True)
-    load = _loads(system, 1, 1)
-    omega = np.array([40.0, 300.0, 1500.0])
-    found = harmonic_response(system, speed, omega, load).displacement[..., 0]
-    push = np.concatenate((np.zeros(n), inverse_mass @ load[0, :, 0]))
-    share = (left.conj().T @ push) / np.einsum("im,im->m", left.conj(), right)
-    modal = np.array([(right * (share / (1j * w - values))).sum(axis=1)[:n] for w in omega])
-    # The eigenvectors of the unbalanced state matrix carry about 9 digits.
-    np.testing.assert_allclose(found, modal, rtol=0, atol=1e-7 * np.abs(modal).max())
-
-
-@pytest.mark.parametrize("ky", [3e7, 2e7])
-def test_reciprocity(engine, ky, three_disk):
-    # Without spin the receptance is symmetric; with spin that at −Ω is the transposed one (no
-    # internal damping in this rotor, whose circulatory part would break that).
-    system = three_disk()
-    unit = np.eye(system.size)[None]
-    for speed in (0.0, 400.0):
-        forth = harmonic_response(system, speed, 500.0, unit).displacement[0]
-        back = harmonic_response(system, -speed, 500.0, unit).displacement[0]
-        scale = np.sqrt(np.outer(np.abs(np.diag(forth)), np.abs(np.diag(forth))))
-        assert (np.abs(forth - back.T) / scale).max() < 1e-10
-    with_spin = engine(ky)
-    still = harmonic_response(with_spin, 0.0, 500.0, np.eye(with_spin.size)[None]).displacement[0]
-    scale = np.sqrt(np.outer(np.abs(np.diag(still)), np.abs(np.diag(still))))
-    assert (np.abs(still - still.T) / scale).max() < 1e-10
-
-
-def test_damping_takes_the_power_of_the_load(engine):
-    system = engine(2e7)
-    load = _loads(system)
-    found = harmonic_response(system, SPEEDS, FREQUENCIES, load).displacement
-    for speed, omega, f, q in zip(SPEEDS, FREQUENCIES, load, found, strict=True):
-        m = rd.matrices_at_speed(system, speed)
-        given = -0.5 * omega * np.einsum("ir,ir->r", f.conj(), q).imag
-        # Internal damping takes what its circulatory part draws from the spin.
-        skew = 0.5 * (m.stiffness - m.stiffness.T)
-        drawn = 0.5 * omega * np.einsum("ir,ij,jr->r", q.conj(), skew, q).imag
-        taken = 0.5 * omega**2 * np.einsum("ir,ij,jr->r", q.conj(), m.damping, q).real
-        np.testing.assert_allclose(given, taken + drawn, rtol=1e-9)
-
-
-def test_static_limit(three_disk, ground):
-    system = three_disk(0.0, 0.0)
-    load = np.eye(system.size)[None, :, :3]
-    q = harmonic_response(system, 0.0, 0.0, load).displacement[0]
-    np.testing.assert_allclose(q, la.solve(system.stiffness, load[0]), rtol=1e-9, atol=1e-16)
-
-
-def test_axial_motion_and_torsion_are_solved_beside_the_circles(
-    with_axial_and_torsion, twin_bodies, one_rotor, ground
-):
+def test_axial_motion_and_torsion_are_solved_beside_the_circles():
     shaft = with_axial_and_torsion(twin_bodies()[0], 0.4, 0.02, "A", "B")
     free = shaft.interface_index("B", "uz"), shaft.interface_index("B", "rz")
     bearings = [
@@ -225,7 +153,7 @@ def test_axial_motion_and_torsion_are_solved_beside_the_circles(
     np.testing.assert_allclose(q, direct, rtol=0, atol=1e-11 * np.abs(direct).max())
 
 
-def test_stiff_supports_cost_no_digits(twin):
+def test_stiff_supports_cost_no_digits():
     # Bearings of 1e16 N/m beside rigid ones: what remains is their own softness, 1e-8 of the shaft.
     points = np.array([300.0, 900.0, 1500.0])
 
@@ -242,7 +170,7 @@ def test_stiff_supports_cost_no_digits(twin):
     )
 
 
-def test_no_load_means_no_motion_even_where_the_system_drifts(twin_bodies, one_rotor):
+def test_no_load_means_no_motion_even_where_the_system_drifts():
     free = one_rotor(twin_bodies()[0], [])
     none = harmonic_response(free, 100.0, [0.0, 50.0], np.zeros((1, free.size, 1)))
     assert not none.displacement.any()
@@ -252,10 +180,8 @@ def test_no_load_means_no_motion_even_where_the_system_drifts(twin_bodies, one_r
         harmonic_response(free, 100.0, 0.0, load)
 
 
-@pytest.mark.parametrize("name", ["twin", "three_disk"])
-def test_undamped_resonance_is_refused(name, request):
-    build = request.getfixturevalue(name)
-    system = build() if name == "twin" else build(0.0, 0.0)
+@pytest.mark.parametrize("system", [twin(), three_disk(0.0, 0.0)], ids=["twin", "three disks"])
+def test_undamped_resonance_is_refused(system):
     critical = rd.critical_speeds(system, 1.0, 2000.0)[0].speed_rad_s
     load = np.zeros((1, system.size, 1), complex)
     load[0, :2, 0] = 1.0, -1j
@@ -280,14 +206,14 @@ def test_undamped_resonance_is_refused(name, request):
         (1.0, 1.0, (1, 5, 1), "loads has shape"),
     ],
 )
-def test_wrong_arguments_are_refused(three_disk, speeds, frequencies, shape, message):
+def test_wrong_arguments_are_refused(speeds, frequencies, shape, message):
     system = three_disk()
     load = np.ones([system.size if length == "n" else length for length in shape])
     with pytest.raises(rd.AnalysisError, match=message):
         harmonic_response(system, speeds, frequencies, load)
 
 
-def test_loads_on_bodies_are_checked(three_disk):
+def test_loads_on_bodies_are_checked():
     system = three_disk()
     with pytest.raises(rd.AnalysisError, match="body_loads is empty"):
         independent_loads(system, {})

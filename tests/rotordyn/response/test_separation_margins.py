@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from rotors import ground, hub, turning, twin
 
-from solidwhirl.rotordyn import AnalysisError, Rotor, assemble, critical_speeds
+from solidwhirl.rotordyn import AnalysisError, assemble, critical_speeds
 from solidwhirl.rotordyn.assembly.coordinates import interface_row
 from solidwhirl.rotordyn.assembly.system import matrices_at_speed
 from solidwhirl.rotordyn.modes.damping import amplification_factor
@@ -19,8 +20,6 @@ from solidwhirl.rotordyn.response.separation_margins import (
     resonances_of_modes,
     separation_margins,
 )
-
-RPM = np.pi / 30.0
 
 
 @pytest.mark.parametrize(
@@ -55,10 +54,6 @@ def test_amplification_from_the_log_decrement(damping_ratio):
     near = amplification_factor(decrement) / (np.pi / decrement) - 1
     assert near == pytest.approx(damping_ratio**2 / 2, rel=0.05)
     assert amplification_factor(-decrement) == pytest.approx(-0.5 / damping_ratio, rel=1e-13)
-
-
-def test_amplification_without_damping():
-    assert amplification_factor(0.0) == np.inf
 
 
 def test_margins_below_inside_and_above():
@@ -97,7 +92,7 @@ def test_critically_damped_resonance_may_be_inside_and_an_unstable_one_nowhere()
     assert verdicts == {"unstable"}
 
 
-def test_shafts_are_compared_at_their_own_speed(twin):
+def test_shafts_are_compared_at_their_own_speed():
     """A shaft at ratio n meets a resonance at |n|Ω, its own speed, which is the frequency."""
     system = twin(ratio=-1.5)
     found = critical_speeds(system, -1.5, 2000.0)
@@ -105,25 +100,6 @@ def test_shafts_are_compared_at_their_own_speed(twin):
         assert resonance.speed_rad_s == pytest.approx(1.5 * critical.speed_rad_s, rel=1e-14)
         assert resonance.whirl == critical.whirl
         assert resonance.amplification_factor == np.inf
-
-
-def test_damped_rotor_from_critical_speeds_to_margins(three_disk):
-    """Three-disk rotor of the book: ζ ≈ δ/2π of the modes carries through to AF."""
-    found = critical_speeds(three_disk(), 1.0, 12000 * RPM)
-    operating = OperatingRange(
-        shaft="rotor", speed_low_rad_s=4200 * RPM, speed_high_rad_s=9000 * RPM
-    )
-    margins = separation_margins(operating, resonances_of_modes(found))
-    # Published critical speeds 3620.4, 3798.3, 10018, 11279 rpm to 0.1 %.
-    expected = [3620.4 / 4200 - 1, 3798.3 / 4200 - 1, 10018 / 9000 - 1, 11279 / 9000 - 1]
-    np.testing.assert_allclose([m.margin for m in margins], expected, atol=2e-3)
-    for margin, critical in zip(margins, found, strict=True):
-        assert margin.resonance.amplification_factor == pytest.approx(
-            np.pi / critical.log_decrement, rel=1e-4
-        )
-    # Light damping: 17 % below and nearly 27 % above are asked for.
-    assert {m.verdict_api_617 for m in margins} == {"inside margin"}
-    assert [m.verdict_20_percent for m in margins] == ["inside margin"] * 3 + ["ok"]
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.0, 5.0), (6.0, 5.0), (5.0, np.inf), (np.nan, 5.0)])
@@ -137,11 +113,11 @@ def test_ranges_without_meaning_are_refused(low, high):
 
 @pytest.mark.parametrize("ratio", [1.0, -1.5])
 @pytest.mark.parametrize("stretch", [1.0, 1.0 + 1e-3, 1.3])
-def test_excited_is_what_an_unbalance_drives_without_bound(hub, ground, ratio, stretch):
+def test_excited_is_what_an_unbalance_drives_without_bound(ratio, stretch):
     """A hair from an undamped critical speed the response is large, or it is not excited."""
     tilt = np.diag([1e5, 1e5 * stretch])
     bearing = ground("rotor", "hub", 1e6, 1e6 * stretch, tilt_stiffness_n_m_per_rad=tilt)
-    system = assemble({"rotor": Rotor(element=hub(), speed_ratio=ratio)}, (bearing,))
+    system = assemble({"rotor": turning(hub(), ratio)}, (bearing,))
     # off the centre of gravity, so that it drives tilts too
     found = [c for c in critical_speeds(system, ratio, 2000.0) if c.whirl]
     assert len(found) >= 2

@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 import scipy.linalg as la
+from rotors import connect, hub, turning
 
 from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.assembly.coordinates import body_rows, interface_row
@@ -35,17 +36,14 @@ def engine(element=None):
     )  # fmt: skip
 
     def spring(name, first, second, k):
-        own = {"stiffness_n_per_m": k * np.diag([1.0, 0.8]), "damping_n_s_per_m": 300.0 * np.eye(2)}
-        return rd.Bearing(name=name, first=first, second=second, **own)
+        own = {"stiffness_n_per_m": k * np.diag([1.0, 0.8]), "damping": 300.0}
+        return connect(name, first, second, **own)
 
     ends = [(rd.End(body="shaft", interface=at), rd.End(body="casing", interface=at))
             for at in ("left", "right")]  # fmt: skip
     bearings = [spring(f"bearing {a.interface}", a, b, 4e7) for a, b in ends]
     bearings += [spring(f"mount {b.interface}", b, None, 5e6) for _, b in ends]
-    rotors = {
-        "shaft": rd.Rotor(element=element or shaft(), speed_ratio=1.0),
-        "casing": rd.Rotor(element=casing, speed_ratio=0.0),
-    }
+    rotors = {"shaft": turning(element or shaft()), "casing": turning(casing, 0.0)}
     return rd.assemble(rotors, tuple(bearings), "shaft")
 
 
@@ -78,18 +76,6 @@ def test_without_modes_frequencies_lie_above_those_of_the_full_model():
     assert found[1][-1] > found[0][-1] * 1.001 and found[2][-1] > found[1][-1] * 1.01
 
 
-@pytest.mark.parametrize("speed", [0.0, 600.0])
-def test_rigid_body_is_the_one_made_from_mass_and_inertia(speed):
-    element = shaft()
-    other = rd.rigid_superelement(
-        "shaft", element.mass_kg, element.center_of_gravity_m, element.inertia_kg_m2,
-        {node.name: node.position_m for node in element.interfaces}, ("ux", "uy", "rx", "ry"),
-    )  # fmt: skip
-    found = rd.modes_at_speed(complexity.rigid_bodies_system(engine(), ["shaft"]), speed)
-    expected = rd.modes_at_speed(engine(other), speed)
-    np.testing.assert_allclose(found.eigenvalues[:12], expected.eigenvalues[:12], rtol=1e-7)
-
-
 def test_rigid_bodies_are_a_projection_on_undeformed_motion():
     full = engine()
     rows = body_rows(full, "shaft")
@@ -106,39 +92,17 @@ def test_rigid_bodies_are_a_projection_on_undeformed_motion():
         np.testing.assert_allclose(found, expected, rtol=1e-7)
 
 
-def test_rigid_rotor_on_two_springs_has_closed_form_frequencies(ground):
-    element = shaft()
-    k1, k2 = 3e6, 5e6
-    system = rd.assemble(
-        {"shaft": rd.Rotor(element=element, speed_ratio=1.0)},
-        (ground("shaft", "left", k1), ground("shaft", "right", k2)),
-    )
-    z = element.center_of_gravity_m[2]
-    a, b = 0.0 - z, 0.9 - z
-    stiffness = np.array([[k1 + k2, k1 * a + k2 * b], [k1 * a + k2 * b, k1 * a**2 + k2 * b**2]])
-    mass = np.diag([element.mass_kg, element.inertia_kg_m2[0, 0]])
-    expected = np.sqrt(la.eigh(stiffness, mass, eigvals_only=True)) / (2 * np.pi)
-    rigid = complexity.rigid_bodies_system(system, ["shaft"])
-    assert rigid.size == 4
-    found = rd.modes_at_speed(rigid, 0.0).frequency_hz
-    np.testing.assert_allclose(found, np.repeat(expected, 2), rtol=1e-10)
-
-
 def test_gears_survive_the_exchange_of_a_body():
     parts = ("ux", "uy", "rx", "ry", "rz")
     fan = rd.beam_superelement("fan", [0.0, 0.4], 0.05, 0.0, (2e11, 0.3, 7800.0), {"seat": 0.4},
                             components=parts)  # fmt: skip
     held = [
-        rd.Bearing(name=f"{body} {at}", first=rd.End(body=body, interface=at),
-                stiffness_n_per_m=1e7 * np.eye(2), tilt_stiffness_n_m_per_rad=1e5 * np.eye(2))
+        connect(f"{body} {at}", f"{body}.{at}", stiffness=1e7, tilt=1e5)
         for body, at in (("shaft", "left"), ("shaft", "right"), ("fan", "seat"))
-    ]  # fmt: skip
+    ]
     gear = rd.Gear(name="gear", first=rd.End(body="shaft", interface="left"),
                 second=rd.End(body="fan", interface="seat"), ratio=0.3)  # fmt: skip
-    rotors = {
-        "shaft": rd.Rotor(element=shaft(components=parts), speed_ratio=1.0),
-        "fan": rd.Rotor(element=fan, speed_ratio=0.3),
-    }
+    rotors = {"shaft": turning(shaft(components=parts)), "fan": turning(fan, 0.3)}
     system = rd.assemble(rotors, tuple(held), "shaft", (gear,))
     rigid = complexity.rigid_bodies_system(system, ["shaft", "fan"])
     # two rigid bodies of five motions each, one gear between their torsions
@@ -183,7 +147,7 @@ def test_comparison_measures_what_flexibility_is_worth():
     assert near.band_error[1, :2].max() < 0.02 and abs(near.peak_error[1]) < 0.01
 
 
-def test_what_makes_no_sense_is_refused(hub):
+def test_what_makes_no_sense_is_refused():
     element = shaft()
     modal = [i for i, c in enumerate(element.coordinates) if c.kind == "modal"]
     with pytest.raises(rd.AnalysisError, match=r"\['nose'\]; there are \['shaft', 'casing'\]"):

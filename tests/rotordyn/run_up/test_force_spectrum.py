@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from rotors import ground, hub, turning
 
-from solidwhirl.rotordyn import AnalysisError, Rotor, assemble
+from solidwhirl.rotordyn import AnalysisError, assemble
 from solidwhirl.rotordyn.response.unbalance import Unbalance
 from solidwhirl.rotordyn.run_up import force_spectrum, response
 from solidwhirl.rotordyn.run_up.integration import run_up
@@ -82,11 +83,11 @@ STIFFNESS, DAMPING = MASS * NATURAL**2, 2 * RATIO * MASS * NATURAL
 
 
 @pytest.fixture(scope="module")
-def swept(hub, ground):
+def swept():
     """A damped disk with two unbalances that turns backward, run up slowly past resonance."""
     tilt = 1e6 * np.eye(2)
     held = ground("rotor", "hub", STIFFNESS, None, DAMPING, tilt_stiffness_n_m_per_rad=tilt)
-    system = assemble({"rotor": Rotor(element=hub(mass_kg=MASS), speed_ratio=-1.5)}, (held,))
+    system = assemble({"rotor": turning(hub(mass_kg=MASS), -1.5)}, (held,))
     unbalances = [
         Unbalance(body="rotor", interface="hub", moment_kg_m=1e-3),
         Unbalance(body="rotor", interface="hub", moment_kg_m=5e-4, phase_rad=1.1),
@@ -201,10 +202,10 @@ def test_responses_refuse_what_is_not_there(swept):
         response.order_response(swept, "rotor.hub", "casing", 0.5)
 
 
-def test_responses_need_unbalance_and_enough_records(hub, ground):
+def test_responses_need_unbalance_and_enough_records():
     system = assemble(
-        {"rotor": Rotor(element=hub(), speed_ratio=1.0)},
-        (ground("rotor", "hub", 1e5, tilt_stiffness_n_m_per_rad=1e6 * np.eye(2)),),
+        {"rotor": turning(hub())},
+        (ground("rotor", "hub", 1e5, tilt=1e6),),
     )
     profile = SpeedProfile(times_s=[0.0, 1.0], speeds_rad_s=[300.0, 300.0])
     options = {"step_s": 1e-3, "bearings": ["rotor.hub"], "record_every": 10}

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import scipy.linalg as la
-from plain_run_up import run_up_newmark
+from rotors import connect, polynomial_law, table_law, turning
 from scipy.integrate import solve_ivp
 
 from solidwhirl import rotordyn as rd
@@ -16,24 +16,15 @@ from solidwhirl.rotordyn.response.harmonic_response import harmonic_response, in
 from solidwhirl.rotordyn.response.unbalance import Unbalance, turning_load, unbalance_response
 from solidwhirl.rotordyn.run_up.integration import run_up
 from solidwhirl.rotordyn.run_up.record import MotionState
-from solidwhirl.rotordyn.run_up.speed_profile import SpeedProfile, ramp_and_hold
+from solidwhirl.rotordyn.run_up.speed_profile import SpeedProfile
 
-TABLE = rd.TableLaw(
-    name="table",
-    speeds_rad_s=np.array([0.0, 90.0, 250.0]),
-    stiffness_n_per_m=np.array(
-        [[[4e5, 5e4], [-6e4, 3e5]], [[6e5, 9e4], [-9e4, 5e5]], [[7e5, 2e4], [-1e4, 4e5]]]
-    ),
-    damping_n_s_per_m=np.array(
-        [[[300, 20], [20, 200]], [[500, 0], [0, 300]], [[200, 0], [0, 400]]]
-    ),
-    interpolation="linear",
+TABLE = table_law(
+    [0.0, 90.0, 250.0],
+    [[[4e5, 5e4], [-6e4, 3e5]], [[6e5, 9e4], [-9e4, 5e5]], [[7e5, 2e4], [-1e4, 4e5]]],
+    [[[300, 20], [20, 200]], [[500, 0], [0, 300]], [[200, 0], [0, 400]]],
+    "linear",
 )
-POLYNOMIAL = rd.PolynomialLaw(
-    name="polynomial", argument_unit="rad/s", argument_range=(0.0, 300.0),
-    stiffness_x=(1.0, -2e-3, 1e-5), stiffness_y=(0.5, 1e-3), damping_x=(1.0, -1e-3),
-    damping_y=(1.0,),
-)  # fmt: skip
+POLYNOMIAL = polynomial_law((1.0, -2e-3, 1e-5), (0.5, 1e-3), (1.0, -1e-3), top=300.0)
 
 
 def spools(law=TABLE, damping=400.0):
@@ -50,8 +41,7 @@ def spools(law=TABLE, damping=400.0):
     def spring(name, at, other, kx, ky, speed_law=None):
         own = speed_law is not TABLE
         k, c = own * np.diag([kx, ky]), own * damping * np.eye(2)
-        return rd.Bearing(name=name, first=at, second=other, stiffness_n_per_m=k,
-                          damping_n_s_per_m=c, speed_law=speed_law)  # fmt: skip
+        return connect(name, at, other, k, c, speed_law=speed_law)
 
     def end(body, interface):
         return rd.End(body=body, interface=interface)
@@ -62,10 +52,7 @@ def spools(law=TABLE, damping=400.0):
         spring("inter", end("b", "m"), end("a", "m"), 8e5, 8e5),
         spring("outer", end("b", "r"), None, 4e5, 5e5),
     )
-    rotors = {
-        "a": rd.Rotor(element=first, speed_ratio=1.0),
-        "b": rd.Rotor(element=second, speed_ratio=-1.4),
-    }
+    rotors = {"a": turning(first), "b": turning(second, -1.4)}
     return rd.assemble(rotors, bearings)
 
 
@@ -211,60 +198,3 @@ def test_steady_response_at_constant_speed_stays():
         )  # fmt: skip
         force = run.bearing_force_n(name)
         np.testing.assert_allclose(force, expected[:3], atol=1e-5 * np.abs(expected).max())
-
-
-def test_newmark_converges_to_it_on_a_flexible_rotor(three_disk_element, ground):
-    # enough damping that modes near the step size, which Newmark misplaces, die out
-    damping = rd.InternalDamping(modal_ratio=0.1)
-    rotor = rd.Rotor(element=three_disk_element(), speed_ratio=1.0, internal_damping=damping)
-    bearings = tuple(ground("rotor", at, 7e7, 5e7, 7e2, 5e2) for at in ("left", "right"))
-    system = rd.assemble({"rotor": rotor}, bearings)
-    unbalances = [Unbalance(body="rotor", interface="left", moment_kg_m=1e-3)]
-    profile = ramp_and_hold(250.0, 0.2)
-    still = MotionState(displacement=np.zeros(system.size), velocity=np.zeros(system.size))
-    run = run_up(
-        system, profile, unbalances, step_s=1e-4, initial=still, phase_error_rad=1e-4,
-        outputs=[rd.End(body="rotor", interface="right")],
-    )  # fmt: skip
-    row = interface_row(system, "rotor", "right", "ux")
-    errors = []
-    for step in (2e-4, 1e-4):
-        plain = run_up_newmark(system, profile, unbalances, step, still)
-        every = round(step / 1e-4)
-        found = run.translation_m[0, 0][::every]
-        errors.append(np.abs(plain.displacement @ row - found).max() / np.abs(found).max())
-    # Newmark is of second order; what is left of its error is far above that of the run
-    assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.25)
-    assert errors[1] < 5e-4
-
-
-def test_forces_of_exact_joints_are_those_of_very_stiff_ones(hub):
-    # A tilting disk on a casing: the joint carries the gyroscopic moment, also that of Ω'.
-    disk = hub(mass_kg=4.0, polar_kg_m2=0.06, diametral_kg_m2=0.04, name="d")
-    disk = rd.attach_rigid_disk(disk, "hub", "on an arm", 1.0, 0.02, 0.01, offset_m=0.1)
-    casing = hub(mass_kg=8.0, polar_kg_m2=0.1, diametral_kg_m2=0.1, name="c")
-    seat, inner = rd.End(body="c", interface="hub"), rd.End(body="d", interface="hub")
-    foot = rd.Bearing(name="foot", first=seat, stiffness_n_per_m=np.diag([4e5, 3e5]),
-                   tilt_stiffness_n_m_per_rad=np.diag([3e3, 2e3]))  # fmt: skip
-    exact = rd.Bearing(name="joint", first=inner, second=seat, rigid=("ux", "uy", "rx", "ry"))
-    stiff = rd.Bearing(name="joint", first=inner, second=seat, stiffness_n_per_m=1e12 * np.eye(2),
-                    tilt_stiffness_n_m_per_rad=1e12 * np.eye(2), damping_n_s_per_m=1e6 * np.eye(2),
-                    tilt_damping_n_m_s_per_rad=1e5 * np.eye(2))  # fmt: skip
-    rotors = {
-        "d": rd.Rotor(element=disk, speed_ratio=1.0),
-        "c": rd.Rotor(element=casing, speed_ratio=0.0),
-    }
-    unbalance = [Unbalance(body="d", interface="hub", moment_kg_m=1e-3)]
-    options = {"step_s": 2.5e-5, "bearings": ["joint"], "outputs": [inner],
-               "gravity_m_per_s2": (0.0, -9.81, 0.0), "phase_error_rad": 1e-6}  # fmt: skip
-    profile = ramp_and_hold(150.0, 0.05)
-    systems = [rd.assemble(rotors, (foot, joint)) for joint in (exact, stiff)]
-    runs = [run_up(system, profile, unbalance, **options) for system in systems]
-    for name in ("force_n", "moment_n_m"):
-        # not the first instants, at which a joint that gives way has not yet felt the step of Ω'
-        one, other = (getattr(run, name)[..., 10:] for run in runs)
-        # the stiff joint gives way by 1e-7 of the motion, and its 1e12 times a rounded 1e-17
-        np.testing.assert_allclose(one, other, atol=1e-4 * np.abs(other).max())
-    # and its part ½ Ω' Ip of the tilt is well above that
-    part = 0.5 * 3000.0 * 0.08 * np.abs(runs[0].rotation_rad).max()
-    assert part > 1e-3 * np.abs(runs[0].moment_n_m).max()

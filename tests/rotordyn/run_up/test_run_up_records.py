@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from rotors import connect, ground, hub, three_disk_element, turning
 
 from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.response.unbalance import Unbalance
@@ -22,10 +23,10 @@ def spools():
             name, 8.0, [0.0, 0.0, 0.2], [0.4, 0.4, 0.5], {"l": 0.0, "r": 0.5},
             ("ux", "uy", "rx", "ry"),
         )  # fmt: skip
-        rotors[name] = rd.Rotor(element=element, speed_ratio=ratio)
-        own = {"stiffness_n_per_m": np.diag([4e5, 3e5]), "damping_n_s_per_m": 100.0 * np.eye(2)}
+        rotors[name] = turning(element, ratio)
+        own = {"stiffness_n_per_m": np.diag([4e5, 3e5]), "damping": 100.0}
         ends = (rd.End(body=name, interface=at) for at in "lr")
-        bearings += [rd.Bearing(name=f"{name} {e.interface}", first=e, **own) for e in ends]
+        bearings += [connect(f"{name} {e.interface}", e, **own) for e in ends]
     return rd.assemble(rotors, tuple(bearings))
 
 
@@ -66,10 +67,10 @@ def test_records_are_samples_of_all_steps():
     np.testing.assert_array_equal(some.energy.stored_j, every.energy.stored_j[::7])
 
 
-def test_speeds_beyond_the_basis_are_noted(three_disk_element, ground):
+def test_speeds_beyond_the_basis_are_noted():
     element = dataclasses.replace(three_disk_element(), maximum_speed_rad_s=100.0)
     system = rd.assemble(
-        {"rotor": rd.Rotor(element=element, speed_ratio=2.0)},
+        {"rotor": turning(element, 2.0)},
         tuple(ground("rotor", at, 7e7) for at in ("left", "right")),
     )
     run = run_up(system, ramp_and_hold(60.0, 1e-2), [], step_s=1e-3, phase_error_rad=1.0)
@@ -127,12 +128,12 @@ def geared(damping=1.0, joined=True):
 
     elements = {"shaft": (train("shaft", 0.5, 0.1), 1.0), "fan": (train("fan", 0.2, 0.6), 0.3)}
     bearings = tuple(
-        rd.Bearing(
-            name=f"{body} {at}",
-            first=rd.End(body=body, interface=at),
-            stiffness_n_per_m=1e7 * np.eye(2),
-            tilt_stiffness_n_m_per_rad=1e5 * np.eye(2),
-            # lets the ringing of the torsion die out; it acts on what departs from Ω(t) only
+        # damping lets the ringing of the torsion die out; it acts on what departs from Ω(t) only
+        connect(
+            f"{body} {at}",
+            f"{body}.{at}",
+            stiffness=1e7,
+            tilt=1e5,
             torsion_damping_n_m_s_per_rad=damping,
         )
         for body in elements
@@ -140,7 +141,7 @@ def geared(damping=1.0, joined=True):
     )
     gear = rd.Gear(name="gear", first=rd.End(body="shaft", interface="b"),
                 second=rd.End(body="fan", interface="a"), ratio=0.3)  # fmt: skip
-    rotors = {name: rd.Rotor(element=e, speed_ratio=r) for name, (e, r) in elements.items()}
+    rotors = {name: turning(e, r) for name, (e, r) in elements.items()}
     return rd.assemble(rotors, bearings, "shaft", (gear,) if joined else ())
 
 
@@ -198,15 +199,15 @@ def test_each_free_train_needs_one_drive():
     assert np.abs(run.rotation_rad[0, 2]).max() > 0
 
 
-def test_nothing_to_stand_on_is_refused(hub):
-    system = rd.assemble({"rotor": rd.Rotor(element=hub(), speed_ratio=1.0)}, ())
+def test_nothing_to_stand_on_is_refused():
+    system = rd.assemble({"rotor": turning(hub())}, ())
     with pytest.raises(rd.AnalysisError, match="nothing holds the system against its weight"):
         run_up(system, PROFILE, [], step_s=1e-3, gravity_m_per_s2=(0.0, -9.81, 0.0))
 
 
-def test_a_support_that_pushes_outwards_drives_the_motion_away(hub, ground):
-    held = ground("rotor", "hub", 4e4, -1e4, tilt_stiffness_n_m_per_rad=1e5 * np.eye(2))
-    system = rd.assemble({"rotor": rd.Rotor(element=hub(mass_kg=10.0), speed_ratio=1.0)}, (held,))
+def test_a_support_that_pushes_outwards_drives_the_motion_away():
+    held = ground("rotor", "hub", 4e4, -1e4, tilt=1e5)
+    system = rd.assemble({"rotor": turning(hub(mass_kg=10.0))}, (held,))
     at = rd.End(body="rotor", interface="hub")
     place = np.zeros(system.size)
     place[:2] = 1e-3
@@ -218,10 +219,10 @@ def test_a_support_that_pushes_outwards_drives_the_motion_away(hub, ground):
     np.testing.assert_allclose(y, 1e-3 * np.cosh(np.sqrt(1e3) * run.time_s), rtol=1e-10)
 
 
-def test_bearings_beyond_their_law_are_noted(hub, ground):
+def test_bearings_beyond_their_law_are_noted():
     held = ground("rotor", "hub", 1e6, None, 1e3, speed_law=rd.LEE_ANISOTROPIC,
-                  tilt_stiffness_n_m_per_rad=1e6 * np.eye(2))  # fmt: skip
-    system = rd.assemble({"rotor": rd.Rotor(element=hub(), speed_ratio=1.0)}, (held,))
+                  tilt=1e6)  # fmt: skip
+    system = rd.assemble({"rotor": turning(hub())}, (held,))
     run = run_up(system, ramp_and_hold(1200.0, 1.0), [], step_s=1e-3, phase_error_rad=1.0)
     (note,) = run.notes
     # 1106.27 to 1200 rad/s

@@ -8,19 +8,22 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from rotors import (
+    between_bearings,
+    connect,
+    eigenvalues_of,
+    general,
+    hub,
+    one_rotor,
+    polynomial_law,
+    table_law,
+    three_disk,
+    three_disk_element,
+)
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
-from solidwhirl.rotordyn import (
-    AnalysisError,
-    Bearing,
-    End,
-    InternalDamping,
-    Rotor,
-    assemble,
-)
-from solidwhirl.rotordyn.assembly.bearing_laws import PolynomialLaw, TableLaw
-from solidwhirl.rotordyn.assembly.system import matrices_at_speed
+from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.modes.damping import DampingRule
 from solidwhirl.rotordyn.stability.intervals import stability_chart, unstable_intervals
 from solidwhirl.rotordyn.stability.whirl_decrements import whirl_decrements
@@ -195,34 +198,22 @@ def _dips(rng, kind, stiffness, base_k, base_c, top):
     return speeds, k, c, [float(v) for v in middle]
 
 
-def _assembled(case, general):
+def _assembled(case):
     body = general(case.mass, case.stiffness, np.zeros_like(case.mass))
     body = dataclasses.replace(body, gyroscopic=case.gyroscopic)
     if case.isotropic:
-        body = dataclasses.replace(
-            body, spin_generator=np.kron(np.eye(len(case.mass) // 2), -CROSS)
-        )
-    options = {}
+        turn = np.kron(np.eye(len(case.mass) // 2), -CROSS)
+        body = dataclasses.replace(body, spin_generator=turn)
     if case.interpolation == "polynomial":
         parts = tuple(float(v) for v in case.c[:, 0, 0])
-        law = PolynomialLaw(
-            name="law", argument_unit="rad/s", argument_range=(0.0, case.top), stiffness_x=(1.0,),
-            stiffness_y=(1.0,), damping_x=parts, damping_y=parts,
-        )  # fmt: skip
-        options = {"stiffness_n_per_m": case.k[0], "damping_n_s_per_m": EYE}
+        law = polynomial_law((1.0,), (1.0,), parts, parts, top=case.top)
+        film = connect("film", "rotor.hub", None, case.k[0], 1.0, speed_law=law)
     else:
-        law = TableLaw(
-            name="law", speeds_rad_s=case.rows, stiffness_n_per_m=case.k,
-            damping_n_s_per_m=case.c, interpolation=case.interpolation,
-        )  # fmt: skip
-    end = End(body="general", interface="hub")
-    bearing = Bearing(name="film", first=end, speed_law=law, **options)
-    system = assemble({"general": Rotor(element=body, speed_ratio=1.0)}, (bearing,))
-    return dataclasses.replace(
-        system,
-        damping=system.damping + case.damping,
-        circulatory_stiffness=case.circulatory,
-    )
+        law = table_law(case.rows, case.k, case.c, case.interpolation)
+        film = connect("film", "rotor.hub", speed_law=law)
+    system = one_rotor(body, [film])
+    damping = system.damping + case.damping
+    return dataclasses.replace(system, damping=damping, circulatory_stiffness=case.circulatory)
 
 
 def _sampled(case, found, count):
@@ -262,9 +253,9 @@ def _sampled(case, found, count):
     return ranges, tops
 
 
-def _compare(seed, general, count):
+def _compare(seed, count):
     case = _case(seed)
-    found = unstable_intervals(_assembled(case, general), 0.0, case.top)
+    found = unstable_intervals(_assembled(case), 0.0, case.top)
     expected, tops = _sampled(case, found, count)
     got = [(r.low_rad_s, r.high_rad_s) for r in found]
     assert len(got) == len(expected), (seed, got, expected)
@@ -281,16 +272,16 @@ def _compare(seed, general, count):
     return len(got)
 
 
-def test_random_rotors(general):
+def test_random_rotors():
     """Windows anywhere, narrow ones at rows that no even grid meets: none missed, none false."""
-    assert sum(_compare(seed, general, 300) for seed in range(24)) > 12
+    assert sum(_compare(seed, 300) for seed in range(24)) > 12
 
 
 @pytest.mark.verify
 @pytest.mark.parametrize("first", range(24, 500, 44))
-def test_more_random_rotors(general, first):
+def test_more_random_rotors(first):
     for seed in range(first, first + 44):
-        _compare(seed, general, 4000)
+        _compare(seed, 4000)
 
 
 RPM = np.pi / 30
@@ -300,20 +291,13 @@ RPM = np.pi / 30
     ("top_rpm", "middle_rpm", "half_rpm"),
     [(9000, 4321.0, 7.0), (20_000, 16_170.0, 170.0), (9000, 9000.0, 7.0), (9000, 0.0, 7.0)],
 )
-def test_window_at_one_row(hub, top_rpm, middle_rpm, half_rpm):
+def test_window_at_one_row(top_rpm, middle_rpm, half_rpm):
     """Damping falls linearly from c to −c and back: it is negative over half the width."""
     rows = np.array([middle_rpm - 2 * half_rpm, middle_rpm, middle_rpm + 2 * half_rpm, 3e4])
     rows, signs = rows[rows >= 0], np.array([1.0, -1.0, 1.0, 1.0])[rows >= 0]
-    law = TableLaw(
-        name="law", speeds_rad_s=rows * RPM, interpolation="linear",
-        stiffness_n_per_m=np.repeat(1e6 * EYE[None], rows.size, 0),
-        damping_n_s_per_m=200.0 * signs[:, None, None] * EYE,
-    )  # fmt: skip
-    spring = np.diag([0.0, 0.0, 2e4, 2e4])
-    body = Rotor(element=hub(stiffness=spring), speed_ratio=1.0)
-    end = End(body="disk", interface="hub")
-    tilts = {"tilt_damping_n_m_s_per_rad": 5.0 * EYE}
-    system = assemble({"disk": body}, (Bearing(name="b", first=end, speed_law=law, **tilts),))
+    law = table_law(rows * RPM, np.full(rows.size, 1e6), 200.0 * signs, "linear")
+    bearing = connect("b", "rotor.hub", drag=5.0, speed_law=law)
+    system = one_rotor(hub(stiffness=np.diag([0.0, 0.0, 2e4, 2e4])), [bearing])
     (found,) = unstable_intervals(system, 0.0, top_rpm * RPM)
     ends = np.clip([middle_rpm - half_rpm, middle_rpm + half_rpm], 0, top_rpm)
     np.testing.assert_allclose(np.array([found.low_rad_s, found.high_rad_s]) / RPM, ends, rtol=1e-9)
@@ -324,28 +308,20 @@ def test_window_at_one_row(hub, top_rpm, middle_rpm, half_rpm):
     assert found.kind == "flutter"
     damped = np.sqrt(1e5 - 100.0 * (middle_rpm in (0, top_rpm)) * (middle_rpm == 0))
     assert found.frequency_hz == pytest.approx(damped / (2 * np.pi), rel=1e-9)
-    assert len(unstable_intervals(system, 0.0, max(middle_rpm - 1.01 * half_rpm, 1.0) * RPM)) == (
-        middle_rpm == 0
-    )
+    before = max(middle_rpm - 1.01 * half_rpm, 1.0) * RPM
+    assert len(unstable_intervals(system, 0.0, before)) == (middle_rpm == 0)
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.3])
-def test_sleeping_top(hub, damping):
+def test_sleeping_top(damping):
     """A top stands up from Ω = 2 √(k I) / Ip on; damping in the inertial frame tips it always.
 
     I θ'' + (d − iΩ Ip) θ' − k θ = 0 for the tilt θ = rx + i ry.
     """
     tilt, polar, diametral = 50.0, 0.1, 0.05
     body = hub(polar_kg_m2=polar, diametral_kg_m2=diametral, stiffness=np.diag([1e6, 1e6, 0, 0]))
-    end = End(body="disk", interface="hub")
-    spring = {
-        "tilt_stiffness_n_m_per_rad": -tilt * EYE,
-        "tilt_damping_n_m_s_per_rad": damping * EYE,
-        "damping_n_s_per_m": damping * EYE,
-    }
-    system = assemble(
-        {"disk": Rotor(element=body, speed_ratio=1.0)}, (Bearing(name="b", first=end, **spring),)
-    )
+    spring = connect("b", "rotor.hub", damping=damping, tilt=-tilt, drag=damping)
+    system = one_rotor(body, [spring])
     limit = 2 * np.sqrt(tilt * diametral) / polar
     (found,) = unstable_intervals(system, 0.0, 3 * limit)
     assert (found.low_rad_s, found.opens, found.kind) == (0.0, False, "divergence")
@@ -359,22 +335,15 @@ def test_sleeping_top(hub, damping):
         assert found.frequency_end_hz == pytest.approx(meeting, rel=1e-6)
 
 
-def test_two_undamped_modes_meet_and_part(general):
+def test_two_undamped_modes_meet_and_part():
     """K = [[a(Ω), e], [−e, b]]: undamped flutter where |a − b| < 2 e, and nowhere else."""
     stiffness, cross, top = 1e5, 40.0, 1000.0
     rows = np.array([0.0, top])
     ramp = np.array([0.4, 1.9]) * stiffness
     k = ramp[:, None, None] * np.diag([1.0, 0.0]) + cross * CROSS
-    law = TableLaw(
-        name="law", speeds_rad_s=rows, stiffness_n_per_m=k, damping_n_s_per_m=np.zeros((2, 2, 2)),
-        interpolation="linear",
-    )  # fmt: skip
+    law = table_law(rows, k, interpolation="linear")
     body = general(np.eye(5), np.diag([0.0, stiffness, 9e5, 8e5, 7e5]), np.zeros((5, 5)))
-    end = End(body="general", interface="hub")
-    system = assemble(
-        {"general": Rotor(element=body, speed_ratio=1.0)},
-        (Bearing(name="b", first=end, speed_law=law),),
-    )
+    system = one_rotor(body, [connect("b", "rotor.hub", speed_law=law)])
     (found,) = unstable_intervals(system, 0.0, top)
     slope = (ramp[1] - ramp[0]) / top
     ends = (stiffness + np.array([-2.0, 2.0]) * cross - ramp[0]) / slope
@@ -384,13 +353,13 @@ def test_two_undamped_modes_meet_and_part(general):
     assert found.growth_1_s == pytest.approx(np.sqrt(-stiffness + 1j * cross).real, rel=1e-6)
 
 
-def test_free_motions_are_no_instability(three_disk_element, one_rotor):
+def test_free_motions_are_no_instability():
     """A free long rotor with damping inside does not stay upright: only its largest axis would."""
     free = one_rotor(three_disk_element(), [])
     assert unstable_intervals(free, 0.0, 2500.0) == ()
-    inside = InternalDamping(stiffness_coefficient_s=1e-6)
-    rotor = Rotor(element=three_disk_element(), speed_ratio=1.0, internal_damping=inside)
-    (found,) = unstable_intervals(assemble({"r": rotor}, ()), 0.0, 2500.0)
+    inside = rd.InternalDamping(stiffness_coefficient_s=1e-6)
+    lossy = one_rotor(three_disk_element(), internal_damping=inside)
+    (found,) = unstable_intervals(lossy, 0.0, 2500.0)
     assert (found.whirl, found.closes) == ("forward", False)
     # the precession (Ip/It) Ω is slower than the material turns
     assert 0 < 2 * np.pi * found.frequency_hz < 0.5 * found.low_rad_s
@@ -398,42 +367,24 @@ def test_free_motions_are_no_instability(three_disk_element, one_rotor):
     assert abs(found.eigenvalue.real) < 2e-8 * abs(found.eigenvalue)
 
 
-def test_onset_is_that_of_the_mode_that_grows(three_disk_element, ground):
+def test_onset_is_that_of_the_mode_that_grows():
     """Slow modes of soft supports are as near to the axis at the onset of the elastic one."""
-    inside = InternalDamping(stiffness_coefficient_s=1e-6)
-    rotor = Rotor(element=three_disk_element(), speed_ratio=1.0, internal_damping=inside)
-    held = tuple(ground("r", end, 100.0, 90.0, 1.0) for end in ("left", "right"))
-    system = assemble({"r": rotor}, held)
+    inside = rd.InternalDamping(stiffness_coefficient_s=1e-6)
+    system = between_bearings(three_disk_element(), 100.0, 90.0, 1.0, inside=inside)
     (found,) = unstable_intervals(system, 0.0, 2500.0)
-    matrices = matrices_at_speed(system, found.low_rad_s)
-    n = system.size
-    companion = np.block(
-        [
-            [np.zeros((n, n)), 1e3 * np.eye(n)],
-            [
-                -np.linalg.solve(matrices.mass, matrices.stiffness) / 1e3,
-                -np.linalg.solve(matrices.mass, matrices.damping + matrices.gyroscopic),
-            ],
-        ]
-    )
-    values = np.linalg.eigvals(companion)
+    values = eigenvalues_of(system, found.low_rad_s, 1e3)
     forward = values[np.abs(values - 1483j).argmin()]
     assert abs(found.eigenvalue - forward) < 1e-7 * abs(forward)
     assert abs(forward.real) < 1e-9 * abs(forward)
     assert found.whirl == "forward"
 
 
-def test_undamped_isotropic_pair_is_neutral(hub, ground, one_rotor):
+def test_undamped_isotropic_pair_is_neutral():
     """Real parts of rounding are neither growth nor a window, whatever solver finds them."""
     body = hub(mass_kg=10, polar_kg_m2=0.08, stiffness=np.diag([9e5, 9e5, 2e4, 2e4]))
     # a support of negative stiffness leaves no proof from the signs of the bearings
-    k = np.repeat(-3e5 * EYE[None], 2, 0)
-    law = TableLaw(
-        name="law", speeds_rad_s=np.array([0.0, 2000.0]), stiffness_n_per_m=k,
-        damping_n_s_per_m=0 * k,
-    )  # fmt: skip
-    end = End(body="rotor", interface="hub")
-    system = one_rotor(body, [Bearing(name="b", first=end, speed_law=law)])
+    law = table_law([0.0, 2000.0], [-3e5, -3e5])
+    system = one_rotor(body, [connect("b", "rotor.hub", speed_law=law)])
     assert unstable_intervals(system, 0.0, 2000.0) == ()
     chart = stability_chart(system, np.linspace(0.0, 2000.0, 5))
     assert not chart.unstable_count.any()
@@ -442,21 +393,16 @@ def test_undamped_isotropic_pair_is_neutral(hub, ground, one_rotor):
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.0, np.nan), (5.0, 5.0), (-np.inf, 0.0)])
-def test_ranges_without_meaning_are_refused(three_disk, low, high):
-    with pytest.raises(AnalysisError, match=r"speeds are|must be above"):
+def test_ranges_without_meaning_are_refused(low, high):
+    with pytest.raises(rd.AnalysisError, match=r"speeds are|must be above"):
         unstable_intervals(three_disk(), low, high)
 
 
-def test_first_forward_and_backward_mode_of_a_disk(hub):
+def test_first_forward_and_backward_mode_of_a_disk():
     """m z'' + d z' + k z and I θ'' + (d − iΩ Ip) θ' + kt θ: closed form, axis held harder."""
     mass, k, d, tilt, polar, diametral, loss = 10.0, 4e6, 300.0, 2e4, 0.1, 0.05, 3.0
-    body = hub(mass_kg=mass, polar_kg_m2=polar, diametral_kg_m2=diametral,
-               stiffness=np.diag([k, k, tilt, tilt]))  # fmt: skip
-    end = End(body="disk", interface="hub")
-    damper = {"damping_n_s_per_m": d * EYE, "tilt_damping_n_m_s_per_rad": loss * EYE}
-    system = assemble(
-        {"disk": Rotor(element=body, speed_ratio=1.0)}, (Bearing(name="b", first=end, **damper),)
-    )
+    body = hub(mass, polar, diametral, np.diag([k, k, tilt, tilt]))
+    system = one_rotor(body, [connect("b", "rotor.hub", damping=d, drag=loss)])
     speeds = np.array([0.0, 100.0, 600.0])
     found = whirl_decrements(system, speeds)
     for at, speed in enumerate(speeds):
@@ -471,12 +417,10 @@ def test_first_forward_and_backward_mode_of_a_disk(hub):
             assert first.log_decrement[at] == pytest.approx(decrement, rel=1e-4)
 
 
-def test_heavily_damped_modes_are_not_the_first(hub):
+def test_heavily_damped_modes_are_not_the_first():
     """Damping ratios of 0.8 across the axis: the first mode of either whirl is a tilt."""
     body = hub(mass_kg=10.0, polar_kg_m2=0.0, stiffness=np.diag([1e5, 1e5, 2e4, 2e4]))
-    end = End(body="disk", interface="hub")
-    damper = Bearing(name="b", first=end, damping_n_s_per_m=1600.0 * EYE)
-    system = assemble({"disk": Rotor(element=body, speed_ratio=1.0)}, (damper,))
+    system = one_rotor(body, [connect("b", "rotor.hub", damping=1600.0)])
     found = whirl_decrements(system, [0.0, 500.0])
     tilts = np.sqrt(2e4 / 0.05) / (2 * np.pi)
     hard = whirl_decrements(system, [500.0], DampingRule(amplification_min=0.0))

@@ -1,4 +1,4 @@
-"""Names of parameters and results of a sweep as labels: the unit is read from the key."""
+"""Units, names and labels of numbers, read from their keys."""
 
 from __future__ import annotations
 
