@@ -83,11 +83,16 @@ def test_every_python_block_is_marked():
 
 @pytest.mark.parametrize(("page", "mark"), WITH_CODE)
 def test_python_blocks_run(page, mark, tmp_path):
-    """Each in a process of its own, as a reader would; blocks of a page share a folder."""
+    """Each in a process of its own, as a reader would; blocks of a page share a folder.
+
+    One that begins with `# <file>.py` is also that file.
+    """
     (tmp_path / "scenes").symlink_to(ROOT / "scenes", target_is_directory=True)
     for number, (own, text) in enumerate(MARKED[page]):
         if own != mark:
             continue
+        if named := re.match(r"# (\w+\.py)\n", text):
+            (tmp_path / named[1]).write_text(text, encoding="utf-8")
         done = subprocess.run(
             [sys.executable, "-c", text],
             cwd=tmp_path,
