@@ -15,6 +15,7 @@ from solidwhirl.bodies.reduction import BodyResult
 from solidwhirl.core.check_report import checks_document
 from solidwhirl.core.outcome import is_picture
 from solidwhirl.core.plain_data import plain_data
+from solidwhirl.core.stages import silent
 from solidwhirl.core.versions import package_versions
 from solidwhirl.cost.forecast import forecast_document
 from solidwhirl.estimates.documents import accuracy_document, critical_speed_entry, with_estimate
@@ -30,7 +31,7 @@ from solidwhirl.output.comparison import compared
 from solidwhirl.output.report import report_text
 from solidwhirl.page.frame.records import Run
 from solidwhirl.page.sections import write_report
-from solidwhirl.pipeline.cached_stages import Keeper, no_keeper
+from solidwhirl.pipeline.cached_stages import Keeper
 from solidwhirl.pipeline.run import ExcitedCriticalSpeed, Results
 from solidwhirl.pipeline.verdict import verdict_document
 from solidwhirl.rotordyn import Superelement, draw_campbell, write_superelement
@@ -231,7 +232,7 @@ def write_into(
     with replacing_files(folder) as scratch:
         _write_all(results, document, scratch)
         if pictures:
-            _draw_all(results, scratch, keeper or no_keeper())
+            _draw_all(results, scratch, keeper or Keeper(store=None, progress=silent))
         if page:
             run = Run(results=results, document=document, scene_path=scene_path, command=command)
             write_report(run, scratch / "report.html")
