@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -27,7 +28,6 @@ from solidwhirl.model.interface_documents import interfaces_document
 from solidwhirl.model.mesh_bodies import source_document
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.model.resolution import Resolution
-from solidwhirl.output.comparison import compared
 from solidwhirl.output.report import report_text
 from solidwhirl.page.frame.records import Run
 from solidwhirl.page.sections import write_report
@@ -41,6 +41,8 @@ from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.modes.whirl import unbalance_excitation
 from solidwhirl.rotordyn.plots.errors import draw_campbell_errors, draw_critical_speed_errors
 from solidwhirl.rotordyn.storage.sidecar import superelement_document
+from solidwhirl.scene.records import ReferenceSpec
+from solidwhirl.scene_reading.paths import leading_steps
 from solidwhirl.scene_reading.reader import scene_hash
 
 SCHEMA = "solidwhirl-results-1"
@@ -367,4 +369,51 @@ def _mass_properties(result: BodyResult) -> dict[str, Any]:
         "center_of_gravity_m": np.asarray(p.center_of_gravity_m).tolist(),
         "polar_inertia_kg_m2": p.polar_inertia_kg_m2,
         "diametral_inertia_kg_m2": p.diametral_inertia_kg_m2,
+    }
+
+
+def value_at(document: Mapping[str, Any], path: str) -> float | None:
+    """Return the number at a place such as "critical_speeds[0].frequency_hz"; None for none."""
+    found: Any = document
+    for step in leading_steps(path)[0]:
+        try:
+            found = found[int(step[1:-1]) if step.startswith("[") else step]
+        except (KeyError, IndexError, TypeError, ValueError):
+            return None
+    number = isinstance(found, int | float) and not isinstance(found, bool)
+    return float(found) if number else None
+
+
+def compared(
+    references: Sequence[ReferenceSpec], document: Mapping[str, Any]
+) -> list[dict[str, Any]]:
+    """Compare the contents of `results.json` with the references of a scene.
+
+    Returns
+    -------
+    list of dict
+        Of each: what the scene says, `result`, `relative_difference` from the reference
+        (None where either is missing or the reference is 0), and `met` (None without tolerance; a
+        result that is missing meets none).
+    """
+    return [_compared(reference, value_at(document, reference.quantity))
+            for reference in references]  # fmt: skip
+
+
+def _compared(reference: ReferenceSpec, found: float | None) -> dict[str, Any]:
+    difference = None
+    if found is not None and reference.value != 0.0:
+        difference = (found - reference.value) / abs(reference.value)
+    met = None
+    if reference.tolerance is not None:
+        met = difference is not None and abs(difference) <= reference.tolerance
+    return {
+        "quantity": reference.quantity,
+        "title": reference.title,
+        "source": reference.source,
+        "value": reference.value,
+        "result": found,
+        "relative_difference": difference,
+        "tolerance": reference.tolerance,
+        "met": met,
     }
