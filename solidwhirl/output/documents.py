@@ -216,19 +216,9 @@ def write_into(
     """Write results into a claimed folder, and return what `results.json` holds.
 
     Everything is written to a temporary folder in it and moved into place file by file when it is
-    complete, `results.json` last but for the manifest.
-
-    Parameters
-    ----------
-    keeper
-        Where pictures are kept; None: nowhere.
-    scene_path, command
-        For the page: the scene file, and the command line that repeats the run.
-
-    Raises
-    ------
-    OutputError
-        The folder can't be written.
+    complete, `results.json` last but for the manifest. `keeper`: where pictures are kept; None:
+    nowhere. `scene_path`, `command`: for the page, the scene file and the command line that repeats
+    the run. Raises OutputError: the folder can't be written.
     """
     document = results_document(results)
     with replacing_files(folder) as scratch:
@@ -389,12 +379,9 @@ def compared(
 ) -> list[dict[str, Any]]:
     """Compare the contents of `results.json` with the references of a scene.
 
-    Returns
-    -------
-    list of dict
-        Of each: what the scene says, `result`, `relative_difference` from the reference
-        (None where either is missing or the reference is 0), and `met` (None without tolerance; a
-        result that is missing meets none).
+    Returns of each what the scene says, `result`, `relative_difference` from the reference (None
+    where either is missing or the reference is 0), and `met` (None without tolerance; a result that
+    is missing meets none).
     """
     return [_compared(reference, value_at(document, reference.quantity))
             for reference in references]  # fmt: skip
