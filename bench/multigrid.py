@@ -4,7 +4,7 @@
     python bench/multigrid.py --small     up to 50 000 unknowns
     python bench/multigrid.py --methods   four ways to the modes without a factorisation, one size
     python bench/multigrid.py --fit       writes the coefficients of the solvers as well, and
-                                          the tables of docs/scaling.md, after bench/ranks.py
+                                          docs/data/scaling.json, after bench/ranks.py
     python bench/multigrid.py --reuse --fit   no new measurements
 
 Every case runs in a process of its own; roads of one size run one after the other, so that both see
@@ -318,7 +318,7 @@ def main() -> None:
         print(scale_fit.write_module(ROOT, kept))
         ranks = scale_fit.ranks_table(scale_fit.reductions(ROOT))
         tables = {"roads": table(kept), "ranks": ranks, **scale_fit.cluster_tables()}
-        print(scale_fit.write_page(ROOT, tables))
+        print(scale_fit.write_tables(ROOT, tables))
 
 
 if __name__ == "__main__":

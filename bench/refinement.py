@@ -1,8 +1,8 @@
 """Whether refinement ends: random rotors of all sizes and supports, against their forecast.
 
 Every scene runs in a process of its own with limits of time and memory. A line per scene goes to a
-file of JSON lines, from which `--table` makes the table of docs/accuracy.md; a run that was broken
-off goes on after its last line.
+file of JSON lines, from which `--table` makes the last table of docs/data/accuracy.json; a run that
+was broken off goes on after its last line.
 
     .venv/bin/python bench/refinement.py --count 300 --out refinement.jsonl
     .venv/bin/python bench/refinement.py --table refinement.jsonl
@@ -222,7 +222,7 @@ def _run(numbers: range, seed: int, out: Path, limits: tuple[float, float]) -> N
 
 
 def _table(path: Path) -> str:
-    """The table of docs/accuracy.md."""
+    """The last table of docs/data/accuracy.json, in Markdown."""
     records = [json.loads(line) for line in path.read_text().splitlines()]
     head = (
         "| class | scenes | ended | accuracy met | within 3 × forecast "

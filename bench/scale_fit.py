@@ -136,18 +136,17 @@ def write_laws(root: Path) -> None:
     path.write_text("\n".join([*lines, ""]), encoding="utf-8")
 
 
-def write_page(root: Path, tables: dict[str, str]) -> Path:
-    """Put tables between their marks in docs/scaling.md."""
-    path = root / "docs" / "scaling.md"
-    text = path.read_text(encoding="utf-8")
+def write_tables(root: Path, tables: dict[str, str]) -> Path:
+    """Write Markdown tables as rows of docs/data/scaling.json."""
+    path = root / "docs" / "data" / "scaling.json"
+    parts = []
     for name, table in tables.items():
-        mark = f"<!-- table: {name} -->\n"
-        before, found, after = text.partition(mark)
-        if not found:
-            raise SystemExit(f"{path} has no {mark.strip()}")
-        _, end, rest = after.partition("<!-- end -->")
-        text = before + mark + table.rstrip() + "\n" + end + rest
-    path.write_text(text, encoding="utf-8")
+        columns, _, *rows = ([c.strip() for c in line.strip("|").split("|")]
+                             for line in table.strip().splitlines())  # fmt: skip
+        shown = ",\n".join(f"      {json.dumps(row)}" for row in rows)
+        parts.append(f'  "{name}": {{\n    "columns": {json.dumps(columns)},\n'
+                     f'    "rows": [\n{shown}\n    ]\n  }}')  # fmt: skip
+    path.write_text("{\n" + ",\n".join(parts) + "\n}\n", encoding="utf-8")
     return path
 
 

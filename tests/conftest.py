@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 sys.path.append(str(Path(__file__).parent))  # helpers of the tests can be imported
-from shapes import body, plane, section
+from shapes import body, plane, section, shaft_and_disk
 
 from solidwhirl.geometry import Material
 
@@ -20,7 +20,7 @@ def reference_rotor():
     First free bending frequency 600.45 Hz; two independent harmonic calculations outside this
     project agree to 1e-5 on 600.45, 1178.58, 2884.60, 5499.70, 6636.76 Hz.
     """
-    return body(section("shaft", 0.0, 0.4, 0.0, 0.02), section("disk", 0.145, 0.175, 0.02, 0.15))
+    return shaft_and_disk()
 
 
 @pytest.fixture

@@ -12,29 +12,10 @@ from solidwhirl.rotordyn.campbell.diagram import Campbell
 from solidwhirl.rotordyn.core.arrays import BoolArray, FloatArray
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.critical_speeds.search import CriticalSpeed
-from solidwhirl.rotordyn.plots.chart import (
-    RING,
-    Axis,
-    Chart,
-    Choice,
-    Curve,
-    Fill,
-    Label,
-    Look,
-    Mark,
-    Option,
-    Part,
-    Rule,
-    Span,
-    Toggle,
-    branch_curves,
-    operating_toggle,
-    same_ratios,
-    speed_axis,
-)
+from solidwhirl.rotordyn.plots import chart as charts
 from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
 
-UNSTABLE = Look("@bad", "")
+UNSTABLE = charts.Look("@bad", "")
 # Decrements below this are those of no damping; above this, close to critical damping, they would
 # flatten all others.
 UNDAMPED, _LARGEST_DECREMENT = 1e-9, 2.0
@@ -45,44 +26,33 @@ _WIDER = (1, 10, 100)
 _DAMPED = "critically damped"
 # Marks of notes on branches, whether they show at the start, and words of notes on all of them.
 _NOTES = {
-    "crossing": (Look("@muted", "", "x-thin-open", 11), False),
-    "veering": (Look("@c3", "", "square-open", 11), True),
-    "ambiguous": (Look("@bad", "", "star-open", 11), True),
-    "begun": (Look("@ink", "", "triangle-left-open", 11), True),
-    "ended": (Look("@ink", "", "triangle-right-open", 11), True),
+    "crossing": (charts.Look("@muted", "", "x-thin-open", 11), False),
+    "veering": (charts.Look("@c3", "", "square-open", 11), True),
+    "ambiguous": (charts.Look("@bad", "", "star-open", 11), True),
+    "begun": (charts.Look("@ink", "", "triangle-left-open", 11), True),
+    "ended": (charts.Look("@ink", "", "triangle-right-open", 11), True),
 }
 _ACROSS = {"range": "end of the basis", "indefinite": "stiffness indefinite"}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CampbellView:
-    """What a Campbell diagram shows beside its branches.
+    """What a Campbell diagram shows beside its branches."""
 
-    Attributes
-    ----------
-    critical_speeds
-        Marked by rings.
-    critical_texts
-        What a reader is told at each of them; empty: its speed and frequency alone.
-    excitation_ratios
-        Ratio of each excitation line by name, such as the speed ratio of each shaft; the line is
-        |ratio| · Ω, drawn once for equal |ratio|.
-    operating_rad_s
-        Lowest and highest operating speed by what a reader is told, as Ω of the reference shaft.
-    errors
-        Relative errors of the frequencies, shape (b, s), drawn as bands; None draws none.
-    damped
-        Where a branch is critically damped, that is no resonance, shape (b, s); None: nowhere.
-    unstable_rad_s
-        Lowest and highest Ω of unstable ranges.
-    """
-
+    #: Marked by rings
     critical_speeds: Sequence[CriticalSpeed] = ()
+    #: What a reader is told at each of them; empty: its speed and frequency alone
     critical_texts: Sequence[str] = ()
+    #: Ratio of each excitation line by name, such as the speed ratio of each shaft; the line is
+    #: |ratio| · Ω, drawn once for equal |ratio|
     excitation_ratios: Mapping[str, float]
+    #: Lowest and highest operating speed by what a reader is told, as Ω of the reference shaft
     operating_rad_s: Mapping[str, tuple[float, float]]
+    #: Relative errors of the frequencies, shape (b, s), drawn as bands; None draws none
     errors: FloatArray | None = None
+    #: Where a branch is critically damped, that is no resonance, shape (b, s); None: nowhere
     damped: BoolArray | None = None
+    #: Lowest and highest Ω of unstable ranges
     unstable_rad_s: Sequence[tuple[float, float]] = ()
 
     def where_damped(self, campbell: Campbell) -> BoolArray:
@@ -91,7 +61,7 @@ class CampbellView:
         return np.zeros(shape, dtype=bool) if self.damped is None else self.damped
 
 
-def campbell_chart(campbell: Campbell, view: CampbellView) -> Chart:
+def campbell_chart(campbell: Campbell, view: CampbellView) -> charts.Chart:
     """Return the diagram of frequencies with its excitation lines, critical speeds and notes.
 
     The whirl of branches shows by colour, dashes and marks.
@@ -107,32 +77,32 @@ def campbell_chart(campbell: Campbell, view: CampbellView) -> Chart:
     whirl = np.where(damped, "", campbell.whirl)
     faint = _damped_curves(campbell, damped, words)
     excited = excitation_lines(view.excitation_ratios, last, top)
-    parts: list[Part] = [
+    parts: list[charts.Part] = [
         *_error_bands(campbell, view),
-        *operating_toggle(view.operating_rad_s),
+        *charts.operating_toggle(view.operating_rad_s),
         *([excited] if excited.marks else []),
-        *branch_curves(rpm, hertz, whirl, words),
-        *([Toggle(label=_DAMPED, marks=faint)] if faint else []),
+        *charts.branch_curves(rpm, hertz, whirl, words),
+        *([charts.Toggle(label=_DAMPED, marks=faint)] if faint else []),
         *_rings(view, last, top),
         *_note_marks(campbell),
         *unstable_spans(view.unstable_rad_s),
     ]
-    return Chart(
+    return charts.Chart(
         name="campbell-frequency",
         title="Natural frequencies over the speed",
         caption=_caption(campbell, view),
         alt=f"Campbell diagram of {len(hertz)} branches from {first:g} to {last:g} rpm, "
         f"frequencies up to {highest:.4g} Hz. The numbers are in the tables of modes and "
         "critical speeds.",
-        x=speed_axis(first, last),
-        y=Axis(label="natural frequency", unit="Hz", low=0.0, high=top, digits=".6g"),
+        x=charts.speed_axis(first, last),
+        y=charts.Axis(label="natural frequency", unit="Hz", low=0.0, high=top, digits=".6g"),
         parts=parts,
         notes=_listed(view.critical_speeds),
         height_px=560,
     )
 
 
-def damping_chart(campbell: Campbell) -> Chart:
+def damping_chart(campbell: Campbell) -> charts.Chart:
     """Return the logarithmic decrements over the speed; below zero it is unstable.
 
     Decrements above 2 leave the frame, which says so.
@@ -149,10 +119,10 @@ def damping_chart(campbell: Campbell) -> Chart:
             zip(campbell.whirl.tolist(), campbell.frequency_hz.tolist(), strict=True)
         )
     ]
-    parts: list[Part] = [
-        Span(low=bottom, high=0.0, along="y", text="unstable", look=UNSTABLE),
-        *branch_curves(rpm, decrement, campbell.whirl.tolist(), texts),
-        Rule(at=0.0, along="y", look=Look("@ink", "solid", width=1.0)),
+    parts: list[charts.Part] = [
+        charts.Span(low=bottom, high=0.0, along="y", text="unstable", look=UNSTABLE),
+        *charts.branch_curves(rpm, decrement, campbell.whirl.tolist(), texts),
+        charts.Rule(at=0.0, along="y", look=charts.Look("@ink", "solid", width=1.0)),
     ]
     caption = "Damping of the branches; the shaded range below zero is unstable."
     notes: tuple[str, ...] = ()
@@ -162,14 +132,14 @@ def damping_chart(campbell: Campbell) -> Chart:
             "double-click shows them."
         )
         notes = (f"decrements up to {largest:.3g}, above {_LARGEST_DECREMENT:g} not shown",)
-    return Chart(
+    return charts.Chart(
         name="campbell-damping",
         title="Damping over the speed",
         caption=caption,
         alt=f"Logarithmic decrements of {len(decrement)} branches, {smallest:.3g} to "
         f"{largest:.3g}.",
-        x=speed_axis(first, last),
-        y=Axis(label="logarithmic decrement", unit="1", low=bottom, high=top, digits=".4g"),
+        x=charts.speed_axis(first, last),
+        y=charts.Axis(label="logarithmic decrement", unit="1", low=bottom, high=top, digits=".4g"),
         parts=parts,
         notes=notes,
         height_px=360,
@@ -251,10 +221,10 @@ def _view(
     )
 
 
-def unstable_spans(ranges_rad_s: Sequence[tuple[float, float]]) -> list[Span]:
+def unstable_spans(ranges_rad_s: Sequence[tuple[float, float]]) -> list[charts.Span]:
     """Return unstable ranges of Ω as shaded speeds."""
     return [
-        Span(low=a * RPM_PER_RAD_S, high=b * RPM_PER_RAD_S, text="unstable", look=UNSTABLE)
+        charts.Span(low=a * RPM_PER_RAD_S, high=b * RPM_PER_RAD_S, text="unstable", look=UNSTABLE)
         for a, b in ranges_rad_s
     ]
 
@@ -287,15 +257,15 @@ def _point_texts(campbell: Campbell, view: CampbellView) -> list[list[str]]:
 
 def _damped_curves(
     campbell: Campbell, damped: BoolArray, texts: Sequence[Sequence[str]]
-) -> list[Curve]:
+) -> list[charts.Curve]:
     """Branches where they are critically damped, faint; they reach to the next resonance."""
     near = damped.copy()
     near[:, 1:] |= damped[:, :-1]
     near[:, :-1] |= damped[:, 1:]
     rpm = campbell.speeds_rad_s * RPM_PER_RAD_S
-    look = Look("@muted/0.55", "dot", width=1.0)
+    look = charts.Look("@muted/0.55", "dot", width=1.0)
     return [
-        Curve(x=rpm, y=np.where(own, hertz, np.nan), name=_DAMPED, look=look, texts=words)
+        charts.Curve(x=rpm, y=np.where(own, hertz, np.nan), name=_DAMPED, look=look, texts=words)
         for hertz, own, counts, words in zip(
             campbell.frequency_hz, near, damped & np.isfinite(campbell.frequency_hz), texts,
             strict=True,
@@ -304,7 +274,7 @@ def _damped_curves(
     ]  # fmt: skip
 
 
-def _error_bands(campbell: Campbell, view: CampbellView) -> list[Choice]:
+def _error_bands(campbell: Campbell, view: CampbellView) -> list[charts.Choice]:
     """The bands f (1 ± error), as they are and wider."""
     if view.errors is None:
         return []
@@ -316,31 +286,34 @@ def _error_bands(campbell: Campbell, view: CampbellView) -> list[Choice]:
     for wider in _WIDER:
         name = "error band" + ("" if wider == 1 else f", {wider} times as wide")
         bands = [
-            Fill(x=rpm, low=np.maximum(f * (1.0 - wider * e), 0.0), high=f * (1.0 + wider * e),
-                 name=name)
+            charts.Fill(
+                x=rpm, low=np.maximum(f * (1 - wider * e), 0.0), high=f * (1 + wider * e), name=name
+            )
             for f, e in zip(campbell.frequency_hz, error, strict=True)
-        ]  # fmt: skip
+        ]
         label = "as estimated" if wider == 1 else f"drawn {wider} times as wide"
-        options.append(Option(label=label, marks=bands))
-    return [Choice(label="error bands", options=[*options, Option(label="none")])]
+        options.append(charts.Option(label=label, marks=bands))
+    return [charts.Choice(label="error bands", options=[*options, charts.Option(label="none")])]
 
 
-def excitation_lines(ratios: Mapping[str, float], last: float, top: float) -> Toggle:
+def excitation_lines(ratios: Mapping[str, float], last: float, top: float) -> charts.Toggle:
     """Return the lines |ratio| · Ω, named where they leave the frame at `last` rpm, `top` Hz."""
-    marks: list[Mark] = []
-    look = Look("@ink", "solid", width=1.0)
-    for ratio, names in same_ratios(ratios).items() if last > 0.0 else ():
+    marks: list[charts.Mark] = []
+    look = charts.Look("@ink", "solid", width=1.0)
+    for ratio, names in charts.same_ratios(ratios).items() if last > 0.0 else ():
         end = min(last, 60.0 * top / ratio)
         height, listed = ratio * end / 60.0, ", ".join(names)
         told = f"turns {ratio:.5g} times per turn of the reference shaft: {listed}"
         x, y = np.array([0.0, end]), np.array([0.0, height])
         text = f"{ratio:.5g}× " + ", ".join(names[:3]) + (" …" if len(names) > 3 else "")
-        marks.append(Curve(x=x, y=y, look=look, texts=(told, told)))
-        marks.append(Label(x=end, y=height, text=text, side="right" if end == last else "above"))
-    return Toggle(label="excitation lines", marks=marks)
+        marks.append(charts.Curve(x=x, y=y, look=look, texts=(told, told)))
+        marks.append(
+            charts.Label(x=end, y=height, text=text, side="right" if end == last else "above")
+        )
+    return charts.Toggle(label="excitation lines", marks=marks)
 
 
-def _rings(view: CampbellView, last: float, top: float) -> list[Curve]:
+def _rings(view: CampbellView, last: float, top: float) -> list[charts.Curve]:
     """Critical speeds inside the frame."""
     found = [
         (c.speed_rad_s * RPM_PER_RAD_S, c.frequency_hz, text)
@@ -354,14 +327,18 @@ def _rings(view: CampbellView, last: float, top: float) -> list[Curve]:
     if not shown:
         return []
     x, y, texts = zip(*shown, strict=True)
-    return [Curve(x=np.array(x), y=np.array(y), name="critical speed", look=RING, texts=texts)]
+    return [
+        charts.Curve(
+            x=np.array(x), y=np.array(y), name="critical speed", look=charts.RING, texts=texts
+        )
+    ]
 
 
-def _note_marks(campbell: Campbell) -> list[Part]:
+def _note_marks(campbell: Campbell) -> list[charts.Part]:
     """Notes at the mean of their branches by kind, or as a line across where all are meant."""
     order = np.argsort(campbell.speeds_rad_s)
     speeds = campbell.speeds_rad_s[order]
-    parts: list[Part] = []
+    parts: list[charts.Part] = []
     for kind, (look, is_shown) in _NOTES.items():
         own = [note for note in campbell.notes if note.kind == kind and note.branches]
         if not own:
@@ -371,17 +348,17 @@ def _note_marks(campbell: Campbell) -> list[Part]:
                      for b in n.branches])
             for n in own
         ]  # fmt: skip
-        mark = Curve(
+        mark = charts.Curve(
             x=np.array([n.speed_rad_s * RPM_PER_RAD_S for n in own]),
             y=np.array(height),
             name=kind,
             look=look,
             texts=[n.text for n in own],
         )
-        parts.append(Toggle(label=kind, marks=[mark], is_shown=is_shown))
-    look = Look("@muted", "longdashdot", width=1.5)
+        parts.append(charts.Toggle(label=kind, marks=[mark], is_shown=is_shown))
+    look = charts.Look("@muted", "longdashdot", width=1.5)
     parts += [
-        Rule(at=n.speed_rad_s * RPM_PER_RAD_S, text=_ACROSS[n.kind], look=look)
+        charts.Rule(at=n.speed_rad_s * RPM_PER_RAD_S, text=_ACROSS[n.kind], look=look)
         for n in campbell.notes
         if n.kind in _ACROSS
     ]

@@ -69,31 +69,21 @@ def series_look(number: int) -> Look:
 
 @dataclass(frozen=True, kw_only=True)
 class Axis:
-    """An axis.
+    """An axis."""
 
-    Attributes
-    ----------
-    label, unit
-        What it says; the unit is empty where places have names.
-    low, high
-        Ends; None is as far as what is drawn.
-    is_log
-        Whether it is logarithmic.
-    places
-        Names of 0, 1, 2 and so on along it; empty for the numbers themselves.
-    digits
-        Format of a value.
-    step
-        Between numbers; 0 leaves it open.
-    """
-
+    #: What it says; the unit is empty where places have names
     label: str
     unit: str = ""
+    #: Ends; None is as far as what is drawn
     low: float | None = None
     high: float | None = None
+    #: Whether it is logarithmic
     is_log: bool = False
+    #: Names of 0, 1, 2 and so on along it; empty for the numbers themselves
     places: Sequence[str] = ()
+    #: Format of a value
     digits: str = ".5g"
+    #: Between numbers; 0 leaves it open
     step: float = 0.0
 
     @property
@@ -115,38 +105,26 @@ def size_axis(label: str, unit: str, low: float, high: float) -> Axis:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Curve:
-    """A line through points, or marks alone; nan in them is a gap.
+    """A line through points, or marks alone; nan in them is a gap."""
 
-    Attributes
-    ----------
-    x, y
-        Shape (n,).
-    name
-        In the legend; curves with one name and look belong together. Empty: none.
-    texts
-        What a reader is told at each point, lines parted by line feeds; empty: the values alone.
-    errors, errors_along
-        Half lengths of error bars, shape (n,), and their axis; None without.
-    is_quiet
-        Whether it waits in the legend where a chart can be changed.
-    on_right
-        Whether it belongs to the axis at the right.
-    written
-        A name at its first point, on a screen.
-    is_numbered
-        Whether paper has its places along x written beside the points.
-    """
-
+    #: Shape (n,)
     x: FloatArray
     y: FloatArray
+    #: In the legend; curves with one name and look belong together. Empty: none.
     name: str = ""
     look: Look = Look()
+    #: What a reader is told at each point, lines parted by line feeds; empty: the values alone
     texts: Sequence[str] = ()
+    #: Half lengths of error bars, shape (n,), and their axis; None without
     errors: FloatArray | None = None
     errors_along: str = "x"
+    #: Whether it waits in the legend where a chart can be changed
     is_quiet: bool = False
+    #: Whether it belongs to the axis at the right
     on_right: bool = False
+    #: A name at its first point, on a screen
     written: str = ""
+    #: Whether paper has its places along x written beside the points
     is_numbered: bool = False
 
 
@@ -163,29 +141,20 @@ class Fill:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Span:
-    """A range along one axis, over the whole of the other one or a part of it.
+    """A range along one axis, over the whole of the other one or a part of it."""
 
-    Attributes
-    ----------
-    low, high
-        Ends; equal ones make a line.
-    along
-        The axis of the range.
-    name, text
-        In the legend, and what a reader is told.
-    between
-        Ends along the other axis; None is all of it.
-    is_hatched
-        Whether it is hatched; else it is shaded.
-    """
-
+    #: Ends; equal ones make a line
     low: float
     high: float
+    #: The axis of the range
     along: str = "x"
+    #: In the legend, and what a reader is told
     name: str = ""
     text: str = ""
     look: Look = Look("@muted", "")
+    #: Ends along the other axis; None is all of it
     between: tuple[float, float] | None = None
+    #: Whether it is hatched; else it is shaded
     is_hatched: bool = False
 
 
@@ -212,49 +181,33 @@ class Label:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Heat:
-    """A map of values (y, x) in colours by their logarithm, four decades at most.
+    """A map of values (y, x) in colours by their logarithm, four decades at most."""
 
-    Attributes
-    ----------
-    x, y
-        Centres of the cells, rising, shapes (n,) and (m,).
-    values
-        Shape (m, n), not below zero.
-    label, unit
-        Of the scale of colours.
-    brightest
-        Value from which on colours are the same.
-    """
-
+    #: Centres of the cells, rising, shapes (n,) and (m,)
     x: FloatArray
     y: FloatArray
+    #: Shape (m, n), not below zero
     values: FloatArray
+    #: Of the scale of colours
     label: str
     unit: str
+    #: Value from which on colours are the same
     brightest: float = np.inf
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Ridges:
-    """Lines over x one behind the other: in space on a screen, each above its place on paper.
+    """Lines over x one behind the other: in space on a screen, each above its place on paper."""
 
-    Attributes
-    ----------
-    x, y
-        Points of the lines, shape (n,), and their places, rising, shape (m,).
-    values
-        Heights, shape (m, n).
-    label, unit
-        Of the heights.
-    rise
-        Units of y for one of the heights, on paper.
-    """
-
+    #: Points of the lines, shape (n,), and their places, rising, shape (m,)
     x: FloatArray
     y: FloatArray
+    #: Heights, shape (m, n)
     values: FloatArray
+    #: Of the heights
     label: str
     unit: str
+    #: Units of y for one of the heights, on paper
     rise: float
 
 
@@ -313,42 +266,29 @@ Part = Mark | Toggle | Choice
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Chart:
-    """A chart.
+    """A chart."""
 
-    Attributes
-    ----------
-    name
-        Identifier: letters, digits, hyphens.
-    title, caption, alt
-        Above it, below it, and for those who can't see it.
-    x, y, right
-        Axes; the one at the right is None without curves on it.
-    parts
-        From back to front.
-    notes
-        Lines beside it on paper.
-    height_px
-        On a screen.
-    is_to_scale
-        Whether both axes have the same scale.
-    has_legend
-        Whether names show.
-    is_stacked
-        Whether bars stand upon each other, negative ones below zero.
-    """
-
+    #: Identifier: letters, digits, hyphens
     name: str
+    #: Above it; caption and alt stand below it, and for those who can't see it
     title: str
     x: Axis
     y: Axis
+    #: From back to front
     parts: Sequence[Part]
     caption: str = ""
     alt: str = ""
+    #: Axis at the right; None without curves on it
     right: Axis | None = None
+    #: Lines beside it on paper
     notes: Sequence[str] = ()
+    #: On a screen
     height_px: int = 420
+    #: Whether both axes have the same scale
     is_to_scale: bool = False
+    #: Whether names show
     has_legend: bool = True
+    #: Whether bars stand upon each other, negative ones below zero
     is_stacked: bool = False
 
     def marks(self, kind: type[Any] | None = None) -> list[Any]:

@@ -14,16 +14,8 @@ from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.critical_speeds.search import CriticalSpeed
 from solidwhirl.rotordyn.estimates.campbell_errors import CampbellErrors
 from solidwhirl.rotordyn.estimates.critical_speed_errors import CriticalSpeedErrors
+from solidwhirl.rotordyn.plots import chart as charts
 from solidwhirl.rotordyn.plots.campbell import CampbellView, campbell_chart
-from solidwhirl.rotordyn.plots.chart import (
-    Axis,
-    Chart,
-    Curve,
-    Look,
-    speed_axis,
-    whirl_look,
-    whirl_name,
-)
 from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
 from solidwhirl.rotordyn.superelement.residual_energy import NOT_SUMMED
 
@@ -33,34 +25,40 @@ _LEAST = 1e-12
 _ROWS = 24
 # Colours other than those of whirl, told apart by dashes and marks too.
 _LOOKS = {
-    "mesh": Look("#8C510A", "solid", "circle"),
-    "circumferential": Look("@c5", "dash", "square"),
-    "mode_truncation": Look("@c3", "dashdot", "triangle-up"),
-    "speed_interpolation": Look("@c4", "dot", "triangle-left"),
-    "interface_coupling": Look("@c7", "longdash", "cross"),
-    "beam_theory": Look("#882255", "longdashdot", "x"),
-    "eigen_solver": Look("#999999", "dot", "pentagon"),
-    "total": Look("@ink", "solid", "diamond-open"),
+    "mesh": charts.Look("#8C510A", "solid", "circle"),
+    "circumferential": charts.Look("@c5", "dash", "square"),
+    "mode_truncation": charts.Look("@c3", "dashdot", "triangle-up"),
+    "speed_interpolation": charts.Look("@c4", "dot", "triangle-left"),
+    "interface_coupling": charts.Look("@c7", "longdash", "cross"),
+    "beam_theory": charts.Look("#882255", "longdashdot", "x"),
+    "eigen_solver": charts.Look("#999999", "dot", "pentagon"),
+    "total": charts.Look("@ink", "solid", "diamond-open"),
 }
 
 
-def parts_chart(errors: CampbellErrors) -> Chart:
+def parts_chart(errors: CampbellErrors) -> charts.Chart:
     """Return the largest estimate of all branches by part, and the total of each (thin)."""
     rpm = errors.campbell.speeds_rad_s * RPM_PER_RAD_S
-    thin = Look("#BBBBBB", "solid", width=1.0)
+    thin = charts.Look("#BBBBBB", "solid", width=1.0)
     curves = [
-        Curve(x=rpm, y=_visible(total), name="total of a branch", look=thin)
+        charts.Curve(x=rpm, y=_visible(total), name="total of a branch", look=thin)
         for total in errors.total
     ]
     curves += [
-        Curve(x=rpm, y=_visible(_largest(values)), name=_part_name(part), look=_LOOKS[part])
+        charts.Curve(
+            x=rpm,
+            # the largest of all branches at each speed, nan where all are absent
+            y=_visible(np.fmax.reduce(values, axis=0, initial=np.nan)),
+            name=_part_name(part),
+            look=_LOOKS[part],
+        )
         for part, values in {**errors.parts, "total": errors.total}.items()
         if part == "total" or (values > _LEAST).any()
     ]
-    return Chart(
+    return charts.Chart(
         name="campbell-errors",
         title="Estimated errors over the speed",
-        x=speed_axis(float(rpm.min()), float(rpm.max())),
+        x=charts.speed_axis(float(rpm.min()), float(rpm.max())),
         y=_decades("estimated relative error, largest of all branches", errors.total, errors.parts),
         parts=curves,
         height_px=330,
@@ -95,13 +93,9 @@ def draw_critical_speed_errors(
 ) -> None:
     """Draw the first 24 critical speeds with error bars, and below them the estimates by part.
 
-    `path` and `title` as in `draw_campbell`.
-
-    Raises
-    ------
-    AnalysisError
-        If there are no critical speeds, the estimates are of another number of them, or the
-        suffix is not a kind of picture that can be written.
+    `path` and `title` as in `draw_campbell`. Raises AnalysisError if there are no critical speeds,
+    the estimates are of another number of them, or the suffix is not a kind of picture that can be
+    written.
     """
     if not critical_speeds or errors.total.size != len(critical_speeds):
         raise AnalysisError(
@@ -111,24 +105,24 @@ def draw_critical_speed_errors(
     speed = np.array([c.speed_rad_s for c in critical_speeds]) * RPM_PER_RAD_S
     order = np.argsort(speed, kind="stable")[:_ROWS]
     names = [f"{speed[k]:.0f} rpm, {critical_speeds[k].frequency_hz:.1f} Hz" for k in order]
-    rows = Axis(label="critical speed", places=names, low=order.size - 0.4, high=-0.6)
+    rows = charts.Axis(label="critical speed", places=names, low=order.size - 0.4, high=-0.6)
     marks = [
-        Curve(
+        charts.Curve(
             x=speed[[k]],
             y=np.array([float(row)]),
-            name=whirl_name(critical_speeds[k].whirl),
-            look=replace(whirl_look(critical_speeds[k].whirl), dash="", size=8.0),
+            name=charts.whirl_name(critical_speeds[k].whirl),
+            look=replace(charts.whirl_look(critical_speeds[k].whirl), dash="", size=8.0),
             errors=speed[[k]] * errors.total[[k]],
         )
         for row, k in enumerate(order)
     ]
     end = 1.08 * float((speed * (1.0 + errors.total))[order].max())
-    bars = Chart(
-        name="critical-speed-errors", title="Critical speeds with their estimated errors",
-        x=speed_axis(0.0, end, "critical speed with its estimated error"), y=rows, parts=marks,
+    bars = charts.Chart(
+        name="critical-speed-errors", title="Critical speeds with their estimated errors", y=rows,
+        x=charts.speed_axis(0.0, end, "critical speed with its estimated error"), parts=marks,
     )  # fmt: skip
     label = _with_gaps("estimated relative error", errors.bodies_without_estimate)
-    parts = Chart(
+    parts = charts.Chart(
         name="critical-speed-parts", title="Estimated errors by part",
         x=_decades(label, errors.total[order], errors.parts), y=rows,
         parts=_parts_of_rows(errors, order),
@@ -136,10 +130,10 @@ def draw_critical_speed_errors(
     draw_charts([bars, parts], path, title)
 
 
-def _parts_of_rows(errors: CriticalSpeedErrors, order: IntArray) -> list[Curve]:
+def _parts_of_rows(errors: CriticalSpeedErrors, order: IntArray) -> list[charts.Curve]:
     """Marks of the estimates of each row by part, and the total."""
     return [
-        Curve(
+        charts.Curve(
             x=_visible(values[order]),
             y=np.arange(float(order.size)),
             name=_part_name(part),
@@ -154,22 +148,17 @@ def _part_name(part: str) -> str:
     return part.replace("_", " ") + (" (not summed)" if part in NOT_SUMMED else "")
 
 
-def _largest(values: FloatArray) -> FloatArray:
-    """The largest of all branches at each speed, nan where all are absent."""
-    return np.asarray(np.fmax.reduce(values, axis=0, initial=np.nan))
-
-
 def _visible(values: FloatArray) -> FloatArray:
     return np.where(values > _LEAST, values, np.nan)
 
 
-def _decades(label: str, total: FloatArray, parts: Mapping[str, FloatArray]) -> Axis:
+def _decades(label: str, total: FloatArray, parts: Mapping[str, FloatArray]) -> charts.Axis:
     """A logarithmic axis over whole decades that holds all that is drawn."""
     drawn = np.concatenate([total.ravel(), *[values.ravel() for values in parts.values()]])
     drawn = drawn[np.isfinite(drawn) & (drawn > _LEAST)]
     ends = (drawn.min(), drawn.max()) if drawn.size else (_LEAST, 1.0)
     low, high = 10.0 ** np.floor(np.log10(ends[0])), 10.0 ** np.ceil(np.log10(ends[1]))
-    return Axis(label=label, unit="1", low=low, high=max(high, 10.0 * low), is_log=True)
+    return charts.Axis(label=label, unit="1", low=low, high=max(high, 10.0 * low), is_log=True)
 
 
 def _with_gaps(label: str, missing: Sequence[str]) -> str:

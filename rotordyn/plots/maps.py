@@ -16,28 +16,19 @@ _BANDS = (0.20, 0.15)
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MapCurves:
-    """What a critical speed map shows.
+    """What a critical speed map shows."""
 
-    Attributes
-    ----------
-    bearings
-        Names of those that were varied.
-    stiffness_n_per_m
-        Rising, shape (s,).
-    speed_rpm, whirl
-        Of the branches, b × s; nan and empty where there is none.
-    free_rpm, rigid_rpm
-        Critical speeds without the bearings and with rigid ones.
-    chosen
-        Names of bearings by the stiffness that they have, N/m.
-    """
-
+    #: Names of those that were varied
     bearings: Sequence[str]
+    #: Rising, shape (s,)
     stiffness_n_per_m: FloatArray
+    #: Of the branches, b × s; nan and empty where there is none
     speed_rpm: FloatArray
     whirl: Sequence[Sequence[str | None]]
+    #: Critical speeds without the bearings and with rigid ones
     free_rpm: FloatArray
     rigid_rpm: FloatArray
+    #: Names of bearings by the stiffness that they have, N/m
     chosen: Mapping[float, str] = field(default_factory=dict)
 
 

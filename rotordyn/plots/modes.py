@@ -26,24 +26,16 @@ _MOST_PARTS, _SMALL_PART = 12, 0.005
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FrameCurves:
-    """Frequencies that a turning body sees.
+    """Frequencies that a turning body sees."""
 
-    Attributes
-    ----------
-    name
-        Of the body and its speed ratio.
-    rpm
-        Its own speed, shape (s,).
-    signed_hz
-        Components c of branches b, shape (c, b, s): positive where they turn with the spin of the
-        body, nan where they are not drawn.
-    orders
-        Circumferential orders, shape (c,).
-    """
-
+    #: Of the body and its speed ratio
     name: str
+    #: Its own speed, shape (s,)
     rpm: FloatArray
+    #: Components c of branches b, shape (c, b, s): positive where they turn with the spin of the
+    #: body, nan where they are not drawn
     signed_hz: FloatArray
+    #: Circumferential orders, shape (c,)
     orders: Sequence[int]
 
 

@@ -29,29 +29,19 @@ class Peak(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ExciterCurves:
-    """Steady response to the unbalance that turns at one frequency, over the speed.
+    """Steady response to the unbalance that turns at one frequency, over the speed."""
 
-    Attributes
-    ----------
-    bodies
-        Those with this unbalance.
-    frequency_ratio
-        Its frequency over Ω.
-    speed_rpm
-        Of the reference shaft, rising, shape (s,).
-    motion_m
-        Complex amplitudes along x and y by place, shape (s, 2).
-    force_n
-        Largest lateral force by bearing, shape (s,).
-    peaks
-        Of the major semi-axis in m, by place.
-    """
-
+    #: Those with this unbalance
     bodies: Sequence[str]
+    #: Its frequency over Ω
     frequency_ratio: float
+    #: Of the reference shaft, rising, shape (s,)
     speed_rpm: FloatArray
+    #: Complex amplitudes along x and y by place, shape (s, 2)
     motion_m: Mapping[str, ComplexArray]
+    #: Largest lateral force by bearing, shape (s,)
     force_n: Mapping[str, FloatArray] = field(default_factory=dict)
+    #: Of the major semi-axis in m, by place
     peaks: Mapping[str, Sequence[Peak]] = field(default_factory=dict)
 
     @property

@@ -13,16 +13,7 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from solidwhirl.core.blocks import AnalysisBlock, Table
-from solidwhirl.core.fields import (
-    MOST,
-    Count,
-    FileName,
-    Name,
-    NotNegative,
-    Place,
-    Positive,
-    Record,
-)
+from solidwhirl.core.fields import MOST, Count, FileName, Name, NotNegative, Place, Positive, Record
 from solidwhirl.core.outcome import OTHERS, Outcome, PageSection, Write
 from solidwhirl.core.plain_data import Labels, plain_data, tabled
 from solidwhirl.rotordyn import AssembledSystem, Campbell
@@ -107,9 +98,13 @@ class Operating(NamedTuple):
     @property
     def text(self) -> str:
         """What a legend says."""
-        same = self.from_rpm == self.to_rpm
-        speeds = f"{self.to_rpm:g}" if same else f"{self.from_rpm:g} to {self.to_rpm:g}"
-        return f"operating speed of {self.shaft}, {speeds} rpm"
+        return f"operating speed of {self.shaft}, {self.speeds_text}"
+
+    @property
+    def speeds_text(self) -> str:
+        """Its speed, or the ends of their range."""
+        low, high = self.from_rpm, self.to_rpm
+        return f"{high:g} rpm" if low == high else f"{low:g} to {high:g} rpm"
 
     @property
     def reference_rpm(self) -> tuple[float, float]:
@@ -130,62 +125,38 @@ def reference_ranges_rad_s(operating: Iterable[Operating]) -> dict[str, tuple[fl
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Engine:
-    """What an analysis may look at.
+    """What an analysis may look at."""
 
-    Attributes
-    ----------
-    system, diagram
-        The assembled engine and its Campbell diagram.
-    title
-        Of pictures.
-    speed_ratios
-        Of the bodies to the reference shaft.
-    operating
-        Operating speeds of the shafts, those that analyses name included.
-    operating_entries
-        `[[operating]]` of the scene.
-    damping_rule
-        Which roots count as resonances.
-    campbell_max_hz
-        Highest frequency of the diagram, where the scene gives one.
-    analyses
-        All analyses of the scene by name.
-    recoveries
-        Makes the recovery of a body by its name (`reduction.recovery.stresses`).
-    """
-
+    #: The assembled engine and its Campbell diagram
     system: AssembledSystem
     diagram: Campbell
+    #: Of pictures
     title: str
+    #: Of the bodies to the reference shaft
     speed_ratios: Mapping[str, float]
+    #: Operating speeds of the shafts, those that analyses name included
     operating: tuple[Operating, ...]
+    #: `[[operating]]` of the scene
     operating_entries: tuple[OperatingSpec, ...]
+    #: Which roots count as resonances
     damping_rule: DampingRule
+    #: Highest frequency of the diagram, where the scene gives one
     campbell_max_hz: float | None
+    #: All analyses of the scene by name
     analyses: Mapping[str, Analysis]
+    #: Makes the recovery of a body by its name (`reduction.recovery.stresses`)
     recoveries: Callable[[str], Any]
-
-    def speed_ratio(self, body: str) -> float:
-        """Speed of a body over that of the reference shaft."""
-        return self.speed_ratios[body]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Found:
-    """An analysis that has run, as its charts and tables read it.
+    """An analysis that has run, as its charts and tables read it."""
 
-    Attributes
-    ----------
-    name
-        Of the analysis.
-    outcome
-        What it returned; its files are data, no pictures.
-    engine
-        What it looked at.
-    """
-
+    #: Of the analysis
     name: str
+    #: What it returned; its files are data, no pictures
     outcome: Outcome
+    #: What it looked at
     engine: Engine
 
     @cached_property
@@ -270,10 +241,8 @@ class Analysis(Record):
     def run(self, engine: Engine) -> Outcome:
         """Compute what is asked.
 
-        Raises
-        ------
-        AnalysisError
-            The engine has no answer, such as an undamped resonance that is hit exactly.
+        Raises AnalysisError: the engine has no answer, such as an undamped resonance that is hit
+        exactly.
         """
         raise NotImplementedError(self.label)
 

@@ -8,10 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from solidwhirl.analyses.base import (
-    Operating,
-    decrements,
-)
+from solidwhirl.analyses.base import Operating, decrements
 from solidwhirl.rotordyn import AssembledSystem
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.stability.intervals import (
@@ -27,21 +24,14 @@ _REST_RAD_S = 1e-6
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Stability:
-    """Where a system is unstable, and how its first modes are damped where it operates.
+    """Where a system is unstable, and how its first modes are damped where it operates."""
 
-    Attributes
-    ----------
-    low_rpm, high_rpm
-        Range of speeds looked at, of the reference shaft.
-    intervals
-        Where it is unstable, by rising speed.
-    at_operating
-        Entries of `at_operating`, one for each end of the operating speeds of each shaft.
-    """
-
+    #: Range of speeds looked at, of the reference shaft
     low_rpm: float
     high_rpm: float
+    #: Where it is unstable, by rising speed
     intervals: tuple[UnstableInterval, ...]
+    #: Entries of `at_operating`, one for each end of the operating speeds of each shaft
     at_operating: tuple[dict[str, Any], ...]
 
     @property
@@ -56,20 +46,17 @@ class Stability:
 
 
 def stability_of(
-    system: AssembledSystem, high_rpm: float, operating: Sequence[Operating]
+    system: AssembledSystem,
+    high_rpm: float,
+    operating: Sequence[Operating],
+    intervals: tuple[UnstableInterval, ...],
 ) -> Stability:
-    """Look for instability from rest to the highest speed, and at operating speeds.
+    """Return the stability from rest to the highest speed, and at operating speeds.
 
-    `system`: the system. `high_rpm`: highest speed of the reference shaft. `operating`: from
-    `operating_speeds`.
+    `operating`: from `operating_speeds`. `intervals`: from `intervals_up_to` that speed.
     """
-    intervals = intervals_up_to(system, high_rpm)
-    return Stability(
-        low_rpm=0.0,
-        high_rpm=high_rpm,
-        intervals=intervals,
-        at_operating=at_operating(system, operating, intervals),
-    )
+    damping = _at_operating(system, operating, intervals)
+    return Stability(low_rpm=0.0, high_rpm=high_rpm, intervals=intervals, at_operating=damping)
 
 
 def intervals_up_to(system: AssembledSystem, high_rpm: float) -> tuple[UnstableInterval, ...]:
@@ -115,16 +102,12 @@ def covering(
     )
 
 
-def at_operating(
+def _at_operating(
     system: AssembledSystem,
     operating: Sequence[Operating],
     intervals: Sequence[UnstableInterval],
 ) -> tuple[dict[str, Any], ...]:
-    """Return the damping of the first modes at both ends of all operating speeds.
-
-    `system`: the system. `operating`: from `operating_speeds`. `intervals`: where the system is
-    unstable.
-    """
+    """Damping of the first modes at both ends of all operating speeds."""
     ends = [(o, rpm) for o in operating for rpm in dict.fromkeys((o.from_rpm, o.to_rpm))]
     if not ends:
         return ()

@@ -6,26 +6,15 @@ from collections.abc import Mapping
 from typing import Annotated, Any, TypeVar
 
 import numpy as np
-from pydantic import (
-    Field,
-    SerializerFunctionWrapHandler,
-    model_serializer,
-    model_validator,
-)
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from solidwhirl.core.fields import (
-    Finite,
-    Place,
-    Positive,
-    Record,
-)
+from solidwhirl.core.blocks import numbers
+from solidwhirl.core.fields import Finite, Place, Positive, Record
 from solidwhirl.rotordyn import AssembledSystem, End
+from solidwhirl.rotordyn.core.arrays import ComplexArray
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.plots.campbell import error_words
-from solidwhirl.rotordyn.response.unbalance import (
-    Unbalance,
-    frequency_ratio,
-)
+from solidwhirl.rotordyn.response.unbalance import Unbalance, frequency_ratio
 from solidwhirl.rotordyn.response.unbalance_peaks import ResonancePeak
 
 _T = TypeVar("_T")
@@ -72,12 +61,25 @@ def end_of(place: str) -> End:
 
 def unbalance_of(spec: UnbalanceSpec) -> Unbalance:
     """Unbalance of a scene's entry."""
-    end = end_of(spec.at)
-    return Unbalance(
-        body=end.body,
-        interface=end.interface,
-        moment_kg_m=spec.moment_kg_m,
-        phase_rad=float(np.radians(spec.phase_deg)),
+    return unbalance_at(spec.at, spec.moment_kg_m, spec.phase_deg)
+
+
+def unbalance_at(place: str, moment_kg_m: float, phase_deg: float = 0.0) -> Unbalance:
+    """Unbalance at "body.interface"."""
+    body, _, interface = place.partition(".")
+    phase = float(np.radians(phase_deg))
+    return Unbalance(body=body, interface=interface, moment_kg_m=moment_kg_m, phase_rad=phase)
+
+
+def amplitudes_of(motion: Mapping[str, Any]) -> ComplexArray:
+    """Complex amplitudes along x and y of a place of an unbalance response, shape (s, 2)."""
+    return np.stack(
+        [
+            numbers(motion[f"amplitude_{axis}_m"])
+            * np.exp(1j * np.radians(numbers(motion[f"phase_{axis}_deg"])))
+            for axis in "xy"
+        ],
+        axis=1,
     )
 
 

@@ -130,16 +130,11 @@ def _passed(scene: Scene, plan: Plan, name: str) -> int:
     return int(length / np.pi * np.sqrt(top / (_SOUND * gyration)) + 1.5)
 
 
-def is_new_mesh(chosen: Discretisation, before: BodyResult | None) -> bool:
-    """Whether a discretisation asks for other sizes than the last one of the body."""
-    return before is None or before.discretisation.local is not chosen.local
-
-
 def mesh_body(
     body: Body | MeshedBody, level: str, chosen: Discretisation, before: BodyResult | None = None
 ) -> Mesh:
     """Mesh a body for its level; the last mesh again where the sizes are still the same."""
-    if before is not None and not is_new_mesh(chosen, before):
+    if before is not None and before.discretisation.local is chosen.local:
         return before.mesh
     if isinstance(body, MeshedBody):
         return made_mesh(body)

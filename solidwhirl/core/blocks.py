@@ -17,42 +17,28 @@ WHIRL_SIGNS = {"forward": "●", "backward": "□", "mixed": "◆", "planar": "�
 
 @dataclass(frozen=True, kw_only=True)
 class Text:
-    """Paragraphs and lists.
+    """Paragraphs and lists."""
 
-    Attributes
-    ----------
-    text
-        Paragraphs parted by blank lines; lines that begin with "- " are a list. **bold**, `code`
-        and nothing else is marked up; HTML in it shows as it is written.
-    kind
-        "plain"; "note" and "warning" stand in a box with their name.
-    """
-
+    #: Paragraphs parted by blank lines; lines that begin with "- " are a list. **bold**, `code` and
+    #: nothing else is marked up; HTML in it shows as it is written.
     text: str
+    #: "plain"; "note" and "warning" stand in a box with their name
     kind: Literal["plain", "note", "warning"] = "plain"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Table:
-    """A table; columns whose cells are all numbers, or begin with one, stand at the right.
+    """A table; columns whose cells are all numbers, or begin with one, stand at the right."""
 
-    Attributes
-    ----------
-    head
-        Titles of the columns, with units in brackets.
-    rows
-        Cells as text, marked up as in `Text`; floats are written with five digits, None as "–",
-        True and False as "yes" and "no".
-    title, caption
-        Above and below.
-    folded
-        Title of a fold that hides the table until it is asked for; empty: always shown.
-    """
-
+    #: Titles of the columns, with units in brackets
     head: Sequence[str]
+    #: Cells as text, marked up as in `Text`; floats are written with five digits, None as "–", True
+    #: and False as "yes" and "no"
     rows: Sequence[Sequence[Any]]
+    #: Above and below
     title: str = ""
     caption: str = ""
+    #: Title of a fold that hides the table until it is asked for; empty: always shown
     folded: str = ""
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
+from dataclasses import asdict
 from typing import Any
 
+from solidwhirl.core.plain_data import plain_data
 from solidwhirl.rotordyn.superelement.invariants import Invariant
 
 
@@ -30,25 +31,14 @@ def failure_lines(checks: Iterable[Invariant]) -> tuple[str, ...]:
     """Say of every failed check, in a line, which numbers can't be trusted."""
     return tuple(
         f"check failed: {c.where}: {c.name}: {_number(c.value)}, allowed {_number(c.limit)}"
-        f"{_remark(c)}; can't be trusted: {c.concerns}"
+        f"{f' ({c.reason})' if c.reason else ''}; can't be trusted: {c.concerns}"
         for c in failed(checks)
     )
 
 
 def checks_document(checks: Sequence[Invariant]) -> list[dict[str, Any]]:
     """Return the checks as plain data; a value that is not finite is null."""
-    return [
-        {
-            "name": check.name,
-            "where": check.where,
-            "value": _finite(check.value),
-            "limit": check.limit,
-            "passed": check.passed,
-            "concerns": check.concerns,
-            "reason": check.reason,
-        }
-        for check in checks
-    ]
+    return [plain_data(asdict(check)) for check in checks]
 
 
 def checks_text(checks: Sequence[Invariant]) -> str:
@@ -59,19 +49,22 @@ def checks_text(checks: Sequence[Invariant]) -> str:
     if not lines:
         head += " What can go wrong unseen otherwise is in docs/checks.md."
     rows = ["| check | number | nearest to its limit | value | limit |", "|---|---|---|---|---|"]
-    names = dict.fromkeys(c.name for c in checks if c.passed is not None)
-    rows += [_row(name, [c for c in checks if c.name == name]) for name in names]
+    rows += [
+        f"| {c.name} | {count} | {c.where} | {_number(c.value)} | {_number(c.limit)} |"
+        for count, c in nearest_to_limit(checks)
+    ]
     undecided = [f"- not applicable: {c.where}: {c.name}: {c.reason}" for c in open_]
     blocks = [head, "\n".join(lines), "\n".join(rows), "\n".join(undecided)]
     return "\n\n".join(block for block in blocks if block)
 
 
-def _row(name: str, same: list[Invariant]) -> str:
-    """Return one line for all checks of a name, with the worst of them."""
-    decided = [c for c in same if c.passed is not None]
-    worst = max(decided, key=_nearness)
-    cells = (name, str(len(decided)), worst.where, _number(worst.value), _number(worst.limit))
-    return "| " + " | ".join(cells) + " |"
+def nearest_to_limit(checks: Iterable[Invariant]) -> list[tuple[int, Invariant]]:
+    """Return of each name that was decided the number, and the one nearest to its limit."""
+    found: dict[str, list[Invariant]] = {}
+    for check in checks:
+        if check.passed is not None:
+            found.setdefault(check.name, []).append(check)
+    return [(len(same), max(same, key=_nearness)) for same in found.values()]
 
 
 def _nearness(check: Invariant) -> float:
@@ -82,13 +75,5 @@ def _nearness(check: Invariant) -> float:
     return value / limit if limit > 0 else value - limit
 
 
-def _finite(value: float | None) -> float | None:
-    return value if value is not None and math.isfinite(value) else None
-
-
 def _number(value: float | None) -> str:
     return "-" if value is None else f"{value:.1e}" if value else "0"
-
-
-def _remark(check: Invariant) -> str:
-    return f" ({check.reason})" if check.reason else ""

@@ -20,17 +20,11 @@ _REPEATS = 4
 
 @dataclass(frozen=True, kw_only=True)
 class MachineSpeed:
-    """Rates of one core.
+    """Rates of one core."""
 
-    Attributes
-    ----------
-    gflops
-        Floating-point operations of a product of dense matrices per processor second [1e9/s].
-    gbytes_per_s
-        Memory moved by a sum of two long vectors per processor second [1e9 bytes/s].
-    """
-
+    #: Floating-point operations of a product of dense matrices per processor second [1e9/s]
     gflops: float
+    #: Memory moved by a sum of two long vectors per processor second [1e9 bytes/s]
     gbytes_per_s: float
 
     def relative_to(self, other: MachineSpeed) -> float:

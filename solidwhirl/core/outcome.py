@@ -32,30 +32,20 @@ OTHERS = PageSection("other-analyses", "Other analyses", "All numbers are in `re
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Outcome:
-    """Results of one analysis.
-
-    Attributes
-    ----------
-    document
-        What results.json holds; units in the keys.
-    files
-        Pictures and data by file name, each a function that writes the file it is given.
-    headline
-        One line for the report.
-    caption
-        What its pictures show, a sentence.
-    section
-        Where it is told.
-    blocks
-        Makes the texts, tables and charts that tell it; None: nothing was told to do so.
-    """
+    """Results of one analysis."""
 
     kind: str
+    #: What results.json holds; units in the keys
     document: Mapping[str, Any]
+    #: Pictures and data by file name, each a function that writes the file it is given
     files: Mapping[str, Write] = field(default_factory=dict)
+    #: One line for the report
     headline: str = ""
+    #: What its pictures show, a sentence
     caption: str = ""
+    #: Where it is told
     section: PageSection = OTHERS
+    #: Makes the texts, tables and charts that tell it; None: nothing was told to do so
     blocks: Callable[[], Sequence[AnalysisBlock]] | None = None
 
     def __repr__(self) -> str:

@@ -34,17 +34,12 @@ _TEXTS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Stage:
-    """A stage of a run. Two are equal if they compute the same of the same body.
-
-    Attributes
-    ----------
-    seconds
-        Predicted time [s]; 0 where nothing is known.
-    """
+    """A stage of a run. Two are equal if they compute the same of the same body."""
 
     name: StageName
     body: str = ""
     detail: str = field(default="", compare=False)
+    #: Predicted time [s]; 0 where nothing is known
     seconds: float = field(default=0.0, compare=False)
 
     def __str__(self) -> str:

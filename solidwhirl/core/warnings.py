@@ -7,15 +7,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class Doubt:
-    """Something in a scene that may not be what its author meant, such as a number in another unit.
-
-    Attributes
-    ----------
-    found
-        The number with its unit, or what else was found.
-    """
+    """Something in a scene that its author may not mean, such as a number in another unit."""
 
     key: str
+    #: The number with its unit, or what else was found
     found: str
     usual: str
     mistake: str

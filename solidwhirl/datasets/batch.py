@@ -32,12 +32,8 @@ def batch_datasets(folder: str | Path) -> xr.DataTree:
     Returns at the root scene, status, message, seconds, peak_memory_gib and ranks over case, with
     the parameters of the sweep as coordinates along case; critical_speeds, campbell and responses
     below it, with the same coordinates. Names and units are those of the table. A case that lacks
-    something has nan, "" among texts.
-
-    Raises
-    ------
-    BatchTableError
-        The folder holds no batch, or a damaged one.
+    something has nan, "" among texts. Raises BatchTableError: the folder holds no batch, or a
+    damaged one.
     """
     rows = read_batch(folder)
     root = labelled(
@@ -46,19 +42,21 @@ def batch_datasets(folder: str | Path) -> xr.DataTree:
             "seconds": ("case", [row.seconds for row in rows]),
             "peak_memory_gib": ("case", [row.peak_memory_gib for row in rows]),
             "ranks": ("case", [row.ranks for row in rows]),
-        },
-        {"case": ("case", np.array([row.case for row in rows], dtype=str))},
+        }
     )
     tree = {
         "critical_speeds": _critical_speeds(rows),
         "campbell": _campbell(rows),
-        "responses": _responses(rows),
+        "responses": labelled(
+            {
+                name: ("case", [row.responses.get(name, float("nan")) for row in rows])
+                for name in sorted({name for row in rows for name in row.responses})
+            }
+        ),
     }
     parameters = _parameters(rows)
-    beside = {name: _beside(found, parameters) for name, found in tree.items()}
-    return xr.DataTree.from_dict(
-        {"/": _beside(root, parameters), **beside}, name=Path(folder).resolve().name
-    )
+    beside = {name: _beside(found, rows, parameters) for name, found in {"/": root, **tree}.items()}
+    return xr.DataTree.from_dict(beside, name=Path(folder).resolve().name)
 
 
 def _parameters(rows: Sequence[BatchRow]) -> dict[str, Labelled]:
@@ -74,11 +72,14 @@ def _parameters(rows: Sequence[BatchRow]) -> dict[str, Labelled]:
     return out
 
 
-def _beside(found: xr.Dataset, parameters: Mapping[str, Labelled]) -> xr.Dataset:
-    """The dataset with the parameters as coordinates; one of a name that is taken gets a longer."""
+def _beside(
+    found: xr.Dataset, rows: Sequence[BatchRow], parameters: Mapping[str, Labelled]
+) -> xr.Dataset:
+    """The dataset with cases and parameters as coordinates; a name that is taken gets a longer."""
     taken = {*map(str, found.variables), *_DIMENSIONS}
     named = {f"parameter_{n}" if n in taken else n: values for n, values in parameters.items()}
-    return found.assign_coords(labelled({}, named).coords)
+    case = ("case", np.array([row.case for row in rows], dtype=str))
+    return found.assign_coords(labelled({}, {"case": case, **named}).coords)
 
 
 def _padded(rows: Sequence[Sequence[float]], count: int) -> list[list[float]]:
@@ -95,12 +96,7 @@ def _critical_speeds(rows: Sequence[BatchRow]) -> xr.Dataset:
         variables[key] = (over, np.array(values, dtype=float).reshape(len(rows), count))
     whirl = [[*row.critical_whirl, *[""] * (count - len(row.critical_whirl))] for row in rows]
     variables["whirl"] = (over, np.array(whirl, dtype=str).reshape(len(rows), count))
-    return labelled(
-        variables,
-        {
-            "case": ("case", np.array([row.case for row in rows], dtype=str)),
-        },
-    )
+    return labelled(variables)
 
 
 def _campbell(rows: Sequence[BatchRow]) -> xr.Dataset:
@@ -117,21 +113,9 @@ def _campbell(rows: Sequence[BatchRow]) -> xr.Dataset:
             for b, branch in enumerate(getattr(row, f"campbell_{key}")):
                 values[k, b, : len(branch)] = branch
         variables[key] = (("case", "branch", last), values)
-    coordinates: dict[str, Labelled] = {
-        "case": ("case", np.array([row.case for row in rows], dtype=str)),
-    }
     if shared:
-        coordinates["speed_rpm"] = ("speed_rpm", np.array(next(iter(speeds)), dtype=float))
-    else:
-        own = _padded([row.campbell_speed_rpm for row in rows], most)
-        array = np.array(own, dtype=float).reshape(len(rows), most)
-        coordinates["speed_rpm"] = (("case", "speed"), array)
-    return labelled(variables, coordinates)
-
-
-def _responses(rows: Sequence[BatchRow]) -> xr.Dataset:
-    names = sorted({name for row in rows for name in row.responses})
-    return labelled(
-        {name: ("case", [row.responses.get(name, float("nan")) for row in rows]) for name in names},
-        {"case": ("case", np.array([row.case for row in rows], dtype=str))},
-    )
+        return labelled(
+            variables, {"speed_rpm": ("speed_rpm", np.array(next(iter(speeds)), dtype=float))}
+        )
+    own = np.array(_padded([row.campbell_speed_rpm for row in rows], most), dtype=float)
+    return labelled(variables, {"speed_rpm": (("case", "speed"), own.reshape(len(rows), most))})

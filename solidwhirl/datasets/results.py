@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from solidwhirl import rotordyn as rd
 from solidwhirl.analyses.base import record_of
 from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
 from solidwhirl.analyses.registry import KINDS
@@ -25,14 +26,6 @@ from solidwhirl.datasets.parts import filled, labelled, tabled, with_errors
 from solidwhirl.output.documents import SCHEMA, results_document
 from solidwhirl.pipeline.engine_stages import ExcitedCriticalSpeed
 from solidwhirl.pipeline.run import Results
-from solidwhirl.rotordyn import (
-    Campbell,
-    CampbellErrors,
-    CriticalSpeed,
-    CriticalSpeedErrors,
-    FrequencyErrors,
-    Modes,
-)
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.critical_speeds.map import CriticalSpeedMap
 from solidwhirl.rotordyn.response.maps import GroundMotionMap
@@ -64,7 +57,7 @@ _MODES = {
     "shape": ("coordinate", "mode"),
 }
 Document = Mapping[str, Any]
-_Errors = CampbellErrors | CriticalSpeedErrors | FrequencyErrors | None
+_Errors = rd.CampbellErrors | rd.CriticalSpeedErrors | rd.FrequencyErrors | None
 
 
 def datasets(run: Results | str | Path) -> xr.DataTree:
@@ -74,12 +67,8 @@ def datasets(run: Results | str | Path) -> xr.DataTree:
     campbell, critical_speeds, modes_at_rest, bodies, where the scene has them references, and
     analyses with one group for each by its name, and peaks with one for each that has resonance
     peaks. Variables have the names of results.json, and units and long_name as attributes. Of a
-    batch the tree of `solidwhirl.datasets.batch.batch_datasets`.
-
-    Raises
-    ------
-    ValueError
-        The folder holds neither results of a run nor a batch.
+    batch the tree of `solidwhirl.datasets.batch.batch_datasets`. Raises ValueError: the folder
+    holds neither results of a run nor a batch.
     """
     if not isinstance(run, Results) and is_batch(Path(run)):
         return batch_datasets(run)
@@ -144,7 +133,7 @@ def _recorded(document: Document) -> list[str]:
     return [name for name, a in document["analyses"].items() if KINDS[a["kind"]].has_record]
 
 
-def campbell_dataset(campbell: Campbell, errors: CampbellErrors | None = None) -> xr.Dataset:
+def campbell_dataset(campbell: rd.Campbell, errors: rd.CampbellErrors | None = None) -> xr.Dataset:
     """Return a Campbell diagram as a dataset.
 
     `campbell`: the diagram, b branches at s speeds. `errors`: their estimates; None leaves them
@@ -163,7 +152,7 @@ def campbell_dataset(campbell: Campbell, errors: CampbellErrors | None = None) -
     return _campbell(document | _errors_document(errors))
 
 
-def modes_dataset(modes: Modes, errors: FrequencyErrors | None = None) -> xr.Dataset:
+def modes_dataset(modes: rd.Modes, errors: rd.FrequencyErrors | None = None) -> xr.Dataset:
     """Return the modes of a system at one speed as a dataset.
 
     `modes`: m of them. `errors`: their estimates; None leaves them out. Returns frequency_hz,
@@ -183,8 +172,8 @@ def modes_dataset(modes: Modes, errors: FrequencyErrors | None = None) -> xr.Dat
 
 
 def critical_speed_dataset(
-    found: Sequence[CriticalSpeed | ExcitedCriticalSpeed],
-    errors: CriticalSpeedErrors | None = None,
+    found: Sequence[rd.CriticalSpeed | ExcitedCriticalSpeed],
+    errors: rd.CriticalSpeedErrors | None = None,
 ) -> xr.Dataset:
     """Return critical speeds as a dataset.
 

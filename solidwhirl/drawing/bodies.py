@@ -56,38 +56,26 @@ class RigidDisk(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Silhouette:
-    """A body in the plane of the drawing, z to the right, x or r upwards.
-
-    Attributes
-    ----------
-    kind
-        "cut": areas above the axis, cut by a plane through it; "view": the whole body seen from
-        the side; "none": nothing but its nodes is known.
-    areas_m
-        Polygons (k, 2) of (z, height).
-    lines_m
-        Outline (k, 2) in (z, r) of a profile with its fillets.
-    nodes_m
-        (z, height) of the master nodes by interface.
-    seats_m
-        Radius at which what is fixed to an interface is drawn.
-    labels, materials
-        Of each area, what it is and the name of its material; empty where neither is known.
-    center_m
-        (z, height) of the centre of gravity.
-    speed_ratio
-        Speed of the body over that of the reference shaft.
-    """
+    """A body in the plane of the drawing, z to the right, x or r upwards."""
 
     name: str
+    #: "cut": areas above the axis, cut by a plane through it; "view": the whole body seen from the
+    #: side; "none": nothing but its nodes is known
     kind: str
+    #: Polygons (k, 2) of (z, height)
     areas_m: tuple[FloatArray, ...]
+    #: (z, height) of the master nodes by interface
     nodes_m: Mapping[str, tuple[float, float]]
+    #: Radius at which what is fixed to an interface is drawn
     seats_m: Mapping[str, float]
     disks: tuple[RigidDisk, ...]
+    #: (z, height) of the centre of gravity
     center_m: tuple[float, float]
+    #: Speed of the body over that of the reference shaft
     speed_ratio: float
+    #: Outline (k, 2) in (z, r) of a profile with its fillets
     lines_m: tuple[FloatArray, ...] = ()
+    #: Of each area, what it is and the name of its material; empty where neither is known
     labels: tuple[str, ...] = ()
     materials: tuple[str, ...] = ()
 

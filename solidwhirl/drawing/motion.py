@@ -76,21 +76,14 @@ class EngineInSpace:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ModeInSpace:
-    """A mode whose largest displacement is 1, at the phase 0.
+    """A mode whose largest displacement is 1, at the phase 0."""
 
-    Attributes
-    ----------
-    coordinates
-        Of each body, shape (n,); points move by Re(amplitude e^{iφ}).
-    center
-        ux, uy of the stations, shape (s, 2).
-    senses
-        Direction of the orbit of each station: "forward", "backward", "planar", or "" where none
-        is drawn.
-    """
-
+    #: Of each body, shape (n,); points move by Re(amplitude e^{iφ})
     coordinates: Mapping[str, ComplexArray]
+    #: ux, uy of the stations, shape (s, 2)
     center: ComplexArray
+    #: Direction of the orbit of each station: "forward", "backward", "planar", or "" where none is
+    #: drawn
     senses: tuple[str, ...]
 
 
@@ -194,13 +187,11 @@ def _joints(
             ends = [nodes.get((end.body, end.interface), -1) for end in joint.ends]
             if min(ends) < 0:
                 continue  # a joint of axial motion or torsion alone
-            at = [_place(system.system.rotors[e.body].element, e.interface) for e in joint.ends]
-            radii = [_radius_at(pieces, e.body, z) for e, z in zip(joint.ends, at, strict=True)]
+            radii = []
+            for end in joint.ends:
+                node = system.system.rotors[end.body].element.interface_node(end.interface)
+                radii.append(_radius_at(pieces, end.body, float(node.position_m[2])))
             yield DrawnJoint(joint.name, kind, ends, radii)
-
-
-def _place(element: Superelement, interface: str) -> float:
-    return float(element.interface_node(interface).position_m[2])
 
 
 def _radius_at(pieces: Sequence[Piece], body: str, place: float) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 from solidwhirl.analyses.base import Analysis
 from solidwhirl.analyses.kinds.place_map import PlaceMapSpec
 from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
-from solidwhirl.analyses.unbalances import end_of, turning_at, unbalance_of
+from solidwhirl.analyses.unbalances import end_of, turning_at, unbalance_at, unbalance_of
 from solidwhirl.core.outcome import Outcome
 from solidwhirl.estimates.comparators import Comparison
 from solidwhirl.rotordyn import AssembledSystem, End
@@ -60,8 +60,7 @@ def with_peak_estimates(
         return replace(outcome, document={**outcome.document, "exciters": exciters})
     peaks = {}
     for place, found in outcome.document["peaks"].items():
-        at = end_of(place)
-        own = [Unbalance(body=at.body, interface=at.interface, moment_kg_m=spec.moment_kg_m)]
+        own = [unbalance_at(place, spec.moment_kg_m)]
         peaks[place] = estimated(own, end_of(spec.observe or place), found)
     return replace(outcome, document={**outcome.document, "peaks": peaks})
 

@@ -9,21 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from solidwhirl import rotordyn as rd
 from solidwhirl.beams.error import beam_theory_error
 from solidwhirl.core.displays import indented, percent
 from solidwhirl.estimates.comparators import Comparison
-from solidwhirl.rotordyn import (
-    AssembledSystem,
-    Campbell,
-    CriticalSpeed,
-    Modes,
-    Rotor,
-    Superelement,
-    assemble,
-    campbell,
-    critical_speeds,
-    modes_at_speed,
-)
 from solidwhirl.rotordyn.core.arrays import FloatArray, IntArray
 from solidwhirl.rotordyn.estimates.campbell_errors import CampbellErrors, campbell_errors
 from solidwhirl.rotordyn.estimates.critical_speed_errors import (
@@ -62,7 +51,7 @@ class Estimates:
     critical_speeds: CriticalSpeedErrors
     free_frequencies: Mapping[str, FloatArray]
     comparisons: tuple[Comparison, ...]
-    critical: tuple[CriticalSpeed, ...]
+    critical: tuple[rd.CriticalSpeed, ...]
     rule: DampingRule = DEFAULT_RULE
 
     def __repr__(self) -> str:
@@ -91,16 +80,16 @@ class Estimates:
 class BeamVariants(NamedTuple):
     """Models of the engine with the other choices of beam theory, and their beams by name."""
 
-    systems: tuple[AssembledSystem, ...]
-    elements: tuple[Mapping[str, Superelement], ...]
+    systems: tuple[rd.AssembledSystem, ...]
+    elements: tuple[Mapping[str, rd.Superelement], ...]
 
 
 def estimate_errors(
-    system: AssembledSystem,
-    elements: Mapping[str, Superelement],
-    at_rest: Modes,
-    diagram: Campbell,
-    critical: Sequence[CriticalSpeed],
+    system: rd.AssembledSystem,
+    elements: Mapping[str, rd.Superelement],
+    at_rest: rd.Modes,
+    diagram: rd.Campbell,
+    critical: Sequence[rd.CriticalSpeed],
     comparisons: tuple[Comparison, ...] = (),
     beams: BeamVariants | None = None,
 ) -> Estimates:
@@ -116,7 +105,7 @@ def estimate_errors(
     speed_parts = dict(speeds.parts)
     # one model may be the second of a comparison and the first of the next
     count = len(diagram.frequency_hz) + _MORE_BRANCHES
-    diagram_of = cache(lambda other: campbell(other, diagram.speeds_rad_s, branch_count=count))
+    diagram_of = cache(lambda other: rd.campbell(other, diagram.speeds_rad_s, branch_count=count))
     speeds_of = cache(lambda other: _critical_like(critical, other, diagram))
     for pair in comparisons:
         _add(rest_parts, pair, _at_rest_differences(at_rest, pair))
@@ -125,7 +114,8 @@ def estimate_errors(
     free = {}
     if beams is not None:
         own_hz = at_rest.frequency_hz
-        found = _theory_at_rest_errors(at_rest, beams.systems)
+        others = [rd.modes_at_speed(v, 0.0).frequency_hz for v in beams.systems]
+        found = _theory_errors(own_hz, [_filled(own_hz, hertz) for hertz in others])
         rest_parts["beam_theory"] = found * own_hz / _scale_hz(system, own_hz)
         own_hz = diagram.frequency_hz
         of_branches = (
@@ -150,10 +140,10 @@ def _add(parts: dict[str, FloatArray], pair: Comparison, difference: FloatArray)
     parts[pair.part] = parts.get(pair.part, np.zeros_like(difference)) + difference
 
 
-def _at_rest_differences(at_rest: Modes, pair: Comparison) -> FloatArray:
+def _at_rest_differences(at_rest: rd.Modes, pair: Comparison) -> FloatArray:
     """Differences of the modes at rest, both sorted by frequency; nan beyond the shorter list."""
-    second = modes_at_speed(pair.second, 0.0)
-    first = at_rest if pair.first is None else modes_at_speed(pair.first, 0.0)
+    second = rd.modes_at_speed(pair.second, 0.0)
+    first = at_rest if pair.first is None else rd.modes_at_speed(pair.first, 0.0)
     out = np.full(len(at_rest.frequency_hz), np.nan)
     count = min(len(out), len(first.frequency_hz), len(second.frequency_hz))
     f, g = first.frequency_hz[:count], second.frequency_hz[:count]
@@ -164,7 +154,7 @@ def _at_rest_differences(at_rest: Modes, pair: Comparison) -> FloatArray:
 
 
 def _branch_differences(
-    diagram: Campbell, pair: Comparison, diagram_of: Callable[[AssembledSystem], Campbell]
+    diagram: rd.Campbell, pair: Comparison, diagram_of: Callable[[rd.AssembledSystem], rd.Campbell]
 ) -> FloatArray:
     """Differences along the branches of the diagram."""
     second = diagram_of(pair.second)
@@ -181,9 +171,9 @@ def _branch_differences(
 
 
 def _speed_differences(
-    critical: Sequence[CriticalSpeed],
+    critical: Sequence[rd.CriticalSpeed],
     pair: Comparison,
-    speeds_of: Callable[[AssembledSystem], list[CriticalSpeed]],
+    speeds_of: Callable[[rd.AssembledSystem], list[rd.CriticalSpeed]],
 ) -> FloatArray:
     """Differences of the critical speeds."""
     second = speeds_of(pair.second)
@@ -198,7 +188,7 @@ def _speed_differences(
     return _at_partners(critical_speed_differences(critical, first).partner, out)
 
 
-def _scale_hz(system: AssembledSystem, frequency_hz: FloatArray) -> FloatArray:
+def _scale_hz(system: rd.AssembledSystem, frequency_hz: FloatArray) -> FloatArray:
     """What errors of frequencies are measured against."""
     return error_scale(system, 2.0 * np.pi * frequency_hz) / (2.0 * np.pi)
 
@@ -212,8 +202,8 @@ def _at_partners(partner: IntArray, values: FloatArray) -> FloatArray:
 
 
 def _critical_like(
-    critical: Sequence[CriticalSpeed], system: AssembledSystem, diagram: Campbell
-) -> list[CriticalSpeed]:
+    critical: Sequence[rd.CriticalSpeed], system: rd.AssembledSystem, diagram: rd.Campbell
+) -> list[rd.CriticalSpeed]:
     """Critical speeds of another system for the same excitations, a little beyond the range."""
     top = 1.05 * float(diagram.speeds_rad_s.max())
     top = min(top, system.speed_limit_rad_s)
@@ -221,15 +211,15 @@ def _critical_like(
     return [
         c
         for ratio in ratios
-        for c in critical_speeds(system, excitation_ratio=ratio, speed_max_rad_s=top)
+        for c in rd.critical_speeds(system, excitation_ratio=ratio, speed_max_rad_s=top)
     ]
 
 
-def _free(element: Superelement, name: str, comparisons: tuple[Comparison, ...]) -> FloatArray:
+def _free(element: rd.Superelement, name: str, comparisons: tuple[Comparison, ...]) -> FloatArray:
     """Errors of the frequencies of one free body at rest, in their order."""
     wanted = element.free_frequencies_hz
-    alone = assemble({name: Rotor(element=element, speed_ratio=1.0)}, ())
-    modes = modes_at_speed(alone, 0.0)
+    alone = rd.assemble({name: rd.Rotor(element=element, speed_ratio=1.0)}, ())
+    modes = rd.modes_at_speed(alone, 0.0)
     found = frequency_errors(alone, modes)
     near = np.abs(modes.frequency_hz[None, :] - wanted[:, None]).argmin(axis=1)
     out = np.asarray(found.total[near])
@@ -247,15 +237,9 @@ def _free(element: Superelement, name: str, comparisons: tuple[Comparison, ...])
 # What beam theory may be wrong by in the results of a scene on the beam level.
 
 
-def _theory_at_rest_errors(at_rest: Modes, variants: Sequence[AssembledSystem]) -> FloatArray:
-    """Errors of the modes at rest, (m,); nan beyond the shortest list of the variants."""
-    own = at_rest.frequency_hz
-    return _theory_errors(
-        own, [_filled(own, modes_at_speed(v, 0.0).frequency_hz) for v in variants]
-    )
-
-
-def _theory_branch_errors(diagram: Campbell, variants: Sequence[AssembledSystem]) -> FloatArray:
+def _theory_branch_errors(
+    diagram: rd.Campbell, variants: Sequence[rd.AssembledSystem]
+) -> FloatArray:
     """Errors of the branches of a Campbell diagram, (b, s), between a few speeds linear in them."""
     speeds = diagram.speeds_rad_s
     chosen = np.unique(np.linspace(0, len(speeds) - 1, min(_SPEEDS, len(speeds))).round())
@@ -268,7 +252,7 @@ def _theory_branch_errors(diagram: Campbell, variants: Sequence[AssembledSystem]
     )
     others = []
     for variant in variants:
-        second = campbell(variant, speeds[at], branch_count=len(own) + _MORE_BRANCHES)
+        second = rd.campbell(variant, speeds[at], branch_count=len(own) + _MORE_BRANCHES)
         others.append((1.0 - campbell_differences(few, second).frequency) * own)
     found = _theory_errors(own, others)
     out = np.array([np.interp(speeds, speeds[at], errors) for errors in found])
@@ -277,7 +261,7 @@ def _theory_branch_errors(diagram: Campbell, variants: Sequence[AssembledSystem]
 
 
 def _critical_speed_errors_of_beams(
-    critical: Sequence[CriticalSpeed], diagram: Campbell, errors: FloatArray
+    critical: Sequence[rd.CriticalSpeed], diagram: rd.Campbell, errors: FloatArray
 ) -> FloatArray:
     """Errors of critical speeds from those of the branches that make them, (k,).
 
@@ -304,7 +288,7 @@ def _critical_speed_errors_of_beams(
 
 
 def _theory_free_errors(
-    elements: Mapping[str, Superelement], variants: Sequence[Mapping[str, Superelement]]
+    elements: Mapping[str, rd.Superelement], variants: Sequence[Mapping[str, rd.Superelement]]
 ) -> dict[str, FloatArray]:
     """Errors of the frequencies of the free bodies at rest, by name."""
     out = {}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import combinations, permutations
 
 from solidwhirl import geometry as geo
@@ -12,11 +13,8 @@ from solidwhirl.scene.records import BodySpec, InterfaceSpec, Scene, StageGroupS
 def build_bodies(scene: Scene) -> dict[str, geo.Body]:
     """Make the geometry of every body of a scene.
 
-    Raises
-    ------
-    GeometryError
-        Unknown material, a profile that is none, or interfaces that move as one; the message
-        begins with the key.
+    Raises GeometryError: unknown material, a profile that is none, or interfaces that move as one;
+    the message begins with the key.
     """
     materials = scene_materials(scene)
     bodies = {}
@@ -63,26 +61,28 @@ def scene_materials(scene: Scene) -> dict[str, geo.Material]:
     return {**geo.MATERIALS, **own}
 
 
-def _material(
-    materials: dict[str, geo.Material], name: str | None, default: str | None, where: str
+def known_material(
+    materials: Mapping[str, geo.Material], name: str | None, where: str
 ) -> geo.Material:
-    chosen = name or default
-    if chosen is None:
+    """Return a material by its name; GeometryError names the place of one that is not there."""
+    if name is None:
         raise geo.GeometryError(f"{where}: no material; give the section or the body one")
-    if chosen not in materials:
+    if name not in materials:
         raise geo.GeometryError(
-            f"{where}: unknown material {chosen!r}; known are {', '.join(sorted(materials))}"
+            f"{where}: unknown material {name!r}; known are {', '.join(sorted(materials))}"
         )
-    return materials[chosen]
+    return materials[name]
 
 
 def _build_body(name: str, spec: BodySpec, materials: dict[str, geo.Material]) -> geo.Body:
     sections: list[geo.Section] = []
     for s in spec.sections:
-        material = _material(materials, s.material, spec.material, f"sections {s.name!r}")
+        material = known_material(materials, s.material or spec.material, f"sections {s.name!r}")
         sections.append(geo.Section(**s.model_dump(exclude={"material"}), material=material))
     for group in spec.stage_groups:
-        material = _material(materials, group.material, spec.material, f"stages {group.name!r}")
+        material = known_material(
+            materials, group.material or spec.material, f"stages {group.name!r}"
+        )
         sections += _stages(group, material)
     return geo.Body(
         name=name,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import lru_cache
 from itertools import combinations
@@ -16,7 +17,7 @@ from solidwhirl.meshing import Mesh, MeshingError, MeshSize
 from solidwhirl.meshing.imported.body import body_of_mesh, mesh_from_file, mesh_of
 from solidwhirl.meshing.imported.records import MeshedBody, MeshInterface, MeshRequest, StepSize
 from solidwhirl.meshing.imported.step import mesh_step, step_geometry
-from solidwhirl.model.bodies import scene_materials
+from solidwhirl.model.bodies import known_material, scene_materials
 from solidwhirl.model.plan_records import BodyPlan
 from solidwhirl.model.resolution import Resolution
 from solidwhirl.scene.meshes import UNITS_M, MeshBodySpec, MeshInterfaceSpec, file_digest
@@ -33,12 +34,8 @@ def build_mesh_bodies(scene: Scene) -> dict[str, MeshedBody]:
     """Read the mesh files of a scene, and look at its STEP files.
 
     Places of interfaces, mass and roundness are known of mesh files only, those of STEP files when
-    they are meshed.
-
-    Raises
-    ------
-    GeometryError, MeshingError
-        Unknown material, or a file that is no body; the message begins with the key.
+    they are meshed. Raises GeometryError, MeshingError: unknown material, or a file that is no
+    body; the message begins with the key.
     """
     return {name: _built(scene, name, spec) for name, spec in scene.mesh_bodies.items()}
 
@@ -46,31 +43,23 @@ def build_mesh_bodies(scene: Scene) -> dict[str, MeshedBody]:
 def made_mesh(body: MeshedBody) -> Mesh:
     """Return the mesh of a body, which is made if its file is a geometry.
 
-    Raises
-    ------
-    MeshingError
-        gmsh failed, or the mesh is not good enough; the message begins with the key.
+    Raises MeshingError: gmsh failed, or the mesh is not good enough; the message begins with the
+    key.
     """
-    try:
+    with _named(body.name):
         return _mesh(body.request, body.name)
-    except MeshingError as error:
-        raise MeshingError(clean(f"mesh_bodies.{body.name}: {error}")) from error
 
 
 def described(body: MeshedBody, mesh: Mesh) -> MeshedBody:
     """Return a body with all that its mesh tells: places of interfaces, mass, roundness.
 
-    Raises
-    ------
-    MeshingError
-        A turning body that is none of revolution, or an interface that can't be one.
+    Raises MeshingError: a turning body that is none of revolution, or an interface that can't be
+    one.
     """
     if body.mass is not None:
         return body
-    try:
+    with _named(body.name):
         return body_of_mesh(body.name, body.request, mesh, body.rigid_disks)
-    except MeshingError as error:
-        raise MeshingError(clean(f"mesh_bodies.{body.name}: {error}")) from error
 
 
 def base_plan(
@@ -127,16 +116,20 @@ def source_document(body: MeshedBody) -> dict[str, Any]:
     }
 
 
-def _built(scene: Scene, name: str, spec: MeshBodySpec) -> MeshedBody:
-    where = f"mesh_bodies.{name}"
+@contextmanager
+def _named(name: str) -> Iterator[None]:
+    """Let the message of an error begin with the key of a body."""
     try:
+        yield
+    except (MeshingError, GeometryError) as error:
+        raise type(error)(clean(f"mesh_bodies.{name}: {error}")) from error
+
+
+def _built(scene: Scene, name: str, spec: MeshBodySpec) -> MeshedBody:
+    with _named(name):
         request = _request(spec, scene_materials(scene))
         disks = tuple(RigidDisk(**d.model_dump()) for d in spec.rigid_disks)
         return _body(name, request, disks)
-    except MeshingError as error:
-        raise MeshingError(clean(f"{where}: {error}")) from error
-    except GeometryError as error:
-        raise GeometryError(clean(f"{where}: {error}")) from error
 
 
 @lru_cache(maxsize=16)
@@ -158,13 +151,6 @@ def _mesh(request: MeshRequest, name: str) -> Mesh:
 
 
 def _request(spec: MeshBodySpec, materials: dict[str, Material]) -> MeshRequest:
-    def known(name: str, key: str) -> Material:
-        if name not in materials:
-            raise GeometryError(
-                f"{key}: unknown material {name!r}; known are {', '.join(sorted(materials))}"
-            )
-        return materials[name]
-
     step = None
     if spec.size_m is not None:
         smallest = spec.smallest_m or _SMALLEST * spec.size_m
@@ -176,8 +162,11 @@ def _request(spec: MeshBodySpec, materials: dict[str, Material]) -> MeshRequest:
         origin=spec.axis.origin,
         direction=spec.axis.direction,
         x_direction=spec.axis.x_direction,
-        material=None if spec.material is None else known(spec.material, "material"),
-        materials=tuple((g, known(m, f"materials.{g}")) for g, m in spec.materials.items()),
+        material=known_material(materials, spec.material, "material") if spec.material else None,
+        materials=tuple(
+            (group, known_material(materials, name, f"materials.{group}"))
+            for group, name in spec.materials.items()
+        ),
         interfaces=tuple(_interface(i) for i in spec.interfaces),
         shape="round" if spec.speed_ratio != 0.0 else "any",
         step=step,

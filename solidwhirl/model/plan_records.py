@@ -12,78 +12,54 @@ from solidwhirl.scene_checks.speeds_asked import SpeedAsked
 
 @dataclass(frozen=True, kw_only=True)
 class Effect:
-    """One effect.
+    """One effect."""
 
-    Attributes
-    ----------
-    name
-        As in the scene's [effects] table, or of what the scene can not ask for.
-    cost
-        What it adds, in matrices assembled, factorisations and eigenproblems per body.
-    """
-
+    #: As in the scene's [effects] table, or of what the scene can not ask for
     name: str
     on: bool
     why: str
+    #: What it adds, in matrices assembled, factorisations and eigenproblems per body
     cost: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
 class BodyPlan:
-    """What is computed for one body.
-
-    Attributes
-    ----------
-    orders
-        Circumferential orders that are solved (harmonic) or kept (solid); none in a body of any
-        shape, whose modes have no order.
-    interface_components
-        Motions of each interface; each is one constraint mode.
-    resolution
-        Mesh and element order to begin with; None on the beam level.
-    matrices, factorisations, eigenproblems
-        How many, at most, the reduction will need.
-    shape
-        Of a solid, as `solidwhirl.reduction` tells them apart: "quartered" comes from a profile,
-        "round" and "any" from a mesh of its own.
-    solver
-        How systems of a solid are solved: "direct", "iterative", or "auto": by the memory there is.
-    """
+    """What is computed for one body."""
 
     level: str
+    #: Circumferential orders that are solved (harmonic) or kept (solid); none in a body of any
+    #: shape, whose modes have no order
     orders: tuple[int, ...]
     components: tuple[str, ...]
+    #: Motions of each interface; each is one constraint mode
     interface_components: Mapping[str, tuple[str, ...]]
     maximum_speed_rad_s: float
+    #: Mesh and element order to begin with; None on the beam level
     resolution: Resolution | None = None
+    #: How many, at most, the reduction will need
     matrices: int = 0
     factorisations: int = 0
     eigenproblems: int = 0
+    #: Of a solid, as `solidwhirl.reduction` tells them apart: "quartered" comes from a profile,
+    #: "round" and "any" from a mesh of its own
     shape: str = "quartered"
+    #: How systems of a solid are solved: "direct", "iterative", or "auto": by the memory there is
     solver: str = "direct"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """The plan of a run.
-
-    Attributes
-    ----------
-    carried
-        Motions of the interfaces of all bodies, by "body.interface".
-    speeds_rad_s
-        (s,) speeds of the reference shaft.
-    analyses
-        Name and kind of the analyses beyond modes, Campbell diagram and critical speeds.
-    speeds_beyond
-        Analyses that look to speeds above those, for which the bodies have to be good too.
-    """
+    """The plan of a run."""
 
     effects: tuple[Effect, ...]
     bodies: Mapping[str, BodyPlan]
+    #: Motions of the interfaces of all bodies, by "body.interface"
     carried: Mapping[str, tuple[str, ...]]
+    #: Name and kind of the analyses beyond modes, Campbell diagram and critical speeds
     analyses: tuple[tuple[str, str], ...]
+    #: (s,) speeds of the reference shaft
     speeds_rad_s: FloatArray
+    #: Analyses that look to speeds above those, for which the bodies have to be good too
     speeds_beyond: tuple[SpeedAsked, ...] = ()
 
     def on(self, name: str) -> bool:

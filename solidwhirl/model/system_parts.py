@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from solidwhirl.geometry import GeometryError
-from solidwhirl.model.bodies import scene_materials
+from solidwhirl.analyses.unbalances import end_of
+from solidwhirl.model.bodies import known_material, scene_materials
 from solidwhirl.model.imported_bodies import imported_elements
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.rotordyn import (
@@ -17,7 +17,6 @@ from solidwhirl.rotordyn import (
     AssembledSystem,
     Bearing,
     Disk,
-    End,
     Gear,
     InternalDamping,
     PolynomialLaw,
@@ -60,10 +59,7 @@ def engine_of(scene: Scene, plan: Plan, elements: Mapping[str, Superelement]) ->
 def simple_elements(scene: Scene, plan: Plan) -> dict[str, Superelement]:
     """Superelements of the beams, rigid and imported bodies of a scene.
 
-    Raises
-    ------
-    SuperelementError, GeometryError
-        A beam, rigid or imported body that can not be.
+    Raises SuperelementError, GeometryError: a beam, rigid or imported body that can not be.
     """
     elements = {name: _beam(scene, plan, name, spec) for name, spec in scene.beams.items()}
     still = not plan.on("gyroscopic")
@@ -85,13 +81,7 @@ def simple_elements(scene: Scene, plan: Plan) -> dict[str, Superelement]:
 
 
 def _beam(scene: Scene, plan: Plan, name: str, spec: BeamSpec) -> Superelement:
-    materials = scene_materials(scene)
-    if spec.material not in materials:
-        raise GeometryError(
-            f"beams.{name}: unknown material {spec.material!r}; known are "
-            f"{', '.join(sorted(materials))}"
-        )
-    material = materials[spec.material]
+    material = known_material(scene_materials(scene), spec.material, f"beams.{name}")
     sections = len(spec.stations_m) - 1
     carried = {m for place in spec.interfaces for m in plan.carried[f"{name}.{place}"]}
     return beam_superelement(
@@ -176,8 +166,8 @@ def _bearing(spec: BearingSpec, off: tuple[str, ...], laws: Mapping[str, SpeedLa
         values[key] = value if isinstance(value, float) else np.array(value, dtype=float)
     return Bearing(
         name=spec.name,
-        first=_end(spec.first),
-        second=None if spec.second == "ground" else _end(spec.second),
+        first=end_of(spec.first),
+        second=None if spec.second == "ground" else end_of(spec.second),
         rigid=tuple(c for c in spec.rigid if c not in fixed),
         speed_law=laws.get(spec.speed_law or ""),
         cross_coupling=spec.cross_coupling,
@@ -197,16 +187,11 @@ def _gear(spec: GearSpec, damped: bool) -> Gear:
     angle = spec.line_of_action_deg
     return Gear(
         name=spec.name,
-        first=_end(spec.first),
-        second=_end(spec.second),
+        first=end_of(spec.first),
+        second=end_of(spec.second),
         ratio=spec.ratio,
         mesh_stiffness_n_per_m=spec.mesh_stiffness_n_per_m,
         mesh_damping_n_s_per_m=spec.mesh_damping_n_s_per_m * float(damped),
         base_radius_first_m=spec.base_radius_first_m,
         line_of_action_rad=None if angle is None else float(np.radians(angle)),
     )
-
-
-def _end(text: str) -> End:
-    body, _, interface = text.partition(".")
-    return End(body=body, interface=interface)

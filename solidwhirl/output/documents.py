@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -59,7 +60,13 @@ def results_document(results: Results) -> dict[str, Any]:
             "sha256": scene_hash(scene),
         },
         "plan": plan_document(results.plan),
-        "bodies": _bodies(results),
+        "bodies": {
+            name: _solid(results.bodies[name])
+            if name in results.bodies
+            # a beam or rigid body has no mesh, but its whole tensor of inertia
+            else {**_body(element), "inertia_kg_m2": np.asarray(element.inertia_kg_m2).tolist()}
+            for name, element in results.elements.items()
+        },
         "accuracy": accuracy_document(scene, results.estimates, results.rounds, results.checks),
         "modes_at_rest": {
             "frequency_hz": results.at_rest.frequency_hz.tolist(),
@@ -186,10 +193,7 @@ def _fineness(found: Resolution | None) -> dict[str, Any]:
 def write_results(results: Results, out: str | Path, *, pictures: bool = True) -> Path:
     """Write the folder of a run, all of it or nothing, and return it.
 
-    Raises
-    ------
-    OutputError
-        The folder can't be written.
+    Raises OutputError: the folder can't be written.
     """
     with claimed(out) as folder:
         write_into(results, folder, pictures=pictures)
@@ -272,52 +276,41 @@ def _draw_all(results: Results, folder: Path, keeper: Keeper) -> None:
         for file, write in outcome.files.items():
             if is_picture(file):
                 write(folder / file)
+    for file, draw in diagrams_of(results).items():
+        keeper.picture(keeper.key(file, draw.args, draw.keywords), draw)(folder / file)
+
+
+def diagrams_of(results: Results) -> dict[str, partial[None]]:
+    """Return what draws the pictures of every run, by the names of their files.
+
+    Diagram, diagram with error bands, critical speeds with error bars.
+    """
     title = results.scene.title or results.scene.name
     critical = tuple(c.critical for c in results.critical_speeds)
     ratios = results.scene.speed_ratios()
-    operating = reference_ranges_rad_s(results.operating)
-    keeper.picture(
-        keeper.key("campbell.png", results.campbell, critical, title, ratios, operating),
-        lambda path: draw_campbell(
+    drawn = {
+        "campbell.png": partial(
+            draw_campbell,
             results.campbell,
             critical,
-            path,
             title=title,
             excitation_ratios=ratios,
-            operating_rad_s=operating,
-        ),
-    )(folder / "campbell.png")
-    if results.estimates is not None:
-        _draw_estimates(results, results.estimates, folder, keeper)
-
-
-def _draw_estimates(results: Results, estimates: Estimates, folder: Path, keeper: Keeper) -> None:
-    """Diagram with error bands, critical speeds with error bars."""
-    title = results.scene.title or results.scene.name
-    names: dict[float, list[str]] = {}
-    for name, ratio in results.scene.speed_ratios().items():
-        names.setdefault(abs(ratio), []).append(name)
-    lines = {", ".join(own): ratio for ratio, own in names.items()}
-    branches = estimates.campbell
-    keeper.picture(
-        keeper.key("campbell_errors.png", branches, title, lines),
-        lambda path: draw_campbell_errors(branches, path, title, excitation_ratios=lines),
-    )(folder / "campbell_errors.png")
-    critical = [c.critical for c in results.critical_speeds]
-    errors = estimates.critical_speeds
-    if critical:
-        keeper.picture(
-            keeper.key("critical_speeds.png", critical, errors, title),
-            lambda path: draw_critical_speed_errors(critical, errors, path, title),
-        )(folder / "critical_speeds.png")
-
-
-def _bodies(results: Results) -> dict[str, Any]:
-    solids = results.bodies
-    return {
-        name: _solid(solids[name]) if name in solids else _simple(element)
-        for name, element in results.elements.items()
+            operating_rad_s=reference_ranges_rad_s(results.operating),
+        )
     }
+    if results.estimates is not None:
+        drawn["campbell_errors.png"] = partial(
+            draw_campbell_errors,
+            results.estimates.campbell,
+            title=title,
+            excitation_ratios=ratios,
+        )
+        if critical:
+            errors = results.estimates.critical_speeds
+            drawn["critical_speeds.png"] = partial(
+                draw_critical_speed_errors, critical, errors, title=title
+            )
+    return drawn
 
 
 def _body(element: Superelement) -> dict[str, Any]:
@@ -336,11 +329,6 @@ def _body(element: Superelement) -> dict[str, Any]:
         "interfaces": interfaces_document(element),
         **({"import": element.provenance["import"]} if "import" in element.provenance else {}),
     }
-
-
-def _simple(element: Superelement) -> dict[str, Any]:
-    """A beam or rigid body: no mesh and nothing assembled, but the whole tensor of inertia."""
-    return {**_body(element), "inertia_kg_m2": np.asarray(element.inertia_kg_m2).tolist()}
 
 
 def _solid(result: BodyResult) -> dict[str, Any]:

@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
 from typing import Any
 
 from solidwhirl.core.check_report import checks_text
 from solidwhirl.core.errors import markdown_row, markdown_text
 from solidwhirl.core.warnings import Doubt
 from solidwhirl.cost.forecast import Forecast
-from solidwhirl.estimates.documents import (
-    coupling_effect,
-    coupling_text,
-    followed_by,
-    materials_text,
-)
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.model.resolution import Resolution
+from solidwhirl.page.frame.records import Block, Table, Text
+from solidwhirl.page.frame.render import cell_text
+from solidwhirl.page.modes.criticals import critical_speed_table
+from solidwhirl.page.run.accuracy import accuracy_blocks
+from solidwhirl.page.run.masses import properties_table, sizes_table
 from solidwhirl.pipeline.run import Results
 from solidwhirl.pipeline.verdict_text import answers
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
@@ -26,22 +25,24 @@ from solidwhirl.scene_checks.operating import critical_speeds_that_count
 
 def report_text(results: Results, document: dict[str, Any]) -> str:
     """Markdown report of a run and the contents of its `results.json`."""
+    found, ratios = critical_speeds_that_count(document), results.scene.speed_ratios()
+    doubtful = [*(doubt["message"] for doubt in document["doubts"]), *document["bearing_notes"]]
     parts = [
         f"# {markdown_text(results.scene.title or results.scene.name)}",
         _table(" | ", ((a.about, a.marked) for a in answers(document))),
-        "\n".join(f"- **warning:** {markdown_text(message)}" for message in _warnings(document)),
+        "\n".join(f"- **warning:** {markdown_text(message)}" for message in doubtful),
         "## Critical speeds",
-        _critical(critical_speeds_that_count(document)),
+        _told([critical_speed_table(found, ratios)]) if found else "None in the speed range.",
         "## Notes" if results.scene.notes else "",
         "\n".join(f"- {markdown_text(note)}" for note in results.scene.notes),
         "## What was computed, what was left out, and why",
         plan_text(results.plan),
         "## Bodies",
-        _bodies(document["bodies"]),
+        _told([properties_table(document["bodies"]), sizes_table(document["bodies"])]),
         "## Assembled and solved" if results.bodies else "",
         _ledger(document["bodies"]),
         "## Accuracy",
-        _accuracy(document),
+        _told(accuracy_blocks(document)),
         "## Frequencies",
         _branches(document["campbell"]),
         "## Other analyses" if results.analyses else "",
@@ -52,10 +53,6 @@ def report_text(results: Results, document: dict[str, Any]) -> str:
         _cost(document),
     ]
     return "\n\n".join(p for p in parts if p) + "\n"
-
-
-def _warnings(document: dict[str, Any]) -> list[str]:
-    return [*(doubt["message"] for doubt in document["doubts"]), *document["bearing_notes"]]
 
 
 def doubts_text(doubts: Iterable[Doubt]) -> str:
@@ -120,121 +117,12 @@ def _fineness(found: Resolution | None) -> tuple[str, str, str]:
     return str(found.degree), corner, expected
 
 
-def _bodies(bodies: dict[str, Any]) -> str:
-    return _table(
-        "body | mass [kg] | centre of gravity [m] | polar inertia [kg m²] | "
-        "diametral inertia [kg m²] | level | unknowns | reduced | "
-        "hoop strain at top speed | first free lateral frequencies [Hz]",
-        (
-            (
-                name,
-                f"{b['mass_kg']:.5g}",
-                f"{b['center_of_gravity_m'][2]:.5g}",
-                f"{b['polar_inertia_kg_m2']:.5g}",
-                "-"
-                if b["diametral_inertia_kg_m2"] is None
-                else f"{b['diametral_inertia_kg_m2']:.5g}",
-                b["level"],
-                b["full_dofs"],
-                b["reduced_dofs"],
-                f"{b['hoop_strain_at_top_speed']:.1e}" if "hoop_strain_at_top_speed" in b else "-",
-                ", ".join(f"{f:.2f}" for f in _first_of_pairs(b)) or "-",
-            )
-            for name, b in bodies.items()
-        ),
-    )
-
-
-def _first_of_pairs(body: dict[str, Any]) -> list[float]:
-    """Three frequencies; those of a body of revolution come in pairs."""
-    step = 1 if body["level"] == "imported" else 2
-    return list(body["free_frequencies_hz"][: 3 * step : step])
-
-
 def _ledger(bodies: dict[str, Any]) -> str:
     lines = []
     for name, b in bodies.items():
         for label, done in b.get("assembled", {}).items():  # beams and rigid bodies have none
             lines.append(f"- {name}, {label}: {', '.join(done)}; {', '.join(b['solved'][label])}")
     return "\n".join(lines)
-
-
-def _critical(entries: Sequence[Mapping[str, Any]]) -> str:
-    if not entries:
-        return "None in the speed range."
-    return _table(
-        "speed [rpm] | frequency [Hz] | ± | whirl | AF | log decrement | excited by",
-        (
-            (
-                f"{c['speed_rpm']:.1f}",
-                f"{c['frequency_hz']:.3f}",
-                _percent(c.get("frequency_error_estimate")),
-                c["whirl"],
-                "-" if c["amplification_factor"] is None else f"{c['amplification_factor']:.3g}",
-                "-" if c["log_decrement"] is None else f"{c['log_decrement']:.4g}",
-                ", ".join(c["excited_by"]),
-            )
-            for c in entries
-        ),
-    )
-
-
-def _percent(relative: float | None) -> str:
-    """A relative error as text."""
-    return "-" if relative is None else f"{100.0 * relative:.1g} %"
-
-
-def _accuracy(document: dict[str, Any]) -> str:
-    """What was asked and got, by round and by part."""
-    found = document["accuracy"]
-    if found["largest_error_estimate"] is None and not found["rounds"]:
-        return "The scene has the error estimates off; what its mesh rule expects is in the plan."
-    met = {True: "met", False: "not met", None: "unknown"}[found["met"]]
-    largest = found["largest_error_estimate"]
-    said = "-" if largest is None else f"{largest:.1e}"
-    lines = [f"Asked {found['asked']:.1e}, largest estimated relative error {said}: {met}."]
-    parts = document["campbell"].get("error_parts", {})
-    rows = [(part, _largest(values), _where(part)) for part, values in parts.items()]
-    lines.append(_table("part | largest of the branches | ", rows))
-    steps = [
-        (
-            k + 1,
-            ", ".join(f"{n} {u}" for n, u in r["unknowns"].items()),
-            ", ".join(f"{n} {m}" for n, m in r["modes"].items()),
-            f"{r['largest_error_estimate']:.1e}",
-            followed_by(found["rounds"], k) or "-",
-        )
-        for k, r in enumerate(found["rounds"])
-    ]
-    lines.append(_table("round | unknowns | modes | estimate | refined", steps))
-    solids = [name for name, b in document["bodies"].items() if b["level"] == "solid"]
-    if solids and steps:
-        lines.append(
-            f"The mesh of {', '.join(solids)} is compared with a finer one after the last round: "
-            "it is in the largest estimate and not in those of the rounds."
-        )
-    effect = coupling_effect(document)
-    if effect is not None:
-        lines.append(f"- {coupling_text(effect)}")
-    for name, names in found.get("bodies_of_several_materials", {}).items():
-        lines.append(f"- {name} {materials_text(names)}")
-    for name in found["bodies_without_estimate"]:
-        lines.append(f"- {name}: carries no error estimate; nothing of it is in these numbers")
-    for name in found.get("meshes_without_estimate", ()):
-        lines.append(
-            f"- {name}: the error of its mesh, which was given, is not known and not in these "
-            "numbers; compare with a finer mesh"
-        )
-    return "\n\n".join(lines)
-
-
-def _largest(values: Any) -> str:
-    known = [v for row in values for v in row if v is not None]
-    return f"{max(known):.1e}" if known else "-"
-
-
-def _where(part: str) -> str:
-    return "a choice of the model: not summed" if part == "interface_coupling" else ""
 
 
 def _branches(diagram: dict[str, Any]) -> str:
@@ -274,6 +162,20 @@ def _cost(document: dict[str, Any]) -> str:
         f"{predicted['peak_memory_gib']:.2g} GiB"
     )
     return "\n".join(lines)
+
+
+def _told(blocks: Iterable[Block]) -> str:
+    """Texts and tables of the page."""
+    parts = []
+    for block in blocks:
+        if isinstance(block, Text):
+            parts.append(block.text)
+        elif isinstance(block, Table):
+            title = block.title or block.folded
+            rows = [[cell_text(cell) for cell in row] for row in block.rows]
+            parts += [f"### {title}" if title else "", _table(" | ".join(block.head), rows)]
+            parts.append(block.caption)
+    return "\n\n".join(part for part in parts if part)
 
 
 def _table(head: str, rows: Iterable[Iterable[Any]]) -> str:

@@ -9,22 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from solidwhirl.analyses.base import reference_ranges_rad_s
 from solidwhirl.core.outcome import Write, is_picture
 from solidwhirl.drawing.modes import pictured_modes
 from solidwhirl.files.picture_index import Picture
+from solidwhirl.output.documents import diagrams_of
 from solidwhirl.page.run.accuracy import time_chart
 from solidwhirl.page.run.checks import checks_chart
 from solidwhirl.page.run.meshes import plane_chart
 from solidwhirl.pictures.engine import draw_engine
 from solidwhirl.pictures.engine_shape import EngineShape, engine_shape
 from solidwhirl.pipeline.run import Results
-from solidwhirl.rotordyn.plots.campbell import (
-    draw_annotated_campbell,
-    draw_campbell,
-    draw_damped_campbell,
-)
-from solidwhirl.rotordyn.plots.errors import draw_campbell_errors, draw_critical_speed_errors
+from solidwhirl.rotordyn.plots.campbell import draw_annotated_campbell, draw_damped_campbell
 from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
 
 # Decrements below this are rounding.
@@ -51,7 +46,7 @@ def pictures_of(
             draw=lambda path: draw_engine(results, path, title),
         ),
         *_meshes(results, title),
-        *_campbell(results, title),
+        *_campbell(results),
         *_modes(results, modes, title, progress),
         *_analyses(results, title),
         *_accounts(results, title),
@@ -81,55 +76,29 @@ def _draw_solid(_: str, mesh: Any, title: str, path: Path) -> None:
     draw_solid_mesh(mesh, path, title)
 
 
-def _campbell(results: Results, title: str) -> Iterator[Picture]:
-    """The diagram as it is in the folder of a run, with notes, with damping and with errors."""
-    critical = tuple(c.critical for c in results.critical_speeds)
-    ratios = results.scene.speed_ratios()
-    drawings: dict[str, tuple[Callable[..., None], str]] = {
-        "campbell": (draw_campbell, "Natural frequencies over the speed, with critical speeds."),
-        "campbell_annotated": (
-            draw_annotated_campbell,
-            "The same with marks where branches cross, veer or end.",
-        ),
-        "campbell_damped": (
-            draw_damped_campbell,
-            "The same with the logarithmic decrements below.",
-        ),
-    }
-    if not results.campbell.notes:
-        del drawings["campbell_annotated"]
-    if not np.nanmax(np.abs(results.campbell.log_decrement), initial=0.0) > _UNDAMPED:
-        del drawings["campbell_damped"]
-    for name, (draw, caption) in drawings.items():
-        yield Picture(
-            name=name,
-            kind="plot",
-            caption=caption,
-            draw=partial(
-                draw,
-                results.campbell,
-                critical,
-                title=title,
-                excitation_ratios=ratios,
-                operating_rad_s=reference_ranges_rad_s(results.operating),
-            ),
+_DIAGRAMS = {
+    "campbell": "Natural frequencies over the speed, with critical speeds.",
+    "campbell_annotated": "The same with marks where branches cross, veer or end.",
+    "campbell_damped": "The same with the logarithmic decrements below.",
+    "campbell_errors": "Natural frequencies with bands of their estimated error, and the error by "
+    "part.",
+    "critical_speeds": "Critical speeds with their estimated errors, and the error by part.",
+}
+
+
+def _campbell(results: Results) -> Iterator[Picture]:
+    """The diagrams that are in the folder of a run, and one with notes and one with damping."""
+    drawn = {Path(file).stem: draw for file, draw in diagrams_of(results).items()}
+    shown = drawn["campbell"]
+    if results.campbell.notes:
+        drawn["campbell_annotated"] = partial(
+            draw_annotated_campbell, *shown.args, **shown.keywords
         )
-    if results.estimates is None:
-        return
-    branches, errors = results.estimates.campbell, results.estimates.critical_speeds
-    yield Picture(
-        name="campbell_errors",
-        kind="plot",
-        caption="Natural frequencies with bands of their estimated error, and the error by part.",
-        draw=lambda path: draw_campbell_errors(branches, path, title, excitation_ratios=ratios),
-    )
-    if critical:
-        yield Picture(
-            name="critical_speeds",
-            kind="plot",
-            caption="Critical speeds with their estimated errors, and the error by part.",
-            draw=lambda path: draw_critical_speed_errors(critical, errors, path, title),
-        )
+    if np.nanmax(np.abs(results.campbell.log_decrement), initial=0.0) > _UNDAMPED:
+        drawn["campbell_damped"] = partial(draw_damped_campbell, *shown.args, **shown.keywords)
+    for name, caption in _DIAGRAMS.items():
+        if name in drawn:
+            yield Picture(name=name, kind="plot", caption=caption, draw=drawn[name])
 
 
 def _modes(

@@ -60,23 +60,16 @@ class OrbitInSpace:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class EngineShape:
-    """A mode of an engine, scaled to be seen.
+    """A mode of an engine, scaled to be seen."""
 
-    Attributes
-    ----------
-    bodies, orbits
-        What is drawn; points move by Re(motion e^{iφ}).
-    frequency_hz, speed_rpm, whirl
-        Of the mode.
-    largest_m
-        Largest displacement as drawn.
-    """
-
+    #: What is drawn; points move by Re(motion e^{iφ})
     bodies: tuple[BodyInSpace, ...]
     orbits: tuple[OrbitInSpace, ...]
+    #: Of the mode
     frequency_hz: float
     speed_rpm: float
     whirl: str
+    #: Largest displacement as drawn
     largest_m: float
 
     @property

@@ -14,18 +14,12 @@ from solidwhirl.rotordyn.stability.intervals import UnstableInterval
 
 @dataclass(frozen=True, kw_only=True)
 class Alarm:
-    """Something physical that the results warn of.
+    """Something physical that the results warn of."""
 
-    Attributes
-    ----------
-    kind
-        "unstable", "unstable operation", "response above threshold" (run-ups too), "run-up
-        diverged" or "compared model diverged".
-    message
-        One line, rpm first.
-    """
-
+    #: "unstable", "unstable operation", "response above threshold" (run-ups too), "run-up diverged"
+    #: or "compared model diverged"
     kind: str
+    #: One line, rpm first
     message: str
     speed_rpm: float
 
@@ -79,8 +73,8 @@ def _operation(stability: Stability, operating: Sequence[Operating]) -> Iterator
             begins = max(found[0].low_rad_s * RPM_PER_RAD_S, low)
             yield Alarm(
                 kind="unstable operation",
-                message=f"{begins * own.ratio:.6g} rpm: {own.shaft} operates at {_range(own)} and "
-                f"is unstable {_extent(found, high, own.ratio)}",
+                message=f"{begins * own.ratio:.6g} rpm: {own.shaft} operates at {own.speeds_text} "
+                f"and is unstable {_extent(found, high, own.ratio)}",
                 speed_rpm=begins,
             )
 
@@ -91,11 +85,6 @@ def _extent(found: Sequence[UnstableInterval], high_rpm: float, ratio: float = 1
         return "from here on, in parts"
     end = found[0].high_rad_s * RPM_PER_RAD_S
     return "from here on" if end >= high_rpm else f"up to {end * ratio:.6g} rpm"
-
-
-def _range(own: Operating) -> str:
-    low, high = own.from_rpm, own.to_rpm
-    return f"{high:g} rpm" if low == high else f"{low:g} to {high:g} rpm"
 
 
 def _responses(stability: Stability, analyses: Mapping[str, Any]) -> Iterator[Alarm]:

@@ -20,25 +20,20 @@ from solidwhirl.model.mesh_bodies import described
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.model.system_parts import engine_of
 from solidwhirl.pipeline.cached_stages import Keeper, engine_part
-from solidwhirl.rotordyn import AssembledSystem, Superelement
+from solidwhirl.rotordyn import Superelement
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_reading.reader import scene_hash
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Job:
-    """What all stages of a run need.
-
-    Attributes
-    ----------
-    keeper
-        Where stages come from and are kept; on rank 0 only.
-    """
+    """What all stages of a run need."""
 
     scene: Scene
     plan: Plan
     comm: Any
     clock: reduction.Clock
+    #: Where stages come from and are kept; on rank 0 only
     keeper: Keeper
 
     @property
@@ -68,7 +63,7 @@ def reduced_bodies(
         key = _judgement_key(job, reduced, simple)
 
         def compute() -> Judgement:
-            system = system_of(job, reduced, simple)
+            system = engine_of(scene, plan, elements_of(reduced, simple))
             return next_discretisations(scene, plan, reduced, system)
 
         with job.clock.stage("error_estimate"):
@@ -81,13 +76,6 @@ def reduced_bodies(
     first = {name: reduction.first_discretisation(scene, plan, name) for name in bodies}
     shortage = shortage_of(scene, plan, bodies, job.progress)
     return rounds_of(first, reduce_one, judge, job.comm, shortage)
-
-
-def system_of(
-    job: Job, reduced: Mapping[str, reduction.BodyResult], simple: Mapping[str, Superelement]
-) -> AssembledSystem:
-    """The engine of reduced and simple bodies."""
-    return engine_of(job.scene, job.plan, elements_of(reduced, simple))
 
 
 def elements_of(

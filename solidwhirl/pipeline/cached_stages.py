@@ -32,18 +32,12 @@ def engine_part(scene: Scene) -> dict[str, Any]:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Keeper:
-    """What a run asks for its stages.
+    """What a run asks for its stages."""
 
-    Attributes
-    ----------
-    store
-        Where they are kept; None: nowhere.
-    origins
-        Where each stage came from, filled as the run goes on; empty without a store.
-    """
-
+    #: Where they are kept; None: nowhere
     store: StageStore | None
     progress: Progress
+    #: Where each stage came from, filled as the run goes on; empty without a store
     origins: dict[str, Origin] = field(default_factory=dict)
 
     def key(self, stage: str, *parts: Any) -> str:

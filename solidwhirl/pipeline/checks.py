@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from solidwhirl.analyses.unbalances import amplitudes_of, end_of
 from solidwhirl.core.outcome import Outcome
 from solidwhirl.pipeline.body_stages import Job
 from solidwhirl.pipeline.engine_stages import Diagram, Engine
-from solidwhirl.rotordyn import AssembledSystem, CriticalSpeed, End
+from solidwhirl.rotordyn import AssembledSystem, CriticalSpeed
 from solidwhirl.rotordyn.checks import plain_responses
 from solidwhirl.rotordyn.checks.plain_system import PlainSystem
 from solidwhirl.rotordyn.checks.system_checks import check_system
@@ -94,6 +95,7 @@ def _responses(
         *(c.speed_rad_s for c in critical if abs(c.log_decrement) > _DAMPED),
     ]
     for exciter in document["exciters"]:
+        placed = [(end_of(u["at"]), u) for u in document["unbalances"]]
         loads = [
             Unbalance(
                 body=end.body,
@@ -101,34 +103,19 @@ def _responses(
                 moment_kg_m=u["moment_kg_m"],
                 phase_rad=float(np.radians(u["phase_deg"])),
             )
-            for u in document["unbalances"]
-            if (end := _end(u["at"])).body in exciter["bodies"]
+            for end, u in placed
+            if end.body in exciter["bodies"]
         ]
         if not any(load.moment_kg_m for load in loads):
             continue
         curves = [
-            plain_responses.Curve(_end(at), _amplitude(found))
+            plain_responses.Curve(end_of(at), amplitudes_of(found))
             for at, found in exciter["places"].items()
         ]
         chosen = _chosen(speeds, exciter, plain.knots_rad_s)
         yield from plain_responses.check_unbalance_response(
             plain, loads, speeds, curves, chosen, doubtful, name
         )
-
-
-def _end(place: str) -> End:
-    body, _, interface = place.partition(".")
-    return End(body=body, interface=interface)
-
-
-def _amplitude(found: Mapping[str, Any]) -> NDArray[np.complex128]:
-    """Complex ux and uy of a place, shape (s, 2)."""
-    parts = [
-        np.array(found[f"amplitude_{axis}_m"], dtype=float)
-        * np.exp(1j * np.radians(np.array(found[f"phase_{axis}_deg"], dtype=float)))
-        for axis in "xy"
-    ]
-    return np.stack(parts, axis=1)
 
 
 def _chosen(

@@ -8,7 +8,7 @@ from functools import cache, partial
 from typing import Any
 
 from solidwhirl.analyses import base as analyses
-from solidwhirl.analyses.stability_summary import Stability, at_operating, intervals_up_to
+from solidwhirl.analyses.stability_summary import Stability, intervals_up_to, stability_of
 from solidwhirl.beams.scene_bodies import BeamBodies
 from solidwhirl.bodies.reduction import BodyResult, request_of
 from solidwhirl.core.outcome import Outcome
@@ -65,16 +65,11 @@ class Engine:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Diagram:
-    """What every run computes of its engine.
-
-    Attributes
-    ----------
-    critical_speeds
-        Within the scene's speed range, by excitation.
-    """
+    """What every run computes of its engine."""
 
     at_rest: Modes
     campbell: Campbell
+    #: Within the scene's speed range, by excitation
     critical_speeds: tuple[ExcitedCriticalSpeed, ...]
 
 
@@ -120,18 +115,13 @@ def diagram_of(engine: Engine) -> Diagram:
 def stability_of_engine(engine: Engine) -> Stability:
     """Look for instability over the range of speeds of a scene, and at its operating speeds."""
     scene, keeper = engine.job.scene, engine.job.keeper
-    top, operating = range_top_rpm(scene), operating_speeds(scene)
+    top = range_top_rpm(scene)
     intervals = keeper.stage(
         "stability",
         keeper.key("unstable intervals", engine.digest, top),
         lambda: intervals_up_to(engine.system, top),
     )
-    return Stability(
-        low_rpm=0.0,
-        high_rpm=top,
-        intervals=tuple(intervals),
-        at_operating=at_operating(engine.system, operating, intervals),
-    )
+    return stability_of(engine.system, top, operating_speeds(scene), tuple(intervals))
 
 
 def estimates_of(engine: Engine, diagram: Diagram) -> Estimates | None:

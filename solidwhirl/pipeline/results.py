@@ -31,47 +31,35 @@ Critical = tuple[str, str, str, str]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Results:
-    """All results of a scene, as arrays (units in the records that hold them).
-
-    Attributes
-    ----------
-    geometry
-        Bodies from profiles by name, as they were built from the scene.
-    doubts
-        Numbers of the scene that look as if they were in another unit.
-    bearing_notes
-        Bearings used beyond the range of their law, or that feed energy.
-    critical_speeds
-        Within the scene's speed range, by excitation.
-    estimates
-        Errors of these; None where the scene has estimates = "off".
-    stability
-        Unstable intervals of the whole range of speeds, and damping at the operating speeds.
-    checks
-        What must hold for bodies, system and modes, and whether it does.
-    stages
-        "computed" or "kept" by stage; empty where nothing is kept.
-    """
+    """All results of a scene, as arrays (units in the records that hold them)."""
 
     scene: Scene
     plan: Plan
+    #: Bodies from profiles by name, as they were built from the scene
     geometry: Mapping[str, Body]
+    #: Numbers of the scene that look as if they were in another unit
     doubts: tuple[Doubt, ...] = ()
     bodies: Mapping[str, BodyResult]
     rounds: tuple[Round, ...]
     forecast: Forecast
     elements: Mapping[str, rd.Superelement]
     system: rd.AssembledSystem
+    #: Bearings used beyond the range of their law, or that feed energy
     bearing_notes: tuple[rd.BearingNote, ...]
     at_rest: rd.Modes
     campbell: rd.Campbell
+    #: Within the scene's speed range, by excitation
     critical_speeds: tuple[ExcitedCriticalSpeed, ...]
+    #: Errors of these; None where the scene has estimates = "off"
     estimates: Estimates | None
     analyses: Mapping[str, Outcome]
     timings_s: Mapping[str, float]
     peak_memory_gib: float
+    #: Unstable intervals of the whole range of speeds, and damping at the operating speeds
     stability: Stability
+    #: What must hold for bodies, system and modes, and whether it does
     checks: tuple[rd.Invariant, ...] = ()
+    #: "computed" or "kept" by stage; empty where nothing is kept
     stages: Mapping[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:

@@ -14,7 +14,6 @@ from solidwhirl.bodies.fidelity import chosen_level
 from solidwhirl.bodies.reduction import Clock
 from solidwhirl.cache.files import StageStore
 from solidwhirl.core.stages import Progress, silent
-from solidwhirl.core.warnings import Doubt
 from solidwhirl.cost.forecast import Forecast, forecast, refuse_too_large
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.imported.records import AnyBody
@@ -75,7 +74,9 @@ def run_scene(
     comm = MPI.COMM_SELF if comm is None else comm
     keeper = Keeper(store=store if comm.rank == 0 else None, progress=progress)
     bodies = build_bodies(scene)
-    doubts = _told(implausible(scene, bodies) if comm.rank == 0 else (), progress)
+    doubts = implausible(scene, bodies) if comm.rank == 0 else ()
+    for doubt in doubts:
+        progress(f"warning: {doubt.message}")
     level, keep_level = _level(scene, bodies, comm, keeper)
     plan = make_plan(scene, bodies, level)
     simple = simple_elements(scene, plan)  # milliseconds, and refused before the long work
@@ -100,20 +101,12 @@ def run_scene(
     return _analysed(engine, found)
 
 
-def _told(doubts: tuple[Doubt, ...], progress: Progress) -> tuple[Doubt, ...]:
-    for doubt in doubts:
-        progress(f"warning: {doubt.message}")
-    return doubts
-
-
 def _level(
     scene: Scene, bodies: Mapping[str, Body], comm: Any, keeper: Keeper
 ) -> tuple[str, Callable[[], None]]:
     """The level of the bodies, and a function that keeps it; looking for it takes a second."""
-    if scene.model.level != "auto":
-        return scene.model.level, lambda: None
-    if meshes_for(scene):  # beams have no stress in a solid
-        return "harmonic", lambda: None
+    if scene.model.level != "auto" or meshes_for(scene):  # which are decided in no time
+        return chosen_level(scene, bodies), lambda: None
     name = "choice of the level"
     key = keeper.key("level", engine_part(scene), scene.analyses, bodies)
     kept: str | None = comm.bcast(keeper.find(key))

@@ -26,7 +26,8 @@ class Ladders:
     `graded` and `uniform` are rungs (refinements) by element order; `solid` is the solver by sizes
     over those of the first graded rung; `modes` are numbers of fixed-interface modes on one fine
     graded mesh of order 4. The mesh ladders have so many modes that the mesh's error shows. Cases
-    with a longer predicted processor time [s] are skipped.
+    with a longer predicted processor time [s], which is also longer than that of the reference, are
+    skipped.
     """
 
     reference_accuracy: float

@@ -87,29 +87,33 @@ def run_cases(
     """
     store = StageStore(folder)
     machine = machine_speed()
-    planned = [_planned(case, machine, _allowed_s(case, ladders)) for case in cases]
+    reference = _planned(cases[0], machine, 0.0)
+    # what is held against a truth may take as long as the truth
+    planned = [reference] + [
+        _planned(case, machine, max(reference.cpu_s, _allowed_s(case, ladders)))
+        for case in cases[1:]
+    ]
     keys = [
         store.key("study", scene_hash(c.scene), c.estimates, c.ladder == "reference")
         for c in (plan.case for plan in planned)
     ]
     found = [store.find(key, progress) for key in keys]
     predicted = [
-        0.0 if f is not None or _too_large(p, ladders) else p.cpu_s
+        0.0 if f is not None or _too_large(p) else p.cpu_s
         for f, p in zip(found, planned, strict=True)
     ]
     begun = time.perf_counter()
     outcomes: list[Outcome] = []
     for k, (plan, known) in enumerate(zip(planned, found, strict=True)):
         case, said = plan.case, f"case {k + 1} of {len(cases)}, {plan.case.name}"
-        reason = "" if known is not None else _too_large(plan, ladders)
+        reason = "" if known is not None else _too_large(plan)
         if reason:
             progress(f"{said}: skipped, {reason}")
             outcomes.append(Outcome(case=case, status="skipped", message=reason))
             continue
         if known is None:
             progress(f"{said}; {_to_go(predicted, k, time.perf_counter() - begun)}")
-            expected_s = max(plan.cpu_s, _allowed_s(case, ladders))  # a reference is never skipped
-            known = measured_apart(case, _PATIENCE * expected_s)
+            known = measured_apart(case, _PATIENCE * max(plan.cpu_s, plan.allowed_s))
         if isinstance(known, str):
             progress(f"{case.name} failed: {known}")
             outcomes.append(Outcome(case=case, status="failed", message=known))
@@ -124,9 +128,10 @@ def run_cases(
 
 @dataclass(frozen=True, kw_only=True)
 class _Planned:
-    """A case with its predicted cost."""
+    """A case with its predicted cost, and the processor time that it may be predicted to take."""
 
     case: StudyCase
+    allowed_s: float
     cpu_s: float
     memory_gib: float
 
@@ -134,7 +139,7 @@ class _Planned:
 def _planned(case: StudyCase, machine: MachineSpeed, allowed_s: float) -> _Planned:
     """Predict a case, adaptive runs from the a-priori mesh rule; without estimates if it must."""
     if case.level == "beam":
-        return _Planned(case=case, cpu_s=_START_S, memory_gib=0.0)
+        return _Planned(case=case, allowed_s=allowed_s, cpu_s=_START_S, memory_gib=0.0)
     # without estimates the plan holds the mesh of the a-priori rule, not the first adaptive one
     model = case.scene.model.model_copy(update={"estimates": "off"})
     scene = case.scene.model_copy(update={"model": model})
@@ -151,27 +156,27 @@ def _planned(case: StudyCase, machine: MachineSpeed, allowed_s: float) -> _Plann
     elif cost > allowed_s or memory > _MEMORY_SHARE * available_memory_gib():
         case = replace(case, estimates="off")
         cost, memory = _START_S + plain.total_s, plain.peak_memory_gib
-    return _Planned(case=case, cpu_s=cost, memory_gib=memory)
+    return _Planned(case=case, allowed_s=allowed_s, cpu_s=cost, memory_gib=memory)
 
 
 def _allowed_s(case: StudyCase, ladders: Ladders) -> float:
     return ladders.solid_longest_s if case.level == "solid" else ladders.longest_s
 
 
-def _too_large(plan: _Planned, ladders: Ladders) -> str:
+def _too_large(plan: _Planned) -> str:
     """Why a case is skipped; the reference is always tried, as nothing goes without it."""
     if plan.case.ladder == "reference":
         return ""
-    available, allowed = available_memory_gib(), _allowed_s(plan.case, ladders)
+    available = available_memory_gib()
     if plan.memory_gib > _MEMORY_SHARE * available:
         return (
             f"it would need about {plan.memory_gib:.3g} GiB, more than {_MEMORY_SHARE:.0%} of the "
             f"{available:.3g} that are available"
         )
-    if plan.cpu_s > allowed:
+    if plan.cpu_s > plan.allowed_s:
         return (
-            f"it would take about {plan.cpu_s:.0f} s of processor time, more than the {allowed:g} "
-            "allowed"
+            f"it would take about {plan.cpu_s:.0f} s of processor time, more than the "
+            f"{plan.allowed_s:.0f} allowed"
         )
     return ""
 

@@ -20,10 +20,13 @@ from solidwhirl.rotordyn import (
     TableLaw,
     assemble,
     beam_superelement,
+    matrices_at_speed,
     rigid_superelement,
 )
 from solidwhirl.rotordyn.superelement.mass_moments import projected_moments
 from solidwhirl.rotordyn.superelement.record import ErrorForm
+
+STEEL = (2e11, 0.3, 7800.0)
 
 
 def ground(body, interface, kx, ky=None, cx=0.0, cy=None, **options):
@@ -36,8 +39,36 @@ def pinned(body, interface):
     return connect(f"{body}.{interface}", f"{body}.{interface}", rigid=("ux", "uy"))
 
 
-def one_rotor(element, bearings, ratio=1.0):
-    return assemble({"rotor": Rotor(element=element, speed_ratio=ratio)}, tuple(bearings))
+def one_rotor(element, bearings=(), ratio=1.0, **options):
+    return assemble({"rotor": turning(element, ratio, **options)}, tuple(bearings))
+
+
+def between_bearings(element, *own, ratio=1.0, inside=None, more=(), **options):
+    """Rotor on a bearing `own`, `options` at either end, left and right, and on `more`."""
+    held = [ground("rotor", end, *own, **options) for end in ("left", "right")]
+    return one_rotor(element, [*held, *more], ratio, internal_damping=inside)
+
+
+def steel_shaft(name, stations, outer, interfaces, disks=(), inner=0.0, **options):
+    """Beam of steel; `disks`: position, mass, polar and diametral inertia of each."""
+    wheels = [
+        Disk(name=f"disk {k}", position_m=z, mass_kg=m, polar_kg_m2=polar, diametral_kg_m2=across)
+        for k, (z, m, polar, across) in enumerate(disks)
+    ]
+    return beam_superelement(name, stations, outer, inner, STEEL, interfaces, wheels, **options)
+
+
+def state_eigenvalues(mass, velocity, stiffness, unit=1.0):
+    """All eigenvalues by the state matrix of (unit·q, q'); a `unit` near |λ| keeps digits."""
+    zero, one = np.zeros_like(mass), np.eye(len(mass))
+    below = [-la.solve(mass, stiffness) / unit, -la.solve(mass, velocity)]
+    return la.eigvals(np.block([[zero, unit * one], below]))
+
+
+def eigenvalues_of(system, speed, unit=1.0):
+    """All eigenvalues of a system at a speed by its state matrix."""
+    mass, damping, gyroscopic, stiffness = matrices_at_speed(system, speed)
+    return state_eigenvalues(mass, damping + gyroscopic, stiffness, unit)
 
 
 def hub(
@@ -175,7 +206,7 @@ def three_disk_element(splits=1):
     ]
     stations = np.linspace(0.0, 1.3, 13 * splits + 1)
     ends = {"left": 0.0, "right": 1.3}
-    return beam_superelement("three-disk", stations, 0.05, 0.0, (2e11, 0.3, 7800.0), ends, disks)
+    return beam_superelement("three-disk", stations, 0.05, 0.0, STEEL, ends, disks)
 
 
 def three_disk(cx=700.0, cy=500.0):
@@ -196,11 +227,11 @@ def twin_bodies():
     )  # fmt: skip
     c = 0.8 / 3
     inner = beam_superelement(
-        "inner", np.linspace(0, 0.4, 13), 0.02, 0.0, (2e11, 0.3, 7800.0),
+        "inner", np.linspace(0, 0.4, 13), 0.02, 0.0, STEEL,
         {"A": 0.0, "C": c, "B": 0.4}, [inner_disk],
     )  # fmt: skip
     outer = beam_superelement(
-        "outer", np.linspace(c, 0.4, 6), 0.035, 0.03, (2e11, 0.3, 7800.0),
+        "outer", np.linspace(c, 0.4, 6), 0.035, 0.03, STEEL,
         {"C": c, "D": 0.4}, [outer_disk],
     )  # fmt: skip
     return inner, outer
@@ -306,12 +337,16 @@ def _square(value):
     return value if value.ndim == 2 else np.diag(np.broadcast_to(value, 2))
 
 
-def connect(name, first, second=None, stiffness=0.0, damping=0.0, tilt=0.0, **options):
-    """Bearing between two places given as "body.interface", or between one and the ground."""
+def connect(name, first, second=None, stiffness=0.0, damping=0.0, tilt=0.0, drag=0.0, **options):
+    """Bearing between two places given as "body.interface", or between one and the ground.
+
+    `tilt`, `drag`: stiffness and damping against tilts.
+    """
     own = {
         "stiffness_n_per_m": _square(stiffness),
         "damping_n_s_per_m": _square(damping),
         "tilt_stiffness_n_m_per_rad": _square(tilt),
+        "tilt_damping_n_m_s_per_rad": _square(drag),
     }
     return Bearing(name=name, first=_end(first), second=_end(second), **{**own, **options})
 

@@ -48,7 +48,7 @@ class CriticalSpeedMapSpec(base.Stiffnesses):
 
     def run(self, engine: base.Engine) -> Outcome:
         """Undamped critical speeds over the stiffness of supports."""
-        ratio = abs(engine.speed_ratio(self.excited_by))
+        ratio = abs(engine.speed_ratios[self.excited_by])
         found = critical_speed_map(
             engine.system,
             self.bearings,
@@ -85,7 +85,7 @@ class CriticalSpeedMapSpec(base.Stiffnesses):
     def _chart(self, found: base.Found) -> Chart:
         """The map over the speed of the shaft that excites."""
         document, rpm = found.document, self.operating_speed_rpm
-        ratio = abs(found.engine.speed_ratio(self.excited_by))
+        ratio = abs(found.engine.speed_ratios[self.excited_by])
         stiffness = numbers(document["stiffness_n_per_m"])
         curves = MapCurves(
             bearings=self.bearings,

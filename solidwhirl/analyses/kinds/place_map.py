@@ -11,7 +11,13 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from solidwhirl.analyses import base
-from solidwhirl.analyses.unbalances import PEAK_HEAD, end_of, peak_documents, peak_row
+from solidwhirl.analyses.unbalances import (
+    PEAK_HEAD,
+    end_of,
+    peak_documents,
+    peak_row,
+    unbalance_at,
+)
 from solidwhirl.core.blocks import AnalysisBlock, Table, numbers
 from solidwhirl.core.fields import Count, Place, Positive
 from solidwhirl.core.outcome import Outcome
@@ -23,7 +29,6 @@ from solidwhirl.rotordyn.plots.response_maps import place_chart
 from solidwhirl.rotordyn.response.maps import place_map
 from solidwhirl.rotordyn.response.resonance_samples import resolving_samples
 from solidwhirl.rotordyn.response.unbalance import (
-    Unbalance,
     frequency_ratio,
     orbit_peaks,
     response_pieces,
@@ -51,12 +56,8 @@ class PlaceMapSpec(base.Frequencies):
     def run(self, engine: base.Engine) -> Outcome:
         """Response over the place of an unbalance and its frequency."""
         places = [end_of(place) for place in self.places]
-        ratio = frequency_ratio(
-            engine.system,
-            Unbalance(
-                body=places[0].body, interface=places[0].interface, moment_kg_m=self.moment_kg_m
-            ),
-        )
+        unbalances = [unbalance_at(place, self.moment_kg_m) for place in self.places]
+        ratio = frequency_ratio(engine.system, unbalances[0])
         found = place_map(
             engine.system, places, self.moment_kg_m, _map_speeds(self, engine.system, ratio)
         )
@@ -71,12 +72,8 @@ class PlaceMapSpec(base.Frequencies):
         peaks = {}
         for k, place in enumerate(places):
             own_ratio = float(found.frequencies_rad_s[k, -1] / found.speeds_rad_s[-1])
-            own = [
-                Unbalance(body=place.body, interface=place.interface, moment_kg_m=self.moment_kg_m)
-            ]
-            turning = orbit_peaks(
-                engine.system, own, observe or place, found.frequencies_rad_s[k], seen[k]
-            )
+            rates = found.frequencies_rad_s[k]
+            turning = orbit_peaks(engine.system, [unbalances[k]], observe or place, rates, seen[k])
             peaks[place.label] = peak_documents(turning, own_ratio)
         largest = self.places[int(np.unravel_index(seen.argmax(), seen.shape)[0])]
         said = ", ".join(f"{p['frequency_hz']:.2f}" for p in peaks[largest])

@@ -22,16 +22,8 @@ from solidwhirl.core.plain_data import Labels
 from solidwhirl.rotordyn import AssembledSystem
 from solidwhirl.rotordyn.core.atomic import replacing
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
+from solidwhirl.rotordyn.plots import run_up as plots
 from solidwhirl.rotordyn.plots.chart import Axis, Bars, Chart, Look, series_look
-from solidwhirl.rotordyn.plots.run_up import (
-    force_chart,
-    motion_chart,
-    normalised_chart,
-    spectrogram_chart,
-    spectrum_chart,
-    speed_chart,
-    waterfall_chart,
-)
 from solidwhirl.rotordyn.response.unbalance_peaks import ResonancePeak, resonance_peaks
 from solidwhirl.rotordyn.run_up.complexity import (
     ComplexityComparison,
@@ -232,8 +224,10 @@ class RunUpSpec(Analysis):
     def _time_charts(self, found: Found) -> list[Chart]:
         """Speeds of all spools, and the force along x and along y."""
         record = found.record
-        speeds = speed_chart(record["time_s"], record["speed_rad_s"], found.engine.speed_ratios)
-        both = force_chart(record["time_s"], record["mount_force_n"], self.mount)
+        speeds = plots.speed_chart(
+            record["time_s"], record["speed_rad_s"], found.engine.speed_ratios
+        )
+        both = plots.force_chart(record["time_s"], record["mount_force_n"], self.mount)
         forces = (
             replace(both, parts=[part], y=replace(both.y, label=f"{both.y.label} along {axis}"))
             for axis, part in zip("xy", both.parts, strict=True)
@@ -244,10 +238,10 @@ class RunUpSpec(Analysis):
         """Force, motion of places, spectrum and spectrogram."""
         document, record = found.document, found.record
         time_s, speed, force = (record[key] for key in ("time_s", "speed_rad_s", "mount_force_n"))
-        drawn = [force_chart(time_s, force, self.mount, speed)]
+        drawn = [plots.force_chart(time_s, force, self.mount, speed)]
         if len(record["translation_m"]):
             places = [str(place) for place in record["outputs"]]
-            drawn.append(motion_chart(time_s, record["translation_m"][:, 0], places, speed))
+            drawn.append(plots.motion_chart(time_s, record["translation_m"][:, 0], places, speed))
         if not np.abs(force[0]).max() > 0.0:
             return drawn
         spectrum = amplitude_spectrum(time_s, force[0])
@@ -256,7 +250,7 @@ class RunUpSpec(Analysis):
         inside = (hertz > 0.0) & (hertz <= max(top, hertz[1]))
         peaks = [(p["frequency_hz"], p["amplitude_n"]) for p in document["force_spectrum_peaks"]]
         shown = [peak for peak in peaks if peak[0] <= top]
-        drawn.append(spectrum_chart(hertz[inside], spectrum.amplitude[inside], shown))
+        drawn.append(plots.spectrum_chart(hertz[inside], spectrum.amplitude[inside], shown))
         if time_s[-1] > 4.0 * _PIECE_S and _PIECE_S / float(time_s[1] - time_s[0]) >= _FEWEST:
             drawn.append(self._spectrogram(found))
         return drawn
@@ -267,7 +261,7 @@ class RunUpSpec(Analysis):
         pieces = _fewer(every, wanted, _PIECES, _ROWS)
         top = min(wanted, float(pieces.frequency_hz[-1]))
         times, speeds = record["time_s"], record["speed_rad_s"]
-        return spectrogram_chart(pieces, times, speeds, found.engine.speed_ratios, top)
+        return plots.spectrogram_chart(pieces, times, speeds, found.engine.speed_ratios, top)
 
     def _waterfall(self, found: Found) -> Chart:
         """Spectra one behind the other."""
@@ -276,7 +270,7 @@ class RunUpSpec(Analysis):
         pieces = _fewer(every, wanted, _SPECTRA, every.frequency_hz.size)
         speeds = np.interp(pieces.time_s, record["time_s"], np.abs(record["speed_rad_s"]))
         turns = speeds / (2.0 * np.pi)
-        return waterfall_chart(pieces, turns)
+        return plots.waterfall_chart(pieces, turns)
 
     @classmethod
     def record_labels(cls, record: Mapping[str, Any], document: Mapping[str, Any]) -> Labels:
@@ -444,7 +438,7 @@ def _write_record(run: RunUp, responses: Mapping[str, NormalisedResponse], path:
 def _normalised(found: Found, most: int | None = None) -> Chart:
     """Normalised responses of the first or of all models."""
     names, hertz, ratios = (found.record[f"response_{key}"] for key in ("models", "hz", "n_per_n"))
-    return normalised_chart(hertz, dict(zip(names[:most].tolist(), ratios, strict=False)))
+    return plots.normalised_chart(hertz, dict(zip(names[:most].tolist(), ratios, strict=False)))
 
 
 def _fewer(found: Spectrogram, top_hz: float, most_pieces: int, most_lines: int) -> Spectrogram:

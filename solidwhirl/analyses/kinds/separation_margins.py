@@ -81,12 +81,19 @@ class SeparationMarginsSpec(base.Analysis):
             critical = _critical_speeds_of(entry, self.search_factor, engine)
             counts = [c.counts(engine.damping_rule) for c in critical]
             damped += [
-                _critically_damped(entry.shaft, c)
+                {
+                    "shaft": entry.shaft,
+                    "critical_speed_rpm": 2.0 * np.pi * c.frequency_hz * RPM_PER_RAD_S,
+                    "whirl": c.whirl,
+                    "amplification_factor": c.amplification_factor,
+                }
                 for c, own in zip(critical, counts, strict=True)
                 if not own
             ]
             counted = [c for c, own in zip(critical, counts, strict=True) if own]
-            shafts = _alike(engine.speed_ratios, entry.shaft)
+            # the unbalance of bodies that turn as the shaft does is one with its own
+            ratios, own_ratio = engine.speed_ratios, engine.speed_ratios[entry.shaft]
+            shafts = [name for name, ratio in ratios.items() if ratio == own_ratio]
             excitations = [unbalance_excitation(engine.system, c.shape, shafts) for c in counted]
             operating = OperatingRange(
                 shaft=entry.shaft,
@@ -159,24 +166,10 @@ def _critical_speeds_of(
     entry: base.OperatingSpec, search_factor: float, engine: base.Engine
 ) -> list[CriticalSpeed]:
     """Critical speeds of lateral motion that a shaft may excite up to a multiple of its speed."""
-    ratio = abs(engine.speed_ratio(entry.shaft))
+    ratio = abs(engine.speed_ratios[entry.shaft])
     limit = search_factor * entry.to_rpm * RAD_S_PER_RPM / ratio
     found = critical_speeds(engine.system, excitation_ratio=ratio, speed_max_rad_s=limit)
     return [c for c in found if moves_laterally(engine.system, c.shape)]
-
-
-def _alike(ratios: Mapping[str, float], shaft: str) -> list[str]:
-    """Bodies that turn as a shaft does: their unbalance is one with its own."""
-    return [name for name, ratio in ratios.items() if ratio == ratios[shaft]]
-
-
-def _critically_damped(shaft: str, critical: CriticalSpeed) -> dict[str, Any]:
-    return {
-        "shaft": shaft,
-        "critical_speed_rpm": 2.0 * np.pi * critical.frequency_hz * RPM_PER_RAD_S,
-        "whirl": critical.whirl,
-        "amplification_factor": critical.amplification_factor,
-    }
 
 
 def _margin_document(margin: SeparationMargin, method: MarginMethod) -> dict[str, Any]:
@@ -208,10 +201,7 @@ def margin_blocks(name: str, entry: Mapping[str, Any]) -> list[AnalysisBlock]:
         Text(text=f"**{word} by {method_name(verdict)}** (`{name}`): {verdict['why']}.", kind=kind)
     ]
     if rows:
-        table = _margin_table(rows, "Separation margins")
-        if len(rows) > _MOST:
-            table = replace(table, title="", folded=f"Separation margins ({len(rows)})")
-        blocks += [margin_chart(entry), table]
+        blocks += [margin_chart(entry), _margin_table(rows)]
     damped = entry["critically_damped"]
     if damped:
         blocks.append(
@@ -239,9 +229,11 @@ def method_name(verdict: Mapping[str, Any]) -> str:
     return f"a margin of {verdict['percent']:g} %"
 
 
-def _margin_table(rows: Sequence[Mapping[str, Any]], title: str) -> Table:
+def _margin_table(rows: Sequence[Mapping[str, Any]]) -> Table:
+    is_long = len(rows) > _MOST
     return Table(
-        title=title,
+        title="" if is_long else "Separation margins",
+        folded=f"Separation margins ({len(rows)})" if is_long else "",
         head=[
             *("shaft", "critical speed [rpm]", "whirl", "excited by unbalance"),
             *("amplification factor [1]", "margin", "asked [%]"),
@@ -255,7 +247,7 @@ def _margin_table(rows: Sequence[Mapping[str, Any]], title: str) -> Table:
                 m["excited"],
                 m["amplification_factor"],
                 margin_words(m["margin"]),
-                _required(m),
+                "no margin is enough" if m["required"] is None else f"{100.0 * m['required']:.1f}",
                 *(m[key] for key in _VERDICTS),
             ]
             for m in rows
@@ -263,11 +255,6 @@ def _margin_table(rows: Sequence[Mapping[str, Any]], title: str) -> Table:
         caption="Only what unbalance excites is judged. In the manner of API 617; no statement of "
         "compliance. Speeds are those of the shaft itself.",
     )
-
-
-def _required(m: Mapping[str, Any]) -> str:
-    asked = m["required"]
-    return "no margin is enough" if asked is None else f"{100.0 * asked:.1f}"
 
 
 def margin_chart(entry: Mapping[str, Any]) -> charts.Chart:

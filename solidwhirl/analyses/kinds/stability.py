@@ -13,6 +13,7 @@ from solidwhirl.analyses.stability_summary import (
     Stability,
     interval_document,
     interval_text,
+    intervals_up_to,
     stability_of,
     whirl_document,
 )
@@ -46,7 +47,8 @@ class StabilitySpec(base.Sweep):
         speeds = self.speeds_rad_s
         highest = self.frequency_max_hz or _highest_frequency_hz(engine, self)
         chart = damping_of(engine.system, speeds, highest)
-        stability = stability_of(engine.system, self.to_rpm, engine.operating)
+        intervals = intervals_up_to(engine.system, self.to_rpm)
+        stability = stability_of(engine.system, self.to_rpm, engine.operating, intervals)
         first = stability.intervals[0] if stability.intervals else None
         document: dict[str, Any] = {
             "speed_rpm": (speeds * RPM_PER_RAD_S).tolist(),
@@ -219,7 +221,11 @@ def stability_chart(entry: Mapping[str, Any]) -> charts.Chart:
         x=charts.speed_axis(float(rpm.min()), float(rpm.max())),
         y=charts.Axis(label="logarithmic decrement", unit="1", digits=".4g"),
         parts=[*unstable_spans(unstable), zero, charts.Choice(label="shown", options=options)],
-        notes=[note for curve in first for note in _least_note(curve)],
+        notes=[
+            f"{c.name}: least at {c.texts[int(np.nanargmin(c.y))]}"
+            for c in first
+            if np.isfinite(c.y).any()
+        ],
         height_px=380,
     )
 
@@ -232,10 +238,3 @@ def _decrement(
     shown = np.where(np.isfinite(hertz) & ~np.isfinite(decrement), 0.0, decrement)
     texts = [charts.hertz_text(f) if np.isfinite(f) else "" for f in hertz.tolist()]
     return charts.Curve(x=rpm, y=shown, name=name, look=replace(look, size=5.0), texts=texts)
-
-
-def _least_note(curve: charts.Curve) -> list[str]:
-    """The frequency of a mode where its decrement is least."""
-    if not np.isfinite(curve.y).any():
-        return []
-    return [f"{curve.name}: least at {curve.texts[int(np.nanargmin(curve.y))]}"]

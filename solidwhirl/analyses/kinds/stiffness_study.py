@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from solidwhirl.analyses import base
-from solidwhirl.analyses.unbalances import end_of
+from solidwhirl.analyses.unbalances import end_of, unbalance_at
 from solidwhirl.core.blocks import AnalysisBlock, numbers
 from solidwhirl.core.fields import NotNegative, Place, Positive
 from solidwhirl.core.outcome import Outcome
@@ -28,7 +28,7 @@ from solidwhirl.rotordyn.response.stiffness_maps import (
     stiffness_map_at_speed,
     synchronous_stiffness_map,
 )
-from solidwhirl.rotordyn.response.unbalance import Unbalance, frequency_ratio
+from solidwhirl.rotordyn.response.unbalance import frequency_ratio
 
 # Frequencies of a stiffness study around the operating speed.
 _FEWEST_IN_BAND = 5
@@ -110,21 +110,17 @@ class StiffnessStudySpec(base.Stiffnesses):
 
     def _map(self, engine: base.Engine) -> StiffnessMap:
         """The response; where the speed is given the unbalance is a force that turns on its own."""
-        place, observed = end_of(self.excite), end_of(self.observe)
-        unbalance = Unbalance(
-            body=place.body, interface=place.interface, moment_kg_m=self.moment_kg_m
-        )
-        band = (
-            self.operating_speed_rpm
-            * RAD_S_PER_RPM
-            * np.array([1.0 - self.margin, 1.0 + self.margin])
-        )
+        unbalance = unbalance_at(self.excite, self.moment_kg_m)
+        sides = np.array([1.0 - self.margin, 1.0 + self.margin])
+        band = self.operating_speed_rpm * RAD_S_PER_RPM * sides
         rates = with_knots(base.equal_steps(self.frequency_max_hz, self.frequency_count), band)
         asked = engine.system, self.bearings, self.stiffnesses_n_per_m, unbalance
         if self.speed_rpm is not None:
-            return stiffness_map_at_speed(*asked, rates, observed, self.speed_rpm * RAD_S_PER_RPM)
+            return stiffness_map_at_speed(
+                *asked, rates, end_of(self.observe), self.speed_rpm * RAD_S_PER_RPM
+            )
         knots = frequency_ratio(engine.system, unbalance) * np.array(engine.system.knots_rad_s)
-        return synchronous_stiffness_map(*asked, with_knots(rates, knots), observed)
+        return synchronous_stiffness_map(*asked, with_knots(rates, knots), end_of(self.observe))
 
     def pictures(self, found: base.Found) -> Mapping[str, base.Charts]:
         """The map, if anything moves."""

@@ -16,6 +16,7 @@ from solidwhirl.analyses.unbalances import (
     PEAK_HEAD,
     ROUNDING,
     UnbalanceSpec,
+    amplitudes_of,
     end_of,
     listed_peaks,
     numbered,
@@ -265,17 +266,7 @@ def exciters_of(document: Mapping[str, Any]) -> list[ExciterCurves]:
             bodies=e["bodies"],
             frequency_ratio=e["frequency_ratio"],
             speed_rpm=numbers(document["speed_rpm"]),
-            motion_m={
-                place: np.stack(
-                    [
-                        numbers(m[f"amplitude_{d}_m"])
-                        * np.exp(1j * np.radians(numbers(m[f"phase_{d}_deg"])))
-                        for d in "xy"
-                    ],
-                    axis=1,
-                )
-                for place, m in e["places"].items()
-            },
+            motion_m={place: amplitudes_of(motion) for place, motion in e["places"].items()},
             force_n={name: numbers(f) for name, f in e["bearing_force_n"].items()},
             peaks={
                 place: [Peak(p["speed_rpm"], p["amplitude_m"], _peak_text(p)) for p in peaks]

@@ -10,26 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
-from solidwhirl.analyses.base import (
-    Analysis,
-    Sweep,
-    number_text,
-)
+from solidwhirl.analyses.base import Analysis, Sweep, number_text
 from solidwhirl.analyses.kinds.run_up import RunUpSpec
 from solidwhirl.analyses.kinds.unbalance_response import UnbalanceResponseSpec
-from solidwhirl.analyses.unbalances import (
-    end_of,
-    unbalance_of,
-)
-from solidwhirl.core.fields import (
-    Count,
-    FileName,
-    Name,
-    NotNegative,
-    Place,
-    Positive,
-    Record,
-)
+from solidwhirl.analyses.unbalances import end_of, unbalance_of
+from solidwhirl.core.fields import Count, FileName, Name, NotNegative, Place, Positive, Record
 from solidwhirl.rotordyn import AnalysisError, AssembledSystem, End, modes_at_speed
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM, RPM_PER_RAD_S
 from solidwhirl.rotordyn.response.harmonic_response import harmonic_response, independent_loads
@@ -124,36 +109,24 @@ _MODE_AMPLITUDE_M = 1e-3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class EngineState:
-    """One state of the engine.
+    """One state of the engine."""
 
-    Attributes
-    ----------
-    label
-        Name in results and files.
-    source
-        "mode", "response" or "run_up".
-    motion
-        Independent coordinates of the system: complex amplitudes of a vibration, or real ones of
-        an instant.
-    speed_rad_s
-        Of the reference shaft.
-    facts
-        What else results.json tells of it.
-    scaled_to_m
-        Largest displacement that a mode is scaled to; None: the motion has its own size.
-    has_size
-        Whether its stress may be added to that of the centrifugal load.
-    time_s
-        Of an instant of a run-up.
-    """
-
+    #: Name in results and files
     label: str
+    #: "mode", "response" or "run_up"
     source: str
+    #: Independent coordinates of the system: complex amplitudes of a vibration, or real ones of an
+    #: instant
     motion: NDArray[Any]
+    #: Of the reference shaft
     speed_rad_s: float
+    #: What else results.json tells of it
     facts: dict[str, Any]
+    #: Largest displacement that a mode is scaled to; None: the motion has its own size
     scaled_to_m: float | None = None
+    #: Whether its stress may be added to that of the centrifugal load
     has_size: bool = True
+    #: Of an instant of a run-up
     time_s: float | None = None
 
 
@@ -163,11 +136,7 @@ def engine_states(
     """Yield the states that an entry of a recovery stands for.
 
     `spec`: the entry. `analyses`: those it may refer to, by name. `system`: the assembled engine.
-
-    Raises
-    ------
-    AnalysisError
-        There is no such mode or no peak.
+    Raises AnalysisError: there is no such mode or no peak.
     """
     if spec.mode is not None:
         yield _mode(spec, system)
@@ -255,12 +224,7 @@ def response_peak(
     """Return the speed of the highest peak of the response to unbalance at a place.
 
     `system`, `unbalances`: the engine and what excites it. `speeds_rad_s`: samples, rising; the
-    peak is sought between them. `place`: interface.
-
-    Raises
-    ------
-    AnalysisError
-        There is no peak inside.
+    peak is sought between them. `place`: interface. Raises AnalysisError: there is no peak inside.
     """
     speeds_rad_s = resolving_speeds(system, unbalances, speeds_rad_s)
     response = unbalance_response(system, unbalances, speeds_rad_s)

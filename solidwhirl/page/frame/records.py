@@ -12,6 +12,7 @@ from typing import Any
 
 from solidwhirl.core.blocks import Table as Table
 from solidwhirl.core.blocks import Text as Text
+from solidwhirl.core.outcome import PageSection
 from solidwhirl.pipeline.run import Results
 
 # Colours that traces and layouts may name. The page puts in those of the light or the dark theme;
@@ -27,106 +28,68 @@ COLOR_TOKENS = (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Run:
-    """What a section reads.
+    """What a section reads."""
 
-    Attributes
-    ----------
-    results
-        The run, as arrays.
-    document
-        The contents of `results.json`; absent numbers are None.
-    scene_path
-        The scene file; None where the scene was made in Python.
-    command
-        The command line that repeats the run; empty if not known.
-    """
-
+    #: The run, as arrays
     results: Results
+    #: The contents of `results.json`; absent numbers are None
     document: Mapping[str, Any]
+    #: The scene file; None where the scene was made in Python
     scene_path: Path | None = None
+    #: The command line that repeats the run; empty if not known
     command: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Listing:
-    """Text of a file, as it is written there.
+    """Text of a file, as it is written there."""
 
-    Attributes
-    ----------
-    text
-        The text.
-    folded
-        Title of a fold that hides it until it is asked for; empty: always shown.
-    """
-
+    #: The text
     text: str
+    #: Title of a fold that hides it until it is asked for; empty: always shown
     folded: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """A still picture.
+    """A still picture."""
 
-    Attributes
-    ----------
-    data
-        SVG as text (its colours may be the CSS variables of the page, ``var(--ink)`` for "@ink"),
-        or the bytes of a PNG.
-    caption
-        What is to be seen.
-    alt
-        For those who can't see it.
-    title
-        Above the picture.
-    scroll_px
-        Least width; on a narrower screen the picture scrolls sideways. 0: shrinks.
-    height_px
-        Largest height; a higher picture shrinks. 0: any.
-    """
-
+    #: SVG as text (its colours may be the CSS variables of the page, ``var(--ink)`` for "@ink"), or
+    #: the bytes of a PNG
     data: str | bytes
+    #: What is to be seen
     caption: str
+    #: For those who can't see it
     alt: str
+    #: Above the picture
     title: str = ""
+    #: Least width; on a narrower screen the picture scrolls sideways. 0: shrinks.
     scroll_px: int = 0
+    #: Largest height; a higher picture shrinks. 0: any.
     height_px: int = 0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Toggle:
-    """A checkbox over a chart that shows or hides traces.
+    """A checkbox over a chart that shows or hides traces."""
 
-    Attributes
-    ----------
-    label
-        Beside the box.
-    traces
-        Indices of the traces.
-    shown
-        At the start.
-    """
-
+    #: Beside the box
     label: str
+    #: Indices of the traces
     traces: Sequence[int]
+    #: At the start
     shown: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)
 class Option:
-    """One entry of a `Choice`.
+    """One entry of a `Choice`."""
 
-    Attributes
-    ----------
-    label
-        In the list.
-    traces
-        Indices of the traces shown with it, beside those that are in no option.
-    layout
-        Changes of the layout by plotly's dotted names, such as {"yaxis.title.text": "…"}.
-    """
-
+    #: In the list
     label: str
+    #: Indices of the traces shown with it, beside those that are in no option
     traces: Sequence[int]
+    #: Changes of the layout by plotly's dotted names, such as {"yaxis.title.text": "…"}
     layout: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -144,37 +107,25 @@ class Choice:
 
 @dataclass(frozen=True, kw_only=True)
 class Chart:
-    """A chart drawn by plotly in the browser.
+    """A chart drawn by plotly in the browser."""
 
-    Attributes
-    ----------
-    name
-        Identifier in the page: letters, digits, hyphens; one of its kind.
-    title
-        Above the chart (in HTML, not in the layout).
-    caption
-        Below: what is to be seen.
-    alt
-        For those who can't see it.
-    traces
-        Plotly traces as plain dictionaries. Numpy arrays stay arrays, which makes the page small;
-        nan in them is a gap. Colours may be `COLOR_TOKENS`.
-    layout
-        What differs from the page's layout, which has fonts, colours, margins, grid, legend above
-        the chart and automatic margins. Axes need titles with units.
-    height_px
-        Without the controls.
-    controls
-        Above the chart.
-    """
-
+    #: Identifier in the page: letters, digits, hyphens; one of its kind
     name: str
+    #: Above the chart (in HTML, not in the layout)
     title: str
+    #: Below: what is to be seen
     caption: str
+    #: For those who can't see it
     alt: str
+    #: Plotly traces as plain dictionaries. Numpy arrays stay arrays, which makes the page small;
+    #: nan in them is a gap. Colours may be `COLOR_TOKENS`.
     traces: Sequence[Mapping[str, Any]]
+    #: What differs from the page's layout, which has fonts, colours, margins, grid, legend above
+    #: the chart and automatic margins. Axes need titles with units.
     layout: Mapping[str, Any]
+    #: Without the controls
     height_px: int = 420
+    #: Above the chart
     controls: Sequence[Toggle | Choice] = ()
 
 
@@ -191,24 +142,17 @@ class ModeViewer:
     puts colours in, ``solidwhirl.layout(layout, theme)`` gives the page's layout,
     ``solidwhirl.config`` plotly's configuration. The host has the attribute ``data-drawn`` once
     everything in it is drawn.
-
-    Attributes
-    ----------
-    name
-        Identifier in the page.
-    title, caption, alt
-        As those of a chart.
-    data
-        Plain data and numpy arrays, as `shapes.js` reads them.
-    height_px
-        Of the host, at least.
     """
 
+    #: Identifier in the page
     name: str
+    #: As those of a chart
     title: str
     caption: str
     alt: str
+    #: Plain data and numpy arrays, as `shapes.js` reads them
     data: Mapping[str, Any]
+    #: Of the host, at least
     height_px: int = 560
 
 
@@ -227,24 +171,21 @@ Block = Single | Row
 
 @dataclass(frozen=True, kw_only=True)
 class Section:
-    """A part of the page.
+    """A part of the page."""
 
-    Attributes
-    ----------
-    name
-        Anchor: letters, digits, hyphens; one of its kind.
-    title
-        Heading, which also stands in the table of contents.
-    blocks
-        From top to bottom.
-    note
-        One sentence under the heading; empty: none.
-    """
-
+    #: Anchor: letters, digits, hyphens; one of its kind
     name: str
+    #: Heading, which also stands in the table of contents
     title: str
+    #: From top to bottom
     blocks: Sequence[Block]
+    #: One sentence under the heading; empty: none
     note: str = ""
+
+    @classmethod
+    def at(cls, place: PageSection, blocks: Sequence[Block]) -> Section:
+        """Return what stands at a place that an analysis may name too."""
+        return cls(name=place.name, title=place.title, blocks=blocks, note=place.note)
 
     @property
     def every_block(self) -> tuple[Single, ...]:

@@ -7,6 +7,7 @@ import json
 import math
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from itertools import groupby
 from typing import Any
 
@@ -14,7 +15,7 @@ import numpy as np
 from markupsafe import Markup, escape
 
 from solidwhirl.core.blocks import WHIRL_SIGNS
-from solidwhirl.page.frame.records import Chart, Choice, ModeViewer, Picture, Table, Toggle
+from solidwhirl.page.frame.records import Chart, ModeViewer, Picture, Table
 
 _BOLD = re.compile(r"\*\*(.+?)\*\*")
 _CODE = re.compile(r"`([^`]+)`")
@@ -63,10 +64,7 @@ def cell_text(value: Any) -> str:
 def table_html(table: Table) -> Markup:
     """Make a table; columns of numbers stand at the right.
 
-    Raises
-    ------
-    ValueError
-        If a row has not as many cells as the head.
+    Raises ValueError if a row has not as many cells as the head.
     """
     rows = [[cell_text(value) for value in row] for row in table.rows]
     for row in rows:
@@ -128,20 +126,12 @@ def data_json(block: Chart | ModeViewer) -> Markup:
             "traces": list(block.traces),
             "layout": dict(block.layout),
             "height": block.height_px,
-            "controls": [_control(c) for c in block.controls],
+            "controls": [asdict(c) for c in block.controls],
         }
     else:
         data = dict(block.data)
     text = json.dumps(plain(data), separators=(",", ":"), allow_nan=False, ensure_ascii=False)
     return Markup(text.replace("<", "\\u003c").replace("\u2028", " ").replace("\u2029", " "))
-
-
-def _control(control: Toggle | Choice) -> dict[str, Any]:
-    if isinstance(control, Toggle):
-        return {"traces": list(control.traces)}
-    return {
-        "options": [{"traces": list(o.traces), "layout": dict(o.layout)} for o in control.options]
-    }
 
 
 def plain(value: Any) -> Any:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from solidwhirl.core.blocks import warning
-from solidwhirl.core.check_report import checks_line, failure_lines
+from solidwhirl.core.check_report import checks_line, failure_lines, nearest_to_limit
 from solidwhirl.page.frame.plotly_chart import page_chart
 from solidwhirl.page.frame.records import Block, Run, Section, Table, Text
 from solidwhirl.rotordyn.plots.chart import Axis, Chart, Curve, Look, Rule
@@ -47,27 +47,11 @@ def reasons(undecided: Sequence[Invariant]) -> Iterator[str]:
         yield f"- {reason}: {'; '.join(same)}"
 
 
-def _worst(checks: Sequence[Invariant]) -> list[tuple[int, Invariant]]:
-    """Of each name that was decided the number, and the one nearest to its limit."""
-    found: dict[str, list[Invariant]] = {}
-    for check in checks:
-        if check.passed is not None:
-            found.setdefault(check.name, []).append(check)
-    return [(len(same), max(same, key=_nearness)) for same in found.values()]
-
-
-def _nearness(check: Invariant) -> float:
-    value, limit = check.value or 0.0, check.limit or 0.0
-    if not check.passed:
-        return float("inf")
-    return float(value / limit if limit > 0 else value - limit)
-
-
 def checks_chart(checks: Sequence[Invariant]) -> Chart | None:
     """Return the largest value of each check over its limit; None if all are exactly 0."""
     shown = [
         (c.value / c.limit, c)
-        for _, c in _worst(checks)
+        for _, c in nearest_to_limit(checks)
         if c.value and c.limit and c.value > 0.0 and c.limit > 0.0
     ]
     if not shown:
@@ -104,7 +88,7 @@ def _table(checks: Sequence[Invariant]) -> Table:
         head=("check", "number", "holds", "value", "limit", "nearest to its limit"),
         rows=[
             (c.name, count, c.passed, _number(c.value), _number(c.limit), c.where)
-            for count, c in _worst(checks)
+            for count, c in nearest_to_limit(checks)
         ],
     )
 

@@ -18,17 +18,18 @@ def section(run: Run) -> Section | None:
     """Mass properties."""
     bodies = run.document["bodies"]
     blocks = [
-        _properties(bodies),
+        properties_table(bodies),
         *materials_table(run.results.scene, run.results.geometry, bodies),
         *_tensors(bodies),
-        _sizes(bodies),
+        sizes_table(bodies),
         *_disks(run),
         *interfaces_table(bodies),
     ]
     return Section(name="masses", title="Mass properties", blocks=blocks)
 
 
-def _properties(bodies: Mapping[str, Any]) -> Table:
+def properties_table(bodies: Mapping[str, Any]) -> Table:
+    """Return mass, centre, inertias and own frequencies of bodies of `results.json`."""
     rows = [
         (
             name,
@@ -43,7 +44,7 @@ def _properties(bodies: Mapping[str, Any]) -> Table:
     if len(bodies) > 1:
         mass = sum(b["mass_kg"] for b in bodies.values())
         moment = sum(b["mass_kg"] * b["center_of_gravity_m"][2] for b in bodies.values())
-        rows.append(("**together**", mass, 1e3 * moment / mass, None, None, None))
+        rows.append(("together", mass, 1e3 * moment / mass, None, None, None))
     return Table(
         head=(
             "body", "mass [kg]", "centre of gravity z [mm]", "polar inertia [kg m²]",
@@ -85,7 +86,8 @@ def _tensors(bodies: Mapping[str, Any]) -> Iterator[Block]:
         )  # fmt: skip
 
 
-def _sizes(bodies: Mapping[str, Any]) -> Table:
+def sizes_table(bodies: Mapping[str, Any]) -> Table:
+    """Return how large the models of bodies of `results.json` are."""
     return Table(
         title="From unknowns to coordinates",
         head=("body", "level", "unknowns", "coordinates after reduction",

@@ -159,7 +159,7 @@ def _solid_chart(results: Mapping[str, BodyResult]) -> records.Chart:
     options = []
     for k, (name, result) in enumerate(results.items()):
         own = list(_solid_traces(name, result.mesh, f"@c{k % _COLORS}"))
-        shown = range(len(traces), len(traces) + len(own))
+        shown = [*range(len(traces), len(traces) + len(own))]
         options.append(
             records.Option(label=name, traces=shown, layout={"scene.aspectratio": _aspect(own)})
         )

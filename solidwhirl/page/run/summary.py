@@ -8,11 +8,12 @@ from typing import Any
 
 from solidwhirl.analyses.base import Operating
 from solidwhirl.analyses.kinds.separation_margins import margin_words
-from solidwhirl.core.blocks import warning, whirl_text
+from solidwhirl.core.blocks import warning
 from solidwhirl.core.check_report import checks_line, failure_lines
 from solidwhirl.page.drawing.engine import small_picture
 from solidwhirl.page.frame.records import Block, Row, Run, Section, Table, Text
 from solidwhirl.page.modes.campbell import small_chart
+from solidwhirl.page.modes.criticals import critical_speed_table
 from solidwhirl.pipeline.verdict_text import answers
 from solidwhirl.scene_checks.operating import critical_speeds_that_count, margin_of, nearest
 
@@ -31,7 +32,11 @@ def section(run: Run) -> Section:
         *warning(failure_lines(run.results.checks)),
         Row(blocks=(verdict_table(run), *beside, small_picture(run))),
         *warning(_messages(run.document)),
-        _critical_speeds(critical_speeds_that_count(run.document), run.results.operating),
+        _critical_speeds(
+            critical_speeds_that_count(run.document),
+            run.results.operating,
+            run.results.scene.speed_ratios(),
+        ),
     ]
     return Section(name="summary", title="Summary", blocks=blocks)
 
@@ -52,26 +57,14 @@ def _messages(document: Mapping[str, Any]) -> list[str]:
     return list(dict.fromkeys([*every, *document.get("bearing_notes", ())]))
 
 
-def _critical_speeds(found: Sequence[Mapping[str, Any]], operating: Sequence[Operating]) -> Block:
+def _critical_speeds(
+    found: Sequence[Mapping[str, Any]], operating: Sequence[Operating], ratios: Mapping[str, float]
+) -> Block:
     if not found:
         return Text(text="**Critical speeds:** none in the speed range that is a resonance.")
     entries, said = nearest(found, operating, _MOST)
-    head = [
-        *("speed [rpm]", "frequency [Hz]", "± [%]", "whirl"),
-        *("amplification [1]", "log. decrement", "unbalance of"),
-    ]
-    rows = [
-        [
-            f"{c['speed_rpm']:.1f}",
-            f"{c['frequency_hz']:.3f}",
-            _percent(c.get("frequency_error_estimate")),
-            whirl_text(c["whirl"]),
-            c.get("amplification_factor"),
-            c["log_decrement"],
-            ", ".join(c["excited_by"]),
-        ]
-        for c in entries
-    ]
+    table = critical_speed_table(entries, ratios)
+    head, rows = [*table.head], [[*row] for row in table.rows]
     if operating:
         head.append("margin")
         for row, c in zip(rows, entries, strict=True):
@@ -81,8 +74,7 @@ def _critical_speeds(found: Sequence[Mapping[str, Any]], operating: Sequence[Ope
         title="Critical speeds",
         head=head,
         rows=rows,
-        caption=f"{said}Speeds of the reference shaft. ± is the estimated error of the "
-        "discretisation, not that of the input. ● forward, □ backward, ◆ mixed whirl.",
+        caption=f"{said}The error is that of the discretisation, not that of the input.",
     )
 
 
@@ -95,7 +87,3 @@ def margin_text(
         return None
     margin, shaft = found
     return f"**inside** {shaft}" if margin == 0.0 else f"{margin_words(margin)} {shaft}"
-
-
-def _percent(relative: float | None) -> str | None:
-    return None if relative is None else f"{100.0 * relative:.1g}"

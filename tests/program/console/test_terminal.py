@@ -21,7 +21,6 @@ from solidwhirl.console.schedule import Schedule, run_steps
 from solidwhirl.console.summary import percent_text, print_summary, summary_document
 from solidwhirl.console.terminal import RunProgress, duration_text, telling
 from solidwhirl.core.stages import Stage, StageName
-from solidwhirl.scene_checks.operating import margin_of
 
 PROGRAM = str(Path(sys.executable).parent / "solidwhirl")
 
@@ -241,17 +240,6 @@ def test_summary_has_the_results(small_run):
         assert row["speed_rpm"] == pytest.approx(their["critical_speed_rpm"], rel=1e-6)
         assert row["margin"] == pytest.approx(their["margin"], abs=1e-6)
         assert row["margin_of"] == "rotor"
-
-
-def test_margin_is_taken_of_the_nearest_shaft():
-    from solidwhirl.analyses.base import Operating
-
-    slow, fast = Operating("a", 900.0, 1100.0, 1.0), Operating("b", 3000.0, 3000.0, 2.0)
-    # 1320 is 20 % above the 1100 of a; of b it is 2640, 12 % below
-    assert margin_of(1320.0, ("a", "b"), (slow, fast)) == (pytest.approx(-0.12), "b")
-    assert margin_of(1320.0, ("a",), (slow, fast)) == (pytest.approx(0.2), "a")
-    assert margin_of(1000.0, ("a",), (slow, fast)) == (0.0, "a")
-    assert margin_of(1320.0, ("c",), (slow, fast)) is None
 
 
 @pytest.mark.solver

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from solidwhirl.core.errors import SceneError
 from solidwhirl.scene_reading.lines import line_of, with_lines
-from solidwhirl.scene_reading.reader import parse_scene, read_scene
+from solidwhirl.scene_reading.reader import read_scene
 from solidwhirl.scene_reading.toml_places import Places
 
 FOLDER = Path(__file__).resolve().parents[3] / "scenes"
@@ -185,29 +185,6 @@ def test_places_are_those_of_the_writer(found):
     places = Places(text)
     told = {path: index_of(text, places.position(path)) for path in written}
     assert told == written
-
-
-@pytest.mark.parametrize("scene", [p for p in SCENES if p.parent == FOLDER], ids=lambda p: p.stem)
-def test_a_wrong_key_is_found_again(tmp_path, scene):
-    """A key of the scene is called otherwise: the message points at it, to the column."""
-    text = scene.read_text(encoding="utf-8")
-    data = tomllib.loads(text)
-    places = Places(text)
-    fixed = [
-        path
-        for path in paths(data)
-        if isinstance(path[-1], str)
-        and not isinstance(at(data, path), dict | list)
-        and not {"materials", "interfaces", "values"} & {*path[:-1]}
-    ]
-    for path in random.Random(2).sample(fixed, 6):
-        place = places.position(path)
-        with pytest.raises(SceneError) as caught:
-            parse_scene(tomllib.loads(renamed(text, place)), tmp_path / "s.toml", folder=FOLDER)
-        (tmp_path / "s.toml").write_text(renamed(text, place), encoding="utf-8")
-        message = str(with_lines(caught.value))
-        wanted = rf"^.*s\.toml:{place.line}:{place.column}: \S*{ADDED}{path[-1]}: unknown key"
-        assert re.search(wanted, message, re.MULTILINE), (path, message)
 
 
 LAVAL = (FOLDER / "laval.toml").read_text(encoding="utf-8")

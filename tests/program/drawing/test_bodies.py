@@ -35,7 +35,8 @@ def test_outlines_have_the_mass_of_the_bodies(twin):
 def test_fillets_belong_to_the_outline(twin):
     spec = twin.scene.bodies["inner"].model_copy(update={"fillet_radius_m": 0.005})
     bodies = {**twin.scene.bodies, "inner": spec}
-    scene = beam_scene("ferraris", analyses=(), bodies=bodies)
+    slow = twin.scene.speeds.model_copy(update={"to_rpm": 100.0, "count": 2})
+    scene = beam_scene("ferraris", analyses=(), bodies=bodies, speeds=slow)
     found = silhouettes_of(run_scene(scene))[0]
     body = build_bodies(scene)["inner"]
     sections = sum(map(_volume, found.areas_m[: len(body.sections)]))

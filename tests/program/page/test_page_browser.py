@@ -29,78 +29,57 @@ WIDE, PHONE = (1280, 900), (375, 760)
 LIGHT_PAPER, DARK_PAPER = "rgb(255, 255, 255)", "rgb(20, 23, 27)"
 
 
-def _chart():
+def _chart(name, traces, layout, controls=()):
+    words = {"title": name, "caption": f"{name}.", "alt": f"{name}."}
+    return Chart(name=name, traces=traces, layout=layout, controls=controls, **words)
+
+
+def _titled(**titles):
+    return {f"{axis}axis": {"title": {"text": text}} for axis, text in titles.items()}
+
+
+def _lines():
     x = np.linspace(0.0, 2.0, 5)
-    return Chart(
-        name="lines",
-        title="Lines",
-        caption="Three lines.",
-        alt="Three lines that rise.",
-        traces=[
-            {"type": "scatter", "x": x, "y": x**2, "name": "a", "line": {"color": "@forward"}},
-            {"type": "scatter", "x": x, "y": 2 * x, "name": "b", "line": {"color": "@c1"}},
-            {"type": "scatter", "x": x, "y": 3 * x, "name": "c", "line": {"color": "@c2/0.5"}},
-            {"type": "scatter", "x": [0.0, 1.0, 2.0], "y": np.array([1.0, np.nan, 2.0])},
-        ],
-        layout={"xaxis": {"title": {"text": "x [m]"}}, "yaxis": {"title": {"text": "y [m]"}}},
-        controls=(
-            Toggle(label="first", traces=[0]),
-            Choice(
-                label="which",
-                options=[
-                    Option(label="b", traces=[1]),
-                    Option(label="c", traces=[2], layout={"yaxis.title.text": "y of c [m]"}),
-                ],
-            ),
-        ),
-    )
+    which = [
+        Option(label="b", traces=[1]),
+        Option(label="c", traces=[2], layout={"yaxis.title.text": "y of c [m]"}),
+    ]
+    traces = [
+        {"type": "scatter", "x": x, "y": x**2, "name": "a", "line": {"color": "@forward"}},
+        {"type": "scatter", "x": x, "y": 2 * x, "name": "b", "line": {"color": "@c1"}},
+        {"type": "scatter", "x": x, "y": 3 * x, "name": "c", "line": {"color": "@c2/0.5"}},
+        {"type": "scatter", "x": [0.0, 1.0, 2.0], "y": np.array([1.0, np.nan, 2.0])},
+    ]
+    controls = (Toggle(label="first", traces=[0]), Choice(label="which", options=which))
+    return _chart("lines", traces, _titled(x="x [m]", y="y [m]"), controls)
 
 
 def _grid():
     z = np.arange(6.0).reshape(2, 3)
-    return Chart(
-        name="grid",
-        title="Grid",
-        caption="Numbers.",
-        alt="Six numbers.",
-        traces=[{"type": "heatmap", "z": z, "colorscale": "Cividis"}],
-        layout={"xaxis": {"title": {"text": "i [1]"}}, "yaxis": {"title": {"text": "j [1]"}}},
-    )
+    traces = [{"type": "heatmap", "z": z, "colorscale": "Cividis"}]
+    return _chart("grid", traces, _titled(x="i [1]", y="j [1]"))
 
 
 def _solid():
     corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], dtype=float).T
     faces = np.array([(0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)]).T
-    return Chart(
-        name="solid",
-        title="Solid",
-        caption="A tetrahedron.",
-        alt="A tetrahedron.",
-        traces=[dict(zip("xyzijk", (*corners, *faces), strict=True), type="mesh3d", color="@c0")],
-        layout={"scene": {"xaxis": {"title": {"text": "x [m]"}}}},
-    )
+    mesh = dict(zip("xyzijk", (*corners, *faces), strict=True), type="mesh3d", color="@c0")
+    return _chart("solid", [mesh], {"scene": _titled(x="x [m]")})
 
 
-def _page(charts=()):
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
     """A page with every kind of block."""
     wide = Table(head=[f"column {k}" for k in range(14)], rows=[[1.5] * 14])
     words = Text(text="**Bold** & <b>plain</b>.\n\n- one\n- two", kind="note")
     line = '<line x1="0" y1="5" x2="1000" y2="5" stroke="var(--ink)"/>'
     svg = f'<svg viewBox="0 0 1000 10">{line}</svg>'
     picture = Picture(data=svg, caption="A line.", alt="A line.", scroll_px=900)
-    blocks = (words, wide, picture, Listing(text="x" * 400), *charts)
+    blocks = (words, wide, picture, Listing(text="x" * 400), _lines(), _grid(), _solid())
+    first = Section(name="first", title="First", blocks=blocks, note="A note.")
     filler = Section(name="last", title="Last", blocks=(Text(text="word " * 4000),))
-    return page_html(
-        [Section(name="first", title="First", blocks=blocks, note="A note."), filler],
-        title="A title",
-        name="test",
-    )
-
-
-@pytest.fixture(scope="module")
-def page(tmp_path_factory):
     path = tmp_path_factory.mktemp("page") / "page.html"
-    path.write_text(_page((_chart(), _grid(), _solid())), encoding="utf-8")
+    path.write_text(page_html([first, filler], title="A title", name="test"), encoding="utf-8")
     return path
 
 

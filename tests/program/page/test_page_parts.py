@@ -26,22 +26,6 @@ from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
 from solidwhirl.scene.records import ReferenceSpec
 from solidwhirl.scene_reading.reader import parse_scene, scene_hash
 
-SHAFT = {
-    "name": "shaft",
-    "bodies": {
-        "rotor": {
-            "material": "steel",
-            "sections": [
-                {"name": "tube", "start_m": 0.0, "end_m": 0.4, "outer_radius_m": 0.03,
-                 "inner_radius_m": [0.01, 0.02]},
-                {"name": "disk", "start_m": 0.1, "end_m": 0.14, "inner_radius_m": 0.03,
-                 "outer_radius_m": [0.12, 0.1]},
-            ],
-            "interfaces": [{"name": "left", "kind": "section", "at_m": 0.0}],
-        }
-    },
-}  # fmt: skip
-
 
 def _chart(name="c", **more):
     return Chart(name=name, title="T", caption="C", alt="A", traces=[], layout={}, **more)
@@ -65,9 +49,10 @@ def test_tables_put_numbers_at_the_right_and_name_what_is_absent():
     assert [cell_text(v) for v in (True, np.bool_(False), 3, 1e-9)] == ["yes", "no", "3", "1e-09"]
     with pytest.raises(ValueError, match="2 cells, the head 3"):
         table_html(Table(head=("a", "b", "c"), rows=[(1, 2)]))
-
-
-def test_whirl_has_a_sign_and_a_colour():
+    # a head without words has no empty line
+    assert "<thead>" not in table_html(Table(head=("", ""), rows=[("a", "b")]))
+    assert "<thead>" in table_html(Table(head=("", "x"), rows=[("a", "b")]))
+    # a whirl has a sign and a colour
     found = table_html(Table(head=("whirl",), rows=[("□ backward",), ("● forward",)]))
     assert 'style="color:var(--backward)">□</span> backward' in found
     assert 'style="color:var(--forward)">●</span> forward' in found
@@ -99,43 +84,24 @@ def test_data_is_json_that_ends_no_script():
         plain({"a": {1, 2}})
 
 
-def test_names_on_a_page_differ():
+def test_a_page_without_charts_is_small_and_asks_for_nothing():
     sections = [Section(name="a", title="A", blocks=(_chart("a"),))]
     with pytest.raises(ValueError, match="same name: a"):
         page_html(sections, title="t", name="n")
-
-
-def test_a_page_without_charts_is_small_and_asks_for_nothing():
-    page = page_html(
-        [Section(name="a", title="A", blocks=(Text(text="words"),))], title="<t>", name="n"
-    )
+    sections = [Section(name="a", title="A", blocks=(Text(text="words"),))]
+    page = page_html(sections, title="<t>", name="n")
     assert len(page) < 40_000
     assert "<title>&lt;t&gt;</title>" in page
     assert not re.search(r"""(?:src|href)\s*=\s*["']?(?!data:|#)[\w/.]""", page.split("<script")[0])
-    assert "@import" not in page
-    assert "url(" not in page
-
-
-def _triangles(columns, rows):
-    """Triangles of a grid of rectangles."""
-    corner = lambda i, j: i * (rows + 1) + j  # noqa: E731
-    return np.array(
-        [
-            t
-            for i in range(columns)
-            for j in range(rows)
-            for t in (
-                (corner(i, j), corner(i + 1, j), corner(i, j + 1)),
-                (corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)),
-            )
-        ]
-    )
+    assert "@import" not in page and "url(" not in page
 
 
 def test_edges_of_a_mesh_obey_euler():
-    cells = _triangles(5, 3)
-    # vertices − edges + faces = 1 for what has no hole
-    assert 6 * 4 - len(edges_of(cells)) + len(cells) == 1
+    """vertices − edges + faces = 1 for a grid of rectangles, each of two triangles."""
+    at = np.arange(6 * 4).reshape(6, 4)
+    a, b, c, d = (v.ravel() for v in (at[:-1, :-1], at[1:, :-1], at[:-1, 1:], at[1:, 1:]))
+    cells = np.concatenate([np.column_stack([a, b, c]), np.column_stack([b, d, c])])
+    assert at.size - len(edges_of(cells)) + len(cells) == 1
     assert len(boundary_of(cells)) == 2 * (5 + 3)
 
 
@@ -163,18 +129,21 @@ DOCUMENT = {
 }
 
 
-def test_values_are_found_by_their_place():
-    assert value_at(DOCUMENT, "critical_speeds[0].frequency_hz") == 51.0
-    assert value_at(DOCUMENT, "bodies.rotor.mass_kg") == 2.0
-    for place in (
-        "critical_speeds[1].frequency_hz",
-        "critical_speeds[0].whirl",
-        "bodies.rotor",
-        "bodies.rotor.flag",
-        "bodies.other.mass_kg",
-        "bodies[0].mass_kg",
-    ):
-        assert value_at(DOCUMENT, place) is None
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        ("critical_speeds[0].frequency_hz", 51.0),
+        ("bodies.rotor.mass_kg", 2.0),
+        ("critical_speeds[1].frequency_hz", None),
+        ("critical_speeds[0].whirl", None),
+        ("bodies.rotor", None),
+        ("bodies.rotor.flag", None),
+        ("bodies.other.mass_kg", None),
+        ("bodies[0].mass_kg", None),
+    ],
+)
+def test_values_are_found_by_their_place(place, value):
+    assert value_at(DOCUMENT, place) == value
 
 
 def _reference(**more):
@@ -211,16 +180,16 @@ def test_differences_are_over_the_reference():
         ({"found": 1.0}, "unknown key"),
     ],
 )
-def test_references_that_say_nothing_are_refused(table, said):
+def test_references_that_say_nothing_are_refused(small_scene, table, said):
     entry = {"quantity": "bodies.rotor.mass_kg", "value": 1.0, "source": "s", **table}
     with pytest.raises(SceneError, match=said):
-        parse_scene({**SHAFT, "references": [entry]})
+        parse_scene({**small_scene(), "references": [entry]})
 
 
-def test_references_change_no_number():
-    plain_scene = parse_scene(SHAFT)
+def test_references_change_no_number(small_scene):
+    plain_scene = parse_scene(small_scene())
     entry = {"quantity": "bodies.rotor.mass_kg", "value": 1.0, "source": "s"}
-    with_one = parse_scene({**SHAFT, "references": [entry]})
+    with_one = parse_scene({**small_scene(), "references": [entry]})
     assert engine_part(plain_scene) == engine_part(with_one)
     assert scene_hash(plain_scene) != scene_hash(with_one)
 

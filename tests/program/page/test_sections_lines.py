@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -132,9 +134,7 @@ def test_error_band_is_the_branch_times_one_plus_minus_its_error():
     np.testing.assert_allclose(first, [11.0, 14.4, 9.6, 9.0, 11.0])
     # ten times 10 % reaches zero, not below
     np.testing.assert_allclose(second[1:], [40.0, 38.0, 36.0, 0.0, 0.0, 0.0, 40.0])
-
-
-def test_errors_below_rounding_are_not_given_digits():
+    # errors below rounding are not given digits
     assert error_words(3e-11) == "below ±0.0001 %"
     assert error_words(0.0123) == "±1.2 %"
     assert error_words(None) == "not known"
@@ -179,15 +179,28 @@ def test_critical_speed_table_gives_the_speed_of_the_exciting_shaft():
         assert float(row[at]) == pytest.approx(60.0 * float(row[at + 1]), rel=1e-3)
 
 
-def test_map_tends_to_its_limits():
-    """At the stiffest end the lowest branch is near a limit with rigid bearings."""
-    entry = everything().document["analyses"]["critical_speed_map"]
-    chart = _drawn("critical_speed_map", "map")
-    named = {t["name"]: t for t in chart.traces}
-    rigid = named["with rigid bearings"]["y"]
-    lowest = min(b[-1] for b in entry["shaft_speed_rpm"] if b[-1] is not None)
-    # 1e9 N/m is some ten times stiffer than the shaft
+def test_maps_have_the_numbers_of_the_document():
+    analyses = everything().document["analyses"]
+    rigid = next(
+        t["y"]
+        for t in _drawn("critical_speed_map", "map").traces
+        if t["name"] == "with rigid bearings"
+    )
+    lowest = min(
+        b[-1] for b in analyses["critical_speed_map"]["shaft_speed_rpm"] if b[-1] is not None
+    )
+    # 1e9 N/m is some ten times stiffer than the shaft: near the limit with rigid bearings
     assert np.nanmin(np.abs(rigid / lowest - 1.0)) < 0.05
+    space = _drawn("waterfall", "waterfall")
+    unit = {"nm": 1e9, "µm": 1e6, "mm": 1e3}[space.layout["scene"]["zaxis"]["title"]["text"][-3:-1]]
+    highest = unit * np.max(analyses["waterfall"]["highest_m"])
+    assert np.nanmax(space.traces[0]["z"]) == pytest.approx(highest)
+    chosen = analyses["stiffness_study"]["chosen_stiffness_n_per_m"]
+    _, line, band = _drawn("stiffness_study", "stiffness").traces[:3]
+    assert set(line["y"]) == {chosen}
+    # 20 % around 8000 rpm
+    ends = np.nanmin(band["x"]), np.nanmax(band["x"])
+    assert ends == pytest.approx((0.8 * 8000.0 / 60.0, 1.2 * 8000.0 / 60.0))
 
 
 def test_amplitudes_and_forces_are_those_of_the_document():
@@ -264,11 +277,7 @@ def test_run_up_shows_its_largest_force_and_peaks():
         near = lines["y"][np.abs(lines["x"] - at) <= 2.0 * step]
         # a peak lies between lines, of which the highest is not much lower
         assert 0.7 * height < near.max() <= 1.05 * height
-
-
-def test_spectrogram_has_the_lines_of_the_shafts():
-    chart = _drawn("run_up", "spectrogram")
-    ends = [t["y"][-1] for t in chart.traces[1:]]
+    ends = [t["y"][-1] for t in _drawn("run_up", "spectrogram").traces[1:]]
     assert ends == pytest.approx([6000.0 / 60.0, 0.4 * 6000.0 / 60.0])
 
 
@@ -280,23 +289,6 @@ def test_coarser_maps_keep_their_largest_value(rows, columns, seed):
     assert found.shape == (len(y), len(x)) and found.size <= 600 * 200
     assert found.max() == values.max()
     assert x[0] == 0.0 and y[0] == 0.0
-
-
-def test_waterfall_lines_reach_every_peak():
-    entry = everything().document["analyses"]["waterfall"]
-    space = _drawn("waterfall", "waterfall")
-    highest = np.nanmax(space.traces[0]["z"])
-    unit = {"nm": 1e9, "µm": 1e6, "mm": 1e3}[space.layout["scene"]["zaxis"]["title"]["text"][-3:-1]]
-    assert highest == pytest.approx(unit * np.max(entry["highest_m"]))
-
-
-def test_stiffness_chart_marks_the_choice():
-    entry = everything().document["analyses"]["stiffness_study"]
-    chart = _drawn("stiffness_study", "stiffness")
-    assert set(chart.traces[1]["y"]) == {entry["chosen_stiffness_n_per_m"]}
-    band = chart.traces[2]["x"]
-    assert np.nanmin(band) == pytest.approx(0.8 * 8000.0 / 60.0)
-    assert np.nanmax(band) == pytest.approx(1.2 * 8000.0 / 60.0)
 
 
 def _stability(**more):
@@ -322,7 +314,8 @@ UNSTABLE = {
 }  # fmt: skip
 
 
-def test_unstable_speeds_are_listed_and_shaded():
+def test_stability_is_told_by_speed():
+    """A mode without damping is drawn at zero; where there is no such mode there is no point."""
     table, record = stability_blocks(_stability(unstable_intervals=[UNSTABLE]))
     chart = page_chart(record)
     assert table.rows[0][:4] == ["1500.0", "beyond the range", "flutter", "● forward"]
@@ -330,22 +323,13 @@ def test_unstable_speeds_are_listed_and_shaded():
     assert (shape["x0"], shape["x1"]) == pytest.approx((1500.0, 2000.0)) and zero["y0"] == 0.0
     text, record = stability_blocks(_stability())
     assert text.text == "Stable from 0 to 2000 rpm."
-    assert len(page_chart(record).layout["shapes"]) == 1
-
-
-def test_first_modes_are_drawn_where_they_exist():
-    """A mode without damping is drawn at zero; where there is no such mode there is no point."""
-    *_, record = stability_blocks(_stability())
     chart = page_chart(record)
+    assert len(chart.layout["shapes"]) == 1
     forward, backward, *_ = chart.traces
     np.testing.assert_array_equal(forward["y"], [0.0, 0.2, -0.1])
     assert np.isnan(backward["y"]).all()
     assert forward["name"] == "first forward mode" and "40" in forward["text"][0]
-    (choice,) = chart.controls
-    assert choice.options[0].traces == [0, 1]
-
-
-def test_damping_is_told_at_operating_speeds():
+    assert chart.controls[0].options[0].traces == [0, 1]
     mode = {"log_decrement": 0.3, "frequency_hz": 40.0}
     own = {"shaft": "a", "shaft_speed_rpm": 1800.0, "stable": True}
     own |= {"first_forward": mode, "first_backward": {"log_decrement": None, "frequency_hz": 39.0}}
@@ -402,9 +386,7 @@ def test_gaps_of_branches_are_gaps_of_lines_and_bands():
 
 
 def test_small_diagram_reaches_as_far_as_unbalance_does(laval):
-    results = replace(laval.results, campbell=GAPPED)
-    results = replace(results, estimates=None)
-    small = campbell.small_chart(results)
+    small = campbell.small_chart(replace(laval.results, campbell=GAPPED, estimates=None))
     assert small.layout["yaxis"]["range"][1] == pytest.approx(2.5 * 50.0)
     assert small.controls == () and "Higher modes" in small.caption
 
@@ -420,6 +402,22 @@ def test_model_responses_agree_with_those_by_solving():
     exact = np.array([c @ np.linalg.solve(rate * np.eye(len(a)) - a, b) + d for rate in rates])
     # eigenvectors of a lightly damped engine are well conditioned
     np.testing.assert_allclose(found, exact, rtol=1e-6, atol=1e-9 * np.abs(exact).max())
+
+
+def test_a_mass_free_to_drift():
+    """x'' = f / m: |H| = 1 / (m ω²), from a matrix with one eigenvector."""
+    mass = 2.0
+    parts = (
+        np.array([[0.0, 1.0], [0.0, 0.0]]),
+        np.array([[0.0], [1.0 / mass]]),
+        np.array([[1.0, 0.0]]),
+        np.zeros((1, 1)),
+    )
+    hertz = np.array([0.5, 1.0, 20.0])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = responses_of_model(SimpleNamespace(at_speed=lambda speed: parts), 0.0, hertz)
+    np.testing.assert_allclose(found[:, 0, 0], -1.0 / (mass * (2.0 * np.pi * hertz) ** 2))
 
 
 def test_run_up_ends_at_the_fastest_excitation():

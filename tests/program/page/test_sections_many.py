@@ -6,6 +6,7 @@ import copy
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from everything import everything
 
 from solidwhirl.analyses.base import Operating
@@ -24,7 +25,7 @@ from solidwhirl.rotordyn.plots.chart import Chart as ChartRecord
 from solidwhirl.rotordyn.plots.response import ExciterCurves, force_chart, moving
 from solidwhirl.rotordyn.superelement.invariants import undecided
 from solidwhirl.scene.joints import BearingSpec
-from solidwhirl.scene_checks.operating import nearest
+from solidwhirl.scene_checks.operating import margin_of, nearest
 
 
 def speeds(*rpm):
@@ -38,9 +39,7 @@ def test_summary_shows_the_critical_speeds_nearest_to_operation():
     chosen, said = nearest(found, operating, 4)
     assert chosen == speeds(800, 1000, 1150, 3950)
     assert "4 of 7" in said and "nearest to the operating speeds" in said
-
-
-def test_summary_shows_the_lowest_or_all():
+    # without operating speeds the lowest, or all
     assert nearest(speeds(3, 1, 2), (), 3) == (speeds(3, 1, 2), "")
     chosen, said = nearest(speeds(3, 1, 2), (), 2)
     assert chosen == speeds(1, 2) and "lowest" in said
@@ -67,29 +66,28 @@ def test_bearings_without_force_have_no_curve():
     assert [curve.name for curve in force_chart([curves]).marks(Curve)] == ["A"]
 
 
+MARGIN = {
+    "shaft": "a",
+    "whirl": "forward",
+    "amplification_factor": 10.0,
+    "position": "below",
+    "margin": -0.5,
+    "required": 0.15,
+    "verdict_15_percent": "ok",
+    "verdict_20_percent": "ok",
+}
+
+
 def margins(count, missed):
-    rows = [
-        {
-            "shaft": "a",
-            "critical_speed_rpm": 100.0 * k,
-            "whirl": "forward",
-            "excited": k != 3,
-            "amplification_factor": 10.0,
-            "position": "below",
-            "margin": -0.5,
-            "required": 0.15,
-            "verdict_api_617": "inside margin" if k in missed else "ok",
-            "verdict_15_percent": "ok",
-            "verdict_20_percent": "ok",
-        }
-        for k in range(count)
-    ]
-    damped = {"shaft": "a", "critical_speed_rpm": 5.0, "whirl": None, "amplification_factor": 0.5}
+    rows = []
+    for k in range(count):
+        own = {"critical_speed_rpm": 100.0 * k, "excited": k != 3}
+        rows.append(MARGIN | own | {"verdict_api_617": "inside margin" if k in missed else "ok"})
     return {
         "operating": [{"shaft": "a", "from_rpm": 900.0, "to_rpm": 1100.0}],
         "verdict": {"method": "api617", "passed": not missed, "why": "because", "percent": None},
         "margins": rows,
-        "critically_damped": [damped],
+        "critically_damped": [MARGIN | {"critical_speed_rpm": 5.0, "whirl": None}],
     }
 
 
@@ -116,6 +114,8 @@ def test_margins_are_those_of_the_exciting_shaft():
     assert margin_text(900.0, ["b"], operating) == "**inside** b"
     assert margin_text(1500.0, ["b"], operating) == "50.0 % above b"
     assert margin_text(1500.0, ["a", "b"], operating) == "25.0 % below a"
+    assert margin_of(1500.0, ("a", "b"), operating) == (pytest.approx(-0.25), "a")
+    assert margin_of(900.0, ("b",), operating) == (0.0, "b")
     assert margin_text(1500.0, ["c"], operating) is None
     assert margin_words(1e-5) == "less than 0.1 % above"
 
@@ -199,9 +199,7 @@ def test_what_is_not_applicable_is_said_once_for_each_reason():
         )
     ]  # fmt: skip
     assert list(reasons(checks)) == ["- damping: a (rest); c (speed)", "- no factor: b (rest)"]
-
-
-def test_names_stand_in_brackets_before_a_number():
+    # names stand in brackets before a number
     assert entitled("Orbits", "second") == "Orbits (second)"
     assert entitled("Peaks (12)", "second") == "Peaks (second, 12)"
     assert entitled("Orbits", "") == "Orbits" and entitled("", "second") == ""

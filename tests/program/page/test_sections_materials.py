@@ -18,50 +18,23 @@ from solidwhirl.scene_reading.reader import parse_scene
 DENSITY = {"light": 2000.0, "heavy": 8000.0}
 
 
-def scene():
+@pytest.fixture(scope="module")
+def scene(small_scene):
     """A shaft of one material in a ring of another, with a rigid disk of 3 kg."""
+    disk = {"name": "d", "interface": "left", "mass_kg": 3.0}
+    disk |= {"polar_inertia_kg_m2": 0.1, "diametral_inertia_kg_m2": 0.06}
     moduli = {"youngs_modulus_pa": 1e11, "poissons_ratio": 0.3}
-    return parse_scene(
-        {
-            "name": "two",
-            "speeds": {"list_rpm": [0.0, 100.0]},
-            "materials": {n: {"density_kg_per_m3": d, **moduli} for n, d in DENSITY.items()},
-            "bodies": {
-                "rotor": {
-                    "material": "light",
-                    "sections": [
-                        {"name": "shaft", "start_m": 0.0, "end_m": 0.5, "outer_radius_m": 0.02},
-                        {
-                            "name": "ring",
-                            "start_m": 0.2,
-                            "end_m": 0.3,
-                            "inner_radius_m": 0.02,
-                            "outer_radius_m": [0.1, 0.1],
-                            "material": "heavy",
-                        },
-                    ],
-                    "interfaces": [{"name": "a", "kind": "section", "at_m": 0.0}],
-                    "rigid_disks": [
-                        {
-                            "name": "d",
-                            "interface": "a",
-                            "mass_kg": 3.0,
-                            "polar_inertia_kg_m2": 0.1,
-                            "diametral_inertia_kg_m2": 0.06,
-                        }
-                    ],
-                }
-            },
-            "bearings": [{"name": "A", "first": "rotor.a", "stiffness_n_per_m": 1e7}],
-        }
-    )
+    materials = {n: {"density_kg_per_m3": d, **moduli} for n, d in DENSITY.items()}
+    data = small_scene(body={"material": "light", "rigid_disks": [disk]}, materials=materials)
+    data["bodies"]["rotor"]["sections"][1]["material"] = "heavy"
+    return parse_scene(data)
 
 
-def test_masses_by_material_are_density_times_volume():
-    shaft = math.pi * 0.02**2 * 0.5 * DENSITY["light"]
-    ring = math.pi * (0.1**2 - 0.02**2) * 0.1 * DENSITY["heavy"]
+def test_masses_by_material_are_density_times_volume(scene):
+    shaft = math.pi * 0.02**2 * 0.4 * DENSITY["light"]
+    ring = math.pi * (0.12**2 - 0.02**2) * 0.04 * DENSITY["heavy"]
     whole = shaft + ring + 3.0
-    (table,) = materials_table(scene(), build_bodies(scene()), {"rotor": {"mass_kg": whole}})
+    (table,) = materials_table(scene, build_bodies(scene), {"rotor": {"mass_kg": whole}})
     found = {row[1]: row for row in table.rows}
     assert list(found) == ["light", "heavy", "rigid disks"]
     for name, mass in (("light", shaft), ("heavy", ring), ("rigid disks", 3.0)):
@@ -79,43 +52,41 @@ def test_masses_of_beams_make_up_the_body():
     assert "casing" not in {row[0] for row in table.rows}  # whose material nobody gave
 
 
-def test_every_section_is_listed_with_its_material():
-    (table,) = sections_table(scene(), build_bodies(scene()))
-    assert [(row[0], row[5]) for row in table.rows] == [
-        ("rotor: shaft", "light"),
-        ("rotor: ring", "heavy"),
-    ]
+def test_every_section_is_listed_with_its_material(scene):
+    (table,) = sections_table(scene, build_bodies(scene))
+    rows = [(row[0], row[5]) for row in table.rows]
+    assert rows == [("rotor: shaft", "light"), ("rotor: disk", "heavy")]
     assert table.folded.endswith("(2)")
     beams = everything().results
     (table,) = sections_table(beams.scene, beams.geometry)
     assert len(table.rows) == 6 + 4 and {row[5] for row in table.rows} == {"steel"}
 
 
-def test_materials_are_named_and_shaded_on_the_drawing():
-    (profile,) = build_bodies(scene()).values()
+def test_materials_are_named_and_shaded_on_the_drawing(scene):
+    (profile,) = build_bodies(scene).values()
     parts = profile_parts(profile)
     body = Silhouette(
         name="rotor",
         kind="cut",
         areas_m=tuple(p.corners_m for p in parts),
-        nodes_m={"a": (0.0, 0.0)},
-        seats_m={"a": 0.02},
+        nodes_m={"left": (0.0, 0.0), "right": (0.4, 0.0)},
+        seats_m={"left": 0.02, "right": 0.02},
         disks=(),
         center_m=(0.0, 0.0),
         speed_ratio=1.0,
         labels=tuple(f"rotor: {p.name}, {p.material}" for p in parts),
         materials=tuple(p.material for p in parts),
     )
-    drawing = engine_drawing(scene(), [body], (500.0, 200.0), (), ())
+    drawing = engine_drawing(scene, [body], (500.0, 200.0), (), ())
     groups = {g.title: g for shape in drawing.shapes if isinstance(shape, Group)
               for g in shape.shapes if isinstance(g, Group)}  # fmt: skip
-    assert set(groups) == {"rotor: ring, heavy", "rotor: shaft, light"}
+    assert set(groups) == {"rotor: disk, heavy", "rotor: shaft, light"}
     # the second material lies darker under its hatching, the first one plain
     looks = {title: [p.style.opacity for p in g.shapes if p.style.fill == "ink"]
              for title, g in groups.items()}  # fmt: skip
-    assert looks == {"rotor: ring, heavy": [0.3], "rotor: shaft, light": []}
+    assert looks == {"rotor: disk, heavy": [0.3], "rotor: shaft, light": []}
     svg = svg_of(drawing)
-    assert "<title>rotor: ring, heavy</title>" in svg
+    assert "<title>rotor: disk, heavy</title>" in svg
     # on both sides of the axis; in the legend it has a line around it
     assert svg.count('fill="var(--ink)" fill-opacity="0.3"/>') == 2
     assert svg.count('fill="var(--ink)" stroke="var(--muted)"') == 2

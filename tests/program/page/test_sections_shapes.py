@@ -43,7 +43,7 @@ def viewed():
 
 
 def test_modes_are_those_of_the_scene_and_of_the_critical_speeds(viewed):
-    run, shown, _, _ = viewed
+    run, shown, _, data = viewed
     assert [s.label for s in shown] == ["at rest", "at 9000 rpm", "at the critical speeds"]
     asked = run.document["analyses"]["mode_shapes"]["speeds"]
     for s, speed in zip(shown[:2], asked, strict=True):
@@ -57,6 +57,11 @@ def test_modes_are_those_of_the_scene_and_of_the_critical_speeds(viewed):
         if not c["critically_damped"]
     }
     assert {round(float(rpm), 3) for rpm in shown[2].rpm} <= critical
+    assert {b["name"]: b["ratio"] for b in data["bodies"]} == {"lp": 1.0, "fan": 0.4, "casing": 0.0}
+    for mode in data["states"][2]["modes"]:
+        turns = [r * mode["rpm"] / 60.0 / mode["hertz"] for r in (1.0, 0.4)]
+        # at a critical speed one of the shafts turns once per period
+        assert min(abs(t - 1.0) for t in turns) < 1e-6
 
 
 def test_surfaces_move_as_the_superelements_do(viewed):
@@ -124,16 +129,6 @@ def test_rigid_disks_move_rigidly(viewed):
     assert fan.surface.points_m[:, 1].max() == pytest.approx(np.sqrt(2 * 6.0 / 60.0))
 
 
-def test_turns_per_period_are_speed_over_frequency(viewed):
-    _, _, _, data = viewed
-    ratios = {b["name"]: b["ratio"] for b in data["bodies"]}
-    assert ratios == {"lp": 1.0, "fan": 0.4, "casing": 0.0}
-    for mode in data["states"][2]["modes"]:
-        turns = [r * mode["rpm"] / 60.0 / mode["hertz"] for r in (1.0, 0.4)]
-        # at a critical speed one of the shafts turns once per period
-        assert min(abs(t - 1.0) for t in turns) < 1e-6
-
-
 @given(
     values=st.lists(
         st.complex_numbers(max_magnitude=1e3, allow_nan=False, allow_infinity=False),
@@ -147,9 +142,7 @@ def test_sixteen_bits_are_enough(values):
     largest = max(np.abs(exact.real).max(), np.abs(exact.imag).max())
     # half a step in each part, and seven digits of the page's numbers; less is nothing
     assert np.abs(found - exact).max(initial=0.0) <= 1.5 * largest / 32767 + NOTHING
-
-
-def test_a_mode_without_motion_stays_still():
+    # a mode without motion stays still
     assert unit_factor([np.zeros((3, 3), dtype=complex)]) == 0.0
     assert unit_factor([]) == 0.0
 

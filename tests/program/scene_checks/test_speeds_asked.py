@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 
 import pytest
 from beam_scene import beam_scene, margins
-from typer.testing import CliRunner
 
-from solidwhirl.cli import app
 from solidwhirl.output.documents import plan_document
 from solidwhirl.output.report import plan_text
 from solidwhirl.pipeline.run import make_plan
@@ -59,17 +56,6 @@ def test_the_plan_lists_them():
     assert "to_rpm of analyses[1] (stability)" in text
     assert [e["to_rpm"] for e in plan_document(plan)["speeds_beyond"]] == [19_500.0, 30_000.0]
     assert "Speeds above" not in plan_text(make_plan(scene([]), {}))
-
-
-def test_the_plan_command_lists_them(tmp_path, root):
-    path = tmp_path / "scene.toml"
-    text = (root / "scenes" / "laval.toml").read_text("utf-8")
-    path.write_text(text + '\n[[analyses]]\nkind = "stability"\nto_rpm = 9000\n', encoding="utf-8")
-    done = CliRunner().invoke(app, ["plan", str(path), "--level", "beam"])
-    assert done.exit_code == 0, done.output
-    assert "Speeds above 6000 rpm" in done.stdout
-    done = CliRunner().invoke(app, ["plan", str(path), "--level", "beam", "--json"])
-    assert [e["analysis"] for e in json.loads(done.stdout)["speeds_beyond"]] == ["stability"]
 
 
 @pytest.mark.solver

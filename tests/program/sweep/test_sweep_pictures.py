@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from solidwhirl.core.key_units import label_of, unit_of, wrapped
+from solidwhirl.core.key_units import label_of, wrapped
 from solidwhirl.sweep.analysis import SweepPictureSettings, analyse_sweep, sweep_document
 from solidwhirl.sweep.bands import least_samples, order_statistics, quantiles
 from solidwhirl.sweep.design import SweepPictureError, sweep_designs
@@ -137,28 +137,16 @@ def test_slope_at_the_baseline_is_that_of_a_parabola():
         assert effect.slope == pytest.approx(secant if len(places) == 2 else exact)
 
 
-def test_samples_give_the_powers_and_the_shares_of_the_laval_rotor():
-    """ln ω = ½ ln k - ½ ln m with equal spreads: exponents ±½, coefficients ±1/√2."""
-    rows = sample_rows(200)
-    (found,) = analyse_sweep(rows, SweepPictureSettings())
+def test_samples_give_the_powers_of_the_laval_rotor():
+    """ln ω = ½ ln k - ½ ln m: exponents ±½."""
+    (found,) = analyse_sweep(sample_rows(200), SweepPictureSettings())
     assert found.design.kind == "samples"
     name = lateral_track(found).name
     item = next(s for s in found.sensitivities if s.quantity == name)
-    effects = {e.parameter: e for e in item.regressions}
-    for parameter, sign in (("k", 1.0), ("m", -1.0)):
-        effect = effects[parameter]
-        assert effect.elasticity == pytest.approx(0.5 * sign, abs=1e-9)
-        # sampling error of a coefficient with nearly no residual: correlation of the inputs,
-        # 1/√200 = 0.07 once, and their spreads, 1/√400; two of them
-        assert effect.coefficient == pytest.approx(sign / np.sqrt(2.0), abs=0.15)
-        low, high = effect.rank_limits
-        # Spearman's of normal variables with ρ = 1/√2: 6/π asin(ρ/2) = 0.690
-        assert low < sign * 6.0 / np.pi * np.arcsin(0.5 / np.sqrt(2.0)) < high
+    powers = {e.parameter: e.elasticity for e in item.regressions}
+    assert powers == {"k": pytest.approx(0.5, abs=1e-9), "m": pytest.approx(-0.5, abs=1e-9)}
     assert item.linear and item.r_squared > 0.995  # ±5 %: curvature of the root is 0.1 %
     assert item.power_law_r_squared == pytest.approx(1.0, abs=1e-12)
-    assert sum(e.coefficient**2 for e in effects.values()) == pytest.approx(
-        1.0, abs=0.15
-    )  # the inputs correlate by 0.07
 
 
 def test_regression_agrees_with_scipy_and_its_limits_hold_95_percent():
@@ -187,6 +175,9 @@ def test_regression_agrees_with_scipy_and_its_limits_hold_95_percent():
         ranks += effect.rank_limits[0] < true_rank < effect.rank_limits[1]
     # 95 % of 200 with a standard deviation of 3.1
     assert abs(held - 190) <= 10 and abs(ranks - 190) <= 10
+    low, high = rank_limits(0.0, 103, 0.95)
+    assert high == -low == pytest.approx(np.tanh(1.959964 / 10.0))
+    assert rank_limits(1.0, 20, 0.95) == (1.0, 1.0)
 
 
 def _of(design, name):
@@ -225,33 +216,20 @@ def test_inputs_that_follow_from_others_or_share_effects_are_said():
 def test_critical_speeds_are_followed_through_crossings():
     """Index alone would join the lateral to the conical speed; closed forms tell."""
     rows = ladder_rows()
-    (design,) = sweep_designs(rows)
-    tracks = critical_tracks(design)
+    tracks = critical_tracks(sweep_designs(rows)[0])
     assert len(tracks) == 4
     c = np.array([r.values["c"] for r in rows])
-    expected = {
-        ("forward", "lateral"): np.full(10, RPM * np.sqrt(4e6 / 15.0)),
-        ("backward", "lateral"): np.full(10, RPM * np.sqrt(4e6 / 15.0)),
-        ("forward", "conical"): RPM * np.sqrt(c / (DIAMETRAL - POLAR)),
-        ("backward", "conical"): RPM * np.sqrt(c / (DIAMETRAL + POLAR)),
-    }
-    for (whirl, _), speeds in expected.items():
-        same = [t for t in tracks if t.whirl == whirl and np.allclose(t.speed_rpm, speeds)]
-        assert len(same) == 1
-    # and the plain order would be wrong on both sides of the crossing
-    order = np.array([[s for s, w in zip(r.critical_speed_rpm, r.critical_whirl, strict=True)
-                       if w == "forward"] for r in rows])  # fmt: skip
-    assert not np.allclose(order[:, 0], order[0, 0])
-
-
-def test_critical_speeds_that_leave_the_range_keep_their_track():
-    rows = [laval_row(n, {"c": c}, tilt=c, top_rpm=7000.0)
-            for n, c in enumerate(np.linspace(2e4, 1.4e5, 13))]  # fmt: skip
+    for whirl, inertia in (("forward", DIAMETRAL - POLAR), ("backward", DIAMETRAL + POLAR)):
+        for speeds in (np.full(10, RPM * np.sqrt(4e6 / 15.0)), RPM * np.sqrt(c / inertia)):
+            own = [t for t in tracks if t.whirl == whirl and np.allclose(t.speed_rpm, speeds)]
+            assert len(own) == 1
+    # a speed that leaves the range keeps its track
+    c = np.linspace(2e4, 1.4e5, 13)
+    rows = [laval_row(n, {"c": one}, tilt=one, top_rpm=7000.0) for n, one in enumerate(c)]
     tracks = critical_tracks(sweep_designs(rows)[0])
     assert len(tracks) == 4
     conical = next(t for t in tracks if t.whirl == "forward" and np.isnan(t.speed_rpm).any())
     limit = (DIAMETRAL - POLAR) * (7000.0 / RPM) ** 2
-    c = np.array([r.values["c"] for r in rows])
     assert (np.isfinite(conical.speed_rpm) == (c < limit)).all()
 
 
@@ -323,9 +301,7 @@ def test_quantiles_of_normal_samples():
     few = quantiles(samples[:30])
     assert np.isnan(few.low[0]).all() and np.isnan(few.high[2]).all()
     assert np.isfinite(few.high[0]).all() and (few.count == 30).all()
-
-
-def test_missing_samples_are_left_out_and_counted():
+    # missing samples are left out and counted
     samples = np.arange(100.0)[:, None] * np.ones(2)
     samples[::2, 1] = np.nan
     found = quantiles(samples)
@@ -357,6 +333,9 @@ def test_bands_of_the_laval_rotor():
 
 def test_margins_between_cases_do_not_miss_the_band():
     """Critical speeds 4000 and 6000 rpm at the ends: linear between, so 5000 in the middle."""
+    speeds = np.array([4000.0, 4900.0, 5000.0, 5100.0, 6120.0, np.nan])
+    signed = band_margin(speeds, (4900.0, 5100.0))
+    np.testing.assert_allclose(signed, [-900 / 4900, 0.0, 0.0, 0.0, 0.2, np.nan])
     rows = [speed_row(n, corner, 4000.0 + 2000.0 * corner["p"]) for n, corner in enumerate(CORNERS)]
     (found,) = analyse_sweep(rows, SweepPictureSettings(operating_rpm=(4900.0, 5100.0)))
     (one,) = found.maps
@@ -390,13 +369,6 @@ def test_no_margin_is_larger_than_what_was_searched():
     assert any("12 % and more" in note for note in one.notes)
     beyond = least(9500.0, 9500.0)
     assert beyond.maps == () and "no margin is known of 4 cases" in beyond.notes[-1]
-
-
-def test_margin_from_a_band_is_signed_and_zero_inside():
-    speeds = np.array([4000.0, 4900.0, 5000.0, 5100.0, 6120.0, np.nan])
-    found = band_margin(speeds, (4900.0, 5100.0))
-    np.testing.assert_allclose(found[:5], [-900 / 4900, 0.0, 0.0, 0.0, 0.2])
-    assert np.isnan(found[5])
 
 
 def test_margins_take_the_least_over_other_parameters():
@@ -438,16 +410,16 @@ def test_kinds_of_designs():
 
 def test_refusals_name_the_place():
     rows = grid_rows([1e6, 2e6], [10.0, 11.0])
+    for settings, said in (
+        ({"operating_rpm": (5000.0, 4000.0)}, "0 < low <= high"),
+        ({"confidence": 1.0}, "confidence is 1"),
+        ({"map_parameters": ("k", "k")}, "two different names"),
+        ({"map_parameters": ("missing", "mass_kg")}, "'missing' is no parameter"),
+    ):
+        with pytest.raises(SweepPictureError, match=said):
+            analyse_sweep(rows, SweepPictureSettings(**settings))
     with pytest.raises(SweepPictureError, match="laval-0001: no value of"):
         analyse_sweep([rows[0], replace(rows[1], values={})], SweepPictureSettings())
-    with pytest.raises(SweepPictureError, match="'missing' is no parameter"):
-        analyse_sweep(rows, SweepPictureSettings(map_parameters=("missing", "mass_kg")))
-    with pytest.raises(SweepPictureError, match="0 < low <= high"):
-        SweepPictureSettings(operating_rpm=(5000.0, 4000.0))
-    with pytest.raises(SweepPictureError, match="confidence is 1"):
-        SweepPictureSettings(confidence=1.0)
-    with pytest.raises(SweepPictureError, match="two different names"):
-        SweepPictureSettings(map_parameters=("k", "k"))
 
 
 @pytest.mark.parametrize(
@@ -458,19 +430,16 @@ def test_refusals_name_the_place():
         ("tilt_damping_n_m_s_per_rad", "tilt_damping [N·m·s/rad]"),
         ("gravity_m_per_s2", "gravity [m/s²]"),
         ("response.disk.peak_amplitude_m", "response.disk.peak_amplitude [m]"),
+        ("damping_n_s_per_m", "damping [N·s/m]"),
         ("accuracy", "accuracy"),
         ("m", "m"),
     ],
 )
 def test_units_are_read_from_keys(key, label):
     assert label_of(key) == label
-
-
-def test_long_labels_are_wrapped_without_loss():
-    text = "response.front_disk.peak_amplitude_at_the_rim [m]"
-    lines = wrapped(text, 20).split("\n")
-    assert max(map(len, lines)) <= 22 and "".join(lines).replace(" ", "") == text.replace(" ", "")
-    assert unit_of("damping_n_s_per_m") == "N·s/m"
+    # long ones are wrapped without loss
+    lines = wrapped(label, 20).split("\n")
+    assert max(map(len, lines)) <= 22 and "".join(lines).replace(" ", "") == label.replace(" ", "")
 
 
 @pytest.mark.parametrize(
@@ -541,13 +510,6 @@ def test_the_document_holds_the_numbers(drawn):
     assert grid["campbell"] is None and grid["margin_maps"][0]["interpolated"]
 
 
-def test_nothing_is_drawn_without_a_sweep(tmp_path):
-    out = tmp_path / "out"
-    assert draw_batch([laval_row(0, {}), laval_row(0, {}, scene="other")], out) == ()
-    failed = [replace(r, status="failed") for r in grid_rows([1e6, 2e6], [10.0])]
-    assert draw_batch(failed, out) == () and not out.exists()
-
-
 def test_rows_that_hold_little_are_drawn_as_far_as_they_go(tmp_path):
     """No critical speeds, no diagrams, a parameter that varies among failed cases alone."""
     rows = [
@@ -562,6 +524,11 @@ def test_rows_that_hold_little_are_drawn_as_far_as_they_go(tmp_path):
     assert files == {"bare-parallel.html", "sweep.json"}
     empty = [replace(r, responses={}) for r in rows]
     assert [f.name for f in draw_batch(empty, tmp_path / "empty")] == ["sweep.json"]
+    # nothing without a sweep
+    single = [laval_row(0, {}), laval_row(0, {}, scene="other")]
+    failed = [replace(r, status="failed") for r in grid_rows([1e6, 2e6], [10.0])]
+    for few in (single, failed):
+        assert draw_batch(few, tmp_path / "none") == () and not (tmp_path / "none").exists()
 
 
 def test_words_are_drawn_as_words(tmp_path):
@@ -583,9 +550,3 @@ def test_words_are_drawn_as_words(tmp_path):
     assert swing == pytest.approx(np.sqrt(1.02))
     assert scene["parameters"][0]["choices"] == ["beam", "harmonic"]
     assert "laval-margins.png" not in {f.name for f in files}  # one number alone
-
-
-def test_rank_limits_are_symmetric_and_shrink():
-    low, high = rank_limits(0.0, 103, 0.95)
-    assert high == -low == pytest.approx(np.tanh(1.959964 / 10.0))
-    assert rank_limits(1.0, 20, 0.95) == (1.0, 1.0)

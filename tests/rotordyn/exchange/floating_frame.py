@@ -4,14 +4,11 @@ Use:
 
     body = floating_body(form)      # of a BodyFixedForm, or of any object or dict with the same
                                     # fields (plain arrays; nodes as records or dicts)
-    floating_frame_frequencies(body, {"front": (1e7, 0.0)}, 400.0)   # rad/s, inertial frame
-    floating_frame_modes(body, springs, speed)                       # the same with the whirl
+    floating_frame_modes(body, {"front": (1e7, 0.0)}, 400.0)   # rad/s, inertial frame
 
 `springs` maps the name of a node to (lateral, axial) stiffness in N/m: equal along x and y, so
-constant in the frame that turns. `floating_frame_frequencies(..., orders=(1, -1))` takes lateral
-motion (1 forward, −1 backward whirl) unless told otherwise; 0 is axial motion and torsion.
-Frequencies are those of the inertial frame, |ω|, rising; to compare with
-`modes_at_speed(assembled, speed).eigenvalues.imag`.
+constant in the frame that turns. Frequencies are those of the inertial frame, |ω|, rising; to
+compare with `modes_at_speed(assembled, speed).eigenvalues.imag`.
 
 Fields needed: mass_kg, center_of_gravity_m (3,), inertia_kg_m2 (3, 3) about the ORIGIN, mass
 (m, m), stiffness (m, m), stress_stiffening (m, m), I3 (3, m), I4 (3, m), I5 (3, m, m), I8 (3, 3,
@@ -40,6 +37,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.linalg as la
+from springs import inertial_modes
 
 # Of a step in the complex plane: its square vanishes beside one.
 STEP = 1e-40
@@ -236,18 +234,7 @@ def floating_frame_modes(
     return WhirlModes(found[taken][ordered], orders[taken][ordered])
 
 
-def floating_frame_frequencies(
-    body: Any,
-    springs: Mapping[str, Sequence[float]],
-    speed: float,
-    orders: Sequence[int] = (1, -1),
-) -> Any:
-    """Frequencies of the spinning body on springs in the inertial frame [rad/s], rising."""
-    modes = floating_frame_modes(body, springs, speed)
-    return modes.frequencies[np.isin(modes.orders, orders)]
-
-
-def compare_with_inertial(element, fields, inertial_modes, stiffness):
+def compare_with_inertial(element, fields, stiffness):
     """Assert that frequencies from a file are those of the inertial frame, free or on springs.
 
     `fields` takes the names of the interfaces and gives what the file says of the body, in the

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pytest
 import scipy.linalg as la
 from rotors import (
+    between_bearings,
     ground,
     hub,
     one_rotor,
     polynomial_law,
     three_disk_element,
-    turning,
     twin,
     with_axial_and_torsion,
 )
@@ -25,19 +23,15 @@ from solidwhirl.rotordyn.modes.modal_truncation import project_system, rest_mode
 
 @pytest.fixture(scope="module")
 def isotropic():
-    return one_rotor(three_disk_element(), [ground("rotor", end, 7e7) for end in ("left", "right")])
+    return between_bearings(three_disk_element(), 7e7)
 
 
 @pytest.fixture(scope="module")
 def with_laws():
     law = polynomial_law((1.0, 1e-3), (0.5, 2e-3), (1.0, -1e-4), top=2000.0)
-    bearings = tuple(
-        dataclasses.replace(ground("rotor", end, 7e7, 5e7, 700.0), speed_law=law)
-        for end in ("left", "right")
-    )
     inside = rd.InternalDamping(stiffness_coefficient_s=1e-6)
-    rotor = turning(three_disk_element(), internal_damping=inside)
-    return rd.assemble({"rotor": rotor}, bearings)
+    own = (7e7, 5e7, 700.0)
+    return between_bearings(three_disk_element(), *own, inside=inside, speed_law=law)
 
 
 @pytest.mark.parametrize("speed", [0.0, 1500.0])
@@ -63,10 +57,8 @@ def test_projection_is_galerkins(with_laws):
         whole, small = (rd.matrices_at_speed(s, speed) for s in (with_laws, reduced))
         for name in whole._fields:
             exact = basis.T @ getattr(whole, name) @ basis
-            found = getattr(small, name)
-            np.testing.assert_allclose(
-                found, exact, rtol=0, atol=1e-12 * np.abs(exact).max() + 1e-12
-            )
+            limit = 1e-12 * np.abs(exact).max() + 1e-12
+            np.testing.assert_allclose(getattr(small, name), exact, rtol=0, atol=limit)
     row = interface_row(with_laws, "rotor", "left", "ux")
     np.testing.assert_allclose(interface_row(reduced, "rotor", "left", "ux"), row @ basis)
 
