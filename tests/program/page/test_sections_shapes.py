@@ -124,7 +124,7 @@ def test_rigid_disks_move_rigidly(viewed):
             size = np.abs(moved).max() * np.linalg.norm(apart, axis=2).max()
             # the slope of a beam by differences of its nodes is rigid all the same
             assert np.abs(strain).max() < 1e-10 * size
-    # a uniform disk of 60 kg and 6 kg m²
+    # a uniform disk of no thickness, 60 kg and 6 kg m²
     fan = next(p for p in rims if p.body == "fan")
     assert fan.surface.points_m[:, 1].max() == pytest.approx(np.sqrt(2 * 6.0 / 60.0))
 

@@ -1,4 +1,4 @@
-"""Checks that hold for every export as a Python file, and bodies to export."""
+"""What the tests of all exports as Python files share."""
 
 from __future__ import annotations
 
@@ -8,8 +8,6 @@ import importlib.util
 
 # Printable, as names must be; ends literals and docstrings, fills placeholders, is not ASCII.
 HOSTILE = "ä'\"\"\"; @BODY@ {0} %s \\n import pathlib; pathlib.Path('harm').touch() #="
-# Lines of a file that is read before it is used.
-LONGEST = 185
 
 
 def module_of(path):
@@ -39,28 +37,3 @@ def with_names(element, new):
 def code_of(path):
     """What Python makes of the file, without comments."""
     return ast.dump(ast.parse(path.read_text(encoding="ascii")))
-
-
-def check_text(path):
-    """Short, commented, ASCII, and without this project."""
-    text = path.read_text(encoding="ascii")
-    imported = [
-        name.split(".")[0]
-        for node in ast.walk(ast.parse(text))
-        for name in (
-            [alias.name for alias in node.names]
-            if isinstance(node, ast.Import)
-            else [node.module]
-            if isinstance(node, ast.ImportFrom)
-            else []
-        )
-    ]
-    assert imported and "solidwhirl" not in imported
-    assert len(text.splitlines()) < LONGEST
-    assert max(map(len, text.splitlines())) <= 100
-    functions = [
-        node
-        for node in ast.walk(ast.parse(text))
-        if isinstance(node, (ast.FunctionDef, ast.ClassDef)) and node.col_offset == 0
-    ]
-    assert all(ast.get_docstring(node) or node.name == "main" for node in functions)
