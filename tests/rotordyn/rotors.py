@@ -292,18 +292,21 @@ def _square(value):
     return value if value.ndim == 2 else np.diag(np.broadcast_to(value, 2))
 
 
-def connect(name, first, second=None, stiffness=0.0, damping=0.0, tilt=0.0, drag=0.0, **options):
+def connect(
+    name, first, second=None, stiffness=None, damping=None, tilt=None, drag=None, **options
+):
     """Bearing between two places given as "body.interface", or between one and the ground.
 
     `tilt`, `drag`: stiffness and damping against tilts.
     """
-    own = {
-        "stiffness_n_per_m": _square(stiffness),
-        "damping_n_s_per_m": _square(damping),
-        "tilt_stiffness_n_m_per_rad": _square(tilt),
-        "tilt_damping_n_m_s_per_rad": _square(drag),
+    given = {
+        "stiffness_n_per_m": stiffness,
+        "damping_n_s_per_m": damping,
+        "tilt_stiffness_n_m_per_rad": tilt,
+        "tilt_damping_n_m_s_per_rad": drag,
     }
-    return Bearing(name=name, first=_end(first), second=_end(second), **{**own, **options})
+    own = {key: _square(value) for key, value in given.items() if value is not None}
+    return Bearing(name=name, first=_end(first), second=_end(second), **own, **options)
 
 
 def turning(element, ratio=1.0, **options):

@@ -4,7 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from rotors import between_bearings, hub, one_rotor, pinned, plane_spring, three_disk, twin
+from rotors import (
+    between_bearings,
+    hub,
+    one_rotor,
+    pinned,
+    plane_spring,
+    steel_shaft,
+    three_disk,
+    twin,
+)
 from scipy.optimize import brentq
 
 from solidwhirl import rotordyn as rd
@@ -240,11 +249,10 @@ def test_coaxial_twin_rotor_synchronous_peaks():
 def test_spinning_pinned_shaft():
     length, radius, shear = 0.9, 0.025, 7 / 3  # E/κG for ν = 0: κ = 6/7 and G = E/2
     nodes, ends = np.linspace(0.0, length, 65), {"left": 0.0, "right": length}
-    shaft = rd.beam_superelement("sdll141", nodes, radius, 0.0, (2e11, 0.0, 7800.0), ends)
+    shaft = steel_shaft("sdll141", nodes, radius, ends, material=(2e11, 0.0, 7800.0))
     system = one_rotor(shaft, [pinned("rotor", end) for end in ends])
-    rest, spinning = (
-        rd.modes_at_speed(system, speed, 8).frequency_hz.reshape(4, 2) for speed in (0.0, 1e4)
-    )
+    modes = (rd.modes_at_speed(system, speed, 8) for speed in (0.0, 1e4))
+    rest, spinning = (found.frequency_hz.reshape(4, 2) for found in modes)
     at_rest = np.array([122.7475, 490.9899, 1104.7273, 1963.9596])
     at_10000_rad_s = np.array(
         [[119.7548, 125.8150], [479.0191, 503.2598], [1077.793, 1132.335], [1916.077, 2013.039]]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from rotors import connect, eigenvalues_of, ground, hub, one_rotor, table_law, turning
+from rotors import connect, eigenvalues_of, ground, hub, one_rotor, steel_shaft, table_law, turning
 
 from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.campbell.branch_numbers import branch_numbers
@@ -143,21 +143,14 @@ def test_modes_have_the_numbers_of_their_branches(seed):
 def test_a_free_rigid_rotor_precesses():
     """(Ip/It) Ω from rest on; at rest there is nothing that oscillates."""
     body = rd.rigid_superelement("r", 10.0, [0, 0, 0.1], [0.1, 0.1, 0.15], {"a": 0.0, "b": 0.3})
-    system = rd.assemble({"r": turning(body)}, ())
+    system = one_rotor(body)
     diagram = rd.campbell(system, SPEEDS, branch_count=4)
     assert np.isnan(diagram.frequency_hz[0, 0])
-    np.testing.assert_allclose(
-        diagram.frequency_hz[:, 1:], [1.5 * SPEEDS[1:] / (2 * np.pi)], rtol=1e-9
-    )
+    precession = [1.5 * SPEEDS[1:] / (2 * np.pi)]
+    np.testing.assert_allclose(diagram.frequency_hz[:, 1:], precession, rtol=1e-9)
     assert rd.critical_speeds(system, speed_max_rad_s=1000.0) == ()
-    checks = check_system(
-        system,
-        rd.modes_at_speed(system, 0.0),
-        diagram,
-        {1.0: ()},
-        branch_count=4,
-        speed_max_rad_s=1000.0,
-    )
+    found = (rd.modes_at_speed(system, 0.0), diagram, {1.0: ()})
+    checks = check_system(system, *found, branch_count=4, speed_max_rad_s=1000.0)
     assert not [check for check in checks if check.passed is False]
 
 
@@ -166,14 +159,11 @@ def test_a_free_rigid_rotor_precesses():
 )
 def test_a_free_beam_precesses_as_a_rigid_body(rpm, outer, inner, disk):
     """(Ip/It) Ω less what bending gives way: stiff, so that the rigid limit holds."""
-    from solidwhirl.rotordyn import Disk
-
-    disks = [Disk(name="d", position_m=0.25, mass_kg=disk, diametral_kg_m2=0.1, polar_kg_m2=0.19)]
-    element = rd.beam_superelement(
-        "r", np.linspace(0, 0.5, 7), outer, inner, (2e15, 0.3, 4430.0), {"a": 0.0, "b": 0.5},
-        disks if disk else [],
-    )  # fmt: skip
-    system = rd.assemble({"r": turning(element)}, ())
+    disks = [(0.25, disk, 0.19, 0.1)] if disk else []
+    stiff = {"inner": inner, "material": (2e15, 0.3, 4430.0)}
+    stations, seats = np.linspace(0, 0.5, 7), {"a": 0.0, "b": 0.5}
+    element = steel_shaft("r", stations, outer, seats, disks, **stiff)
+    system = one_rotor(element)
     diagram = rd.campbell(system, np.linspace(0, rpm, 4) * RPM, frequency_max_hz=600.0)
     ratio = element.inertia_kg_m2[2, 2] / element.inertia_kg_m2[0, 0]
     np.testing.assert_allclose(diagram.frequency_hz[0, -1], ratio * rpm / 60.0, rtol=1e-4)

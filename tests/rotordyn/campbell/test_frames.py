@@ -197,6 +197,14 @@ def test_rigid_body_with_two_seats():
     assert body_turns(aside) is None
 
 
+def test_negative_speed_is_the_mirror_image():
+    up, down = (rd.campbell(overhung(), s * SPEEDS, branch_count=4) for s in (1, -1))
+    seen = [campbell_seen_by_body(overhung(), diagram, "rotor") for diagram in (up, down)]
+    # +z and −z change their places.
+    np.testing.assert_allclose(seen[1].signed_hz[0], -seen[0].signed_hz[1], rtol=1e-9)
+    np.testing.assert_allclose(seen[1].share[0], seen[0].share[1], atol=1e-9)
+
+
 def test_wrong_arguments_are_refused():
     diagram = rd.campbell(overhung(), SPEEDS, branch_count=4)
     with pytest.raises(rd.AnalysisError, match="no mode of this system"):

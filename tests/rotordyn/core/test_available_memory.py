@@ -14,42 +14,26 @@ GIB = 1024**3
 
 JOB, OLD = "sys/fs/cgroup/batch/job/memory", "sys/fs/cgroup/memory/job/memory"
 GROUP_2, GROUP_1 = "0::/batch/job\n", "9:name=systemd:/\n4:cpu,memory:/job\n"
+
+
+def _group(told, folder, **values):
+    """Files of a control group: what the process is told of it, and its numbers."""
+    numbers = {f"{folder}.{name}": f"{value}\n" for name, value in values.items()}
+    return {"proc/self/cgroup": told, **numbers}
+
+
+IN_JOB = _group(
+    GROUP_2, JOB, max=3 * GIB, current=2 * GIB, stat=f"anon 5\ninactive_file {GIB // 2}"
+)
+AROUND = _group(GROUP_2, "sys/fs/cgroup/batch/memory", max=GIB, current=GIB // 4)
 KERNELS = {
     "machine alone": ({}, 8 * GIB),
-    "control group of version 2": (
-        {
-            "proc/self/cgroup": GROUP_2,
-            f"{JOB}.max": f"{3 * GIB}\n",
-            f"{JOB}.current": f"{2 * GIB}\n",
-            f"{JOB}.stat": f"anon 5\ninactive_file {GIB // 2}\n",
-        },
-        3 * GIB // 2,
-    ),
-    "group around it": (
-        {
-            "proc/self/cgroup": GROUP_2,
-            f"{JOB}.max": "max\n",
-            f"{JOB}.current": "1\n",
-            "sys/fs/cgroup/batch/memory.max": f"{GIB}\n",
-            "sys/fs/cgroup/batch/memory.current": f"{GIB // 4}\n",
-        },
-        3 * GIB // 4,
-    ),
-    "full group": (
-        {
-            "proc/self/cgroup": "0::/\n",
-            "sys/fs/cgroup/memory.max": "1000\n",
-            "sys/fs/cgroup/memory.current": "2000\n",
-        },
-        0,
-    ),
+    "control group of version 2": (IN_JOB, 3 * GIB // 2),
+    "group around it": (_group(GROUP_2, JOB, max="max", current=1) | AROUND, 3 * GIB // 4),
+    "full group": (_group("0::/\n", "sys/fs/cgroup/memory", max=1000, current=2000), 0),
     **{
         f"version 1, limit {limit}": (
-            {
-                "proc/self/cgroup": GROUP_1,
-                f"{OLD}.limit_in_bytes": f"{limit}\n",
-                f"{OLD}.usage_in_bytes": f"{GIB}\n",
-            },
+            _group(GROUP_1, OLD, limit_in_bytes=limit, usage_in_bytes=GIB),
             left,
         )
         for limit, left in ((2 * GIB, GIB), (9223372036854771712, 8 * GIB))

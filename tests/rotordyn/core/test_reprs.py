@@ -93,15 +93,12 @@ def test_a_bearing_tells_what_is_not_zero(records):
     assert "rigid ux uy" in repr(connect("n", end, rigid=("ux", "uy")))
 
 
-def test_the_largest_orbit_is_told(records):
+def test_the_largest_orbit_and_the_force_of_a_run_up_are_told(records):
     response = records["response"]
     major = np.nan_to_num(response.exciters[0].orbits().major_m)
     at = np.unravel_index(major.argmax(), major.shape)[0]
     assert f"largest orbit {major.max():.4g} m" in repr(response)
     assert f"{response.speeds_rad_s[at] / RPM:.6g} rpm" in repr(response).split("\n")[1]
-
-
-def test_the_force_of_a_run_up_is_told(records):
     force = np.linalg.norm(records["run"].force_n[0, :2], axis=0).max()
     assert f"a: largest force {force:.4g} N" in repr(records["run"])
 

@@ -67,9 +67,8 @@ def _compare(found, exact, coarse, sampled, rtol):
     pairs = list(zip(exact, coarse, strict=True))
     position = [abs(1 - a.position_rad_s / b.position_rad_s) for a, b in pairs]
     height = [abs(1 - a.amplitude / b.amplitude) for a, b in pairs]
-    np.testing.assert_allclose(
-        found.position_rad_s, [b.position_rad_s for _, b in pairs], rtol=1e-5
-    )
+    places = [b.position_rad_s for _, b in pairs]
+    np.testing.assert_allclose(found.position_rad_s, places, rtol=1e-5)
     # 1e-6: accuracy of the parabola through fine samples
     moved = found.position_total - found.position["sampling"]
     higher = found.height_total - found.height["sampling"]

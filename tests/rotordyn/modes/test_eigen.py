@@ -22,6 +22,7 @@ from rotors import (
 )
 
 from solidwhirl import rotordyn as rd
+from solidwhirl.rotordyn.modes.eigen import whole_group_count
 
 QUICK = settings(max_examples=25, deadline=None, derandomize=True)
 
@@ -224,3 +225,22 @@ def test_a_coordinate_without_mass_is_named():
     singular = general(np.ones((4, 4)), np.eye(4), np.zeros((4, 4)))
     with pytest.raises(rd.AnalysisError, match="mass matrix is not positive definite"):
         rd.modes_at_speed(one_rotor(singular), 0.0)
+
+
+@pytest.mark.parametrize(
+    ("count", "expected"), [(1, 2), (2, 2), (3, 3), (4, 7), (5, 7), (7, 7), (8, 8), (20, 8)]
+)
+def test_groups_of_equal_frequencies_are_not_cut(count, expected):
+    omega = np.array([1.0, 1.0 + 1e-9, 2.0, 3.0, 3.0, 3.0, 3.0, 5.0])
+    assert whole_group_count(1j * omega, count) == expected
+    assert whole_group_count(1j * omega[:0], count) == 0
+
+
+def test_odd_numbers_of_modes_and_branches_at_rest_are_made_even():
+    system = between_bearings(three_disk_element(), 5e7)
+    for count in (1, 3, 5):
+        modes = rd.modes_at_speed(system, 0.0, count)
+        assert modes.eigenvalues.size == modes.shapes.shape[1] == count + 1
+        assert rd.campbell(system, [0.0, 300.0], branch_count=count).whirl.shape[0] == count + 1
+        # at speed the pairs have come apart, and the count is that asked for
+        assert rd.modes_at_speed(system, 300.0, count).eigenvalues.size == count

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.linalg as la
-from rotors import connect, eigenvalues_of, state_eigenvalues, steel_shaft, turning
+from rotors import connect, eigenvalues_of, one_rotor, state_eigenvalues, steel_shaft, turning
 
 from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.modes.split_spectrum import planes_apart, split_spectrum
@@ -146,3 +146,37 @@ def test_spin_couples_motions_of_order_0():
     before = rd.modes_at_speed(plain, SPEED)
     before = before.eigenvalues[before.family == 0]
     assert np.abs(modes.eigenvalues[beside, None] - before).min(axis=1).max() > 1.0
+
+
+# The complex coordinates of the halves.
+
+
+def test_eigenvalues_of_the_complex_form_are_those_of_the_real_one():
+    inside = rd.InternalDamping(stiffness_coefficient_s=2e-6, modal_ratio=0.01)
+    assembled = _engine(damping=400.0, internal_damping=inside)
+    form = rd.complex_form(assembled)
+    assert form.size == assembled.size // 2
+    assert form.rest.size == 0
+    half = state_eigenvalues(*form.at_speed(SPEED))
+    full = eigenvalues_of(assembled, SPEED)
+    # every λ of z stands for itself and its conjugate in the real form
+    expected = np.concatenate([half, half.conj()])
+    distance = np.abs(full[:, None] - expected).min(axis=1) / np.abs(full)
+    # eigenvalues of an unscaled companion matrix: rounding times the ratio of frequencies, 1e3
+    assert distance.max() < 1e-9
+
+
+def test_axial_motion_and_torsion_are_left_over_by_the_complex_form():
+    form = rd.complex_form(_engine(components=ALL))
+    assembled = form.assembled
+    assert form.size * 2 + form.rest.size == assembled.size
+    turned = assembled.spin_generator
+    assert not turned[:, form.rest].any()
+    assert np.array_equal(turned[form.second, form.first], form.second_sign)
+
+
+def test_modal_ratio_is_the_damping_of_a_free_body():
+    element = _engine().system.rotors["a"].element
+    free = one_rotor(element, (), 0.0, internal_damping=rd.InternalDamping(modal_ratio=0.02))
+    ratios = rd.modes_at_speed(free, 0.0).damping_ratio
+    assert ratios == pytest.approx(np.full(ratios.size, 0.02), rel=1e-6)

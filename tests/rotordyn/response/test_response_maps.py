@@ -87,9 +87,8 @@ def test_ground_motion_is_loading_by_the_bearings_on_the_ground(direction):
     for at, speed in enumerate(speeds):
         q = harmonic_response(system, speed, omega, load[:, :, None]).displacement[:, :, 0]
         expected = q @ np.array(rows).T
-        np.testing.assert_allclose(
-            found.translation_m[at], expected, rtol=0, atol=1e-10 * np.abs(expected).max()
-        )
+        limit = 1e-10 * np.abs(expected).max()
+        np.testing.assert_allclose(found.translation_m[at], expected, rtol=0, atol=limit)
 
 
 def test_exact_supports_carry_the_ground_motion_on():

@@ -53,9 +53,8 @@ class Case(NamedTuple):
         """Stiffness and damping of the bearing at speeds, each (s, 2, 2)."""
         if self.interpolation == "polynomial":
             powers = speeds[:, None] ** np.arange(len(self.c))
-            return self.k[0] + np.zeros((len(speeds), 1, 1)), np.einsum(
-                "sp,pij->sij", powers, self.c
-            )
+            damping = np.einsum("sp,pij->sij", powers, self.c)
+            return self.k[0] + np.zeros((len(speeds), 1, 1)), damping
         inside = np.clip(speeds, self.rows[0], self.rows[-1])
         both = []
         for values in (self.k, self.c):
