@@ -17,7 +17,7 @@ from solidwhirl.page.frame.build import page_html
 from solidwhirl.page.frame.records import Section
 from solidwhirl.page.frame.render import plain
 from solidwhirl.page.modes import shapes
-from solidwhirl.page.modes.viewer_data import NOTHING, packed, viewer_data
+from solidwhirl.page.modes.shapes import NOTHING, packed, viewer_data
 from solidwhirl.rotordyn.assembly.coordinates import body_rows
 from solidwhirl.rotordyn.superelement.surface import around_axis
 
@@ -124,7 +124,7 @@ def test_rigid_disks_move_rigidly(viewed):
             size = np.abs(moved).max() * np.linalg.norm(apart, axis=2).max()
             # the slope of a beam by differences of its nodes is rigid all the same
             assert np.abs(strain).max() < 1e-10 * size
-    # a uniform disk of 60 kg and 6 kg m²
+    # a uniform disk of no thickness, 60 kg and 6 kg m²
     fan = next(p for p in rims if p.body == "fan")
     assert fan.surface.points_m[:, 1].max() == pytest.approx(np.sqrt(2 * 6.0 / 60.0))
 

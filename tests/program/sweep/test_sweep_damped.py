@@ -7,6 +7,7 @@ import pytest
 from engine_parts import rigid_rotor
 
 from solidwhirl.batch.rows import row_of_document
+from solidwhirl.build import beam, bearing
 from solidwhirl.output.documents import results_document
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.rotordyn.campbell.branch_numbers import modal_assurance
@@ -29,6 +30,9 @@ def scene(stiffness, damping):
     light = {"density_kg_per_m3": 1.0, "youngs_modulus_pa": 2.1e11, "poissons_ratio": 0.3}
     disk = {"name": "disk", "at_m": LENGTH / 2, "mass_kg": MASS}
     disk |= {"polar_inertia_kg_m2": 0.5, "diametral_inertia_kg_m2": 0.3}
+    places = {"left": 0.0, "disk": LENGTH / 2, "right": LENGTH}
+    stations = [0.0, 0.2, 0.4, 0.6, LENGTH]
+    film = {"stiffness_n_per_m": stiffness, "damping_n_s_per_m": damping}
     low, high = OPERATING_RPM
     operating = [{"shaft": "rotor", "from_rpm": low, "to_rpm": high}]
     return {
@@ -37,24 +41,8 @@ def scene(stiffness, damping):
         "speeds": {"from_rpm": 0.0, "to_rpm": TOP_RPM, "count": 3},
         "campbell": {"branches": 8},
         "model": {"estimates": "off"},
-        "beams": {
-            "rotor": {
-                "material": "light",
-                "stations_m": [0.0, 0.2, 0.4, 0.6, LENGTH],
-                "outer_radius_m": [RADIUS],
-                "interfaces": {"left": 0.0, "disk": LENGTH / 2, "right": LENGTH},
-                "disks": [disk],
-            }
-        },
-        "bearings": [
-            {
-                "name": end,
-                "first": f"rotor.{end}",
-                "stiffness_n_per_m": stiffness,
-                "damping_n_s_per_m": damping,
-            }
-            for end in ("left", "right")
-        ],
+        "beams": {"rotor": beam(stations, RADIUS, places, material="light", disks=[disk])},
+        "bearings": [bearing(end, f"rotor.{end}", **film) for end in ("left", "right")],
         "analyses": [
             {"kind": "separation_margins", "operating": operating},
             {"kind": "stability", "to_rpm": TOP_RPM, "count": 3},

@@ -24,7 +24,7 @@ from rotors import (
 from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.assembly.reactions import joint_forces
 from solidwhirl.rotordyn.response.harmonic_response import harmonic_response, independent_loads
-from solidwhirl.rotordyn.response.unbalance import Unbalance, turning_load, unbalance_response
+from solidwhirl.rotordyn.response.unbalance import Unbalance, unbalance_response
 
 GRAVITY = 9.81
 
@@ -130,25 +130,6 @@ def test_forces_on_the_ground_and_inertia_balance_the_loads(stiffness):
     # Moment about the origin of a force at z: (−z Fy, z Fx).
     held = sum(z * found[name][:, [1, 0]] * [-1, 1] for name, z in places.items())
     np.testing.assert_allclose(held, moment, rtol=0, atol=1e-9 * np.abs(moment).max())
-
-
-def test_histories_are_the_real_parts_of_amplitudes():
-    system = engine()
-    speed, omega = 500.0, 500.0
-    load = {"inner": turning_load(system, Unbalance(body="inner", interface="B", moment_kg_m=1e-4))}
-    load["inner"] = omega**2 * load["inner"]
-    force = independent_loads(system, load)[None, :, None]
-    q = harmonic_response(system, speed, omega, force).displacement[0, :, 0]
-    amplitudes = joint_forces(system, speed, q, 1j * omega * q, -(omega**2) * q, load).bearings
-    times = np.exp(1j * omega * np.linspace(0.0, 0.02, 12)).reshape(3, 4, 1)
-    history = [(times * part).real for part in (q, 1j * omega * q, -(omega**2) * q)]
-    loads = {"inner": (times * load["inner"]).real}
-    found = joint_forces(system, np.full((3, 4), speed), *history, loads).bearings
-    assert amplitudes["inner.B"].shape == (6,)
-    for name, force in found.items():
-        assert force.shape == (3, 4, 6) and force.dtype == float
-        expected = (times * amplitudes[name]).real
-        np.testing.assert_allclose(force, expected, rtol=0, atol=1e-10 * np.abs(expected).max())
 
 
 def test_joint_of_two_disks_carries_gyroscopic_and_run_up_moments():

@@ -179,21 +179,17 @@ def test_all_faults_are_listed_at_once():
     assert len(caught.value.problems) == len(expected)
 
 
+FIXED = connect("f", "a.hub", rigid=JOINED)
+HELD = hub(stiffness=plane_spring(1e3, 0.0, 10.0), present=LATERAL)
+
+
 @pytest.mark.parametrize(
     ("rotors", "more", "message"),
     [
         ({"a": turning(hub())}, {"reference": "x"}, "reference 'x' is not a rotor"),
         ({}, {}, "there are no rotors"),
-        (
-            {"a": turning(hub())},
-            {"bearings": (connect("f", "a.hub", rigid=JOINED),)},
-            "nothing can move",
-        ),
-        (
-            {"a": turning(hub(stiffness=plane_spring(1e3, 0.0, 10.0), present=LATERAL))},
-            {},
-            "must clear rigid_body_present",
-        ),
+        ({"a": turning(hub())}, {"bearings": (FIXED,)}, "nothing can move"),
+        ({"a": turning(HELD)}, {}, "must clear rigid_body_present"),
     ],
 )
 def test_systems_that_can_not_be_are_refused(rotors, more, message):

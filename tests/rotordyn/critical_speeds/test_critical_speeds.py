@@ -331,15 +331,6 @@ def test_negative_damping_of_a_law_shows_in_the_decrement():
         assert nearest.log_decrement == pytest.approx(expected, rel=1e-3)
 
 
-def test_bearing_without_stiffness_at_rest():
-    """k = k₁ Ω = mΩ² at k₁/m; near rest the mode is at √(k₁Ω/m), above the excitation."""
-    system = point_mass(_law((0.0, 5.0)), 1e3, 10.0)
-    found = rd.critical_speeds(system, 1.0, 2000.0)
-    np.testing.assert_allclose([c.speed_rad_s for c in found], [500.0, 500.0], rtol=1e-12)
-    count = count_critical_speeds(system, 1.0, 2000.0)
-    assert (count.below_at_rest, count.below_at_limit, count.falls) == (0, 2, 2)
-
-
 def test_search_needs_a_limit_and_a_constant_part_that_is_not_negative():
     system = point_mass(LEE_ISOTROPIC, 1e7, 10.0)
     with pytest.raises(rd.AnalysisError, match="bearings depend on the speed"):

@@ -37,14 +37,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.linalg as la
-from springs import inertial_modes
 
 # Of a step in the complex plane: its square vanishes beside one.
 STEP = 1e-40
 # A circle is at least this round: forward 1, backward −1, neither 0.
 ROUND = 1e-3
-# At which files are compared with the inertial frame.
-SPEEDS_RAD_S = (0.0, 400.0, 1200.0)
 
 
 class FloatingNode(NamedTuple):
@@ -232,21 +229,3 @@ def floating_frame_modes(
     assert not doubtful.any(), f"no circles at {values[doubtful]}"
     ordered = np.argsort(found[taken], kind="stable")
     return WhirlModes(found[taken][ordered], orders[taken][ordered])
-
-
-def compare_with_inertial(element, fields, stiffness):
-    """Assert that frequencies from a file are those of the inertial frame, free or on springs.
-
-    `fields` takes the names of the interfaces and gives what the file says of the body, in the
-    names of `floating_body`.
-    """
-    names = [node.name for node in element.interfaces]
-    body = floating_body(fields(names))
-    axial = stiffness if element.rigid_body_present[2] else 0.0
-    springs = dict.fromkeys(names, (stiffness, axial)) if stiffness else {}
-    for speed in SPEEDS_RAD_S:
-        wanted = inertial_modes(element, springs, speed).eigenvalues.imag
-        modes = floating_frame_modes(body, springs, speed)
-        # a body without axial motion and torsion has these in the file as a rigid body
-        kept = modes.orders != 0 if not element.rigid_body_present[2] else modes.orders < 2
-        np.testing.assert_allclose(modes.frequencies[kept], wanted, rtol=1e-9)

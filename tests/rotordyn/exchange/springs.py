@@ -2,28 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
+from rotors import connect, turning
 
-from solidwhirl.rotordyn import Bearing, End, Rotor, assemble, modes_at_speed
-
-
-def square(value):
-    """Matrix (2, 2) of a number, of two along x and y, or of a matrix."""
-    value = np.asarray(value, float)
-    return value if value.ndim == 2 else np.diag(np.broadcast_to(value, 2))
+from solidwhirl.rotordyn import End, assemble, modes_at_speed
 
 
 def spring(first, stiffness, damping=0.0, second=None, **more):
     """Bearing between (body, interface) and another or the ground, in N/m and N s/m."""
     ends = [end and End(body=end[0], interface=end[1]) for end in (first, second)]
-    return Bearing(
-        name=f"{first} {second} {stiffness}",
-        first=ends[0],
-        second=ends[1],
-        stiffness_n_per_m=square(stiffness),
-        damping_n_s_per_m=square(damping),
-        **more,
-    )
+    return connect(f"{first} {second} {stiffness}", *ends, stiffness, damping, **more)
 
 
 def on_springs(element, lateral, axial=None, torsion=None):
@@ -37,7 +24,7 @@ def on_springs(element, lateral, axial=None, torsion=None):
         )
         for name, stiffness in lateral.items()
     )
-    return assemble({"r": Rotor(element=element, speed_ratio=1.0)}, bearings)
+    return assemble({"r": turning(element)}, bearings)
 
 
 def inertial_modes(element, springs, speed):

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from plain_run_up import unbalance_forces
 from python_exports import HOSTILE, with_names
-from springs import on_springs, spring, square
+from springs import on_springs, spring
 
 from solidwhirl.rotordyn import (
     Rotor,
@@ -52,8 +52,9 @@ def run(*arguments, folder):
 
 
 def bearing(at, stiffness, damping=0.0, **more):
-    stiffness, damping = square(stiffness).tolist(), square(damping).tolist()
-    return {"at": at, "stiffness": stiffness, "damping": damping, **more}
+    made = spring(("r", str(at)), stiffness, damping)
+    matrices = {"stiffness": made.stiffness_n_per_m, "damping": made.damping_n_s_per_m}
+    return {"at": at, **{name: matrix.tolist() for name, matrix in matrices.items()}, **more}
 
 
 DISK = {"at": "a", "mass": 2.0, "polar": 0.01, "diametral": 0.006}

@@ -53,18 +53,6 @@ def test_axial_motion_and_torsion_are_left_over():
     assert np.array_equal(turned[form.second, form.first], form.second_sign)
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"stiffness": [[1e7, 0.0], [0.0, 1.01e7]]},
-        {"stiffness": [[1e7, 1e5], [-1e5, 1e7]]},
-        {"damping": [[400.0, 0.0], [0.0, 300.0]]},
-    ],
-)
-def test_what_is_not_isotropic_has_no_complex_form(changes):
-    assert rd.complex_form(_system(**changes)) is None
-
-
 def test_modal_ratio_is_the_damping_of_a_free_body():
     free = one_rotor(_element(), (), 0.0, internal_damping=rd.InternalDamping(modal_ratio=0.02))
     ratios = rd.modes_at_speed(free, 0.0).damping_ratio

@@ -13,6 +13,7 @@ from rotors import (
     ground,
     hub,
     one_rotor,
+    polynomial_law,
     three_disk,
     three_disk_element,
     turning,
@@ -22,6 +23,8 @@ from rotors import (
 
 from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.modes.participation import participation
+
+FILM = polynomial_law((1.0, 1e-3), (0.5, 2e-3), (1.0, -1e-4), top=2000.0)
 
 
 def _sums(result):
@@ -92,17 +95,21 @@ def test_twin_rotor_adds_up(speed):
     assert np.abs(decrement).max() < 1e-15
 
 
-def test_parts_of_the_decrement_add_up_to_it():
+@pytest.mark.parametrize("law", [None, FILM])
+def test_parts_of_the_decrement_add_up_to_it(law):
     """Damped bearings, internal damping, circulation and cross-coupling in one system."""
     coupled = ([[1e6, 4e5], [-4e5, 1e6]], [[300.0, 50.0], [-50.0, 300.0]])
     seal = connect("seal", "rotor.left", None, *coupled)
     inside = rd.InternalDamping(stiffness_coefficient_s=2e-6, modal_ratio=1e-3)
     own = (7e7, 5e7, 700.0, 500.0)
-    system = between_bearings(three_disk_element(), *own, inside=inside, more=[seal])
+    more = {"more": [seal], "speed_law": law}
+    system = between_bearings(three_disk_element(), *own, inside=inside, **more)
     modes = rd.modes_at_speed(system, 1500.0, 12)
     result = participation(system, modes)
     decrement = _sums(result)[2]
     np.testing.assert_allclose(decrement, modes.log_decrement, rtol=1e-8, atol=1e-10)
+    if law:
+        return
     # Each kind matters, and drives forward whirl against the bearings at this speed.
     assert (np.abs(result.decrement_bodies).max(axis=1) > 1e-3).all()
     forward = result.decrement_joints[result.joints.index("seal"), 1]

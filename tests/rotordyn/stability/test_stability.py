@@ -106,7 +106,8 @@ def test_divergence(external):
     assert (found.kind, found.frequency_hz, found.whirl) == ("divergence", 0.0, "")
 
 
-def test_stable_systems_have_no_threshold():
+def test_stable_systems_have_no_threshold_and_driven_ones_none_above_rest():
+    assert first_window(laval(0.0, -5.0), 1000.0).low_rad_s == 0.0
     assert first_window(laval(0.0, 100.0), 3000.0) is None
     assert first_window(twin(), 2000.0) is None
     assert first_window(three_disk(), 2500.0) is None

@@ -382,12 +382,12 @@ def test_internal_damping_is_checked_by_residuals(ground, inner):
 
 def test_a_check_that_can_not_be_made_does_not_end_the_run(systems, results, monkeypatch):
     from solidwhirl.rotordyn import AnalysisError
-    from solidwhirl.rotordyn.checks import system_checks
+    from solidwhirl.rotordyn.checks import plain_checks
 
     def fails(*_):
         raise AnalysisError("no")
 
-    monkeypatch.setattr(system_checks, "check_campbell", fails)
+    monkeypatch.setattr(plain_checks, "check_campbell", fails)
     at_rest, diagram, _ = results["two planes"]
     checks = check_system(systems["two planes"], at_rest, diagram, {})
     assert [(c.where, c.reason) for c in checks if c.passed is None] == [("Campbell diagram", "no")]

@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 import scipy.linalg as la
+from rotors import connect, turning
 
 from solidwhirl.rotordyn import (
-    Bearing,
-    End,
-    Rotor,
     SuperelementError,
     assemble,
     beam_superelement,
@@ -27,12 +25,8 @@ def _body(**options):
 
 
 def _spring(end, stiffness, body="drum", second=None):
-    return Bearing(
-        name=end if body == "drum" else f"{body} {end}",
-        first=End(body=body, interface=end),
-        second=second and End(body=second, interface=end),
-        stiffness_n_per_m=np.eye(2) * stiffness,
-    )
+    name, other = end if body == "drum" else f"{body} {end}", second and f"{second}.{end}"
+    return connect(name, f"{body}.{end}", other, stiffness)
 
 
 def _closed_form(speed, stiffness_a, stiffness_b):
@@ -51,9 +45,7 @@ def _closed_form(speed, stiffness_a, stiffness_b):
 @pytest.mark.parametrize("speed", [0.0, 800.0])
 def test_rigid_rotor_on_two_springs(speed):
     lateral = _body(components=("ux", "uy", "rx", "ry"))
-    assembled = assemble(
-        {"drum": Rotor(element=lateral, speed_ratio=1.0)}, (_spring("a", 3e6), _spring("b", 1e6))
-    )
+    assembled = assemble({"drum": turning(lateral, 1.0)}, (_spring("a", 3e6), _spring("b", 1e6)))
     assert assembled.size == 4
     found = np.sort(modes_at_speed(assembled, speed).eigenvalues.imag)
     expected = np.sort(np.abs(_closed_form(speed, 3e6, 1e6)))
@@ -61,7 +53,7 @@ def test_rigid_rotor_on_two_springs(speed):
 
 
 def test_free_rigid_body_has_no_frequency():
-    modes = modes_at_speed(assemble({"drum": Rotor(element=_body(), speed_ratio=0.0)}, ()), 0.0)
+    modes = modes_at_speed(assemble({"drum": turning(_body(), 0.0)}, ()), 0.0)
     assert modes.frequency_hz.size == 0
     assert modes.zero_count == 12
 
@@ -74,8 +66,8 @@ def test_stiff_springs_at_three_places_keep_the_digits_of_a_soft_one(stiffness):
     joints = [_spring(name, stiffness, second="beam") for name in PLACES]
     soft = [_spring(name, 1e3, "beam") for name in ("a", "b")]
     rotors = {
-        "drum": Rotor(element=_body(components=("ux", "uy", "rx", "ry")), speed_ratio=0.0),
-        "beam": Rotor(element=beam, speed_ratio=0.0),
+        "drum": turning(_body(components=("ux", "uy", "rx", "ry")), 0.0),
+        "beam": turning(beam, 0.0),
     }
     found = modes_at_speed(assemble(rotors, (*joints, *soft)), 0.0).eigenvalues.imag[:4]
     # two rigid bodies moving as one on 2 kN/m
@@ -97,13 +89,9 @@ def test_clamped_casing_does_not_move():
         "shaft", [0.0, 0.4, 0.8], 0.03, 0.0, (2e11, 0.3, 7800.0), {"a": 0.0, "b": 0.8}
     )
 
-    mount = Bearing(
-        name="mount",
-        first=End(body="drum", interface="middle"),
-        rigid=("ux", "uy", "uz", "rx", "ry", "rz"),
-    )
-    shaft = {"shaft": Rotor(element=rotor, speed_ratio=1.0)}
-    drum = {"drum": Rotor(element=casing, speed_ratio=0.0)}
+    mount = connect("mount", "drum.middle", rigid=("ux", "uy", "uz", "rx", "ry", "rz"))
+    shaft = {"shaft": turning(rotor, 1.0)}
+    drum = {"drum": turning(casing, 0.0)}
     seats = (_spring(end, 1e8, "shaft", "drum") for end in "ab")
     on_casing = assemble(shaft | drum, (*seats, mount))
     on_ground = assemble(shaft, tuple(_spring(end, 1e8, "shaft") for end in "ab"))
@@ -143,8 +131,8 @@ def test_exact_joint_of_a_rigid_body_carries_what_statics_says():
         {"spring": 0.0, "middle": 0.6, "pin": 1.0},
         components=("ux", "uy", "rx", "ry"),
     )
-    pin = Bearing(name="pin", first=End(body="drum", interface="pin"), rigid=("ux", "uy"))
-    held = assemble({"drum": Rotor(element=body, speed_ratio=0.0)}, (_spring("spring", 2e5), pin))
+    pin = connect("pin", "drum.pin", rigid=("ux", "uy"))
+    held = assemble({"drum": turning(body, 0.0)}, (_spring("spring", 2e5), pin))
     weight = 10.0 * 9.81
     # weight along −x on every coordinate of the body, as its mass matrix spreads it
     load = body.mass @ body.rigid_body_modes[:, 0] * -9.81
