@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
-
 import meshio
 import numpy as np
 import pytest
 from engine_parts import RIGID
+from results_read import results_in
 
 from solidwhirl.analyses.recovery.states import RecoveryStateSpec, engine_states
 from solidwhirl.core.errors import SceneError
@@ -83,7 +82,7 @@ def folder(small_scene, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def document(folder):
-    return json.loads((folder[0] / "first" / "results.json").read_text(encoding="utf-8"))
+    return results_in(folder[0] / "first")
 
 
 @pytest.mark.solver

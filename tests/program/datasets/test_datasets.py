@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
+from results_read import results_in
 
 from solidwhirl.analyses.registry import KINDS
 from solidwhirl.datasets.parts import filled, labelled, long_name_of, units_of
@@ -238,7 +238,7 @@ def test_a_run_in_memory_is_that_of_its_folder(run):
 @pytest.mark.solver
 def test_arrays_of_a_run_are_those_of_results_json(run):
     _, folder = run
-    document = json.loads((folder / "results.json").read_text(encoding="utf-8"))
+    document = results_in(folder)
     tree = datasets(folder)
     analyses = document["analyses"]
     assert tree["campbell/frequency_hz"].sel(speed_rpm=9000, branch=3) == pytest.approx(

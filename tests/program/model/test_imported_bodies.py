@@ -24,7 +24,7 @@ from imported_tube import (
     scene_of,
     tube,
 )
-from numbers_in import numbers
+from results_read import numbers
 from scipy.optimize import brentq
 
 from solidwhirl.build import beam, unbalance

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
-
 import meshio
 import numpy as np
 import pytest
+from results_read import results_in
 
 from solidwhirl.output.documents import write_results
 from solidwhirl.rotordyn import (
@@ -60,10 +59,7 @@ def folder(computed, tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def document(folder):
-    def refuse(text):
-        raise AssertionError(f"{text} is no JSON")
-
-    return json.loads((folder / "results.json").read_text(encoding="utf-8"), parse_constant=refuse)
+    return results_in(folder)
 
 
 # -- names ----------------------------------------------------------------------------------------

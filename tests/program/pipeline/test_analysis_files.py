@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import copy
-import json
 import math
 import tomllib
 
 import pytest
 from engine_of_all_kinds import ENGINE, KINDS
-from numbers_in import numbers
+from results_read import numbers, results_in
 
 from solidwhirl.output.documents import write_results
 from solidwhirl.pipeline.run import run_scene
@@ -74,10 +73,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def document(folder):
-    def refuse(text):
-        raise AssertionError(f"{text} is no JSON")
-
-    return json.loads((folder / "results.json").read_text(encoding="utf-8"), parse_constant=refuse)
+    return results_in(folder)
 
 
 UNITS = ("_m", "_m_per_s", "_hz", "_rpm", "_n", "_deg", "_kg_m", "_s", "_per_s", "_j")

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 
 import numpy as np
 import pytest
+from results_read import results_in
 from toml_text import toml
 from typer.testing import CliRunner
 
@@ -33,8 +33,7 @@ def test_single_speed(run, small_scene, tmp_path, rpm):
     """[speeds] absent means at rest; one column either way."""
     done = run(small_scene(rpm=rpm))
     assert done.exit_code == 0, done.stderr
-    text = (tmp_path / "out" / "results.json").read_text(encoding="utf-8")
-    document = json.loads(text)
+    document = results_in(tmp_path / "out")
     diagram = document["campbell"]
     assert diagram["speed_rpm"] == pytest.approx([0.0] if rpm is None else list(rpm))
     for key in ("frequency_hz", "whirl", "log_decrement"):
@@ -59,9 +58,7 @@ def test_ended_branch_is_null_not_nan(computed, tmp_path):
         ended[key] = values
     diagram = dataclasses.replace(results.campbell, **ended)
     out = write_results(dataclasses.replace(results, campbell=diagram), tmp_path / "out")
-    text = (out / "results.json").read_text(encoding="utf-8")
-    assert "NaN" not in text
-    written = json.loads(text)["campbell"]
+    written = results_in(out)["campbell"]
     assert written["frequency_hz"][3][5:] == [None] * 8
     assert written["log_decrement"][3][5:] == [None] * 8
     assert None not in written["frequency_hz"][3][:5]
@@ -76,7 +73,7 @@ def test_rotor_without_bearings(run, small_scene, tmp_path):
     data["bearings"] = []
     done = run(data)
     assert done.exit_code == 0, done.stderr
-    document = json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8"))
+    document = results_in(tmp_path / "out")
     free = document["bodies"]["rotor"]["free_frequencies_hz"]
     np.testing.assert_allclose(document["modes_at_rest"]["frequency_hz"][:4], free[:4], rtol=1e-8)
 
@@ -90,10 +87,7 @@ def test_command_writes_and_options_change_the_model(run, small_scene, tmp_path)
     assert "mesh rotor" in done.stderr
     quiet = run(small_scene(), "fine", "--accuracy", "0.001", "--quiet")
     assert (quiet.exit_code, quiet.output) == (0, "")
-    coarse, fine = (
-        json.loads((tmp_path / name / "results.json").read_text(encoding="utf-8"))
-        for name in ("out", "fine")
-    )
+    coarse, fine = (results_in(tmp_path / name) for name in ("out", "fine"))
     assert fine["plan"]["bodies"]["rotor"]["element_order"] == 3
     assert coarse["plan"]["bodies"]["rotor"]["element_order"] == 2
     assert fine["bodies"]["rotor"]["full_dofs"] > coarse["bodies"]["rotor"]["full_dofs"]

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
-
 import pytest
+from results_read import results_in
 from typer.testing import CliRunner
 
 from solidwhirl.build import beam, body, cylinder
@@ -149,8 +148,7 @@ def test_a_missing_bearing_is_named_everywhere(tmp_path, small_scene, root):
     assert done.exit_code == 0, done.output
     said = "'rotor' is held by one bearing only ('left') and can tilt freely: 2 lateral motions"
     assert said in " ".join(done.stdout.split())
-    document = json.loads((tmp_path / "out" / "results.json").read_text("utf-8"))
-    (doubt,) = document["doubts"]
+    (doubt,) = results_in(tmp_path / "out")["doubts"]
     assert doubt["key"] == "bearings" and said in doubt["message"]
     report = (tmp_path / "out" / "report.md").read_text("utf-8")
     assert "**warning:** bearings" in report and said in report

@@ -1,6 +1,17 @@
-"""All numbers of a document."""
+"""What tests read of results: a document that is strict JSON, and all its numbers."""
 
 from __future__ import annotations
+
+import json
+
+
+def results_in(folder):
+    """The content of results.json, in which NaN and infinity do not stand."""
+
+    def refuse(text):
+        raise AssertionError(f"{text} is no JSON")
+
+    return json.loads((folder / "results.json").read_text(encoding="utf-8"), parse_constant=refuse)
 
 
 def numbers(value, keys=()):
