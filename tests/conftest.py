@@ -8,22 +8,22 @@ from pathlib import Path
 import pytest
 
 sys.path.append(str(Path(__file__).parent))  # helpers of the tests can be imported
-from shapes import body, plane, section
+from shapes import body, plane, section, shaft_and_disk
 
 from solidwhirl.geometry import Material
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def reference_rotor():
     """Steel shaft 0.4 m, radius 0.02 m, with a disk of radius 0.15 m and width 0.03 m at 0.16 m.
 
     First free bending frequency 600.45 Hz; two independent harmonic calculations outside this
     project agree to 1e-5 on 600.45, 1178.58, 2884.60, 5499.70, 6636.76 Hz.
     """
-    return body(section("shaft", 0.0, 0.4, 0.0, 0.02), section("disk", 0.145, 0.175, 0.02, 0.15))
+    return shaft_and_disk()
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def twin_inner():
     """Inner rotor of the coaxial twin rotor with its three bearing planes."""
     third = 0.4 / 3.0
@@ -35,22 +35,21 @@ def twin_inner():
     )
 
 
-@pytest.fixture
+MATTER = Material(
+    name="own", density_kg_per_m3=7850.0, youngs_modulus_pa=2.1e11, poissons_ratio=0.3
+)
+
+
+@pytest.fixture(scope="session")
 def spinning_ring():
     """Thin ring of radius 0.1 m and 2 x 2 mm cross-section, E 2.1e11, nu 0.3, rho 7850."""
-    material = Material(
-        name="ring", density_kg_per_m3=7850.0, youngs_modulus_pa=2.1e11, poissons_ratio=0.3
-    )
-    return body(section("ring", 0.0, 0.002, 0.099, 0.101, material), name="ring")
+    return body(section("ring", 0.0, 0.002, 0.099, 0.101, MATTER), name="ring")
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def annular_disk():
     """Annular disk, bore 0.05 m, rim 0.2 m, thickness 10 mm, E 2.1e11, nu 0.3, rho 7850."""
-    material = Material(
-        name="disk", density_kg_per_m3=7850.0, youngs_modulus_pa=2.1e11, poissons_ratio=0.3
-    )
-    return body(section("disk", 0.0, 0.01, 0.05, 0.2, material), name="disk")
+    return body(section("disk", 0.0, 0.01, 0.05, 0.2, MATTER), name="disk")
 
 
 @pytest.fixture

@@ -43,3 +43,9 @@ def body(*sections, interfaces=(), fillet=0.0, disks=(), name="rotor"):
         rigid_disks=tuple(disks),
         fillet_radius_m=fillet,
     )
+
+
+def shaft_and_disk(**options):
+    """Reference rotor: steel shaft 0.4 m long, disk 0.03 m wide centred at z = 0.16 m."""
+    parts = section("shaft", 0.0, 0.4, 0.0, 0.02), section("disk", 0.145, 0.175, 0.02, 0.15)
+    return body(*parts, **options)

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "tests" / "hard"))
+sys.path[:0] = [str(ROOT / "tests" / "hard"), str(ROOT / "tests")]
 from table import cases_by_module  # noqa: E402
 
 from solidwhirl.rotordyn.core.atomic import replacing  # noqa: E402
@@ -28,7 +28,6 @@ PICTURE = ROOT / "docs" / "hard_cases.png"
 FAMILIES = {
     "body_details": "small details of bodies",
     "body_matter": "Poisson's ratio near 1/2, contrasts of stiffness and density",
-    "body_modes": "number of modes, rigid motions, double modes",
     "body_thin": "drums, disks, needles, the axis",
     "more_meshes": "folded elements, sizes, scales",
     "more_modes": "near interfaces, modes in groups",

@@ -21,9 +21,10 @@ from solidwhirl.core.fields import Record
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_reading.schema import explanations, unit
 
+_LINK = re.compile(r"\[[^]]*\]\(#([\w-]+)\)")
 _MARK = re.compile(r"^<!-- keys: (\w+) -->$", re.MULTILINE)
 _TABLE = re.compile(r"^(<!-- keys: (\w+) -->)\n.*?<!-- end -->", re.MULTILINE | re.DOTALL)
-# Every analysis has a kind and a name, which the page explains once.
+# Kind and name of an analysis are explained once, above the sections, which are named by kind.
 _ANALYSES = {record.__name__ for record in AnalysisSpec.__origin__.__args__}  # type: ignore[attr-defined]
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "scene.md"
@@ -94,13 +95,12 @@ def _owners(text: str) -> dict[str, str]:
 
 
 def _table(record: type[Record], meanings: Mapping[str, str], owners: Mapping[str, str]) -> str:
+    """Rows of a record's keys; those that differ in their names alone share one."""
     schema = record.model_json_schema(mode="validation")
-    lines = ["| key | value | default | meaning |", "|---|---|---|---|"]
+    named = ("kind", "name") if record.__name__ in _ANALYSES else ()
+    rows: dict[tuple[str, str, str], list[str]] = {}
     for key, field in record.model_fields.items():
-        if key in ("kind", "name") and record.__name__ in _ANALYSES:
-            if key == "kind":
-                kinds = _shown(schema["properties"][key], owners)
-                lines.append(f"| `kind` | {kinds} | **required** | |")
+        if key in named or (key == "name" and meanings[key] == "unique in its list"):
             continue
         shown = next(
             (_ALSO[n] for n in map(_validator, field.metadata) if n in _ALSO),
@@ -108,7 +108,14 @@ def _table(record: type[Record], meanings: Mapping[str, str], owners: Mapping[st
         ) or _shown(schema["properties"][key], owners)
         of = f" {unit(key)}" if unit(key) else ""
         meaning = meanings[key].replace("|", "\\|")
-        lines.append(f"| `{key}` | {shown}{of} | {_default(field)} | {meaning} |")
+        linked = _LINK.fullmatch(meaning)
+        if linked and f"(#{linked[1]})" in shown:
+            meaning = ""
+        value = re.sub("^number (?=.)", "", f"{shown}{of}")
+        name = f"**`{key}`**" if field.is_required() else f"`{key}`"
+        rows.setdefault((value, _default(field), meaning), []).append(name)
+    lines = ["| key | value | default | meaning |", "|---|---|---|---|"]
+    lines += [f"| {', '.join(keys)} | {' | '.join(rest)} |" for rest, keys in rows.items()]
     return "\n".join(lines)
 
 
@@ -118,7 +125,7 @@ def _validator(extra: Any) -> str:
 
 def _default(field: FieldInfo) -> str:
     if field.is_required():
-        return "**required**"
+        return ""
     value = field.get_default(call_default_factory=True)
     if value is None or value in ((), {}) or isinstance(value, Record):
         return ""
@@ -142,7 +149,8 @@ def _shown(node: Mapping[str, Any], owners: Mapping[str, str]) -> str:
     if "anyOf" in node or "oneOf" in node:
         parts = [p for p in node.get("anyOf", node.get("oneOf", ())) if p.get("type") != "null"]
         shown = dict.fromkeys(_shown(p, owners) for p in parts)
-        return " or ".join(shown)
+        # the kinds of analyses have a section each
+        return "table" if "discriminator" in node and len(shown) > 1 else " or ".join(shown)
     if "enum" in node or "const" in node:
         return ", ".join(_code(v) for v in node.get("enum", [node.get("const")]))
     return _of_type(node, owners)
@@ -155,22 +163,27 @@ def _code(value: Any) -> str:
 def _of_type(node: Mapping[str, Any], owners: Mapping[str, str]) -> str:
     kind = node.get("type")
     if kind in ("number", "integer"):
-        return ("number" if kind == "number" else "whole number") + _limits(node)
+        return ("number" if kind == "number" else "integer") + _limits(node)
     if kind == "string":
         pattern = str(node.get("pattern", ""))
         return next((word for part, word in _PATTERNS.items() if part in pattern), "text")
     if kind == "object":
         values = [*node.get("patternProperties", {}).values(), node.get("additionalProperties")]
-        return "table from name to " + _shown(next((v for v in values if v), {}), owners)
+        return _many(_shown(next((v for v in values if v), {}), owners)) + " by name"
     if kind == "array" and "prefixItems" in node:
         return "[" + ", ".join(_shown(item, owners) for item in node["prefixItems"]) + "]"
     if kind == "array":
         low, high = node.get("minItems", 0), node.get("maxItems", _MOST)
-        many = f", up to {high}" if high < _MOST else ""
-        least = f", {low} at least" if low else ""
-        inner = _shown(node["items"], owners)
-        return f"list of {inner.replace('[table]', '[tables]')}{least}{many}"
+        many = f", {low} at least" if low else ""
+        if high < _MOST:
+            many = f", {low} to {high}" if low < high else f", {low}"
+        return f"list of {_many(_shown(node['items'], owners))}{many}"
     return "number or text"
+
+
+def _many(shown: str) -> str:
+    """A type in the plural."""
+    return re.sub(r"\b(table|number|name|place)(?=]|\b(?!]))(?![-(])", r"\1s", shown)
 
 
 def _limits(node: Mapping[str, Any]) -> str:
@@ -178,6 +191,8 @@ def _limits(node: Mapping[str, Any]) -> str:
     above, below = node.get("exclusiveMinimum"), node.get("exclusiveMaximum")
     high = None if high is not None and high >= _LARGEST else high
     low = None if low is not None and low <= -_LARGEST else low
+    if low is not None and high is not None:
+        return f" {low:g} to {high if isinstance(high, int) else f'{high:g}'}"
     words = [f"> {above:g}"] if above is not None else []
     words += [f"≥ {low:g}"] if low is not None else []
     words += [f"< {below:g}"] if below is not None else []

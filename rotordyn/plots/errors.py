@@ -45,7 +45,13 @@ def parts_chart(errors: CampbellErrors) -> charts.Chart:
         for total in errors.total
     ]
     curves += [
-        charts.Curve(x=rpm, y=_visible(_largest(values)), name=_part_name(part), look=_LOOKS[part])
+        charts.Curve(
+            x=rpm,
+            # the largest of all branches at each speed, nan where all are absent
+            y=_visible(np.fmax.reduce(values, axis=0, initial=np.nan)),
+            name=_part_name(part),
+            look=_LOOKS[part],
+        )
         for part, values in {**errors.parts, "total": errors.total}.items()
         if part == "total" or (values > _LEAST).any()
     ]
@@ -87,13 +93,9 @@ def draw_critical_speed_errors(
 ) -> None:
     """Draw the first 24 critical speeds with error bars, and below them the estimates by part.
 
-    `path` and `title` as in `draw_campbell`.
-
-    Raises
-    ------
-    AnalysisError
-        If there are no critical speeds, the estimates are of another number of them, or the
-        suffix is not a kind of picture that can be written.
+    `path` and `title` as in `draw_campbell`. Raises AnalysisError if there are no critical speeds,
+    the estimates are of another number of them, or the suffix is not a kind of picture that can be
+    written.
     """
     if not critical_speeds or errors.total.size != len(critical_speeds):
         raise AnalysisError(
@@ -144,11 +146,6 @@ def _parts_of_rows(errors: CriticalSpeedErrors, order: IntArray) -> list[charts.
 
 def _part_name(part: str) -> str:
     return part.replace("_", " ") + (" (not summed)" if part in NOT_SUMMED else "")
-
-
-def _largest(values: FloatArray) -> FloatArray:
-    """The largest of all branches at each speed, nan where all are absent."""
-    return np.asarray(np.fmax.reduce(values, axis=0, initial=np.nan))
 
 
 def _visible(values: FloatArray) -> FloatArray:

@@ -160,10 +160,7 @@ def new_figure(
 ) -> Figure:
     """Return an empty figure for a picture file: 200 dots per inch, constrained layout.
 
-    Raises
-    ------
-    AnalysisError
-        If the suffix is not a kind of picture that can be written.
+    Raises AnalysisError if the suffix is not a kind of picture that can be written.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

@@ -41,12 +41,8 @@ def draw_charts(drawn: Sequence[charts.Chart], path: str | Path, title: str) -> 
     """Draw charts to a picture file, one below the other, with a title above them.
 
     Options of a choice that is drawn whole stand side by side. The suffix chooses the kind of file
-    (.png, .svg, .pdf), which is replaced when the new one is complete.
-
-    Raises
-    ------
-    AnalysisError
-        If there is nothing to draw, or the suffix is not a kind of picture that can be written.
+    (.png, .svg, .pdf), which is replaced when the new one is complete. Raises AnalysisError: if
+    there is nothing to draw, or the suffix is not a kind of picture that can be written.
     """
     rows = [_frames_of(chart) for chart in drawn]
     if not rows or not all(rows):
@@ -153,7 +149,9 @@ def _entitle(figure: Figure, grid: Any, title: str) -> None:
 
 
 def _draw(figure: Figure, axes: Axes, chart: charts.Chart) -> None:
-    _set_scale(axes, chart.x, chart.y)
+    for which, axis in (("x", chart.x), ("y", chart.y)):
+        if axis.is_log:
+            axes.set(**{f"{which}scale": "log"})
     right: list[Axes] = []
     for number, part in enumerate(chart.parts):
         order = 2.0 + 1e-3 * number  # later ones cover earlier ones
@@ -205,13 +203,6 @@ def _number_decades(own: Any) -> None:
         own.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         own.set_minor_formatter(NullFormatter())
         own.set_major_formatter(FuncFormatter(lambda value, _: frame.number_text(value)))
-
-
-def _set_scale(axes: Axes, x: charts.Axis, y: charts.Axis) -> None:
-    if x.is_log:
-        axes.set_xscale("log")
-    if y.is_log:
-        axes.set_yscale("log")
 
 
 def set_axis(axes: Axes, axis: charts.Axis, which: str) -> None:

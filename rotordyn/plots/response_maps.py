@@ -15,9 +15,15 @@ from solidwhirl.rotordyn.response.maps import shown_range
 _RIDGES = 41
 
 
-def brightest(values: FloatArray) -> float:
-    """Return where the colours of a map of responses end."""
-    return shown_range(values)[1] if np.any(values > 0.0) else np.inf
+def _heat(x: FloatArray, y: FloatArray, sizes_m: FloatArray) -> tuple[charts.Heat, float]:
+    """A map of displacements, and the factor from metres to its unit."""
+    unit, factor = charts.metric(float(np.nanmax(sizes_m, initial=0.0)), "m")
+    values = factor * sizes_m
+    brightest = shown_range(values)[1] if np.any(values > 0.0) else np.inf
+    heat = charts.Heat(
+        x=x, y=y, values=values, label="displacement", unit=unit, brightest=brightest
+    )
+    return heat, factor
 
 
 def place_chart(
@@ -28,8 +34,8 @@ def place_chart(
     `places`: p of them. `speed_rpm`: of the reference shaft, rising, shape (s,). `hertz`,
     `amplitude_m`: frequency of the unbalance and largest displacement, shape (p, s).
     """
-    unit, factor = charts.metric(float(np.nanmax(amplitude_m, initial=0.0)), "m")
-    every = factor * amplitude_m
+    heat, _ = _heat(speed_rpm, np.arange(float(len(places))), amplitude_m)
+    every, unit = heat.values, heat.unit
     positive = every[every > 0.0] if np.any(every > 0.0) else np.ones(1)
     curves = [
         charts.Curve(
@@ -42,14 +48,6 @@ def place_chart(
         for k, (place, values) in enumerate(zip(places, every, strict=True))
     ]
     rows = charts.Axis(label="unbalance at", places=places, low=-0.5, high=len(places) - 0.5)
-    heat = charts.Heat(
-        x=speed_rpm,
-        y=np.arange(float(len(places))),
-        values=every,
-        label="displacement",
-        unit=unit,
-        brightest=brightest(every),
-    )
     options = [
         charts.Option(label="curves", marks=curves),
         charts.Option(label="map", marks=[heat], y=rows),
@@ -80,23 +78,17 @@ def ground_chart(
     each step of frequency, shape (s, f). `peaks`: frequency in Hz, speed in rpm and height in m of
     peaks to mark.
     """
-    unit, factor = charts.metric(float(np.nanmax(highest_m, initial=0.0)), "m")
-    values = factor * highest_m
+    heat, factor = _heat(hertz, speed_rpm, highest_m)
     ends = float(hertz[0]), float(hertz[-1])
     speeds = charts.speed_axis(float(speed_rpm[0]), float(speed_rpm[-1]))
     turn = np.array([max(60.0 * ends[0], speeds.low or 0.0), min(60.0 * ends[1], speed_rpm[-1])])
-    marks: list[charts.Mark] = [
-        charts.Heat(
-            x=hertz, y=speed_rpm, values=values, label="displacement", unit=unit,
-            brightest=brightest(values),
-        )
-    ]  # fmt: skip
+    marks: list[charts.Mark] = [heat]
     if turn[0] < turn[1]:
         name = "1/rev of the reference shaft"
         marks.append(charts.Curve(x=turn / 60.0, y=turn, name=name, look=charts.WHITE))
     if peaks:
         x, y, height = zip(*peaks, strict=True)
-        texts = [f"peak {factor * h:.4g} {unit}" for h in height]
+        texts = [f"peak {factor * h:.4g} {heat.unit}" for h in height]
         ring = charts.Look("#ffffff", "", "circle-open", 11)
         marks.append(charts.Curve(x=np.array(x), y=np.array(y), look=ring, texts=texts))
     return charts.Chart(
@@ -121,15 +113,8 @@ def stiffness_chart(
     highest in each step of frequency, shape (k, f). `chosen`: stiffness to mark, N/m, and the ends
     of its band, Hz; None marks nothing.
     """
-    unit, factor = charts.metric(float(np.nanmax(highest_m, initial=0.0)), "m")
-    values = factor * highest_m
     ends = float(stiffness_n_per_m[0]), float(stiffness_n_per_m[-1])
-    marks: list[charts.Mark] = [
-        charts.Heat(
-            x=hertz, y=stiffness_n_per_m, values=values, label="displacement", unit=unit,
-            brightest=brightest(values),
-        )
-    ]  # fmt: skip
+    marks: list[charts.Mark] = [_heat(hertz, stiffness_n_per_m, highest_m)[0]]
     if chosen is not None:
         value, (low, high) = chosen
         name = "band around the operating speed"
@@ -154,9 +139,9 @@ def stiffness_chart(
 
 def ridge_chart(hertz: FloatArray, speed_rpm: FloatArray, highest_m: FloatArray) -> charts.Chart:
     """Return the same as `ground_chart` as lines in space, one for each of some speeds."""
-    unit, factor = charts.metric(float(np.nanmax(highest_m, initial=0.0)), "m")
+    heat, _ = _heat(hertz, speed_rpm, highest_m)
     rows = np.unique(np.linspace(0, speed_rpm.size - 1, min(speed_rpm.size, _RIDGES)).astype(int))
-    values = factor * highest_m[rows]
+    values = heat.values[rows]
     rise = 0.5 * float(np.ptp(speed_rpm)) / (float(values.max()) or 1.0)
     return charts.Chart(
         name="waterfall",
@@ -166,7 +151,7 @@ def ridge_chart(hertz: FloatArray, speed_rpm: FloatArray, highest_m: FloatArray)
         y=charts.Axis(label="speed", unit="rpm", digits=",.0f"),
         parts=[
             charts.Ridges(x=hertz, y=speed_rpm[rows], values=values, label="displacement",
-                          unit=unit, rise=rise)
+                          unit=heat.unit, rise=rise)
         ],
         height_px=460,
         has_legend=False,

@@ -38,11 +38,8 @@ def envelope(
 
 def _swell(time_s: FloatArray, values: FloatArray, name: str, number: int) -> charts.Fill:
     times, low, high = envelope(time_s, values)
-    return charts.Fill(x=times, low=low, high=high, name=name, look=_outlined(number))
-
-
-def _outlined(number: int) -> charts.Look:
-    return charts.Look(charts.series_look(number).color, "solid", width=0.7)
+    look = charts.Look(charts.series_look(number).color, "solid", width=0.7)
+    return charts.Fill(x=times, low=low, high=high, name=name, look=look)
 
 
 def speed_chart(

@@ -281,14 +281,6 @@ class SplitSystem(NamedTuple):
         return stiffness, damping
 
 
-class SplitSolved(NamedTuple):
-    """q (p, n, r), the relative residual (p,), and the points that were left unsolved (p,)."""
-
-    displacement: ComplexArray
-    relative_residual: FloatArray
-    unsolved: BoolArray
-
-
 def split_system(assembled: AssembledSystem, speed_rad_s: float) -> SplitSystem | None:
     """Split a system into one that is the same in all directions and a coupling by bearings.
 
@@ -344,12 +336,12 @@ def _mean(matrix: FloatArray) -> FloatArray:
 
 def solve_split(
     split: SplitSystem, speeds: FloatArray, frequencies: FloatArray, force: ComplexArray
-) -> SplitSolved:
-    """Solve for the lateral response at each point; one without load is not solved.
+) -> tuple[Solved, BoolArray]:
+    """Solve for the lateral response at each point, and say which were left unsolved (p,).
 
     `speeds`, `frequencies`: Ω and ω ≥ 0 of the points, shape (p,), rad/s. `force`: loads on all
-    coordinates, shape (p, n, r); those that a turn does not move are left out. Points near a
-    resonance of the isotropic part or of the system are left unsolved.
+    coordinates, shape (p, n, r); those that a turn does not move are left out. One without load is
+    not solved; points near a resonance of the isotropic part or of the system are left unsolved.
     """
     form = split.form
     by_coordinate = force.swapaxes(0, 1)
@@ -367,7 +359,7 @@ def solve_split(
         circles[points] = solved * scale
     forward, mirrored = circles.transpose(1, 2, 0, 3)
     displacement = form.whirl_shapes(forward, mirrored.conj()).swapaxes(0, 1)
-    return SplitSolved(np.ascontiguousarray(displacement), residual, unsolved)
+    return Solved(np.ascontiguousarray(displacement), residual), unsolved
 
 
 def _couplings(split: SplitSystem, speeds: FloatArray, frequencies: FloatArray) -> ComplexArray:
@@ -571,10 +563,8 @@ def _by_circles(form: ComplexForm, points: _Points) -> Solved:
 
 def _by_split(assembled: AssembledSystem, split: SplitSystem, points: _Points) -> Solved:
     """Solve in circles that the bearings couple; by the full equations where that is poor."""
-    found = solve_split(split, *points)
-    lateral = Solved(found.displacement, found.relative_residual)
+    lateral, left = solve_split(split, *points)
     solved = _with_rest(split.form, points, lateral)
-    left = found.unsolved
     if left.any():
         speeds, frequencies, force = points
         every = _matrices_of(assembled, slice(None))

@@ -98,9 +98,13 @@ class Operating(NamedTuple):
     @property
     def text(self) -> str:
         """What a legend says."""
-        same = self.from_rpm == self.to_rpm
-        speeds = f"{self.to_rpm:g}" if same else f"{self.from_rpm:g} to {self.to_rpm:g}"
-        return f"operating speed of {self.shaft}, {speeds} rpm"
+        return f"operating speed of {self.shaft}, {self.speeds_text}"
+
+    @property
+    def speeds_text(self) -> str:
+        """Its speed, or the ends of their range."""
+        low, high = self.from_rpm, self.to_rpm
+        return f"{high:g} rpm" if low == high else f"{low:g} to {high:g} rpm"
 
     @property
     def reference_rpm(self) -> tuple[float, float]:
@@ -237,10 +241,8 @@ class Analysis(Record):
     def run(self, engine: Engine) -> Outcome:
         """Compute what is asked.
 
-        Raises
-        ------
-        AnalysisError
-            The engine has no answer, such as an undamped resonance that is hit exactly.
+        Raises AnalysisError: the engine has no answer, such as an undamped resonance that is hit
+        exactly.
         """
         raise NotImplementedError(self.label)
 

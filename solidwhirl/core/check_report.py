@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
+from dataclasses import asdict
 from typing import Any
 
+from solidwhirl.core.plain_data import plain_data
 from solidwhirl.rotordyn.superelement.invariants import Invariant
 
 
@@ -30,25 +31,14 @@ def failure_lines(checks: Iterable[Invariant]) -> tuple[str, ...]:
     """Say of every failed check, in a line, which numbers can't be trusted."""
     return tuple(
         f"check failed: {c.where}: {c.name}: {_number(c.value)}, allowed {_number(c.limit)}"
-        f"{_remark(c)}; can't be trusted: {c.concerns}"
+        f"{f' ({c.reason})' if c.reason else ''}; can't be trusted: {c.concerns}"
         for c in failed(checks)
     )
 
 
 def checks_document(checks: Sequence[Invariant]) -> list[dict[str, Any]]:
     """Return the checks as plain data; a value that is not finite is null."""
-    return [
-        {
-            "name": check.name,
-            "where": check.where,
-            "value": _finite(check.value),
-            "limit": check.limit,
-            "passed": check.passed,
-            "concerns": check.concerns,
-            "reason": check.reason,
-        }
-        for check in checks
-    ]
+    return [plain_data(asdict(check)) for check in checks]
 
 
 def checks_text(checks: Sequence[Invariant]) -> str:
@@ -85,13 +75,5 @@ def _nearness(check: Invariant) -> float:
     return value / limit if limit > 0 else value - limit
 
 
-def _finite(value: float | None) -> float | None:
-    return value if value is not None and math.isfinite(value) else None
-
-
 def _number(value: float | None) -> str:
     return "-" if value is None else f"{value:.1e}" if value else "0"
-
-
-def _remark(check: Invariant) -> str:
-    return f" ({check.reason})" if check.reason else ""

@@ -32,12 +32,8 @@ def batch_datasets(folder: str | Path) -> xr.DataTree:
     Returns at the root scene, status, message, seconds, peak_memory_gib and ranks over case, with
     the parameters of the sweep as coordinates along case; critical_speeds, campbell and responses
     below it, with the same coordinates. Names and units are those of the table. A case that lacks
-    something has nan, "" among texts.
-
-    Raises
-    ------
-    BatchTableError
-        The folder holds no batch, or a damaged one.
+    something has nan, "" among texts. Raises BatchTableError: the folder holds no batch, or a
+    damaged one.
     """
     rows = read_batch(folder)
     root = labelled(
@@ -51,7 +47,12 @@ def batch_datasets(folder: str | Path) -> xr.DataTree:
     tree = {
         "critical_speeds": _critical_speeds(rows),
         "campbell": _campbell(rows),
-        "responses": _responses(rows),
+        "responses": labelled(
+            {
+                name: ("case", [row.responses.get(name, float("nan")) for row in rows])
+                for name in sorted({name for row in rows for name in row.responses})
+            }
+        ),
     }
     parameters = _parameters(rows)
     beside = {name: _beside(found, rows, parameters) for name, found in {"/": root, **tree}.items()}
@@ -118,10 +119,3 @@ def _campbell(rows: Sequence[BatchRow]) -> xr.Dataset:
         )
     own = np.array(_padded([row.campbell_speed_rpm for row in rows], most), dtype=float)
     return labelled(variables, {"speed_rpm": (("case", "speed"), own.reshape(len(rows), most))})
-
-
-def _responses(rows: Sequence[BatchRow]) -> xr.Dataset:
-    names = sorted({name for row in rows for name in row.responses})
-    return labelled(
-        {name: ("case", [row.responses.get(name, float("nan")) for row in rows]) for name in names}
-    )

@@ -41,12 +41,7 @@ def write_netcdf(dataset: xr.Dataset, path: str | Path) -> Path:
 def read_netcdf(path: str | Path) -> xr.Dataset:
     """Read a dataset that `write_netcdf` wrote.
 
-    Returns in memory, complex variables put together again.
-
-    Raises
-    ------
-    OSError
-        The file can't be read.
+    Returns in memory, complex variables put together again. Raises OSError: the file can't be read.
     """
     found = xr.load_dataset(path, engine="scipy")
     for name in [str(n) for n in found.data_vars if str(n).endswith(_REAL)]:

@@ -67,12 +67,8 @@ def datasets(run: Results | str | Path) -> xr.DataTree:
     campbell, critical_speeds, modes_at_rest, bodies, where the scene has them references, and
     analyses with one group for each by its name, and peaks with one for each that has resonance
     peaks. Variables have the names of results.json, and units and long_name as attributes. Of a
-    batch the tree of `solidwhirl.datasets.batch.batch_datasets`.
-
-    Raises
-    ------
-    ValueError
-        The folder holds neither results of a run nor a batch.
+    batch the tree of `solidwhirl.datasets.batch.batch_datasets`. Raises ValueError: the folder
+    holds neither results of a run nor a batch.
     """
     if not isinstance(run, Results) and is_batch(Path(run)):
         return batch_datasets(run)

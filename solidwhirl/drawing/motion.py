@@ -187,13 +187,11 @@ def _joints(
             ends = [nodes.get((end.body, end.interface), -1) for end in joint.ends]
             if min(ends) < 0:
                 continue  # a joint of axial motion or torsion alone
-            at = [_place(system.system.rotors[e.body].element, e.interface) for e in joint.ends]
-            radii = [_radius_at(pieces, e.body, z) for e, z in zip(joint.ends, at, strict=True)]
+            radii = []
+            for end in joint.ends:
+                node = system.system.rotors[end.body].element.interface_node(end.interface)
+                radii.append(_radius_at(pieces, end.body, float(node.position_m[2])))
             yield DrawnJoint(joint.name, kind, ends, radii)
-
-
-def _place(element: Superelement, interface: str) -> float:
-    return float(element.interface_node(interface).position_m[2])
 
 
 def _radius_at(pieces: Sequence[Piece], body: str, place: float) -> float:

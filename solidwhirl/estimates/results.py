@@ -114,7 +114,8 @@ def estimate_errors(
     free = {}
     if beams is not None:
         own_hz = at_rest.frequency_hz
-        found = _theory_at_rest_errors(at_rest, beams.systems)
+        others = [rd.modes_at_speed(v, 0.0).frequency_hz for v in beams.systems]
+        found = _theory_errors(own_hz, [_filled(own_hz, hertz) for hertz in others])
         rest_parts["beam_theory"] = found * own_hz / _scale_hz(system, own_hz)
         own_hz = diagram.frequency_hz
         of_branches = (
@@ -234,14 +235,6 @@ def _free(element: rd.Superelement, name: str, comparisons: tuple[Comparison, ..
 
 
 # What beam theory may be wrong by in the results of a scene on the beam level.
-
-
-def _theory_at_rest_errors(at_rest: rd.Modes, variants: Sequence[rd.AssembledSystem]) -> FloatArray:
-    """Errors of the modes at rest, (m,); nan beyond the shortest list of the variants."""
-    own = at_rest.frequency_hz
-    return _theory_errors(
-        own, [_filled(own, rd.modes_at_speed(v, 0.0).frequency_hz) for v in variants]
-    )
 
 
 def _theory_branch_errors(

@@ -29,10 +29,7 @@ def permissible_unbalance_kg_m(mass_kg: float, grade_mm_per_s: float, speed_rpm:
 def with_moments(scene: Scene, masses_kg: Mapping[str, float]) -> Scene:
     """Return the scene with moments in place of grades; itself where it has no grades.
 
-    Raises
-    ------
-    AnalysisError
-        A body with a grade has no mass.
+    Raises AnalysisError: a body with a grade has no mass.
     """
     kinds = UnbalanceResponseSpec | RunUpSpec
     changed = {

@@ -13,11 +13,8 @@ from solidwhirl.scene.records import BodySpec, InterfaceSpec, Scene, StageGroupS
 def build_bodies(scene: Scene) -> dict[str, geo.Body]:
     """Make the geometry of every body of a scene.
 
-    Raises
-    ------
-    GeometryError
-        Unknown material, a profile that is none, or interfaces that move as one; the message
-        begins with the key.
+    Raises GeometryError: unknown material, a profile that is none, or interfaces that move as one;
+    the message begins with the key.
     """
     materials = scene_materials(scene)
     bodies = {}

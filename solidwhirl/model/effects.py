@@ -43,7 +43,9 @@ def make_plan(scene: Scene, bodies: Mapping[str, Body], level: str | None = None
         *_rotation_effects(
             scene,
             turning=any(v > 0.0 for v in top.values()),
-            solid=bool(bodies) or _turning_imports(scene) or bool(scene.mesh_bodies),
+            # imported bodies that turn may bring their own centrifugal matrices
+            solid=bool(bodies or scene.mesh_bodies)
+            or any(spec.speed_ratio for spec in scene.imported.values()),
         ),
         *_called_for(scene),
         *_estimates(scene, meshed=bool(scene.finite_element_bodies())),
@@ -232,11 +234,6 @@ def _recovery(scene: Scene) -> Effect:
         why=why,
         cost="per body asked for: its last reduction once more, without error estimate and checks",
     )
-
-
-def _turning_imports(scene: Scene) -> bool:
-    """Whether an imported body turns, which may bring its own centrifugal matrices."""
-    return any(spec.speed_ratio for spec in scene.imported.values())
 
 
 def _kept(scene: Scene) -> str:

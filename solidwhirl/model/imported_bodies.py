@@ -133,10 +133,8 @@ def _digest(files: tuple[Path, ...]) -> str:
 def imported_element(name: str, spec: ImportedSpec) -> Superelement:
     """Return the superelement of an imported body that was read, whatever the scene's effects.
 
-    Raises
-    ------
-    SuperelementError
-        Matrices that can't be a body, or files that have changed since the scene was read.
+    Raises SuperelementError: matrices that can't be a body, or files that have changed since the
+    scene was read.
     """
     try:
         return _built(name, spec.model_dump_json())
@@ -196,10 +194,8 @@ def _native(name: str, spec: ImportedSpec, provenance: Mapping[str, object]) -> 
 def imported_elements(scene: Scene, plan: Plan) -> dict[str, Superelement]:
     """Return the superelements of the imported bodies of a scene, without effects that are off.
 
-    Raises
-    ------
-    SuperelementError
-        A body that can't be, or an interface without a motion that something acts on.
+    Raises SuperelementError: a body that can't be, or an interface without a motion that something
+    acts on.
     """
     out = {}
     for name, spec in scene.imported.items():

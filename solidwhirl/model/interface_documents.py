@@ -36,9 +36,10 @@ def interfaces_document(
         if mesh is not None and node.name in mesh.interfaces:
             area, centre = _area_and_centre(mesh, node.name)
             found |= {"mean_position_m": centre.tolist(), "area_m2": area}
-        if node.name in asked:
-            found["asked"] = _asked_text(asked[node.name])
-            found |= _cut(asked[node.name])
+        if own := asked.get(node.name):
+            found["asked"] = _asked_text(own)
+            if isinstance(own, MeshInterface) and own.cut_facets:
+                found |= {"cut_facets": own.cut_facets, "cut_area_m2": own.cut_area_m2}
         out.append(found)
     return out
 
@@ -93,9 +94,3 @@ def _asked_text(interface: Interface | MeshInterface) -> str:
         else " radius {:.6g} to {:.6g} m".format(*interface.radius_m)
     )
     return f"{interface.kind} {at}{radius}"
-
-
-def _cut(interface: Interface | MeshInterface) -> dict[str, Any]:
-    if not isinstance(interface, MeshInterface) or not interface.cut_facets:
-        return {}
-    return {"cut_facets": interface.cut_facets, "cut_area_m2": interface.cut_area_m2}

@@ -34,12 +34,8 @@ def build_mesh_bodies(scene: Scene) -> dict[str, MeshedBody]:
     """Read the mesh files of a scene, and look at its STEP files.
 
     Places of interfaces, mass and roundness are known of mesh files only, those of STEP files when
-    they are meshed.
-
-    Raises
-    ------
-    GeometryError, MeshingError
-        Unknown material, or a file that is no body; the message begins with the key.
+    they are meshed. Raises GeometryError, MeshingError: unknown material, or a file that is no
+    body; the message begins with the key.
     """
     return {name: _built(scene, name, spec) for name, spec in scene.mesh_bodies.items()}
 
@@ -47,10 +43,8 @@ def build_mesh_bodies(scene: Scene) -> dict[str, MeshedBody]:
 def made_mesh(body: MeshedBody) -> Mesh:
     """Return the mesh of a body, which is made if its file is a geometry.
 
-    Raises
-    ------
-    MeshingError
-        gmsh failed, or the mesh is not good enough; the message begins with the key.
+    Raises MeshingError: gmsh failed, or the mesh is not good enough; the message begins with the
+    key.
     """
     with _named(body.name):
         return _mesh(body.request, body.name)
@@ -59,10 +53,8 @@ def made_mesh(body: MeshedBody) -> Mesh:
 def described(body: MeshedBody, mesh: Mesh) -> MeshedBody:
     """Return a body with all that its mesh tells: places of interfaces, mass, roundness.
 
-    Raises
-    ------
-    MeshingError
-        A turning body that is none of revolution, or an interface that can't be one.
+    Raises MeshingError: a turning body that is none of revolution, or an interface that can't be
+    one.
     """
     if body.mass is not None:
         return body

@@ -63,8 +63,8 @@ def choose_resolution(body: Body, level: str, model: ModelSpec) -> Resolution:
         degree, growth, through = 2, 0.6, 1.2
         wanted, constant, rate = max(model.accuracy, SOLID_FLOOR), _SOLID_ERROR, _SOLID_RATE
     elif is_adapted(level, model):
-        degree, growth, through = _adapted_order(model.accuracy), 0.8, 1.0
-        degree = model.order or degree
+        # of meshes that follow their error the cheaper of 2 and 3, as measured
+        degree, growth, through = model.order or (2 if model.accuracy >= 5e-3 else 3), 0.8, 1.0
         wanted = max(model.accuracy, _FIRST_MESH)
         constant, rate = _SAFETY * _CORNER_ERROR[degree], CORNER_RATE
     else:
@@ -86,11 +86,6 @@ def choose_resolution(body: Body, level: str, model: ModelSpec) -> Resolution:
     )
     expected = constant * (corner / thinnest) ** rate
     return Resolution(degree=degree, size=size, expected_error=expected)
-
-
-def _adapted_order(accuracy: float) -> int:
-    """Element order of meshes that follow their error: the cheaper of 2 and 3, as measured."""
-    return 2 if accuracy >= 5e-3 else 3
 
 
 def _harmonic_order(accuracy: float) -> tuple[int, float, float]:

@@ -59,10 +59,7 @@ def engine_of(scene: Scene, plan: Plan, elements: Mapping[str, Superelement]) ->
 def simple_elements(scene: Scene, plan: Plan) -> dict[str, Superelement]:
     """Superelements of the beams, rigid and imported bodies of a scene.
 
-    Raises
-    ------
-    SuperelementError, GeometryError
-        A beam, rigid or imported body that can not be.
+    Raises SuperelementError, GeometryError: a beam, rigid or imported body that can not be.
     """
     elements = {name: _beam(scene, plan, name, spec) for name, spec in scene.beams.items()}
     still = not plan.on("gyroscopic")

@@ -60,7 +60,13 @@ def results_document(results: Results) -> dict[str, Any]:
             "sha256": scene_hash(scene),
         },
         "plan": plan_document(results.plan),
-        "bodies": _bodies(results),
+        "bodies": {
+            name: _solid(results.bodies[name])
+            if name in results.bodies
+            # a beam or rigid body has no mesh, but its whole tensor of inertia
+            else {**_body(element), "inertia_kg_m2": np.asarray(element.inertia_kg_m2).tolist()}
+            for name, element in results.elements.items()
+        },
         "accuracy": accuracy_document(scene, results.estimates, results.rounds, results.checks),
         "modes_at_rest": {
             "frequency_hz": results.at_rest.frequency_hz.tolist(),
@@ -187,10 +193,7 @@ def _fineness(found: Resolution | None) -> dict[str, Any]:
 def write_results(results: Results, out: str | Path, *, pictures: bool = True) -> Path:
     """Write the folder of a run, all of it or nothing, and return it.
 
-    Raises
-    ------
-    OutputError
-        The folder can't be written.
+    Raises OutputError: the folder can't be written.
     """
     with claimed(out) as folder:
         write_into(results, folder, pictures=pictures)
@@ -310,14 +313,6 @@ def diagrams_of(results: Results) -> dict[str, partial[None]]:
     return drawn
 
 
-def _bodies(results: Results) -> dict[str, Any]:
-    solids = results.bodies
-    return {
-        name: _solid(solids[name]) if name in solids else _simple(element)
-        for name, element in results.elements.items()
-    }
-
-
 def _body(element: Superelement) -> dict[str, Any]:
     """What all bodies have."""
     inertia = np.asarray(element.inertia_kg_m2)
@@ -334,11 +329,6 @@ def _body(element: Superelement) -> dict[str, Any]:
         "interfaces": interfaces_document(element),
         **({"import": element.provenance["import"]} if "import" in element.provenance else {}),
     }
-
-
-def _simple(element: Superelement) -> dict[str, Any]:
-    """A beam or rigid body: no mesh and nothing assembled, but the whole tensor of inertia."""
-    return {**_body(element), "inertia_kg_m2": np.asarray(element.inertia_kg_m2).tolist()}
 
 
 def _solid(result: BodyResult) -> dict[str, Any]:

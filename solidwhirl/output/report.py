@@ -26,10 +26,11 @@ from solidwhirl.scene_checks.operating import critical_speeds_that_count
 def report_text(results: Results, document: dict[str, Any]) -> str:
     """Markdown report of a run and the contents of its `results.json`."""
     found, ratios = critical_speeds_that_count(document), results.scene.speed_ratios()
+    doubtful = [*(doubt["message"] for doubt in document["doubts"]), *document["bearing_notes"]]
     parts = [
         f"# {markdown_text(results.scene.title or results.scene.name)}",
         _table(" | ", ((a.about, a.marked) for a in answers(document))),
-        "\n".join(f"- **warning:** {markdown_text(message)}" for message in _warnings(document)),
+        "\n".join(f"- **warning:** {markdown_text(message)}" for message in doubtful),
         "## Critical speeds",
         _told([critical_speed_table(found, ratios)]) if found else "None in the speed range.",
         "## Notes" if results.scene.notes else "",
@@ -52,10 +53,6 @@ def report_text(results: Results, document: dict[str, Any]) -> str:
         _cost(document),
     ]
     return "\n\n".join(p for p in parts if p) + "\n"
-
-
-def _warnings(document: dict[str, Any]) -> list[str]:
-    return [*(doubt["message"] for doubt in document["doubts"]), *document["bearing_notes"]]
 
 
 def doubts_text(doubts: Iterable[Doubt]) -> str:

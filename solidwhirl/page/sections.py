@@ -62,10 +62,8 @@ def sections_of(run: Run) -> tuple[Section, ...]:
     """Return the sections that a run has something for, in the order of the page."""
     found = {order: own for order, section in SECTIONS if (own := section(run)) is not None}
     for place, blocks in analysis_blocks(run).items():
-        own = found.get(place.order)
-        before = [] if own is None else own.blocks
-        section = Section(name=place.name, title=place.title, blocks=(), note=place.note)
-        found[place.order] = replace(own or section, blocks=[*before, *blocks])
+        own = found.get(place.order) or Section.at(place, ())
+        found[place.order] = replace(own, blocks=[*own.blocks, *blocks])
     return tuple(found[order] for order in sorted(found))
 
 

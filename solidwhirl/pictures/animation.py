@@ -74,10 +74,7 @@ def _even(image: Any) -> Image:
 def write_film(frames: list[Image], path: Path) -> None:
     """Write frames that repeat, as GIF or MP4 by the ending of the file.
 
-    Raises
-    ------
-    OutputError
-        Another ending, or MP4 where the package imageio-ffmpeg is not installed.
+    Raises OutputError: another ending, or MP4 where the package imageio-ffmpeg is not installed.
     """
     import imageio.v2 as imageio
 

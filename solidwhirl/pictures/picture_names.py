@@ -23,12 +23,8 @@ def refuse_unknown_names(scene: Scene, only: Sequence[str], modes: int) -> None:
     """Refuse names, or patterns with * and ?, that no picture of a scene's run can have.
 
     What an analysis draws is known when it has run: of its pictures only the beginning is checked.
-    At most so many modes are shown in space.
-
-    Raises
-    ------
-    OutputError
-        A pattern fits none; the message lists the names.
+    At most so many modes are shown in space. Raises OutputError: a pattern fits none; the message
+    lists the names.
     """
     meshed = [*scene.bodies, *scene.mesh_bodies]
     kinds = ("mode_critical", "mode")

@@ -23,7 +23,9 @@ Image = NDArray[np.uint8]
 # Pixels of a still, and from where it is seen: the axis to the right, y up, a little from above.
 _PIXELS = (2000, 1100)
 _EYE = (-1.0, 0.55, -0.42)
-_COLORS, _ZOOM = "cividis", 1.3
+_ZOOM = 1.3
+#: Of values, from the least to the largest.
+COLORS = "cividis"
 # Points nearer than this part of the size of a body are one.
 _SAME = 1e-7
 
@@ -90,7 +92,7 @@ def add_bodies(plotter: Any, shape: EngineShape, phase_rad: float) -> list[Any]:
     for body in shape.bodies:
         surface = polydata(body, phase_rad, shape.largest_m)
         added.append(
-            plotter.add_mesh(surface, scalars="displacement", clim=(0.0, 1.0), cmap=_COLORS,
+            plotter.add_mesh(surface, scalars="displacement", clim=(0.0, 1.0), cmap=COLORS,
                              show_scalar_bar=False, smooth_shading=False, ambient=0.62,
                              diffuse=0.45, specular=0.08, line_width=4.0, name=body.body,
                              point_size=11.0 * thickness(plotter), render_points_as_spheres=True)
@@ -179,19 +181,10 @@ def draw_mode_still(shape: EngineShape, path: Path, title: str) -> None:
 
 def frame_of(image: Image, path: Path, title: str, shape: EngineShape) -> Figure:
     """Return a figure with a view in it, a bar of its colours and the meaning of the orbits."""
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
     from matplotlib.lines import Line2D
 
-    height, width = image.shape[:2]
-    figure = frame.new_figure(path, frame.TWO_COLUMNS_MM, 156.0 * height / width + 20.0)
-    axes = figure.add_subplot()
-    axes.imshow(image, interpolation="antialiased")
-    axes.set_axis_off()
-    figure.suptitle(f"{fill(title, 80)}\n{shape.text}", fontsize=frame.TITLE_PT)
-    colors = ScalarMappable(Normalize(0.0, 1.0), _COLORS)
-    bar = figure.colorbar(colors, ax=axes, shrink=0.8, pad=0.01, aspect=28)
-    bar.set_label("displacement, largest 1")
+    figure = image_figure(image, path, f"{fill(title, 80)}\n{shape.text}", (156.0, 20.0))
+    add_color_bar(figure, 1.0, "displacement, largest 1", 0.8)
     texts = {"forward": "forward orbit", "backward": "backward orbit", "planar": "along a line"}
     rows = [
         Line2D([], [], color=style.color, linestyle=style.dashes, marker=style.marker,
@@ -204,6 +197,27 @@ def frame_of(image: Image, path: Path, title: str, shape: EngineShape) -> Figure
         figure.legend(handles=rows, loc="outside lower center", ncols=3, frameon=False,
                       fontsize=frame.SMALL_PT, handlelength=3.2)  # fmt: skip
     return figure
+
+
+def image_figure(image: Image, path: Path, title: str, size_mm: tuple[float, float]) -> Figure:
+    """Return a figure with an image in it; `size_mm`: width of the image, and height beside it."""
+    height, width = image.shape[:2]
+    figure = frame.new_figure(path, frame.TWO_COLUMNS_MM, size_mm[0] * height / width + size_mm[1])
+    axes = figure.add_subplot()
+    axes.imshow(image, interpolation="antialiased")
+    axes.set_axis_off()
+    figure.suptitle(title, fontsize=frame.TITLE_PT)
+    return figure
+
+
+def add_color_bar(figure: Figure, largest: float, label: str, shrink: float) -> None:
+    """Add the bar of the colours of an image, from zero."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    colors = ScalarMappable(Normalize(0.0, largest), COLORS)
+    bar = figure.colorbar(colors, ax=figure.axes[0], shrink=shrink, pad=0.01, aspect=28)
+    bar.set_label(label)
 
 
 def cropped(image: Image) -> Image:
@@ -230,13 +244,5 @@ def draw_solid_mesh(mesh: Mesh, path: Path, title: str) -> None:
                          line_width=0.6, ambient=0.5, diffuse=0.5)  # fmt: skip
         look_at(plotter)
         image = np.asarray(plotter.screenshot(return_img=True), dtype=np.uint8)
-    image = cropped(image)
-    figure = frame.new_figure(
-        path, frame.TWO_COLUMNS_MM, 176.0 * image.shape[0] / image.shape[1] + 13.0
-    )
-    axes = figure.add_subplot()
-    axes.imshow(image, interpolation="antialiased")
-    axes.set_axis_off()
     text = f"{fill(title, 80)}\n{len(mesh.cells)} elements"
-    axes.set_title(text, fontsize=frame.TITLE_PT)
-    frame.write_figure(figure, path)
+    frame.write_figure(image_figure(cropped(image), path, text, (176.0, 13.0)), path)

@@ -73,8 +73,8 @@ def _operation(stability: Stability, operating: Sequence[Operating]) -> Iterator
             begins = max(found[0].low_rad_s * RPM_PER_RAD_S, low)
             yield Alarm(
                 kind="unstable operation",
-                message=f"{begins * own.ratio:.6g} rpm: {own.shaft} operates at {_range(own)} and "
-                f"is unstable {_extent(found, high, own.ratio)}",
+                message=f"{begins * own.ratio:.6g} rpm: {own.shaft} operates at {own.speeds_text} "
+                f"and is unstable {_extent(found, high, own.ratio)}",
                 speed_rpm=begins,
             )
 
@@ -85,11 +85,6 @@ def _extent(found: Sequence[UnstableInterval], high_rpm: float, ratio: float = 1
         return "from here on, in parts"
     end = found[0].high_rad_s * RPM_PER_RAD_S
     return "from here on" if end >= high_rpm else f"up to {end * ratio:.6g} rpm"
-
-
-def _range(own: Operating) -> str:
-    low, high = own.from_rpm, own.to_rpm
-    return f"{high:g} rpm" if low == high else f"{low:g} to {high:g} rpm"
 
 
 def _responses(stability: Stability, analyses: Mapping[str, Any]) -> Iterator[Alarm]:

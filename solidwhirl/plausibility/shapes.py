@@ -11,17 +11,11 @@ import numpy as np
 from solidwhirl.geometry import Body, Material, section_mass_properties
 from solidwhirl.model.bodies import scene_materials
 from solidwhirl.model.mesh_bodies import build_mesh_bodies
+from solidwhirl.scene.joints import BeamDiskSpec
+from solidwhirl.scene.meshes import RigidDiskSpec
 from solidwhirl.scene.records import Scene
 
-
-@dataclass(frozen=True, kw_only=True)
-class RigidMass:
-    """A rigid mass on a body: where it stands in the scene, mass and inertias."""
-
-    key: str
-    mass_kg: float
-    polar_kg_m2: float
-    diametral_kg_m2: float
+Disk = RigidDiskSpec | BeamDiskSpec
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +26,7 @@ class Shape:
     length_m: float
     radius_m: float
     own_mass_kg: float
-    rigid: tuple[RigidMass, ...]
+    disks: Mapping[str, Disk]  #: Rigid ones on it, by their keys
     materials: tuple[Material, ...]  #: Its materials, that of the first section first
 
     @property
@@ -47,8 +41,8 @@ class Shape:
 
     @property
     def mass_kg(self) -> float:
-        """Mass with that of the rigid masses."""
-        return self.own_mass_kg + sum(r.mass_kg for r in self.rigid)
+        """Mass with that of the rigid disks."""
+        return self.own_mass_kg + sum(disk.mass_kg for disk in self.disks.values())
 
 
 def shapes_of(scene: Scene, bodies: Mapping[str, Body]) -> Iterator[Shape]:
@@ -60,7 +54,7 @@ def shapes_of(scene: Scene, bodies: Mapping[str, Body]) -> Iterator[Shape]:
             length_m=max(s.end_m for s in sections) - min(s.start_m for s in sections),
             radius_m=max(max(s.outer_radius_m) for s in sections),
             own_mass_kg=sum(section_mass_properties(s).mass_kg for s in sections),
-            rigid=_rigid(f"{key}.rigid_disks", scene.bodies[name].rigid_disks),
+            disks=_by_key(f"{key}.rigid_disks", scene.bodies[name].rigid_disks),
             materials=_different(s.material for s in sections),
         )
     for name, mesh in build_mesh_bodies(scene).items():
@@ -72,7 +66,7 @@ def shapes_of(scene: Scene, bodies: Mapping[str, Body]) -> Iterator[Shape]:
             length_m=mesh.length_m,
             radius_m=mesh.radius_m,
             own_mass_kg=density * mesh.volume_m3 if mesh.mass is None else mesh.mass.mass_kg,
-            rigid=_rigid(f"{key}.rigid_disks", mesh.rigid_disks),
+            disks=_by_key(f"{key}.rigid_disks", scene.mesh_bodies[name].rigid_disks),
             materials=_different(materials),
         )
     known = scene_materials(scene)
@@ -88,19 +82,13 @@ def shapes_of(scene: Scene, bodies: Mapping[str, Body]) -> Iterator[Shape]:
             length_m=beam.stations_m[-1] - beam.stations_m[0],
             radius_m=max(beam.outer_radius_m),
             own_mass_kg=volume * (material.density_kg_per_m3 if material is not None else 0.0),
-            rigid=_rigid(f"{key}.disks", beam.disks),
+            disks=_by_key(f"{key}.disks", beam.disks),
             materials=(material,) if material is not None else (),
         )
 
 
-def _rigid(key: str, disks: Iterable[object]) -> tuple[RigidMass, ...]:
-    """Disks of any record that has their mass and inertias."""
-    names = ("mass_kg", "polar_inertia_kg_m2", "diametral_inertia_kg_m2")
-    found = [(getattr(disk, name) for name in names) for disk in disks]
-    return tuple(
-        RigidMass(key=f"{key}[{k}]", mass_kg=mass, polar_kg_m2=polar, diametral_kg_m2=diametral)
-        for k, (mass, polar, diametral) in enumerate(found)
-    )
+def _by_key(table: str, disks: Iterable[Disk]) -> dict[str, Disk]:
+    return {f"{table}[{k}]": disk for k, disk in enumerate(disks)}
 
 
 def _different(materials: Iterable[Material]) -> tuple[Material, ...]:

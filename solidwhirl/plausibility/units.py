@@ -18,7 +18,7 @@ from solidwhirl.core.warnings import Doubt
 from solidwhirl.geometry import Body
 from solidwhirl.model.imported_bodies import imported_element
 from solidwhirl.model.interface_documents import cut_doubts
-from solidwhirl.plausibility.shapes import RigidMass, Shape, shapes_of
+from solidwhirl.plausibility.shapes import Disk, Shape, shapes_of
 from solidwhirl.rotordyn import Superelement
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.scene.joints import BearingSpec
@@ -77,8 +77,8 @@ def implausible(scene: Scene, bodies: Mapping[str, Body]) -> tuple[Doubt, ...]:
             (USUAL["radius"], shape.key, shape.radius_m),
             (USUAL["mass"], shape.key, shape.mass_kg),
         )
-        for rigid in shape.rigid:
-            found += _rigid_doubts(rigid, shape.size_m)
+        for key, disk in shape.disks.items():
+            found += _disk_doubts(key, disk, shape.size_m)
         found += _speed_doubts(scene, shape)
     for name in scene.rigid_bodies:
         found += _casing_doubts(scene, name)
@@ -117,16 +117,17 @@ def _material_doubts(scene: Scene, shapes: list[Shape]) -> Iterator[Doubt]:
                 yield from USUAL[key].doubts(f"materials.{name}.{key}", getattr(material, key))
 
 
-def _rigid_doubts(rigid: RigidMass, size_m: float) -> list[Doubt]:
-    """Whether mass and inertias of a rigid mass fit each other and the body."""
-    mass, polar, diametral = rigid.mass_kg, rigid.polar_kg_m2, rigid.diametral_kg_m2
+def _disk_doubts(key: str, disk: Disk, size_m: float) -> list[Doubt]:
+    """Whether mass and inertias of a rigid disk fit each other and the body."""
+    mass, polar = disk.mass_kg, disk.polar_inertia_kg_m2
+    diametral = disk.diametral_inertia_kg_m2
     if mass <= 0.0 or max(polar, diametral) <= 0.0:
         return []
     gyration = math.sqrt(max(polar, diametral) / mass)
-    found = [*USUAL["gyration"].doubts(rigid.key, gyration / size_m, gyration, size_m)]
+    found = [*USUAL["gyration"].doubts(key, gyration / size_m, gyration, size_m)]
     if polar > 0.0:
-        found += USUAL["needle"].doubts(rigid.key, diametral / polar)
-        found += _density_doubts(rigid.key, mass, polar, diametral)
+        found += USUAL["needle"].doubts(key, diametral / polar)
+        found += _density_doubts(key, mass, polar, diametral)
     return found[:1]
 
 

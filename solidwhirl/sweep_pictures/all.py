@@ -82,10 +82,6 @@ def _drawn(build: Callable[[SweepAnalysis, SweepPictureSettings], Chart]) -> Dra
     return draw
 
 
-def _write_page(found: SweepAnalysis, settings: SweepPictureSettings, path: Path) -> None:
-    replace_text(path, parallel_page(found, settings))
-
-
 def _has_bands(found: SweepAnalysis) -> bool:
     return found.bands is not None and bool(np.isfinite(found.bands.frequency_hz.value).any())
 
@@ -96,7 +92,11 @@ _EARLIER = ("parallel.png",)
 _PICTURES: tuple[tuple[str, Callable[[SweepAnalysis], bool], Draw], ...] = (
     ("critical-speeds.png", lambda found: bool(found.tracks), _drawn(critical_speeds_chart)),
     ("tornado.png", lambda found: bool(found.sensitivities), _drawn(tornado_chart)),
-    ("parallel.html", lambda found: bool(found.quantities), _write_page),
+    (
+        "parallel.html",
+        lambda found: bool(found.quantities),
+        lambda found, settings, path: replace_text(path, parallel_page(found, settings)),
+    ),
     ("margins.png", lambda found: bool(found.maps), draw_margin_maps),
     ("campbell-bands.png", _has_bands, _drawn(bands_chart)),
 )

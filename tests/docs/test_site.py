@@ -7,14 +7,12 @@ import re
 import subprocess
 import sys
 from html.parser import HTMLParser
-from pathlib import Path
 
 import pytest
 from browser import complaints, look_like, wait_for
 from markdown_it import MarkdownIt
+from pages import PAGES, ROOT
 
-ROOT = Path(__file__).resolve().parents[2]
-PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
 CODE = re.compile(r"^```.*?^```$|`[^`\n]*`", re.DOTALL | re.MULTILINE)
 # Hosts want the dollars on lines of their own, and blank lines around them but none between.
 DISPLAYED = re.compile(r"(?<=\n\n)\$\$\n((?:(?!\$\$).+\n)+)\$\$(?=\n\n|\n?\Z)")

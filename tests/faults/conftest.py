@@ -45,6 +45,22 @@ def scene_path():
 
 
 @pytest.fixture
+def one_body(scene_path, tmp_path):
+    """Function: path of the scene of one body under a name of its own, with texts replaced."""
+
+    def write(name, **changes):
+        text = scene_path("one_body").read_text(encoding="utf-8")
+        for before, after in {'name = "one_body"': f'name = "{name}"', **changes}.items():
+            assert before in text
+            text = text.replace(before, after)
+        path = tmp_path / f"{name}.toml"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+@pytest.fixture
 def rigid_scene(tmp_path):
     """Function: path of a new scene of a rigid rotor with a title and notes."""
 

@@ -1,8 +1,9 @@
 """Runs that meet a full disk, a read-only one, too little memory, or a signal; prints JSON.
 
-limits.py SCENE FOLDER WHAT...
+limits.py SCENE FOLDER LENGTH WHAT...
 
-WHAT is "disk" (needs a mount namespace of its own), "files", "memory" or "signals".
+LENGTH is "short" or "long" and says how many limits are set; WHAT is "disk" (needs a mount
+namespace of its own), "files", "memory" or "signals".
 """
 
 from __future__ import annotations
@@ -24,6 +25,15 @@ import solidwhirl.pipeline.run
 from solidwhirl.files.run_folder import claimed
 
 _MIB = 1 << 20
+# KiB of disks, bytes of files, MiB of memory; on Debian 13 a run gets along with 260 MiB.
+_LIMITS = {
+    "short": {"disk": (40, 200), "files": (100_000,), "memory": (150, 230, 312)},
+    "long": {
+        "disk": (40, 120, 200),
+        "files": (30_000, 100_000),
+        "memory": (150, 230, 290, 312, 325, 400),
+    },
+}
 
 
 def _state(run, code, out, expected):
@@ -46,10 +56,10 @@ def _next(scene, out, expected):
     return {"next_code": run.end(), "next_right": numbers(out) == expected and not problems(out)}
 
 
-def disks(scene, folder, expected):
+def disks(scene, folder, expected, sizes):
     """File systems of some sizes, and one that can be read only."""
     found = {}
-    for size in (40, 120, 200):
+    for size in sizes:
         place = folder / f"disk{size}"
         place.mkdir()
         _mount(place, f"size={size}k")
@@ -77,10 +87,10 @@ def _mount(place, options):
     subprocess.run(["mount", *kind, "-o", options, "none", str(place)], check=True)
 
 
-def files(scene, folder, expected):
+def files(scene, folder, expected, sizes):
     """A limit on the size of files, with which every larger write fails."""
     found = {}
-    for size in (30_000, 100_000):
+    for size in sizes:
         out = folder / f"files{size}"
 
         def limit(size=size):
@@ -94,11 +104,10 @@ def files(scene, folder, expected):
     return found
 
 
-def memory(scene, folder, expected):
+def memory(scene, folder, expected, sizes):
     """Limits on the address space beyond what the process has."""
     found = {}
-    # on Debian 13 it gets along with 260
-    for more in (150, 230, 290, 312, 325, 400):
+    for more in sizes:
         out = folder / f"memory{more}"
 
         def limit(more=more):
@@ -120,7 +129,7 @@ def memory(scene, folder, expected):
     return found
 
 
-def signals(scene, folder, expected):
+def signals(scene, folder, expected, _sizes):
     """SIGTERM and SIGINT while it works, and two runs in one folder."""
     found = {}
     for name in ("SIGTERM", "SIGINT"):
@@ -142,10 +151,11 @@ def _listen():
 
 
 if __name__ == "__main__":
-    scene, folder, *asked = sys.argv[1:]
+    scene, folder, length, *asked = sys.argv[1:]
     scene, folder = Path(scene), Path(folder)
     whole = Run(scene, folder / "whole")
     assert whole.end() == 0, whole.said()
     known = numbers(folder / "whole")
     work = {"disk": disks, "files": files, "memory": memory, "signals": signals}
-    print(json.dumps({what: work[what](scene, folder, known) for what in asked}))
+    sizes = _LIMITS[length]
+    print(json.dumps({w: work[w](scene, folder, known, sizes.get(w, ())) for w in asked}))

@@ -14,7 +14,8 @@ import time
 from pathlib import Path
 
 import pytest
-from jobs import CLEAN, mpirun, ranks_of
+from jobs import SOLID, mpirun, ranks_of
+from ranks import CLEAN
 
 from solidwhirl.batch.schedule import predicted_cost
 from solidwhirl.batch.table import read_batch
@@ -71,32 +72,17 @@ def wait_for_rows(job, out, count):
         time.sleep(0.005)
 
 
-def written(scene_path, folder, name, **changes):
-    """A small scene: the shaft with a disk of its own."""
-    text = scene_path("one_body").read_text(encoding="utf-8")
-    changes = {'name = "one_body"': f'name = "{name}"', **changes}
-    for before, after in changes.items():
-        assert before in text
-        text = text.replace(before, after)
-    path = folder / f"{name}.toml"
-    path.write_text(text, encoding="utf-8")
-    return path
-
-
 def radius(value):
+    """A disk of its own."""
     return {"outer_radius_m = 0.12": f"outer_radius_m = {value}"}
 
 
-def modes(number):
-    return {"modes = 3": f"modes = {number}"}
-
-
 @pytest.fixture
-def scenes(scene_path, tmp_path):
+def scenes(one_body):
     """Eight scenes of harmonic level, of the same cost but for the last, the largest."""
-    found = [written(scene_path, tmp_path, f"s{k}", **radius(0.11 + 0.002 * k)) for k in range(7)]
+    found = [one_body(f"s{k}", **radius(0.11 + 0.002 * k)) for k in range(7)]
     fine = {'estimates = "off"': 'estimates = "off", size_m = 0.004, corner_size_m = 0.004'}
-    return [*found, written(scene_path, tmp_path, "largest", **fine)]
+    return [*found, one_body("largest", **fine)]
 
 
 @pytest.fixture(scope="session")
@@ -104,7 +90,6 @@ def single():
     """Function: numbers of a scene that ran alone, in this process."""
     from solidwhirl.output.documents import write_results
     from solidwhirl.pipeline.run import run_scene
-    from solidwhirl.scene_reading.reader import read_scene
 
     def run(path, out):
         results = run_scene(read_scene(path))
@@ -117,41 +102,34 @@ def single():
     "ranks",
     [pytest.param(1, marks=pytest.mark.verify), 2, pytest.param(3, marks=pytest.mark.verify)],
 )
-def test_rows_are_those_of_single_runs(scenes, single, scene_path, tmp_path, ranks):
+def test_rows_are_those_of_single_runs(scenes, single, one_body, tmp_path, ranks):
     # refused before it is meshed: more memory than any machine has
     huge = 'estimates = "off", size_m = 1e-6, corner_size_m = 1e-6'
-    failing = written(scene_path, tmp_path, "refused", **{'estimates = "off"': huge})
+    failing = one_body("refused", **{'estimates = "off"': huge})
     out = tmp_path / "out"
-    chosen = [*scenes[:3], failing, scenes[-1]]
+    chosen = [*scenes[:2], failing, scenes[-1]]
     said = finished(start(ranks, "s1:defect", *chosen, "--out", out, "--no-pictures"), codes=(1,))
     rows = {row.case: row for row in read_batch(out)}
     assert set(rows) == {path.stem for path in chosen}
     # one line for each, the largest begun first: with one rank it is the first to end as well
-    ended = re.findall(r"^\[\d/5\] (\S+) ", said, flags=re.MULTILINE)
+    ended = re.findall(r"^\[\d/4\] (\S+) ", said, flags=re.MULTILINE)
     assert sorted(ended) == sorted(rows)
     assert ranks > 1 or ended[0] == "largest"
     assert rows["refused"].status == "failed"
     assert "unknowns and need about" in rows["refused"].message
     assert rows["s1"].message.startswith("defect of the program: RuntimeError: a defect")
     assert "Traceback" in (out / "s1" / "error.txt").read_text(encoding="utf-8")
-    for path in (scenes[0], scenes[2], scenes[-1]):
+    for path in (scenes[0], scenes[-1]):
         assert rows[path.stem].status == "done"
         assert verify_folder(out / path.stem) == []
         assert numbers(out / path.stem) == single(path, tmp_path / "single" / path.stem)
 
 
 @pytest.mark.verify
-def test_equal_bodies_are_reduced_once_by_two_teams_at_once(scene_path, tmp_path):
+def test_equal_bodies_are_reduced_once_by_two_teams_at_once(one_body, tmp_path):
     # the same body on other bearings; both teams come to it within milliseconds of each other
-    paths = [
-        written(
-            scene_path,
-            tmp_path,
-            f"s{k}",
-            **{"stiffness_n_per_m = 1e7": f"stiffness_n_per_m = {k}e7"},
-        )
-        for k in (1, 2, 3, 4)
-    ]
+    stiffer = [{"stiffness_n_per_m = 1e7": f"stiffness_n_per_m = {k}e7"} for k in (1, 2, 3, 4)]
+    paths = [one_body(f"s{k}", **changes) for k, changes in enumerate(stiffer)]
     out = tmp_path / "out"
     finished(start(2, "none", *paths, "--out", out, "--no-pictures"))
     for stage in ("mesh rotor", "reduction rotor"):
@@ -206,9 +184,9 @@ def test_signal_to_mpirun_itself(scenes, tmp_path):
 @pytest.mark.parametrize("kind", ["kill", pytest.param("terminate", marks=pytest.mark.verify)])
 def test_goes_on_after_the_job_ended(scenes, tmp_path, kind):
     out = tmp_path / "out"
-    command = (2, "none", *scenes[:6], "--out", out, "--no-pictures")
+    command = (2, "none", *scenes[:4], "--out", out, "--no-pictures")
     job = start(*command)
-    wait_for_rows(job, out, 2)
+    wait_for_rows(job, out, 1)
     # to the ranks, as srun does; mpirun passes a signal on after a while
     for process in ranks_of(job, "batch.py"):
         os.kill(process, signal.SIGKILL if kind == "kill" else signal.SIGTERM)
@@ -216,12 +194,12 @@ def test_goes_on_after_the_job_ended(scenes, tmp_path, kind):
     assert job.returncode == 143 or (kind == "kill" and job.returncode != 0)
     assert "Traceback" not in said
     before = {row.case: row for row in read_batch(out)}
-    assert 2 <= len(before) < 6
+    assert 1 <= len(before) < 4
     stamps = {case: (out / case / "results.json").stat().st_mtime_ns for case in before}
     said = finished(start(*command, "--resume"))
-    assert f"{6 - len(before)} cases to compute, {len(before)} kept" in said
+    assert f"{4 - len(before)} cases to compute, {len(before)} kept" in said
     after = {row.case: row for row in read_batch(out)}
-    assert len(after) == 6
+    assert len(after) == 4
     assert all(row.status == "done" for row in after.values())
     for case, row in before.items():
         assert after[case] == row
@@ -257,16 +235,13 @@ def test_one_process_ends_with_the_code_of_the_signal(scenes, tmp_path, number, 
 
 
 @pytest.fixture
-def solids(scene_path, tmp_path):
+def solids(one_body):
     """Two scenes of solid level, coarse, and one harmonic that comes after them."""
-    coarse = 'estimates = "off", level = "solid", order = 2, size_m = 0.08, corner_size_m = 0.08'
-    model = {'estimates = "off", level = "harmonic"': coarse, **modes(2)}
-    names = ("first", "second")
     found = [
-        written(scene_path, tmp_path, name, **model, **radius(0.11 + 0.01 * k))
-        for k, name in enumerate(names)
+        one_body(name, **SOLID, **{"outer_radius_m = 0.025": f"outer_radius_m = {radius_m}"})
+        for name, radius_m in (("first", 0.026), ("second", 0.027))
     ]
-    return [*found, written(scene_path, tmp_path, "third")]
+    return [*found, one_body("third")]
 
 
 @pytest.mark.verify
@@ -302,13 +277,13 @@ def test_team_that_can_not_be_saved_ends_the_job(solids, tmp_path):
 
 
 @pytest.mark.verify
-def test_resume_computes_what_changed(scenes, scene_path, tmp_path):
+def test_resume_computes_what_changed(scenes, one_body, tmp_path):
     out = tmp_path / "out"
     options = ("--out", out, "--no-pictures", "--resume")
     finished(start(1, "s1:memory", *scenes[:4], *options), codes=(1,))
     first = {row.case: row for row in read_batch(out)}
     assert first["s1"].message.startswith("not enough memory")
-    written(scene_path, tmp_path, "s2", **radius(0.2))  # another scene
+    one_body("s2", **radius(0.2))  # another scene
     (out / "s3" / "bodies" / "rotor.json").write_text("{}", encoding="utf-8")  # a damaged folder
     said = finished(start(1, "none", *scenes[:3], scenes[3], *options))
     ended = re.findall(r"^\[\d/4\] (\S+) ", said, flags=re.MULTILINE)

@@ -95,7 +95,7 @@ values = st.recursive(
 )
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(values)
 def test_every_bit_comes_back(value):
     found = back(value)

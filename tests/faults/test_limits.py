@@ -35,13 +35,14 @@ def finishes(state):
     assert state["next_right"], state
 
 
-@pytest.fixture(scope="module")
-def found(script, scene_path, tmp_path_factory):
+@pytest.fixture(scope="module", params=["short", pytest.param("long", marks=pytest.mark.verify)])
+def found(request, script, scene_path, tmp_path_factory):
     """What runs said and left under all limits that can be set here, by the limit."""
     command = mounts()
     kinds = ("files", "memory", "signals", *(["disk"] if command else []))
     folder = tmp_path_factory.mktemp("limits")
-    return script("limits.py", scene_path("one_body"), folder, *kinds, prefix=command or ())
+    words = (scene_path("one_body"), folder, request.param, *kinds)
+    return script("limits.py", *words, prefix=command or ())
 
 
 def test_disk_that_is_full_or_read_only(found):

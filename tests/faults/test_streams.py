@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -48,42 +47,38 @@ def test_results_are_kept_when_the_summary_can_not_be_written(scene, tmp_path):
     assert verify_folder(tmp_path / "out") == []
 
 
-@pytest.mark.parametrize("closing", ["1>&- 2>&- <&-", "2>/dev/full"])
-def test_closed_streams_change_nothing(scene, tmp_path, closing):
-    """No file gets the descriptor of a closed stream, and with it what is printed there."""
-    line = f'exec "$0" -m solidwhirl run "$1" --out "$2" --no-pictures {closing}'
-    out = tmp_path / "out"
-    done = subprocess.run(
-        ["sh", "-c", line, sys.executable, scene, out],
+def in_shell(options, scene, out):
+    """A run of the scene by a line of bash."""
+    line = f'"$0" -m solidwhirl run "$1" --out "$2" --no-pictures {options}'
+    return subprocess.run(
+        ["bash", "-c", line, sys.executable, scene, out],
         capture_output=True,
-        text=True,
+        encoding="latin-1",
         timeout=120,
         check=False,
     )
+
+
+def test_closed_streams_change_nothing(scene, tmp_path):
+    """No file gets the descriptor of a closed stream, and with it what is printed there."""
+    done = in_shell("1>&- 2>&- <&-", scene, tmp_path / "out")
     assert done.returncode == 0, done.stderr
-    assert "Traceback" not in done.stderr
-    assert verify_folder(out) == []
+    assert verify_folder(tmp_path / "out") == []
 
 
 def test_reader_that_leaves_early_is_no_failure(scene, tmp_path):
-    line = '"$0" -m solidwhirl run "$1" --out "$2" --no-pictures --json | head -c 1 > /dev/null; '
-    done = subprocess.run(
-        ["bash", "-c", line + "exit ${PIPESTATUS[0]}", sys.executable, scene, tmp_path / "out"],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
+    line = "--json | head -c 1 > /dev/null; exit ${PIPESTATUS[0]}"
+    done = in_shell(line, scene, tmp_path / "out")
     assert (done.returncode, "Traceback" in done.stderr) == (0, False)
 
 
-@pytest.mark.parametrize("encoding", ["ascii:strict", "latin-1"])
-def test_letters_that_the_encoding_lacks_are_escaped(scene, tmp_path, encoding):
-    done = command(
-        ["run", scene, "--out", tmp_path / "out", "--no-pictures"],
-        stdout=subprocess.PIPE,
-        env={**os.environ, "PYTHONIOENCODING": encoding},
-        encoding="latin-1",
-    )
-    assert done.returncode == 0, done.stderr
+@pytest.mark.parametrize(
+    "encoding", ["ascii:strict", pytest.param("latin-1", marks=pytest.mark.verify)]
+)
+def test_letters_that_the_encoding_lacks_are_escaped(scene, tmp_path, monkeypatch, encoding):
+    """And nothing is said where the messages can not be written."""
+    monkeypatch.setenv("PYTHONIOENCODING", encoding)
+    done = in_shell("2>/dev/full", scene, tmp_path / "out")
+    assert done.returncode == 0
     assert r"\u2192 \u03c0" in done.stdout.splitlines()[0]
+    assert verify_folder(tmp_path / "out") == []

@@ -12,7 +12,7 @@ import pytest
 
 SCENE = Path(__file__).parents[2] / "scenes" / "ferraris.toml"
 
-MOMENTS_S = [0.1 * n for n in range(3, 23, 4)]
+MOMENTS_S = [0.3, 0.8, 1.4, *(pytest.param(t, marks=pytest.mark.verify) for t in (0.5, 1.1, 1.9))]
 
 
 @pytest.mark.parametrize("moment_s", MOMENTS_S)

@@ -2,33 +2,15 @@
 
 from __future__ import annotations
 
-import importlib.util
 import re
+import sys
 from pathlib import Path
 
 import pytest
 
+sys.path.insert(0, str(Path(__file__).parent))
 ROOT = Path(__file__).resolve().parents[2]
 LONGEST_MESSAGE = 4000
-
-
-def load(name):
-    """A module beside this one."""
-    path = Path(__file__).with_name(f"{name}.py")
-    spec = importlib.util.spec_from_file_location(name, path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-@pytest.fixture(scope="session")
-def scene_damage():
-    return load("scene_damage")
-
-
-@pytest.fixture(scope="session")
-def superelement_damage():
-    return load("superelement_damage")
 
 
 @pytest.fixture(scope="session")

@@ -7,7 +7,6 @@ announced before it is read, so that a crash or a hang names it: lines "begin <s
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import random
 import resource
@@ -15,16 +14,14 @@ import sys
 import warnings
 from pathlib import Path
 
+from superelement_damage import DAMAGES, damage_bytes, damage_content, without_seal
+
 from solidwhirl.rotordyn import SuperelementError, read_superelement
 
 
 def main():
     folder, kind, first, count = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3]), int(sys.argv[4])
     warnings.simplefilter("error")
-    path = Path(__file__).with_name("superelement_damage.py")
-    spec = importlib.util.spec_from_file_location("superelement_damage", path)
-    damage = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(damage)
     originals = [folder / name for name in ("shaft.h5", "rigid.h5", "harmonic.h5")]
     contents = [original.read_bytes() for original in originals]
     copy = folder / f"damaged_{kind}.h5"
@@ -35,12 +32,12 @@ def main():
         if kind == "content":
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # about what is being made, not about reading it
-                chosen = damage.DAMAGES[seed % len(damage.DAMAGES)]
-                what = damage.damage_content(rng.choice(originals), copy, rng, chosen)
+                chosen = DAMAGES[seed % len(DAMAGES)]
+                what = damage_content(rng.choice(originals), copy, rng, chosen)
         else:
             content = rng.choice(contents)
-            content = content if kind == "sealed" else damage.without_seal(content)
-            copy.write_bytes(damage.damage_bytes(content, rng))
+            content = content if kind == "sealed" else without_seal(content)
+            copy.write_bytes(damage_bytes(content, rng))
         say("begin", seed, what)
         say("end", seed, json.dumps(outcome(copy)))
     say("memory", 1, peak_mib())

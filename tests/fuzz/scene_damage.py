@@ -70,16 +70,6 @@ def _put(text, spot, content):
     return text[: spot.start()] + content + text[spot.end() :]
 
 
-def swap_numbers(text, rng):
-    first, second = sorted(
-        (_spot(NUMBER, text, rng), _spot(NUMBER, text, rng)), key=lambda m: m.start()
-    )
-    if first.start() == second.start():
-        return text
-    between = text[first.end() : second.start()]
-    return text[: first.start()] + second[0] + between + first[0] + text[second.end() :]
-
-
 def odd_value(text, rng):
     spot = _spot(rng.choice((NUMBER, NUMBER, TEXT)), text, rng)
     return _put(text, spot, rng.choice(ODD_VALUES))
@@ -119,24 +109,6 @@ def nest(text, rng):
     return rng.choice((lambda h: h + text, lambda h: text + b"\n" + h))(rng.choice(heads))
 
 
-def large(text, rng):
-    """Keys, texts, comments, lists and whole files of millions of characters."""
-    k = 10 ** rng.choice((3, 5, 6))
-    added = (
-        b"k" * k + b" = 1\n",
-        b'"' + b"\xc3\xa9" * (k // 2) + b'" = 1\n',
-        b"# " + b"x" * k + b"\n",
-        b'title = "' + b"x" * k + b'"\n',
-        b"notes = [" + b'"a", ' * (k // 10) + b"]\n",
-        b"name = '''" + b"\n" * k + b"'''\n",
-    )
-    if rng.random() < 0.03:
-        return text + b"#" * 4_000_000
-    if rng.random() < 0.1:
-        return text + b"\n[[bearings]]" * 20_000
-    return rng.choice(added) + text
-
-
 def name(text, rng):
     """A text that becomes a name, a reference or a file name."""
     spot = _spot(TEXT, text, rng)
@@ -159,8 +131,8 @@ def double_key(text, rng):
 
 
 DAMAGES = (
-    flip_bytes, lines, swap_numbers, odd_value, odd_value, scale_number, insert, nest, large, name,
-    name, table_name, double_key,
+    flip_bytes, lines, odd_value, odd_value, scale_number, insert, nest, name, name, table_name,
+    double_key,
 )  # fmt: skip
 
 

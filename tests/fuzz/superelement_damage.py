@@ -41,33 +41,19 @@ ODD_TEXTS = (
     "%s%n",
     "nan",
 )
-NUMERIC = [
-    f"{group}/{name}"
-    for group, names in {
-        "dof": "node component kind frequency",
-        "interface": "node xyz",
-        "operators": "M K0 G Kgeo Kspin",
-        "body": "mass com J_com rigid_modes rigid_present full_dofs maximum_speed spin_generator",
-        "recovery": "xyz Phi",
-        "frequencies": "free fixed_interface error_estimate",
-        "moments": "displacement first second",
-    }.items()
-    for name in names.split()
-]
 TEXTS = ("interface/name", "interface/coupling")
-GROUPS = ("dof", "interface", "operators", "body", "recovery", "frequencies", "provenance")
-ATTRIBUTES = [
-    "format",
-    "format_version",
-    "name",
-    "level",
-    "harmonics",
-    "unit_system",
-    "units",
-    "frame",
-    "spin_axis",
-    "spin_origin",
-]
+TYPES = (
+    "f2", ">f8", ">i4", "f4", np.longdouble, "c16", "?", "u8", "i1", "S7", "S1", "V9", TEXT,
+    h5py.vlen_dtype(np.float64), h5py.ref_dtype, h5py.regionref_dtype, h5py.enum_dtype({"A": 1}),
+    np.dtype([("a", "f8"), ("b", "i4")]), np.dtype(("f8", (2,))), h5py.string_dtype(length=10**6),
+)  # fmt: skip
+ATTRIBUTES = (
+    None, 1, -1, np.nan, np.inf, 0.5, 1.5, 1e308, b"x\xff", "SI", [], [1.0], [0.0, 0.0, 1.0],
+    [0.0, 0.0, -1.0], [1e308] * 3, list(range(8000)), "y" * 60_000, h5py.Empty("f8"),
+    h5py.Empty("S1"), np.array([(1, 2.0)], dtype="i4,f8"), True, np.array(["a", "b"], dtype="S"),
+    np.longdouble(2) ** 12000, 2**63 - 1, [-1], [2**62], 1j,
+    *(text for text in ODD_TEXTS if len(text) < 60_000),
+)  # fmt: skip
 
 
 def make_originals(folder):
@@ -149,32 +135,32 @@ def replaced(file, place, data=None, **options):
         dataset.attrs[name] = value
 
 
-def numeric_place(file, rng):
-    found = [place for place in NUMERIC if place in file]
-    found += [f"error_forms/{part}/gram" for part in file.get("error_forms", ())]
-    return rng.choice(found)
+def items(file, kind=(h5py.Dataset, h5py.Group)):
+    """Names of what is in a file."""
+    found = []
+    file.visititems(lambda name, item: found.append(name) if isinstance(item, kind) else None)
+    return found
 
 
 def odd_number(file, rng):
-    dataset = file[numeric_place(file, rng)]
+    """One number of a dataset, or all of them."""
+    datasets = [file[name] for name in items(file, h5py.Dataset)]
+    dataset = rng.choice([d for d in datasets if d.dtype.kind in "fiu" and 0 < d.size < 10**6])
     value = rng.choice(ODD_NUMBERS)
     if dataset.dtype.kind in "iu":
         info = np.iinfo(dataset.dtype)
         value = rng.choice((info.min, info.max, -1 if info.min < 0 else 7, 99))
-    if dataset.size:
-        dataset[tuple(rng.randrange(k) for k in dataset.shape)] = value
+    everywhere = rng.random() < 0.3
+    dataset[() if everywhere else tuple(rng.randrange(k) for k in dataset.shape)] = value
 
 
-def odd_numbers_everywhere(file, rng):
-    place = numeric_place(file, rng)
-    dtype = rng.choice(("f8", "f4", "i8"))
-    value = rng.choice((1e308, -1e308, 5e-324, 0.0, 1.0)) if dtype == "f8" else 3
-    replaced(file, place, np.full(file[place].shape, value, dtype=dtype))
-
-
-def odd_shape(file, rng):
-    place = rng.choice((numeric_place(file, rng), *TEXTS))
+def odd_dataset(file, rng):
+    """A dataset of another type or shape."""
+    place = rng.choice(items(file, h5py.Dataset))
     old = file[place]
+    if rng.random() < 0.5:
+        replaced(file, place, shape=old.shape, dtype=rng.choice(TYPES))
+        return
     shape = list(old.shape)
     match rng.choice(("row", "zero", "scalar", "axis", "less")):
         case "row" if shape:
@@ -190,111 +176,53 @@ def odd_shape(file, rng):
     replaced(file, place, shape=tuple(shape), dtype=old.dtype)
 
 
-def odd_type(file, rng):
-    place = rng.choice((numeric_place(file, rng), *TEXTS))
-    shape = file[place].shape
-    types = (
-        "f2", ">f8", ">i4", "f4", np.longdouble, "c16", "?", "u8", "i1", "S7", "S0", "V9", TEXT,
-        h5py.vlen_dtype(np.float64), h5py.ref_dtype, h5py.regionref_dtype,
-        h5py.enum_dtype({"A": 1}), np.dtype([("a", "f8"), ("b", "i4")]), np.dtype(("f8", (2,))),
-        h5py.string_dtype(length=10**6),
-    )  # fmt: skip
-    dtype = rng.choice(types)
-    if dtype == "S0":
-        dtype = "S1"
-    replaced(file, place, shape=shape, dtype=dtype)
-
-
 def missing(file, rng):
-    places = [p for p in (*NUMERIC, *TEXTS, *GROUPS) if p in file]
-    del file[rng.choice(places)]
-
-
-def group_for_dataset(file, rng):
-    place = rng.choice((numeric_place(file, rng), *TEXTS))
-    del file[place]
-    file.create_group(place)
-
-
-def dataset_for_group(file, rng):
-    place = rng.choice(GROUPS)
-    del file[place]
-    file.create_dataset(place, data=rng.choice((1.0, "x")))
-
-
-def link(file, rng):
-    place = rng.choice((numeric_place(file, rng), *TEXTS, *GROUPS, "error_forms", "moments"))
-    targets = (
-        h5py.SoftLink("/nowhere"),
-        h5py.SoftLink(f"/{place}"),
-        h5py.SoftLink("/body"),
-        h5py.SoftLink("../../.."),
-        h5py.ExternalLink("/etc/passwd", "/"),
-        h5py.ExternalLink("../../other.h5", "/operators"),
-        h5py.ExternalLink(Path(file.filename).name, f"/{place}"),
-        h5py.ExternalLink("/dev/zero", "/x"),
-    )
-    if place in file:
-        if rng.random() < 0.3:
-            file.move(place, "moved")
-        else:
-            del file[place]
-    file[place] = rng.choice(targets)
-
-
-def cyclic_group(file, rng):
-    group = file[rng.choice(GROUPS)]
-    group["again"] = group
-    group["root"] = file["/"]
-    file["a"], file["b"] = h5py.SoftLink("/b"), h5py.SoftLink("/a")
-
-
-def other_file(file, rng):
-    place = numeric_place(file, rng)
-    shape = file[place].shape or (1,)
-    del file[place]
-    if rng.random() < 0.5:
-        name = rng.choice(("/etc/passwd", "../secret.bin", "/dev/zero", "x.bin"))
-        file.create_dataset(
-            place, shape=shape, dtype="f8", external=[(name, 0, h5py.h5f.UNLIMITED)]
-        )
+    """Nothing, or something else, in the place of a dataset or a group."""
+    place = rng.choice(items(file))
+    shape = getattr(file[place], "shape", ()) or (1,)
+    if rng.random() < 0.3:
+        file.move(place, "moved")
     else:
-        layout = h5py.VirtualLayout(shape=shape, dtype="f8")
-        layout[...] = h5py.VirtualSource(rng.choice((".", "/etc/passwd")), "x", shape=shape)
-        file.create_virtual_dataset(place, layout)
+        del file[place]
+    match rng.choice(("nothing", "group", "dataset", "link", "link", "cycle", "other", "virtual")):
+        case "group":
+            file.create_group(place)
+        case "dataset":
+            file.create_dataset(place, data=rng.choice((1.0, "x")))
+        case "link":
+            paths = ("/nowhere", f"/{place}", "/body", "../../..", "/moved")
+            files = ("/etc/passwd", "../../other.h5", Path(file.filename).name, "/dev/zero")
+            links = [h5py.SoftLink(path) for path in paths]
+            links += [h5py.ExternalLink(name, f"/{place}") for name in files]
+            file[place] = rng.choice(links)
+        case "cycle":
+            file[place] = file["/"]
+        case "other":
+            name = rng.choice(("/etc/passwd", "../secret.bin", "/dev/zero", "x.bin"))
+            data = [(name, 0, h5py.h5f.UNLIMITED)]
+            file.create_dataset(place, shape=shape, dtype="f8", external=data)
+        case "virtual":
+            layout = h5py.VirtualLayout(shape=shape, dtype="f8")
+            layout[...] = h5py.VirtualSource(rng.choice((".", "/etc/passwd")), "x", shape=shape)
+            file.create_virtual_dataset(place, layout)
 
 
 def attribute(file, rng):
-    name = rng.choice(ATTRIBUTES)
-    values = (
-        None, 1, -1, np.nan, 1.5, "", "x", b"x\xff", "SI", "nan", [], [1.0], [0.0, 0.0, 1.0],
-        [0.0, 0.0, -1.0], [1e308] * 3, list(range(8000)), "y" * 60_000, h5py.Empty("f8"),
-        h5py.Empty("S1"), np.array([(1, 2.0)], dtype="i4,f8"), True,
-        np.array(["a", "b"], dtype="S"),
-        np.longdouble(2) ** 12000, 2**63 - 1, [-1], [2**62], 1j, file["body"].ref,
-        *ODD_TEXTS[:10],
-    )  # fmt: skip
-    value = rng.choice(values)
-    if name in file.attrs:
-        del file.attrs[name]
+    """An attribute of the file or of something in it."""
+    holder = file[rng.choice(("/", rng.choice(items(file))))].attrs
+    name, value = rng.choice([*holder] or ["new"]), rng.choice((*ATTRIBUTES, file["body"].ref))
+    if name in holder:
+        del holder[name]
     if value is not None:
-        file.attrs[name] = value
+        holder[name] = value
 
 
 def names(file, rng):
-    choice = rng.choice(("body", "interfaces", "twice", "coupling", "raw"))
-    text = rng.choice(ODD_TEXTS)
-    if choice == "body" and len(text) < 60_000:
-        file.attrs["name"] = text
-    elif choice == "twice":
-        replaced(file, "interface/name", ["a", "a"], dtype=TEXT)
-    elif choice == "coupling":
-        replaced(file, "interface/coupling", ["RBE2", text], dtype=TEXT)
-    elif choice == "raw":
-        raw = np.array([b"\xff\xfe", b"b\x00c"], dtype="S3")
-        replaced(file, "interface/name", raw)
-    else:
-        replaced(file, "interface/name", ["a", text], dtype=TEXT)
+    if rng.random() < 0.2:
+        replaced(file, TEXTS[0], np.array([b"\xff\xfe", b"b\x00c"], dtype="S3"))
+        return
+    place, first = rng.choice(((TEXTS[0], "a"), (TEXTS[1], "RBE2")))
+    replaced(file, place, [first, rng.choice(("a", *ODD_TEXTS))], dtype=TEXT)
 
 
 def provenance(file, rng):
@@ -321,35 +249,7 @@ def error_forms(file, rng):
     if "error_forms" not in file:
         file.create_group("error_forms").create_group(rng.choice(("mesh", "weather", "\x1b[2J")))
         return
-    group = file["error_forms/mesh"]
-    match rng.choice(("attribute", "part", "shape", "name")):
-        case "attribute":
-            key = rng.choice(("safety", "cutoff_rad_s"))
-            group.attrs[key] = rng.choice((0.5, -1.0, np.nan, "x", [1.0], np.inf, 1e308))
-        case "part":
-            file.move("error_forms/mesh", "error_forms/" + rng.choice(("x", "y" * 5000, "a\nb")))
-        case "shape":
-            replaced(file, "error_forms/mesh/gram", np.eye(4))
-        case _:
-            group.create_dataset("stiffness_change", data=np.ones((2, 3)))
-
-
-def moments(file, rng):
-    n = len(file["dof/kind"])
-    part = rng.choice(("displacement", "first", "second"))
-    match rng.choice(("missing", "shape", "size", "asymmetry", "type")):
-        case "missing":
-            del file[f"moments/{part}"]
-        case "shape":
-            shape = rng.choice(((3, n + 1), (3, 3, n, n), (6, n), (6, n, n, 1), (0,)))
-            replaced(file, f"moments/{part}", np.ones(shape))
-        case "size":
-            replaced(file, "moments/second", shape=(6, 10**5, 10**5), dtype="f8", chunks=True)
-        case "asymmetry":
-            file["moments/second"][rng.randrange(3), 0, -1] = 1e9
-        case _:
-            del file["moments"]
-            file["moments"] = rng.choice((1.0, "x"))
+    file.move("error_forms/mesh", "error_forms/" + rng.choice(("x", "y" * 5000, "a\nb")))
 
 
 BOMBS = ("matrix", "many", "chunk", "swelling", "texts", "wide", "filter", "packed")
@@ -389,8 +289,13 @@ def bomb(file, rng, kind=None):
             replaced(file, "recovery/Phi", shape=(10**7, 3, n), dtype="f8", chunks=True)
 
 
-def harmless(file, rng):
-    """What a later minor version may add."""
+def added(file, rng):
+    """What a later minor version may add, and terms that this program does not know."""
+    if rng.random() < 0.5:
+        n = len(file["dof/kind"])
+        data = rng.choice((np.eye(n), np.zeros((n, n)), np.zeros(3), np.float64(0.0)))
+        file["operators"].create_dataset(rng.choice(("D0", "Kcirc", "sampled")), data=data)
+        return
     group = file.create_group("thermal")
     group.create_dataset("field", data=np.arange(5))
     for _ in range(rng.choice((1, 50))):
@@ -399,17 +304,9 @@ def harmless(file, rng):
     file["operators"].create_dataset("Kmagnetic", data=1.0)
 
 
-def reserved_term(file, rng):
-    n = len(file["dof/kind"])
-    data = rng.choice((np.eye(n), np.zeros((n, n)), np.zeros(3), np.float64(0.0)))
-    file["operators"].create_dataset(rng.choice(("D0", "Kcirc", "sampled")), data=data)
-
-
 DAMAGES = (
-    odd_number, odd_numbers_everywhere, odd_shape, odd_type, missing, group_for_dataset,
-    dataset_for_group, link, cyclic_group, other_file, attribute, names, provenance, error_forms,
-    moments,
-    bomb, harmless, reserved_term,
+    odd_number, odd_number, odd_dataset, odd_dataset, missing, missing, missing, attribute,
+    attribute, names, provenance, error_forms, bomb, added,
 )  # fmt: skip
 
 

@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 
 import pytest
+from scene_damage import damage_text
 from typer.testing import CliRunner
 
 from solidwhirl.cli import app
@@ -42,7 +43,7 @@ def outcome(path):
 
 
 @pytest.fixture
-def survive(scenes, scene_damage, check_message):
+def survive(scenes, check_message):
     """Function: damage texts and check every outcome; how many were planned and refused."""
     originals = sorted(p for p in scenes.glob("**/*.toml") if p.name != "damaged.toml")
 
@@ -51,7 +52,7 @@ def survive(scenes, scene_damage, check_message):
         for seed in range(first, first + count):
             rng = random.Random(seed)
             original = rng.choice(originals)
-            text, what = scene_damage.damage_text(original.read_bytes(), rng)
+            text, what = damage_text(original.read_bytes(), rng)
             path = original.with_name("damaged.toml")
             path.write_bytes(text)
             begin = time.process_time()
@@ -73,12 +74,11 @@ def survive(scenes, scene_damage, check_message):
     return check
 
 
-@pytest.mark.parametrize("part", range(4))
-def test_damaged_text(survive, part):
-    """1600 inputs in all."""
-    planned, refused = survive(400 * part, 400)
-    assert planned > 40
-    assert refused > 260
+def test_damaged_text(survive):
+    """500 inputs."""
+    planned, refused = survive(0, 500)
+    assert planned > 50
+    assert refused > 325
 
 
 @pytest.mark.verify
@@ -153,7 +153,7 @@ def commands(path, out):
     }
 
 
-def refused_inputs(scenes, scene_damage, kind, count):
+def refused_inputs(scenes, kind, count):
     """Damaged files that are refused when they are read, of scenes or of problems."""
     pattern = "identify/*.toml" if kind == "identify" else "*.toml"
     originals = sorted(p for p in scenes.glob(pattern) if p.name != "damaged.toml")
@@ -162,7 +162,7 @@ def refused_inputs(scenes, scene_damage, kind, count):
         seed += 1
         rng = random.Random(seed)
         original = rng.choice(originals)
-        text, _ = scene_damage.damage_text(original.read_bytes(), rng)
+        text, _ = damage_text(original.read_bytes(), rng)
         path = original.with_name("damaged.toml")
         path.write_bytes(text)
         try:
@@ -173,10 +173,10 @@ def refused_inputs(scenes, scene_damage, kind, count):
 
 
 @pytest.mark.parametrize("command", ["run", "plan", "study", "identify"])
-def test_command_line_refuses_without_a_trace(scenes, scene_damage, tmp_path, command):
-    """15 inputs each: exit code 2, one message, no traceback, nothing written."""
+def test_command_line_refuses_without_a_trace(scenes, tmp_path, command):
+    """8 inputs each: exit code 2, one message, no traceback, nothing written."""
     out = tmp_path / "out"
-    for path in refused_inputs(scenes, scene_damage, command, 15):
+    for path in refused_inputs(scenes, command, 8):
         done = CliRunner().invoke(app, commands(path, out)[command])
         assert done.exit_code == 2, done.output
         assert isinstance(done.exception, SystemExit)

@@ -5,12 +5,14 @@ from __future__ import annotations
 import ast
 import json
 import random
+import re
 import subprocess
 import sys
 from functools import partial
 from pathlib import Path
 
 import pytest
+from superelement_damage import bomb, damage_content, make_originals, without_seal
 
 from solidwhirl.rotordyn import SuperelementError, read_superelement
 
@@ -52,9 +54,9 @@ def read_many(folder, kind, first, count):
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory, superelement_damage):
+def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("superelements")
-    superelement_damage.make_originals(folder)
+    make_originals(folder)
     return folder
 
 
@@ -74,24 +76,21 @@ def survive(folder, check_message):
     return check
 
 
-def test_sealed_files_never_pass_with_a_changed_byte(survive):
-    """150 inputs. The checksum finds all; a few changes leave the file as it was."""
-    outcomes = survive("sealed", 0, 150)
-    assert outcomes["read"] < 5
-
-
-def test_damaged_bytes(survive):
-    """50 inputs without a checksum, some of which crash or hang the HDF5 library."""
-    outcomes = survive("bytes", 0, 50)
-    assert outcomes["refused"] > 30
-
-
-def test_damaged_content(survive, superelement_damage):
-    """90 inputs that HDF5 itself finds in order, every kind of damage many times."""
-    outcomes = survive("content", 0, 90)
-    assert outcomes["refused"] > 45
-    # harmless additions, numbers that a body may have, later minor versions
-    assert outcomes["read"] > 10
+@pytest.mark.parametrize(
+    ("kind", "count", "refused", "read"),
+    [
+        # the checksum finds all; a few changes leave the file as it was
+        ("sealed", 40, 38, 0),
+        # without a checksum, some of which crash or hang the HDF5 library
+        ("bytes", 20, 12, 0),
+        # what HDF5 itself finds in order, every kind of damage several times; harmless additions
+        # and numbers that a body may have are read
+        ("content", 56, 28, 6),
+    ],
+)
+def test_damage_is_refused_or_read(survive, kind, count, refused, read):
+    outcomes = survive(kind, 0, count)
+    assert outcomes["refused"] >= refused and outcomes["read"] >= read
 
 
 @pytest.mark.verify
@@ -100,7 +99,7 @@ def test_ten_times_as_many(survive, kind):
     survive(kind, 10_000, {"sealed": 7800, "bytes": 2500, "content": 4400}[kind])
 
 
-def test_crash_and_hang_of_the_library_are_refused(folder, tmp_path, superelement_damage):
+def test_crash_and_hang_of_the_library_are_refused(folder, tmp_path):
     """The two are not left to chance: a stand-in for the library that does it."""
     from solidwhirl.rotordyn.storage.sandbox import refuse_harmful
 
@@ -143,18 +142,18 @@ BOMBS = {
 
 
 @pytest.mark.parametrize("kind", BOMBS)
-def test_bombs_are_refused_before_they_go_off(folder, tmp_path, superelement_damage, kind):
+def test_bombs_are_refused_before_they_go_off(folder, tmp_path, kind):
     copy = tmp_path / "bomb.h5"
-    bomb = partial(superelement_damage.bomb, kind=kind)
-    bomb.__name__ = kind
-    superelement_damage.damage_content(folder / "shaft.h5", copy, random.Random(1), bomb)
+    one = partial(bomb, kind=kind)
+    one.__name__ = kind
+    damage_content(folder / "shaft.h5", copy, random.Random(1), one)
     assert copy.stat().st_size < 3_000_000
     with pytest.raises(SuperelementError, match=BOMBS[kind]) as caught:
         read_superelement(copy)
     assert str(caught.value).startswith(f"{copy}: ")
 
 
-def test_links_to_other_files_are_never_opened(folder, tmp_path, superelement_damage, monkeypatch):
+def test_links_to_other_files_are_never_opened(folder, tmp_path, monkeypatch):
     """A pipe that nobody writes to would block the first program that opens it."""
     import os
 
@@ -164,7 +163,7 @@ def test_links_to_other_files_are_never_opened(folder, tmp_path, superelement_da
     for kind in ("link", "external", "virtual"):
         copy = tmp_path / f"{kind}.h5"
         content = (folder / "shaft.h5").read_bytes()
-        copy.write_bytes(superelement_damage.without_seal(content))
+        copy.write_bytes(without_seal(content))
         with h5py.File(copy, "r+") as file:
             del file["body/com"]
             if kind == "link":
@@ -183,8 +182,11 @@ def test_no_code_is_ever_read_from_data():
     """No pickle, no eval: nothing that turns bytes of a file into a program."""
     banned_modules = {"pickle", "cPickle", "dill", "shelve", "marshal", "joblib", "yaml"}
     banned_calls = {"eval", "exec", "compile", "__import__"}
+    suspects = re.compile(rb"allow_pickle|" + "|".join(banned_modules | banned_calls).encode())
     for folder in ("geometry", "meshing", "reduction", "rotordyn", "solidwhirl"):
         for path in sorted((ROOT / folder).rglob("*.py")):
+            if not suspects.search(path.read_bytes()):
+                continue
             for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
                 where = f"{path.relative_to(ROOT)}:{getattr(node, 'lineno', 0)}"
                 if isinstance(node, ast.Import):

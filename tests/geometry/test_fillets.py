@@ -7,6 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from outlines import area_of, chords_of, conforming
+from shapes import body, interface, section, shaft_and_disk
 
 from solidwhirl.geometry import MATERIALS, GeometryError, mass_properties, merge_fillets, subdivide
 
@@ -40,7 +42,7 @@ def check_tangent(found):
                 assert abs(edge @ spoke) / np.hypot(*edge) / np.hypot(*spoke) < 1e-12
 
 
-def test_square_corner(shaft_and_disk, conforming, area_of):
+def test_square_corner():
     radius = 0.005
     found = subdivide(shaft_and_disk(fillet=radius))
     conforming(found)
@@ -59,7 +61,7 @@ def test_square_corner(shaft_and_disk, conforming, area_of):
     assert tangents == {(0.14, 0.02), (0.145, 0.025), (0.175, 0.025), (0.18, 0.02)}
 
 
-def test_oblique_corners(section, body, conforming, area_of):
+def test_oblique_corners():
     """A disk on a cone has one acute and one obtuse empty wedge."""
     radius = 0.01
     cone = section("cone", 0.0, 1.0, 0.0, (0.1, 0.4))
@@ -74,7 +76,7 @@ def test_oblique_corners(section, body, conforming, area_of):
     assert abs(areas[0] - areas[1]) > 0.1 * areas[0]
 
 
-def test_material_is_that_of_the_section_listed_first(section, body):
+def test_material_is_that_of_the_section_listed_first():
     titanium, steel = MATERIALS["titanium"], MATERIALS["steel"]
     shaft = section("shaft", 0.0, 1.0, 0.0, 0.1, steel)
     disk = section("disk", 0.4, 0.5, 0.1, 0.3, titanium)
@@ -94,7 +96,7 @@ def test_material_is_that_of_the_section_listed_first(section, body):
         assert mass_properties(shape).mass_kg - sharp == pytest.approx(added, rel=1e-8)
 
 
-def test_collinear_curves_count_as_one_edge(section, body, interface, conforming):
+def test_collinear_curves_count_as_one_edge():
     """The tangent piece runs over a seat's end and a joint between two shaft sections."""
     found = subdivide(
         body(
@@ -115,7 +117,7 @@ def test_collinear_curves_count_as_one_edge(section, body, interface, conforming
     assert np.sort(found.points[[seat.start, seat.end], 0]) == pytest.approx([0.1, 0.39])
 
 
-def groove(section, body, width, fillet, **options):
+def groove(width, fillet, **options):
     return body(
         section("shaft", 0.0, 1.0, 0.0, 0.1),
         section("one", 0.3, 0.4, 0.1, 0.2),
@@ -126,9 +128,9 @@ def groove(section, body, width, fillet, **options):
 
 
 @pytest.mark.parametrize(("width", "fillet"), [(0.02, 0.01), (0.03, 0.015), (0.02, 0.00999)])
-def test_groove_with_a_full_radius(section, body, conforming, area_of, width, fillet):
+def test_groove_with_a_full_radius(width, fillet):
     """Two fillets may use up their common edge; their arcs then meet in one tangent point."""
-    found = subdivide(groove(section, body, width, fillet))
+    found = subdivide(groove(width, fillet))
     conforming(found)
     check_tangent(found)
     total = sum(area_of(found, face.loop) for face in found.faces)
@@ -136,7 +138,7 @@ def test_groove_with_a_full_radius(section, body, conforming, area_of, width, fi
     assert total - sharp == pytest.approx(4.0 * fillet**2 * (1.0 - math.pi / 4.0), rel=1e-9)
 
 
-def test_fillet_as_long_as_its_edge(section, body, conforming, area_of):
+def test_fillet_as_long_as_its_edge():
     """The tangent point falls on the end of a shoulder as high as the radius."""
     found = subdivide(
         body(
@@ -153,7 +155,7 @@ def test_fillet_as_long_as_its_edge(section, body, conforming, area_of):
     conforming(merge_fillets(found))
 
 
-def test_cavity_corners(section, body, conforming, area_of):
+def test_cavity_corners():
     radius = 0.05
     found = subdivide(
         body(
@@ -169,7 +171,7 @@ def test_cavity_corners(section, body, conforming, area_of):
     assert len(found.fillet_arcs) == 4
 
 
-def test_flat_corners_stay_as_they_are(section, body, conforming):
+def test_flat_corners_stay_as_they_are():
     """A kink of 1e-7 rad would give a fillet 5 nm long: reported, not filleted."""
     shape = body(
         section("a", 0.0, 0.5, 0.0, 0.1),
@@ -195,12 +197,12 @@ def test_flat_corners_stay_as_they_are(section, body, conforming):
         (0.02, 1e-8, "fillet radius 1e-08 m is below the smallest length allowed, 1e-06 m"),
     ],
 )
-def test_refused_radii(section, body, width, fillet, message):
+def test_refused_radii(width, fillet, message):
     with pytest.raises(GeometryError, match=message):
-        subdivide(groove(section, body, width, fillet))
+        subdivide(groove(width, fillet))
 
 
-def test_refused_where_another_part_is_in_the_way(section, body):
+def test_refused_where_another_part_is_in_the_way():
     """The tip of a bar reaches between the corner and the arc."""
     parts = (
         section("shaft", 0.0, 1.0, 0.0, 0.1),
@@ -222,10 +224,10 @@ def test_refused_where_another_part_is_in_the_way(section, body):
         (("section", 0.3), "covers a part of the interface 'seat'"),
     ],
 )
-def test_refused_over_an_interface(section, body, interface, arguments, message):
+def test_refused_over_an_interface(arguments, message):
     seat = interface("seat", *arguments)
     with pytest.raises(GeometryError, match=rf"at z = 0.3 m, r = 0.1 m {message}"):
-        subdivide(groove(section, body, 0.05, 0.005, interfaces=[seat]))
+        subdivide(groove(0.05, 0.005, interfaces=[seat]))
 
 
 @pytest.mark.parametrize(
@@ -236,14 +238,14 @@ def test_refused_over_an_interface(section, body, interface, arguments, message)
         ("section", 0.3, None, (0.0, 0.1)),
     ],
 )
-def test_interfaces_beside_a_fillet_are_untouched(section, body, interface, arguments):
+def test_interfaces_beside_a_fillet_are_untouched(arguments):
     """Clear of it, or limited to the shaft."""
     seat = interface("seat", *arguments)
-    found = subdivide(groove(section, body, 0.05, 0.005, interfaces=[seat]))
+    found = subdivide(groove(0.05, 0.005, interfaces=[seat]))
     assert len(found.interfaces["seat"]) == 1
 
 
-def smallest_face_angle(found, chords_of):
+def smallest_face_angle(found):
     """Return the smallest angle [rad] between consecutive curves of any face, arcs as chords."""
     smallest = math.pi
     for face in found.faces:
@@ -259,10 +261,8 @@ def smallest_face_angle(found, chords_of):
 
 
 @pytest.mark.parametrize("width", [0.02, 0.05])
-def test_merging_removes_the_cusps(section, body, interface, conforming, area_of, chords_of, width):
+def test_merging_removes_the_cusps(width):
     shape = groove(
-        section,
-        body,
         width,
         0.01,
         interfaces=[interface("seat", "outer", 0.1, 0.2), interface("mid", "section", 0.35)],
@@ -275,8 +275,8 @@ def test_merging_removes_the_cusps(section, body, interface, conforming, area_of
     assert merged.materials == apart.materials
     total = [sum(area_of(f, face.loop) for face in f.faces) for f in (apart, merged)]
     assert total[1] == pytest.approx(total[0], rel=1e-13)
-    assert smallest_face_angle(apart, chords_of) < math.radians(1.0)
-    assert smallest_face_angle(merged, chords_of) > math.radians(85.0)
+    assert smallest_face_angle(apart) < math.radians(1.0)
+    assert smallest_face_angle(merged) > math.radians(85.0)
     for name, curves in apart.interfaces.items():
         ends = [
             sorted(
@@ -289,7 +289,7 @@ def test_merging_removes_the_cusps(section, body, interface, conforming, area_of
     assert corner_places[0] == corner_places[1]
 
 
-def test_merging_keeps_materials(section, body, conforming, area_of):
+def test_merging_keeps_materials():
     titanium = MATERIALS["titanium"]
     found = subdivide(
         body(
@@ -310,7 +310,7 @@ def test_merging_keeps_materials(section, body, conforming, area_of):
     assert len(merged.faces) == 4
 
 
-def test_merging_without_fillets_changes_nothing(shaft_and_disk):
+def test_merging_without_fillets_changes_nothing():
     found = subdivide(shaft_and_disk())
     merged = merge_fillets(found)
     assert merged.curves == found.curves

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from outlines import conforming
+from shapes import body, interface, section
 
 from solidwhirl.geometry import GeometryError, subdivide
 
@@ -16,90 +18,65 @@ def spans(found, name):
     )
 
 
-@pytest.fixture
-def stepped(section, body):
+def stepped(*interfaces):
     """Hollow shaft with a disk; bore 0.01, shaft 0.02, disk 0.1 m from z = 0.1 to 0.2 m."""
-
-    def build(*interfaces, **options):
-        return body(
-            section("shaft", 0.0, 0.4, 0.01, 0.02),
-            section("disk", 0.1, 0.2, 0.02, 0.1),
-            interfaces=interfaces,
-            **options,
-        )
-
-    return build
+    shaft, disk = section("shaft", 0.0, 0.4, 0.01, 0.02), section("disk", 0.1, 0.2, 0.02, 0.1)
+    return body(shaft, disk, interfaces=interfaces)
 
 
-def test_section_plane_cuts_every_section(stepped, interface, conforming):
-    found = subdivide(stepped(interface("mid", "section", 0.15)))
+FOUND = {
+    "a plane cuts every section": (
+        ("section", 0.15),
+        [((0.15, 0.01), (0.15, 0.02)), ((0.15, 0.02), (0.15, 0.1))],
+    ),
+    "limited in radius": (("section", 0.15, None, (0.0, 0.02)), [((0.15, 0.01), (0.15, 0.02))]),
+    "limits inside a section": (
+        ("section", 0.15, None, (0.04, 0.07)),
+        [((0.15, 0.04), (0.15, 0.07))],
+    ),
+    # in the plane of a step the interface is the union of both sides
+    "step": (("section", 0.1), [((0.1, 0.01), (0.1, 0.02)), ((0.1, 0.02), (0.1, 0.1))]),
+    "step below": (("section", 0.1, None, (0.0, 0.02)), [((0.1, 0.01), (0.1, 0.02))]),
+    "a face is the outline": (("face", 0.1), [((0.1, 0.02), (0.1, 0.1))]),
+    "part of a face": (("face", 0.2, None, (0.05, 0.08)), [((0.2, 0.05), (0.2, 0.08))]),
+    "a seat splits the surface": (("outer", 0.25, 0.3), [((0.25, 0.02), (0.3, 0.02))]),
+    "bore": (("inner", 0.05, 0.15), [((0.05, 0.01), (0.15, 0.01))]),
+    # radial faces do not belong to an outer surface, whatever lies between its ends does
+    "over a disk": (
+        ("outer", 0.05, 0.25),
+        [((0.05, 0.02), (0.1, 0.02)), ((0.1, 0.1), (0.2, 0.1)), ((0.2, 0.02), (0.25, 0.02))],
+    ),
+    # within the tolerance a bound snaps to the step
+    "beside a vertex": (("outer", 0.2 + 1e-11, 0.3), [((0.2, 0.02), (0.3, 0.02))]),
+}
+
+
+@pytest.mark.parametrize("case", FOUND)
+def test_curves_of_an_interface(case):
+    arguments, expected = FOUND[case]
+    found = subdivide(stepped(interface("it", *arguments)))
     conforming(found)
-    assert [face.section for face in found.faces] == [0, 0, 1, 1]
-    assert spans(found, "mid") == [((0.15, 0.01), (0.15, 0.02)), ((0.15, 0.02), (0.15, 0.1))]
+    assert spans(found, "it") == expected
+
+
+@pytest.mark.parametrize(
+    ("radius", "sections"),
+    [(None, [0, 0, 1, 1]), ((0.0, 0.02), [0, 0, 1]), ((0.04, 0.07), [0, 1, 1])],
+)
+def test_planes_cut_what_they_reach(radius, sections):
+    found = subdivide(stepped(interface("mid", "section", 0.15, radius=radius)))
+    assert [face.section for face in found.faces] == sections
     assert not set(found.interfaces["mid"]) & set(found.boundary)
 
 
-def test_section_plane_limited_in_radius(stepped, interface, conforming):
-    found = subdivide(stepped(interface("mid", "section", 0.15, radius=(0.0, 0.02))))
-    conforming(found)
-    # Only the shaft is cut.
-    assert [face.section for face in found.faces] == [0, 0, 1]
-    assert spans(found, "mid") == [((0.15, 0.01), (0.15, 0.02))]
-
-
-def test_radial_limits_inside_a_section_become_vertices(stepped, interface, conforming):
-    found = subdivide(stepped(interface("mid", "section", 0.15, radius=(0.04, 0.07))))
-    conforming(found)
-    assert [face.section for face in found.faces] == [0, 1, 1]
-    assert spans(found, "mid") == [((0.15, 0.04), (0.15, 0.07))]
-
-
-def test_section_plane_at_the_end_is_the_end_face(stepped, interface):
+def test_section_plane_at_the_end_is_the_end_face():
     found = subdivide(stepped(interface("end", "section", 0.4), interface("face", "face", 0.4)))
     assert spans(found, "end") == [((0.4, 0.01), (0.4, 0.02))]
     assert found.interfaces["end"] == found.interfaces["face"]
     assert set(found.interfaces["end"]) <= set(found.boundary)
 
 
-def test_section_plane_where_the_body_steps(stepped, interface):
-    """In the plane of a step the interface is the union of both sides."""
-    found = subdivide(
-        stepped(
-            interface("all", "section", 0.1), interface("low", "section", 0.1, radius=(0.0, 0.02))
-        )
-    )
-    assert spans(found, "all") == [((0.1, 0.01), (0.1, 0.02)), ((0.1, 0.02), (0.1, 0.1))]
-    assert spans(found, "low") == [((0.1, 0.01), (0.1, 0.02))]
-
-
-def test_face_is_the_outline_in_the_plane(stepped, interface):
-    found = subdivide(
-        stepped(interface("side", "face", 0.1), interface("rim", "face", 0.2, radius=(0.05, 0.08)))
-    )
-    assert spans(found, "side") == [((0.1, 0.02), (0.1, 0.1))]
-    assert spans(found, "rim") == [((0.2, 0.05), (0.2, 0.08))]
-
-
-def test_bearing_seat_splits_the_surface(stepped, interface, conforming):
-    found = subdivide(
-        stepped(interface("seat", "outer", 0.25, 0.3), interface("bore", "inner", 0.05, 0.15))
-    )
-    conforming(found)
-    assert spans(found, "seat") == [((0.25, 0.02), (0.3, 0.02))]
-    assert spans(found, "bore") == [((0.05, 0.01), (0.15, 0.01))]
-
-
-def test_outer_surface_over_a_disk(stepped, interface):
-    """Radial faces do not belong to an outer surface, whatever lies between its ends does."""
-    found = subdivide(stepped(interface("seat", "outer", 0.05, 0.25)))
-    assert spans(found, "seat") == [
-        ((0.05, 0.02), (0.1, 0.02)),
-        ((0.1, 0.1), (0.2, 0.1)),
-        ((0.2, 0.02), (0.25, 0.02)),
-    ]
-
-
-def test_radius_picks_one_of_several_surfaces(section, body, interface):
+def test_radius_picks_one_of_several_surfaces():
     shapes = (
         section("shaft", 0.0, 1.0, 0.0, 0.1),
         section("web", 0.4, 0.5, 0.1, 0.3),
@@ -121,7 +98,7 @@ def test_radius_picks_one_of_several_surfaces(section, body, interface):
     assert spans(found, "under") == [((0.6, 0.3), (0.7, 0.3))]
 
 
-def test_sloped_surface_is_cut_in_z_and_r(section, body, interface, conforming):
+def test_sloped_surface_is_cut_in_z_and_r():
     cone = section("cone", 0.0, 1.0, 0.0, (0.1, 0.5))
     found = subdivide(body(cone, interfaces=[interface("seat", "outer", 0.25, 0.5)]))
     conforming(found)
@@ -131,7 +108,7 @@ def test_sloped_surface_is_cut_in_z_and_r(section, body, interface, conforming):
         subdivide(body(cone, interfaces=[wide]))
 
 
-def test_interfaces_may_share_bounds_and_overlap(stepped, interface, conforming):
+def test_interfaces_may_share_bounds_and_overlap():
     found = subdivide(
         stepped(
             interface("a", "outer", 0.22, 0.30),
@@ -162,30 +139,20 @@ def test_interfaces_may_share_bounds_and_overlap(stepped, interface, conforming)
             "z = 0.35 m to 0.4 m is covered",
         ),
         (("i", "outer", -0.1, 0.05), "only z = 0 m to 0.05 m is covered"),
+        # a little more than the tolerance beside a vertex is refused as a slip
+        (("i", "outer", 0.2 + 1e-8, 0.3), "gap or edge of only 1e-08 m at z = 0.2"),
         (
             ("i", "outer", 0.05, 0.3, (0.0, 0.05)),
             "only z = 0.05 m to 0.1 m and z = 0.2 m to 0.3 m is covered",
         ),
     ],
 )
-def test_refused_places(stepped, interface, arguments, message):
+def test_refused_places(arguments, message):
     with pytest.raises(GeometryError, match=message):
         subdivide(stepped(interface(*arguments)))
 
 
-def test_solid_shaft_has_no_inner_surface(section, body, interface):
+def test_solid_shaft_has_no_inner_surface():
+    bore = interface("bore", "inner", 0.1, 0.2)
     with pytest.raises(GeometryError, match=r"'bore' of kind 'inner' .* lies outside"):
-        subdivide(
-            body(
-                section("shaft", 0.0, 1.0, 0.0, 0.1),
-                interfaces=[interface("bore", "inner", 0.1, 0.2)],
-            )
-        )
-
-
-def test_bound_next_to_a_vertex(stepped, interface):
-    """Within the tolerance the bound snaps to the step; a little more is refused as a slip."""
-    found = subdivide(stepped(interface("seat", "outer", 0.2 + 1e-11, 0.3)))
-    assert spans(found, "seat") == [((0.2, 0.02), (0.3, 0.02))]
-    with pytest.raises(GeometryError, match=r"gap or edge of only 1e-08 m at z = 0.2"):
-        subdivide(stepped(interface("seat", "outer", 0.2 + 1e-8, 0.3)))
+        subdivide(body(section("shaft", 0.0, 1.0, 0.0, 0.1), interfaces=[bore]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from shapes import interface, section
 
 from solidwhirl.geometry import Body, GeometryError, Interface, RigidDisk
 
@@ -26,17 +27,17 @@ NAN = math.nan
         ((0.0, 1.0, 0.0, (0.1, 0.1, 0.1)), "'a': outer radius has 3 values"),
     ],
 )
-def test_refused_sections(section, values, message):
+def test_refused_sections(values, message):
     with pytest.raises(GeometryError, match=message):
         section("a", *values)
 
 
-def test_triangles_are_allowed(section):
+def test_triangles_are_allowed():
     assert section("tip", 0.0, 1.0, 0.0, (0.1, 0.0)).radii_at(1.0) == (0.0, 0.0)
     assert section("tip", 0.0, 1.0, (0.1, 0.0), 0.1).radii_at(0.5) == (0.05, 0.1)
 
 
-def test_radii_are_exact_at_the_ends_and_refused_outside(section):
+def test_radii_are_exact_at_the_ends_and_refused_outside():
     cone = section("cone", 0.1, 0.7, (0.011, 0.0233), (0.1, 0.3))
     assert cone.radii_at(0.1) == (0.011, 0.1)
     assert cone.radii_at(0.7) == (0.0233, 0.3)
@@ -59,7 +60,7 @@ def test_radii_are_exact_at_the_ends_and_refused_outside(section):
         (("", "face", 0.1, 0.1), "an? interface needs a name"),
     ],
 )
-def test_refused_interfaces(interface, arguments, message):
+def test_refused_interfaces(arguments, message):
     with pytest.raises(GeometryError, match=message):
         interface(*arguments)
 
@@ -69,7 +70,7 @@ def test_unknown_coupling():
         Interface(name="i", kind="face", coupling="glued", start_m=0.0, end_m=0.0)
 
 
-def test_master_node_lies_on_the_axis(interface):
+def test_master_node_lies_on_the_axis():
     assert interface("seat", "outer", 0.1, 0.2).position_m == pytest.approx((0.0, 0.0, 0.15))
     assert interface("plane", "section", 0.3).position_m == (0.0, 0.0, 0.3)
 
@@ -94,7 +95,7 @@ def test_refused_rigid_disks(inertia, message):
         )
 
 
-def test_refused_bodies(section, interface):
+def test_refused_bodies():
     one = section("a", 0.0, 1.0, 0.0, 0.1)
     seat = interface("seat", "face", 0.0)
     disk = RigidDisk(

@@ -7,6 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from outlines import conforming
+from shapes import body, section
 
 from solidwhirl.geometry import (
     MATERIALS,
@@ -120,7 +122,7 @@ def test_group_whose_radii_cross_is_refused():
 
 @pytest.mark.parametrize("direction", [1, -1])
 @pytest.mark.parametrize("group", list(TABLE_7))
-def test_every_group_is_one_drum(group, direction, body, conforming):
+def test_every_group_is_one_drum(group, direction):
     """Rings and spacers alone are one body; its length is the sum of the widths."""
     sections = lay(group, start=0.3, direction=direction)
     table = TABLE_7[group]
@@ -135,7 +137,7 @@ def test_every_group_is_one_drum(group, direction, body, conforming):
 
 
 @pytest.mark.parametrize("group", list(TABLE_7))
-def test_reversed_group_is_the_mirror_image(group, body):
+def test_reversed_group_is_the_mirror_image(group):
     one = mass_properties(body(*lay(group)))
     two = mass_properties(body(*lay(group, direction=-1)))
     assert two.mass_kg == pytest.approx(one.mass_kg, rel=1e-12)
@@ -180,7 +182,7 @@ def test_web_position(direction, position, share):
 
 
 @pytest.mark.parametrize("direction", [1, -1])
-def test_low_pressure_spool_is_one_piece(section, body, conforming, direction):
+def test_low_pressure_spool_is_one_piece(direction):
     """Shaft, compressor on two webs, turbine on a web and a cone, as one body."""
     turbine = 1.2 * direction
     foot = sorted((turbine + 0.2 * direction, turbine + 0.23 * direction))
@@ -214,7 +216,7 @@ def test_low_pressure_spool_is_one_piece(section, body, conforming, direction):
 
 @pytest.mark.parametrize("direction", [1, -1])
 @pytest.mark.parametrize("ahead", [True, False])
-def test_cone_wall(section, body, conforming, direction, ahead):
+def test_cone_wall(direction, ahead):
     """Both lines of the wall are parallel and its normal thickness is the one asked for."""
     stage = 1 if ahead else 8
     parts = lay("hp_compressor", direction=direction)

@@ -7,6 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from outlines import area_of, conforming, loops_of
+from shapes import body, interface, section, shaft_and_disk
 
 from solidwhirl.geometry import MATERIALS, subdivide
 
@@ -26,7 +28,7 @@ def corner_places(found):
     return [tuple(np.round(found.points[corner.point], 12)) for corner in found.corners]
 
 
-def test_shaft_and_disk(shaft_and_disk, conforming, area_of):
+def test_shaft_and_disk():
     found = subdivide(shaft_and_disk())
     conforming(found)
     assert [face.section for face in found.faces] == [0, 1]
@@ -39,32 +41,83 @@ def test_shaft_and_disk(shaft_and_disk, conforming, area_of):
     assert len(found.boundary) == 7
     shared = curve_between(found, (0.145, 0.02), (0.175, 0.02))
     assert shared not in (None, *found.boundary)
+    angles = [corner.interior_angle_rad for corner in found.corners]
+    assert angles == pytest.approx([RIGHT_ANGLE_RAD] * 2)
+    assert not any(corner.filleted for corner in found.corners)
+    assert corner_places(found) == [(0.145, 0.02), (0.175, 0.02)]
 
 
-def test_corners_of_shaft_and_disk(shaft_and_disk):
-    corners = subdivide(shaft_and_disk()).corners
-    assert [corner.interior_angle_rad for corner in corners] == pytest.approx([RIGHT_ANGLE_RAD] * 2)
-    assert not any(corner.filleted for corner in corners)
-    assert corner_places(subdivide(shaft_and_disk())) == [(0.145, 0.02), (0.175, 0.02)]
+SHAFT = section("shaft", 0.0, 1.0, 0.0, 0.1)
+CONE = section("cone", 0.0, 1.0, 0.0, (0.1, 0.4))
+SLIP_M = 1e-10  # a tenth of the tolerance, 1e-9 of the size 1 m
 
 
-def test_flush_disk_has_one_corner_and_full_length_sleeve_none(section, body):
-    shaft = section("shaft", 0.0, 0.4, 0.0, 0.02)
-    flush = subdivide(body(shaft, section("disk", 0.37, 0.4, 0.02, 0.15)))
-    assert corner_places(flush) == [(0.37, 0.02)]
-    sleeve = subdivide(body(shaft, section("sleeve", 0.0, 0.4, 0.02, 0.15)))
-    assert sleeve.corners == ()
-
-
-def test_corner_angle_of_a_taper(section, body):
-    """A cone that rises by 1 in 1 on a cylinder: 180 + 45 degrees of material."""
-    found = subdivide(
-        body(section("shaft", 0.0, 0.2, 0.0, 0.1), section("cone", 0.2, 0.3, 0.0, (0.1, 0.2)))
+def slipped(slip):
+    """Shaft in two pieces with a disk, apart or overlapping along z and r."""
+    return (
+        section("shaft", 0.0, 0.5, 0.0, 0.1),
+        section("more", 0.5 + slip, 1.0, max(slip, 0.0), 0.1),
+        section("disk", 0.2, 0.3, 0.1 + slip, 0.3),
     )
+
+
+def thirds():
+    """A cone drawn in thirds whose radii do not have exact binary fractions."""
+    whole = section("cone", 0.0, 0.3, 0.0, (0.1, 0.2))
+    for a, b in pairwise((0.0, 0.1, 0.2, 0.3)):
+        yield section(f"from {a}", a, b, 0.0, (whole.radii_at(a)[1], whole.radii_at(b)[1]))
+
+
+# Sections, how many curves lie on the axis, and places of the corners.
+SHAPES = {
+    "bore": ((section("tube", 0.0, 1.0, 0.1, 0.2),), 0, []),
+    "flush disk": ((SHAFT, section("disk", 0.9, 1.0, 0.1, 0.15)), 1, [(0.9, 0.1)]),
+    "sleeve of full length": ((SHAFT, section("sleeve", 0.0, 1.0, 0.1, 0.15)), 1, []),
+    # a solid tip and a conical blind hole both end in a vertex on the axis
+    "triangles on the axis": (
+        (
+            section("tip", 0.0, 0.1, 0.0, (0.0, 0.2)),
+            section("solid", 0.1, 0.4, 0.0, 0.2),
+            section("drilled", 0.4, 0.5, (0.0, 0.1), 0.2),
+        ),
+        2,
+        [],
+    ),
+    "edge of a triangle on its neighbour": (
+        (SHAFT, section("wedge", 0.2, 0.5, 0.1, (0.1, 0.3))),
+        1,
+        [(0.2, 0.1), (0.5, 0.1)],
+    ),
+    "gap below the tolerance": (slipped(SLIP_M), 2, [(0.2, 0.1), (0.3, 0.1)]),
+    "overlap below the tolerance": (slipped(-SLIP_M), 2, [(0.2, 0.1), (0.3, 0.1)]),
+    "slips on a sloped edge": (
+        (CONE, section("ring", 0.2, 0.6, (0.16 + 3e-10, 0.28 - 3e-10), 0.5)),
+        1,
+        [(0.2, 0.16), (0.6, 0.28)],
+    ),
+    "collinear pieces": (tuple(thirds()), 3, []),
+}
+
+
+@pytest.mark.parametrize("case", SHAPES)
+def test_axis_and_corners(case):
+    sections, axis, corners = SHAPES[case]
+    found = subdivide(body(*sections))
+    conforming(found)
+    assert len(found.axis) == axis
+    places = np.array(corner_places(found)).reshape(-1, 2)
+    # slips below the tolerance move a place by as much
+    np.testing.assert_allclose(places, np.reshape(corners, (-1, 2)), rtol=0.0, atol=1e-9)
+
+
+def test_corner_angle_of_a_taper():
+    """A cone that rises by 1 in 1 on a cylinder: 180 + 45 degrees of material."""
+    cone = section("cone", 0.2, 0.3, 0.0, (0.1, 0.2))
+    found = subdivide(body(section("shaft", 0.0, 0.2, 0.0, 0.1), cone))
     assert [c.interior_angle_rad for c in found.corners] == pytest.approx([1.25 * math.pi])
 
 
-def test_read_only(shaft_and_disk, interface):
+def test_read_only():
     found = subdivide(shaft_and_disk(interfaces=[interface("end", "face", 0.0)]))
     with pytest.raises(ValueError, match="read-only"):
         found.points[0, 0] = 1.0
@@ -72,14 +125,7 @@ def test_read_only(shaft_and_disk, interface):
         found.interfaces["end"] = ()
 
 
-def test_bore_makes_no_axis(section, body, conforming):
-    found = subdivide(body(section("tube", 0.0, 1.0, 0.1, 0.2)))
-    conforming(found)
-    assert found.axis == ()
-    assert len(found.boundary) == 4
-
-
-def test_t_junctions_on_radial_and_axial_edges(section, body, conforming):
+def test_t_junctions_on_radial_and_axial_edges():
     """Steps of different heights side by side: neighbours share whole curves."""
     found = subdivide(
         body(
@@ -102,7 +148,7 @@ def test_t_junctions_on_radial_and_axial_edges(section, body, conforming):
     assert curve_between(found, (0.2, 0.0), (0.2, 0.1)) not in (None, *found.boundary)
 
 
-def test_sloped_edges_in_contact(section, body, conforming, area_of):
+def test_sloped_edges_in_contact():
     """A sleeve on a part of a cone: its corners lie on the cone's sloped surface."""
     cone = section("cone", 0.0, 0.9, 0.0, (0.1, 0.37))
     ends = [cone.radii_at(z)[1] for z in (1.0 / 3.0, 0.7)]
@@ -118,7 +164,7 @@ def test_sloped_edges_in_contact(section, body, conforming, area_of):
     )
 
 
-def test_closed_cavity(section, body, conforming, loops_of, area_of):
+def test_closed_cavity():
     """Two disks bridged by a drum enclose a void: two outline loops, four corners inside."""
     found = subdivide(
         body(
@@ -134,30 +180,7 @@ def test_closed_cavity(section, body, conforming, loops_of, area_of):
     assert len(found.corners) == 6
 
 
-def test_triangles_on_the_axis(section, body, conforming):
-    """A solid tip and a conical blind hole both end in a vertex on the axis."""
-    found = subdivide(
-        body(
-            section("tip", 0.0, 0.1, 0.0, (0.0, 0.2)),
-            section("solid", 0.1, 0.4, 0.0, 0.2),
-            section("drilled", 0.4, 0.5, (0.0, 0.1), 0.2),
-        )
-    )
-    conforming(found)
-    assert len(found.faces) == 3
-    assert len(found.axis) == 2
-    assert found.corners == ()
-
-
-def test_triangle_with_its_edge_on_a_neighbour(section, body, conforming):
-    found = subdivide(
-        body(section("shaft", 0.0, 1.0, 0.0, 0.1), section("wedge", 0.2, 0.5, 0.1, (0.1, 0.3)))
-    )
-    conforming(found)
-    assert len(found.corners) == 2
-
-
-def test_materials_are_listed_once(section, body):
+def test_materials_are_listed_once():
     steel, titanium = MATERIALS["steel"], MATERIALS["titanium"]
     found = subdivide(
         body(
@@ -168,40 +191,3 @@ def test_materials_are_listed_once(section, body):
     )
     assert found.materials == (steel, titanium)
     assert [face.material for face in found.faces] == [0, 1, 0]
-
-
-@pytest.mark.parametrize("slip", [1e-10, -1e-10])
-def test_slips_below_the_tolerance_are_bonded(section, body, conforming, slip):
-    """A tenth of the tolerance (1e-9 of the size 1 m), apart or overlapping, along z and r."""
-    found = subdivide(
-        body(
-            section("shaft", 0.0, 0.5, 0.0, 0.1),
-            section("more", 0.5 + slip, 1.0, slip if slip > 0.0 else 0.0, 0.1),
-            section("disk", 0.2, 0.3, 0.1 + slip, 0.3),
-        )
-    )
-    conforming(found)
-    assert len(found.axis) == 2
-    assert len(found.corners) == 2
-
-
-def test_slips_on_a_sloped_edge_are_bonded(section, body, conforming):
-    cone = section("cone", 0.0, 1.0, 0.0, (0.1, 0.4))
-    found = subdivide(body(cone, section("ring", 0.2, 0.6, (0.16 + 3e-10, 0.28 - 3e-10), 0.5)))
-    conforming(found)
-    assert len(found.corners) == 2
-
-
-def test_collinear_pieces_are_no_corners(section, body):
-    """A cone drawn in thirds whose radii do not have exact binary fractions."""
-    whole = section("cone", 0.0, 0.3, 0.0, (0.1, 0.2))
-    cuts = (0.0, 0.1, 0.2, 0.3)
-    found = subdivide(
-        body(
-            *(
-                section(f"c{k}", a, b, 0.0, (whole.radii_at(a)[1], whole.radii_at(b)[1]))
-                for k, (a, b) in enumerate(pairwise(cuts))
-            )
-        )
-    )
-    assert found.corners == ()

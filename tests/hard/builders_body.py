@@ -6,42 +6,16 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from reduced import reduced_to
+from shapes import STEEL, section
+from shapes import body as body_of
 
-from solidwhirl.geometry import Body, Interface, Material, Section
+from solidwhirl.geometry import Body, Interface, Material
 from solidwhirl.meshing import Mesh, MeshSize, mesh_meridian, mesh_solid
-from solidwhirl.reduction import ReductionRequest, ReductionWork, reduce_body
+from solidwhirl.reduction import ReductionWork
 from solidwhirl.rotordyn import Superelement
 
 FloatArray = NDArray[np.float64]
-
-STEEL = Material(
-    name="steel", density_kg_per_m3=7800.0, youngs_modulus_pa=2.0e11, poissons_ratio=0.3
-)
-
-
-def section(
-    name: str, start_m: float, end_m: float, inner_m: float, outer_m: float, material: Material
-) -> Section:
-    """Section of constant radii."""
-    return Section(
-        name=name,
-        start_m=start_m,
-        end_m=end_m,
-        inner_radius_m=(inner_m, inner_m),
-        outer_radius_m=(outer_m, outer_m),
-        material=material,
-    )
-
-
-def plane(name: str, z_m: float, coupling: str = "distributing") -> Interface:
-    """Cross-section that becomes an interface."""
-    return Interface(
-        name=name,
-        kind="section",
-        coupling=coupling,  # type: ignore[arg-type]
-        start_m=z_m,
-        end_m=z_m,
-    )
 
 
 def tube(
@@ -52,8 +26,7 @@ def tube(
     material: Material = STEEL,
 ) -> Body:
     """Body of one section that starts at z = 0; a rod, a tube, a ring or a disk."""
-    part = section("part", 0.0, length_m, inner_m, outer_m, material)
-    return Body(name="body", sections=(part,), interfaces=planes)
+    return body_of(section("part", 0.0, length_m, inner_m, outer_m, material), interfaces=planes)
 
 
 def even(size_m: float, around: int = 16) -> MeshSize:
@@ -70,19 +43,7 @@ def reduced(
     body: Body, level: str, size: MeshSize, **request: Any
 ) -> tuple[Superelement, ReductionWork]:
     """Mesh and reduce a body; lateral motion at rest unless the request says otherwise."""
-    from mpi4py import MPI
-
-    given = {
-        "orders": (1,),
-        "components": ("ux", "uy"),
-        "degree": 2,
-        "modes": 4,
-        "maximum_speed_rad_s": 0.0,
-        "gyroscopic": False,
-        "centrifugal": False,
-    }
-    asked = ReductionRequest(level=level, **(given | request))
-    return reduce_body(body, meshed(body, level, size), MPI.COMM_SELF, asked, {})
+    return reduced_to(body, level, size, **({"modes": 4} | request))
 
 
 def nearest_error(found_hz: FloatArray, expected_hz: FloatArray) -> float:

@@ -12,8 +12,10 @@ import scipy.sparse
 import scipy.sparse.linalg
 from builders_body import meshed
 from numpy.typing import NDArray
+from reduced import sparse
+from simplex import second_order
 
-from solidwhirl.geometry import Body, Material, Section
+from solidwhirl.geometry import Body, Material
 from solidwhirl.meshing import Mesh, MeshSize
 from solidwhirl.reduction import ReductionError
 from solidwhirl.reduction.operators.matrices import BodyOperators, OperatorEffects, build_operators
@@ -31,25 +33,6 @@ def material(density_kg_per_m3: float, youngs_modulus_pa: float, name: str = "ow
         density_kg_per_m3=density_kg_per_m3,
         youngs_modulus_pa=youngs_modulus_pa,
         poissons_ratio=0.3,
-    )
-
-
-def cone(
-    name: str,
-    start_m: float,
-    end_m: float,
-    inner_m: tuple[float, float],
-    outer_m: tuple[float, float],
-    matter: Material,
-) -> Section:
-    """Section of linear radii."""
-    return Section(
-        name=name,
-        start_m=start_m,
-        end_m=end_m,
-        inner_radius_m=inner_m,
-        outer_radius_m=outer_m,
-        material=matter,
     )
 
 
@@ -72,12 +55,6 @@ def operators_of(body: Body, level: str, size: MeshSize, order: int) -> BodyOper
         degree=2,
         effects=effects,
     )
-
-
-def sparse(matrix) -> scipy.sparse.csr_matrix:
-    """PETSc matrix as one of scipy."""
-    indptr, indices, data = matrix.getValuesCSR()
-    return scipy.sparse.csr_matrix((data, indices, indptr), shape=matrix.getSize())
 
 
 def dense(matrix) -> FloatArray:
@@ -166,19 +143,6 @@ def mirrored(half: Mesh, matter: Material) -> Mesh:
     )
 
 
-def _second_order(bary: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Shape functions (p, nodes) and their derivatives (p, nodes, d) in gmsh's order of nodes."""
-    d = bary.shape[1] - 1
-    edges = {2: "01 12 20", 3: "01 12 20 30 23 13"}[d].split()
-    slope = np.vstack([-np.ones(d), np.eye(d)])
-    shapes = [bary[:, i] * (2.0 * bary[:, i] - 1.0) for i in range(d + 1)]
-    slopes = [(4.0 * bary[:, i, None] - 1.0) * slope[i] for i in range(d + 1)]
-    for i, j in ((int(a), int(b)) for a, b in edges):
-        shapes.append(4.0 * bary[:, i] * bary[:, j])
-        slopes.append(4.0 * (bary[:, i, None] * slope[j] + bary[:, j, None] * slope[i]))
-    return np.stack(shapes, axis=1), np.stack(slopes, axis=1)
-
-
 def _lattice(dimension: int, parts: int) -> FloatArray:
     """All points of a simplex whose barycentric coordinates are multiples of 1/parts."""
     grid = np.indices((parts + 1,) * (dimension + 1)).reshape(dimension + 1, -1).T
@@ -187,29 +151,9 @@ def _lattice(dimension: int, parts: int) -> FloatArray:
 
 def smallest_jacobians(points: FloatArray, cells: NDArray[np.int64]) -> FloatArray:
     """Smallest Jacobian of each element over a lattice of points, corners and edges included."""
-    slopes = _second_order(_lattice(points.shape[1], 5))[1]
+    slopes = second_order(_lattice(points.shape[1], 5))[1]
     x = points[cells]
     out = np.full(len(x), np.inf)
     for slope in slopes:
         out = np.minimum(out, np.linalg.det(np.einsum("cnd,ne->cde", x, slope)))
     return out
-
-
-def volume_moment(mesh: Mesh) -> float:
-    """Volume of the solid that a mesh stands for, with products of Gauss points collapsed."""
-    d = mesh.dimension
-    x, weight = np.polynomial.legendre.leggauss(3)
-    x, weight = 0.5 * (x + 1.0), 0.5 * weight
-    total, corners = 0.0, mesh.points[mesh.cells]
-    for index in np.ndindex(*(3,) * d):
-        left, factor, bary = 1.0, 1.0, []
-        for i in index:
-            bary.append(left * x[i])
-            factor *= weight[i] * left
-            left *= 1.0 - x[i]
-        point = np.array([[left, *bary]])
-        shape, slope = _second_order(point)
-        jacobian = np.linalg.det(np.einsum("cnd,ne->cde", corners, slope[0]))
-        radius = 2.0 * np.pi * corners[:, :, 1] @ shape[0] if d == 2 else 1.0
-        total += factor * float((jacobian * radius).sum())
-    return total

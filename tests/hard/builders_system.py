@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Mapping
 from functools import cache, partial
-from pathlib import Path
 
 import numpy as np
+from reduced import reduced_to
 from scipy.linalg import eigh
+from shapes import body as body_of
+from shapes import plane, section
 
+from solidwhirl.meshing import MeshSize
 from solidwhirl.rotordyn import (
     AssembledSystem,
     Bearing,
@@ -19,9 +21,7 @@ from solidwhirl.rotordyn import (
     Superelement,
     assemble,
     beam_superelement,
-    read_superelement,
     rigid_superelement,
-    write_superelement,
 )
 from solidwhirl.rotordyn.stability.intervals import unstable_intervals
 
@@ -105,60 +105,21 @@ BODIES = {
 
 
 def _reduced(level, name, components, orders, speed_rad_s, wheel) -> Superelement:
-    from mpi4py import MPI
-
-    from solidwhirl.geometry import MATERIALS, Body, Interface, Section
-    from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid
-    from solidwhirl.reduction import ReductionRequest, reduce_body
-
-    def section(label, start, end, inner, outer):
-        return Section(
-            name=label,
-            start_m=start,
-            end_m=end,
-            inner_radius_m=(inner, inner),
-            outer_radius_m=(outer, outer),
-            material=MATERIALS["steel"],
-        )
-
     length = 0.4 if wheel else 1.0
     sections = [section("shaft", 0.0, length, 0.0, 0.02)]
     if wheel:
         sections.append(section("wheel", 0.145, 0.175, 0.02, 0.12))
-    planes = tuple(
-        Interface(name=key, kind="section", coupling="distributing", start_m=z, end_m=z)
-        for key, z in (("a", 0.0), ("b", length))
-    )
-    body = Body(name=name, sections=tuple(sections), interfaces=planes)
-    make = mesh_meridian if level == "harmonic" else mesh_solid
+    body = body_of(*sections, interfaces=(plane("a", 0.0), plane("b", length)), name=name)
     # around = 8 is the coarsest at which all modes of the wheel's basis come in pairs
     size = MeshSize(size_m=0.1, corner_size_m=0.05, growth=2.0, around=8 if wheel else 4)
-    request = ReductionRequest(
-        level=level,
-        orders=orders,
-        components=components,
-        degree=2,
-        modes=6,
-        maximum_speed_rad_s=speed_rad_s,
-        gyroscopic=True,
-        centrifugal=True,
-    )
-    return reduce_body(body, make(body, size), MPI.COMM_SELF, request, {})[0]
+    spin = {"maximum_speed_rad_s": speed_rad_s, "gyroscopic": True, "centrifugal": True}
+    return reduced_to(body, level, size, orders=orders, components=components, modes=6, **spin)[0]
 
 
 def free_rad_s(element: Superelement) -> np.ndarray:
     """Return the elastic frequencies of a free body at rest, rad/s, rising."""
     values = eigh(element.stiffness, element.mass, eigvals_only=True)
     return np.sqrt(values[int(element.rigid_body_present.sum()) :])
-
-
-@cache
-def through_file(element: Superelement) -> Superelement:
-    """Write a body to a file and read it back."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "body.h5"
-        write_superelement(element, path)
-        return read_superelement(path)
 
 
 def first_window(system, speed_max_rad_s):

@@ -6,8 +6,9 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-from builders_body import STEEL, even, free_hz, plane, reduced, section, tube
+from builders_body import even, free_hz, reduced, tube
 from builders_more import smallest_jacobians
+from shapes import STEEL, plane, section
 
 from solidwhirl.geometry import Body, Interface, Section
 from solidwhirl.meshing import MeshSize

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from builders_body import STEEL, even, free_hz, held_hz, nearest_error, plane, section, tube
+from builders_body import even, free_hz, held_hz, nearest_error, tube
 from references_body import roots, timoshenko_free_hz
+from shapes import STEEL, plane, section
 
 from solidwhirl.geometry import Body
 from solidwhirl.rotordyn import check_superelement

@@ -3,24 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from builders_body import (
-    STEEL,
-    even,
-    free_hz,
-    held_hz,
-    nearest_error,
-    reduced,
-    tube,
-)
-from references_body import (
-    free_plate_hz,
-    spinning_plate_hz,
-    timoshenko_free_hz,
-    torsion_hz,
-)
+from builders_body import even, free_hz, held_hz, nearest_error, reduced, tube
+from references_body import free_plate_hz, spinning_plate_hz, timoshenko_free_hz, torsion_hz
+from shapes import STEEL
 
 from solidwhirl.meshing import MeshSize
-from solidwhirl.rotordyn.superelement.free_body import rigid_centrifugal_energy
 
 # A drum of radius 1 m and wall 1/200 of it, a disk of radius 0.2 m and thickness 1/200 of it.
 # On the solid level the disk is 1/50: a plate of 1/200 takes more tetrahedra than a test may have.
@@ -43,23 +30,6 @@ def _drum_bending_energy() -> float:
     found = held_hz(body, "harmonic", even(0.05), orders=(2,), components=(), degree=3, modes=3)
     squared = 2e11 * WALL**2 * 36.0 / (12.0 * 7800.0 * 0.91 * 5.0)
     return nearest_error(found[:2], np.array([np.sqrt(squared) / (2.0 * np.pi)]))
-
-
-def _drum_order() -> float:
-    """First lateral shell mode against fourth order on a finer mesh of the meridian."""
-    body = tube(0.5, 1.0 - WALL / 2, 1.0 + WALL / 2)
-    fine = free_hz(body, "harmonic", even(0.02), components=(), degree=4)[0]
-    return abs(float(free_hz(body, "harmonic", even(0.05), components=())[0] / fine) - 1.0)
-
-
-def _drum_balance(level: str) -> float:
-    size = even(0.02) if level == "harmonic" else FLAT
-    body = tube(0.5, 1.0 - WALL / 2, 1.0 + WALL / 2)
-    spin = {"maximum_speed_rad_s": 100.0, "centrifugal": True, "gyroscopic": True}
-    # the lowest modes of a shell have many waves around; any of them will do here
-    waves = (1,) if level == "harmonic" else (1, 3, 5, 7, 9)
-    element = reduced(body, level, size, orders=waves, components=(), modes=1, **spin)[0]
-    return rigid_centrifugal_energy(element)
 
 
 def _hoop_strain(level: str) -> float:
@@ -94,20 +64,6 @@ def _spinning_disk() -> float:
     return nearest_error(found, np.array([spinning_plate_hz(DISK, THIN, STEEL, speed)]))
 
 
-def _southwell() -> float:
-    """Lamb and Southwell: ω² >= ω_b² + ω_m², ω_m² = (3+ν) Ω² of the membrane (n = 0)."""
-    speed = 500.0
-    bound = (2 * np.pi * free_plate_hz(0, DISK, THIN, STEEL)) ** 2 + 3.3 * speed**2
-    plate = (2 * np.pi * spinning_plate_hz(DISK, THIN, STEEL, speed)) ** 2
-    spin = {"maximum_speed_rad_s": speed, "centrifugal": True}
-    request = {"orders": (0,), "components": (), "modes": 2, "degree": 3}
-    element = reduced(tube(THIN, 0.0, DISK), "harmonic", even(0.01), **request, **spin)[0]
-    k = element.stiffness + speed**2 * (element.stress_stiffening - element.spin_softening)
-    values = np.linalg.eigvals(np.linalg.solve(element.mass, k)).real
-    found = float(values[np.abs(values / plate - 1.0).argmin()])
-    return max(0.0, 1.0 - found / bound) + max(0.0, found / plate - 1.0)
-
-
 NEEDLE = {
     "harmonic": even(0.02),
     "solid": MeshSize(size_m=0.04, corner_size_m=0.04, through_thickness=0.3, around=4),
@@ -118,16 +74,6 @@ def _needle(level: str) -> float:
     degree = 3 if level == "harmonic" else 2
     found = free_hz(tube(1.0, 0.0, 0.005), level, NEEDLE[level], components=(), degree=degree)
     return abs(found[0] / timoshenko_free_hz(1.0, 0.005, STEEL) - 1.0)
-
-
-def _needle_rigid(level: str) -> float:
-    """Largest stiffness of a rigid motion over that of the first elastic mode."""
-    degree = 4 if level == "harmonic" else 2
-    body, size = tube(1.0, 0.0, 0.005), NEEDLE[level]
-    element = reduced(body, level, size, components=(), degree=degree)[0]
-    values = np.linalg.eigvals(np.linalg.solve(element.mass, element.stiffness)).real
-    order = np.sort(np.abs(values))
-    return float(order[3] / order[4])
 
 
 def _needle_torsion() -> float:

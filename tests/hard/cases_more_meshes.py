@@ -6,9 +6,11 @@ import itertools
 from functools import lru_cache
 
 import numpy as np
-from builders_body import STEEL, even, meshed, plane, reduced, section, tube
-from builders_more import cone, material, smallest_jacobians, volume_moment
+from builders_body import even, meshed, reduced, tube
+from builders_more import material, smallest_jacobians
 from numpy.typing import NDArray
+from shapes import STEEL, plane, section
+from simplex import mesh_mass_kg
 
 from solidwhirl.geometry import Body, GeometryError, Interface, mass_properties
 from solidwhirl.meshing import MeshSize
@@ -26,7 +28,7 @@ def _curved(level: str) -> Body:
         sections=(
             section("shaft", 0.0, 0.2, 0.005, 0.02, STEEL),
             section("disk", 0.08, thick, 0.02, 0.06, STEEL),
-            cone("cone", 0.2, 0.25, (0.005, 0.005), (0.02, 0.04), STEEL),
+            section("cone", 0.2, 0.25, (0.005, 0.005), (0.02, 0.04), STEEL),
         ),
         fillet_radius_m=radius,
     )
@@ -48,8 +50,7 @@ def _swept(level: str) -> tuple[int, int, float]:
         mesh = meshed(body, level, size)
         folded += int(np.sum(smallest_jacobians(mesh.points, mesh.cells) <= 0.0))
         straight += mesh.quality.straightened_elements
-        mass = STEEL.density_kg_per_m3 * volume_moment(mesh)
-        error = max(error, abs(mass / exact - 1.0))
+        error = max(error, abs(mesh_mass_kg(mesh) / exact - 1.0))
     return folded, straight, float(error)
 
 
@@ -153,7 +154,7 @@ def _tip(*more: Interface) -> Body:
     """Cone that ends in a point."""
     return Body(
         name="tip",
-        sections=(cone("cone", 0.0, 0.2, (0.0, 0.0), (0.02, 0.0), STEEL),),
+        sections=(section("cone", 0.0, 0.2, (0.0, 0.0), (0.02, 0.0), STEEL),),
         interfaces=(plane("base", 0.0), *more),
     )
 

@@ -6,20 +6,15 @@ from functools import lru_cache
 
 import numpy as np
 import scipy.linalg
-from builders_body import STEEL, even, meshed, plane, reduced, section, tube
-from builders_more import (
-    dense,
-    held_space,
-    material,
-    mirrored,
-    operators_of,
-    refusal,
-    sparse,
-)
+from builders_body import even, meshed, nearest_error, reduced, tube
+from builders_more import dense, held_space, material, mirrored, operators_of, refusal
+from reduced import reduced_to, sparse
+from references_body import timoshenko_free_hz
+from shapes import STEEL, plane, section
 
 from solidwhirl.geometry import Body
 from solidwhirl.meshing import MeshSize
-from solidwhirl.reduction import ReductionRequest, ReductionWork, reduce_body
+from solidwhirl.reduction import ReductionWork
 from solidwhirl.rotordyn import Superelement
 from solidwhirl.rotordyn.superelement.free_body import rigid_centrifugal_energy
 
@@ -38,6 +33,26 @@ DUMBBELL = {
     "harmonic": even(0.02),
     "solid": MeshSize(size_m=0.05, corner_size_m=0.05, around=8, through_thickness=0.5),
 }
+
+
+def _many_of_a_solid() -> float:
+    """6 pairs of a solid: modes of dense eigenvalues that are not found, of order 1."""
+    body, size = tube(0.2, 0.0, 0.02, plane("a", 0.0), plane("b", 0.2)), even(0.2, 4)
+    request = {"components": ("ux", "uy", "rx", "ry"), "modes": 6}
+    found = reduced(body, "solid", size, **request)[0].fixed_interface_frequencies_hz
+    operators = operators_of(body, "solid", size, 1)
+    held = held_space(operators)
+    k, m = (held.T @ dense(a) @ held for a in (operators.stiffness, operators.mass))
+    operators.release()
+    values = scipy.linalg.eigh(k, m, eigvals_only=True, subset_by_index=[0, 3 * len(found) - 1])
+    return nearest_error(np.sqrt(values) / (2.0 * np.pi), found)
+
+
+def _free_beam(level: str) -> float:
+    """A free body without interfaces against Timoshenko's beam, L/D = 20."""
+    size = even(0.02) if level == "harmonic" else even(0.1, 8)
+    element = reduced(tube(0.8, 0.0, 0.02), level, size, components=(), modes=2)[0]
+    return abs(float(element.free_frequencies_hz[0]) / timoshenko_free_hz(0.8, 0.02, STEEL) - 1.0)
 
 
 def _held_shaft(level: str, modes: int) -> Superelement:
@@ -73,16 +88,6 @@ def _cut_pairs() -> float:
 @lru_cache(maxsize=2)
 def _many(modes: int) -> Superelement:
     return reduced(tube(0.2, 0.03, 0.05), "harmonic", even(0.01), components=(), modes=modes)[0]
-
-
-def _free_values(element: Superelement) -> np.ndarray:
-    """Squared frequencies, without the four zeros of rigid motion."""
-    return np.asarray(scipy.linalg.eigh(element.stiffness, element.mass, eigvals_only=True)[4:])
-
-
-def _five_hundred_lowest() -> float:
-    few, many = _free_values(_many(40))[:40], _free_values(_many(500))[:40]
-    return float(np.abs(np.sqrt(few / many) - 1.0).max())
 
 
 def _five_hundred_all() -> float:
@@ -149,26 +154,15 @@ def _rigid_force(level: str) -> float:
 @lru_cache(maxsize=16)
 def _dumbbell(level: str, heavier: float, modes: int) -> tuple[Superelement, ReductionWork]:
     """Two halves that a rigid cross-section in the middle parts; the left one is heavier."""
-    from mpi4py import MPI
-
     other = material(STEEL.density_kg_per_m3 * (1.0 + heavier), STEEL.youngs_modulus_pa)
     right = (section("s", 0.0, 0.2, 0.0, 0.01, STEEL), section("d", 0.15, 0.2, 0.01, 0.06, STEEL))
     left = (section("t", -0.2, 0.0, 0.0, 0.01, other), section("e", -0.2, -0.15, 0.01, 0.06, other))
     middle = (plane("middle", 0.0, "rigid"),)
     half = Body(name="dumbbell", sections=right, interfaces=middle)
     mesh = mirrored(meshed(half, level, DUMBBELL[level]), other)
-    asked = ReductionRequest(
-        level=level,
-        orders=(1,),
-        components=("ux", "uy", "rx", "ry"),
-        degree=2,
-        modes=modes,
-        maximum_speed_rad_s=0.0,
-        gyroscopic=False,
-        centrifugal=False,
-    )
-    body = Body(name="dumbbell", sections=right + left, interfaces=middle)
-    return reduce_body(body, mesh, MPI.COMM_SELF, asked, {})
+    whole = Body(name="dumbbell", sections=right + left, interfaces=middle)
+    request = {"components": ("ux", "uy", "rx", "ry"), "modes": modes}
+    return reduced_to(whole, level, mesh=mesh, **request)
 
 
 def _orthogonality(level: str) -> float:

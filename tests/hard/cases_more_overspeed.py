@@ -5,9 +5,9 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-import scipy.linalg
-from builders_body import STEEL, even, plane, reduced, section, tube
+from builders_body import even, reduced, tube
 from builders_more import last_rpm, material, refusal, speed_of_loss_rad_s
+from shapes import STEEL, section
 
 from solidwhirl.geometry import Body, Interface
 from solidwhirl.meshing import MeshSize
@@ -21,13 +21,6 @@ SIZES = {
 }
 CARRIED = {0: ("uz", "rz"), 1: ("ux", "uy", "rx", "ry")}
 SPIN = {"centrifugal": True, "gyroscopic": True}
-# Round bar of which torsion has its first frequency c π / L.
-LENGTH, TWIST = 0.5, float(np.sqrt(STEEL.youngs_modulus_pa / 2.6 / STEEL.density_kg_per_m3))
-TORSION_RAD_S = np.pi * TWIST / LENGTH
-BAR = {
-    "harmonic": even(0.02),
-    "solid": MeshSize(size_m=0.05, corner_size_m=0.05, around=4),
-}
 
 
 def _plate_inside_a_rim(held: bool) -> Body:
@@ -96,30 +89,3 @@ def _ring(level: str) -> tuple[float, float]:
     far, near, below = answer(1.5), answer(1.002), answer(0.998)
     error = abs(last_rpm(far) / (exact * RPM) - 1.0)
     return error, float(bool(below) + ("hoop strain" not in near) + ("hoop strain" not in far))
-
-
-@lru_cache(maxsize=4)
-def _torsion(level: str, held: bool) -> tuple[int, int]:
-    """Negative eigenvalues of reduced K + Ω²K2 at 2.5 times the first torsional frequency.
-
-    With the stress stiffness, and without it.
-    """
-    body = tube(LENGTH, 0.0, 0.02, *((plane("end", 0.1),) if held else ()))
-    speed = 2.5 * TORSION_RAD_S
-    request = {"orders": (0,), "components": CARRIED[0], "modes": 5, "maximum_speed_rad_s": speed}
-    element = reduced(body, level, BAR[level], **request, **SPIN)[0]
-    counts = []
-    for stiffening in (element.stress_stiffening, np.zeros_like(element.mass)):
-        k = element.stiffness + speed**2 * (stiffening - element.spin_softening)
-        values = scipy.linalg.eigh(k, element.mass, eigvals_only=True)
-        counts.append(int(np.sum(values < -1e-9 * TORSION_RAD_S**2)))
-    return counts[0], counts[1]
-
-
-def _false_instabilities(level: str) -> float:
-    return float(sum(_torsion(level, held)[0] for held in (False, True)))
-
-
-def _not_shown(level: str) -> float:
-    """Of three false instabilities (rz, first and second torsion) those that do not appear."""
-    return float(sum(max(0, 3 - _torsion(level, held)[1]) for held in (False, True)))

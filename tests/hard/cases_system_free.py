@@ -3,15 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from builders_system import (
-    engine,
-    free_rad_s,
-    hub,
-    joint,
-    reduced_body,
-    shaft,
-    through_file,
-)
+from builders_system import engine, free_rad_s, hub, joint, shaft
 
 from solidwhirl.rotordyn import critical_speeds, modes_at_speed
 
@@ -95,20 +87,6 @@ def _free_critical_speeds() -> float:
         omega = modes_at_speed(system, critical.speed_rad_s).eigenvalues.imag
         error = max(error, float(np.abs(omega / critical.speed_rad_s - 1.0).min()))
     return error if critical_speeds(system, 1.0, 3e4) else np.inf
-
-
-def _file_changes() -> float:
-    """Numbers of a free body at rest and at speed that change when it comes from a file."""
-    differences = 0
-    for level in ("harmonic", "solid"):
-        body = reduced_body(level)
-        for speed in SPEEDS:
-            first, second = (
-                modes_at_speed(engine({"body": e}, ()), speed) for e in (body, through_file(body))
-            )
-            differences += int(np.count_nonzero(first.eigenvalues != second.eigenvalues))
-            differences += int(first.zero_count != second.zero_count)
-    return float(differences)
 
 
 def _free(element):

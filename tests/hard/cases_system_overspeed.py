@@ -13,9 +13,7 @@ from builders_system import (
     ground,
     hub,
     pinned,
-    reduced_body,
     reduced_rod,
-    refused,
 )
 
 from solidwhirl.rotordyn import PolynomialLaw, campbell, modes_at_speed
@@ -117,16 +115,6 @@ def _negative_support() -> float:
     return worst
 
 
-def _one_effect_alone() -> float:
-    """Bodies with one of stress stiffening and spin softening that are NOT refused."""
-    attempts = []
-    for body in (reduced_body("harmonic"), reduced_body("solid"), *map(reduced_rod, LEVELS)):
-        for name in ("stress_stiffening", "spin_softening"):
-            alone = dataclasses.replace(body, **{name: np.zeros_like(body.mass)})
-            attempts.append(lambda alone=alone: engine({"body": alone}, ()))
-    return float(refused(attempts))
-
-
 def _false_instability(level: str) -> float:
     """Motions that grow, or negative stiffness, of a rod past its first torsional frequency."""
     rod = reduced_rod(level)
@@ -159,19 +147,3 @@ def _torsion_drift(level: str) -> float:
     if not expected < rod.maximum_speed_rad_s or abs(found[0] / expected - 1.0) > 0.01:
         return np.inf
     return float(abs(found[1] / found[0] - 1.0))
-
-
-def _unnoted_range() -> float:
-    """Diagrams beyond what bodies were made for that do not say so."""
-    silent = 0
-    for level in LEVELS:
-        for ratio in (1.0, -2.0, 0.5):
-            body = reduced_body(level)
-            system = engine({"body": body}, [pinned("body", at) for at in "ab"], {"body": ratio})
-            limit = body.maximum_speed_rad_s / abs(ratio)
-            for factor, expected in ((0.99, 0), (1.01, 1)):
-                diagram = campbell(system, [0.0, factor * limit], branch_count=2)
-                notes = [n for n in diagram.notes if n.kind == "range"]
-                silent += int(len(notes) != expected)
-                silent += int(any(abs(n.speed_rad_s / limit - 1.0) > 1e-12 for n in notes))
-    return float(silent)

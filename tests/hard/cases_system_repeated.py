@@ -1,9 +1,9 @@
-"""Hard cases of assembled systems: equal and nearly equal modes, and counts that cut them."""
+"""Hard cases of assembled systems: equal and nearly equal modes, and more modes than there are."""
 
 from __future__ import annotations
 
 import numpy as np
-from builders_system import engine, ground, reduced_body, shaft
+from builders_system import engine, ground, shaft
 
 from solidwhirl.rotordyn import campbell, modes_at_speed
 
@@ -76,41 +76,6 @@ def _detuned_frequencies() -> float:
     split = (omega[:, 2:].mean(axis=1) - omega[:, :2].mean(axis=1)) / omega[:, 0]
     expected = 1e-6 * (wide[:, 2:].mean(axis=1) - wide[:, :2].mean(axis=1)) / wide[:, 0]
     return float(np.abs(split - expected).max())
-
-
-def _halved_pairs(units: int) -> float:
-    """Counts of modes at rest that leave one of two equal frequencies out."""
-    system = _one(shaft()) if units == 1 else _two_units()
-    everything = modes_at_speed(system, 0.0).eigenvalues.imag
-    cut = 0
-    for count in range(1, 12):
-        kept = modes_at_speed(system, 0.0, count).eigenvalues.imag
-        last = kept[-1]
-        group = np.count_nonzero(np.abs(everything / last - 1.0) < 1e-8)
-        cut += int(np.count_nonzero(np.abs(kept / last - 1.0) < 1e-8) != group)
-        cut += int(kept.size < count)
-    return float(cut)
-
-
-def _halved_branches() -> float:
-    """Branch counts of a diagram from rest that follow one whirl of a pair without the other."""
-    system, cut = _one(shaft()), 0
-    for count in range(1, 7):
-        diagram = campbell(system, [0.0, 200.0, 400.0], branch_count=count)
-        senses = diagram.whirl[:, -1].tolist()
-        cut += int(senses.count("forward") != senses.count("backward"))
-    return float(cut)
-
-
-def _lost_modes(count: int) -> float:
-    """Difference of a few modes, at rest and at speed, from the lowest of all."""
-    worst = 0.0
-    for system in (_one(shaft()), _two_units(), _one(reduced_body("harmonic"))):
-        for speed in SPEEDS:
-            few = modes_at_speed(system, speed, count).eigenvalues
-            everything = modes_at_speed(system, speed).eigenvalues[: few.size]
-            worst = max(worst, float(np.abs(few / everything - 1.0).max()))
-    return worst
 
 
 def _too_many() -> float:

@@ -1,18 +1,11 @@
-"""Hard cases of assembled systems: at resonance, at critical speeds, through them, and beyond."""
+"""Hard cases of assembled systems: at resonance, at critical speeds, and through them."""
 
 from __future__ import annotations
 
 import numpy as np
 from builders_system import engine, ground, hub, reduced_body, refused, shaft
 
-from solidwhirl.rotordyn import (
-    LEE_ANISOTROPIC,
-    LEE_ISOTROPIC,
-    End,
-    bearing_notes,
-    campbell,
-    critical_speeds,
-)
+from solidwhirl.rotordyn import End, campbell, critical_speeds
 from solidwhirl.rotordyn.response.unbalance import Unbalance, unbalance_response
 from solidwhirl.rotordyn.run_up.integration import run_up
 from solidwhirl.rotordyn.run_up.speed_profile import ramp_and_hold
@@ -166,39 +159,3 @@ def _reduced_passage(level: str) -> float:
     body = reduced_body(level)
     system = engine({"r": body}, [ground("r", at, 2e7, cx=300.0) for at in "ab"])
     return _longest_steps(system, ("r", "a"), (600.0, 1400.0), 0.4, 5e-4)
-
-
-def _unnoted_lee() -> float:
-    """Wrong notes on Lee's polynomials: range left, damping or stiffness below zero.
-
-    Damping turns negative at 1106.3 (x) and 1380.2 rad/s (y), k_yy at 2150.7, the range ends at
-    2000 rad/s, of the body that turns.
-    """
-    wrong = 0
-    for law, negative in ((LEE_ISOTROPIC, False), (LEE_ANISOTROPIC, True)):
-        for ratio in (1.0, 0.5, -2.0, 3.3):
-            bearing = ground("disk", "hub", 1e8, cx=1e5, speed_law=law, **TILT)
-            system = engine({"disk": hub()}, [bearing], {"disk": ratio})
-            for top in (1000.0, 1200.0, 1900.0, 2100.0, 2300.0):
-                notes = bearing_notes(system, [0.0, top / abs(ratio)])
-                kinds = {note.kind: abs(ratio) * note.speed_low_rad_s for note in notes}
-                expected = {"negative damping": 1106.3} if top > 1106.3 else {}
-                if top > 2000.0:
-                    expected["outside range"] = 2000.0
-                if negative and top > 2150.7:
-                    expected["negative stiffness"] = 2150.7
-                wrong += int(kinds.keys() != expected.keys())
-                wrong += sum(abs(kinds[k] - v) > 0.1 for k, v in expected.items() if k in kinds)
-    return float(wrong)
-
-
-def _run_up_notes() -> float:
-    """Run-ups past the range of Lee's polynomials without a note."""
-    bearing = ground("disk", "hub", 1e8, cx=1e5, speed_law=LEE_ISOTROPIC, **TILT)
-    system = engine({"disk": hub()}, [bearing])
-    silent = 0
-    for top, expected in ((1000.0, 0), (1500.0, 1), (2100.0, 2)):
-        profile = ramp_and_hold(top, 0.1, start_speed_rad_s=top - 10.0)
-        run = run_up(system, profile, [], step_s=1e-4)
-        silent += abs(len(run.notes) - expected)
-    return float(silent)

@@ -10,7 +10,6 @@ from solidwhirl.rotordyn import (
     InternalDamping,
     Rotor,
     assemble,
-    campbell,
     critical_speeds,
     modes_at_speed,
 )
@@ -45,51 +44,6 @@ def _mirrored(element) -> float:
     return worst
 
 
-def _exchanged(element) -> float:
-    """Difference of the branches, and of their whirl, when both spools are reversed.
-
-    The engine with ratios (1.5, −1) seen from behind is the one with (−1.5, 1): frequencies stay,
-    forward and backward change places.
-    """
-    speeds = np.linspace(0.0, 2000.0, 9)
-    one, other = (
-        campbell(_spools(element, ratios), speeds, branch_count=12)
-        for ratios in ((1.5, -1.0), (-1.5, 1.0))
-    )
-    if one.frequency_hz.shape != other.frequency_hz.shape:
-        return np.inf
-    worst, swap = 0.0, {"forward": "backward", "backward": "forward"}
-    for k in range(1, speeds.size):
-        first, second = np.argsort(one.frequency_hz[:, k]), np.argsort(other.frequency_hz[:, k])
-        f, g = one.frequency_hz[first, k], other.frequency_hz[second, k]
-        worst = max(worst, float(np.abs(f / g - 1.0).max()))
-        turned = [swap.get(str(w), str(w)) for w in other.whirl[second, k]]
-        worst += float(np.count_nonzero(one.whirl[first, k] != np.array(turned)))
-    return worst
-
-
-def _reversed_speed(element) -> float:
-    """Difference of frequencies at Ω and −Ω, and modes of another whirl about the reference."""
-    system, worst = _spools(element, (1.0, -0.7)), 0.0
-    for speed in SPEEDS:
-        ahead, back = modes_at_speed(system, speed), modes_at_speed(system, -speed)
-        worst = max(worst, float(np.abs(ahead.eigenvalues / back.eigenvalues - 1.0).max()))
-        worst += float(np.count_nonzero(ahead.family != -back.family))
-    return worst
-
-
-def _wrong_circle(element) -> float:
-    """Part of the orbits that turns against the unbalance, on either spool."""
-    system, worst = _spools(element, cx=50.0), 0.0
-    for body, sign in (("inner", 1.0), ("outer", -1.0)):
-        load = Unbalance(body=body, interface="a", moment_kg_m=1e-4)
-        motion = unbalance_response(system, [load], SPEEDS).exciters[0].translation_m
-        right = np.abs(motion[..., 0] + 1j * sign * motion[..., 1])
-        wrong = np.abs(motion[..., 0] - 1j * sign * motion[..., 1])
-        worst = max(worst, float((wrong / right).max()))
-    return worst
-
-
 def _wrong_resonances(element) -> float:
     """Critical speeds at which a spool excites the other whirl, or not its own.
 
@@ -108,18 +62,6 @@ def _wrong_resonances(element) -> float:
             expected = 10.0 if critical.whirl == own else 1.0
             wrong += int(abs(sizes[1] / sizes[0] / expected - 1.0) > 1e-3)
     return float(wrong) if {c.whirl for c in found} == {"forward", "backward"} else np.inf
-
-
-def _paired_critical_speeds(element) -> float:
-    """Relative difference of forward and backward critical speeds of equal opposite spools."""
-    found = critical_speeds(_spools(element), 1.0, 3000.0)
-    forward, backward = (
-        np.array([c.speed_rad_s for c in found if c.whirl == whirl])
-        for whirl in ("forward", "backward")
-    )
-    if forward.size == 0 or forward.size != backward.size or 2 * forward.size != len(found):
-        return np.inf
-    return float(np.abs(forward / backward - 1.0).max())
 
 
 def _standing_frequencies(element) -> float:

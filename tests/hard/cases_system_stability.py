@@ -3,19 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from builders_system import (
-    engine,
-    ground,
-    hub,
-    reduced_body,
-    shaft,
-)
+from builders_system import engine, ground, hub, reduced_body, shaft
 
-from solidwhirl.rotordyn import (
-    Bearing,
-    End,
-    modes_at_speed,
-)
+from solidwhirl.rotordyn import Bearing, End, modes_at_speed
 
 MASS, STIFFNESS = 10.0, 1e6
 OMEGA = np.sqrt(STIFFNESS / MASS)

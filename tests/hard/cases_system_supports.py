@@ -3,13 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from builders_system import (
-    engine,
-    ground,
-    joint,
-    pinned,
-    shaft,
-)
+from builders_system import engine, ground, pinned, shaft
 from exact_system import exact_frequencies
 
 from solidwhirl.rotordyn import critical_speeds, modes_at_speed
@@ -76,28 +70,6 @@ def _towards_rigid(element) -> float:
         found = float(modes_at_speed(system, 0.0, 1).eigenvalues[0].imag)
         worst = max(worst, abs(found - (omega - slope / k)) / omega)
     return worst
-
-
-def _joint_error() -> float:
-    """Two shafts joined by 1e6 to 1e16 N/m against one shaft and the closed form of the joint.
-
-    With every joint stiff, frequencies are those of the exact joint less c/k, so that k (f_rigid −
-    f) is the same at all stiffnesses.
-    """
-    bodies = {"left": shaft("left", length_m=0.3), "right": shaft("right", length_m=0.4)}
-    held = [ground("left", "a", 1e2), ground("right", "b", 1e16)]
-    at = (("left", "b"), ("right", "a"))
-    exact = joint(*at, rigid=("ux", "uy"))
-    limit = modes_at_speed(engine(bodies, [*held, exact]), 500.0, 4).eigenvalues.imag
-    misses = []
-    for k in (1e12, 1e14, 1e16):
-        soft = modes_at_speed(engine(bodies, [*held, joint(*at, k)]), 500.0, 4).eigenvalues.imag
-        misses.append((limit - soft) / limit)
-    # at 1e12 the miss is about 1e-5; two decades on it must be a hundredth of that
-    drift = max(
-        np.abs(misses[1] - misses[0] / 1e2).max(), np.abs(misses[2] - misses[0] / 1e4).max()
-    )
-    return float(drift)
 
 
 def _critical_digits() -> float:

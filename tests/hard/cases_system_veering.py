@@ -57,26 +57,6 @@ def _refined(coupling_n_per_m: float) -> float:
     return worst
 
 
-def _exchanges(coupling_n_per_m: float, steps: int) -> float:
-    """Speeds at which the two forward branches that veer are out of order."""
-    system = _veering(coupling_n_per_m)
-    diagram = campbell(system, np.linspace(0.0, TOP, steps + 1), branch_count=4)
-    forward = diagram.frequency_hz[(diagram.whirl[:, -1] == "forward")]
-    if forward.shape[0] != 2:
-        return np.inf
-    below, above = forward if forward[0, 1] < forward[1, 1] else forward[::-1]
-    return float(np.count_nonzero(below[1:] > above[1:]))
-
-
-def _crossings() -> float:
-    """Error of the count of crossings and veerings of forward modes without any coupling."""
-    system = _veering(0.0)
-    diagram = campbell(system, np.linspace(0.0, TOP, 41), branch_count=4)
-    kinds = [note.kind for note in diagram.notes]
-    rising = diagram.frequency_hz[:, -1] > diagram.frequency_hz[:, 0] * (1.0 + 1e-6)
-    return float(abs(kinds.count("crossing") - 2) + kinds.count("veering") + abs(rising.sum() - 1))
-
-
 def _gap_error() -> float:
     """Closest distance of the branches against perturbation theory of two modes.
 

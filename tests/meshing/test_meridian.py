@@ -8,35 +8,16 @@ import numpy as np
 import pytest
 from shapes import body as body_of
 from shapes import interface, section
+from simplex import mesh_mass_kg
 
 from solidwhirl.geometry import mass_properties
 from solidwhirl.meshing import MeshingError, MeshSize, mesh_meridian, scaled_jacobians, straighten
 
 
-def volume_mass(mesh):
-    """Mass of the body of revolution by Gauss quadrature on the second-order triangles."""
-    a, b, w = 1 / 6, 2 / 3, 1 / 6
-    total = 0.0
-    for s, t in ((a, a), (b, a), (a, b)):
-        u = 1 - s - t
-        shape = np.array(
-            [u * (2 * u - 1), s * (2 * s - 1), t * (2 * t - 1), 4 * u * s, 4 * s * t, 4 * t * u]
-        )
-        ds = np.array([1 - 4 * u, 4 * s - 1, 0, 4 * (u - s), 4 * t, -4 * t])
-        dt = np.array([1 - 4 * u, 0, 4 * t - 1, -4 * s, 4 * s, 4 * (u - t)])
-        x = mesh.points[mesh.cells]
-        place = np.einsum("k,cki->ci", shape, x)
-        js, jt = np.einsum("k,cki->ci", ds, x), np.einsum("k,cki->ci", dt, x)
-        jacobian = js[:, 0] * jt[:, 1] - js[:, 1] * jt[:, 0]
-        density = np.array([m.density_kg_per_m3 for m in mesh.materials])[mesh.cell_material]
-        total += np.sum(w * jacobian * 2 * math.pi * place[:, 1] * density)
-    return total
-
-
 def test_mass_of_the_mesh_is_that_of_the_profile(reference_rotor):
     mesh = mesh_meridian(reference_rotor, MeshSize(size_m=0.02, corner_size_m=0.004))
     # straight edges are held exactly, and r · Jacobian is linear on straight triangles
-    assert volume_mass(mesh) == pytest.approx(mass_properties(reference_rotor).mass_kg, rel=1e-13)
+    assert mesh_mass_kg(mesh) == pytest.approx(mass_properties(reference_rotor).mass_kg, rel=1e-13)
 
 
 def test_curved_edges_follow_a_fillet(reference_rotor):
@@ -46,7 +27,7 @@ def test_curved_edges_follow_a_fillet(reference_rotor):
     fillet_mass = exact - mass_properties(reference_rotor).mass_kg
     # four parabolic arcs of α = 22.5°: each segment's area is off by about α⁵ R²/480, against
     # the fillet's (1 - π/4) R², together 4e-4
-    assert abs(volume_mass(mesh) - exact) < 4e-4 * fillet_mass
+    assert abs(mesh_mass_kg(mesh) - exact) < 4e-4 * fillet_mass
     assert mesh.quality.minimum_scaled_jacobian > 0.05
 
 

@@ -32,7 +32,7 @@ def rotor():
         section("disk", 0.1, 0.13, 0.02, 0.08),
         interfaces=(interface("seat", "outer", 0.0, 0.03),),
     )
-    return mesh_solid(shape, MeshSize(size_m=0.05, corner_size_m=0.02, growth=0.8, around=12))
+    return mesh_solid(shape, MeshSize(size_m=0.05, corner_size_m=0.02, growth=0.8, around=8))
 
 
 def written(mesh, path):

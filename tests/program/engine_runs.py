@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from solidwhirl.build import beam, bearing, disk
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.scene_reading.reader import parse_scene, read_scene
 
@@ -29,6 +30,8 @@ def twin():
     return run_scene(beam_scene("ferraris", analyses=()))
 
 
+WHEEL = disk("wheel", mass_kg=8.0, polar=0.04, diametral=0.02, at_m=0.2)
+SOFT = {"stiffness_n_per_m": 1e7}
 GEARED = {
     "name": "geared",
     "materials": {
@@ -37,30 +40,21 @@ GEARED = {
     "speeds": {"from_rpm": 0, "to_rpm": 3000, "count": 3},
     "campbell": {"branches": 4},
     "beams": {
-        "slow": {
-            "speed_ratio": 0.5,
-            "material": "m",
-            "stations_m": [0.0, 0.5],
-            "outer_radius_m": [0.02],
-            "interfaces": {"front": 0.1, "seat": 0.5},
-            "disks": [
-                {
-                    "name": "wheel",
-                    "at_m": 0.2,
-                    "mass_kg": 8.0,
-                    "polar_inertia_kg_m2": 0.04,
-                    "diametral_inertia_kg_m2": 0.02,
-                }
-            ],
-        },
-        "fast": {
-            "speed_ratio": 1.0,
-            "material": "m",
-            "stations_m": [0.55, 0.8, 1.2],
-            "outer_radius_m": [0.03, 0.02],
-            "inner_radius_m": [0.01],
-            "interfaces": {"seat": 0.55, "rear": 1.1},
-        },
+        "slow": beam(
+            [0.0, 0.5],
+            0.02,
+            {"front": 0.1, "seat": 0.5},
+            material="m",
+            speed_ratio=0.5,
+            disks=[WHEEL],
+        ),
+        "fast": beam(
+            [0.55, 0.8, 1.2],
+            [0.03, 0.02],
+            {"seat": 0.55, "rear": 1.1},
+            material="m",
+            inner_radius_m=[0.01],
+        ),
     },
     "rigid_bodies": {
         "casing": {
@@ -71,17 +65,15 @@ GEARED = {
         }
     },
     "bearings": [
-        {"name": "b1", "first": "slow.front", "second": "casing.front", "stiffness_n_per_m": 1e7,
-         "tilt_stiffness_n_m_per_rad": 1e4},
-        {"name": "b2", "first": "slow.seat", "second": "casing.middle", "stiffness_n_per_m": 1e7},
-        {"name": "b3", "first": "fast.seat", "second": "casing.middle", "stiffness_n_per_m": 1e7},
-        {"name": "b4", "first": "fast.rear", "second": "casing.rear", "stiffness_n_per_m": 1e7},
-        {"name": "mount", "first": "casing.middle",
-         "rigid": ["ux", "uy", "uz", "rx", "ry", "rz"]},
+        bearing("b1", "slow.front", "casing.front", tilt_stiffness_n_m_per_rad=1e4, **SOFT),
+        bearing("b2", "slow.seat", "casing.middle", **SOFT),
+        bearing("b3", "fast.seat", "casing.middle", **SOFT),
+        bearing("b4", "fast.rear", "casing.rear", **SOFT),
+        bearing("mount", "casing.middle", rigid=["ux", "uy", "uz", "rx", "ry", "rz"]),
     ],
     "gears": [{"name": "gear", "first": "fast.seat", "second": "slow.seat", "ratio": 0.5}],
     "model": {"estimates": "off"},
-}  # fmt: skip
+}
 
 
 @pytest.fixture(scope="session")

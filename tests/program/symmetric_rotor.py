@@ -7,6 +7,7 @@ import copy
 import numpy as np
 from engine_parts import MASS, rigid_rotor
 
+from solidwhirl.pipeline.run import run_scene
 from solidwhirl.scene_reading.reader import parse_scene
 
 POLAR, ARM = 0.3, 0.4
@@ -28,8 +29,6 @@ def compliance(omega, stiffness=STIFFNESS, damping=DAMPING):
 
 
 def run(data, *analyses):
-    from solidwhirl.pipeline.run import run_scene
-
     return run_scene(parse_scene({**copy.deepcopy(data), "analyses": list(analyses)}))
 
 

@@ -18,7 +18,6 @@ from solidwhirl.output.documents import results_document
 from solidwhirl.pipeline import engine_stages
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.rotordyn.assembly.law_pieces import LawPieces
-from solidwhirl.rotordyn.assembly.system import assemble
 from solidwhirl.rotordyn.beams.superelement import beam_superelement
 from solidwhirl.rotordyn.checks.plain_checks import COUNT, COUNT_SPEEDS, ROOTS
 from solidwhirl.rotordyn.response import harmonic_response
@@ -81,45 +80,40 @@ STATES = {"kind": "state_space", "name": "states", "inputs": ["r.a"], "outputs":
 RUNS_UP = {"kind": "run_up", "name": "up", "ramp_s": 0.05, "mount": "b", **FAST, **LOADS}
 
 
-def of_other_parts(change):
-    """Make the program assemble other parts than the scene has."""
-
-    def put(monkeypatch):
-        def wrong(rotors, bearings, reference=None, gears=()):
-            right = assemble(rotors, bearings, reference, gears)
-            made = assemble(*change(dict(rotors), tuple(bearings)), reference, gears)
-            return dataclasses.replace(made, system=right.system)
-
-        monkeypatch.setattr(system_parts, "assemble", wrong)
-
-    return put
+def patched(module, name, make):
+    """Put what is made of the right function in its place."""
+    return lambda monkeypatch: monkeypatch.setattr(module, name, make(getattr(module, name)))
 
 
 def of_other_matrices(**change):
     """Make the program assemble other matrices, each a function of the right ones."""
 
-    def put(monkeypatch):
+    def make(right):
         def wrong(*parts, **named):
-            right = assemble(*parts, **named)
-            return dataclasses.replace(
-                right, **{name: made(getattr(right, name)) for name, made in change.items()}
-            )
+            found = right(*parts, **named)
+            others = {name: made(getattr(found, name)) for name, made in change.items()}
+            return dataclasses.replace(found, **others)
 
-        monkeypatch.setattr(system_parts, "assemble", wrong)
+        return wrong
 
-    return put
+    return patched(system_parts, "assemble", make)
 
 
 def bearings_with(**change):
-    return of_other_parts(
-        lambda rotors, bearings: (
-            rotors,
-            tuple(
-                dataclasses.replace(b, **{n: f(np.array(getattr(b, n))) for n, f in change.items()})
-                for b in bearings
-            ),
-        )
-    )
+    """Make the program assemble other bearings than the scene has."""
+
+    def changed(bearing):
+        others = {name: made(np.array(getattr(bearing, name))) for name, made in change.items()}
+        return dataclasses.replace(bearing, **others)
+
+    def make(right):
+        def wrong(rotors, bearings, *more, **named):
+            made = right(rotors, tuple(changed(b) for b in bearings), *more, **named)
+            return dataclasses.replace(made, system=right(rotors, bearings, *more, **named).system)
+
+        return wrong
+
+    return patched(system_parts, "assemble", make)
 
 
 def even(matrix):
@@ -134,63 +128,53 @@ def laws_at_reference_speed(joints):
     return tuple(dataclasses.replace(joint, speed_ratio=1.0) for joint in joints)
 
 
+def with_equal_diagonals(self):
+    return np.array_equal(self.polynomials[..., 0, 0], self.polynomials[..., 1, 1])
+
+
 def half_isotropic(monkeypatch):
     """The complex form is taken where the diagonals of a table agree."""
-    same = lambda self: np.array_equal(  # noqa: E731
-        self.polynomials[..., 0, 0], self.polynomials[..., 1, 1]
-    )
-    monkeypatch.setattr(LawPieces, "is_isotropic", property(same))
+    monkeypatch.setattr(LawPieces, "is_isotropic", property(with_equal_diagonals))
 
 
-def lost_branch(monkeypatch):
-    found = engine_stages.campbell
-
+def without_a_branch(found):
     def fewer(*parts, **named):
         diagram = found(*parts, **named)
         kept = np.arange(len(diagram.eigenvalues)) != 2
         names = ("eigenvalues", "frequency_hz", "log_decrement", "whirl", "overlap")
         return dataclasses.replace(diagram, **{n: getattr(diagram, n)[kept] for n in names})
 
-    monkeypatch.setattr(engine_stages, "campbell", fewer)
+    return fewer
 
 
-def lost_critical_speed(monkeypatch):
-    found = engine_stages.critical_speeds
-    monkeypatch.setattr(engine_stages, "critical_speeds", lambda *p, **n: found(*p, **n)[1:])
+def of_system_with(name, factor):
+    """Make of a function one of a system whose matrix of that name is multiplied."""
+
+    def make(right):
+        def wrong(assembled, *parts):
+            changed = dataclasses.replace(assembled, **{name: factor * getattr(assembled, name)})
+            return right(changed, *parts)
+
+        return wrong
+
+    return make
 
 
-def unresolved_response(monkeypatch):
-    monkeypatch.setattr(analyses_response, "resolving_speeds", lambda system, loads, given: given)
+def without_gyroscopic_matrix(right):
+    return lambda a, speed: right(a, speed)._replace(gyroscopic=0.0 * a.gyroscopic)
 
 
-def undamped_response(monkeypatch):
-    right = harmonic_response.harmonic_response
-
-    def wrong(assembled, *parts):
-        still = dataclasses.replace(assembled, damping=0.3 * assembled.damping)
-        return right(still, *parts)
-
-    monkeypatch.setattr(harmonic_response, "harmonic_response", wrong)
-
-
-def missed_windows(monkeypatch):
-    monkeypatch.setattr(stability, "unstable_windows", lambda *parts: [])
-
-
-def no_gyroscopic_moment(monkeypatch):
-    right = run_up_basis.matrices_at_speed
-    wrong = lambda a, s: right(a, s)._replace(gyroscopic=0.0 * a.gyroscopic)  # noqa: E731
-    monkeypatch.setattr(run_up_basis, "matrices_at_speed", wrong)
-
-
-def still_state_space(monkeypatch):
-    right = analyses_modes.state_space
-
-    def wrong(assembled, *parts):
-        still = dataclasses.replace(assembled, gyroscopic=0.0 * assembled.gyroscopic)
-        return right(still, *parts)
-
-    monkeypatch.setattr(analyses_modes, "state_space", wrong)
+lost_branch = patched(engine_stages, "campbell", without_a_branch)
+lost_critical_speed = patched(
+    engine_stages, "critical_speeds", lambda found: lambda *p, **n: found(*p, **n)[1:]
+)
+unresolved_response = patched(
+    analyses_response, "resolving_speeds", lambda _: lambda system, loads, given: given
+)
+undamped_response = patched(harmonic_response, "harmonic_response", of_system_with("damping", 0.3))
+missed_windows = patched(stability, "unstable_windows", lambda _: lambda *parts: [])
+no_gyroscopic_moment = patched(run_up_basis, "matrices_at_speed", without_gyroscopic_matrix)
+still_state_space = patched(analyses_modes, "state_space", of_system_with("gyroscopic", 0.0))
 
 
 def stiffened(*parts, **named):
@@ -275,8 +259,13 @@ FAULTS = {
 }  # fmt: skip
 
 
-def failed(results):
-    return {check.name for check in results.checks if check.passed is False}
+def failed(data):
+    """Names of the checks that a run fails."""
+    return {check.name for check in run_scene(parse_scene(data)).checks if check.passed is False}
+
+
+#: Scenes without a fault whose checks have passed: many faults are put into the same one.
+PASSED = []
 
 
 @pytest.mark.parametrize("name", FAULTS)
@@ -284,9 +273,11 @@ def test_a_wrong_simplification_is_found(name, monkeypatch):
     data, put, expected = FAULTS[name]
     if "centrifugal" in name:
         monkeypatch.setattr(system_parts, "beam_superelement", stiffened)
-    assert not failed(run_scene(parse_scene(data)))
+    if "centrifugal" in name or data not in PASSED:
+        assert not failed(data)
+        PASSED.append(data)
     put(monkeypatch)
-    found = failed(run_scene(parse_scene(data)))
+    found = failed(data)
     assert found >= expected if expected == {ROOTS, COUNT} else found & expected, found
 
 

@@ -40,13 +40,10 @@ def run(tmp_path):
     return start
 
 
-def test_a_good_run_says_nothing(run, laval):
+def test_doubts_are_said_in_quiet(run, laval):
+    """Before the run that of a number, after it that of the supports; a line each, else nothing."""
     done = run(laval, "-q")
     assert (done.exit_code, done.output) == (0, "")
-
-
-def test_doubts_are_said_in_quiet(run, laval):
-    """Before the run that of a number, after it that of the supports; a line each."""
     head, _, second = laval.partition("[[bearings]]")
     one = head + "[[bearings]]" + second.partition("[[bearings]]")[0]
     done = run(one + ABSURD, "-q")

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from reduced import requested
 from shapes import body as body_of
 from shapes import plane, section
 
 from solidwhirl.geometry import Material
 from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid
-from solidwhirl.reduction import ReductionRequest, reduce_body
+from solidwhirl.reduction import reduce_body
 from solidwhirl.reduction.recovery.fields import body_fields
 from solidwhirl.reduction.recovery.spatial_fields import in_space, values_at
 from solidwhirl.reduction.recovery.stress_measures import (
@@ -50,19 +51,8 @@ def recovered(body, size, level="harmonic", **asked):
     from mpi4py import MPI
 
     mesh = (mesh_meridian if level == "harmonic" else mesh_solid)(body, size)
-    request = ReductionRequest(
-        level=level,
-        **{
-            "orders": (1,),
-            "components": LATERAL,
-            "degree": 2,
-            "modes": 3,
-            "maximum_speed_rad_s": SPIN,
-            "gyroscopic": True,
-            "centrifugal": True,
-        }
-        | asked,
-    )
+    spin = {"maximum_speed_rad_s": SPIN, "gyroscopic": True, "centrifugal": True}
+    request = requested(level, **{"components": LATERAL, "modes": 3, **spin, **asked})
     element, _ = reduce_body(body, mesh, MPI.COMM_SELF, request, {})
     return element, StressRecovery(body_fields(body, mesh, request, element))
 

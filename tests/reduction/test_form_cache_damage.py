@@ -91,10 +91,10 @@ def test_damaged_kernel_is_found(cache, tmp_path, damage, monkeypatch):
     assert (found.state, "1 damaged" in found.found) == ("doubtful", True)
 
 
-RARE = [pytest.param(d, marks=pytest.mark.verify) for d in DAMAGES if d not in (_flip, _folder)]
+RARE = [pytest.param(d, marks=pytest.mark.verify) for d in DAMAGES if d is not _flip]
 
 
-@pytest.mark.parametrize("damage", [_flip, _folder, *RARE])
+@pytest.mark.parametrize("damage", [_flip, *RARE])
 def test_damaged_kernel_is_compiled_again(cache, damage, monkeypatch):
     damage(next((cache / "fenics").glob("libffcx_forms_*.so")))
     done = compiled(cache)

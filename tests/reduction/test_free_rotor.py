@@ -18,12 +18,11 @@ RPM = np.pi / 30.0
 
 
 @pytest.fixture(scope="module")
-def fine_rotor():
+def fine_rotor(reference_rotor):
     """The reference rotor on the harmonic level, for speeds up to 10 000 rpm."""
-    shape = body(section("shaft", 0.0, 0.4, 0.0, 0.02), section("disk", 0.145, 0.175, 0.02, 0.15))
     size = MeshSize(size_m=0.02, corner_size_m=1e-4, growth=0.7)
     spinning = {"maximum_speed_rad_s": 10_000 * RPM, "gyroscopic": True, "centrifugal": True}
-    return reduced_to(shape, size=size, degree=3, modes=8, **spinning)[0]
+    return reduced_to(reference_rotor, size=size, degree=3, modes=8, **spinning)[0]
 
 
 def test_harmonic_level_meets_the_converged_frequencies(fine_rotor):
@@ -35,15 +34,13 @@ def test_harmonic_level_meets_the_converged_frequencies(fine_rotor):
 
 
 @pytest.mark.parametrize("degree", [2, 3])
-def test_error_falls_with_the_corner_size_as_the_singularity_says(
-    reference_rotor, reduce_to, degree
-):
+def test_error_falls_with_the_corner_size_as_the_singularity_says(reference_rotor, degree):
     """At a 270° corner the stress grows as ρ^(λ-1), λ = 0.5445: energies converge as h^(2λ)."""
     sizes = np.array([2e-3, 1e-3, 5e-4, 2.5e-4])
     found = []
     for corner in sizes:
         size = MeshSize(size_m=0.01, corner_size_m=corner, growth=0.3)
-        element, _ = reduce_to(reference_rotor, size=size, degree=degree, modes=4)
+        element, _ = reduced_to(reference_rotor, size=size, degree=degree, modes=4)
         found.append(element.free_frequencies_hz[0])
     errors = np.array(found) / 600.449764 - 1.0  # converged to 1e-7, degree 4, corner 0.02 mm
     assert np.all(errors > 0.0)  # a conforming model is too stiff
@@ -52,9 +49,9 @@ def test_error_falls_with_the_corner_size_as_the_singularity_says(
     assert rate == pytest.approx(1.09, abs=0.15)
 
 
-def test_solid_level_within_half_a_percent_and_pairs_stay_double(reference_rotor, reduce_to):
+def test_solid_level_within_half_a_percent_and_pairs_stay_double(reference_rotor):
     size = MeshSize(size_m=0.1, corner_size_m=0.0026, growth=0.6, through_thickness=1.2, around=12)
-    element, _ = reduce_to(reference_rotor, level="solid", size=size, modes=4)
+    element, _ = reduced_to(reference_rotor, level="solid", size=size, modes=4)
     assert element.full_dofs < 150_000
     found = element.free_frequencies_hz
     assert np.all(found[:6:2] > INDEPENDENT_HZ[:3])
@@ -64,11 +61,11 @@ def test_solid_level_within_half_a_percent_and_pairs_stay_double(reference_rotor
 
 
 @pytest.mark.verify
-def test_solid_level_converges(reference_rotor, reduce_to):
+def test_solid_level_converges(reference_rotor):
     found = []
     for corner, growth in ((8e-3, 1.2), (4e-3, 0.85), (2e-3, 0.6)):
         size = MeshSize(size_m=0.1, corner_size_m=corner, growth=growth, around=12)
-        element, _ = reduce_to(reference_rotor, level="solid", size=size, modes=2)
+        element, _ = reduced_to(reference_rotor, level="solid", size=size, modes=2)
         found.append((element.full_dofs, element.free_frequencies_hz[0] / 600.449764 - 1.0))
     dofs, errors = np.array(found).T
     assert np.all(np.diff(errors) < 0.0)
@@ -94,9 +91,9 @@ def test_whirl_at_10000_rpm(fine_rotor):
 
 
 @pytest.mark.parametrize("level", ["harmonic", "solid"])
-def test_invariants_of_a_free_body(level, reference_rotor, reduce_to):
-    size = MeshSize(size_m=0.05, corner_size_m=0.02, growth=1.0)
-    element, _ = reduce_to(
+def test_invariants_of_a_free_body(level, reference_rotor):
+    size = MeshSize(size_m=0.05, corner_size_m=0.02, growth=1.0, around=12)
+    element, _ = reduced_to(
         reference_rotor,
         level=level,
         size=size,
@@ -114,9 +111,9 @@ def test_invariants_of_a_free_body(level, reference_rotor, reduce_to):
     assert r @ element.spin_softening @ r == pytest.approx(0.1868057908 / 2.0, rel=2e-3)
 
 
-def test_harmonic_torsion_and_axial_modes_of_a_rod(reduce_to):
+def test_harmonic_torsion_and_axial_modes_of_a_rod():
     """Free rod: torsion n c_s/(2L), exactly; axial n c/(2L) up to (nu n pi r/(2 L))² (Rayleigh)."""
-    element, _ = reduce_to(
+    element, _ = reduced_to(
         body(section("rod", 0.0, 1.0, 0.0, 0.02)),
         orders=(0,),
         components=("uz", "rz"),

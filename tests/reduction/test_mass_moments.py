@@ -4,10 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-import os
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +11,7 @@ import scipy.linalg
 from reduced import reduced_to
 from shapes import body as body_of
 from shapes import plane, section
+from simplex import gauss_rule, second_order
 
 from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid
 
@@ -22,7 +19,6 @@ pytestmark = pytest.mark.solver
 
 ALL = ("ux", "uy", "uz", "rx", "ry", "rz")
 LATERAL = ("ux", "uy", "rx", "ry")
-TESTS = Path(__file__).resolve().parents[1]
 # e_k × x has the component a of size CROSS[a, k, d] x_d
 CROSS = np.zeros((3, 3, 3))
 for k, d, a in itertools.permutations(range(3)):
@@ -89,45 +85,6 @@ def test_moments_belong_to_the_mass_matrix_and_the_rigid_motions(level, coupling
         np.testing.assert_allclose(turned, first, atol=1e-10 * size_of(moments.first_kg_m))
 
 
-def triangle_rule(points):
-    """Points (barycentric) and weights of a rule of degree 2 points − 2 on a triangle."""
-    x, w = np.polynomial.legendre.leggauss(points)
-    x, w = 0.5 * (x + 1.0), 0.5 * w
-    u, v = np.meshgrid(x, x, indexing="ij")
-    b = np.stack([u, v * (1.0 - u)], axis=-1).reshape(-1, 2)
-    weight = (w[:, None] * w[None, :] * (1.0 - u)).ravel()
-    return np.column_stack([1.0 - b.sum(axis=1), b]), weight
-
-
-def tetrahedron_rule(points):
-    """Points (barycentric) and weights of a rule of degree 2 points − 3 on a tetrahedron."""
-    x, w = np.polynomial.legendre.leggauss(points)
-    x, w = 0.5 * (x + 1.0), 0.5 * w
-    s, t, u = np.meshgrid(x, x, x, indexing="ij")
-    b = np.stack([s, t * (1.0 - s), u * (1.0 - s) * (1.0 - t)], axis=-1).reshape(-1, 3)
-    weight = np.einsum("i,j,k->ijk", w, w, w) * (1.0 - s) ** 2 * (1.0 - t)
-    return np.column_stack([1.0 - b.sum(axis=1), b]), weight.ravel()
-
-
-TRIANGLE_EDGES = ((0, 1), (1, 2), (2, 0))
-TETRAHEDRON_EDGES = ((0, 1), (1, 2), (2, 0), (3, 0), (3, 2), (3, 1))
-
-
-def quadratic(b, edges):
-    """Second-order shape functions at barycentric points: vertices, then edges."""
-    return np.column_stack([b * (2.0 * b - 1.0), *(4.0 * b[:, i] * b[:, j] for i, j in edges)])
-
-
-def quadratic_slopes(b, edges):
-    """Their derivatives along the second to last barycentric coordinates, (points, d, nodes)."""
-    vertices = np.eye(b.shape[1]) * (4.0 * b - 1.0)[:, None, :]
-    between = np.zeros((len(b), b.shape[1], len(edges)))
-    for e, (i, j) in enumerate(edges):
-        between[:, i, e], between[:, j, e] = 4.0 * b[:, j], 4.0 * b[:, i]
-    raw = np.concatenate([vertices, between], axis=2)
-    return raw[:, 1:] - raw[:, :1]
-
-
 def integrals(fields, places, weights):
     """The three moments of fields (points, 3, n) at places with their masses."""
     return (
@@ -152,8 +109,8 @@ def revolved(body, mesh, angles, monkeypatch, orders):
     points = np.concatenate([np.column_stack([r * np.cos(t), r * np.sin(t), z]) for t in theta])
     recovering(monkeypatch, points)
     element = reduced(body, "harmonic", None, orders, mesh=mesh)
-    b, weight = triangle_rule(4)
-    shape = quadratic(b, TRIANGLE_EDGES)
+    b, weight = gauss_rule(2, 4)
+    shape, _ = second_order(b)
     nodal = element.recovery_modes.reshape(angles, len(z), 3, -1)[:, mesh.cells]
     fields = np.einsum("qi,tciaj->tcqaj", shape, nodal, optimize=True)
     corner = mesh.points[mesh.cells[:, :3]]
@@ -203,10 +160,10 @@ def solid_cloud(body, mesh, monkeypatch, orders):
     element = reduced(body, "solid", None, orders, mesh=mesh)
     nodal = element.recovery_modes.copy()
     nodal[:, 2] *= sign[:, None]
-    b, weight = tetrahedron_rule(4)
-    shape, slopes = quadratic(b, TETRAHEDRON_EDGES), quadratic_slopes(b, TETRAHEDRON_EDGES)
+    b, weight = gauss_rule(3, 4)
+    shape, slopes = second_order(b)
     corner = points[mesh.cells]
-    volume = np.abs(np.linalg.det(np.einsum("qdi,cie->cqde", slopes, corner)))
+    volume = np.abs(np.linalg.det(np.einsum("qid,cie->cqde", slopes, corner)))
     density = np.array([m.density_kg_per_m3 for m in mesh.materials])[mesh.cell_material]
     fields = np.einsum("qi,ciaj->cqaj", shape, nodal[mesh.cells], optimize=True)
     return (
@@ -362,50 +319,3 @@ def test_nodes_of_two_orders_are_matched_by_their_place():
     found = amplitudes_at(fields, moved, MPI.COMM_SELF)
     for left, right in zip(found, amplitudes, strict=True):
         np.testing.assert_array_equal(left, right[other])
-
-
-RANKS = f"""
-import sys
-
-sys.path[:0] = [{str(TESTS)!r}, {str(TESTS / "reduction")!r}]
-import numpy as np
-from mpi4py import MPI
-from test_mass_moments import held_moments
-
-found = held_moments(MPI.COMM_WORLD)
-if MPI.COMM_WORLD.rank == 0:
-    np.savez(sys.argv[1], **found)
-"""
-
-
-def held_moments(comm):
-    """Moments of the interface motions on both levels."""
-    found = {}
-    for level, orders in (("harmonic", (0, 1)), ("solid", (1,))):
-        element = reduced(stepped("rigid"), level, EIGHT, orders, modes=1, comm=comm)
-        held = sum(c.kind == "interface" for c in element.coordinates)
-        found[level] = element.moments.second_kg[:, :, :held, :held]
-        found[level + " first"] = element.moments.first_kg_m[..., :held]
-    return found
-
-
-@pytest.mark.mpi
-def test_two_ranks_give_the_same_moments(tmp_path):
-    """Of interface motions, which are the same fields whatever the distribution."""
-    from mpi4py import MPI
-
-    clean = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_", "ORTE_"))}
-    options = ["--allow-run-as-root", "--oversubscribe", "-n", "2"]
-    done = subprocess.run(
-        ["mpirun", *options, sys.executable, "-c", RANKS, str(tmp_path / "both.npz")],
-        check=False,
-        timeout=900,
-        capture_output=True,
-        text=True,
-        env=clean,
-    )
-    assert done.returncode == 0, done.stderr
-    both = np.load(tmp_path / "both.npz")
-    for name, alone in held_moments(MPI.COMM_SELF).items():
-        # static solutions of two factorisations
-        np.testing.assert_allclose(both[name], alone, atol=1e-8 * size_of(alone))

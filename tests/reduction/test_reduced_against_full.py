@@ -1,15 +1,11 @@
-"""The superelement against the unreduced model, couplings, and ranks."""
+"""The superelement against the unreduced model, and couplings."""
 
 from __future__ import annotations
-
-import json
-import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from reduced import reduced_to, sparse
 from shapes import body as body_of
 from shapes import plane, section
 
@@ -35,7 +31,7 @@ def full_frequencies(body, mesh, level, stiffness, speed, count):
     order = 1 if level == "harmonic" else None
     operators = build_operators(body, mesh, MPI.COMM_SELF, order=order, degree=2, effects=effects)
     m, k, g, kg, s = (
-        csr(getattr(operators, name))
+        sparse(getattr(operators, name))
         for name in ("mass", "stiffness", "gyroscopic", "stress_stiffening", "spin_softening")
     )
     rows = sp.csr_matrix(operators.coupling.rows)
@@ -76,20 +72,15 @@ def quadratic_frequencies(matrices, count):
     return np.sort(np.abs(values.imag) / (2.0 * np.pi))[::2][:count]
 
 
-def csr(matrix):
-    indptr, indices, data = matrix.getValuesCSR()
-    return sp.csr_matrix((data, indices, indptr), shape=matrix.getSize())
-
-
 @pytest.mark.parametrize(
     ("level", "corner", "fractions"), [("harmonic", 2e-3, (0.0, 0.5, 1.0)), ("solid", 2e-2, (1.0,))]
 )
-def test_first_ten_frequencies_at_speed(twin_inner, reduce_to, level, corner, fractions):
+def test_first_ten_frequencies_at_speed(twin_inner, level, corner, fractions):
     """Eight modes per plane, at rest and at top speed: one basis for all speeds."""
-    size = MeshSize(size_m=0.05, corner_size_m=corner, growth=1.0)
+    size = MeshSize(size_m=0.05, corner_size_m=corner, growth=1.0, around=8)
     mesh = (mesh_meridian if level == "harmonic" else mesh_solid)(twin_inner, size)
     top = 20_000 * np.pi / 30.0
-    element, _ = reduce_to(
+    element, _ = reduced_to(
         twin_inner,
         level=level,
         size=size,
@@ -114,15 +105,15 @@ def test_first_ten_frequencies_at_speed(twin_inner, reduce_to, level, corner, fr
             np.testing.assert_allclose(expected, full[:10], rtol=1e-9)
 
 
-def test_rigid_coupling_is_stiffer_than_distributing(twin_inner, reduce_to):
+def test_rigid_coupling_is_stiffer_than_distributing(twin_inner):
     """Both leave the free rigid motions alone; rigid planes stiffen, mean motions do not."""
     planes = [plane(i.name, i.start_m, "rigid") for i in twin_inner.interfaces]
     rigid = body_of(*twin_inner.sections, interfaces=planes, name="inner")
     # graded at the same places, so that all three have the same mesh but for the rigid ends
     size = MeshSize(size_m=0.02, corner_size_m=0.002)
-    soft, _ = reduce_to(twin_inner, size=size, modes=14)
-    hard, _ = reduce_to(rigid, size=size, modes=14)
-    free, _ = reduce_to(twin_inner, size=size, modes=14, components=())
+    soft, _ = reduced_to(twin_inner, size=size, modes=14)
+    hard, _ = reduced_to(rigid, size=size, modes=14)
+    free, _ = reduced_to(twin_inner, size=size, modes=14, components=())
     # six retained modes beyond the compared ones keep the truncation below 1e-5
     np.testing.assert_allclose(
         soft.free_frequencies_hz[:6], free.free_frequencies_hz[:6], rtol=1e-5
@@ -132,7 +123,7 @@ def test_rigid_coupling_is_stiffer_than_distributing(twin_inner, reduce_to):
 
 
 @pytest.mark.parametrize("coupling", ["rigid", "distributing"])
-def test_levels_agree_on_an_interface_stiffness(reduce_to, coupling):
+def test_levels_agree_on_an_interface_stiffness(coupling):
     """Static stiffness of a clamped stub against an Euler beam with shear, on both levels."""
     ends = (plane("clamp", 0.0, coupling), plane("tip", 0.2, coupling))
     body = body_of(section("stub", 0.0, 0.2, 0.0, 0.02), interfaces=ends)
@@ -141,7 +132,7 @@ def test_levels_agree_on_an_interface_stiffness(reduce_to, coupling):
         ("harmonic", MeshSize(size_m=0.01, corner_size_m=0.002)),
         ("solid", MeshSize(size_m=0.02, corner_size_m=0.008, around=16)),
     ):
-        element, _ = reduce_to(
+        element, _ = reduced_to(
             body, level=level, size=size, components=("ux", "uy", "rx", "ry"), modes=2
         )
         tip = [element.interface_index("tip", c) for c in ("ux", "ry")]
@@ -155,79 +146,13 @@ def test_levels_agree_on_an_interface_stiffness(reduce_to, coupling):
     assert stiffness[0] == pytest.approx(beam, rel=0.03)
 
 
-def test_partly_restrained_bodies_keep_their_rigid_motions(reference_rotor, reduce_to):
+def test_partly_restrained_bodies_keep_their_rigid_motions(reference_rotor):
     """One bearing plane with translations only leaves the tilt free."""
     body = body_of(*reference_rotor.sections, interfaces=(plane("a", 0.0),))
     size = MeshSize(size_m=0.02, corner_size_m=0.002)
-    free, _ = reduce_to(reference_rotor, size=size, modes=12)
-    held, _ = reduce_to(body, size=size, modes=12)
+    free, _ = reduced_to(reference_rotor, size=size, modes=12)
+    held, _ = reduced_to(body, size=size, modes=12)
     assert held.rigid_body_present.tolist() == [True, True, False, True, True, False]
     np.testing.assert_allclose(
         held.free_frequencies_hz[:6], free.free_frequencies_hz[:6], rtol=1e-5
-    )
-
-
-SCENE = """
-name = "ranks"
-[model]
-level = "solid"
-size_m = 0.05
-corner_size_m = 0.01
-growth = 1.0
-modes = 3
-estimates = "off"
-compare_coupling = "off"
-[speeds]
-to_rpm = 10000
-count = 3
-[bodies.rotor]
-material = "steel"
-sections = [
-    { name = "shaft", start_m = 0.0, end_m = 0.4, outer_radius_m = 0.02 },
-    { name = "disk", start_m = 0.145, end_m = 0.175, inner_radius_m = 0.02, outer_radius_m = 0.15 },
-]
-interfaces = [
-    { name = "a", kind = "outer", start_m = 0.0, end_m = 0.03, coupling = "rigid" },
-    { name = "b", kind = "section", at_m = 0.4 },
-]
-[[bearings]]
-name = "a"
-first = "rotor.a"
-stiffness_n_per_m = 1e8
-[[bearings]]
-name = "b"
-first = "rotor.b"
-stiffness_n_per_m = [1e8, 2e8]
-"""
-
-
-@pytest.mark.mpi
-@pytest.mark.verify  # tests of ranks beside this one reduce the same kinds of bodies
-def test_two_ranks_give_the_same_superelement(tmp_path):
-    """The solid path under mpirun -n 2 and alone: the same numbers."""
-    scene = tmp_path / "scene.toml"
-    scene.write_text(SCENE)
-    # this process may have MPI running; its children must not think that they are its ranks
-    clean = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_", "ORTE_"))}
-    found = []
-    for ranks in (1, 2):
-        out = tmp_path / str(ranks)
-        command = [sys.executable, "-m", "solidwhirl", "run", str(scene), "--out", str(out)]
-        command += ["--no-pictures"]
-        if ranks > 1:
-            options = ["--allow-run-as-root", "--oversubscribe", "-n", str(ranks)]
-            command = ["mpirun", *options, *command]
-        done = subprocess.run(
-            command, check=False, timeout=900, capture_output=True, text=True, env=clean
-        )
-        assert done.returncode == 0, done.stderr
-        found.append(json.loads((out / "results.json").read_text()))
-    alone, both = found
-    assert alone["bodies"]["rotor"]["full_dofs"] == both["bodies"]["rotor"]["full_dofs"]
-    for place in (("campbell", "frequency_hz"), ("modes_at_rest", "frequency_hz")):
-        np.testing.assert_allclose(both[place[0]][place[1]], alone[place[0]][place[1]], rtol=1e-8)
-    np.testing.assert_allclose(
-        both["bodies"]["rotor"]["free_frequencies_hz"],
-        alone["bodies"]["rotor"]["free_frequencies_hz"],
-        rtol=1e-8,
     )

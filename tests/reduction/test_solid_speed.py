@@ -7,8 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 import scipy.linalg
+from shapes import body as body_of
+from shapes import plane, section
 
-from solidwhirl.geometry import MATERIALS, Body, Interface, Section
 from solidwhirl.meshing import MeshSize, mesh_solid
 from solidwhirl.reduction import ReductionError
 
@@ -25,34 +26,16 @@ def operators():
 
     from solidwhirl.reduction.operators.matrices import OperatorEffects, build_operators
 
-    rod = Section(
-        name="rod",
-        start_m=0.0,
-        end_m=0.2,
-        inner_radius_m=(0.0, 0.0),
-        outer_radius_m=(0.08, 0.08),
-        material=MATERIALS["steel"],
-    )
-    planes = tuple(
-        Interface(name=name, kind="section", coupling="distributing", start_m=z, end_m=z)
-        for name, z in (("a", 0.0), ("b", 0.2))
-    )
-    body = Body(name="rod", sections=(rod,), interfaces=planes)
+    ends = (plane("a", 0.0), plane("b", 0.2))
+    body = body_of(section("rod", 0.0, 0.2, 0.0, 0.08), interfaces=ends)
     mesh = mesh_solid(body, SIZE)
-    effects = {
-        half: OperatorEffects(
-            gyroscopic=True,
-            centrifugal=True,
-            components={i.name: ("ux", "uy") for i in body.interfaces},
-            lateral_only=half,
-        )
-        for half in (True, False)
-    }
+    carried = {i.name: ("ux", "uy") for i in body.interfaces}
 
     def build(half):
-        return build_operators(
-            body, mesh, MPI.COMM_SELF, order=None, degree=2, effects=effects[half]
+        effects = OperatorEffects(
+            gyroscopic=True, centrifugal=True, components=carried, lateral_only=half
         )
+        return build_operators(body, mesh, MPI.COMM_SELF, order=None, degree=2, effects=effects)
 
     return build
 

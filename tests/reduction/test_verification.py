@@ -6,11 +6,14 @@ import dataclasses
 
 import numpy as np
 import pytest
+from reduced import reduced_to
 from shapes import body as body_of
 from shapes import plane, section
 
 from solidwhirl.geometry import RigidDisk
 from solidwhirl.meshing import MeshSize
+from solidwhirl.reduction.basis import fixed_interface_modes as held_modes
+from solidwhirl.rotordyn import check_superelement
 
 pytestmark = pytest.mark.solver
 
@@ -59,10 +62,8 @@ def shaft(*, interfaces=2, disk=False, coupling="distributing", fillet=0.0):
         ({}, {"modes": 60}),
     ],
 )
-def test_good_meridians_pass(reduce_to, options, request_):
-    from solidwhirl.rotordyn import check_superelement
-
-    element, work = reduce_to(shaft(**options), **request_)
+def test_good_meridians_pass(options, request_):
+    element, work = reduced_to(shaft(**options), **request_)
     assert not bad(work.checks)
     orders = request_.get("orders", (1,))
     # residual, orthogonality, reciprocity and count of every order, all of them decided
@@ -73,11 +74,9 @@ def test_good_meridians_pass(reduce_to, options, request_):
 
 
 @pytest.mark.parametrize("orders", [(1,), (1, 0)])
-def test_good_solids_pass(reduce_to, orders):
-    from solidwhirl.rotordyn import check_superelement
-
+def test_good_solids_pass(orders):
     components = ("ux", "uy") if orders == (1,) else ("ux", "uy", "uz", "rz")
-    element, work = reduce_to(
+    element, work = reduced_to(
         shaft(), level="solid", size=COARSE, modes=4, orders=orders, components=components
     )
     assert not bad(work.checks)
@@ -87,24 +86,26 @@ def test_good_solids_pass(reduce_to, orders):
     assert "coarse meridian" in count.reason
 
 
-def dropping(solve, place):
-    """The eigen-solver, blind to one mode."""
+def spoil(monkeypatch, solver, change, more=0):
+    """Let an eigen-solver return its values and vectors changed, of some modes more than asked."""
+    solve = getattr(held_modes, solver)
 
-    def drop(*args, **options):
-        count = options.pop("count")
-        values, vectors = solve(*args, count=count + 1, **options)
-        return np.delete(values, place), np.delete(vectors, place, axis=1)
+    def changed(*args, count, **options):
+        return change(*solve(*args, count=count + more, **options))
 
-    return drop
+    monkeypatch.setattr(held_modes, solver, changed)
+
+
+def without(place):
+    """The eigenpairs but one."""
+    return lambda values, vectors: (np.delete(values, place), np.delete(vectors, place, axis=1))
 
 
 @pytest.mark.parametrize("place", [0, 3, 7])
-def test_a_dropped_mode_of_the_meridian_is_missed(reduce_to, monkeypatch, place):
+def test_a_dropped_mode_of_the_meridian_is_missed(monkeypatch, place):
     """Eight are kept; the last of them is seen to be missing by the eigenvalue beyond."""
-    from solidwhirl.reduction.basis import fixed_interface_modes as held_modes
-
-    monkeypatch.setattr(held_modes, "slepc_pairs", dropping(held_modes.slepc_pairs, place))
-    _, work = reduce_to(shaft())
+    spoil(monkeypatch, "slepc_pairs", without(place), more=1)
+    _, work = reduced_to(shaft())
     assert bad(work.checks) == {MISSING}
     check = next(c for c in work.checks if c.name == MISSING)
     assert check.value == 1.0
@@ -112,27 +113,17 @@ def test_a_dropped_mode_of_the_meridian_is_missed(reduce_to, monkeypatch, place)
     assert "9 modes counted, 8 found" in check.reason
 
 
-def test_a_dropped_mode_of_the_solid_is_missed(reduce_to, monkeypatch):
-    from solidwhirl.reduction.basis import fixed_interface_modes as held_modes
-
-    monkeypatch.setattr(held_modes, "eigenpairs", dropping(held_modes.eigenpairs, 1))
-    _, work = reduce_to(shaft(), level="solid", size=COARSE, modes=4)
+def test_a_dropped_mode_of_the_solid_is_missed(monkeypatch):
+    spoil(monkeypatch, "eigenpairs", without(1), more=1)
+    _, work = reduced_to(shaft(), level="solid", size=COARSE, modes=4)
     assert bad(work.checks) == {MISSING}
 
 
-def test_a_wrong_eigenvalue_fails_its_residual(reduce_to, monkeypatch):
+def test_a_wrong_eigenvalue_fails_its_residual(monkeypatch):
     """1e-6, which nothing else of the reduction would notice."""
-    from solidwhirl.reduction.basis import fixed_interface_modes as held_modes
-
-    solve = held_modes.slepc_pairs
-
-    def wrong(*args, **options):
-        values, vectors = solve(*args, **options)
-        values[2] *= 1.0 + 1e-6
-        return values, vectors
-
-    monkeypatch.setattr(held_modes, "slepc_pairs", wrong)
-    element, work = reduce_to(shaft())
+    wrong = 1.0 + 1e-6 * (np.arange(100) == 2)
+    spoil(monkeypatch, "slepc_pairs", lambda values, x: (values * wrong[: len(values)], x))
+    element, work = reduced_to(shaft())
     assert bad(work.checks) == {RESIDUAL}
     check = next(c for c in work.checks if c.name == RESIDUAL)
     # the residual is the relative error of the eigenvalue, over its ratio to the lowest one
@@ -140,22 +131,14 @@ def test_a_wrong_eigenvalue_fails_its_residual(reduce_to, monkeypatch):
     assert check.value == pytest.approx(1e-6 * (lowest / third) ** 2, rel=1e-3)
 
 
-def test_modes_that_are_not_orthonormal_fail(reduce_to, monkeypatch):
-    from solidwhirl.reduction.basis import fixed_interface_modes as held_modes
-
-    solve = held_modes.slepc_pairs
-
-    def long(*args, **options):
-        values, vectors = solve(*args, **options)
-        vectors[:, 1] *= 1.0 + 1e-6
-        return values, vectors
-
-    monkeypatch.setattr(held_modes, "slepc_pairs", long)
-    _, work = reduce_to(shaft())
+def test_modes_that_are_not_orthonormal_fail(monkeypatch):
+    long = 1.0 + 1e-6 * (np.arange(100) == 1)
+    spoil(monkeypatch, "slepc_pairs", lambda values, x: (values, x * long[: x.shape[1]]))
+    _, work = reduced_to(shaft())
     assert bad(work.checks) == {"modes of the basis are M-orthonormal"}
 
 
-def test_interface_forces_that_are_not_reciprocal_fail(reduce_to, monkeypatch):
+def test_interface_forces_that_are_not_reciprocal_fail(monkeypatch):
     """One constraint mode is off by 1e-3 of a held mode: no longer in equilibrium."""
     from solidwhirl.reduction.body import verification
 
@@ -169,15 +152,14 @@ def test_interface_forces_that_are_not_reciprocal_fail(reduce_to, monkeypatch):
         return solve(operators, dataclasses.replace(basis, vectors=vectors), orthogonality, where)
 
     monkeypatch.setattr(verification, "verify_order", spoiled)
-    _, work = reduce_to(shaft(interfaces=3))
+    _, work = reduced_to(shaft(interfaces=3))
     assert bad(work.checks) == {"interface forces are reciprocal"}
     check = next(c for c in work.checks if c.passed is False)
     assert check.concerns == "stiffness of the body between its bearings"
 
 
-def test_wrong_mass_of_a_solid_fails(reduce_to, monkeypatch):
+def test_wrong_mass_of_a_solid_fails(monkeypatch):
     from solidwhirl.reduction.body import superelements
-    from solidwhirl.rotordyn import check_superelement
 
     right = superelements.mesh_mass_properties
     monkeypatch.setattr(
@@ -185,7 +167,7 @@ def test_wrong_mass_of_a_solid_fails(reduce_to, monkeypatch):
         "mesh_mass_properties",
         lambda rigid: right(rigid)._replace(mass_kg=1.02 * right(rigid).mass_kg),
     )
-    element, work = reduce_to(shaft(), level="solid", size=COARSE, modes=4)
+    element, work = reduced_to(shaft(), level="solid", size=COARSE, modes=4)
     assert bad(work.checks) == {"mass properties of the mesh"}
     assert bad(check_superelement(element)) == {"mass properties"}
 

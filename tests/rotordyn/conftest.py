@@ -28,3 +28,9 @@ three_disk_element = _given(rotors.three_disk_element)
 three_disk = _given(rotors.three_disk)
 twin_bodies = _given(rotors.twin_bodies)
 twin = _given(rotors.twin)
+
+
+@pytest.fixture(scope="module")
+def full():
+    """Whole rotor with centrifugal effects, of which estimates cut modes."""
+    return rotors.with_stress(rotors.three_disk_element(), 0.5)

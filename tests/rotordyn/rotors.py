@@ -20,10 +20,13 @@ from solidwhirl.rotordyn import (
     TableLaw,
     assemble,
     beam_superelement,
+    matrices_at_speed,
     rigid_superelement,
 )
 from solidwhirl.rotordyn.superelement.mass_moments import projected_moments
 from solidwhirl.rotordyn.superelement.record import ErrorForm
+
+STEEL = (2e11, 0.3, 7800.0)
 
 
 def ground(body, interface, kx, ky=None, cx=0.0, cy=None, **options):
@@ -36,8 +39,60 @@ def pinned(body, interface):
     return connect(f"{body}.{interface}", f"{body}.{interface}", rigid=("ux", "uy"))
 
 
-def one_rotor(element, bearings, ratio=1.0):
-    return assemble({"rotor": Rotor(element=element, speed_ratio=ratio)}, tuple(bearings))
+def one_rotor(element, bearings=(), ratio=1.0, **options):
+    return assemble({"rotor": turning(element, ratio, **options)}, tuple(bearings))
+
+
+def between_bearings(element, *own, ratio=1.0, inside=None, more=(), **options):
+    """Rotor on a bearing `own`, `options` at either end, left and right, and on `more`."""
+    held = [ground("rotor", end, *own, **options) for end in ("left", "right")]
+    return one_rotor(element, [*held, *more], ratio, internal_damping=inside)
+
+
+def steel_shaft(name, stations, outer, interfaces, disks=(), inner=0.0, material=STEEL, **options):
+    """Beam of steel; `disks`: position, mass, polar and diametral inertia of each."""
+    wheels = [
+        Disk(name=f"disk {k}", position_m=z, mass_kg=m, polar_kg_m2=polar, diametral_kg_m2=across)
+        for k, (z, m, polar, across) in enumerate(disks)
+    ]
+    own = (stations, outer, inner, material, interfaces, wheels)
+    return beam_superelement(name, *own, **options)
+
+
+def state_eigenvalues(mass, velocity, stiffness, unit=1.0):
+    """All eigenvalues by the state matrix of (unit·q, q'); a `unit` near |λ| keeps digits."""
+    zero, one = np.zeros_like(mass), np.eye(len(mass))
+    below = [-la.solve(mass, stiffness) / unit, -la.solve(mass, velocity)]
+    return la.eigvals(np.block([[zero, unit * one], below]))
+
+
+def eigenvalues_of(system, speed, unit=1.0):
+    """All eigenvalues of a system at a speed by its state matrix."""
+    mass, damping, gyroscopic, stiffness = matrices_at_speed(system, speed)
+    return state_eigenvalues(mass, damping + gyroscopic, stiffness, unit)
+
+
+def _lumped(name, mass, stiffness, gyroscopic, modal=0, **own):
+    """Body with ux, uy, rx, ry of one hub at z = 0, then modal coordinates; `own` replaces."""
+    n = len(mass)
+    at_hub = {"kind": "interface", "interface": "hub", "frequency_hz": 0.0}
+    held = [Coordinate(component=c, **at_hub) for c in ("ux", "uy", "rx", "ry")]
+    free = Coordinate(kind="modal", interface="", component="q", frequency_hz=1.0)
+    zero, none = np.zeros((n, n)), np.empty(0)
+    parts = {
+        "coordinates": (*held, *[free] * modal), "rigid_body_modes": np.zeros((n, 6)),
+        "rigid_body_present": np.zeros(6, dtype=bool), "mass_kg": 1.0, "inertia_kg_m2": np.eye(3),
+        **own,
+    }  # fmt: skip
+    return Superelement(
+        name=name, level="lumped", harmonics=(), mass=mass, stiffness=stiffness,
+        interfaces=(InterfaceNode(name="hub", position_m=np.zeros(3), coupling="none"),),
+        gyroscopic=gyroscopic, stress_stiffening=zero, spin_softening=zero, full_dofs=n,
+        center_of_gravity_m=np.zeros(3), maximum_speed_rad_s=np.inf,
+        recovery_points_m=np.zeros((0, 3)), recovery_modes=np.zeros((0, 3, n)),
+        free_frequencies_hz=none, fixed_interface_frequencies_hz=none,
+        frequency_error_estimate=none, **parts,
+    )  # fmt: skip
 
 
 def hub(
@@ -45,72 +100,25 @@ def hub(
 ):
     """Rigid disk at z = 0 with ux, uy, rx, ry; `stiffness` (4, 4) ties it to the ground."""
     held = stiffness is not None
-    motion = np.zeros((4, 6))
+    motion, gyroscopic = np.zeros((4, 6)), np.zeros((4, 4))
     motion[[0, 1, 2, 3], [0, 1, 3, 4]] = 1.0
-    gyroscopic = np.zeros((4, 4))
     gyroscopic[2, 3], gyroscopic[3, 2] = polar_kg_m2, -polar_kg_m2
     free = np.array([True, True, False, True, True, False]) & (not held)
-    return Superelement(
-        name=name,
-        level="lumped",
-        harmonics=(),
-        coordinates=tuple(
-            Coordinate(kind="interface", interface="hub", component=c, frequency_hz=0.0)
-            for c in ("ux", "uy", "rx", "ry")
-        ),
-        interfaces=(InterfaceNode(name="hub", position_m=np.zeros(3), coupling="none"),),
-        mass=np.diag([mass_kg, mass_kg, diametral_kg_m2, diametral_kg_m2]),
-        stiffness=np.asarray(stiffness) if held else np.zeros((4, 4)),
-        gyroscopic=gyroscopic,
-        stress_stiffening=np.zeros((4, 4)),
-        spin_softening=np.zeros((4, 4)),
+    return _lumped(
+        name,
+        np.diag([mass_kg, mass_kg, diametral_kg_m2, diametral_kg_m2]),
+        np.asarray(stiffness) if held else np.zeros((4, 4)),
+        gyroscopic,
         rigid_body_modes=motion,
         rigid_body_present=free if present is None else present,
         mass_kg=mass_kg,
-        center_of_gravity_m=np.zeros(3),
         inertia_kg_m2=np.diag([diametral_kg_m2, diametral_kg_m2, polar_kg_m2]),
-        full_dofs=4,
-        maximum_speed_rad_s=np.inf,
-        recovery_points_m=np.zeros((0, 3)),
-        recovery_modes=np.zeros((0, 3, 4)),
-        free_frequencies_hz=np.empty(0),
-        fixed_interface_frequencies_hz=np.empty(0),
-        frequency_error_estimate=np.empty(0),
     )
 
 
 def general(mass, stiffness, gyroscopic):
     """Body held to the ground with any matrices: ux, uy, rx, ry of one hub, then modal ones."""
-    n = mass.shape[0]
-    held = [
-        Coordinate(kind="interface", interface="hub", component=c, frequency_hz=0.0)
-        for c in ("ux", "uy", "rx", "ry")
-    ]
-    modal = Coordinate(kind="modal", interface="", component="q", frequency_hz=1.0)
-    return Superelement(
-        name="general",
-        level="lumped",
-        harmonics=(),
-        coordinates=(*held, *[modal] * (n - 4)),
-        interfaces=(InterfaceNode(name="hub", position_m=np.zeros(3), coupling="none"),),
-        mass=mass,
-        stiffness=stiffness,
-        gyroscopic=gyroscopic,
-        stress_stiffening=np.zeros((n, n)),
-        spin_softening=np.zeros((n, n)),
-        rigid_body_modes=np.zeros((n, 6)),
-        rigid_body_present=np.zeros(6, dtype=bool),
-        mass_kg=1.0,
-        center_of_gravity_m=np.zeros(3),
-        inertia_kg_m2=np.eye(3),
-        full_dofs=n,
-        maximum_speed_rad_s=np.inf,
-        recovery_points_m=np.zeros((0, 3)),
-        recovery_modes=np.zeros((0, 3, n)),
-        free_frequencies_hz=np.empty(0),
-        fixed_interface_frequencies_hz=np.empty(0),
-        frequency_error_estimate=np.empty(0),
-    )
+    return _lumped("general", mass, stiffness, gyroscopic, len(mass) - 4)
 
 
 def plane_spring(translation, coupling, tilt):
@@ -164,62 +172,40 @@ def with_axial_and_torsion(shaft, length_m, radius_m, first, second):
 @cache
 def three_disk_element(splits=1):
     """Lalanne-Ferraris three-disk rotor, as in Code_Aster SDLL124; 13 elements times splits."""
-    data = [
-        (0.2, 14.58013, 0.0646386, 0.1232021),
-        (0.5, 45.94579, 0.497746, 0.976348),
-        (1.0, 55.13495, 0.602349, 1.171618),
-    ]
     disks = [
-        Disk(name=f"disk {i}", position_m=z, mass_kg=m, diametral_kg_m2=d, polar_kg_m2=p)
-        for i, (z, m, d, p) in enumerate(data)
+        (0.2, 14.58013, 0.1232021, 0.0646386),
+        (0.5, 45.94579, 0.976348, 0.497746),
+        (1.0, 55.13495, 1.171618, 0.602349),
     ]
     stations = np.linspace(0.0, 1.3, 13 * splits + 1)
-    ends = {"left": 0.0, "right": 1.3}
-    return beam_superelement("three-disk", stations, 0.05, 0.0, (2e11, 0.3, 7800.0), ends, disks)
+    return steel_shaft("three-disk", stations, 0.05, {"left": 0.0, "right": 1.3}, disks)
 
 
 def three_disk(cx=700.0, cy=500.0):
-    bearings = [ground("rotor", end, 7e7, 5e7, cx, cy) for end in ("left", "right")]
-    return one_rotor(three_disk_element(), bearings)
+    return between_bearings(three_disk_element(), 7e7, 5e7, cx, cy)
 
 
 @cache
 def twin_bodies():
     """Inner and outer rotor of the coaxial twin rotor, disks as rigid bodies at nodes."""
-    inner_disk = Disk(
-        name="1", position_m=0.4 / 3, mass_kg=16.2464, diametral_kg_m2=0.0942293,
-        polar_kg_m2=0.186022,
-    )  # fmt: skip
-    outer_disk = Disk(
-        name="2", position_m=0.4 * 13 / 15, mass_kg=6.45079, diametral_kg_m2=0.0185863,
-        polar_kg_m2=0.0362051,
-    )  # fmt: skip
+    inner_disk = (0.4 / 3, 16.2464, 0.186022, 0.0942293)
+    outer_disk = (0.4 * 13 / 15, 6.45079, 0.0362051, 0.0185863)
     c = 0.8 / 3
-    inner = beam_superelement(
-        "inner", np.linspace(0, 0.4, 13), 0.02, 0.0, (2e11, 0.3, 7800.0),
-        {"A": 0.0, "C": c, "B": 0.4}, [inner_disk],
-    )  # fmt: skip
-    outer = beam_superelement(
-        "outer", np.linspace(c, 0.4, 6), 0.035, 0.03, (2e11, 0.3, 7800.0),
-        {"C": c, "D": 0.4}, [outer_disk],
-    )  # fmt: skip
+    places = {"A": 0.0, "C": c, "B": 0.4}
+    inner = steel_shaft("inner", np.linspace(0, 0.4, 13), 0.02, places, [inner_disk])
+    ends = {"C": c, "D": 0.4}
+    outer = steel_shaft("outer", np.linspace(c, 0.4, 6), 0.035, ends, [outer_disk], 0.03)
     return inner, outer
 
 
 def twin_bearings(support=1e10, joint=None):
     """Supports at A, B, D; spring to ground in x at C; joint of the shafts at C, None is rigid."""
-    coupling = (
-        {"rigid": ("ux", "uy")} if joint is None else {"stiffness_n_per_m": joint * np.eye(2)}
-    )
-    shafts = Bearing(
-        name="C", first=End(body="inner", interface="C"), second=End(body="outer", interface="C"),
-        **coupling,
-    )  # fmt: skip
-    if support is None:
-        held = [pinned(*at) for at in (("inner", "A"), ("inner", "B"), ("outer", "D"))]
-    else:
-        ends = (("inner", "A"), ("inner", "B"), ("outer", "D"))
-        held = [ground(*at, support) for at in ends]
+
+    def of(stiffness):
+        return {"rigid": ("ux", "uy")} if stiffness is None else {"stiffness": stiffness}
+
+    held = [connect(at, at, **of(support)) for at in ("inner.A", "inner.B", "outer.D")]
+    shafts = connect("C", "inner.C", "outer.C", **of(joint))
     return (*held, ground("inner", "C", 8e6, 0.0), shafts)
 
 
@@ -273,12 +259,9 @@ def truncated(full, kept, safety=1.0, cutoff=np.inf, slack=0.0):
     residual = np.hstack(left)
     gram = residual.T @ la.solve(parts["stiffness"][few:, few:], residual)
     form = ErrorForm(
-        part="mode_truncation",
-        gram=0.5 * (gram + gram.T),
-        stiffness_change=None,
-        safety=safety,
+        part="mode_truncation", gram=0.5 * (gram + gram.T), stiffness_change=None, safety=safety,
         cutoff_rad_s=cutoff,
-    )
+    )  # fmt: skip
     return dataclasses.replace(
         full,
         coordinates=full.coordinates[:few],
@@ -300,18 +283,25 @@ def _end(place):
     return End(body=body, interface=interface)
 
 
+SKEW = np.array([[0.0, 1.0], [-1.0, 0.0]])
+
+
 def _square(value):
     """Matrix (2, 2) of a number for both planes, of one number for each, or the matrix itself."""
     value = np.asarray(value, dtype=float)
     return value if value.ndim == 2 else np.diag(np.broadcast_to(value, 2))
 
 
-def connect(name, first, second=None, stiffness=0.0, damping=0.0, tilt=0.0, **options):
-    """Bearing between two places given as "body.interface", or between one and the ground."""
+def connect(name, first, second=None, stiffness=0.0, damping=0.0, tilt=0.0, drag=0.0, **options):
+    """Bearing between two places given as "body.interface", or between one and the ground.
+
+    `tilt`, `drag`: stiffness and damping against tilts.
+    """
     own = {
         "stiffness_n_per_m": _square(stiffness),
         "damping_n_s_per_m": _square(damping),
         "tilt_stiffness_n_m_per_rad": _square(tilt),
+        "tilt_damping_n_m_s_per_rad": _square(drag),
     }
     return Bearing(name=name, first=_end(first), second=_end(second), **{**own, **options})
 

@@ -5,13 +5,16 @@ from __future__ import annotations
 import json
 import os
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+sys.path.append(str(Path(__file__).parents[1] / "rotordyn"))
+from rotors import connect, polynomial_law, steel_shaft, turning
+
 from solidwhirl import rotordyn as rd
-from solidwhirl.rotordyn.assembly.bearing_laws import PolynomialLaw
 
 ROOT = Path(__file__).parents[2]
 
@@ -47,42 +50,20 @@ def beam_of(case, number):
     """Beam with an interface at every node; a geared one twists."""
     data, steel = case["shafts"][number], case["material"]
     nodes = data["nodes_m"]
-    disks = [
-        rd.Disk(
-            name=f"{i}",
-            position_m=nodes[d["node"]],
-            mass_kg=d["mass"],
-            polar_kg_m2=d["polar"],
-            diametral_kg_m2=d["diametral"],
-        )
-        for i, d in enumerate(data["disks"])
-    ]
-    return rd.beam_superelement(
-        f"shaft {number}",
-        nodes,
-        data["outer_radius_m"],
-        data["inner_radius_m"],
-        (steel["E"], steel["E"] / (2 * steel["G"]) - 1, steel["rho"]),
-        {f"{i}": z for i, z in enumerate(nodes)},
-        disks,
-        ("ux", "uy", "rx", "ry", *(["rz"] if "gear" in case else [])),
-    )
+    disks = [(nodes[d["node"]], d["mass"], d["polar"], d["diametral"]) for d in data["disks"]]
+    seats = {f"{i}": z for i, z in enumerate(nodes)}
+    material = (steel["E"], steel["E"] / (2 * steel["G"]) - 1, steel["rho"])
+    parts = ("ux", "uy", "rx", "ry", *(["rz"] if "gear" in case else []))
+    own = (nodes, data["outer_radius_m"], seats, disks, data["inner_radius_m"], material)
+    return steel_shaft(f"shaft {number}", *own, components=parts)
 
 
 def law_of(bearing):
     """Speed law of a bearing whose coefficients have factors over Ω in rad/s."""
     if "factors" not in bearing:
         return None
-    k, c = bearing["factors"]["k"], bearing["factors"]["c"]
-    return PolynomialLaw(
-        name="factors",
-        argument_unit="rad/s",
-        argument_range=(0.0, bearing["speeds_rad_s"][-1]),
-        stiffness_x=tuple(k),
-        stiffness_y=tuple(k),
-        damping_x=tuple(c),
-        damping_y=tuple(c),
-    )
+    k, c = (tuple(bearing["factors"][kind]) for kind in "kc")
+    return polynomial_law(k, k, c, c, top=bearing["speeds_rad_s"][-1])
 
 
 def joints(case):
@@ -97,17 +78,13 @@ def joints(case):
         places[node] = rd.End(body=f"mass {node}", interface="at")
     listed = [(number, b) for number, s in enumerate(case["shafts"]) for b in s["bearings"]]
     listed += [(0, b) for b in case.get("pedestals", [])]
-    return tuple(
-        rd.Bearing(
-            name=f"bearing {at}",
-            first=places[(number, b["node"]) if "gear" in case else b["node"]],
-            second=places[b["other"]] if "other" in b else None,
-            stiffness_n_per_m=np.array(b["stiffness"]),
-            damping_n_s_per_m=np.array(b["damping"]),
-            speed_law=law_of(b),
-        )
-        for at, (number, b) in enumerate(listed)
-    )
+    bearings = []
+    for at, (number, b) in enumerate(listed):
+        first = places[(number, b["node"]) if "gear" in case else b["node"]]
+        ends = (first, places[b["other"]] if "other" in b else None)
+        own = (b["stiffness"], b["damping"])
+        bearings.append(connect(f"bearing {at}", *ends, *own, speed_law=law_of(b)))
+    return tuple(bearings)
 
 
 def gear(case):
@@ -116,14 +93,11 @@ def gear(case):
     wheel = next(d for d in case["shafts"][0]["disks"] if "teeth" in d)
     ends = [rd.End(body=f"{i}", interface=f"{n}") for i, n in enumerate(case["gear"]["nodes"])]
     return rd.Gear(
-        name="gear",
-        first=ends[0],
-        second=ends[1],
-        ratio=case["ratios"][1],
+        name="gear", first=ends[0], second=ends[1], ratio=case["ratios"][1],
         mesh_stiffness_n_per_m=case["gear"]["stiffness"],
         base_radius_first_m=wheel["base_radius_m"],
         line_of_action_rad=np.pi / 2 - wheel["pressure_angle_rad"] + orientation,
-    )
+    )  # fmt: skip
 
 
 def pedestal(mass_kg):
@@ -137,9 +111,9 @@ def _system(case):
     rotors = {}
     for number, _ in enumerate(case["shafts"]):
         ratio = case.get("ratios", [1.0])[number]
-        rotors[f"{number}"] = rd.Rotor(element=beam_of(case, number), speed_ratio=ratio)
+        rotors[f"{number}"] = turning(beam_of(case, number), ratio)
     for node, mass in case.get("point_masses", []):
-        rotors[f"mass {node}"] = rd.Rotor(element=pedestal(mass), speed_ratio=0.0)
+        rotors[f"mass {node}"] = turning(pedestal(mass), 0.0)
     gears = (gear(case),) if "gear" in case else ()
     return rd.assemble(rotors, joints(case), "0", gears)
 

@@ -47,15 +47,9 @@ def test_free_frequencies_equal_those_of_calculix(reference_rotor, tmp_path):
     mesh = mesh_solid(reference_rotor, MeshSize(size_m=0.1, corner_size_m=0.01, growth=1.0))
     theirs = calculix_frequencies(mesh, 30, tmp_path)
     request = ReductionRequest(
-        level="solid",
-        orders=(1,),
-        components=(),
-        degree=2,
-        modes=3,
-        maximum_speed_rad_s=0.0,
-        gyroscopic=False,
-        centrifugal=False,
-    )
+        level="solid", orders=(1,), components=(), degree=2, modes=3, maximum_speed_rad_s=0.0,
+        gyroscopic=False, centrifugal=False,
+    )  # fmt: skip
     element, _ = reduce_body(reference_rotor, mesh, MPI.COMM_SELF, request, {})
     for f in element.free_frequencies_hz[:6]:
         # CalculiX prints seven digits; its four-point rule integrates curved elements as ours

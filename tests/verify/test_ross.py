@@ -27,12 +27,8 @@ FACTORS = {"k": [1.0, 4e-4, 3e-7], "c": [1.0, -2e-4, 1e-7]}
 def disk(node, width_m, outer_m, bore_m=0.05):
     mass = STEEL["rho"] * np.pi / 4 * (outer_m**2 - bore_m**2) * width_m
     polar = mass * (outer_m**2 + bore_m**2) / 8
-    return {
-        "node": node,
-        "mass": mass,
-        "polar": polar,
-        "diametral": polar / 2 + mass * width_m**2 / 12,
-    }
+    diametral = polar / 2 + mass * width_m**2 / 12
+    return {"node": node, "mass": mass, "polar": polar, "diametral": diametral}
 
 
 def bearing(node, kx, ky=None, cx=0.0, cy=0.0, kxy=0.0, kyx=0.0, **more):
@@ -132,25 +128,15 @@ def geared():
 
 
 MODES = {"speeds": SPEEDS, "count": 10}
+PLACED = {"node": 2, "unbalance_kg_m": 1e-3, "phase_rad": 0.4}
 RESPONSE = {
-    "node": 2,
-    "unbalance_kg_m": 1e-3,
-    "phase_rad": 0.4,
-    "speeds_rad_s": np.linspace(20.0, 620.0, 25).tolist(),
-    "read_nodes": [0, 2, 4],
-}
+    **PLACED, "speeds_rad_s": np.linspace(20.0, 620.0, 25).tolist(), "read_nodes": [0, 2, 4]
+}  # fmt: skip
 MAP = {"stiffness_n_per_m": np.logspace(4, 9, 6).tolist(), "count": 4}
 RUN_UP = {
-    "node": 2,
-    "unbalance_kg_m": 1e-3,
-    "phase_rad": 0.4,
-    "read_node": 2,
-    "start_rad_s": 0.0,
-    "acceleration_rad_s2": 180.0,
-    "duration_s": 0.6,
-    "steps": [1200, 2400],
-    "records": 120,
-}
+    **PLACED, "read_node": 2, "start_rad_s": 0.0, "acceleration_rad_s2": 180.0, "duration_s": 0.6,
+    "steps": [1200, 2400], "records": 120,
+}  # fmt: skip
 UNEVEN = [bearing(n, 1e6, 8e5) for n in (0, 6)]
 DAMPED = [bearing(n, 1e6, 8e5, 2e3, 2.6e3, 1e5, -2e5) for n in (0, 6)]
 EVEN = [bearing(n, 1e6) for n in (0, 6)]
@@ -179,6 +165,11 @@ def ross(run_ross):
 
 def complex_of(pairs):
     return np.array(pairs)[..., 0] + 1j * np.array(pairs)[..., 1]
+
+
+def unbalance_of(asked):
+    own = {"moment_kg_m": asked["unbalance_kg_m"], "phase_rad": asked["phase_rad"]}
+    return Unbalance(body="0", interface=f"{asked['node']}", **own)
 
 
 def with_values(kind):
@@ -213,15 +204,8 @@ def test_unbalance_response(ross, system_of, name):
     """Amplitude and phase at three nodes over 25 speeds, through two resonances."""
     asked = CASES[name]["asked"]["response"]
     theirs = complex_of(ross[name]["response"])
-    unbalance = Unbalance(
-        body="0",
-        interface=f"{asked['node']}",
-        moment_kg_m=asked["unbalance_kg_m"],
-        phase_rad=asked["phase_rad"],
-    )
-    (exciter,) = unbalance_response(
-        system_of(CASES[name]), [unbalance], asked["speeds_rad_s"]
-    ).exciters
+    placed = [unbalance_of(asked)]
+    (exciter,) = unbalance_response(system_of(CASES[name]), placed, asked["speeds_rad_s"]).exciters
     for place, node in enumerate(asked["read_nodes"]):
         ours = exciter.at_node("0", f"{node}")
         # Seen: 5e-13. Both give complex amplitudes for e^{iωt}, so the phase is compared as well.
@@ -252,18 +236,12 @@ def test_run_up(ross, system_of, name):
     both programs solve the same equation.
     """
     asked = CASES[name]["asked"]["run_up"]
-    unbalance = Unbalance(
-        body="0",
-        interface=f"{asked['node']}",
-        moment_kg_m=asked["unbalance_kg_m"],
-        phase_rad=asked["phase_rad"],
-    )
     coarse, fine = asked["steps"]
     stop = asked["start_rad_s"] + asked["acceleration_rad_s2"] * asked["duration_s"]
     found = run_up(
         system_of(CASES[name]),
         ramp_and_hold(stop, asked["duration_s"], start_speed_rad_s=asked["start_rad_s"]),
-        [unbalance],
+        [unbalance_of(asked)],
         step_s=asked["duration_s"] / coarse,
         record_every=coarse // asked["records"],
         outputs=[End(body="0", interface=f"{asked['read_node']}")],

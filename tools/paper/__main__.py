@@ -1,4 +1,4 @@
-"""Compute every system, table and figure of Müller and Hennings and write docs/paper.md.
+"""Compute every table and figure of Müller and Hennings; write docs/paper.md and its data.
 
 `python tools/paper` runs the scenes that belong to the paper and writes the page with its pictures.
 """
@@ -17,6 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools"))
 
 from paper.engine import engine_sections  # noqa: E402
+from paper.rows import Row, document  # noqa: E402
 from paper.twin_rotor import twin_sections  # noqa: E402
 
 from solidwhirl.core.versions import package_versions  # noqa: E402
@@ -25,6 +26,7 @@ from solidwhirl.pipeline.run import Results, run_scene  # noqa: E402
 from solidwhirl.scene_reading.reader import read_scene, scene_hash  # noqa: E402
 
 PAGE = ROOT / "docs" / "paper.md"
+DATA = ROOT / "docs" / "data" / "paper.json"
 PICTURES = ROOT / "docs" / "paper"
 
 HEAD = """# The paper, figure by figure
@@ -32,8 +34,7 @@ HEAD = """# The paper, figure by figure
 T. S. Müller and H. Hennings, *Rotordynamic Validation of a Twin Rotor-bearing System Considering
 Gyroscopic Forces and Bearing Dynamics with a Multibody Formulation: Application to a Geared UHBR
 Gas Turbine* (German Aerospace Center): what it prints beside what this program computes. Written by
-`make paper` from the scenes named below; no number on this page is typed by hand but those of the
-paper.
+`make paper` from the scenes named below; all rows are in [data/paper.json](data/paper.json).
 
 The column *input* says where ours comes from: *paper*, all input is printed there; *inferred*,
 positions follow from the printed results; *identified*, geometry was fitted to the printed masses
@@ -95,8 +96,10 @@ def main() -> None:
     runs = {name: Run(name, ROOT / "out" / "paper") for name in chosen}
     if set(runs) != set(names):
         return
-    sections = [*twin_sections(runs), *engine_sections(runs)]
+    told: dict[str, list[Row]] = {}
+    sections = [*twin_sections(runs, told), *engine_sections(runs, told)]
     PAGE.write_text(HEAD + "\n\n".join(sections) + "\n", encoding="utf-8")
+    DATA.write_text(document(told), encoding="utf-8")
     print(f"written: {PAGE}", file=sys.stderr)
 
 

@@ -24,18 +24,20 @@ TABLE_5 = {
 }
 
 
-def engine_sections(runs: dict[str, Any]) -> list[str]:
-    """Sections of the page on the engine."""
+def engine_sections(runs: dict[str, Any], told: dict[str, list[Row]]) -> list[str]:
+    """Sections of the page on the engine; adds the rows of their tables to `told`."""
     lp, engine = runs["uhbr_lp"], runs["uhbr_engine"]
+    told["Table 4"], told["Table 5"] = _table_4(runs), _table_5()
+    told["Table 6"], told["Figure 15"] = _table_6(lp), _peaks_at_rest(lp)
     return [
         "## Section 5: the geared engine",
         "Scenes `uhbr_fan`, `uhbr_lp`, `uhbr_hp` (each unit on its bearings to the ground) and "
         "`uhbr_engine` (all three on the casing, fan and low pressure unit geared). Radii, widths "
         "and factors of the stages are those of Table 7; what the paper withholds is identified.",
         "### Table 4: masses, centres of gravity, inertias",
-        _table_4(runs),
+        table(told["Table 4"]),
         "### Table 5 and Figure 8: bearings that depend on the speed",
-        _table_5(),
+        table(told["Table 5"]),
         _law_text(),
         engine.picture("bearing_laws_C.png", "Stiffness and damping of bearing C over the speed"),
         "### Figure 9: critical speed map",
@@ -45,7 +47,8 @@ def engine_sections(runs: dict[str, Any]) -> list[str]:
         lp.picture("stiffness_study.png", "Response over frequency and stiffness"),
         _study_text(lp),
         "### Table 6: frequencies of the low pressure unit",
-        _table_6(lp),
+        table(told["Table 6"]),
+        _speed_text(lp),
         "### Figure 11: Campbell diagram in the frames of the units",
         engine.picture("rotating_campbell.png", "Campbell diagram in the frames of the units"),
         engine.picture("campbell.png", "The same in the inertial frame"),
@@ -56,6 +59,7 @@ def engine_sections(runs: dict[str, Any]) -> list[str]:
         "### Figures 14 and 15: unbalance response over place and frequency",
         lp.picture("place_map.png", "Response over place and frequency of the unbalance"),
         lp.picture("unbalance_response.png", "Response to an unbalance at node 9"),
+        table(told["Figure 15"]),
         _unbalance_text(lp),
         "### Figure 16: waterfall of ground vibration",
         lp.picture("waterfall.png", "Response at node 9 to ground vibration"),
@@ -67,21 +71,18 @@ def engine_sections(runs: dict[str, Any]) -> list[str]:
         "### Section 5.8: required complexity",
         engine.picture("complexity_complexity.png", "Response of models of less complexity"),
         _complexity_table(engine),
-        "### Appendix B: frames",
-        "`rotordyn.campbell.body_frames` turns a whole diagram into the frame of any body; tests "
-        "go back by equations 15 to 17 exactly and compare with equations of motion written in "
-        "the rotating frame.",
-        "### Table 7 and Appendix C: stage factors",
-        "`solidwhirl.geometry.TABLE_7` and `stage_group_sections`: value = origin · "
-        "factor^(stage − 1) for all four groups. The second width row is read as the width of the "
-        "spacer behind each stage, which the paper does not say.",
+        "### Appendices B and C",
+        "Frames: `solidwhirl.rotordyn.campbell.body_frames`, tested against equations 15 to 17 and "
+        "equations of motion in the rotating frame. Stage factors: `solidwhirl.geometry.TABLE_7` "
+        "and `stage_group_sections`.",
     ]
 
 
-def _references(run: Any, begin: str) -> list[Row]:
+def _references(run: Any, begin: str, family: str = "") -> list[Row]:
     """Rows of the references that the scene itself has, of quantities that begin so."""
     return [
         per_cent(
+            family or f"{entry['title'].split(':')[0]}: mass properties",
             entry["title"],
             entry["value"],
             entry["result"],
@@ -93,7 +94,7 @@ def _references(run: Any, begin: str) -> list[Row]:
     ]
 
 
-def _table_4(runs: dict[str, Any]) -> str:
+def _table_4(runs: dict[str, Any]) -> list[Row]:
     rows = [
         row
         for unit in ("uhbr_fan", "uhbr_lp", "uhbr_hp")
@@ -102,12 +103,13 @@ def _table_4(runs: dict[str, Any]) -> str:
     parts = runs["uhbr_engine"].document["bodies"].values()
     mass = sum(b["mass_kg"] for b in parts)
     center = sum(b["mass_kg"] * b["center_of_gravity_m"][2] for b in parts) / mass
-    rows.append(per_cent("engine: mass", TOTAL[0], mass, "kg", "casing is the rest"))
-    rows.append(per_cent("engine: centre of gravity", TOTAL[1], center, "m", "casing is the rest"))
-    return table(rows)
+    told = ("engine: mass properties", "casing is the rest")
+    rows.append(per_cent(told[0], "engine: mass", TOTAL[0], mass, "kg", told[1]))
+    rows.append(per_cent(told[0], "engine: centre of gravity", TOTAL[1], center, "m", told[1]))
+    return rows
 
 
-def _table_5() -> str:
+def _table_5() -> list[Row]:
     rows = []
     for unit, (at_rest, at_design, rpm) in TABLE_5.items():
         speed = rpm * RPM
@@ -115,13 +117,14 @@ def _table_5() -> str:
         rows.append(
             per_cent(
                 f"{unit}: stiffness at design point over that at rest",
+                unit,
                 at_design / at_rest,
                 float(factor),
                 "",
-                "paper; unit of Ω (rad/s) assumed",
+                "paper; rad/s assumed",
             )
         )
-    return table(rows)
+    return rows
 
 
 def _law_text() -> str:
@@ -137,13 +140,10 @@ def _law_text() -> str:
 
     x, y = lowest(LEE_ANISOTROPIC, 0), lowest(LEE_ANISOTROPIC, 1)
     return (
-        "The printed polynomials do not give the stiffness of Table 5 for any unit of Ω; rad/s is "
-        "nearest for the high pressure unit. The printed damping polynomials turn negative inside "
-        f"the range of the engine: d_xx from {x:.0f} rad/s ({x / RPM:.0f} rpm), d_yy from "
-        f"{y:.0f} rad/s ({y / RPM:.0f} rpm), so bearings would feed energy at the design point "
-        "(13 690 rpm, 1434 rad/s). The scenes therefore take the printed stiffness in both "
-        "directions and keep the damping of Table 5; every run that leaves the range of a law, or "
-        "has negative damping, says so in `results.json` and the report."
+        "The printed polynomials do not give the stiffness of Table 5 for any unit of Ω. Their "
+        f"damping turns negative from {x:.0f} rad/s ({x / RPM:.0f} rpm) in x and {y:.0f} rad/s "
+        f"({y / RPM:.0f} rpm) in y, below the design point (13 690 rpm). The scenes take the "
+        "printed stiffness in both directions and keep the damping of Table 5."
     )
 
 
@@ -167,45 +167,46 @@ def _study_text(lp: Any) -> str:
     )
 
 
-def _table_6(lp: Any) -> str:
-    _, at_speed = lp.document["analyses"]["mode_shapes"]["speeds"]
-    rows = _references(lp, "modes_at_rest.")
+def _rotating(at_speed: dict[str, Any]) -> Any:
+    """Frequencies that the unit sees: |f - spin| of forward whirl, f + spin of backward whirl."""
     spin = at_speed["speed_rpm"] / 60.0
-    # Appendix B: forward whirl is seen at |f - spin|, backward whirl at f + spin
     seen = [
         abs(f - spin) if whirl == "forward" else f + spin
         for f, whirl in zip(at_speed["frequency_hz"], at_speed["whirl"], strict=True)
     ]
-    rotating = np.sort(seen)
+    return np.sort(seen)
+
+
+def _table_6(lp: Any) -> list[Row]:
+    _, at_speed = lp.document["analyses"]["mode_shapes"]["speeds"]
+    rows = _references(lp, "modes_at_rest.", "modes at rest")
+    rotating = _rotating(at_speed)
     misses = [np.abs(rotating[k : k + 6] - AT_9000).sum() for k in range(len(rotating) - 5)]
     start = int(np.argmin(misses))
+    family = "modes at 9000 rpm, rotating frame"
     for k, printed in enumerate(AT_9000):
-        rows.append(
-            per_cent(
-                f"mode {k + 1} at 9000 rpm, rotating frame",
-                printed,
-                float(rotating[start + k]),
-                "Hz",
-                "prediction",
-            )
-        )
-    inertial = ", ".join(
-        f"{f:.2f} {whirl}"
-        for f, whirl in zip(at_speed["frequency_hz"], at_speed["whirl"], strict=True)
-    )
-    return table(rows) + (
-        "\n\nThe values at 9000 rpm were not used in the identification. Ours are the six "
-        "neighbours that come nearest among those seen in the frame of the unit: "
-        + ", ".join(f"{f:.2f}" for f in rotating)
-        + f" Hz (inertial frame: {inertial}). They do not agree: the paper's six lie within 15 Hz "
-        "of each other, ours do not. The masses and frequencies at rest do not determine the "
-        "gyroscopic behaviour of a unit whose inner layout is withheld. "
-        + _inertial_text(at_speed)
-        + "The paper's damped values, "
-        + ", ".join(f"{f:g}" for f in AT_9000_DAMPED)
-        + " Hz, differ from its undamped ones by up to 13 %, which damping of 1000 N s/m can't do "
+        ours = float(rotating[start + k])
+        rows.append(per_cent(family, f"mode {k + 1}", printed, ours, "Hz", "prediction"))
+    return rows
+
+
+def _speed_text(lp: Any) -> str:
+    _, at_speed = lp.document["analyses"]["mode_shapes"]["speeds"]
+    rotating = _rotating(at_speed)
+    return (
+        "The values at 9000 rpm were not used in the identification. Ours are the six neighbours "
+        f"that come nearest among {len(rotating)} from {rotating[0]:.2f} to {rotating[-1]:.2f} Hz. "
+        "They do not agree: the paper's six lie within 15 Hz of each other. Masses and frequencies "
+        "at rest do not determine the gyroscopic behaviour of a unit whose inner layout is "
+        "withheld. " + _inertial_text(at_speed) + "The paper's damped values differ from its "
+        f"undamped ones by up to {_largest_change():.0f} %, which damping of 1000 N s/m can't do "
         "to modes whose decrement is small."
     )
+
+
+def _largest_change() -> float:
+    """Largest change of the paper's frequencies by its damping, per cent."""
+    return float(100.0 * np.abs(np.array(AT_9000_DAMPED) / AT_9000 - 1.0).max())
 
 
 def _inertial_text(at_speed: dict[str, Any]) -> str:
@@ -236,25 +237,29 @@ def _shape_text(lp: Any) -> str:
     )
 
 
-def _unbalance_text(lp: Any) -> str:
-    found = lp.document["analyses"]["unbalance_response"]["exciters"][0]["peaks"]["lp.n9"]
+def _peaks_at_rest(lp: Any) -> list[Row]:
     at_rest = lp.document["analyses"]["mode_shapes"]["speeds"][0]["frequency_hz"]
-    rows = [
+    return [
         per_cent(
-            "peak, against ours without spin",
+            "peaks, against ours without spin",
+            f"peak {k + 1}",
             printed,
             min(at_rest, key=lambda f: abs(f - printed)),
             "Hz",
             "identified",
         )
-        for printed in (18.0, 71.0, 82.0, 153.0)
+        for k, printed in enumerate((18.0, 71.0, 82.0, 153.0))
     ]
+
+
+def _unbalance_text(lp: Any) -> str:
+    found = lp.document["analyses"]["unbalance_response"]["exciters"][0]["peaks"]["lp.n9"]
     listed = ", ".join(f"{p['frequency_hz']:.1f}" for p in found)
     place = lp.document["analyses"]["place_map"]["most_sensitive_place"]
     return (
-        table(rows) + "\n\nThe paper's peaks are its frequencies at rest: its force turns and its "
-        "rotor does not. With the spin that goes with the force, peaks of the identified unit lie "
-        f"at {listed} Hz. The largest response of all places is at {place} (paper: node 9)."
+        "The paper's peaks are its frequencies at rest: its force turns and its rotor does not. "
+        f"With the spin, peaks of the identified unit lie at {listed} Hz. The largest response of "
+        f"all places is at {place} (paper: node 9)."
     )
 
 

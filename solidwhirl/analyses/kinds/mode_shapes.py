@@ -17,7 +17,7 @@ from solidwhirl.core.plain_data import Labelled, Labels
 from solidwhirl.rotordyn import Modes, modes_at_speed
 from solidwhirl.rotordyn.campbell.branch_numbers import branch_numbers
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
-from solidwhirl.rotordyn.modes.mode_shapes import BodyShape, ModeShapes, mode_shapes
+from solidwhirl.rotordyn.modes.mode_shapes import ModeShapes, mode_shapes
 from solidwhirl.rotordyn.modes.participation import Participation, participation
 from solidwhirl.rotordyn.plots.chart import Chart
 from solidwhirl.rotordyn.plots.modes import body_chart, deflection_chart, mode_names, share_chart
@@ -57,7 +57,14 @@ class ModeShapesSpec(base.Analysis):
                     "frequency_hz": modes.frequency_hz.tolist(),
                     "log_decrement": base.decrements(modes.log_decrement),
                     "whirl": shapes.whirl.tolist(),
-                    "bodies": {b.body: _shape_document(b) for b in shapes.bodies},
+                    "bodies": {
+                        b.body: {
+                            "interfaces": list(b.interfaces),
+                            "interface_axial_m": b.interface_axial_m.tolist(),
+                            "interface_deflection": b.interface_deflection.tolist(),
+                        }
+                        for b in shapes.bodies
+                    },
                     "kinetic_energy": _by_name(shares.bodies, shares.kinetic_bodies),
                     "strain_energy_of_bodies": _by_name(shares.bodies, shares.strain_bodies),
                     "strain_energy_of_joints": _by_name(shares.joints, shares.strain_joints),
@@ -148,11 +155,3 @@ def _by_name(names: Sequence[str], rows: Any) -> dict[str, Any]:
 
 def _padded(values: list[Any], count: int) -> list[Any]:
     return [*values, *[None] * (count - len(values))]
-
-
-def _shape_document(shape: BodyShape) -> dict[str, Any]:
-    return {
-        "interfaces": list(shape.interfaces),
-        "interface_axial_m": shape.interface_axial_m.tolist(),
-        "interface_deflection": shape.interface_deflection.tolist(),
-    }

@@ -81,12 +81,19 @@ class SeparationMarginsSpec(base.Analysis):
             critical = _critical_speeds_of(entry, self.search_factor, engine)
             counts = [c.counts(engine.damping_rule) for c in critical]
             damped += [
-                _critically_damped(entry.shaft, c)
+                {
+                    "shaft": entry.shaft,
+                    "critical_speed_rpm": 2.0 * np.pi * c.frequency_hz * RPM_PER_RAD_S,
+                    "whirl": c.whirl,
+                    "amplification_factor": c.amplification_factor,
+                }
                 for c, own in zip(critical, counts, strict=True)
                 if not own
             ]
             counted = [c for c, own in zip(critical, counts, strict=True) if own]
-            shafts = _alike(engine.speed_ratios, entry.shaft)
+            # the unbalance of bodies that turn as the shaft does is one with its own
+            ratios, own_ratio = engine.speed_ratios, engine.speed_ratios[entry.shaft]
+            shafts = [name for name, ratio in ratios.items() if ratio == own_ratio]
             excitations = [unbalance_excitation(engine.system, c.shape, shafts) for c in counted]
             operating = OperatingRange(
                 shaft=entry.shaft,
@@ -165,20 +172,6 @@ def _critical_speeds_of(
     return [c for c in found if moves_laterally(engine.system, c.shape)]
 
 
-def _alike(ratios: Mapping[str, float], shaft: str) -> list[str]:
-    """Bodies that turn as a shaft does: their unbalance is one with its own."""
-    return [name for name, ratio in ratios.items() if ratio == ratios[shaft]]
-
-
-def _critically_damped(shaft: str, critical: CriticalSpeed) -> dict[str, Any]:
-    return {
-        "shaft": shaft,
-        "critical_speed_rpm": 2.0 * np.pi * critical.frequency_hz * RPM_PER_RAD_S,
-        "whirl": critical.whirl,
-        "amplification_factor": critical.amplification_factor,
-    }
-
-
 def _margin_document(margin: SeparationMargin, method: MarginMethod) -> dict[str, Any]:
     resonance = margin.resonance
     return {
@@ -254,7 +247,7 @@ def _margin_table(rows: Sequence[Mapping[str, Any]]) -> Table:
                 m["excited"],
                 m["amplification_factor"],
                 margin_words(m["margin"]),
-                _required(m),
+                "no margin is enough" if m["required"] is None else f"{100.0 * m['required']:.1f}",
                 *(m[key] for key in _VERDICTS),
             ]
             for m in rows
@@ -262,11 +255,6 @@ def _margin_table(rows: Sequence[Mapping[str, Any]]) -> Table:
         caption="Only what unbalance excites is judged. In the manner of API 617; no statement of "
         "compliance. Speeds are those of the shaft itself.",
     )
-
-
-def _required(m: Mapping[str, Any]) -> str:
-    asked = m["required"]
-    return "no margin is enough" if asked is None else f"{100.0 * asked:.1f}"
 
 
 def margin_chart(entry: Mapping[str, Any]) -> charts.Chart:

@@ -221,7 +221,11 @@ def stability_chart(entry: Mapping[str, Any]) -> charts.Chart:
         x=charts.speed_axis(float(rpm.min()), float(rpm.max())),
         y=charts.Axis(label="logarithmic decrement", unit="1", digits=".4g"),
         parts=[*unstable_spans(unstable), zero, charts.Choice(label="shown", options=options)],
-        notes=[note for curve in first for note in _least_note(curve)],
+        notes=[
+            f"{c.name}: least at {c.texts[int(np.nanargmin(c.y))]}"
+            for c in first
+            if np.isfinite(c.y).any()
+        ],
         height_px=380,
     )
 
@@ -234,10 +238,3 @@ def _decrement(
     shown = np.where(np.isfinite(hertz) & ~np.isfinite(decrement), 0.0, decrement)
     texts = [charts.hertz_text(f) if np.isfinite(f) else "" for f in hertz.tolist()]
     return charts.Curve(x=rpm, y=shown, name=name, look=replace(look, size=5.0), texts=texts)
-
-
-def _least_note(curve: charts.Curve) -> list[str]:
-    """The frequency of a mode where its decrement is least."""
-    if not np.isfinite(curve.y).any():
-        return []
-    return [f"{curve.name}: least at {curve.texts[int(np.nanargmin(curve.y))]}"]

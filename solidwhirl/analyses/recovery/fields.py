@@ -223,10 +223,6 @@ def written(write: Write, path: Path) -> None:
     write(path)
 
 
-def _single(values: NDArray[Any]) -> NDArray[np.float32]:
-    return np.asarray(values, dtype=np.float32)
-
-
 def _write_state(found: Recovered, stressed: bool, path: Path) -> None:
     from solidwhirl.reduction.recovery.stress_measures import (
         peak_von_mises,
@@ -285,7 +281,7 @@ def _write_grid(found: Recovered, fields: Mapping[str, Any], path: Path) -> None
         points_m=space.points_m,
         cells=space.cells,
         point_data={
-            **{name: _single(values) for name, values in fields.items()},
+            **{name: np.asarray(values, np.float32) for name, values in fields.items()},
             "material": space.material.astype(np.int32),
         },
         field_data={name: np.array([value]) for name, value in numbers.items()},

@@ -136,11 +136,7 @@ def engine_states(
     """Yield the states that an entry of a recovery stands for.
 
     `spec`: the entry. `analyses`: those it may refer to, by name. `system`: the assembled engine.
-
-    Raises
-    ------
-    AnalysisError
-        There is no such mode or no peak.
+    Raises AnalysisError: there is no such mode or no peak.
     """
     if spec.mode is not None:
         yield _mode(spec, system)
@@ -228,12 +224,7 @@ def response_peak(
     """Return the speed of the highest peak of the response to unbalance at a place.
 
     `system`, `unbalances`: the engine and what excites it. `speeds_rad_s`: samples, rising; the
-    peak is sought between them. `place`: interface.
-
-    Raises
-    ------
-    AnalysisError
-        There is no peak inside.
+    peak is sought between them. `place`: interface. Raises AnalysisError: there is no peak inside.
     """
     speeds_rad_s = resolving_speeds(system, unbalances, speeds_rad_s)
     response = unbalance_response(system, unbalances, speeds_rad_s)

@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 
 from solidwhirl.page.frame import render
-from solidwhirl.page.frame.records import Block, Chart, ModeViewer, Section, Table
+from solidwhirl.page.frame.records import Block, Chart, ModeViewer, Section
 
 _FOLDER = Path(__file__).parents[1] / "assets"
 
@@ -17,16 +17,15 @@ _FOLDER = Path(__file__).parents[1] / "assets"
 def page_html(sections: Sequence[Section], *, title: str, name: str) -> str:
     """Return a page as HTML; a short name stands beside its title.
 
-    Raises
-    ------
-    ValueError
-        If two sections or two charts have the same name.
+    Raises ValueError if two sections or two charts have the same name.
     """
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     blocks = [block for section in sections for block in section.every_block]
     drawn = [block for block in blocks if isinstance(block, Chart | ModeViewer)]
-    _refuse_repeated([s.name for s in sections] + [b.name for b in drawn])
+    names = [s.name for s in sections] + [b.name for b in drawn]
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise ValueError(f"sections or charts with the same name: {', '.join(twice)}")
     environment = Environment(
         loader=FileSystemLoader(_FOLDER),
         autoescape=True,
@@ -41,7 +40,6 @@ def page_html(sections: Sequence[Section], *, title: str, name: str) -> str:
         "picture": render.picture_html,
         "data": render.data_json,
     }
-    environment.tests["shown_in_fold"] = _is_folded
     return environment.get_template("page.html").render(
         sections=sections,
         title=title,
@@ -51,16 +49,6 @@ def page_html(sections: Sequence[Section], *, title: str, name: str) -> str:
         scripts=_scripts(blocks),
         kind=lambda block: type(block).__name__,
     )
-
-
-def _refuse_repeated(names: Sequence[str]) -> None:
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise ValueError(f"sections or charts with the same name: {', '.join(twice)}")
-
-
-def _is_folded(block: Block) -> bool:
-    return isinstance(block, Table) and bool(block.folded)
 
 
 def _scripts(blocks: Sequence[Block]) -> list[str]:

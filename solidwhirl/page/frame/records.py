@@ -12,6 +12,7 @@ from typing import Any
 
 from solidwhirl.core.blocks import Table as Table
 from solidwhirl.core.blocks import Text as Text
+from solidwhirl.core.outcome import PageSection
 from solidwhirl.pipeline.run import Results
 
 # Colours that traces and layouts may name. The page puts in those of the light or the dark theme;
@@ -180,6 +181,11 @@ class Section:
     blocks: Sequence[Block]
     #: One sentence under the heading; empty: none
     note: str = ""
+
+    @classmethod
+    def at(cls, place: PageSection, blocks: Sequence[Block]) -> Section:
+        """Return what stands at a place that an analysis may name too."""
+        return cls(name=place.name, title=place.title, blocks=blocks, note=place.note)
 
     @property
     def every_block(self) -> tuple[Single, ...]:

@@ -64,10 +64,7 @@ def cell_text(value: Any) -> str:
 def table_html(table: Table) -> Markup:
     """Make a table; columns of numbers stand at the right.
 
-    Raises
-    ------
-    ValueError
-        If a row has not as many cells as the head.
+    Raises ValueError if a row has not as many cells as the head.
     """
     rows = [[cell_text(value) for value in row] for row in table.rows]
     for row in rows:

@@ -41,12 +41,7 @@ def section(run: Run) -> Section | None:
         table = critical_speed_table(damped, ratios)
         title = f"Critically damped, no resonances ({len(damped)})"
         blocks.append(replace(table, folded=title, caption=""))
-    return Section(
-        name=CRITICAL_SPEEDS.name,
-        title=CRITICAL_SPEEDS.title,
-        blocks=blocks,
-        note=CRITICAL_SPEEDS.note,
-    )
+    return Section.at(CRITICAL_SPEEDS, blocks)
 
 
 def critical_speed_table(found: Sequence[Mapping[str, Any]], ratios: Mapping[str, float]) -> Table:

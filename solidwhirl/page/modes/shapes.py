@@ -41,12 +41,7 @@ def section(run: Run) -> Section | None:
         if len(system.system.rotors) > 1:
             blocks.append(page_chart(share_chart(shares, "kinetic")))
         blocks.append(page_chart(share_chart(shares, "strain")))
-    return Section(
-        name=MODE_SHAPES.name,
-        title=MODE_SHAPES.title,
-        blocks=blocks,
-        note=MODE_SHAPES.note,
-    )
+    return Section.at(MODE_SHAPES, blocks)
 
 
 def viewer(engine: EngineInSpace, shown: Sequence[ShownModes]) -> ModeViewer:

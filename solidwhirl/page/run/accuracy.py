@@ -67,7 +67,8 @@ def accuracy_blocks(document: Mapping[str, Any]) -> Iterator[Block]:
     yield Text(text="\n".join(lines))
     solids = [name for name, b in document["bodies"].items() if b["level"] == "solid"]
     parts = document["campbell"].get("error_parts", {})
-    rows = [(part.replace("_", " "), _largest(v), _remark(part)) for part, v in parts.items()]
+    remarks = {"interface_coupling": "a choice of the model, not summed"}
+    rows = [(p.replace("_", " "), _largest(v), remarks.get(p, "")) for p, v in parts.items()]
     if rows:
         yield Table(
             title="Where the error comes from",
@@ -81,10 +82,6 @@ def accuracy_blocks(document: Mapping[str, Any]) -> Iterator[Block]:
 def _largest(values: Any) -> str | None:
     known = [v for row in values for v in row if v is not None]
     return f"{max(known):.1e}" if known else None
-
-
-def _remark(part: str) -> str:
-    return "a choice of the model, not summed" if part == "interface_coupling" else ""
 
 
 def _rounds(rounds: Any, solids: Sequence[str]) -> Table:

@@ -16,13 +16,9 @@ def section(run: Run) -> Section:
     if notes:
         listed = "\n".join(f"- {' '.join(note.split())}" for note in notes)
         blocks.append(Text(text=f"**Notes**\n\n{listed}"))
-    blocks += [*_asked(run), *_choices(run)]
+    asked = [*_questions(run.results.scene), *_sizes(run.document)]
+    blocks += [Table(title="Inputs", head=("", ""), rows=asked), *_choices(run)]
     return Section(name="inputs", title="Notes and inputs", blocks=blocks)
-
-
-def _asked(run: Run) -> Iterator[Block]:
-    scene = run.results.scene
-    yield Table(title="Inputs", head=("", ""), rows=[*_questions(scene), *_sizes(run.document)])
 
 
 def _questions(scene: Scene) -> Iterator[tuple[str, str]]:

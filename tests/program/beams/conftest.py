@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 import shapes
 
+from solidwhirl.meshing import MeshSize, mesh_meridian
+
 
 def body_of(*pieces, planes, fillet=0.0, disks=()):
     """A body of (name, start, end, inner, outer[, material]) with section interfaces."""
@@ -78,11 +80,10 @@ BODIES = {
 }
 
 
-def harmonic_element(body, *, top=0.0, modes=6):
+def harmonic_element(body, *, top=0.0, modes=6, orders=(1,), components=("ux", "uy")):
     """The body on the harmonic level, converged to about 5e-4."""
     from mpi4py import MPI
 
-    from solidwhirl.meshing import MeshSize, mesh_meridian
     from solidwhirl.reduction import ReductionRequest, reduce_body
 
     thin = min(
@@ -93,8 +94,8 @@ def harmonic_element(body, *, top=0.0, modes=6):
     size = MeshSize(size_m=0.25 * length, corner_size_m=0.05 * thin, growth=0.8, around=12)
     request = ReductionRequest(
         level="harmonic",
-        orders=(1,),
-        components=("ux", "uy"),
+        orders=orders,
+        components=components,
         degree=3,
         modes=modes,
         maximum_speed_rad_s=top,
@@ -125,3 +126,8 @@ def _harmonic():
         return made[name, top]
 
     return element
+
+
+@pytest.fixture(scope="session", name="harmonic_element")
+def _harmonic_element():
+    return harmonic_element

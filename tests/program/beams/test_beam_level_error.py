@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from solidwhirl.beams.body import beam_element_of, beam_variants
+from solidwhirl.beams.body import beam_variants
 from solidwhirl.beams.error import VARIANTS, beam_theory_error
 from solidwhirl.beams.profile import BeamLevelError
 
@@ -47,17 +47,6 @@ def test_estimate_is_small_for_slender_shafts(beam_bodies):
     assert slender[0] < 5e-4 < 5.0 * stubby[0]
     _, thick = estimate(beam_bodies["thick disk"], 1)
     assert thick[0] > 1e-2
-
-
-def test_error_of_the_mesh_is_seen_by_halving(beam_bodies):
-    body = beam_bodies["reference"]
-    coarse, fine, finest = (
-        beam_element_of(body, element_length_m=h).free_frequencies_hz[:8:2]
-        for h in (0.02, 0.01, 0.0025)
-    )
-    # far below beam theory's own error, and the change from halving covers what is left
-    assert np.all(np.abs(fine / finest - 1.0) < np.abs(coarse / fine - 1.0) + 1e-5)
-    assert np.abs(fine / finest - 1.0).max() < 1e-3
 
 
 def test_estimate_of_equal_models_is_zero_and_shapes_are_checked():

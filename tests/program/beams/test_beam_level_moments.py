@@ -87,25 +87,11 @@ def mode_numbers(element):
     ("name", "close"),
     [("uniform", 0.002), ("slender", 0.06), ("thin disk", 0.01)],
 )
-def test_moments_of_modes_are_those_of_the_harmonic_level(beam_bodies, name, close):
-    from mpi4py import MPI
-
-    from solidwhirl.meshing import MeshSize, mesh_meridian
-    from solidwhirl.reduction import ReductionRequest, reduce_body
-
+def test_moments_of_modes_are_those_of_the_harmonic_level(
+    harmonic_element, beam_bodies, name, close
+):
     body = beam_bodies[name]
-    size = MeshSize(size_m=0.05, corner_size_m=0.002, growth=0.8)
-    request = ReductionRequest(
-        level="harmonic",
-        orders=(0, 1),
-        components=ALL,
-        degree=3,
-        modes=8,
-        maximum_speed_rad_s=0.0,
-        gyroscopic=False,
-        centrifugal=False,
-    )
-    judge, _ = reduce_body(body, mesh_meridian(body, size), MPI.COMM_SELF, request, {})
+    judge = harmonic_element(body, orders=(0, 1), components=ALL, modes=8)
     exact, found = mode_numbers(judge), mode_numbers(beam_element_of(body, components=ALL))
     np.testing.assert_allclose(found, exact, rtol=close, atol=1e-3 * close * exact.max())
 

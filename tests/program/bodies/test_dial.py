@@ -5,6 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from solidwhirl.bodies.contributions import AskedModes, error_contributions
+from solidwhirl.bodies.fidelity import chosen_level
+from solidwhirl.cost.forecast import forecast
+from solidwhirl.model.bodies import build_bodies
+from solidwhirl.model.effects import make_plan
+from solidwhirl.output.documents import results_document
+from solidwhirl.pipeline.run import run_scene
 from solidwhirl.scene_reading.reader import parse_scene
 
 pytestmark = pytest.mark.solver
@@ -13,8 +20,6 @@ pytestmark = pytest.mark.solver
 @pytest.fixture(scope="module")
 def run(small_scene):
     """Function: results of the small scene with estimates, other model settings on top."""
-    from solidwhirl.pipeline.run import run_scene
-
     known = {}
 
     def compute(rpm=(0.0, 15000.0, 30000.0), **model):
@@ -33,7 +38,7 @@ def unknowns(results):
 
 
 @pytest.mark.parametrize(
-    "accuracy", [1e-2, 1e-4, *(pytest.param(a, marks=pytest.mark.verify) for a in (3e-2, 1e-3))]
+    "accuracy", [1e-2, *(pytest.param(a, marks=pytest.mark.verify) for a in (3e-2, 1e-3, 1e-4))]
 )
 def test_accuracy_is_met(run, accuracy):
     """By the estimate, and against a run that is ten times finer."""
@@ -60,8 +65,6 @@ def test_adapted_meshes_converge_as_fast_as_smooth_solutions_do(run):
 
 def test_given_sizes_and_modes_are_kept_and_their_error_is_said(run):
     """Too coarse for what is asked: one round, and the run says that it is not met."""
-    from solidwhirl.output.documents import results_document
-
     results = run(accuracy=1e-4, size_m=0.02, corner_size_m=0.02, order=2, modes=3)
     assert len(results.rounds) == 1
     assert results.bodies["rotor"].discretisation.modes == 3
@@ -73,7 +76,7 @@ def test_more_modes_are_taken_where_truncation_is_what_is_wrong(run, monkeypatch
     """A fine mesh is given, so only the basis can follow the accuracy."""
     # static answers to the spin would be enough
     monkeypatch.setattr("solidwhirl.bodies.reduction._SPIN_SHARE", 0.0)
-    results = run(accuracy=1e-5, size_m=0.02, corner_size_m=1e-3, growth=0.7, order=4)
+    results = run(accuracy=1e-5, size_m=0.05, corner_size_m=4e-3, order=3)
     first, last = results.rounds[0], results.rounds[-1]
     assert first.parts["mode_truncation"] > 0.2e-5
     assert last.modes["rotor"] > first.modes["rotor"]
@@ -83,7 +86,6 @@ def test_more_modes_are_taken_where_truncation_is_what_is_wrong(run, monkeypatch
 
 def test_errors_of_elements_add_up_to_that_of_the_mesh(run):
     """Sum over the cells of unweighted energy, at most that of the form, which weighs them."""
-    from solidwhirl.bodies.contributions import AskedModes, error_contributions
     from solidwhirl.reduction.residuals.indicators import MotionSample, element_errors
 
     results = run(accuracy=1e-2)
@@ -105,7 +107,7 @@ def test_errors_of_elements_add_up_to_that_of_the_mesh(run):
 def test_solid_error_is_its_difference_from_the_harmonic_level(run):
     """Parts: the circumference, the meridian elements, the basis; together they cover it."""
     solid = run(level="solid", accuracy=0.05)
-    fine = run(accuracy=1e-4)
+    fine = run(accuracy=1e-3, order=4)
     parts = solid.estimates.campbell.parts
     assert {"circumferential", "mesh", "mode_truncation"} <= set(parts)
     true = np.abs(solid.campbell.frequency_hz / fine.campbell.frequency_hz - 1.0)
@@ -114,7 +116,7 @@ def test_solid_error_is_its_difference_from_the_harmonic_level(run):
 
 
 def test_beam_error_covers_the_difference_from_the_harmonic_level(run):
-    beam, fine = run(level="beam", accuracy=0.05), run(accuracy=1e-4)
+    beam, fine = run(level="beam", accuracy=0.05), run(accuracy=1e-3, order=4)
     assert beam.bodies == {}
     assert beam.elements["rotor"].level == "beam"
     true = np.abs(beam.campbell.frequency_hz / fine.campbell.frequency_hz - 1.0)
@@ -124,8 +126,6 @@ def test_beam_error_covers_the_difference_from_the_harmonic_level(run):
 
 def test_beams_are_taken_where_their_own_estimate_allows(scene_data, small_scene):
     """The light shaft of the Laval rotor is a beam; the disk of the small rotor is not, at 1 %."""
-    from solidwhirl.bodies.fidelity import chosen_level
-    from solidwhirl.model.bodies import build_bodies
 
     def level(data, accuracy):
         data["model"] = {"accuracy": accuracy}
@@ -139,9 +139,6 @@ def test_beams_are_taken_where_their_own_estimate_allows(scene_data, small_scene
 
 def test_forecast_counts_the_rounds(small_scene):
     """Finer accuracy costs more; without estimates there is one round."""
-    from solidwhirl.cost.forecast import forecast
-    from solidwhirl.model.bodies import build_bodies
-    from solidwhirl.model.effects import make_plan
 
     def predicted(**model):
         data = small_scene()

@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from solidwhirl.build import cylinder
 from solidwhirl.core.machine import MachineSpeed, machine_speed
 from solidwhirl.cost import coefficients as cost_coefficients
 from solidwhirl.cost.forecast import cost_rows
@@ -23,6 +24,7 @@ from solidwhirl.cost.work import (
 from solidwhirl.meshing import mesh_meridian
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
+from solidwhirl.pipeline.run import run_scene
 from solidwhirl.scene_reading.reader import parse_scene
 
 MODES = 8
@@ -78,9 +80,8 @@ def test_unknowns_of_scenes_within_a_factor_of_one_and_a_half(planned, scene_dat
 )
 def test_prediction_of_a_run(planned, small_scene, level, extra, factor):
     """Unknowns as in the results; coordinates are an upper bound that is not far off."""
-    from solidwhirl.pipeline.run import run_scene
-
-    data = small_scene(bearing=extra)
+    body = {"sections": [cylinder("shaft", 0.0, 0.4, 0.06)]} if level == "solid" else None
+    data = small_scene(bearing=extra, body=body)
     data["model"] = {"level": level, "accuracy": 0.1, "modes": MODES, "corner_size_m": 6e-3}
     data["model"]["estimates"] = "off"
     data["campbell"] = {"branches": 4}
@@ -118,7 +119,7 @@ def test_finer_meshes_cost_more(planned, small_scene, level):
             assert fine.seconds[stage] > spent, stage
 
 
-def test_more_modes_interfaces_and_estimates_cost_more(rotor):
+def test_what_a_body_costs_follows_its_plan(rotor):
     body, plan = rotor
     base = predict_body_cost(body, plan, modes=MODES)
     modes = predict_body_cost(body, plan, modes=4 * MODES)
@@ -138,17 +139,20 @@ def test_more_modes_interfaces_and_estimates_cost_more(rotor):
     costs = [predict_body_cost(body, solid, modes=MODES, estimates=e) for e in (False, True)]
     assert costs[0].peak_memory_gib == costs[1].peak_memory_gib
     assert costs[1].seconds["error_estimate"] > 0.0
-
-
-def test_factorisations_and_matrices_as_planned(rotor):
-    """Counts of the plan multiply what one costs."""
-    body, plan = rotor
-    base = predict_body_cost(body, plan, modes=MODES)
+    beam = predict_body_cost(body, replace(plan, level="beam"), modes=MODES)
+    assert beam.unknowns < 100
+    assert beam.total_s < 0.1
+    # counts of the plan multiply what one costs
     twice = replace(plan, matrices=2 * plan.matrices, factorisations=plan.factorisations + 1)
     cost = predict_body_cost(body, twice, modes=MODES)
     assert cost.seconds["assembly"] == pytest.approx(2.0 * base.seconds["assembly"])
     share = (plan.factorisations + 1) / plan.factorisations
     assert cost.seconds["factorisations"] == pytest.approx(share * base.seconds["factorisations"])
+    # a machine twice as fast takes half the time
+    speed = {k: 2.0 * v for k, v in vars(REFERENCE_MACHINE).items()}
+    cost = predict_body_cost(body, plan, modes=MODES, machine=MachineSpeed(**speed))
+    assert cost.total_s == pytest.approx(0.5 * base.total_s)
+    assert cost.peak_memory_gib == base.peak_memory_gib
 
 
 def test_engine_grows_with_the_cube_of_its_coordinates(planned, small_scene):
@@ -159,24 +163,9 @@ def test_engine_grows_with_the_cube_of_its_coordinates(planned, small_scene):
     # differences take out the part that does not grow
     ratio = (drawn[2] - drawn[1]) / (drawn[1] - drawn[0])
     assert ratio == pytest.approx((n[2] ** 3 - n[1] ** 3) / (n[1] ** 3 - n[0] ** 3), rel=1e-9)
-    still = planned(small_scene(rpm=(0.0,)), level="harmonic")
-    assert (
-        predict_cost(still[2], still[0], still[1], modes={"rotor": 8}).whole.seconds[
-            "critical_speeds"
-        ]
-        == 0.0
-    )
-
-
-def test_a_machine_twice_as_fast_takes_half_the_time(rotor):
-    body, plan = rotor
-    fast = MachineSpeed(
-        gflops=2.0 * REFERENCE_MACHINE.gflops, gbytes_per_s=2.0 * REFERENCE_MACHINE.gbytes_per_s
-    )
-    base = predict_body_cost(body, plan, modes=MODES)
-    cost = predict_body_cost(body, plan, modes=MODES, machine=fast)
-    assert cost.total_s == pytest.approx(0.5 * base.total_s)
-    assert cost.peak_memory_gib == base.peak_memory_gib
+    scene, bodies, plan = planned(small_scene(rpm=(0.0,)), level="harmonic")
+    still = predict_cost(plan, scene, bodies, modes={"rotor": 8}).whole
+    assert still.seconds["critical_speeds"] == 0.0
 
 
 def test_this_machine_is_measured_quickly():
@@ -186,13 +175,6 @@ def test_this_machine_is_measured_quickly():
     # between a slow single-board computer and several times today's fastest core
     assert 0.1 < speed.gflops < 1000.0
     assert 0.1 < speed.gbytes_per_s < 1000.0
-
-
-def test_beams_cost_next_to_nothing(rotor):
-    body, plan = rotor
-    cost = predict_body_cost(body, replace(plan, level="beam"), modes=MODES)
-    assert cost.unknowns < 100
-    assert cost.total_s < 0.1
 
 
 def test_what_does_not_fit_is_refused_with_what_does(planned, small_scene):
@@ -216,18 +198,10 @@ def test_what_does_not_fit_is_refused_with_what_does(planned, small_scene):
         small_scene(), level="solid", size_m=float(size), corner_size_m=float(corner)
     )
     refuse_what_does_not_fit(bodies, plan.bodies, scene.model, available_gib=1.5, **asked)
-
-
-def test_refusal_when_nothing_fits(planned, small_scene):
     scene, bodies, plan = planned(small_scene(), level="harmonic", corner_size_m=1e-4)
+    asked["available_gib"] = 0.5 * cost_coefficients.BASE_GIB
     with pytest.raises(MemoryShortageError, match="No coarser mesh of its rule fits"):
-        refuse_what_does_not_fit(
-            bodies,
-            plan.bodies,
-            scene.model,
-            modes={"rotor": MODES},
-            available_gib=0.5 * cost_coefficients.BASE_GIB,
-        )
+        refuse_what_does_not_fit(bodies, plan.bodies, scene.model, **asked)
 
 
 def test_table(planned, small_scene):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -66,16 +67,13 @@ def test_a_power_law_is_found():
 
 
 @pytest.mark.solver
-def test_the_roads_agree_with_what_the_reduction_decides_by():
+def test_the_factor_gives_way_in_memory_and_time():
     from solidwhirl.reduction.operators.solver_choice import predicted_factor_bytes
 
-    # both are fits of the same factors, one of them rounded for other solids
+    # what the reduction decides by is a fit of the same factors, rounded for other solids
     for n in (3e4, 1e5, 2e5):
         ratio = predicted_factor_bytes(int(n)) / (law("direct", "memory_gib").at(n) * 2.0**30)
         assert 0.7 < ratio < 2.0
-
-
-def test_the_factor_gives_way_in_memory_and_time():
     for n in (1e5, 1e6, 5e6, 5e7):
         direct, iterative = (reduction_gib(road, n, 1) for road in ROADS)
         assert iterative[1] < direct[1]
@@ -103,15 +101,12 @@ def test_nodes_hold_what_they_are_chosen_for():
         assert row.unknowns / row.ranks >= 20_000
         assert row.seconds[0] <= row.seconds[1]
         assert row.beyond > 20.0
-
-
-def test_more_memory_takes_fewer_nodes_and_faster_cores_less_time():
-    (small,) = (r for r in scale_table((5e6,), NODES) if r.road == "direct")
-    large_nodes = Cluster(cores_per_node=64, memory_per_node_gib=1024.0)
-    (large,) = (r for r in scale_table((5e6,), large_nodes) if r.road == "direct")
-    assert large.nodes <= small.nodes
-    fast = Cluster(cores_per_node=64, memory_per_node_gib=256.0, relative_speed=2.0)
-    (quick,) = (r for r in scale_table((5e6,), fast) if r.road == "direct")
+    # more memory takes fewer nodes, faster cores less time
+    small = next(row for row in rows if row.road == "direct")
+    large = scale_table((5e6,), replace(NODES, memory_per_node_gib=1024.0))
+    assert next(row for row in large if row.road == "direct").nodes <= small.nodes
+    fast = scale_table((5e6,), replace(NODES, relative_speed=2.0))
+    quick = next(row for row in fast if row.road == "direct")
     np.testing.assert_allclose(quick.seconds, 0.5 * np.array(small.seconds))
 
 

@@ -25,6 +25,8 @@ from solidwhirl.datasets.results import (
     unbalance_dataset,
     write_netcdf,
 )
+from solidwhirl.output.documents import write_results
+from solidwhirl.pipeline.run import run_scene
 from solidwhirl.rotordyn import (
     Bearing,
     Disk,
@@ -42,6 +44,7 @@ from solidwhirl.rotordyn.response.maps import ground_motion_map
 from solidwhirl.rotordyn.response.unbalance import Unbalance, unbalance_response
 from solidwhirl.rotordyn.run_up.integration import run_up
 from solidwhirl.rotordyn.run_up.speed_profile import ramp_and_hold
+from solidwhirl.scene_reading.reader import parse_scene
 
 RPM = np.pi / 30.0
 EVERYTHING = Path(__file__).resolve().parents[1] / "page" / "everything.toml"
@@ -74,10 +77,6 @@ def diagram(system):
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     """Results with every kind of analysis but recovery, and their folder."""
-    from solidwhirl.output.documents import write_results
-    from solidwhirl.pipeline.run import run_scene
-    from solidwhirl.scene_reading.reader import parse_scene
-
     data = tomllib.loads(EVERYTHING.read_text(encoding="utf-8"))
     data["model"]["estimates"] = "off"  # those of a run are tested with the twin rotor
     data["campbell"]["branches"] = 6
@@ -96,44 +95,33 @@ def check_looks(dataset):
             assert variable.attrs["units"] == units_of(name), name
 
 
-@pytest.mark.parametrize(
-    ("name", "unit"),
-    [
-        ("frequency_hz", "Hz"),
-        ("stiffness_n_per_m", "N/m"),
-        ("damping_n_s_per_m", "N s/m"),
-        ("inertia_kg_m2", "kg m2"),
-        ("moment_kg_m", "kg m"),
-        ("moment_n_m", "N m"),
-        ("force_n", "N"),
-        ("speed_rad_s", "rad/s"),
-        ("velocity_m_per_s", "m/s"),
-        ("angular_velocity_rad_per_s", "rad/s"),
-        ("eigenvalue_per_s", "1/s"),
-        ("time_s", "s"),
-        ("whirl", "1"),
-        ("share", "1"),
-    ],
-)
-def test_units_are_in_the_names(name, unit):
-    assert units_of(name) == unit
-    assert long_name_of(name)
-    assert unit == "1" or not long_name_of(name).endswith(name[-3:])
+UNITS = {
+    **{"frequency_hz": "Hz", "stiffness_n_per_m": "N/m", "damping_n_s_per_m": "N s/m"},
+    **{"inertia_kg_m2": "kg m2", "moment_kg_m": "kg m", "moment_n_m": "N m", "force_n": "N"},
+    **{"speed_rad_s": "rad/s", "velocity_m_per_s": "m/s", "eigenvalue_per_s": "1/s"},
+    **{"angular_velocity_rad_per_s": "rad/s", "time_s": "s", "whirl": "1", "share": "1"},
+}
 
 
-def test_absent_values_are_nan_and_empty():
+def test_units_are_in_the_names_and_absent_values_told():
+    for name, unit in UNITS.items():
+        assert units_of(name) == unit
+        assert long_name_of(name)
+        assert unit == "1" or not long_name_of(name).endswith(name[-3:])
     np.testing.assert_array_equal(filled([[1.0, None], [2, 3]]), [[1.0, np.nan], [2.0, 3.0]])
     assert filled(["forward", None]).tolist() == ["forward", ""]
     assert filled([True, False]).dtype == bool
-
-
-def test_speeds_can_be_named_after_their_conversion():
-    """9000 rpm in rad/s and back is another double; along an axis it is 9000 again."""
+    # 9000 rpm in rad/s and back is another double; along an axis it is 9000 again
     rpm = np.arange(0, 30000, 100.0)
     there = (rpm * RPM) / RPM
     assert (there != rpm).any()
     found = labelled({}, {"speed_rpm": ("speed_rpm", there)})
     assert (found.speed_rpm.values == rpm).all()
+    none = analysis_dataset({"kind": "separation_margins", "margins": []})
+    assert none.sizes == {"resonance": 0}
+    assert none.margin.dtype == float
+    assert none.margin.units == "1"
+    assert analysis_dataset({"kind": "bearing_laws", "bearings": {}}).sizes == {}
 
 
 def test_campbell(system, diagram):
@@ -290,14 +278,6 @@ def test_arrays_of_a_run_are_those_of_results_json(run):
     assert record.mount_force_n.shape == (3, record.time_s.size)
     largest = np.hypot(*record.mount_force_n.values[:2]).max()
     assert largest == pytest.approx(analyses["run_up"]["largest_mount_force_n"], rel=1e-9)
-
-
-def test_nothing_found_has_length_zero():
-    none = analysis_dataset({"kind": "separation_margins", "margins": []})
-    assert none.sizes == {"resonance": 0}
-    assert none.margin.dtype == float
-    assert none.margin.units == "1"
-    assert analysis_dataset({"kind": "bearing_laws", "bearings": {}}).sizes == {}
 
 
 def test_other_folders_are_refused(tmp_path):

@@ -43,10 +43,13 @@ STEEL = 7800.0
 
 
 def test_cylinder_is_found(problem):
-    """r = sqrt(2 I / m), L = m / (rho pi r^2), from a start with a third of the mass."""
-    found = identify(read_problem(problem(settings={"prior": 0.0})))
+    """r = sqrt(2 I / m), L = m / (rho pi r^2), from a third of the mass and two other starts."""
+    found = identify(read_problem(problem(settings={"starts": 3, "prior": 0.0})))
     radius = np.sqrt(2.0 * 0.09 / 30.0)
-    assert found.met
+    assert found.met and len(found.starts) == 3
+    for descent in found.starts:
+        assert descent.largest < 0.2  # tolerances
+        np.testing.assert_allclose(descent.point, found.point, atol=1e-3)
     # the search stops within 0.2 tolerances of 1e-3 of the targets; the radius goes with sqrt(I/m)
     assert found.values["radius"] == pytest.approx(radius, rel=2e-4)
     assert found.values["length"] == pytest.approx(30.0 / (STEEL * np.pi * radius**2), rel=6e-4)
@@ -138,14 +141,6 @@ def test_starts_repeat_by_their_seed(problem):
     assert first.shape == (4, 2)
     np.testing.assert_allclose(first[0], [(0.05 - 0.02) / 0.18, 0.4 / 1.9])
     assert np.abs(first[1:] - other[1:]).min() > 1e-6
-
-
-def test_all_starts_lead_to_the_only_cylinder(problem):
-    found = identify(read_problem(problem(settings={"starts": 3, "prior": 0.0})))
-    assert len(found.starts) == 3
-    for descent in found.starts:
-        assert descent.largest < 0.2  # tolerances
-        np.testing.assert_allclose(descent.point, found.point, atol=1e-3)
 
 
 # -- the whole model ------------------------------------------------------------------------------

@@ -45,6 +45,7 @@ def test_units_have_the_published_mass_properties(bodies, unit):
     assert p.diametral_inertia_kg_m2 == pytest.approx(diametral, rel=2e-4)
 
 
+@pytest.mark.verify
 @pytest.mark.solver
 def test_low_pressure_unit_has_the_published_frequencies(scene_data):
     """Within 0.2 tolerances of 2e-3 at the scene's accuracy, where they were identified."""

@@ -16,18 +16,23 @@ import pytest
 from solidwhirl.build import cylinder
 from solidwhirl.commands.geometry import geometry_command
 from solidwhirl.core.errors import SceneError
+from solidwhirl.cost.work import CostError, predict_body_cost
 from solidwhirl.geometry import GeometryError
 from solidwhirl.meshing import MeshingError, mesh_solid, write_gmsh
+from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
 from solidwhirl.model.interface_documents import cut_doubts
 from solidwhirl.model.mesh_bodies import build_mesh_bodies
+from solidwhirl.model.resolution import choose_resolution
 from solidwhirl.output.documents import results_document
 from solidwhirl.page.run.masses import interfaces_table
+from solidwhirl.pipeline.run import run_scene
 from solidwhirl.scene_reading.reader import parse_scene, scene_hash
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "meshing"))
 
 from mesh_makers import brick
+from toml_text import toml
 
 pytestmark = pytest.mark.solver
 
@@ -77,8 +82,6 @@ def scene(folder, model=None, **tables):
 
 
 def run(asked):
-    from solidwhirl.pipeline.run import run_scene
-
     results = run_scene(asked)
     assert [c for c in results.checks if c.passed is False] == []
     return results
@@ -89,18 +92,11 @@ def folder(tmp_path_factory):
     """A folder with the mesh that the program makes of the profile, and with its geometry."""
     out = tmp_path_factory.mktemp("own")
     parametric = scene(out, model=MODEL, bodies={"rotor": PROFILE})
-    from solidwhirl.model.bodies import build_bodies
-    from solidwhirl.model.resolution import choose_resolution
-
     body = build_bodies(parametric)["rotor"]
     size = choose_resolution(body, "solid", parametric.model).size
     write_gmsh(mesh_solid(body, size), out / "rotor.msh")
-    (out / "profile.toml").write_text(
-        'name = "profile"\n[bodies.rotor]\nmaterial = "steel"\nsections = [\n'
-        '{ name = "shaft", start_m = 0.0, end_m = 0.3, outer_radius_m = 0.03 },\n'
-        '{ name = "disk", start_m = 0.1, end_m = 0.16, inner_radius_m = 0.03, '
-        "outer_radius_m = 0.08 } ]\n"
-    )
+    profile = {k: PROFILE[k] for k in ("material", "sections")}
+    (out / "profile.toml").write_text(toml({"name": "profile", "bodies": {"rotor": profile}}))
     geometry_command(out / "profile.toml", out / "rotor.step")
     points, hexahedra = brick((120.0, 170.0, 40.0), (3, 4, 1), (-40.0, -200.0, -20.0))
     meshio.Mesh(
@@ -114,9 +110,13 @@ def folder(tmp_path_factory):
     return out
 
 
-def test_a_mesh_of_our_own_gives_the_frequencies_of_the_profile(folder):
+@pytest.fixture(scope="module")
+def read(folder):
+    return run(scene(folder, mesh_bodies={"rotor": MESHED}))
+
+
+def test_a_mesh_of_our_own_gives_the_frequencies_of_the_profile(folder, read):
     drawn = run(scene(folder, model=MODEL, bodies={"rotor": PROFILE}))
-    read = run(scene(folder, mesh_bodies={"rotor": MESHED}))
     held, free = (
         [getattr(r.elements["rotor"], f"{kind}_frequencies_hz")[:6] for r in (drawn, read)]
         for kind in ("fixed_interface", "free")
@@ -138,7 +138,7 @@ def test_a_mesh_of_our_own_gives_the_frequencies_of_the_profile(folder):
     assert entry["inertia_kg_m2"][2][2] == pytest.approx(entry["polar_inertia_kg_m2"])
 
 
-def test_interfaces_are_told_with_what_their_boxes_cut(folder):
+def test_interfaces_are_told_with_what_their_boxes_cut(folder, read):
     """A box across elements is a doubt with its share; place and area of all are in the results."""
     low = [[-0.2, -0.2, 0.05], [0.2, 0.2, 0.1234]]
     cut = MESHED | {"interfaces": [MESHED["interfaces"][0], {"name": "rear", "box_m": low}]}
@@ -146,7 +146,6 @@ def test_interfaces_are_told_with_what_their_boxes_cut(folder):
     assert doubt.key == "mesh_bodies.rotor.interfaces[1].box_m"
     assert "facets of the mesh; they are left out" in doubt.found
     assert not list(cut_doubts(scene(folder, mesh_bodies={"rotor": MESHED})))
-    read = run(scene(folder, mesh_bodies={"rotor": MESHED}))
     front, rear = results_document(read)["bodies"]["rotor"]["interfaces"]
     assert front["mean_position_m"] == pytest.approx([0.0, 0.0, 0.0], abs=1e-6)
     assert rear["mean_position_m"] == pytest.approx([0.0, 0.0, 0.3], abs=1e-6)
@@ -198,23 +197,12 @@ def bar(folder, counts):
     """A free bar of hexahedra, 20 by 20 by 400 mm, of a material without lateral contraction."""
     points, hexahedra = brick((20.0, 20.0, 400.0), counts, (-10.0, -10.0, 0.0))
     meshio.Mesh(points, [("hexahedron", hexahedra)]).write(folder / "bar.vtu")
+    straight = {"density_kg_per_m3": 8000.0, "youngs_modulus_pa": 2e11, "poissons_ratio": 0.0}
+    body = {"file": "bar.vtu", "length_unit": "mm", "speed_ratio": 0.0, "material": "straight"}
     asked = scene(
         folder,
-        materials={
-            "straight": {
-                "density_kg_per_m3": 8000.0,
-                "youngs_modulus_pa": 2e11,
-                "poissons_ratio": 0.0,
-            }
-        },
-        mesh_bodies={
-            "bar": {
-                "file": "bar.vtu",
-                "length_unit": "mm",
-                "speed_ratio": 0.0,
-                "material": "straight",
-            }
-        },
+        materials={"straight": straight},
+        mesh_bodies={"bar": body},
         bearings=[],
         speeds={"list_rpm": [0.0]},
         model={"estimates": "off", "modes": 8},
@@ -233,9 +221,7 @@ def axial_frequency(element):
 def test_a_bar_of_hexahedra_converges_to_the_closed_form(folder):
     # sqrt(E/ρ) / 2L, exact in three dimensions without lateral contraction
     exact = np.sqrt(2e11 / 8000.0) / 0.8
-    errors = []
-    for along in (6, 12):
-        errors.append(axial_frequency(bar(folder, (1, 1, along))) / exact - 1.0)
+    errors = [axial_frequency(bar(folder, (1, 1, along))) / exact - 1.0 for along in (6, 12)]
     assert 0.0 < errors[1] < 1e-4
     # second-order elements: errors of frequencies fall with the fourth power of their length
     assert 12.0 < errors[0] / errors[1] < 20.0
@@ -248,9 +234,7 @@ def test_a_bar_of_hexahedra_converges_to_the_closed_form(folder):
 
 
 def test_a_casing_of_any_shape_stands_beside_the_rotor(folder):
-    stiff = {
-        "hard": {"density_kg_per_m3": 7800.0, "youngs_modulus_pa": 2e17, "poissons_ratio": 0.3}
-    }
+    hard = {"density_kg_per_m3": 7800.0, "youngs_modulus_pa": 2e17, "poissons_ratio": 0.3}
     block = {
         "file": "block.inp",
         "length_unit": "mm",
@@ -274,7 +258,7 @@ def test_a_casing_of_any_shape_stands_beside_the_rotor(folder):
     ]
     rotor = {"rotor": PROFILE}
     model = {"estimates": "off", "modes": 3, "level": "harmonic", "accuracy": 0.05}
-    common = {"model": model, "bodies": rotor, "bearings": bearings, "materials": stiff}
+    common = {"model": model, "bodies": rotor, "bearings": bearings, "materials": {"hard": hard}}
     meshed = run(scene(folder, mesh_bodies={"casing": block}, **common))
     element = meshed.elements["casing"]
     # x -40..80, y -200..-30, z -20..20 mm
@@ -295,12 +279,6 @@ def test_a_casing_of_any_shape_stands_beside_the_rotor(folder):
         assert found.frequency_hz[:6] == pytest.approx(exact.frequency_hz[:6], rel=1e-5)
     steel = run(scene(folder, mesh_bodies={"casing": block | {"material": "steel"}}, **common))
     assert steel.at_rest.frequency_hz[0] < meshed.at_rest.frequency_hz[0]
-
-
-def test_what_a_turning_block_is_told(folder):
-    block = {"file": "block.inp", "length_unit": "mm", "material": "steel", "speed_ratio": 1.0}
-    with pytest.raises(MeshingError, match=r"mesh_bodies.casing: body 'casing' turns, but it is"):
-        build_mesh_bodies(scene(folder, mesh_bodies={"casing": block}, bearings=[]))
 
 
 REFUSED = {
@@ -326,6 +304,11 @@ REFUSED = {
         MeshingError,
         "'front' and 'rear' are the same surface",
     ),
+    "a turning block": (
+        {"file": "block.inp", "length_unit": "mm", "interfaces": []},
+        MeshingError,
+        "mesh_bodies.rotor: body 'rotor' turns, but it is",
+    ),
     "half a seat": (
         {
             "interfaces": [
@@ -344,7 +327,7 @@ def test_refusals_have_one_message(folder, case):
     changes, kind, message = REFUSED[case]
     body = {k: v for k, v in (MESHED | changes).items() if v is not None}
     with pytest.raises(kind, match=message):
-        build_mesh_bodies(scene(folder, mesh_bodies={"rotor": body}))
+        build_mesh_bodies(scene(folder, mesh_bodies={"rotor": body}, bearings=[]))
 
 
 def test_scenes_count_by_the_content_of_their_meshes(folder, tmp_path):
@@ -357,8 +340,6 @@ def test_scenes_count_by_the_content_of_their_meshes(folder, tmp_path):
 
 
 def test_the_plan_says_what_a_mesh_costs(folder):
-    from solidwhirl.cost.work import predict_body_cost
-
     asked = scene(folder, mesh_bodies={"rotor": MESHED})
     plan = make_plan(asked, {})
     body = build_mesh_bodies(asked)["rotor"]
@@ -370,8 +351,6 @@ def test_the_plan_says_what_a_mesh_costs(folder):
 
 
 def test_more_memory_than_there_is_is_refused_before_meshing(folder):
-    from solidwhirl.cost.work import CostError
-
     body = MESHED | {
         "file": "rotor.step",
         "size_m": 1e-5,
@@ -385,15 +364,15 @@ def test_more_memory_than_there_is_is_refused_before_meshing(folder):
 @pytest.mark.verify
 @pytest.mark.skipif(shutil.which("mpirun") is None, reason="no mpirun")
 def test_two_ranks_give_the_same(folder, tmp_path):
-    head = 'name = "ranks"\n[model]\nestimates = "off"\nmodes = 3\n[speeds]\nto_rpm = 30000\n'
-    ends = f'{{ name = "front", box_m = {FRONT} }}, {{ name = "rear", box_m = {REAR} }}'
-    body = '[mesh_bodies.rotor]\nfile = "rotor.msh"\nlength_unit = "m"\nmaterial = "steel"\n'
-    bearings = [
-        f'[[bearings]]\nname = "{end}"\nfirst = "rotor.{end}"\nstiffness_n_per_m = [5e7, 8e7]\n'
-        for end in ("front", "rear")
-    ]
-    text = "".join([head, "count = 2\n", body, f"interfaces = [{ends}]\n", *bearings])
-    (folder / "ranks.toml").write_text(text)
+    ends = [{"name": "front", "box_m": FRONT}, {"name": "rear", "box_m": REAR}]
+    data = {
+        "name": "ranks",
+        "model": {"estimates": "off", "modes": 3},
+        "speeds": {"to_rpm": 30000, "count": 2},
+        "bearings": BEARINGS,
+        "mesh_bodies": {"rotor": MESHED | {"interfaces": ends}},
+    }
+    (folder / "ranks.toml").write_text(toml(data))
     options = ["--allow-run-as-root", "--oversubscribe", "-n", "2"]
     # this process may have MPI running; its children must not think that they are its ranks
     clean = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_", "ORTE_"))}

@@ -8,6 +8,16 @@ import meshio
 import numpy as np
 import pytest
 
+from solidwhirl.output.documents import write_results
+from solidwhirl.rotordyn import (
+    Bearing,
+    End,
+    Rotor,
+    assemble,
+    check_superelement,
+    modes_at_speed,
+    read_superelement,
+)
 from solidwhirl.scene_reading.reader import parse_scene, scene_hash
 
 pytestmark = pytest.mark.solver
@@ -45,8 +55,6 @@ CRITICAL = ESTIMATE | {
 @pytest.fixture(scope="session")
 def folder(computed, tmp_path_factory):
     """The written results of the ferraris scene."""
-    from solidwhirl.output.documents import write_results
-
     return write_results(computed("ferraris"), tmp_path_factory.mktemp("run") / "deep" / "out")
 
 
@@ -142,6 +150,11 @@ def test_estimates_stand_beside_the_frequencies(document):
         summed = sum(np.array(v) for part, v in parts.items() if part != "interface_coupling")
         np.testing.assert_allclose(summed, total, rtol=1e-12)
     assert set(document["campbell"]["error_parts"]) == PARTS
+    assert set(document["modes_at_rest"]) == {"frequency_hz", "branch", *ESTIMATE}
+    values = document["modes_at_rest"]["frequency_hz"]
+    assert values == sorted(values)
+    # 2 x 4 x reduced coordinates at most, fewer by the rigid joints
+    assert 20 < len(values) <= sum(b["reduced_dofs"] for b in document["bodies"].values())
 
 
 def test_accuracy_is_met_and_said(document):
@@ -156,14 +169,6 @@ def test_accuracy_is_met_and_said(document):
     assert last["refined"] == []
     assert last["largest_error_estimate"] <= 5e-3
     assert last["unknowns"] == {n: b["full_dofs"] for n, b in document["bodies"].items()}
-
-
-def test_modes_at_rest(document):
-    assert set(document["modes_at_rest"]) == {"frequency_hz", "branch", *ESTIMATE}
-    values = document["modes_at_rest"]["frequency_hz"]
-    assert values == sorted(values)
-    # 2 x 4 x reduced coordinates at most, fewer by the rigid joints
-    assert 20 < len(values) <= sum(b["reduced_dofs"] for b in document["bodies"].values())
 
 
 def test_critical_speeds(document):
@@ -182,8 +187,6 @@ def test_critical_speeds(document):
 
 @pytest.mark.parametrize("name", ["inner", "outer"])
 def test_superelement_file(folder, document, name):
-    from solidwhirl.rotordyn import check_superelement, read_superelement
-
     element = read_superelement(folder / "bodies" / f"{name}.h5")
     checks = check_superelement(element)
     assert len(checks) >= 10
@@ -197,8 +200,6 @@ def test_superelement_file(folder, document, name):
 
 def test_results_follow_from_the_files(folder, document):
     """The superelements as read, put on the scene's bearings by hand, give the same spectrum."""
-    from solidwhirl.rotordyn import Bearing, End, Rotor, assemble, modes_at_speed, read_superelement
-
     rotors = {
         name: Rotor(element=read_superelement(folder / "bodies" / f"{name}.h5"), speed_ratio=ratio)
         for name, ratio in (("inner", 1.0), ("outer", -1.0))
@@ -248,15 +249,3 @@ def test_report(folder, document):
     for found in document["critical_speeds"]:
         assert f"{found['speed_rpm']:.1f}" in text
     assert "nan" not in text.split("## Cost")[0].split("## Bodies")[1]
-
-
-def test_same_scene_gives_the_same_numbers(small_scene):
-    """A second run from scratch: bit-equal but for times and memory."""
-    from solidwhirl.output.documents import results_document
-    from solidwhirl.pipeline.run import run_scene
-
-    scene = parse_scene(small_scene(model={"estimates": "on"}))
-    document, again = (results_document(run_scene(scene)) for _ in range(2))
-    assert set(document) == TOP
-    for key in TOP - {"timings_s", "peak_memory_gib", "predicted_cost"}:
-        assert again[key] == document[key], key

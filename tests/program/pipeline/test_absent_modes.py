@@ -9,6 +9,9 @@ import numpy as np
 import pytest
 from engine_parts import RIGID
 
+from solidwhirl.datasets.results import datasets
+from solidwhirl.output.documents import write_results
+from solidwhirl.pipeline.run import run_scene
 from solidwhirl.scene_reading.reader import parse_scene
 
 pytestmark = pytest.mark.solver
@@ -43,10 +46,6 @@ CASES = {
 
 @pytest.mark.parametrize("name", CASES)
 def test_modes_that_are_absent_at_rest(name, tmp_path):
-    from solidwhirl.datasets.results import datasets
-    from solidwhirl.output.documents import write_results
-    from solidwhirl.pipeline.run import run_scene
-
     results = run_scene(parse_scene({**copy.deepcopy(SCENE), "bearings": CASES[name]}))
     folder = write_results(results, tmp_path / "out", pictures=name in ("free", "no mode at all"))
     document = json.loads((folder / "results.json").read_text())  # no NaN: it would not be JSON

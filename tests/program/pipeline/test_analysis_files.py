@@ -9,15 +9,17 @@ import tomllib
 
 import pytest
 from engine_of_all_kinds import ENGINE, KINDS
+from numbers_in import numbers
 
+from solidwhirl.output.documents import write_results
+from solidwhirl.pipeline.run import run_scene
+from solidwhirl.rotordyn import check_superelement, read_superelement
 from solidwhirl.scene_reading.reader import parse_scene
 
 pytestmark = pytest.mark.solver
 
 
 def run(data, *analyses):
-    from solidwhirl.pipeline.run import run_scene
-
     return run_scene(parse_scene({**copy.deepcopy(data), "analyses": list(analyses)}))
 
 
@@ -30,6 +32,7 @@ waterfall = { frequency_count = 9 }
 critical_speed_map = { branches = 2, stiffness_count = 3, operating_speed_rpm = 9e3 }
 stiffness_study = { frequency_count = 30, stiffness_count = 3 }
 mode_shapes = { speeds_rpm = [6e3], modes = 3 }
+run_up = { ramp_s = 1.0, sampling_hz = 2.5e3, compare_flexible = [["hp"]] }
 """).items():
     ALL[kind] |= asked
 ALL["unbalance_response"]["unbalances"] = [
@@ -58,15 +61,13 @@ mode_shapes = { speeds = [1] }
 separation_margins = { operating = [1], margins = [] }
 bearing_laws = { bearings = [2], notes = [] }
 run_up = { largest_mount_force_n = [], force_spectrum_peaks = [], energy = [5] }
-state_space = { inputs = [4], outputs = [12], speed_rpm = [], files = [3] }
+state_space = { inputs = [5], outputs = [15], speed_rpm = [], files = [3] }
 stability = { speed_rpm = [5], smallest_log_decrement = [5], growing_motions = [5], threshold = [] }
 """)
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    from solidwhirl.output.documents import write_results
-
     results = run(ENGINE, *ALL.values())
     return write_results(results, tmp_path_factory.mktemp("engine") / "out")
 
@@ -77,17 +78,6 @@ def document(folder):
         raise AssertionError(f"{text} is no JSON")
 
     return json.loads((folder / "results.json").read_text(encoding="utf-8"), parse_constant=refuse)
-
-
-def numbers(value, keys=()):
-    """All numbers in a document, with the keys that lead to them; true and false are none."""
-    if isinstance(value, bool):
-        return []
-    if isinstance(value, dict):
-        return [n for key, item in value.items() for n in numbers(item, (*keys, key))]
-    if isinstance(value, list):
-        return [n for item in value for n in numbers(item, keys)]
-    return [(value, keys)] if isinstance(value, int | float) else []
 
 
 UNITS = ("_m", "_m_per_s", "_hz", "_rpm", "_n", "_deg", "_kg_m", "_s", "_per_s", "_j")
@@ -133,8 +123,6 @@ def test_files(folder, kind):
 
 
 def test_simple_bodies_have_files_too(folder):
-    from solidwhirl.rotordyn import check_superelement, read_superelement
-
     for name in ("lp", "hp", "casing"):
         element = read_superelement(folder / "bodies" / f"{name}.h5")
         assert [c for c in check_superelement(element) if not c.passed] == []
@@ -143,7 +131,7 @@ def test_simple_bodies_have_files_too(folder):
 def many_of_everything():
     """More places, speeds and bearings than one picture has room for."""
     data = copy.deepcopy(ENGINE)
-    places = [f"lp.{n}" for n in "amb"] + ["hp.a", "hp.b"] + [f"casing.{n}" for n in "amb"]
+    places = [f"lp.{n}" for n in "amb"] + ["hp.a", "hp.b"] + [f"casing.{n}" for n in "abc"]
     more = [{**data["bearings"][1], "name": f"more_{k}"} for k in range(3)]
     data["bearings"] += more
     asked = {**ALL["unbalance_response"], "observe": places}

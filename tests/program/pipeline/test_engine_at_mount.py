@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from solidwhirl.pipeline.run import run_scene
 from solidwhirl.rotordyn.state_space.file import read_state_space
 from solidwhirl.scene_reading.reader import parse_scene
 
 
 @pytest.mark.solver
 def test_slow_force_at_the_mount_moves_the_mass_of_the_engine(scene_data, tmp_path):
-    from solidwhirl.pipeline.run import run_scene
-
     data = scene_data("uhbr_engine_free")
     # a mass needs no mesh, and no estimate
     data["model"] |= {"level": "beam", "estimates": "off"}

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from engine_parts import (
-    DIAMETRAL,
     E_PA,
     MASS,
     MATERIALS,
@@ -18,11 +17,12 @@ from engine_parts import (
     rigid_rotor,
     rotor_on_shaft,
 )
-from scipy.optimize import brentq
 
 from solidwhirl.build import cylinder
-from solidwhirl.core.errors import ReductionError
+from solidwhirl.pipeline.run import run_scene
 from solidwhirl.scene_reading.reader import parse_scene
+
+pytestmark = pytest.mark.solver
 
 
 def shaft_stiffness(radius=0.02, length=1.0):
@@ -33,8 +33,6 @@ def shaft_stiffness(radius=0.02, length=1.0):
 
 
 def run(data):
-    from solidwhirl.pipeline.run import run_scene
-
     return run_scene(parse_scene(data))
 
 
@@ -45,32 +43,6 @@ def lowest(data, count=4):
 # -- closed forms ---------------------------------------------------------------------------------
 
 
-def whirl_hz(speed, first, second, a, b):
-    """Frequencies of a rigid rotor on two isotropic bearings, from 2×2 matrices written by hand.
-
-    In z = x + iy and the tilt of the axis: diag(m, Id) q'' - i W diag(0, Ip) q' + K q = 0.
-    """
-    stiffness = np.array(
-        [[first + second, first * a + second * b], [0.0, first * a**2 + second * b**2]]
-    )
-    stiffness[1, 0] = stiffness[0, 1]
-    inverse = np.diag([1.0 / MASS, 1.0 / DIAMETRAL])
-    spin = 1j * speed * inverse @ np.diag([0.0, POLAR])
-    state = np.block([[np.zeros((2, 2)), np.eye(2)], [-inverse @ stiffness, spin]])
-    return np.sort(np.abs(np.linalg.eigvals(state).imag)) / (2 * np.pi)
-
-
-@pytest.mark.solver
-def test_rigid_rotor():
-    """Unequal bearings at unequal distances: lateral and tilting motion couple."""
-    case = {"first": 2e6, "second": 3e6, "a": -0.3, "b": 0.5}
-    diagram = run(rigid_rotor(rpm=(0.0, 4e3, 9e3), **case)).campbell
-    for at, speed in enumerate(diagram.speeds_rad_s):
-        found = np.sort(diagram.frequency_hz[:, at])
-        np.testing.assert_allclose(found, whirl_hz(speed, **case), rtol=1e-9)
-
-
-@pytest.mark.solver
 def test_rigid_rotor_along_and_about_its_axis():
     data = rigid_rotor()
     data["bearings"][0] |= {"axial_stiffness_n_per_m": 7e5, "torsion_stiffness_n_m_per_rad": 8e4}
@@ -79,7 +51,6 @@ def test_rigid_rotor_along_and_about_its_axis():
         assert np.abs(found / wanted - 1.0).min() < 1e-9
 
 
-@pytest.mark.solver
 def test_casing_with_its_mass_off_the_axis():
     """On springs at 0, c.g. at (x, 0, 0): uy drags rz along, which nothing holds.
 
@@ -113,7 +84,6 @@ def geared(ratio=-2.5, **gear):
     return data
 
 
-@pytest.mark.solver
 def test_rigid_gear():
     """Inertia seen from the spring: J1 + n^2 J2."""
     data = geared()
@@ -122,7 +92,6 @@ def test_rigid_gear():
     assert np.abs(run(data).at_rest.frequency_hz / wanted - 1.0).min() < 1e-9
 
 
-@pytest.mark.solver
 def test_elastic_gear_with_a_line_of_action():
     """Along y, by hand: teeth see y1 + r1 rz1 - y2 - (r1 / n) rz2; across it nothing changes."""
     mesh = {"base_radius_first_m": 0.2, "mesh_stiffness_n_per_m": 3e6, "line_of_action_deg": 90.0}
@@ -134,47 +103,9 @@ def test_elastic_gear_with_a_line_of_action():
         assert np.abs(found / np.sqrt(square) - 1.0).min() < 1e-9
 
 
-def rod(hertz, length, radius):
-    """Exact dynamic stiffness of a shaft in torsion: an end on itself and on the other."""
-    shear, polar = E_PA / (2 * (1 + NU)), 0.5 * np.pi * radius**4
-    x = 2 * np.pi * hertz * length * np.sqrt(7800.0 / shear)
-    return shear * polar / length * x / np.tan(x), -shear * polar / length * x / np.sin(x)
-
-
-@pytest.mark.solver
-def test_geared_shafts_in_torsion():
-    """Disk, shaft, gear of ratio n, shaft, disk: the determinant of exact dynamic stiffnesses."""
-    disks, ratio, radii = (0.6, 0.05), 3.0, (0.03, 0.02)
-
-    def at_the_gear(hertz):
-        sides = []
-        for inertia, radius in zip(disks, radii, strict=True):
-            own, across = rod(hertz, 0.8, radius)
-            sides.append(own - across**2 / (own - (2 * np.pi * hertz) ** 2 * inertia))
-        return sides[0] + ratio**2 * sides[1]
-
-    data = {"name": "geared", "materials": MATERIALS, "beams": {}}
-    for name, inertia, radius in zip("xy", disks, radii, strict=True):
-        disk = {"name": "d", "at_m": 0.0, "mass_kg": 5.0, "polar_inertia_kg_m2": inertia}
-        data["beams"][name] = {
-            "material": "plain",
-            "speed_ratio": ratio if name == "y" else 1.0,
-            "stations_m": np.linspace(0.0, 0.8, 33).tolist(),
-            "outer_radius_m": [radius],
-            "interfaces": {"seat": 0.8},
-            "disks": [{**disk, "diametral_inertia_kg_m2": inertia}],
-        }
-    data["gears"] = [{"name": "g", "first": "x.seat", "second": "y.seat", "ratio": ratio}]
-    # between the disks on their own shafts, 72 and 110 Hz; lumped it is 88 Hz
-    wanted = brentq(at_the_gear, 75.0, 105.0)
-    # 32 elements linear in z: far below (w l / c)^2 / 24 = 1e-3, over 32^2
-    assert np.abs(run(data).at_rest.frequency_hz / wanted - 1.0).min() < 1e-6
-
-
 # -- speed laws -----------------------------------------------------------------------------------
 
 
-@pytest.mark.solver
 @pytest.mark.parametrize("ratio", [1.0, -2.0])
 @pytest.mark.parametrize("name", ["rising", "table"])
 def test_law_shifts_the_critical_speed(name, ratio):
@@ -194,7 +125,6 @@ def test_law_shifts_the_critical_speed(name, ratio):
     assert np.abs(found * abs(ratio) / np.sqrt(4e6 / MASS) - 1.0).min() > 0.01
 
 
-@pytest.mark.solver
 def test_laws_switched_off_are_not_there():
     """The same as with constant bearings, bit for bit."""
     data = rigid_rotor(rpm=(0.0, 3e3, 9e3))
@@ -223,7 +153,6 @@ def threshold(data, to_rpm):
     return found["speed_rpm"] * RPM, found["frequency_hz"] * 2 * np.pi
 
 
-@pytest.mark.solver
 @pytest.mark.parametrize("external", [0.0, 30.0])
 def test_threshold_of_internal_damping(external):
     """W = w (1 + c_e / c_i), c_i = beta k: Genta, Dynamics of Rotating Systems, section 2.5."""
@@ -238,7 +167,6 @@ def test_threshold_of_internal_damping(external):
     assert whirl == pytest.approx(frequency, rel=1e-5)
 
 
-@pytest.mark.solver
 @pytest.mark.parametrize(
     "damping", [{"modal_ratio": 0.01}, {"stiffness_coefficient_s": 1e-6, "modal_ratio": 0.02}]
 )
@@ -255,7 +183,6 @@ def test_damping_that_turns_with_a_solid_is_neutral_at_the_critical_speed(small_
 # -- levels in one scene --------------------------------------------------------------------------
 
 
-@pytest.mark.solver
 def test_solid_and_beam_of_one_shaft_in_one_scene():
     """1 m of 10 mm radius on springs: beam theory and the solid agree to 0.3 % and mix freely."""
     section = {"name": "s", "start_m": 0.0, "end_m": 1.0, "outer_radius_m": 0.01}
@@ -277,9 +204,10 @@ def test_solid_and_beam_of_one_shaft_in_one_scene():
     np.testing.assert_allclose(lowest(data, 16), np.sort(np.concatenate(parts)), rtol=1e-9)
 
 
-@pytest.mark.solver
 def test_modes_of_one_body(small_scene):
     """Two of the modes, each in both planes, less than [model] says for all; none beyond all."""
+    from solidwhirl.reduction import ReductionError
+
     few, many = (
         run(small_scene(rpm=None, model={"modes": 4}, body=body)).elements["rotor"]
         for body in ({"modes": 2}, {})

@@ -202,9 +202,10 @@ def test_keys_are_those_of_the_file_and_of_the_kind(refused):
 
 
 @pytest.mark.solver
-def test_a_short_run_up_without_a_hold_is_done(invoke):
+def test_an_analysis_refused_late_is_named_and_leaves_no_results(invoke, refusal):
     done, written = invoke(toml(scene_of("run_up: ramp_s = 0.02; hold_s = 0")), "--quiet")
-    assert (done.exit_code, written) == (0, True), done.output
+    assert "analyses[0] (run_up): step_s is 0.0002" in refusal(done, "bad.toml")
+    assert not written
 
 
 @pytest.mark.parametrize("name", [None, "twice"])
@@ -213,7 +214,8 @@ def test_entries_of_one_name(refused, name):
     data = {**ENGINE, "gears": [ENGINE["gears"][0], {**ENGINE["gears"][0], "second": "hp.b"}]}
     assert "gears[1].name: 'box' is the name of gears[0] too" in refused(data)
     response, places = ({"kind": k, **KINDS[k]} for k in ("unbalance_response", "place_map"))
-    data = {**ENGINE, "analyses": [response | {"name": "a"}, places | {"name": "a_orbits"}]}
+    response |= {"name": "a", "orbits_at_rpm": [3e3]}
+    data = {**ENGINE, "analyses": [response, places | {"name": "a_orbits"}]}
     assert "analyses[1].name: 'a_orbits' would write a_orbits.png, as 'a' does" in refused(data)
     first = {"kind": "stability", **KINDS["stability"], **({"name": name} if name else {})}
     message = refused({**ENGINE, "analyses": [first, first]})

@@ -6,7 +6,8 @@ import copy
 
 import numpy as np
 import pytest
-from engine_parts import MATERIALS, RISING, RPM, TABLE, joined, rigid_rotor, rotor_on_shaft
+from engine_of_all_kinds import ENGINE, KINDS
+from engine_parts import MATERIALS, RISING, RPM, joined, rigid_rotor, rotor_on_shaft
 
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
@@ -113,59 +114,27 @@ def test_damping_and_laws_follow_the_scene(effect, names):
     assert not planned(plain).on("internal_damping")
 
 
-TIMES = {"frequency_max_hz": 200.0}
-STIFFNESS = {"bearings": ["soft"], "stiffness_from_n_per_m": 1.0, "stiffness_to_n_per_m": 2.0}
+# What is asked of an analysis, and the speed of the reference shaft up to which it looks.
 FASTER = {
-    "waterfall": ({"observe": "rotor.m", "to_rpm": 9e3, **TIMES}, 9e3),
-    "stability": ({"to_rpm": 9e3}, 9e3),
-    "bearing_laws": ({"to_rpm": 9e3}, 9e3),
-    "state_space": ({"inputs": ["rotor.m"], "outputs": ["rotor.m"], "to_rpm": 9e3}, 9e3),
+    **dict.fromkeys(
+        ("waterfall", "stability", "bearing_laws", "state_space", "run_up"), ({"to_rpm": 9e3}, 9e3)
+    ),
     "mode_shapes": ({"speeds_rpm": [0.0, 9e3]}, 9e3),
-    "run_up": ({"ramp_s": 1.0, "to_rpm": 9e3, "mount": "A"}, 9e3),
-    "unbalance_response": (
-        {
-            "unbalances": [{"at": "rotor.m", "moment_kg_m": 1.0}],
-            "observe": ["rotor.m"],
-            "to_rpm": 9e3,
-            "orbits_at_rpm": [9.5e3],
-        },
-        9.5e3,
-    ),
-    # one turn of the body, at half the speed of the reference shaft, per period of 200 Hz
-    "place_map": ({"places": ["rotor.m"], "moment_kg_m": 1.0, **TIMES}, 24e3),
+    "unbalance_response": ({"to_rpm": 9e3, "orbits_at_rpm": [9.5e3]}, 9.5e3),
+    # one turn of the body per period of 200 Hz
+    "place_map": ({"places": ["hp.a"], "frequency_max_hz": 200.0}, 8e3),
     # the search goes up to a speed of the shaft itself
-    "critical_speed_map": ({"excited_by": "rotor", "search_to_rpm": 9e3, **STIFFNESS}, 18e3),
-    "separation_margins": (
-        {"operating": [{"shaft": "rotor", "from_rpm": 1.0, "to_rpm": 6e3}], "search_factor": 1.5},
-        18e3,
-    ),
+    "critical_speed_map": ({"excited_by": "hp", "search_to_rpm": 18e3}, 12e3),
+    "separation_margins": ({"search_factor": 2.0}, 12e3),
 }
 
 
 @pytest.mark.parametrize("kind", FASTER)
 def test_bases_are_made_for_the_speeds_of_all_analyses(kind):
-    """Speeds of the reference shaft, of which the rotor makes half."""
-    analysis, rpm = FASTER[kind]
-    data = rotor_on_shaft(analyses=[{"kind": kind, **analysis}])
-    data["beams"]["rotor"]["speed_ratio"] = -0.5
-    data["bearings"] += [{"name": "soft", "first": "rotor.m", "stiffness_n_per_m": 1.0}]
-    assert top_speed(parse_scene(data)) == pytest.approx(rpm * RPM, rel=1e-12)
-
-
-def everything():
-    """Two rotors with a gear, and all that an effect can switch off."""
-    data = rigid_rotor(speed_laws={"rising": RISING, "table": {**TABLE}})
-    data["speed_laws"]["table"]["damping_n_s_per_m"] = [30.0, 30.0]
-    shaft = rotor_on_shaft()
-    data["materials"], data["beams"] = MATERIALS, {"shaft": shaft["beams"]["rotor"]}
-    data["beams"]["shaft"]["internal_damping"] = {"stiffness_coefficient_s": 1e-6}
-    data["bearings"][0] |= {"speed_law": "rising", "damping_n_s_per_m": 20.0}
-    data["bearings"] += [
-        {"name": "C", "first": "shaft.a", "speed_law": "table"},
-        {"name": "D", "first": "shaft.b", "stiffness_n_per_m": 1e6, "damping_n_s_per_m": 9.0},
-    ]
-    data["gears"] = [{"name": "g", "first": "rotor.m", "second": "shaft.m", "ratio": 1.0}]
-    return data
+    """The second shaft turns one and a half times as fast, and backward."""
+    changes, rpm = FASTER[kind]
+    asked = {"kind": kind, **KINDS[kind], **changes}
+    assert top_speed(parse_scene({**ENGINE, "analyses": [asked]})) == pytest.approx(rpm * RPM)
 
 
 ASSEMBLED = {
@@ -188,11 +157,11 @@ ASSEMBLED = {
 
 @pytest.mark.parametrize("effect", ASSEMBLED)
 def test_nothing_switched_off_is_assembled(effect):
-    data = {**everything(), "speeds": {"list_rpm": [0.0, 3e3]}}
+    data = copy.deepcopy(ENGINE) | {"analyses": []}
     if effect == "bearing_damping":
-        del data["beams"]["shaft"]["internal_damping"]
+        del data["beams"]["lp"]["internal_damping"]
     if effect == "speed_dependent_bearings":
-        data["bearings"][2] = {"name": "C", "first": "shaft.a", "stiffness_n_per_m": 2e6}
+        data["bearings"][2] = {"name": "C", "first": "hp.a", "stiffness_n_per_m": 2e6}
     assert ASSEMBLED[effect](joined(data))
     assert not ASSEMBLED[effect](joined({**data, "effects": {effect: "off"}}))
 

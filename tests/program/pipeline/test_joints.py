@@ -11,10 +11,8 @@ from solidwhirl.plausibility.units import implausible
 from solidwhirl.scene_reading.reader import SceneError, parse_scene
 
 
-def _held(name, **options):
-    return [
-        {"name": f"{name}_{place}", "first": f"{name}.{place}", **options} for place in ("a", "b")
-    ]
+def held(name, **options):
+    return [{"name": f"{name}_{end}", "first": f"{name}.{end}", **options} for end in "ab"]
 
 
 def _scene(ratio=1.0, bearing=None, **tables):
@@ -23,7 +21,7 @@ def _scene(ratio=1.0, bearing=None, **tables):
     data = {
         "name": "joints",
         "rigid_bodies": {"R": body},
-        "bearings": _held("R", **bearing),
+        "bearings": held("R", **bearing),
         "speeds": {"from_rpm": 0.0, "to_rpm": 9000.0, "count": 7},
     }
     return data | tables
@@ -32,7 +30,7 @@ def _scene(ratio=1.0, bearing=None, **tables):
 def _with_second(ratio, **tie):
     data = _scene()
     data["rigid_bodies"]["S"] = RIGID | {"speed_ratio": ratio}
-    data["bearings"] += _held("S", stiffness_n_per_m=1e6)
+    data["bearings"] += held("S", stiffness_n_per_m=1e6)
     data["bearings"].append({"name": "tie", "first": "R.a", "second": "S.a", **tie})
     return data
 
@@ -57,7 +55,7 @@ def test_numbers_that_underflow(key, value):
         parse_scene(data)
 
 
-def test_rows_of_a_table_that_are_one_speed():
+def test_speeds_that_can_not_be_meant():
     law = {
         "kind": "table",
         "speed_rpm": [0.0, 1e-14, 100.0],
@@ -66,9 +64,7 @@ def test_rows_of_a_table_that_are_one_speed():
     }
     with pytest.raises(SceneError, match="speed_rpm has 0 and 1e-14, which are one speed beside"):
         parse_scene(_scene(bearing={"speed_law": "t"}, speed_laws={"t": law}))
-
-
-def test_speeds_that_no_rotor_has():
+    # nor speeds that no rotor has
     assert implausible(parse_scene(_scene()), {}) == ()
     (doubt,) = implausible(parse_scene(_scene(speeds={"to_rpm": 1e12, "count": 3})), {})
     assert doubt.found == "'R' at up to 1e+12 rpm"

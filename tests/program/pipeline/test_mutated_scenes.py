@@ -16,11 +16,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from solidwhirl.build import disk
-from solidwhirl.core.errors import SceneError
+from solidwhirl.core.errors import USER_ERRORS, SceneError
 from solidwhirl.geometry import GeometryError
 from solidwhirl.meshing import MeshingError
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
+from solidwhirl.pipeline.run import run_scene
 from solidwhirl.scene_reading.reader import parse_scene
 
 FOLDER = Path(__file__).resolve().parents[3] / "scenes"
@@ -253,9 +254,6 @@ def planned(small_scene, number):
 
 def run_or_refused(small_scene, number):
     """Run a scene to the end: results, or what the command line turns into a message."""
-    from solidwhirl.core.errors import USER_ERRORS
-    from solidwhirl.pipeline.run import run_scene
-
     scene, seed = planned(small_scene, number)
     try:
         results = run_scene(scene)

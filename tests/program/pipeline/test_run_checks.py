@@ -10,17 +10,24 @@ import numpy as np
 import pytest
 
 from solidwhirl.build import beam, bearing, body, disk, scene, unbalance
-from solidwhirl.core.check_report import checks_document, checks_text, failed, failure_lines
+from solidwhirl.core.check_report import (
+    checks_document,
+    checks_line,
+    checks_text,
+    failed,
+    failure_lines,
+)
+from solidwhirl.pipeline.checks import run_checks
+from solidwhirl.pipeline.run import run_scene
 from solidwhirl.rotordyn.checks.plain_checks import COUNT_SPEEDS, ROOTS
 from solidwhirl.rotordyn.superelement.invariants import Invariant, compared, undecided
+from solidwhirl.scene_reading.reader import parse_scene
 
 pytestmark = pytest.mark.solver
 
 
 def checked(results, **changes):
     """Checks of results, with some of them changed."""
-    from solidwhirl.pipeline.checks import run_checks
-
     found = lambda *names: SimpleNamespace(  # noqa: E731
         **{name: changes.get(name, getattr(results, name)) for name in names}
     )
@@ -35,9 +42,6 @@ def bad(checks):
 
 @pytest.fixture(scope="module")
 def small(small_scene):
-    from solidwhirl.pipeline.run import run_scene
-    from solidwhirl.scene_reading.reader import parse_scene
-
     return run_scene(parse_scene(small_scene(rpm=(0.0, 20000.0, 40000.0))))
 
 
@@ -55,9 +59,6 @@ CASES = {
 
 @pytest.mark.parametrize("case", CASES)
 def test_good_scenes_pass(small_scene, case):
-    from solidwhirl.pipeline.run import run_scene
-    from solidwhirl.scene_reading.reader import parse_scene
-
     data = small_scene(**CASES[case])
     data["campbell"] = {k: v for k, v in data["campbell"].items() if v is not None}
     if "frequency_max_hz" in data["campbell"]:
@@ -143,6 +144,8 @@ def test_report_and_document():
     assert "| a | 3 | three | nan | 1.0e-10 |" in text
     assert "| b | 1 | one | 0 | 0 |" in text
     assert "- not applicable: system: d: there is damping" in text
+    assert checks_line([CHECKS[0], CHECKS[5]]) == "1 passed, 1 not applicable (damped system)"
+    assert checks_line(CHECKS[1:3]) == "1 FAILED, 1 passed"
     good = checks_text(CHECKS[:2])
     assert "| a | 2 | two | 5.0e-11 | 1.0e-10 |" in good
     assert "failed:" not in good
@@ -157,7 +160,6 @@ def test_report_and_document():
 
 def test_a_shaft_that_an_unbalance_does_not_reach_is_no_missing_peak():
     """Two shafts on a casing that stands still: one moves by the rounding of the other alone."""
-    from solidwhirl.pipeline.run import run_scene
 
     def shaft(at, **more):
         wheel = disk("d", mass_kg=5.0, polar=0.05, diametral=0.026, at_m=at + 0.25)
@@ -194,8 +196,6 @@ def test_a_rotor_held_at_one_end_misses_no_mode():
 
     The numbers are those of one random rotor: with fewer digits the rounding is another one.
     """
-    from solidwhirl.pipeline.run import run_scene
-
     radii = {"inner_radius_m": 0.002680202960123763, "outer_radius_m": 0.0028042822044625285}
     places = {"a": 0.00149735862064161, "b": 0.023209058619944958}
     section = {"name": "s", "start_m": 0.0, "end_m": 0.024955977010693502, **radii}

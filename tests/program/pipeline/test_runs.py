@@ -11,6 +11,7 @@ from toml_text import toml
 from typer.testing import CliRunner
 
 from solidwhirl.cli import app
+from solidwhirl.output.documents import write_results
 
 pytestmark = pytest.mark.solver
 
@@ -50,8 +51,6 @@ def test_single_speed(run, small_scene, tmp_path, rpm):
 
 def test_ended_branch_is_null_not_nan(computed, tmp_path):
     """Where a branch has ended there is no number: null in JSON, a dash in the report."""
-    from solidwhirl.output.documents import write_results
-
     results = computed("laval")
     ended = {}
     for key, absent in (("frequency_hz", np.nan), ("log_decrement", np.nan), ("whirl", "")):
@@ -102,48 +101,3 @@ def test_command_writes_and_options_change_the_model(run, small_scene, tmp_path)
     # displacement models converge from above; the rule promises 5 % for the coarse one
     first, better = (d["modes_at_rest"]["frequency_hz"][0] for d in (coarse, fine))
     assert better < first < 1.05 * better
-
-
-def content(out):
-    """Files of a run; completed stages are kept whatever becomes of it."""
-    return {p: p.read_bytes() for p in out.rglob("*") if p.is_file() and p.parent.name != ".stages"}
-
-
-FAILURES = {
-    "reduction": (None, None),
-    "picture": ("draw_campbell", OSError(28, "No space left on device")),
-    "last file": ("report_text", KeyboardInterrupt()),
-}
-
-
-def test_failed_runs_leave_the_folder_as_it_was(run, small_scene, tmp_path, monkeypatch):
-    """And a run that ends well replaces what is its own there, and nothing else."""
-    out = tmp_path / "out"
-    out.mkdir()
-    (out / "mine.txt").write_text("kept", encoding="utf-8")
-    assert run(small_scene()).exit_code == 0
-    before = content(out)
-    for stage, (function, error) in FAILURES.items():
-        # other pictures, which are not kept yet, or beyond linear prestress
-        data = small_scene(rpm=(0.0, 1e6 if stage == "reduction" else 12000.0))
-        with monkeypatch.context() as patch:
-            if function:
-
-                def fail(*args, error=error, **kwargs):
-                    raise error
-
-                patch.setattr(f"solidwhirl.output.documents.{function}", fail)
-            done = run(data)
-        assert done.exit_code != 0
-        if stage != "last file":
-            assert done.exit_code == 2
-            assert done.stderr.splitlines()[-1].startswith("error: ")
-        if stage == "picture":
-            assert f"{out}: can not be written: No space left on device" in done.stderr
-        assert content(out) == before
-        assert [p.name for p in out.iterdir() if p.name.startswith(".")] == [".stages"]
-        assert not list((out / ".stages").glob(".*"))
-    assert run({**small_scene(), "name": "after"}, "out", "--no-pictures").exit_code == 0
-    document = json.loads((out / "results.json").read_text(encoding="utf-8"))
-    assert document["scene"]["name"] == "after"
-    assert (out / "mine.txt").read_text(encoding="utf-8") == "kept"

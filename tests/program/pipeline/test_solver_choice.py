@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from solidwhirl.build import cylinder
+from solidwhirl.core.errors import SceneError
 from solidwhirl.cost.memory import (
     MemoryShortageError,
     refuse_what_does_not_fit,
@@ -16,6 +17,8 @@ from solidwhirl.cost.memory import (
 from solidwhirl.cost.work import predict_body_cost
 from solidwhirl.model.bodies import build_bodies
 from solidwhirl.model.effects import make_plan
+from solidwhirl.output.documents import results_document
+from solidwhirl.pipeline.run import run_scene
 from solidwhirl.scene_reading.reader import parse_scene
 
 SOLID = {"level": "solid", "accuracy": 0.1, "size_m": 0.1, "corner_size_m": 0.1}
@@ -35,9 +38,6 @@ def scene(small_scene):
 
 def run(scene):
     """Results, their document, and what was said on the way."""
-    from solidwhirl.output.documents import results_document
-    from solidwhirl.pipeline.run import run_scene
-
     said = []
     results = run_scene(scene, progress=said.append)
     return results_document(results), [str(event) for event in said]
@@ -107,10 +107,12 @@ def test_a_factor_that_mumps_refuses_is_followed_by_the_iteration(scene, monkeyp
 
 
 @pytest.mark.parametrize("level", ["harmonic", "beam"])
-def test_other_levels_have_no_choice(scene, level):
+def test_other_levels_have_no_choice_and_the_three_are_all(scene, level):
     asked = scene("iterative", level=level)
     plan = make_plan(asked, build_bodies(asked), level).bodies["rotor"]
     assert plan.solver == "direct"
+    with pytest.raises(SceneError, match=r"model\.solver"):
+        scene("mumps", level=level)
 
 
 def planned(asked):
@@ -140,10 +142,3 @@ def test_memory_that_holds_no_factor_holds_the_iteration(scene):
     assert with_chosen_solvers(bodies, plans, modes=modes, available_gib=between) == plans
     with pytest.raises(MemoryShortageError, match="What fits: solver = 'iterative' "):
         refuse_what_does_not_fit(bodies, plans, asked.model, modes=modes, available_gib=between)
-
-
-def test_only_the_three_are_allowed(scene):
-    from solidwhirl.core.errors import SceneError
-
-    with pytest.raises(SceneError, match=r"model\.solver"):
-        scene("mumps")

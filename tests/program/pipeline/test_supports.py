@@ -7,6 +7,7 @@ import json
 import pytest
 from typer.testing import CliRunner
 
+from solidwhirl.build import beam, body, cylinder
 from solidwhirl.cli import app
 from solidwhirl.core.errors import SceneError
 from solidwhirl.model.system_parts import engine_of, simple_elements
@@ -16,12 +17,7 @@ from solidwhirl.rotordyn import AnalysisError
 from solidwhirl.rotordyn.modes.free_motions import free_lateral_motions, unsupported_bodies
 from solidwhirl.scene_reading.reader import parse_scene
 
-SHAFT = {
-    "material": "steel",
-    "stations_m": [0.0, 0.2, 0.4],
-    "outer_radius_m": [0.02],
-    "interfaces": {"a": 0.0, "m": 0.2, "b": 0.4},
-}
+SHAFT = beam([0.0, 0.2, 0.4], 0.02, {"a": 0.0, "m": 0.2, "b": 0.4})
 CASING = {
     "mass_kg": 30.0,
     "center_of_gravity_m": [0.0, 0.01, 0.2],
@@ -196,21 +192,16 @@ def test_bodies_that_hang_on_each_other_fall_together():
 
 def under_gravity(**more):
     """A scene on one bearing with a run-up under its weight."""
-    run_up = {
-        **{"kind": "run_up", "ramp_s": 0.1, "to_rpm": 600.0, "mount": "A"},
-        **{"observe": ["s.a"], "gravity_m_per_s2": [0.0, -9.81, 0.0]},
-    }
+    run_up = {"kind": "run_up", "ramp_s": 0.1, "to_rpm": 600.0, "mount": "A"}
+    run_up |= {"observe": ["s.a"], "gravity_m_per_s2": [0.0, -9.81, 0.0]}
     return {"name": "s", "bearings": [bearing("A", "s.a")], "analyses": [run_up], **more}
 
 
 def test_a_shaft_on_one_bearing_is_refused_under_its_weight():
     """A body of sections before it is meshed, others before anything is computed with them."""
-    section = {"name": "shaft", "start_m": 0.0, "end_m": 0.4, "outer_radius_m": 0.02}
-    place = {"name": "a", "kind": "section", "at_m": 0.1}
-    body = {"material": "steel", "sections": [section], "interfaces": [place]}
+    aside, balanced = (body(cylinder("c", 0.0, 0.4, 0.02), interfaces={"a": z}) for z in (0.1, 0.2))
     with pytest.raises(SceneError, match="no bearing carries the weight of 's' along y"):
-        parse_scene(under_gravity(bodies={"s": body}))
-    balanced = {**body, "interfaces": [{**place, "at_m": 0.2}]}
+        parse_scene(under_gravity(bodies={"s": aside}))
     parse_scene(under_gravity(bodies={"s": balanced}))
     with pytest.raises(AnalysisError, match=r"analyses\[0\].gravity.*: no bearing .* 's' along y"):
         run_scene(parse_scene(under_gravity(beams={"s": SHAFT})))

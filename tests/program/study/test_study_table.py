@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solidwhirl.scene_reading.reader import parse_scene
@@ -49,6 +49,7 @@ def ladder(outcome):
     return out
 
 
+@settings(max_examples=40, deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 8), st.integers(0, 8)), max_size=30))
 def test_front_by_its_definition(points):
     """Everything is beaten or equalled by a point of the front, and none of those by another."""

@@ -51,20 +51,6 @@ def test_lee_by_hand(speed, by_hand):
 
 
 # Müller and Hennings, table 5 and the speeds of section 5.1.
-def test_lee_damping_is_negative_at_the_design_points():
-    """What the polynomials give in rad/s; the figures are those of the comment in the module."""
-    for rpm, expected in ((13690, -0.754), (18049, -3.76)):
-        assert _parts(bearing_laws.LEE_ISOTROPIC, rpm * RPM)[2] == pytest.approx(expected, rel=2e-3)
-    crossings = [1106.274, 1380.247, 2150.678]
-    for part, at in zip((2, 3, 1), crossings, strict=True):
-        before, after = (
-            _parts(bearing_laws.LEE_ANISOTROPIC, at + step)[part] for step in (-0.01, 0.01)
-        )
-        assert before > 0 > after
-    # k_xx has no real root and is positive at rest.
-    assert np.abs(np.roots(bearing_laws.LEE_ANISOTROPIC.stiffness_x[::-1]).imag).min() > 100
-
-
 # Polynomials in general.
 
 

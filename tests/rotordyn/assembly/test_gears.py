@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rotors import connect, turning
+from rotors import connect, one_rotor, steel_shaft, turning
 
 from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.superelement.rigid_body import rigid_superelement
@@ -20,15 +20,10 @@ def _stiffness(name):
 
 
 def _shaft(name, seat_inertia):
-    disks = [
-        rd.Disk(name=f"wheel at {z}", position_m=z, mass_kg=1.0, polar_kg_m2=polar,
-                diametral_kg_m2=0.5 * polar)
-        for z, polar in ((0.0, seat_inertia), (LENGTH, INERTIA[name]))
-    ]  # fmt: skip
-    return rd.beam_superelement(
-        name, [0.0, LENGTH], RADII[name], 0.0, (2.6 * SHEAR, 0.3, 1e-3),
-        {"seat": 0.0, "far": LENGTH}, disks, components=ALL,
-    )  # fmt: skip
+    wheels = ((0.0, seat_inertia), (LENGTH, INERTIA[name]))
+    disks = [(z, 1.0, polar, 0.5 * polar) for z, polar in wheels]
+    own = ([0.0, LENGTH], RADII[name], {"seat": 0.0, "far": LENGTH}, disks)
+    return steel_shaft(name, *own, material=(2.6 * SHEAR, 0.3, 1e-3), components=ALL)
 
 
 def _rotors(ratio, seat_inertia=1e-9):
@@ -67,12 +62,14 @@ def test_torsion_of_a_geared_pair_is_that_of_the_equivalent_shaft(ratio):
     # 1e-3 kg/m³ leaves 1e-9 of it.
     series = 1 / (1 / _stiffness("fast") + 1 / (ratio**2 * _stiffness("slow")))
     reduced = 1 / (1 / INERTIA["fast"] + 1 / (ratio**2 * INERTIA["slow"]))
-    found = _torsion(_pair(ratio))
-    assert found[0] == pytest.approx(np.sqrt(series / reduced), rel=1e-7)
+    pair = _pair(ratio)
+    assert _torsion(pair)[0] == pytest.approx(np.sqrt(series / reduced), rel=1e-7)
+    # one rigid motion: both shafts turning together, position and velocity
+    assert rd.modes_at_speed(pair, 0.0).zero_count == 2
 
 
-@pytest.mark.parametrize("stiffness", [1e8, 1e13, 1e16])
-def test_very_stiff_teeth_become_rigid_ones_and_keep_their_digits(stiffness):
+@pytest.mark.parametrize("stiffness", [3e6, 1e8, 1e13, 1e16])
+def test_teeth_are_a_spring_in_series_and_keep_their_digits_where_stiff(stiffness):
     stiff = _torsion(_pair(mesh_stiffness_n_per_m=stiffness, base_radius_first_m=0.07))[0]
     shafts = 1 / (1 / _stiffness("fast") + 1 / (RATIO**2 * _stiffness("slow")))
     slower = 1 / np.sqrt(1 + shafts / (stiffness * 0.07**2))
@@ -83,10 +80,9 @@ def test_teeth_press_along_the_line_of_action():
     # A force along the line of action pulls seat 1 and turns it: k δ with δ = n·u1 + r θ1.
     stiffness, radius, angle = 1e7, 0.07, 0.4
     rotors = _rotors(-RATIO, 1.0)
-    gear = _gear(-RATIO, mesh_stiffness_n_per_m=stiffness, base_radius_first_m=radius,
-                 line_of_action_rad=angle)  # fmt: skip
-    own = {"stiffness_n_per_m": np.eye(2) * 1e5}
-    held = tuple(connect(name, f"{name}.seat", **own) for name in rotors)
+    mesh = {"mesh_stiffness_n_per_m": stiffness, "base_radius_first_m": radius}
+    gear = _gear(-RATIO, line_of_action_rad=angle, **mesh)
+    held = tuple(connect(name, f"{name}.seat", stiffness=1e5) for name in rotors)
     with_gear = rd.assemble(rotors, held, gears=(gear,))
     without = rd.assemble(rotors, held)
     # the same motion of the bodies in both: q = T x, and K summed over the bodies
@@ -108,11 +104,8 @@ def test_teeth_press_along_the_line_of_action():
 def test_axial_motion_and_torsion_of_a_beam_are_those_of_a_rod():
     # free-free rod: ω = π c / L, c² = E/ρ or G/ρ; linear elements err by (π h / L)² / 24
     count, length = 40, 0.8
-    rod = rd.beam_superelement(
-        "rod", np.linspace(0, length, count + 1), 0.02, 0.01, (2e11, 0.3, 7800.0),
-        {"a": 0.0, "b": length}, components=ALL,
-    )  # fmt: skip
-    free = rd.assemble({"rod": turning(rod, 0.0)}, ())
+    own = (np.linspace(0, length, count + 1), 0.02, {"a": 0.0, "b": length})
+    free = one_rotor(steel_shaft("rod", *own, inner=0.01, components=ALL), (), 0.0)
     found = 2 * np.pi * rd.modes_at_speed(free, 0.0).frequency_hz
     for modulus in (2e11, 2e11 / 2.6):
         exact = np.pi / length * np.sqrt(modulus / 7800)
@@ -124,7 +117,7 @@ REFUSALS = {
     "ratio of speeds": ({"ratio": 0.5}, "ratio is 0.5, but 'fast' turns at 1 and 'slow' at 0.315"),
     "no radius": ({"ratio": RATIO, "mesh_stiffness_n_per_m": 1e8}, "base_radius_first_m is needed"),
     "zero ratio": ({"ratio": 0.0}, "ratio is 0.0; finite and not 0"),
-    "damping without stiffness": (
+    "only damping": (
         {"ratio": RATIO, "mesh_damping_n_s_per_m": 1.0},
         "a rigid mesh has no damping",
     ),
@@ -147,7 +140,7 @@ def test_gear_that_can_not_be(name):
 
 
 def test_gear_needs_torsion():
-    lateral = rd.beam_superelement("s", [0.0, 1.0], 0.02, 0.0, (2e11, 0.3, 7800.0), {"seat": 0.0})
+    lateral = steel_shaft("s", [0.0, 1.0], 0.02, {"seat": 0.0})
     rotors = {name: turning(lateral) for name in ("a", "b")}
     first, second = (rd.End(body=name, interface="seat") for name in rotors)
     gear = _gear(1.0, first=first, second=second)
@@ -161,13 +154,10 @@ def test_a_consistent_loop_holds_nothing_more(order, mesh):
     """Two shafts of one speed tied in rz, geared twice to a third: the second gear says nothing."""
     ratios = {"one": 1.0, "idler": -1.0, "other": 1.0}
     body = (10.0, (0.0, 0.0, 0.1), (0.1, 0.1, 0.15), {"a": 0.0, "b": 0.3})
-    rotors = {
-        name: turning(rigid_superelement(name, *body), ratio) for name, ratio in ratios.items()
-    }
+    rotors = {name: turning(rigid_superelement(name, *body), r) for name, r in ratios.items()}
     own = {"stiffness": 1e6, "axial_stiffness_n_per_m": 1e6}
-    bearings = [
-        connect(f"{name} {place}", f"{name}.{place}", **own) for name in rotors for place in "ab"
-    ]
+    places = [f"{name}.{place}" for name in rotors for place in "ab"]
+    bearings = [connect(place, place, **own) for place in places]
     ends = [rd.End(body=name, interface="a") for name in rotors]
     tie = connect("tie", ends[0], ends[2], rigid=("rz",))
     gears = [

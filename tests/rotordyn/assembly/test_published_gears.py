@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from rotors import ground, turning
+from rotors import ground, steel_shaft, turning
 
 from solidwhirl import rotordyn as rd
 
@@ -25,40 +25,21 @@ FREQUENCIES = {
 
 def shaft(name, lengths, radii, disks, seats):
     nodes = np.concatenate(([0.0], np.cumsum(lengths)))
-    inertias = [
-        rd.Disk(
-            name=label, position_m=nodes[node], mass_kg=mass, diametral_kg_m2=diametral,
-            polar_kg_m2=polar,
-        )
-        for label, node, mass, diametral, polar in disks
-    ]  # fmt: skip
-    return rd.beam_superelement(
-        name, nodes, radii, 0.0, (MODULUS, MODULUS / (2 * SHEAR_MODULUS) - 1, DENSITY),
-        {label: nodes[node] for label, node in seats.items()}, inertias,
-        ("ux", "uy", "rx", "ry", "rz"),
-    )  # fmt: skip
+    inertias = [(nodes[node], mass, polar, diametral) for node, mass, diametral, polar in disks]
+    material = (MODULUS, MODULUS / (2 * SHEAR_MODULUS) - 1, DENSITY)
+    places = {label: nodes[node] for label, node in seats.items()}
+    parts = {"material": material, "components": ("ux", "uy", "rx", "ry", "rz")}
+    return steel_shaft(name, nodes, radii, places, inertias, **parts)
 
 
 @pytest.fixture
 def turbo_alternator():
-    alternator = shaft(
-        "alternator",
-        [0.1, 4.24, 1.16, 0.3],
-        [0.15, 0.15, 0.11, 0.11],
-        [
-            ("generator", 1, 525.7, 16.1, 32.2),
-            ("disk", 2, 116.04, 3.115, 6.23),
-            ("gear", 4, 726.4, 56.95, 113.9),
-        ],
-        {"left": 0, "right": 3, "gear": 4},
-    )
-    turbine = shaft(
-        "turbine",
-        [0.3, 5.0, 0.1],
-        0.075,
-        [("gear", 0, 5.0, 0.002, 0.004), ("turbine", 2, 7.45, 0.0745, 0.149)],
-        {"gear": 0, "left": 1, "right": 3},
-    )
+    # generator, disk and gear; gear and turbine
+    disks = [(1, 525.7, 16.1, 32.2), (2, 116.04, 3.115, 6.23), (4, 726.4, 56.95, 113.9)]
+    lengths, radii = [0.1, 4.24, 1.16, 0.3], [0.15, 0.15, 0.11, 0.11]
+    alternator = shaft("alternator", lengths, radii, disks, {"left": 0, "right": 3, "gear": 4})
+    disks = [(0, 5.0, 0.002, 0.004), (2, 7.45, 0.0745, 0.149)]
+    turbine = shaft("turbine", [0.3, 5.0, 0.1], 0.075, disks, {"gear": 0, "left": 1, "right": 3})
     ratio = -TEETH[0] / TEETH[1]
     rotors = {"alternator": turning(alternator), "turbine": turning(turbine, ratio)}
     bearings = tuple(
@@ -66,16 +47,12 @@ def turbo_alternator():
         for body, kx, ky in (("alternator", 183.9e6, 200.4e6), ("turbine", 10.1e6, 41.6e6))
         for end in ("left", "right")
     )
+    first, second = (rd.End(body=name, interface="gear") for name in rotors)
+    # The wheels touch along x; the teeth press along y, turned by the pressure angle.
     gear = rd.Gear(
-        name="gear",
-        first=rd.End(body="alternator", interface="gear"),
-        second=rd.End(body="turbine", interface="gear"),
-        ratio=ratio,
-        mesh_stiffness_n_per_m=1e8,
-        base_radius_first_m=BASE_RADIUS,
-        # The wheels touch along x; the teeth press along y, turned by the pressure angle.
-        line_of_action_rad=np.pi / 2 - PRESSURE_ANGLE,
-    )
+        name="gear", first=first, second=second, ratio=ratio, mesh_stiffness_n_per_m=1e8,
+        base_radius_first_m=BASE_RADIUS, line_of_action_rad=np.pi / 2 - PRESSURE_ANGLE,
+    )  # fmt: skip
     return rd.assemble(rotors, bearings, "alternator", (gear,))
 
 

@@ -5,18 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import scipy.linalg as la
-from rotors import one_rotor
+from rotors import STEEL, one_rotor, steel_shaft
 from scipy.optimize import brentq
 
 from solidwhirl.rotordyn import Disk, SuperelementError, beam_superelement, modes_at_speed
 from solidwhirl.rotordyn.beams.elements import shear_coefficient
 
-STEEL = (2e11, 0.3, 7800.0)
 LIGHT = {"name": "d", "position_m": 0.5, "mass_kg": -1, "polar_kg_m2": 0, "diametral_kg_m2": 0}
-
-
-def _shaft(stations, outer, inner, interfaces, disks=()):
-    return beam_superelement("shaft", stations, outer, inner, STEEL, interfaces, disks)
 
 
 def test_shear_coefficient_of_cowper():
@@ -28,16 +23,13 @@ def test_shear_coefficient_of_cowper():
 @pytest.mark.parametrize("elements", [1, 5])
 def test_tip_stiffness_of_a_cantilever_is_exact(elements):
     length, outer, inner = 0.5, 0.03, 0.01
-    shaft = _shaft(np.linspace(0, length, elements + 1), outer, inner, {"root": 0.0, "tip": length})
+    stations, ends = np.linspace(0, length, elements + 1), {"root": 0.0, "tip": length}
+    shaft = steel_shaft("shaft", stations, outer, ends, inner=inner)
     area, second = np.pi * (outer**2 - inner**2), np.pi * (outer**4 - inner**4) / 4
     shear = shear_coefficient(0.3, inner / outer) * 2e11 / 2.6 * area
     bending = 2e11 * second
-    flexibility = np.array(
-        [
-            [length**3 / (3 * bending) + length / shear, length**2 / (2 * bending)],
-            [length**2 / (2 * bending), length / bending],
-        ]
-    )
+    own, mixed = length**3 / (3 * bending) + length / shear, length**2 / (2 * bending)
+    flexibility = np.array([[own, mixed], [mixed, length / bending]])
     for translation, tilt, sign in (("ux", "ry", 1.0), ("uy", "rx", -1.0)):
         at = [shaft.interface_index("tip", c) for c in (translation, tilt)]
         mirror = np.diag([1.0, sign])
@@ -50,14 +42,14 @@ def test_free_shaft_frequency_of_a_slender_beam():
     root = brentq(lambda x: np.cos(x) * np.cosh(x) - 1, 4.5, 5.0)
     radius, length = 0.0025, 1.0
     exact = root**2 / (2 * np.pi) * np.sqrt(2e11 / 7800) * radius / 2 / length**2
-    shaft = _shaft(np.linspace(0, 1, 21), radius, 0.0, {"a": 0.25})
+    shaft = steel_shaft("shaft", np.linspace(0, 1, 21), radius, {"a": 0.25})
     np.testing.assert_allclose(shaft.free_frequencies_hz[:2], exact, rtol=3e-4)
     modes = modes_at_speed(one_rotor(shaft, []), 0.0)
     np.testing.assert_allclose(modes.frequency_hz[:10], shaft.free_frequencies_hz, rtol=1e-9)
 
 
 def test_coordinates_are_what_they_say():
-    shaft = _shaft(np.linspace(0, 1, 9), 0.05, 0.0, {"a": 0.0, "b": 1.0})
+    shaft = steel_shaft("shaft", np.linspace(0, 1, 9), 0.05, {"a": 0.0, "b": 1.0})
     modal = [c for c in shaft.coordinates if c.kind == "modal"]
     assert [c.label for c in shaft.coordinates[:4]] == ["a.ux", "a.uy", "a.rx", "a.ry"]
     assert len(modal) == shaft.size - 8 == 4 * 9 - 8
@@ -69,7 +61,7 @@ def test_coordinates_are_what_they_say():
 
 
 def test_recovery_reproduces_rigid_motion():
-    shaft = _shaft(np.linspace(0.2, 1.2, 9), 0.05, 0.0, {"a": 0.3, "b": 1.1})
+    shaft = steel_shaft("shaft", np.linspace(0.2, 1.2, 9), 0.05, {"a": 0.3, "b": 1.1})
     moved = shaft.recovery_modes @ shaft.rigid_body_modes
     z = shaft.recovery_points_m[:, 2]
     expected = np.zeros((z.size, 3, 6))
@@ -79,8 +71,8 @@ def test_recovery_reproduces_rigid_motion():
 
 
 def test_mass_properties_of_a_hollow_shaft_with_a_disk():
-    disk = Disk(name="d", position_m=0.8, mass_kg=5.0, polar_kg_m2=0.04, diametral_kg_m2=0.03)
-    shaft = _shaft(np.linspace(0, 1, 5), 0.05, 0.02, {"a": 0.0}, [disk])
+    disk = (0.8, 5.0, 0.04, 0.03)
+    shaft = steel_shaft("shaft", np.linspace(0, 1, 5), 0.05, {"a": 0.0}, [disk], inner=0.02)
     mass = 7800 * np.pi * (0.05**2 - 0.02**2)
     center = (0.5 * mass + 0.8 * 5) / (mass + 5)
     polar = mass * (0.05**2 + 0.02**2) / 2 + 0.04
@@ -88,14 +80,13 @@ def test_mass_properties_of_a_hollow_shaft_with_a_disk():
     diametral += mass * (0.5 - center) ** 2 + 5 * (0.8 - center) ** 2
     assert shaft.mass_kg == pytest.approx(mass + 5, rel=1e-12)
     np.testing.assert_allclose(shaft.center_of_gravity_m, [0, 0, center], rtol=1e-12)
-    np.testing.assert_allclose(
-        shaft.inertia_kg_m2, np.diag([diametral, diametral, polar]), rtol=1e-12
-    )
+    inertia = np.diag([diametral, diametral, polar])
+    np.testing.assert_allclose(shaft.inertia_kg_m2, inertia, rtol=1e-12)
 
 
 def test_interfaces_and_disks_become_nodes():
-    disk = Disk(name="d", position_m=0.7, mass_kg=5.0, polar_kg_m2=0.04, diametral_kg_m2=0.03)
-    shaft = _shaft([0.0, 1.0], 0.05, 0.0, {"a": 0.25, "b": 1.0 - 1e-12}, [disk])
+    seats, disk = {"a": 0.25, "b": 1.0 - 1e-12}, (0.7, 5.0, 0.04, 0.03)
+    shaft = steel_shaft("shaft", [0.0, 1.0], 0.05, seats, [disk])
     np.testing.assert_allclose(shaft.recovery_points_m[:, 2], [0.0, 0.25, 0.7, 1.0])
 
 
@@ -118,13 +109,9 @@ def test_interfaces_and_disks_become_nodes():
 )
 def test_shafts_out_of_range_are_refused(change, message):
     good = {
-        "name": "s",
-        "stations_m": [0.0, 0.5, 1.0],
-        "outer_radius_m": 0.05,
-        "inner_radius_m": 0.0,
-        "material": STEEL,
-        "interface_stations": {"a": 0.0},
-    }
+        "name": "s", "stations_m": [0.0, 0.5, 1.0], "outer_radius_m": 0.05, "inner_radius_m": 0.0,
+        "material": STEEL, "interface_stations": {"a": 0.0},
+    }  # fmt: skip
     assert beam_superelement(**good).size == 12
     with pytest.raises(SuperelementError, match=message):
         beam_superelement(**{**good, **change})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from rotors import ground, hub, one_rotor, pinned, plane_spring, three_disk, twin
+from rotors import between_bearings, hub, one_rotor, pinned, plane_spring, three_disk, twin
 from scipy.optimize import brentq
 
 from solidwhirl import rotordyn as rd
@@ -19,9 +19,8 @@ RPM = np.pi / 30.0
 def test_three_disk_rotor_at_rest():
     modes = rd.modes_at_speed(three_disk(), 0.0, 4)
     np.testing.assert_allclose(modes.frequency_hz, [60.6148, 63.0260, 169.490, 185.563], rtol=1e-4)
-    np.testing.assert_allclose(
-        modes.damping_ratio, [5.0328e-4, 3.9882e-4, 3.1232e-3, 2.8533e-3], rtol=1e-3
-    )
+    ratios = [5.0328e-4, 3.9882e-4, 3.1232e-3, 2.8533e-3]
+    np.testing.assert_allclose(modes.damping_ratio, ratios, rtol=1e-3)
 
 
 def test_three_disk_rotor_at_25000_rpm():
@@ -36,11 +35,7 @@ def test_three_disk_rotor_critical_speeds():
     found = rd.critical_speeds(three_disk(), speed_max_rad_s=28000 * RPM)
     # The book sweeps speed; the fifth differs most (0.1 %).
     np.testing.assert_allclose([c.speed_rad_s / RPM for c in found], published, rtol=1.5e-3)
-    assert [c.whirl for c in found] == ["backward", "forward"] * 2 + [
-        "backward",
-        "forward",
-        "backward",
-    ]
+    assert [c.whirl for c in found] == [*["backward", "forward"] * 3, "backward"]
 
 
 # Nelson and McVaugh 1976 (Ansys VM247). Published values are for a beam without shear; the
@@ -62,16 +57,11 @@ def test_nelson_mcvaugh_critical_speeds():
     disk = rd.Disk(
         name="disk", position_m=0.0889, mass_kg=1.401, diametral_kg_m2=0.00136, polar_kg_m2=0.00203
     )
-    shaft = rd.beam_superelement(
-        "nelson",
-        np.array(_NELSON_STATIONS_CM) / 100,
-        np.array(_NELSON_RADII_CM) / 100,
-        inner,
-        (2.078e11, 2.078e11 / (2 * 1.039e11) - 1, 7806.0),
-        {"left": 0.1651, "right": 0.2870},
-        [disk],
-    )
-    system = one_rotor(shaft, [ground("rotor", end, 4.378e7) for end in ("left", "right")])
+    stations, radii = np.array(_NELSON_STATIONS_CM) / 100, np.array(_NELSON_RADII_CM) / 100
+    material = (2.078e11, 2.078e11 / (2 * 1.039e11) - 1, 7806.0)
+    ends = {"left": 0.1651, "right": 0.2870}
+    shaft = rd.beam_superelement("nelson", stations, radii, inner, material, ends, [disk])
+    system = between_bearings(shaft, 4.378e7)
     found = rd.critical_speeds(system, speed_max_rad_s=1e5 * RPM)
     rpm = np.array([c.speed_rad_s / RPM for c in found])
     np.testing.assert_allclose(rpm, [15384, 17041, 46556, 49879, 64301, 95138], rtol=1e-4)
@@ -89,27 +79,14 @@ _PRINTED = 0.011
 def _solid_disk(name, z, diameter, width, bore=0.05, density=7810.0):
     mass = density * np.pi / 4 * (diameter**2 - bore**2) * width
     polar = mass * (diameter**2 + bore**2) / 8
-    return rd.Disk(
-        name=name,
-        position_m=z,
-        mass_kg=mass,
-        polar_kg_m2=polar,
-        diametral_kg_m2=polar / 2 + mass * width**2 / 12,
-    )
+    across = polar / 2 + mass * width**2 / 12
+    own = {"mass_kg": mass, "polar_kg_m2": polar, "diametral_kg_m2": across}
+    return rd.Disk(name=name, position_m=z, **own)
 
 
-def _friswell_shaft(diameter, interfaces, disks, nu):
-    stations = np.linspace(0, 1.5, 7)
-    return rd.beam_superelement(
-        "friswell", stations, diameter / 2, 0.0, (211e9, nu, 7810.0), interfaces, disks
-    )
-
-
-def two_disk(kx=1e6, ky=None, c=0.0):
-    disks = [_solid_disk("1", 0.5, 0.28, 0.07), _solid_disk("2", 1.0, 0.35, 0.07)]
-    nu = 211e9 / (2 * 81.2e9) - 1
-    shaft = _friswell_shaft(0.05, {"left": 0.0, "right": 1.5}, disks, nu)
-    return one_rotor(shaft, [ground("rotor", e, kx, ky, c) for e in ("left", "right")])
+def _friswell_shaft(interfaces, disks):
+    stations, material = np.linspace(0, 1.5, 7), (211e9, 211e9 / (2 * 81.2e9) - 1, 7810.0)
+    return rd.beam_superelement("friswell", stations, 0.025, 0.0, material, interfaces, disks)
 
 
 @pytest.mark.parametrize(
@@ -122,15 +99,15 @@ def two_disk(kx=1e6, ky=None, c=0.0):
     ],
 )
 def test_friswell_two_disk_rotor(ky, rpm, printed):
-    found = rd.modes_at_speed(two_disk(ky=ky), rpm * RPM, len(printed)).eigenvalues.imag
+    disks = [_solid_disk("1", 0.5, 0.28, 0.07), _solid_disk("2", 1.0, 0.35, 0.07)]
+    system = between_bearings(_friswell_shaft({"left": 0.0, "right": 1.5}, disks), 1e6, ky)
+    found = rd.modes_at_speed(system, rpm * RPM, len(printed)).eigenvalues.imag
     np.testing.assert_allclose(found, printed, atol=_PRINTED, rtol=0)
 
 
 def test_friswell_overhung_rotor():
-    nu = 211e9 / (2 * 81.2e9) - 1
     disk = _solid_disk("1", 1.5, 0.35, 0.07)
-    shaft = _friswell_shaft(0.05, {"a": 0.0, "b": 1.0, "disk": 1.5}, [disk], nu)
-    system = one_rotor(shaft, [ground("rotor", end, 1e7) for end in ("a", "b")])
+    system = between_bearings(_friswell_shaft({"left": 0.0, "right": 1.0}, [disk]), 1e7)
     rest = rd.modes_at_speed(system, 0.0, 6).eigenvalues.imag[::2]
     np.testing.assert_allclose(rest, [90.14, 630.73, 830.43], atol=_PRINTED, rtol=0)
     fast = rd.modes_at_speed(system, 4000 * RPM, 6).eigenvalues.imag
@@ -192,14 +169,8 @@ def test_beam_elements_converge(n, whirl, radius, counts, order, last):
 @pytest.fixture
 def cantilever():
     bending, length = 2.1e11 * np.pi * 0.01**4 / 4, 0.5
-    return one_rotor(
-        hub(
-            stiffness=plane_spring(
-                12 * bending / length**3, -6 * bending / length**2, 4 * bending / length
-            )
-        ),
-        [],
-    )
+    factors = (12 / length**3, -6 / length**2, 4 / length)
+    return one_rotor(hub(stiffness=plane_spring(*(bending * f for f in factors))))
 
 
 @pytest.mark.parametrize(
@@ -225,9 +196,8 @@ def test_overhung_disk_critical_speeds(cantilever):
     found = rd.critical_speeds(cantilever)
     # Only one forward speed, as Ip > Id: the other forward branch outruns the excitation.
     assert [c.whirl for c in found] == ["backward", "forward", "backward"]
-    np.testing.assert_allclose(
-        [c.speed_rad_s for c in found], [58.912, 64.358, 316.745], atol=6e-4, rtol=0
-    )
+    speeds = [c.speed_rad_s for c in found]
+    np.testing.assert_allclose(speeds, [58.912, 64.358, 316.745], atol=6e-4, rtol=0)
 
 
 # Coaxial twin rotor after Ferraris et al. 1996, rigid disks at nodes, supports 1e10 N/m, spring of
@@ -257,12 +227,8 @@ def test_coaxial_twin_rotor_branches(rpm, reference):
 def test_coaxial_twin_rotor_synchronous_peaks():
     found = rd.critical_speeds(twin(), speed_max_rad_s=20000 * RPM)
     # Peaks of the response to unbalance on the inner rotor lie at the undamped critical speeds.
-    np.testing.assert_allclose(
-        [c.frequency_hz for c in found], [158.93, 183.26, 312.25], atol=0.011, rtol=0
-    )
-
-
-# Elementary rotors.
+    hertz = [c.frequency_hz for c in found]
+    np.testing.assert_allclose(hertz, [158.93, 183.26, 312.25], atol=0.011, rtol=0)
 
 
 # Spinning pinned shaft, Code_Aster SDLL141 (V2.02.141): R 25 mm, L 0.9 m, E 2e11 Pa, ν 0. The

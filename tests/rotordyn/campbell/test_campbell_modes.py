@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from rotors import connect, ground, hub, one_rotor, table_law, turning
+from rotors import connect, eigenvalues_of, ground, hub, one_rotor, table_law, turning
 
 from solidwhirl import rotordyn as rd
-from solidwhirl.rotordyn.assembly.system import matrices_at_speed
 from solidwhirl.rotordyn.campbell.branch_numbers import branch_numbers
 from solidwhirl.rotordyn.campbell.branches import follow, lowest
 from solidwhirl.rotordyn.checks.plain_checks import check_campbell
@@ -24,10 +23,9 @@ KINDS = (
 
 def _seeds(often, all_of_them):
     """Seeds of every kind; the later ones with the long comparisons."""
+    marks = {True: [pytest.mark.verify], False: []}
     return [
-        pytest.param(
-            s, id=f"{KINDS[s % len(KINDS)]} {s}", marks=[pytest.mark.verify] if s >= often else []
-        )
+        pytest.param(s, id=f"{KINDS[s % len(KINDS)]} {s}", marks=marks[s >= often])
         for s in range(all_of_them)
     ]
 
@@ -54,9 +52,7 @@ def _bearing(rng, kind, body, end):
             rng.uniform(0.1, 10, 4)[:, None, None] * damping,
         )
         stiffness = damping = np.zeros((2, 2))
-    return connect(
-        f"{body}.{end}", f"{body}.{end}", stiffness=stiffness, damping=damping, speed_law=law
-    )
+    return connect(f"{body}.{end}", f"{body}.{end}", None, stiffness, damping, speed_law=law)
 
 
 def _system(seed):
@@ -66,30 +62,24 @@ def _system(seed):
     rotors, bearings = {}, []
     for ratio, name in zip((1.0, rng.uniform(-2, 2)), names, strict=False):
         tilt = rng.uniform(0.02, 0.3)
-        body = rd.rigid_superelement(
-            name,
+        mass, place, polar = (
             rng.uniform(2, 20),
-            [0, 0, rng.uniform(0.05, 0.2)],
-            [tilt, tilt, tilt * rng.uniform(0.1, 1.9)],
-            {"a": 0.0, "b": 0.3},
+            rng.uniform(0.05, 0.2),
+            tilt * rng.uniform(0.1, 1.9),
         )
+        inertia, seats = [tilt, tilt, polar], {"a": 0.0, "b": 0.3}
+        body = rd.rigid_superelement(name, mass, [0, 0, place], inertia, seats)
         rotors[name] = turning(body, ratio)
         ends = {"free": (), "held once": "a", "held once, damped": "a"}.get(kind, "ab")
         bearings += [_bearing(rng, kind, name, end) for end in ends]
     if len(names) == 2:
-        between = connect("between", "first.b", "second.b", 4e5)
-        bearings.append(between)
+        bearings.append(connect("between", "first.b", "second.b", 4e5))
     return rd.assemble(rotors, tuple(bearings)), int(rng.integers(2, 6))
 
 
 def _oscillating(system, speed):
     """Eigenvalues with Im λ > 0 by rising Im λ, zeros and what is within rounding of real out."""
-    mass, damping, gyroscopic, stiffness = matrices_at_speed(system, speed)
-    inverse, zero = np.linalg.inv(mass), np.zeros_like(mass)
-    state = np.block(
-        [[zero, np.eye(len(mass))], [-inverse @ stiffness, -inverse @ (damping + gyroscopic)]]
-    )
-    values = np.linalg.eigvals(state)
+    values = eigenvalues_of(system, speed)
     values = values[values.imag > np.maximum(1e-5 * np.abs(values), 1e-3)]
     return values[np.argsort(values.imag)]
 

@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from rotors import connect, turning
+from rotors import connect, one_rotor, steel_shaft, turning
 
 from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.core.reprs import row
@@ -20,22 +20,9 @@ RPM = np.pi / 30.0
 
 @pytest.fixture(scope="module")
 def system():
-    wheel = rd.Disk(
-        name="wheel", position_m=0.2, mass_kg=12, polar_kg_m2=0.12, diametral_kg_m2=0.065
-    )
-    shaft = rd.beam_superelement(
-        "shaft",
-        np.linspace(0, 0.6, 4),
-        0.02,
-        0.0,
-        (2e11, 0.3, 7800.0),
-        {"a": 0.0, "b": 0.6},
-        [wheel],
-    )
-    bearings = tuple(
-        connect(n, f"rotor.{n}", stiffness=(5e7, 4e7), damping=800) for n in ("a", "b")
-    )
-    return rd.assemble({"rotor": turning(shaft)}, bearings)
+    wheel, seats = (0.2, 12, 0.12, 0.065), {"a": 0.0, "b": 0.6}
+    shaft = steel_shaft("shaft", np.linspace(0, 0.6, 4), 0.02, seats, [wheel])
+    return one_rotor(shaft, [connect(n, f"rotor.{n}", None, (5e7, 4e7), 800) for n in seats])
 
 
 @pytest.fixture(scope="module")
@@ -43,14 +30,8 @@ def records(system):
     placed = [Unbalance(body="rotor", interface="a", moment_kg_m=1e-4)]
     response = unbalance_response(system, placed, np.linspace(0, 900, 31))
     rotor = system.system.rotors["rotor"]
-    run = run_up(
-        system,
-        ramp_and_hold(200.0, 0.05, 0.0),
-        placed,
-        step_s=1e-4,
-        outputs=[rd.End(body="rotor", interface="a")],
-        bearings=["a"],
-    )
+    recorded = {"outputs": [rd.End(body="rotor", interface="a")], "bearings": ["a"]}
+    run = run_up(system, ramp_and_hold(200.0, 0.05, 0.0), placed, step_s=1e-4, **recorded)
     return {
         "system": system,
         "parts": system.system,
@@ -132,11 +113,7 @@ def test_many_are_counted(system):
     many = rd.assemble({f"r{k}": turning(rotor.element) for k in range(30)}, ())
     assert len(repr(many).splitlines()) <= 10
     assert "more bodies" in repr(many)
-    gear = rd.Gear(
-        name="g",
-        first=rd.End(body="r0", interface="a"),
-        second=rd.End(body="r1", interface="a"),
-        ratio=1.0,
-    )
+    first, second = (rd.End(body=name, interface="a") for name in ("r0", "r1"))
+    gear = rd.Gear(name="g", first=first, second=second, ratio=1.0)
     geared = rd.System(rotors={f"r{k}": rotor for k in range(2)}, bearings=(), gears=(gear,))
     assert repr(geared).endswith("\n  no bearings\n  1 gear: g")

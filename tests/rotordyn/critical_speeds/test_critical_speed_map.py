@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pytest
 from rotors import (
+    between_bearings,
     connect,
-    ground,
     one_rotor,
+    rigid_body,
+    steel_shaft,
     table_law,
     three_disk,
     three_disk_element,
-    turning,
     twin,
     with_axial_and_torsion,
 )
@@ -25,10 +24,8 @@ from solidwhirl.rotordyn.critical_speeds.map import critical_speed_map
 
 
 def _on_springs(element, names, stiffness=1e6, ratio=1.0, law=None):
-    bearings = tuple(
-        connect(name, f"rotor.{name}", stiffness=stiffness, speed_law=law) for name in names
-    )
-    return rd.assemble({"rotor": turning(element, ratio)}, bearings)
+    own = (None, stiffness)
+    return one_rotor(element, [connect(n, f"rotor.{n}", *own, speed_law=law) for n in names], ratio)
 
 
 # Closed forms.
@@ -37,9 +34,7 @@ def _on_springs(element, names, stiffness=1e6, ratio=1.0, law=None):
 def test_rigid_rotor_on_two_springs():
     """Bounce 2k = mΩ², tilt 2ka² = Ω²(Id ∓ Ip) of a symmetric rigid rotor, any stiffness."""
     mass, diametral, polar, arm = 30.0, 0.9, 0.3, 0.35
-    body = rd.rigid_superelement(
-        "drum", mass, [0, 0, 0], [diametral, diametral, polar], {"a": -arm, "b": arm},
-    )  # fmt: skip
+    body = rigid_body("drum", mass, 0.0, [diametral, diametral, polar], {"a": -arm, "b": arm})
     stiffness = np.geomspace(1e4, 1e12, 9)
     found = critical_speed_map(_on_springs(body, "ab"), ["a", "b"], stiffness, speed_max_rad_s=1e7)
     bounce = np.sqrt(2 * stiffness / mass)
@@ -63,13 +58,9 @@ def test_laval_rotor_on_flexible_supports():
     The shaft has 1e-6 of the disk's mass.
     """
     mass, length, radius, modulus, poisson = 50.0, 1.0, 0.02, 2e11, 0.3
-    disk = rd.Disk(
-        name="disk", position_m=length / 2, mass_kg=mass, diametral_kg_m2=0.5, polar_kg_m2=0.2
-    )
-    shaft = rd.beam_superelement(
-        "laval", np.linspace(0, length, 9), radius, 0.0, (modulus, poisson, 0.04),
-        {"a": 0.0, "b": length}, [disk],
-    )  # fmt: skip
+    disk, light = [(length / 2, mass, 0.2, 0.5)], (modulus, poisson, 0.04)
+    own = (np.linspace(0, length, 9), radius, {"a": 0.0, "b": length}, disk)
+    shaft = steel_shaft("laval", *own, material=light)
     area, second = np.pi * radius**2, np.pi * radius**4 / 4
     shear = 6 * (1 + poisson) / (7 + 6 * poisson) * modulus / (2 * (1 + poisson)) * area
     shaft_stiffness = 1 / (length**3 / (48 * modulus * second) + length / (4 * shear))
@@ -118,14 +109,9 @@ def test_asymptotes_are_those_of_reassembled_systems():
 def test_axial_motion_and_torsion_are_left_out():
     shaft = with_axial_and_torsion(three_disk_element(), 1.3, 0.05, "left", "right")
     options = {"axial_stiffness_n_per_m": 1e6, "torsion_stiffness_n_m_per_rad": 1e4}
-    bearings = [ground("rotor", end, 7e7, 7e7, **options) for end in ("left", "right")]
-    plain = [ground("rotor", end, 7e7, 7e7) for end in ("left", "right")]
-    names = [b.name for b in bearings]
-    stiffness = np.geomspace(1e6, 1e9, 4)
-    spatial, lateral = (
-        critical_speed_map(one_rotor(e, b), names, stiffness, speed_max_rad_s=3000.0)
-        for e, b in ((shaft, bearings), (three_disk_element(), plain))
-    )
+    systems = between_bearings(shaft, 7e7, **options), between_bearings(three_disk_element(), 7e7)
+    varied = (["rotor.left", "rotor.right"], np.geomspace(1e6, 1e9, 4))
+    spatial, lateral = (critical_speed_map(s, *varied, speed_max_rad_s=3000.0) for s in systems)
     assert set(spatial.whirl.ravel()) <= {"forward", "backward", ""}
     np.testing.assert_allclose(spatial.speed_rad_s, lateral.speed_rad_s, rtol=1e-10)
 
@@ -148,14 +134,14 @@ def test_damping_and_own_stiffness_are_left_out():
 def test_branches_are_continuous_and_never_swap():
     """With a fine grid neighbours differ little; a coarse one must join the same branches."""
     system = _on_springs(three_disk_element(), ["left", "right"], 7e7)
-    fine = critical_speed_map(
-        system, ["left", "right"], np.geomspace(1e5, 1e11, 121), branch_count=3
+    fine, coarse = (
+        critical_speed_map(
+            system, ["left", "right"], np.geomspace(1e5, 1e11, count), branch_count=3
+        )
+        for count in (61, 7)
     )
-    coarse = critical_speed_map(
-        system, ["left", "right"], np.geomspace(1e5, 1e11, 7), branch_count=3
-    )
-    np.testing.assert_allclose(coarse.speed_rad_s, fine.speed_rad_s[:, ::20], rtol=1e-11)
-    np.testing.assert_array_equal(coarse.whirl, fine.whirl[:, ::20])
+    np.testing.assert_allclose(coarse.speed_rad_s, fine.speed_rad_s[:, ::10], rtol=1e-11)
+    np.testing.assert_array_equal(coarse.whirl, fine.whirl[:, ::10])
     # More support stiffness never lowers a critical speed of constant bearings (Courant).
     assert (np.diff(fine.speed_rad_s, axis=1) > 0).all()
     assert fine.likeness.min() > 0.9
@@ -167,13 +153,10 @@ def test_crossing_of_symmetric_and_antisymmetric_modes():
     In closed form: bounce 2k = mΩ², tilt 2ka² + κ = (Id + Ip)Ω² with a constant tilt spring κ.
     """
     mass, diametral, polar, arm, tilt = 30.0, 3.0, 0.3, 0.2, 2e5
-    body = rd.rigid_superelement(
-        "drum", mass, [0, 0, 0], [diametral, diametral, polar],
-        {"a": -arm, "b": arm, "middle": 0.0},
-    )  # fmt: skip
-    system = _on_springs(body, "ab")
-    held = connect("tilt", "rotor.middle", tilt=tilt)
-    system = rd.assemble(system.system.rotors, (*system.system.bearings, held))
+    seats = {"a": -arm, "b": arm, "middle": 0.0}
+    body = rigid_body("drum", mass, 0.0, [diametral, diametral, polar], seats)
+    springs = [connect(name, f"rotor.{name}", stiffness=1e6) for name in "ab"]
+    system = one_rotor(body, [*springs, connect("tilt", "rotor.middle", tilt=tilt)])
     stiffness = np.geomspace(1e5, 1e7, 12)
     found = critical_speed_map(system, ["a", "b"], stiffness, branch_count=2)
     bounce = np.sqrt(2 * stiffness / mass)
@@ -195,18 +178,13 @@ def test_limit_cuts_branches():
     assert below.rigid_rad_s.max() <= 1400.0
 
 
-# Published rotors.
-
-
 # Bearings that depend on the speed.
 
 
 def test_map_of_lee_bearings_on_a_rigid_rotor():
     """Bounce alone: 2k p(Ω) = mΩ², all positive roots of a polynomial at each stiffness."""
     mass = 30.0
-    body = rd.rigid_superelement(
-        "drum", mass, [0, 0, 0], [40.0, 40.0, 0.3], {"a": -0.3, "b": 0.3},
-    )  # fmt: skip
+    body = rigid_body("drum", mass, 0.0, [40.0, 40.0, 0.3], {"a": -0.3, "b": 0.3})
     system = _on_springs(body, "ab", law=LEE_ISOTROPIC)
     stiffness, limit = np.geomspace(1e6, 1e8, 9), 2000.0
     found = critical_speed_map(system, ["a", "b"], stiffness, speed_max_rad_s=limit)
@@ -225,12 +203,8 @@ def test_map_of_lee_bearings_on_a_rigid_rotor():
 
 def test_other_bearings_keep_their_law():
     """Vary one constant bearing beside one that depends on the speed."""
-    system = _on_springs(three_disk_element(), ["left", "right"], 7e7, law=LEE_ISOTROPIC)
-    bearings = tuple(
-        dataclasses.replace(b, speed_law=None) if b.name == "right" else b
-        for b in system.system.bearings
-    )
-    system = rd.assemble(system.system.rotors, bearings)
+    left = connect("left", "rotor.left", None, 7e7, speed_law=LEE_ISOTROPIC)
+    system = one_rotor(three_disk_element(), [left, connect("right", "rotor.right", None, 7e7)])
     stiffness = np.array([1e6, 1e8, 1e10])
     found = critical_speed_map(system, ["right"], stiffness, speed_max_rad_s=900.0)
     for column, k in enumerate(stiffness):
@@ -266,17 +240,17 @@ def test_arguments_without_meaning_are_refused(arguments, message):
 
 
 def test_bearings_that_cannot_be_varied_are_refused():
-    with pytest.raises(rd.AnalysisError, match="bearing 'C' is rigid"):
-        critical_speed_map(twin(), ["C"], [1e6], branch_count=1)
     lee = _on_springs(three_disk_element(), ["left", "right"], law=LEE_ISOTROPIC)
-    with pytest.raises(rd.AnalysisError, match="bearings depend on the speed"):
-        critical_speed_map(lee, ["left"], [1e6], branch_count=1)
     crossed = connect("seal", "rotor.left", stiffness=[[1e6, 2e5], [-2e5, 1e6]])
-    soft = _on_springs(three_disk_element(), ["left", "right"])
-    seal = rd.assemble(soft.system.rotors, (*soft.system.bearings, crossed))
-    with pytest.raises(rd.AnalysisError, match="not symmetric"):
-        critical_speed_map(seal, ["left"], [1e6], branch_count=1)
-    table = table_law([0.0, 100.0], np.stack([1e7 * np.eye(2)] * 2))
+    seal = between_bearings(three_disk_element(), 1e6, more=[crossed])
+    for system, name, message in (
+        (twin(), "C", "bearing 'C' is rigid"),
+        (lee, "left", "bearings depend on the speed"),
+        (seal, "rotor.left", "not symmetric"),
+    ):
+        with pytest.raises(rd.AnalysisError, match=message):
+            critical_speed_map(system, [name], [1e6], branch_count=1)
+    table = table_law([0.0, 100.0], [1e7, 1e7])
     film = _on_springs(three_disk_element(), ["left", "right"], 0.0, law=table)
     with pytest.raises(rd.AssemblyError, match="table of absolute values"):
         critical_speed_map(film, ["left"], [1e6], speed_max_rad_s=100.0)

@@ -7,12 +7,11 @@ import dataclasses
 import numpy as np
 import pytest
 from rotors import (
-    ground,
+    SKEW,
+    connect,
     one_rotor,
     polynomial_law,
-    three_disk_element,
     truncated,
-    with_stress,
 )
 
 from solidwhirl import rotordyn as rd
@@ -26,22 +25,12 @@ LAW = polynomial_law((1.0, -1e-4), (1.0, -2e-4, 1e-8), (1.0, 1e-4), top=4000.0)
 
 
 @pytest.fixture(scope="module")
-def full():
-    return with_stress(three_disk_element(), 0.5)
-
-
-@pytest.fixture(scope="module")
 def pair(full):
     """The whole and the truncated rotor on bearings of any kind."""
 
     def build(kept=12, damping=0.0, law=None, cross=0.0, slack=0.0):
-        held = []
-        for end in ("left", "right"):
-            bearing = ground("rotor", end, 7e7, 5e7, damping, damping, speed_law=law)
-            skew = cross * np.array([[0.0, 1.0], [-1.0, 0.0]])
-            held.append(
-                dataclasses.replace(bearing, stiffness_n_per_m=bearing.stiffness_n_per_m + skew)
-            )
+        own = (None, np.diag([7e7, 5e7]) + cross * SKEW, damping)
+        held = [connect(end, f"rotor.{end}", *own, speed_law=law) for end in ("left", "right")]
         return one_rotor(full, held), one_rotor(truncated(full, kept, slack=slack), held)
 
     return build

@@ -56,11 +56,8 @@ def test_forward_and_backward_branches_that_cross_are_told_apart(diagrams):
     """Two branches of equal mean frequency differ by their whirl alone."""
     exact, _ = diagrams
     frequency = np.array([np.linspace(50, 51, 7), np.linspace(50, 49.9, 7)])
-    base = dataclasses.replace(
-        _reordered(exact, [0, 1]),
-        frequency_hz=frequency,
-        whirl=np.array([["forward"] * 7, ["backward"] * 7]),
-    )
+    whirl = np.array([["forward"] * 7, ["backward"] * 7])
+    base = dataclasses.replace(_reordered(exact, [0, 1]), frequency_hz=frequency, whirl=whirl)
     swapped = dataclasses.replace(base, whirl=base.whirl[::-1])
     np.testing.assert_array_equal(campbell_differences(base, base).partner, [0, 1])
     np.testing.assert_array_equal(campbell_differences(base, swapped).partner, [1, 0])
@@ -93,10 +90,8 @@ def test_critical_speeds_are_matched_within_excitation_and_whirl(pair):
     )
     found = critical_speed_differences(cut, exact)
     np.testing.assert_array_equal(found.partner, np.arange(len(cut)))
-    np.testing.assert_allclose(
-        found.speed, [(a.speed_rad_s - b.speed_rad_s) / a.speed_rad_s
-                      for a, b in zip(cut, exact, strict=True)]
-    )  # fmt: skip
+    mine, other = (np.array([c.speed_rad_s for c in part]) for part in (cut, exact))
+    np.testing.assert_allclose(found.speed, (mine - other) / mine)
     assert (found.speed > -1e-12).all()
 
 
@@ -113,8 +108,6 @@ def test_critical_speeds_without_partner_are_nan():
     found = critical_speed_differences(first, second)
     np.testing.assert_array_equal(found.partner, [-1, 0, -1, 2])
     np.testing.assert_allclose(found.speed, [np.nan, 1 / 104, np.nan, -1 / 90])
-    for empty in (
-        critical_speed_differences((), second),
-        critical_speed_differences(first, ()),
-    ):
+    for pair in (((), second), (first, ())):
+        empty = critical_speed_differences(*pair)
         assert np.isnan(empty.speed).all() and (empty.partner == -1).all()

@@ -7,13 +7,15 @@ import dataclasses
 import numpy as np
 import pytest
 from rotors import (
+    SKEW,
+    connect,
     ground,
     one_rotor,
-    three_disk_element,
     truncated,
     turning,
     twin_bearings,
     twin_bodies,
+    twin_rotors,
     with_stress,
 )
 from scipy.optimize import brentq
@@ -28,28 +30,20 @@ from solidwhirl.rotordyn.modes.left_vectors import (
 )
 from solidwhirl.rotordyn.superelement.record import ErrorForm
 
-PART = "mode_truncation"
-
-
-@pytest.fixture(scope="module")
-def full():
-    return with_stress(three_disk_element(), 0.5)
+PART, ENDS = "mode_truncation", ("left", "right")
 
 
 def _supports(stiffness, damping=0.0, cross=0.0, isotropic=False):
     """Bearings at both ends, softer in y unless isotropic, with a skew part `cross`."""
-    held = []
-    for end in ("left", "right"):
-        bearing = ground("rotor", end, stiffness, stiffness * (1.0 if isotropic else 0.7))
-        held.append(
-            dataclasses.replace(
-                bearing,
-                stiffness_n_per_m=bearing.stiffness_n_per_m
-                + cross * np.array([[0.0, 1.0], [-1.0, 0.0]]),
-                damping_n_s_per_m=damping * np.diag([1.0, 1.0 if isotropic else 0.6]),
-            )
-        )
-    return held
+    in_y = (1.0, 1.0) if isotropic else (0.7, 0.6)
+    own = (stiffness * np.diag([1.0, in_y[0]]) + cross * SKEW, damping * np.diag([1.0, in_y[1]]))
+    return [connect(end, f"rotor.{end}", None, *own) for end in ("left", "right")]
+
+
+def _both(body, cut, held, speed, ratio=1.0, count=None):
+    """Modes of the whole body, the system of that cut, and its modes."""
+    whole, system = one_rotor(body, held, ratio), one_rotor(cut, held, ratio)
+    return *(rd.modes_at_speed(s, speed, count) for s in (whole, system)), system
 
 
 def _true_errors(exact, modes, count):
@@ -74,14 +68,12 @@ def _true_errors(exact, modes, count):
     ],
 )
 def test_estimates_are_the_true_errors_to_first_order(full, options, speed):
-    held = _supports(**options)
-    systems = one_rotor(full, held), one_rotor(truncated(full, 16), held)
-    exact, modes = (rd.modes_at_speed(system, speed) for system in systems)
+    exact, modes, system = _both(full, truncated(full, 16), _supports(**options), speed)
     if options.get("isotropic") and speed == 0.0:  # pairs: each has its own nearest
         true = np.abs(exact.eigenvalues[:6] - modes.eigenvalues[:6]) / np.abs(modes.eigenvalues[:6])
     else:
         true = _true_errors(exact, modes, 6)
-    found = frequency_errors(systems[1], modes)
+    found = frequency_errors(system, modes)
     # First order: what is left is (s/ω_c)², up to 0.05 for the sixth mode, and second order of
     # neighbours; beside 1e-11, the accuracy of the eigenvalues themselves.
     np.testing.assert_allclose(found.parts[PART][:6], true, rtol=0.1, atol=1e-11)
@@ -100,10 +92,9 @@ def test_error_of_the_estimate_falls_with_the_square_of_the_cutoff(full):
         rest = np.arange(first, full.size)
         stiffness[rest, rest] *= factor**2
         body = dataclasses.replace(full, stiffness=stiffness)
-        systems = one_rotor(body, held), one_rotor(truncated(body, kept), held)
-        exact, modes = (rd.modes_at_speed(system, 800.0, 10) for system in systems)
+        exact, modes, system = _both(body, truncated(body, kept), held, 800.0, count=10)
         true = _true_errors(exact, modes, 4)
-        misses.append(np.abs(frequency_errors(systems[1], modes).parts[PART][:4] / true - 1.0))
+        misses.append(np.abs(frequency_errors(system, modes).parts[PART][:4] / true - 1.0))
     rates = np.log2(np.array(misses[:-1]) / np.array(misses[1:]))
     # second order in 1/factor; signs of several terms of that order may cancel for a while
     assert np.median(rates) == pytest.approx(2.0, abs=0.3)
@@ -129,16 +120,13 @@ def test_amplification_bounds_the_error_at_rest(full):
 
 def test_wrong_static_shapes_show_in_the_residual_of_k(full):
     held = _supports(7e7, damping=700.0)
-    systems = one_rotor(full, held), one_rotor(truncated(full, 16, slack=2e-5), held)
-    exact, modes = (rd.modes_at_speed(system, 500.0, 10) for system in systems)
+    exact, modes, system = _both(full, truncated(full, 16, slack=2e-5), held, 500.0, count=10)
     true = _true_errors(exact, modes, 4)
-    clean = frequency_errors(
-        one_rotor(truncated(full, 16), held),
-        rd.modes_at_speed(one_rotor(truncated(full, 16), held), 500.0, 4),
-    )
-    assert (true > 3.0 * clean.parts[PART]).any()
+    clean = one_rotor(truncated(full, 16), held)
+    cleaner = frequency_errors(clean, rd.modes_at_speed(clean, 500.0, 4)).parts[PART]
+    assert (true > 3.0 * cleaner).any()
     # (s/ω_c)² and the second order of the wrong shapes
-    np.testing.assert_allclose(frequency_errors(systems[1], modes).parts[PART][:4], true, rtol=0.05)
+    np.testing.assert_allclose(frequency_errors(system, modes).parts[PART][:4], true, rtol=0.05)
 
 
 @pytest.mark.parametrize("factor", [1e-4, 1e-6])
@@ -147,17 +135,13 @@ def test_change_of_stress_stiffness(full, factor):
     held = _supports(7e7, damping=700.0)
     changed = with_stress(full, 0.5 + factor)
     form = ErrorForm(
-        part="mesh",
-        gram=np.zeros((4 * full.size, 4 * full.size)),
-        stiffness_change=changed.stress_stiffening - full.stress_stiffening,
-        safety=1.0,
-        cutoff_rad_s=np.inf,
-    )
+        part="mesh", gram=np.zeros((4 * full.size, 4 * full.size)), safety=1.0,
+        stiffness_change=changed.stress_stiffening - full.stress_stiffening, cutoff_rad_s=np.inf,
+    )  # fmt: skip
     body = dataclasses.replace(full, error_forms=(form,))
-    systems = one_rotor(changed, held, -2.0), one_rotor(body, held, -2.0)
-    exact, modes = (rd.modes_at_speed(system, 1500.0, 8) for system in systems)
+    exact, modes, system = _both(changed, body, held, 1500.0, -2.0, 8)
     true = np.abs(1.0 - exact.eigenvalues / modes.eigenvalues)
-    found = frequency_errors(systems[1], modes).parts["mesh"]
+    found = frequency_errors(system, modes).parts["mesh"]
     # second order of the change, and 1e-12 of accuracy of the eigenvalues
     np.testing.assert_allclose(found, true, rtol=2e2 * factor + 1e-12 / true.min())
 
@@ -168,9 +152,8 @@ def test_bodies_with_speeds_of_their_own(ratio, joint):
     bodies = [with_stress(body, 0.5) for body in twin_bodies()]
     cut = [truncated(bodies[0], 10), truncated(bodies[1], 4)]
 
-    def system(inner, outer):
-        rotors = {"inner": turning(inner), "outer": turning(outer, ratio)}
-        return rd.assemble(rotors, twin_bearings(1e8, joint))
+    def system(*both):
+        return rd.assemble(twin_rotors(ratio, bodies=both), twin_bearings(1e8, joint))
 
     exact = rd.modes_at_speed(system(*bodies), 1200.0)
     both = system(*cut)
@@ -189,15 +172,10 @@ def test_bodies_with_speeds_of_their_own(ratio, joint):
 
 def _two_equal_rotors(first, second, stiffness=7e7, spring=None):
     """Two bodies on equal isotropic bearings, joined in the middle by a spring or not at all."""
-    held = []
-    for name, value in (("one", 7e7), ("two", stiffness)):
-        held += [ground(name, end, value) for end in ("left", "right")]
+    held = [ground(name, end, k) for name, k in (("one", 7e7), ("two", stiffness)) for end in ENDS]
     if spring:
-        ends = (rd.End(body=name, interface="left") for name in ("one", "two"))
-        joint = dict(zip(("first", "second"), ends, strict=True))
-        held.append(rd.Bearing(name="j", stiffness_n_per_m=spring * np.eye(2), **joint))
-    rotors = {"one": turning(first), "two": turning(second)}
-    return rd.assemble(rotors, tuple(held))
+        held.append(connect("j", "one.left", "two.left", spring))
+    return rd.assemble({"one": turning(first), "two": turning(second)}, tuple(held))
 
 
 def test_repeated_modes_keep_their_own_errors(full):
@@ -213,12 +191,9 @@ def test_repeated_modes_keep_their_own_errors(full):
     rng = np.random.default_rng(2)
     turn, _ = np.linalg.qr(rng.standard_normal((4, 4)))
     for shapes in (modes.shapes[:, :4], modes.shapes[:, :4] @ turn):
-        mixed = dataclasses.replace(
-            modes,
-            eigenvalues=modes.eigenvalues[:4],
-            shapes=shapes,
-            family=None if modes.family is None else modes.family[:4],
-        )
+        family = None if modes.family is None else modes.family[:4]
+        four = {"eigenvalues": modes.eigenvalues[:4], "shapes": shapes, "family": family}
+        mixed = dataclasses.replace(modes, **four)
         found = np.sort(frequency_errors(system, mixed).parts[PART])
         # rounding of the four equal eigenvalues against an error of 1e-5
         np.testing.assert_allclose(found, [0.0, 0.0, *wanted[:2]], atol=1e-9)
@@ -240,9 +215,7 @@ def test_modes_closer_than_their_errors_are_changed_together(full):
 
     wrong = first_mode(body, 7e7)
     in_tune = brentq(lambda k: first_mode(full, k) - wrong, 6.9e7, 7.2e7, xtol=1.0)
-    coarse, exact = (
-        _two_equal_rotors(element, full, in_tune, spring=3e2) for element in (body, full)
-    )
+    coarse, exact = (_two_equal_rotors(one, full, in_tune, spring=3e2) for one in (body, full))
     modes, true = rd.modes_at_speed(coarse, 0.0, 4), rd.modes_at_speed(exact, 0.0, 4)
     gap = np.ptp(modes.eigenvalues.imag) / wrong
     moved = np.sort(modes.eigenvalues.imag - true.eigenvalues.imag)[[0, -1]] / wrong
@@ -293,9 +266,8 @@ def test_solver_part_is_the_error_of_a_wrong_eigenvalue(full):
 def test_interface_coupling_is_shown_and_not_summed(full):
     body = truncated(full, 8)
     form = body.error_forms[0]
-    body = dataclasses.replace(
-        body, error_forms=(form, dataclasses.replace(form, part="interface_coupling"))
-    )
+    coupling = dataclasses.replace(form, part="interface_coupling")
+    body = dataclasses.replace(body, error_forms=(form, coupling))
     system = one_rotor(body, _supports(7e7))
     found = frequency_errors(system, rd.modes_at_speed(system, 300.0, 4))
     np.testing.assert_allclose(found.parts["interface_coupling"], found.parts[PART])

@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 import pytest
 import scipy.linalg as la
-from rotors import ground, one_rotor, three_disk_element, truncated, truncation_basis, with_stress
+from rotors import ground, one_rotor, truncated, truncation_basis
 
 from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.estimates.eigenvalue_errors import frequency_errors
@@ -25,12 +25,9 @@ from solidwhirl.rotordyn.superelement.residual_energy import (
 
 RNG = np.random.default_rng(11)
 FORM = {
-    "part": "mesh",
-    "gram": np.eye(8),
-    "stiffness_change": None,
-    "safety": 1.0,
+    "part": "mesh", "gram": np.eye(8), "stiffness_change": None, "safety": 1.0,
     "cutoff_rad_s": np.inf,
-}
+}  # fmt: skip
 
 
 def form_matrix(form, rate, spin_rad_s):
@@ -44,23 +41,12 @@ def form_matrix(form, rate, spin_rad_s):
 
 
 @pytest.fixture(scope="module")
-def full():
-    return with_stress(three_disk_element(), 0.5)
-
-
-@pytest.fixture(scope="module")
 def body(full):
     """Truncated body with the forms of two parts, the second with a change of stiffness."""
     cut = truncated(full, 8, safety=1.5, cutoff=3e4)
     root = RNG.standard_normal((6, 4 * cut.size))
     change = RNG.standard_normal((cut.size, cut.size))
-    mesh = ErrorForm(
-        part="mesh",
-        gram=root.T @ root,
-        stiffness_change=change + change.T,
-        safety=1.0,
-        cutoff_rad_s=np.inf,
-    )
+    mesh = ErrorForm(**{**FORM, "gram": root.T @ root, "stiffness_change": change + change.T})
     return dataclasses.replace(cut, error_forms=(*cut.error_forms, mesh))
 
 
@@ -89,12 +75,11 @@ def test_bad_forms_are_refused_by_name(change, message):
 def test_forms_must_fit_their_body(body):
     small = ErrorForm(**FORM)
     form = body.error_forms[0]
-    cases = [
+    for forms, message in (
         ((small,), "of 2 coordinates, allowed are"),
         ((form, form), "more than once"),
         (("x",), "a str"),
-    ]
-    for forms, message in cases:
+    ):
         with pytest.raises(rd.SuperelementError, match=message):
             dataclasses.replace(body, error_forms=forms)
 
@@ -106,12 +91,8 @@ def test_form_is_the_schur_complement_with_elastic_metric(full, rate, slack):
     spin = -700.0
     cut = truncated(full, 8, slack=slack)
     few, turn = cut.size, truncation_basis(full, 8, slack)
-    dynamic = (
-        full.stiffness
-        + rate**2 * full.mass
-        + rate * spin * full.gyroscopic
-        + spin**2 * (full.stress_stiffening - full.spin_softening)
-    )
+    dynamic = full.stiffness + rate**2 * full.mass + rate * spin * full.gyroscopic
+    dynamic = dynamic + spin**2 * (full.stress_stiffening - full.spin_softening)
     dynamic = turn.T @ dynamic @ turn
     inner = la.solve(full.stiffness[few:, few:], dynamic[few:, :few])
     found = form_matrix(cut.error_forms[0], rate, spin)

@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from solidwhirl.rotordyn import Bearing, Disk, End, Rotor, assemble, beam_superelement
-from solidwhirl.rotordyn.modes.eigen import modes_at_speed
-
 # the readers of foreign formats and other helpers beside the tests
 sys.path.insert(0, str(Path(__file__).parent))
+from shapes import body, plane, section
+
+from solidwhirl.rotordyn import Disk, beam_superelement
+
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
@@ -62,27 +63,14 @@ def reduced_rotor(orders, components):
     """Mesh and reduce a shaft with a disk."""
     from mpi4py import MPI
 
-    from solidwhirl.geometry import MATERIALS, Body, Interface, Section
     from solidwhirl.meshing import MeshSize, mesh_meridian
     from solidwhirl.reduction import ReductionRequest, reduce_body
 
-    def section(name, start, end, inner, outer):
-        return Section(
-            name=name,
-            start_m=start,
-            end_m=end,
-            inner_radius_m=(inner, inner),
-            outer_radius_m=(outer, outer),
-            material=MATERIALS["steel"],
-        )
-
-    def plane(name, z):
-        return Interface(name=name, kind="section", coupling="distributing", start_m=z, end_m=z)
-
-    body = Body(
-        name="solid",
-        sections=(section("shaft", 0.0, 0.4, 0.0, 0.02), section("disk", 0.145, 0.175, 0.02, 0.12)),
+    solid = body(
+        section("shaft", 0.0, 0.4, 0.0, 0.02),
+        section("disk", 0.145, 0.175, 0.02, 0.12),
         interfaces=(plane("front", 0.0), plane("rear", 0.4)),
+        name="solid",
     )
     request = ReductionRequest(
         level="harmonic",
@@ -94,27 +82,6 @@ def reduced_rotor(orders, components):
         gyroscopic=True,
         centrifugal=True,
     )
-    mesh = mesh_meridian(body, MeshSize(size_m=0.02, corner_size_m=0.006, growth=0.8))
-    element, _ = reduce_body(body, mesh, MPI.COMM_SELF, request, {})
+    mesh = mesh_meridian(solid, MeshSize(size_m=0.02, corner_size_m=0.006, growth=0.8))
+    element, _ = reduce_body(solid, mesh, MPI.COMM_SELF, request, {})
     return element
-
-
-@pytest.fixture(scope="session")
-def inertial_modes():
-    """Function: element, springs {interface: (lateral, axial) N/m}, rad/s → modes."""
-
-    def modes(element, springs, speed):
-        bearings = tuple(
-            Bearing(
-                name=f"at {name}",
-                first=End(body=element.name, interface=name),
-                stiffness_n_per_m=lateral * np.eye(2),
-                axial_stiffness_n_per_m=axial,
-            )
-            for name, (lateral, axial) in springs.items()
-        )
-        rotors = {element.name: Rotor(element=element, speed_ratio=1.0)}
-        assembled = assemble(rotors, bearings)
-        return modes_at_speed(assembled, speed)
-
-    return modes

@@ -4,14 +4,11 @@ Use:
 
     body = floating_body(form)      # of a BodyFixedForm, or of any object or dict with the same
                                     # fields (plain arrays; nodes as records or dicts)
-    floating_frame_frequencies(body, {"front": (1e7, 0.0)}, 400.0)   # rad/s, inertial frame
-    floating_frame_modes(body, springs, speed)                       # the same with the whirl
+    floating_frame_modes(body, {"front": (1e7, 0.0)}, 400.0)   # rad/s, inertial frame
 
 `springs` maps the name of a node to (lateral, axial) stiffness in N/m: equal along x and y, so
-constant in the frame that turns. `floating_frame_frequencies(..., orders=(1, -1))` takes lateral
-motion (1 forward, −1 backward whirl) unless told otherwise; 0 is axial motion and torsion.
-Frequencies are those of the inertial frame, |ω|, rising; to compare with
-`modes_at_speed(assembled, speed).eigenvalues.imag`.
+constant in the frame that turns. Frequencies are those of the inertial frame, |ω|, rising; to
+compare with `modes_at_speed(assembled, speed).eigenvalues.imag`.
 
 Fields needed: mass_kg, center_of_gravity_m (3,), inertia_kg_m2 (3, 3) about the ORIGIN, mass
 (m, m), stiffness (m, m), stress_stiffening (m, m), I3 (3, m), I4 (3, m), I5 (3, m, m), I8 (3, 3,
@@ -45,8 +42,6 @@ import scipy.linalg as la
 STEP = 1e-40
 # A circle is at least this round: forward 1, backward −1, neither 0.
 ROUND = 1e-3
-# At which files are compared with the inertial frame.
-SPEEDS_RAD_S = (0.0, 400.0, 1200.0)
 
 
 class FloatingNode(NamedTuple):
@@ -234,32 +229,3 @@ def floating_frame_modes(
     assert not doubtful.any(), f"no circles at {values[doubtful]}"
     ordered = np.argsort(found[taken], kind="stable")
     return WhirlModes(found[taken][ordered], orders[taken][ordered])
-
-
-def floating_frame_frequencies(
-    body: Any,
-    springs: Mapping[str, Sequence[float]],
-    speed: float,
-    orders: Sequence[int] = (1, -1),
-) -> Any:
-    """Frequencies of the spinning body on springs in the inertial frame [rad/s], rising."""
-    modes = floating_frame_modes(body, springs, speed)
-    return modes.frequencies[np.isin(modes.orders, orders)]
-
-
-def compare_with_inertial(element, fields, inertial_modes, stiffness):
-    """Assert that frequencies from a file are those of the inertial frame, free or on springs.
-
-    `fields` takes the names of the interfaces and gives what the file says of the body, in the
-    names of `floating_body`.
-    """
-    names = [node.name for node in element.interfaces]
-    body = floating_body(fields(names))
-    axial = stiffness if element.rigid_body_present[2] else 0.0
-    springs = dict.fromkeys(names, (stiffness, axial)) if stiffness else {}
-    for speed in SPEEDS_RAD_S:
-        wanted = inertial_modes(element, springs, speed).eigenvalues.imag
-        modes = floating_frame_modes(body, springs, speed)
-        # a body without axial motion and torsion has these in the file as a rigid body
-        kept = modes.orders != 0 if not element.rigid_body_present[2] else modes.orders < 2
-        np.testing.assert_allclose(modes.frequencies[kept], wanted, rtol=1e-9)

@@ -6,13 +6,10 @@ import dataclasses
 from functools import cache
 
 import numpy as np
+from springs import on_springs
 
 from solidwhirl.rotordyn import (
-    Bearing,
     Disk,
-    End,
-    Rotor,
-    assemble,
     beam_superelement,
     modes_at_speed,
     rigid_superelement,
@@ -74,21 +71,10 @@ def springs(element):
 
 def ours(element, speed, held):
     """Frequencies of the program itself [Hz]."""
-    bearings = (
-        tuple(
-            Bearing(
-                name=name,
-                first=End(body="r", interface=name),
-                stiffness_n_per_m=np.diag([x, y]),
-                axial_stiffness_n_per_m=z,
-                torsion_stiffness_n_m_per_rad=TORSION if name == "a" else 0.0,
-            )
-            for name, (x, y, z) in SPRINGS.items()
-        )
-        if held
-        else ()
-    )
-    system = assemble({"r": Rotor(element=element, speed_ratio=1.0)}, bearings)
+    given = SPRINGS if held else {}
+    lateral = {name: (x, y) for name, (x, y, _) in given.items()}
+    axial = {name: z for name, (_, _, z) in given.items()}
+    system = on_springs(element, lateral, axial, {"a": TORSION})
     return modes_at_speed(system, speed).frequency_hz
 
 

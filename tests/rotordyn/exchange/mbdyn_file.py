@@ -168,92 +168,48 @@ def _record(lines, group, n, m):
     return lines.numbers(*shapes[group])
 
 
-@dataclass(frozen=True)
-class InputFile:
-    """Statements of an MBDyn input by block, and its modal joint."""
-
-    variables: dict[str, float]
-    blocks: dict[str, list[tuple[str, list[str]]]]
-    modal: dict[str, object]
-
-
-BLOCKS = ["data", "initial value", "control data", "nodes", "elements"]
-
-
-def parse_input(text):
-    """Return the statements of an input with one modal joint, as its manual's syntax has them."""
-    statements = _statements(text)
-    variables, blocks, block = {}, {}, None
-    for key, words in statements:
-        if key == "begin":
-            if block is not None or words[0] in blocks:
-                raise FemError(f"begin {words}")
-            block = words[0]
-            blocks[block] = []
-        elif key == "end":
-            if words != [block]:
-                raise FemError(f"end {words} in {block}")
-            block = None
-        elif block is not None:
-            blocks[block].append((key, words))
-        elif key == "set" and len(words) == 1:
-            kind, name, value = re.fullmatch(r"(real|integer) (\w+) = (\S+)", words[0]).groups()
-            variables[name] = {"real": float, "integer": int}[kind](value)
-        else:
-            raise FemError(f"statement {key}: {words} outside of blocks")
-    if list(blocks) != BLOCKS or block is not None:
-        raise FemError(f"blocks {list(blocks)}")
-    modal = [words for key, words in blocks["elements"] if key == "joint" and words[1] == "modal"]
-    return InputFile(variables, blocks, _modal_joint(modal[0]))
-
-
-def _statements(text):
-    """Key and comma-separated words of each statement; comments and line ends dropped."""
+def statements(text):
+    """(block, key, words) of each statement of an input, comments and line ends dropped."""
     plain = " ".join(line.split("#")[0].strip() for line in text.split("\n"))
     parts = re.findall(r'(?:"[^"]*"|[^;"])+;', plain)
     if "".join(parts).replace(" ", "") != plain.replace(" ", ""):
         raise FemError("a statement has no end")
-    result = []
+    found, block = [], None
     for part in parts:
-        key, colon, rest = part[:-1].strip().partition(":")
-        words = re.findall(r'(?:"[^"]*"|[^,"])+', rest) if colon else []
-        result.append((key.strip(), [" ".join(word.split()) for word in words]))
-    return result
+        key, _, rest = part[:-1].strip().partition(":")
+        words = [" ".join(w.split()) for w in re.findall(r'(?:"[^"]*"|[^,"])+', rest)]
+        if key in ("begin", "end"):
+            if words[0] != block if key == "end" else block is not None:
+                raise FemError(f"{key} {words} in {block}")
+            block = words[0] if key == "begin" else None
+        else:
+            found.append((block, key.strip(), words))
+    if block is not None:
+        raise FemError(f"{block} has no end")
+    return found
 
 
-def _modal_joint(words):
-    """Arguments of the joint, in the order in which MBDyn reads them."""
-    rest = list(words)
-    joint = {"label": rest.pop(0)}
-    if rest.pop(0) != "modal":
-        raise FemError("no modal joint")
-    joint["node"], joint["modes"] = rest.pop(0), int(rest.pop(0))
-    if rest.pop(0) != "from file":
-        raise FemError("the number of nodes must come from the file")
-    joint["damping"] = rest.pop(0)
-    if joint["damping"] not in ("no damping", "damping from file"):
-        raise FemError(f"damping {joint['damping']!r}")
-    joint["file"] = _quoted(rest.pop(0))
-    if [rest.pop(0), rest.pop(0)] != ["origin position", "null"]:
-        raise FemError("the origin must be that of the file")
-    count = int(rest.pop(0))
-    # its manual shows this word earlier, where the program does not take it
-    joint["use invariant 9"] = rest[-1] == "use invariant 9"
-    if joint["use invariant 9"]:
-        rest.pop()
-    if len(rest) != 3 * count:
-        raise FemError(f"{count} interfaces, {rest}")
-    joint["interfaces"] = [
-        (_quoted(label), node, offset)
-        for label, node, offset in zip(rest[::3], rest[1::3], rest[2::3], strict=True)
-    ]
-    return joint
+# Words of the joint, in the order in which MBDyn reads them; its manual shows the last earlier,
+# where the program does not take it.
+MODAL = re.compile(
+    r'\w+, modal, \w+, (\d+), from file, (no damping|damping from file), "([^"]+)", '
+    r'origin position, null, (\d+)((?:, "[^"]+", [^",]+, \w+)*)(, use invariant 9)?'
+)
 
 
-def _quoted(text):
-    if not re.fullmatch(r'"[^"]+"', text):
-        raise FemError(f"{text!r} is no text in quotes")
-    return text[1:-1]
+def modal_joint(words):
+    """The joint's settings by name; its interfaces: (label, node, offset)."""
+    found = MODAL.fullmatch(", ".join(words))
+    interfaces = found and re.findall(r', "([^"]+)", ([^",]+), (\w+)', found[5])
+    if not found or len(interfaces) != int(found[4]):
+        raise FemError(f"no modal joint: {words}")
+    return {
+        "modes": int(found[1]),
+        "damping": found[2],
+        "file": found[3],
+        "interfaces": interfaces,
+        "use invariant 9": found[6] is not None,
+    }
 
 
 def lumped_integrals(fem):

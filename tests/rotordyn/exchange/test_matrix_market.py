@@ -7,32 +7,24 @@ import json
 import numpy as np
 import pytest
 import scipy.io
-from matrix_body import SPEED, body, compare, expected, tied
+from matrix_body import SPEED, body, expected
 
 from solidwhirl.rotordyn import SuperelementError
-from solidwhirl.rotordyn.exchange.matrices.foreign_body import rows_of
 from solidwhirl.rotordyn.exchange.matrices.matrix_market import (
     read_matrix,
     read_matrix_market,
     write_matrix_market,
 )
 
-# All digits are kept: what is left is the rounding of two eigenvalue solvers.
-LIMIT = 1e-8
-
 
 def test_scipy_reads_all_digits(tmp_path):
     folder, element = tmp_path / "shaft", body()
     exported = write_matrix_market(element, folder, speed_rad_s=SPEED)
     document = json.loads((folder / "body.json").read_text())
-    found = {
-        role: scipy.io.mmread(folder / entry["name"]).toarray()
-        for role, entry in document["matrices"].items()
-    }
     for role, matrix in expected(element).items():
-        np.testing.assert_array_equal(found[role], matrix)
+        path = folder / document["matrices"][role]["name"]
+        np.testing.assert_array_equal(scipy.io.mmread(path).toarray(), matrix)
     assert scipy.io.mminfo(folder / "G.mtx")[-1] == "skew-symmetric"
-    compare(element, found, LIMIT)
     assert exported.files[0] == folder / "body.json"
     assert {p.name for p in folder.iterdir()} == {p.name for p in exported.files}
 
@@ -52,24 +44,6 @@ def test_the_document_says_what_the_rows_are(tmp_path):
         "inertial", "m", "kg",
     )  # fmt: skip
     assert document["maximum_speed_rad_s"] == 2000.0
-
-
-@pytest.mark.parametrize("make", [body, tied])
-def test_this_program_reads_it_back_bit_for_bit(tmp_path, make):
-    element = make()
-    write_matrix_market(element, tmp_path / "body")
-    found = read_matrix_market(tmp_path / "body")
-    for name, matrix in (
-        ("M", element.mass),
-        ("K0", element.stiffness),
-        ("G", element.gyroscopic),
-        ("rigid_modes", element.rigid_body_modes),
-        ("L", element.spin_generator),
-    ):
-        np.testing.assert_array_equal(found.matrices[name], matrix)
-    assert ("constraint" in found.matrices) == (element.constraint is not None)
-    rows = [(r.node if r.component else 0, r.component) for r in rows_of(element)]
-    assert list(zip(found.nodes, found.components, strict=True)) == rows
 
 
 @pytest.mark.parametrize("symmetry", ["general", "symmetric", "skew-symmetric"])

@@ -7,11 +7,11 @@ import struct
 
 import numpy as np
 import pytest
-from matrix_body import SPEED, body, compare, expected, tied
+from matrix_body import SPEED, body, expected
 from nastran_reader import nastran_reader
 
 from solidwhirl.rotordyn import SuperelementError
-from solidwhirl.rotordyn.exchange.matrices.foreign_body import ROLES, rows_of
+from solidwhirl.rotordyn.exchange.matrices.foreign_body import ROLES
 from solidwhirl.rotordyn.exchange.matrices.op4 import (
     read_op4,
     read_op4_matrices,
@@ -19,42 +19,18 @@ from solidwhirl.rotordyn.exchange.matrices.op4 import (
     write_op4,
 )
 
-# All digits are kept: what is left is the rounding of two eigenvalue solvers.
-LIMIT = 1e-8
-FORMS = ("binary", "ascii")
 
-
-@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("form", ["binary", "ascii"])
 def test_another_program_reads_all_digits(tmp_path, form):
     path, element = tmp_path / "shaft.op4", body()
     exported = write_op4(element, path, speed_rad_s=SPEED, form=form)
     found = nastran_reader().op4(path)
-    by_role = {role: found[ROLES[role].short] for role in expected(element)}
     for role, matrix in expected(element).items():
-        form, values = by_role[role]
+        form, values = found[ROLES[role].short]
         square = 1 if values.shape[0] == values.shape[1] else 2
         assert form == (6 if ROLES[role].symmetry == "symmetric" else square)
         np.testing.assert_array_equal(values, matrix)
-    compare(element, {role: values for role, (_, values) in by_role.items()}, LIMIT)
     assert exported.files == (path, tmp_path / "shaft.op4.rows.json")
-
-
-@pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("make", [body, tied])
-def test_this_program_reads_it_back_bit_for_bit(tmp_path, form, make):
-    path, element = tmp_path / "body.op4", make()
-    write_op4(element, path, form=form)
-    found = read_op4(path)
-    np.testing.assert_array_equal(found.matrices["MRED"], element.mass)
-    np.testing.assert_array_equal(found.matrices["KRED"], element.stiffness)
-    np.testing.assert_array_equal(found.matrices["CCOR"], element.gyroscopic)
-    if element.constraint is not None:
-        np.testing.assert_array_equal(found.matrices["TIE"], element.constraint)
-    rows = [(r.node if r.component else 0, r.component) for r in rows_of(element)]
-    assert list(zip(found.nodes, found.components, strict=True)) == rows
-    assert found.names == {k + 1: n.name for k, n in enumerate(element.interfaces)}
-    assert (found.length_unit, found.mass_unit) == ("m", "kg")
-    assert float(found.properties["mass"]) == element.mass_kg
 
 
 def swapped(content):

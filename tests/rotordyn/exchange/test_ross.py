@@ -12,11 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from plain_run_up import unbalance_forces
-from python_exports import HOSTILE, on_springs, with_hostile_names
+from python_exports import HOSTILE, with_names
+from springs import on_springs, spring
 
 from solidwhirl.rotordyn import (
-    Bearing,
-    End,
     Rotor,
     SuperelementError,
     assemble,
@@ -53,17 +52,15 @@ def run(*arguments, folder):
 
 
 def bearing(at, stiffness, damping=0.0, **more):
-    stiffness, damping = (
-        np.asarray(x, float) if np.ndim(x) == 2 else np.diag(np.broadcast_to(x, 2)).astype(float)
-        for x in (stiffness, damping)
-    )
-    return {"at": at, "stiffness": stiffness.tolist(), "damping": damping.tolist(), **more}
+    made = spring(("r", str(at)), stiffness, damping)
+    matrices = {"stiffness": made.stiffness_n_per_m, "damping": made.damping_n_s_per_m}
+    return {"at": at, **{name: matrix.tolist() for name, matrix in matrices.items()}, **more}
 
 
 DISK = {"at": "a", "mass": 2.0, "polar": 0.01, "diametral": 0.006}
 RESPONSE = {"at": "a", "moment": 1e-4, "phase": 0.3, "read": ["a", "b"]}
 RESPONSE["speeds"] = np.linspace(50.0, 900.0, 12).tolist()
-RUN_UP = {"at": "a", "moment": 1e-4, "phase": 0.3, "top": 900.0, "duration": 0.2, "steps": 600}
+RUN_UP = {"at": "a", "moment": 1e-4, "phase": 0.3, "top": 900.0, "duration": 0.2, "steps": 150}
 SEAL = bearing("b", [[2e6, 1e6], [-1e6, 2e6]], 300.0, kind="SealElement")
 CASES = {
     "free": ("lateral_shaft", [], {"modes": MODES, "refused": True}),
@@ -102,15 +99,7 @@ SOLID = {
 
 def assembled(element, bearings, more=(), rotors=()):
     """The same system here."""
-    listed = [
-        Bearing(
-            name=f"{i}",
-            first=End(body="r", interface=b["at"]),
-            stiffness_n_per_m=np.array(b["stiffness"]),
-            damping_n_s_per_m=np.array(b["damping"]),
-        )
-        for i, b in enumerate(bearings)
-    ]
+    listed = [spring(("r", b["at"]), b["stiffness"], b["damping"]) for b in bearings]
     return assemble(
         {"r": Rotor(element=element, speed_ratio=1.0), **dict(rotors)}, (*listed, *more)
     )
@@ -124,19 +113,7 @@ def two_cases(lateral_shaft):
     pedestal = rigid_superelement(
         "pedestal", 12.0, np.zeros(3), np.ones(3), {"top": 0.0}, ("ux", "uy")
     )
-    joined = [
-        Bearing(
-            name="joint",
-            first=End(body="r", interface="b"),
-            second=End(body="p", interface="top"),
-            stiffness_n_per_m=3e7 * np.eye(2),
-        ),
-        Bearing(
-            name="foot",
-            first=End(body="p", interface="top"),
-            stiffness_n_per_m=np.diag([2e7, 1e7]),
-        ),
-    ]
+    joined = [spring(("r", "b"), 3e7, 0.0, ("p", "top")), spring(("p", "top"), (2e7, 1e7))]
     with_disk = attach_rigid_disk(
         lateral_shaft, "a", "disk", DISK["mass"], DISK["polar"], DISK["diametral"]
     )
@@ -177,7 +154,7 @@ def ross(request, tmp_path_factory):
     more_ours, more = two_cases(shaft)
     ours |= more_ours
     cases |= {name: {**case, "file": cases["even"]["file"]} for name, case in more.items()}
-    written = write_ross(with_hostile_names(shaft), folder / "two words").files
+    written = write_ross(with_names(shaft, HOSTILE), folder / "two words").files
     assert [f.name for f in written] == ["two words.py", "two words.npz"]
     cases["printed"] = {"file": str(written[0]), "run": ["--speed", "1000", *SPRING_OPTIONS]}
     (folder / "cases.json").write_text(json.dumps(cases))
@@ -188,12 +165,21 @@ def ross(request, tmp_path_factory):
     return found["values"], ours
 
 
+def with_solver(name):
+    return pytest.param(name, marks=pytest.mark.solver)
+
+
 def complex_of(listed):
     return np.array(listed)[..., 0] + 1j * np.array(listed)[..., 1]
 
 
-def check_modes(theirs, ours):
-    """Every oscillating mode here is one there, in frequency and growth; spares lie above."""
+@pytest.mark.parametrize("name", [*CASES, "disk", "pedestal", *map(with_solver, SOLID)])
+def test_modes(ross, name):
+    """Every oscillating mode here is one there, in frequency and growth; spares lie above.
+
+    Ω² K2 of a solid, for which ROSS has no place, counts: without it frequencies are off by 1.5e-3.
+    """
+    theirs, ours = ross[0][name], ross[1][name]
     for speed, found in theirs["modes"].items():
         modes = modes_at_speed(ours, float(speed)).eigenvalues
         for kind in ("dense", "sparse"):
@@ -211,35 +197,25 @@ def check_modes(theirs, ours):
             )
 
 
-@pytest.mark.parametrize("name", [*CASES, "disk", "pedestal"])
-def test_modes(ross, name):
-    check_modes(ross[0][name], ross[1][name])
+@pytest.mark.parametrize("name", ["damped", with_solver("solid")])
+def test_response_and_run_up(ross, name):
+    """Through resonances, amplitude and phase; a seal with cross-coupling on the shaft.
 
-
-@pytest.mark.solver
-@pytest.mark.parametrize("name", SOLID)
-def test_modes_of_a_solid(ross, name):
-    """Ω² K2, for which ROSS has no place, counts: without it frequencies are off by 1.5e-3."""
-    check_modes(ross[0][name], ross[1][name])
-
-
-def check_response(theirs, ours, plan):
+    The run-up is by the same steps of Newmark's average acceleration, from no acceleration as ROSS
+    begins.
+    """
+    theirs, ours, asked = ross[0][name], ross[1][name], (CASES | SOLID)[name][2]
+    plan = asked["response"]
     unbalance = Unbalance(
         body="r", interface=plan["at"], moment_kg_m=plan["moment"], phase_rad=plan["phase"]
     )
     (exciter,) = unbalance_response(ours, [unbalance], plan["speeds"]).exciters
-    theirs = complex_of(theirs["response"])
+    response = complex_of(theirs["response"])
     for place, node in enumerate(plan["read"]):
         expected = exciter.at_node("r", node)
         size = np.abs(expected).max()
-        np.testing.assert_allclose(theirs[:, place], expected, rtol=0, atol=1e-9 * size)
-
-
-def check_run_up(theirs, ours, plan):
-    """The same steps of Newmark's average acceleration, from no acceleration as ROSS begins."""
-    unbalance = Unbalance(
-        body="r", interface=plan["at"], moment_kg_m=plan["moment"], phase_rad=plan["phase"]
-    )
+        np.testing.assert_allclose(response[:, place], expected, rtol=0, atol=1e-9 * size)
+    plan = asked["run_up"]
     profile, h = ramp_and_hold(plan["top"], plan["duration"]), plan["duration"] / plan["steps"]
     # the reading at the very end is that before the hold
     times = np.linspace(0.0, plan["duration"] * (1.0 - 1e-14), plan["steps"] + 1)
@@ -261,24 +237,11 @@ def check_run_up(theirs, ours, plan):
     assert miss < 1e-6, miss
 
 
-def test_response_and_run_up(ross):
-    """Through resonances, amplitude and phase; a seal with cross-coupling on the shaft."""
-    theirs, ours = ross[0]["damped"], ross[1]["damped"]
-    check_response(theirs, ours, RESPONSE)
-    check_run_up(theirs, ours, RUN_UP)
-
-
-@pytest.mark.solver
-def test_response_and_run_up_of_a_solid(ross):
-    theirs, ours = ross[0]["solid"], ross[1]["solid"]
-    asked = SOLID["solid"][2]
-    check_response(theirs, ours, asked["response"])
-    check_run_up(theirs, ours, asked["run_up"])
-
-
 def test_campbell_and_critical_speeds(ross):
     theirs, ours = ross[0]["even"], ross[1]["even"]
     asked = CASES["even"][2]
+    # the lowest pair of a symmetric rotor at speed
+    assert theirs["modes"]["900"]["whirl"][:2] == ["Backward", "Forward"]
     for speed, found in zip(asked["campbell"]["speeds"], theirs["campbell"], strict=True):
         expected = 2 * np.pi * modes_at_speed(ours, speed).frequency_hz[: len(found)]
         np.testing.assert_allclose(found, expected, rtol=1e-7)
@@ -286,11 +249,6 @@ def test_campbell_and_critical_speeds(ross):
     listed = np.array(theirs["critical"])
     # ROSS counts a backward mode that meets its own speed as well, as we do
     np.testing.assert_allclose(listed[listed < 3000.0], found[: listed.size], rtol=1e-7)
-
-
-def test_whirl(ross):
-    """Lowest pair of a symmetric rotor at speed: backward, then forward."""
-    assert ross[0]["even"]["modes"]["900"]["whirl"][:2] == ["Backward", "Forward"]
 
 
 def test_shapes(ross, lateral_shaft):
@@ -329,7 +287,7 @@ def test_functions_that_need_shaft_elements_stop(ross):
 
 def test_file_runs(ross, lateral_shaft):
     """As told in its head, under a hostile name."""
-    element, text = with_hostile_names(lateral_shaft), ross[0]["printed"]
+    element, text = with_names(lateral_shaft, HOSTILE), ross[0]["printed"]
     lines = text[text.index("free, 1000 rad/s") :].splitlines()
     cut = next(i for i, line in enumerate(lines) if line.startswith("on springs"))
     for block, given in ((lines[1:cut], {}), (lines[cut + 1 :], {HOSTILE: 5e7, "b": (5e7, 4e7)})):

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pytest
-from rotors import ground, hub, one_rotor, plane_spring, three_disk_element
+from rotors import ground, one_rotor, three_disk_element
 
 from solidwhirl.rotordyn import campbell, modes_at_speed
 from solidwhirl.rotordyn.modes.eigen import whole_group_count
@@ -32,11 +30,3 @@ def test_odd_numbers_of_modes_and_branches_at_rest_are_made_even():
         assert campbell(system, [0.0, 300.0], branch_count=count).whirl.shape[0] == count + 1
         # at speed the pairs have come apart, and the count is that asked for
         assert modes_at_speed(system, 300.0, count).eigenvalues.size == count
-
-
-def test_no_stiffness_from_the_first_speed_on():
-    disk = hub(stiffness=plane_spring(1e6, 0.0, 1e4), polar_kg_m2=0.09)
-    disk = dataclasses.replace(disk, spin_softening=np.diag([0.0, 0.0, 1.0, 1.0]) * 1e4 / 50.0**2)
-    diagram = campbell(one_rotor(disk, []), [60.0, 80.0], branch_count=2)
-    (note,) = [note for note in diagram.notes if note.kind == "indefinite"]
-    assert note.speed_rad_s == 60.0

@@ -7,11 +7,13 @@ import dataclasses
 import numpy as np
 import pytest
 from rotors import (
+    between_bearings,
     connect,
     general,
     ground,
     hub,
     one_rotor,
+    polynomial_law,
     three_disk,
     three_disk_element,
     turning,
@@ -21,6 +23,8 @@ from rotors import (
 
 from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.modes.participation import participation
+
+FILM = polynomial_law((1.0, 1e-3), (0.5, 2e-3), (1.0, -1e-4), top=2000.0)
 
 
 def _sums(result):
@@ -91,22 +95,21 @@ def test_twin_rotor_adds_up(speed):
     assert np.abs(decrement).max() < 1e-15
 
 
-def test_parts_of_the_decrement_add_up_to_it():
+@pytest.mark.parametrize("law", [None, FILM])
+def test_parts_of_the_decrement_add_up_to_it(law):
     """Damped bearings, internal damping, circulation and cross-coupling in one system."""
-    cross = connect(
-        "seal",
-        "rotor.left",
-        stiffness=[[1e6, 4e5], [-4e5, 1e6]],
-        damping=[[300.0, 50.0], [-50.0, 300.0]],
-    )
-    damping = rd.InternalDamping(stiffness_coefficient_s=2e-6, modal_ratio=1e-3)
-    rotor = turning(three_disk_element(), internal_damping=damping)
-    held = [ground("rotor", end, 7e7, 5e7, 700.0, 500.0) for end in ("left", "right")]
-    system = rd.assemble({"rotor": rotor}, (*held, cross))
+    coupled = ([[1e6, 4e5], [-4e5, 1e6]], [[300.0, 50.0], [-50.0, 300.0]])
+    seal = connect("seal", "rotor.left", None, *coupled)
+    inside = rd.InternalDamping(stiffness_coefficient_s=2e-6, modal_ratio=1e-3)
+    own = (7e7, 5e7, 700.0, 500.0)
+    more = {"more": [seal], "speed_law": law}
+    system = between_bearings(three_disk_element(), *own, inside=inside, **more)
     modes = rd.modes_at_speed(system, 1500.0, 12)
     result = participation(system, modes)
     decrement = _sums(result)[2]
     np.testing.assert_allclose(decrement, modes.log_decrement, rtol=1e-8, atol=1e-10)
+    if law:
+        return
     # Each kind matters, and drives forward whirl against the bearings at this speed.
     assert (np.abs(result.decrement_bodies).max(axis=1) > 1e-3).all()
     forward = result.decrement_joints[result.joints.index("seal"), 1]
@@ -119,16 +122,11 @@ def test_geared_shafts_add_up():
     rotors = {"first": turning(shaft), "second": turning(shaft, -2.0)}
     held = {"torsion_stiffness_n_m_per_rad": 1e4, "axial_stiffness_n_per_m": 1e6}
     bearings = [ground(name, end, 7e7, **held) for name in rotors for end in ("left", "right")]
+    first, second = (rd.End(body=name, interface="left") for name in rotors)
     gear = rd.Gear(
-        name="gear",
-        first=rd.End(body="first", interface="left"),
-        second=rd.End(body="second", interface="left"),
-        ratio=-2.0,
-        mesh_stiffness_n_per_m=1e8,
-        mesh_damping_n_s_per_m=1e3,
-        base_radius_first_m=0.1,
-        line_of_action_rad=0.4,
-    )
+        name="gear", first=first, second=second, ratio=-2.0, mesh_stiffness_n_per_m=1e8,
+        mesh_damping_n_s_per_m=1e3, base_radius_first_m=0.1, line_of_action_rad=0.4,
+    )  # fmt: skip
     system = rd.assemble(rotors, tuple(bearings), gears=(gear,))
     modes = rd.modes_at_speed(system, 200.0, 12)
     result = participation(system, modes)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.linalg as la
-from rotors import connect, turning
+from rotors import connect, eigenvalues_of, state_eigenvalues, steel_shaft, turning
 
 from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.modes.split_spectrum import planes_apart, split_spectrum
@@ -25,63 +25,36 @@ def _engine(
 
     Free, the three join a long body to the spools instead.
     """
+    ends = {"left": 0.0, "right": 0.7}
     rotors = {}
     for name, ratio, radius in (("a", 1.0, 0.02), ("b", -1.3, 0.035)):
-        disk = rd.Disk(
-            name="disk",
-            position_m=0.25,
-            mass_kg=9.0,
-            polar_kg_m2=0.15,
-            diametral_kg_m2=0.09,
-        )
-        element = rd.beam_superelement(
-            name,
-            np.linspace(0.0, 0.7, 5),
-            radius,
-            0.6 * radius,
-            (2e11, 0.3, 7800.0),
-            {"left": 0.0, "right": 0.7},
-            [disk],
-            components=components,
-        )
+        own_shape = (np.linspace(0.0, 0.7, 5), radius, ends, [(0.25, 9.0, 0.15, 0.09)])
+        element = steel_shaft(name, *own_shape, inner=0.6 * radius, components=components)
         rotors[name] = turning(element, ratio, **own)
-
     if free:
-        frame = rd.beam_superelement(
-            "frame",
-            np.linspace(-0.1, 0.8, 4),
-            0.06,
-            0.05,
-            (2e11, 0.3, 7800.0),
-            {"left": 0.0, "right": 0.7},
-            components=components,
-        )
+        long = (np.linspace(-0.1, 0.8, 4), 0.06, ends)
+        frame = steel_shaft("frame", *long, inner=0.05, components=components)
         rotors["frame"] = turning(frame, 0.0)
-
-    def bearing(name, first, second=None):
-        if free and second is None:
-            second = rd.End(body="frame", interface=first.interface)
-        return connect(name, first, second, np.array(stiffness), damping)
-
-    ends = {f"{n} {e}": rd.End(body=n, interface=e) for n in "ab" for e in ("left", "right")}
-    bearings = (
-        bearing("1", ends["a left"]),
-        bearing("2", ends["a right"]),
-        bearing("3", ends["b left"]),
-        bearing("4", ends["b right"], ends["a right"]),
-    )
-    return rd.assemble(rotors, bearings)
+    places = {"a.left": None, "a.right": None, "b.left": None, "b.right": "a.right"}
+    bearings = []
+    for first, second in places.items():
+        below = f"frame.{first[2:]}" if free else None
+        bearings.append(connect(first, first, second or below, np.array(stiffness), damping))
+    return rd.assemble(rotors, tuple(bearings))
 
 
 def _whole(assembled, speed):
     """Eigenvalues of the companion matrix of the whole system, with Im λ > 0."""
-    m, c, g, k = rd.matrices_at_speed(assembled, speed)
-    n = len(m)
-    top = np.hstack([np.zeros((n, n)), np.eye(n)])
-    bottom = np.hstack([-la.solve(m, k), -la.solve(m, c + g)])
-    values = la.eigvals(np.vstack([top, bottom]))
+    values = eigenvalues_of(assembled, speed)
     values = values[values.imag > 1.0]
     return values[np.argsort(values.imag)]
+
+
+def _check_shapes(assembled, speed, values, shapes):
+    m, c, g, k = rd.matrices_at_speed(assembled, speed)
+    for value, shape in zip(values, shapes.T, strict=True):
+        parts = [value**2 * m @ shape, value * (c + g) @ shape, k @ shape]
+        assert la.norm(sum(parts)) < 1e-9 * max(la.norm(p) for p in parts)
 
 
 CASES = {
@@ -106,10 +79,7 @@ def test_eigenvalues_and_residuals(case, speed):
     distance = np.abs(modes.eigenvalues[lowest, None] - expected).min(axis=1)
     # the companion matrix itself keeps about 1e-16 of its largest eigenvalue, 1e6 rad/s
     assert (distance < 1e-8 * np.abs(modes.eigenvalues[lowest])).all()
-    m, c, g, k = rd.matrices_at_speed(assembled, speed)
-    for value, shape in zip(modes.eigenvalues[lowest], modes.shapes.T[lowest], strict=True):
-        parts = [value**2 * m @ shape, value * (c + g) @ shape, k @ shape]
-        assert la.norm(sum(parts)) < 1e-9 * max(la.norm(p) for p in parts)
+    _check_shapes(assembled, speed, modes.eigenvalues[lowest], modes.shapes[:, lowest])
 
 
 def test_anisotropic_system_is_solved_by_planes_and_isotropic_by_halves():
@@ -140,9 +110,8 @@ def test_free_motions_are_counted_as_in_the_whole_problem():
     # drift of two directions, place and velocity; tilts turn steadily or, as one nutation, whirl
     assert modes.zero_count == 6
     scale = 1.0 / np.sqrt(np.diag(m))
-    k, v, m = (scale[:, None] * a * scale for a in (k, c + g, m))
-    companion = np.block([[np.zeros((n, n)), np.eye(n)], [-la.solve(m, k), -la.solve(m, v)]])
-    assert (np.abs(la.eigvals(companion)) < 1.0).sum() == modes.zero_count
+    values = state_eigenvalues(*(scale[:, None] * a * scale for a in (m, c + g, k)))
+    assert (np.abs(values) < 1.0).sum() == modes.zero_count
 
 
 def test_axial_motion_and_torsion_stand_beside():
@@ -173,11 +142,7 @@ def test_spin_couples_motions_of_order_0():
     modes = rd.modes_at_speed(tied, SPEED)
     beside = modes.family == 0
     assert beside.any()
-    m, c, g, k = rd.matrices_at_speed(tied, SPEED)
-    shapes = modes.shapes[:, beside].T
-    for value, shape in zip(modes.eigenvalues[beside], shapes, strict=True):
-        parts = [value**2 * m @ shape, value * (c + g) @ shape, k @ shape]
-        assert la.norm(sum(parts)) < 1e-9 * max(la.norm(p) for p in parts)
+    _check_shapes(tied, SPEED, modes.eigenvalues[beside], modes.shapes[:, beside])
     before = rd.modes_at_speed(plain, SPEED)
     before = before.eigenvalues[before.family == 0]
     assert np.abs(modes.eigenvalues[beside, None] - before).min(axis=1).max() > 1.0

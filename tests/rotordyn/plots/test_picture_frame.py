@@ -22,34 +22,22 @@ from solidwhirl.rotordyn.plots.frame import (
 )
 
 
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        (0.0, "0"),
-        (0.05, "0.05"),
-        (123.4, "123"),
-        (-2.5, "\u22122.5"),
-        (5.0118e8, "5.01×10⁸"),
-        (1e5, "10⁵"),
-        (3.7e-4, "3.7×10⁻⁴"),
-        (-1.2e-7, "\u22121.2×10⁻⁷"),
-    ],
-)
-def test_numbers_have_powers_of_ten(value, text):
-    assert number_text(value) == text
-
-
-def test_digits_are_kept():
+def test_numbers_have_powers_of_ten_and_speeds_groups_of_digits():
+    for value, text in {
+        0.0: "0",
+        0.05: "0.05",
+        123.4: "123",
+        -2.5: "\u22122.5",
+        5.0118e8: "5.01×10⁸",
+        1e5: "10⁵",
+        3.7e-4: "3.7×10⁻⁴",
+        -1.2e-7: "\u22121.2×10⁻⁷",
+    }.items():
+        assert number_text(value) == text
     assert number_text(37414.0, 5) == "37414"
     assert number_text(3.7414e-4, 5) == "3.7414×10⁻⁴"
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [(7500.0, "7500"), (12500.0, "12\u2009500"), (-20000.0, "\u221220\u2009000"), (0.5, "0.5")],
-)
-def test_speeds_have_groups_of_digits(value, text):
-    assert thousands(value) == text
+    speeds = {7500.0: "7500", 12500.0: "12\u2009500", -20000.0: "\u221220\u2009000", 0.5: "0.5"}
+    assert [thousands(value) for value in speeds] == [*speeds.values()]
 
 
 def _named(axes):
@@ -59,18 +47,16 @@ def _named(axes):
     return {t.get_text() for t in labels if t.get_text() and low <= t.get_position()[1] <= high}
 
 
-def test_two_and_five_are_named_on_a_short_logarithmic_axis(tmp_path):
+@pytest.mark.parametrize(
+    ("low", "named"),
+    [(900.0, {"1000", "2000", "5000", "10\u2009000", "20\u2009000"}),
+     (9.0, {"10", "100", "1000", "10\u2009000"})],
+)  # fmt: skip
+def test_two_and_five_are_named_on_a_short_logarithmic_axis(tmp_path, low, named):
     axes = new_figure(tmp_path / "a.png").add_subplot()
-    axes.set(yscale="log", ylim=(900.0, 30e3))
+    axes.set(yscale="log", ylim=(low, 30e3))
     name_speeds(axes.yaxis)
-    assert _named(axes) == {"1000", "2000", "5000", "10\u2009000", "20\u2009000"}
-
-
-def test_powers_alone_are_named_on_a_long_one(tmp_path):
-    axes = new_figure(tmp_path / "a.png").add_subplot()
-    axes.set(yscale="log", ylim=(9.0, 30e3))
-    name_speeds(axes.yaxis)
-    assert _named(axes) == {"10", "100", "1000", "10\u2009000"}
+    assert _named(axes) == named
 
 
 def test_a_legend_names_each_label_once(tmp_path):
@@ -82,12 +68,9 @@ def test_a_legend_names_each_label_once(tmp_path):
     add_legend(figure, list(frames), "and a note")
     (legend,) = figure.legends
     assert [t.get_text() for t in legend.get_texts()] == ["a", "b", "c", "and a note"]
-
-
-def test_nothing_is_written_where_nothing_has_a_label(tmp_path):
-    figure = new_figure(tmp_path / "a.png")
-    add_legend(figure, [figure.add_subplot()])
-    assert not figure.legends
+    bare = new_figure(tmp_path / "b.png")
+    add_legend(bare, [bare.add_subplot()])
+    assert not bare.legends
 
 
 HOSTILE = ("Price $1_$2", r"100 $\unknown$", r"$\frac{$ \$ 100 %_^{}", "$", "質量 $m_{$")

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from rotors import connect, hub, turning
 
-from solidwhirl.rotordyn import AnalysisError, Bearing, End, Rotor, assemble
+from solidwhirl.rotordyn import AnalysisError, assemble
 from solidwhirl.rotordyn.plots.matplotlib_chart import draw_charts
 from solidwhirl.rotordyn.plots.run_up import (
     force_chart,
@@ -22,22 +23,10 @@ from solidwhirl.rotordyn.run_up.speed_profile import ramp_and_hold
 
 
 @pytest.fixture(scope="module")
-def run(hub):
-    def held(body):
-        return Bearing(
-            name=body,
-            first=End(body=body, interface="hub"),
-            stiffness_n_per_m=1e5 * np.eye(2),
-            damping_n_s_per_m=50 * np.eye(2),
-            tilt_stiffness_n_m_per_rad=1e5 * np.eye(2),
-        )
-
-    rotors = {
-        "inner": Rotor(element=hub(), speed_ratio=1.0),
-        "outer": Rotor(element=hub(), speed_ratio=-1.5),
-        "frame": Rotor(element=hub(), speed_ratio=0.0),
-    }
-    system = assemble(rotors, tuple(held(body) for body in rotors))
+def run():
+    ratios = {"inner": 1.0, "outer": -1.5, "frame": 0.0}
+    held = (connect(b, f"{b}.hub", stiffness=1e5, damping=50, tilt=1e5) for b in ratios)
+    system = assemble({b: turning(hub(), ratio) for b, ratio in ratios.items()}, tuple(held))
     unbalances = [Unbalance(body=b, interface="hub", moment_kg_m=1e-3) for b in ("inner", "outer")]
     return run_up(
         system, ramp_and_hold(200.0, 2.0, 1.0), unbalances, step_s=1e-3, bearings=["inner", "frame"]

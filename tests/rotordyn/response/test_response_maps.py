@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pytest
-from rotors import connect, ground, hub, one_rotor, pinned, turning, twin_bodies
+from rotors import connect, ground, hub, one_rotor, pinned, twin_bodies, twin_rotors
 from scipy.optimize import minimize_scalar
 
 from solidwhirl import rotordyn as rd
@@ -24,21 +22,30 @@ INNER_C = rd.End(body="inner", interface="C")
 
 def engine(*more):
     """Counter-rotating shafts of which one has internal damping, on damped bearings."""
-    inner, outer = twin_bodies()
     inside = rd.InternalDamping(stiffness_coefficient_s=1e-6)
-    rotors = {"inner": turning(inner, internal_damping=inside), "outer": turning(outer, -1.4)}
-    joint = connect("C", INNER_C, "outer.C", 2e8, 400.0)
     held = (
         ground("inner", "A", 3e7, 2e7, 900.0),
         ground("inner", "B", 3e7, 3e7, 900.0, 700.0),
         ground("outer", "D", 5e7, 4e7, 500.0),
+        connect("C", INNER_C, "outer.C", 2e8, 400.0),
     )
-    return rd.assemble(rotors, (*held, joint, *more), "inner")
+    return rd.assemble(twin_rotors(-1.4, internal_damping=inside), (*held, *more), "inner")
 
 
-def laval(stiffness=STIFFNESS, damping=DAMPING, polar=0.1):
-    support = ground("rotor", "hub", stiffness, cx=damping, tilt=1e5)
-    return one_rotor(hub(mass_kg=MASS, polar_kg_m2=polar), [support])
+def laval(damping=DAMPING):
+    support = ground("rotor", "hub", STIFFNESS, cx=damping, tilt=1e5)
+    return one_rotor(hub(mass_kg=MASS), [support])
+
+
+def laval_map(stiffnesses, omega, damping=DAMPING):
+    """Response of the hub to the unbalance there over the stiffness of its support."""
+    own = (laval(damping), ["rotor.hub"], stiffnesses, HUB_UNBALANCE, omega, HUB)
+    return stiffness_maps.synchronous_stiffness_map(*own)
+
+
+def ground_amplitude(omega, damping):
+    through = STIFFNESS + 1j * omega * damping
+    return np.abs(2e-6 * through / (through - MASS * omega**2))
 
 
 HUB = rd.End(body="rotor", interface="hub")
@@ -54,38 +61,12 @@ def test_each_row_of_the_place_map_is_one_unbalance_response():
         unbalance = Unbalance(body=place.body, interface=place.interface, moment_kg_m=2e-5)
         (exciter,) = unbalance_response(system, [unbalance], speeds).exciters
         np.testing.assert_array_equal(found.frequencies_rad_s[row], exciter.frequencies_rad_s)
-        np.testing.assert_allclose(
-            found.translation_m[row], exciter.translation_m, rtol=1e-9, atol=1e-24
-        )
-        np.testing.assert_allclose(
-            found.major_m()[row], exciter.orbits().major_m, rtol=1e-9, atol=1e-24
-        )
+        for values, expected in (
+            (found.translation_m[row], exciter.translation_m),
+            (found.major_m()[row], exciter.orbits().major_m),
+        ):
+            np.testing.assert_allclose(values, expected, rtol=1e-9, atol=1e-24)
     assert found.nodes[1] == INNER_C and not found.translation_m[:, 0].any()
-
-
-def test_place_and_response_can_be_exchanged_without_spin_effects():
-    # Symmetric receptance holds for a system at rest; a force turning with a shaft that has no
-    # gyroscopic moment is the same thing.
-    element = twin_bodies()[0]
-    still = dataclasses.replace(element, gyroscopic=np.zeros_like(element.gyroscopic))
-    system = one_rotor(still, [ground("rotor", e, 2e7, 2e7, 300.0) for e in ("A", "B")])
-    places = [rd.End(body="rotor", interface=e) for e in ("A", "C", "B")]
-    found = place_map(system, places, 1e-5, [300.0, 900.0]).translation_m[..., 0]
-    order = [["A", "C", "B"].index(node.name) for node in element.interfaces]
-    matrix = found[order]
-    scale = np.abs(matrix).max()
-    np.testing.assert_allclose(matrix, matrix.transpose(2, 1, 0), rtol=0, atol=1e-10 * scale)
-
-
-def test_ground_motion_of_a_laval_rotor():
-    omega = np.array([0.0, 100.0, np.sqrt(STIFFNESS / MASS), 2000.0])
-    found = ground_motion_map(laval(), 2e-6, "x", [0.0, 300.0], omega, HUB)
-    through = STIFFNESS + 1j * omega * DAMPING
-    expected = 2e-6 * through / (through - MASS * omega**2)
-    for row in found.translation_m:
-        np.testing.assert_allclose(row[:, 0], expected, rtol=1e-10)
-        assert not row[:, 1].any()
-    np.testing.assert_allclose(found.major_m()[1], np.abs(expected), rtol=1e-10)
 
 
 @pytest.mark.parametrize("direction", ["x", "y"])
@@ -150,9 +131,7 @@ def test_other_bearing_stiffness():
 
 def test_stiffness_map_of_a_laval_rotor():
     stiffness, omega = np.array([1e5, 4e6, 1e9]), np.linspace(0.0, 1500.0, 40)
-    found = stiffness_maps.synchronous_stiffness_map(
-        laval(), ["rotor.hub"], stiffness, HUB_UNBALANCE, omega, HUB
-    )
+    found = laval_map(stiffness, omega)
     dynamic = stiffness[:, None] - MASS * omega**2 + 1j * omega * DAMPING
     expected = MOMENT * omega**2 / dynamic
     np.testing.assert_allclose(found.translation_m[..., 0], expected, rtol=1e-9, atol=1e-25)
@@ -164,15 +143,12 @@ def test_stiffness_map_at_a_speed_keeps_the_gyroscopic_moment():
     system, omega = engine(), np.array([100.0, 400.0, 700.0])
     unbalance = Unbalance(body="outer", interface="D", moment_kg_m=1e-5, phase_rad=0.3)
     names, values = ["inner.A", "inner.B"], np.array([1e7, 1e9])
-    synchronous = stiffness_maps.synchronous_stiffness_map(
-        system, names, values, unbalance, omega, INNER_C
-    )
+    given = (system, names, values, unbalance, omega, INNER_C)
+    synchronous = stiffness_maps.synchronous_stiffness_map(*given)
     np.testing.assert_allclose(synchronous.speeds_rad_s, omega / 1.4)
     # Where the fixed speed is the synchronous one, both are the same, and elsewhere not.
     speed = float(omega[1] / 1.4)
-    fixed = stiffness_maps.stiffness_map_at_speed(
-        system, names, values, unbalance, omega, INNER_C, speed
-    )
+    fixed = stiffness_maps.stiffness_map_at_speed(*given, speed)
     same = [np.abs(m.translation_m[:, 1]) for m in (fixed, synchronous)]
     np.testing.assert_allclose(*same, rtol=1e-9)
     away = np.abs(fixed.translation_m[:, 2] / synchronous.translation_m[:, 2] - 1)
@@ -180,18 +156,15 @@ def test_stiffness_map_at_a_speed_keeps_the_gyroscopic_moment():
     for at, value in enumerate(values):
         changed = with_bearing_stiffness(system, names, value)
         (exciter,) = unbalance_response(changed, [unbalance], [speed]).exciters
-        np.testing.assert_allclose(
-            fixed.translation_m[at, 1], exciter.at_node("inner", "C")[0], rtol=1e-9
-        )
+        expected = exciter.at_node("inner", "C")[0]
+        np.testing.assert_allclose(fixed.translation_m[at, 1], expected, rtol=1e-9)
 
 
 def test_chosen_stiffness_keeps_resonance_out_of_the_band():
     # For a rigid rotor well above resonance softer is better, down to self-centring; a stiff one
     # is better still: MOMENT ω²/k. Between, the band holds a resonance.
     stiffness, omega = np.logspace(5, 9, 33), np.linspace(0.0, 900.0, 361)
-    found = stiffness_maps.synchronous_stiffness_map(
-        laval(), ["rotor.hub"], stiffness, HUB_UNBALANCE, omega, HUB
-    )
+    found = laval_map(stiffness, omega)
     choice = stiffness_maps.choose_stiffness(found, 600.0, 0.2)
     assert choice.band_rad_s == pytest.approx((480.0, 720.0))
     inside = np.linspace(480.0, 720.0, 97)
@@ -203,28 +176,23 @@ def test_chosen_stiffness_keeps_resonance_out_of_the_band():
     resonant = (stiffness > MASS * 480.0**2) & (stiffness < MASS * 720.0**2)
     assert choice.candidates_m[resonant].min() > 3 * MOMENT / MASS
     # Without the stiff end the softest is best.
-    soft = stiffness_maps.synchronous_stiffness_map(
-        laval(), ["rotor.hub"], stiffness[:14], HUB_UNBALANCE, omega, HUB
-    )
+    soft = laval_map(stiffness[:14], omega)
     assert stiffness_maps.choose_stiffness(soft, 600.0, 0.15).stiffness_n_per_m == stiffness[0]
 
 
 def test_wrong_arguments_are_refused():
-    system = engine()
-    with pytest.raises(rd.AnalysisError, match="places is empty"):
-        place_map(system, [], 1e-5, [1.0])
-    with pytest.raises(
-        rd.AnalysisError, match=r"unbalance at inner.X: body 'inner' has no interface"
-    ):
-        place_map(system, [rd.End(body="inner", interface="X")], 1e-5, [1.0])
+    system, nowhere = engine(), rd.End(body="inner", interface="X")
+    for places, message in [
+        ([], "places is empty"),
+        ([nowhere], "unbalance at inner.X: body 'inner' has no interface"),
+    ]:
+        with pytest.raises(rd.AnalysisError, match=message):
+            place_map(system, places, 1e-5, [1.0])
     for options, message in [
         ({"direction": "z"}, "direction is 'z'; allowed are 'x' and 'y'"),
         ({"amplitude_m": np.nan}, "amplitude_m is nan"),
         ({"frequencies_rad_s": [-1.0]}, "frequencies_rad_s needs a list"),
-        (
-            {"node": rd.End(body="inner", interface="X")},
-            "node of the response: body 'inner' has no",
-        ),
+        ({"node": nowhere}, "node of the response: body 'inner' has no"),
     ]:
         arguments = {
             "amplitude_m": 1e-6, "direction": "x", "speeds_rad_s": [1.0],
@@ -251,9 +219,7 @@ def test_wrong_arguments_are_refused():
 
 def test_wrong_choices_are_refused():
     omega = np.linspace(0.0, 900.0, 91)
-    found = stiffness_maps.synchronous_stiffness_map(
-        laval(), ["rotor.hub"], [1e6], HUB_UNBALANCE, omega, HUB
-    )
+    found = laval_map([1e6], omega)
     for center, margin, message in [
         (-1.0, 0.2, "operating_frequency_rad_s is -1.0"),
         (500.0, 0.0, "margin 0.0"),
@@ -263,9 +229,7 @@ def test_wrong_choices_are_refused():
         with pytest.raises(rd.AnalysisError, match=message):
             stiffness_maps.choose_stiffness(found, center, margin)
     with pytest.raises(rd.AnalysisError, match="needs a rising list"):
-        stiffness_maps.synchronous_stiffness_map(
-            laval(), ["rotor.hub"], [2.0, 1.0], HUB_UNBALANCE, omega, HUB
-        )
+        laval_map([2.0, 1.0], omega)
     with pytest.raises(rd.AnalysisError, match="speed_rad_s is -1"):
         stiffness_maps.stiffness_map_at_speed(
             laval(), ["rotor.hub"], [1e6], HUB_UNBALANCE, omega, HUB, speed_rad_s=-1.0
@@ -282,9 +246,7 @@ def test_peaks_of_ground_motion_do_not_hang_on_the_frequencies(count, damping):
     peaks = ground_motion_peaks(system, found)
     assert peaks.height_m.shape == peaks.frequency_rad_s.shape == (2, count)
     natural = np.sqrt(STIFFNESS / MASS)
-    near = natural * (1.0 + np.linspace(-3e-5, 3e-5, 6001))
-    through = STIFFNESS + 1j * near * damping
-    highest = np.abs(2e-6 * through / (through - MASS * near**2)).max()
+    highest = ground_amplitude(natural * (1.0 + np.linspace(-3e-5, 3e-5, 6001)), damping).max()
     for height, place in zip(peaks.height_m, peaks.frequency_rad_s, strict=True):
         at = int(height.argmax())
         assert height[at] == pytest.approx(highest, rel=1e-4)
@@ -293,23 +255,29 @@ def test_peaks_of_ground_motion_do_not_hang_on_the_frequencies(count, damping):
     assert (peaks.height_m >= found.major_m()).all()
 
 
+def test_maps_without_sharp_resonances_need_no_more_frequencies():
+    # A damping ratio of 0.8, and no mode of tilt in the range: none is narrower than a few steps.
+    for omega in (np.linspace(0.0, 300.0, 2), np.linspace(0.0, 300.0, 300)):
+        system, tried = laval(1e4), laval_map([3e6], omega, 1e4)
+        shaken = ground_motion_map(system, 2e-6, "x", [0.0, 300.0], omega, HUB)
+        assert (ground_motion_peaks(system, shaken).height_m >= shaken.major_m()).all()
+        assert (stiffness_map_peaks(system, tried).height_m >= tried.major_m()).all()
+
+
 def test_a_sharp_resonance_between_two_frequencies_is_not_chosen():
     # The supports of 3.6e6 N/m resonate at 600 rad/s, 1 rad/s away from the nearest frequency.
     stiffness, omega = np.array([3.6e6, 6e6]), np.linspace(0.5, 900.5, 451)
-    system = laval(damping=2.0)
-    map_ = stiffness_maps.synchronous_stiffness_map(
-        system, ["rotor.hub"], stiffness, HUB_UNBALANCE, omega, HUB
-    )
+    system, map_ = laval(damping=2.0), laval_map(stiffness, omega, 2.0)
     peaks = stiffness_map_peaks(system, map_)
     for row, value in zip(peaks.height_m, stiffness, strict=True):
         natural = np.sqrt(value / MASS)
         assert row.max() == pytest.approx(MOMENT * natural / 2.0, rel=1e-4)  # u ω² / (c ω)
-    with_peaks = stiffness_maps.choose_stiffness(map_, 600.0, 0.2, peaks)
-    np.testing.assert_allclose(with_peaks.candidates_m[0], MOMENT * 600.0 / 2.0, rtol=1e-4)
-    assert (
-        stiffness_maps.choose_stiffness(map_, 600.0, 0.2).candidates_m[0]
-        < 0.5 * with_peaks.candidates_m[0]
+    without, with_peaks = (
+        stiffness_maps.choose_stiffness(map_, 600.0, 0.2, known).candidates_m[0]
+        for known in (None, peaks)
     )
+    assert with_peaks == pytest.approx(MOMENT * 600.0 / 2.0, rel=1e-4)
+    assert without < 0.5 * with_peaks
     # at one speed alone the resonance is the same
     fixed = stiffness_maps.stiffness_map_at_speed(
         system, ["rotor.hub"], stiffness, HUB_UNBALANCE, omega, HUB, 300.0
@@ -336,20 +304,14 @@ def test_heights_of_peaks_are_off_by_less_than_they_say(count, damping):
     """Damping ratios of 1.6e-4 to 0.2: sharp, and so broad that the frequencies show them."""
     system, omega = laval(damping=damping), np.linspace(100.0, 1500.0, count)
     shaken = ground_motion_map(system, 2e-6, "y", [0.0, 300.0], omega, HUB)
-    turned = stiffness_maps.synchronous_stiffness_map(
-        system, ["rotor.hub"], [STIFFNESS], HUB_UNBALANCE, omega, HUB
-    )
-
-    def ground(rate):
-        through = STIFFNESS + 1j * rate * damping
-        return np.abs(2e-6 * through / (through - MASS * rate**2))
+    turned = laval_map([STIFFNESS], omega, damping)
 
     def unbalance(rate):
         through = STIFFNESS + 1j * rate * damping - MASS * rate**2
         return np.abs(MOMENT * rate**2 / through)
 
     for peaks, curve in (
-        (ground_motion_peaks(system, shaken), ground),
+        (ground_motion_peaks(system, shaken), lambda rate: ground_amplitude(rate, damping)),
         (stiffness_map_peaks(system, turned), unbalance),
     ):
         natural = np.sqrt(STIFFNESS / MASS)  # offsets from it, as the search needs their digits

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from rotors import ground, hub, turning, twin
+from rotors import ground, hub, one_rotor, twin
 
-from solidwhirl.rotordyn import AnalysisError, assemble, critical_speeds
+from solidwhirl.rotordyn import AnalysisError, critical_speeds
 from solidwhirl.rotordyn.assembly.coordinates import interface_row
 from solidwhirl.rotordyn.assembly.system import matrices_at_speed
 from solidwhirl.rotordyn.modes.damping import amplification_factor
@@ -54,15 +54,21 @@ def test_amplification_from_the_log_decrement(damping_ratio):
     near = amplification_factor(decrement) / (np.pi / decrement) - 1
     assert near == pytest.approx(damping_ratio**2 / 2, rel=0.05)
     assert amplification_factor(-decrement) == pytest.approx(-0.5 / damping_ratio, rel=1e-13)
+    assert amplification_factor(0.0) == np.inf
+
+
+def _resonance(speed, factor, **options):
+    return Resonance(speed_rad_s=speed, amplification_factor=factor, **options)
+
+
+def _margins(*resonances):
+    operating = OperatingRange(shaft="LP", speed_low_rad_s=800.0, speed_high_rad_s=1000.0)
+    return separation_margins(operating, resonances)
 
 
 def test_margins_below_inside_and_above():
-    operating = OperatingRange(shaft="LP", speed_low_rad_s=800.0, speed_high_rad_s=1000.0)
     speeds = [400.0, 672.0, 688.0, 800.0, 1000.0, 1160.0, 1240.0, 1300.0]
-    found = separation_margins(
-        operating,
-        [Resonance(speed_rad_s=s, amplification_factor=11.5) for s in reversed(speeds)],
-    )
+    found = _margins(*(_resonance(s, 11.5) for s in reversed(speeds)))
     assert [m.resonance.speed_rad_s for m in found] == speeds
     margins = [-0.5, -0.16, -0.14, 0.0, 0.0, 0.16, 0.24, 0.30]
     np.testing.assert_allclose([m.margin for m in found], margins, rtol=1e-12, atol=0)
@@ -77,14 +83,7 @@ def test_margins_below_inside_and_above():
 
 
 def test_critically_damped_resonance_may_be_inside_and_an_unstable_one_nowhere():
-    operating = OperatingRange(shaft="LP", speed_low_rad_s=800.0, speed_high_rad_s=1000.0)
-    damped, unstable = separation_margins(
-        operating,
-        [
-            Resonance(speed_rad_s=900.0, amplification_factor=2.0),
-            Resonance(speed_rad_s=3000.0, amplification_factor=-20.0),
-        ],
-    )
+    damped, unstable = _margins(_resonance(900.0, 2.0), _resonance(3000.0, -20.0))
     assert damped.verdict_api_617 == "ok"
     # A fixed margin does not look at the damping.
     assert damped.verdict_15_percent == "inside margin"
@@ -115,9 +114,8 @@ def test_ranges_without_meaning_are_refused(low, high):
 @pytest.mark.parametrize("stretch", [1.0, 1.0 + 1e-3, 1.3])
 def test_excited_is_what_an_unbalance_drives_without_bound(ratio, stretch):
     """A hair from an undamped critical speed the response is large, or it is not excited."""
-    tilt = np.diag([1e5, 1e5 * stretch])
-    bearing = ground("rotor", "hub", 1e6, 1e6 * stretch, tilt_stiffness_n_m_per_rad=tilt)
-    system = assemble({"rotor": turning(hub(), ratio)}, (bearing,))
+    bearing = ground("rotor", "hub", 1e6, 1e6 * stretch, tilt=(1e5, 1e5 * stretch))
+    system = one_rotor(hub(), [bearing], ratio)
     # off the centre of gravity, so that it drives tilts too
     found = [c for c in critical_speeds(system, ratio, 2000.0) if c.whirl]
     assert len(found) >= 2
@@ -129,11 +127,8 @@ def test_excited_is_what_an_unbalance_drives_without_bound(ratio, stretch):
         force = np.zeros(system.size, dtype=complex)
         for component, own in (("ux", 1.0), ("uy", -turn), ("rx", 0.1 * turn), ("ry", 0.1)):
             force += own * interface_row(system, "rotor", "hub", component)
-        dynamic = (
-            matrices.stiffness
-            - omega**2 * matrices.mass
-            + 1j * omega * (matrices.damping + matrices.gyroscopic)
-        )
+        velocity = matrices.damping + matrices.gyroscopic
+        dynamic = matrices.stiffness - omega**2 * matrices.mass + 1j * omega * velocity
         # its own part: another mode may be critical at the same speed
         row = critical.shape.conj() @ matrices.mass
         size = abs(row @ np.linalg.solve(dynamic, force))
@@ -145,16 +140,12 @@ def test_excited_is_what_an_unbalance_drives_without_bound(ratio, stretch):
             assert excitation.excited is (critical.whirl == forward)
 
 
-def _margins(*resonances):
-    operating = OperatingRange(shaft="LP", speed_low_rad_s=800.0, speed_high_rad_s=1000.0)
-    return separation_margins(operating, resonances)
-
-
 def test_the_method_decides_and_says_why():
-    near = Resonance(speed_rad_s=1200.0, amplification_factor=3.5, whirl="forward")
-    far = Resonance(speed_rad_s=400.0, amplification_factor=np.inf)
-    silent = Resonance(speed_rad_s=900.0, amplification_factor=np.inf, excited=False)
-    found = _margins(near, far, silent)
+    near, silent = (
+        _resonance(1200.0, 3.5, whirl="forward"),
+        _resonance(900.0, np.inf, excited=False),
+    )
+    found = _margins(near, _resonance(400.0, np.inf), silent)
     # 18.5 % asked by the standard
     by_standard = margin_verdict(found, MarginMethod())
     assert (by_standard.passed, by_standard.missed) == (True, ())
@@ -165,8 +156,7 @@ def test_the_method_decides_and_says_why():
     assert [m.resonance for m in plain.missed] == [near]
     assert "25.0 % asked" in plain.why
     assert margin_verdict(_margins(silent), MarginMethod()).passed
-    inside = Resonance(speed_rad_s=900.0, amplification_factor=2.6)
     for kind in ("api617", "percent"):
-        verdict = margin_verdict(_margins(inside), MarginMethod(kind=kind))
+        verdict = margin_verdict(_margins(_resonance(900.0, 2.6)), MarginMethod(kind=kind))
         assert not verdict.passed
         assert "no margin is enough" in verdict.why

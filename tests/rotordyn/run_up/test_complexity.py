@@ -7,11 +7,10 @@ import dataclasses
 import numpy as np
 import pytest
 import scipy.linalg as la
-from rotors import connect, hub, turning
+from rotors import connect, hub, steel_shaft, turning
 
 from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.assembly.coordinates import body_rows, interface_row
-from solidwhirl.rotordyn.beams.shafts import Disk
 from solidwhirl.rotordyn.modes.modal_truncation import project_system
 from solidwhirl.rotordyn.response.unbalance import Unbalance
 from solidwhirl.rotordyn.run_up import complexity
@@ -19,30 +18,21 @@ from solidwhirl.rotordyn.run_up.speed_profile import ramp_and_hold
 
 
 def shaft(modulus=2e11, components=("ux", "uy", "rx", "ry")):
-    disks = [
-        Disk(name="d", position_m=0.5, mass_kg=20.0, polar_kg_m2=0.6, diametral_kg_m2=0.35),
-        Disk(name="e", position_m=1.0, mass_kg=8.0, polar_kg_m2=0.2, diametral_kg_m2=0.1),
-    ]
-    return rd.beam_superelement(
-        "shaft", np.linspace(0.0, 1.0, 7), 0.03, 0.0, (modulus, 0.3, 7800.0),
-        {"left": 0.0, "middle": 0.5, "right": 0.9}, disks, components,
-    )  # fmt: skip
+    disks = [(0.5, 20.0, 0.6, 0.35), (1.0, 8.0, 0.2, 0.1)]
+    seats = {"left": 0.0, "middle": 0.5, "right": 0.9}
+    own = {"material": (modulus, 0.3, 7800.0), "components": components}
+    return steel_shaft("shaft", np.linspace(0.0, 1.0, 7), 0.03, seats, disks, **own)
 
 
 def engine(element=None):
-    casing = rd.beam_superelement(
-        "casing", np.linspace(0.0, 1.0, 5), 0.3, 0.29, (7e10, 0.3, 2700.0),
-        {"left": 0.0, "right": 0.9},
-    )  # fmt: skip
-
-    def spring(name, first, second, k):
-        own = {"stiffness_n_per_m": k * np.diag([1.0, 0.8]), "damping": 300.0}
-        return connect(name, first, second, **own)
-
-    ends = [(rd.End(body="shaft", interface=at), rd.End(body="casing", interface=at))
-            for at in ("left", "right")]  # fmt: skip
-    bearings = [spring(f"bearing {a.interface}", a, b, 4e7) for a, b in ends]
-    bearings += [spring(f"mount {b.interface}", b, None, 5e6) for _, b in ends]
+    ends = {"left": 0.0, "right": 0.9}
+    light = {"inner": 0.29, "material": (7e10, 0.3, 2700.0)}
+    casing = steel_shaft("casing", np.linspace(0.0, 1.0, 5), 0.3, ends, **light)
+    bearings = []
+    for at in ends:
+        inner = (f"shaft.{at}", f"casing.{at}", (4e7, 3.2e7), 300.0)
+        bearings.append(connect(f"bearing {at}", *inner))
+        bearings.append(connect(f"mount {at}", f"casing.{at}", None, (5e6, 4e6), 300.0))
     rotors = {"shaft": turning(element or shaft()), "casing": turning(casing, 0.0)}
     return rd.assemble(rotors, tuple(bearings), "shaft")
 
@@ -64,12 +54,8 @@ def test_without_modes_keeps_statics_and_rigid_motion():
 
 
 def test_without_modes_frequencies_lie_above_those_of_the_full_model():
-    full, small, rigid = (
-        engine(),
-        engine(complexity.without_modes(shaft())),
-        engine(complexity.as_rigid_body(shaft())),
-    )
-    found = [rd.modes_at_speed(s, 0.0, count=10).frequency_hz for s in (full, small, rigid)]
+    bodies = (shaft(), complexity.without_modes(shaft()), complexity.as_rigid_body(shaft()))
+    found = [rd.modes_at_speed(engine(b), 0.0, count=10).frequency_hz for b in bodies]
     # each holds the motion further: Rayleigh's principle (damping of 1e-3 shifts less than 1e-5)
     assert (found[1] >= found[0] * (1 - 1e-5)).all()
     assert (found[2] >= found[1] * (1 - 1e-5)).all()
@@ -94,14 +80,11 @@ def test_rigid_bodies_are_a_projection_on_undeformed_motion():
 
 def test_gears_survive_the_exchange_of_a_body():
     parts = ("ux", "uy", "rx", "ry", "rz")
-    fan = rd.beam_superelement("fan", [0.0, 0.4], 0.05, 0.0, (2e11, 0.3, 7800.0), {"seat": 0.4},
-                            components=parts)  # fmt: skip
-    held = [
-        connect(f"{body} {at}", f"{body}.{at}", stiffness=1e7, tilt=1e5)
-        for body, at in (("shaft", "left"), ("shaft", "right"), ("fan", "seat"))
-    ]
-    gear = rd.Gear(name="gear", first=rd.End(body="shaft", interface="left"),
-                second=rd.End(body="fan", interface="seat"), ratio=0.3)  # fmt: skip
+    fan = steel_shaft("fan", [0.0, 0.4], 0.05, {"seat": 0.4}, components=parts)
+    places = ("shaft.left", "shaft.right", "fan.seat")
+    held = [connect(at, at, stiffness=1e7, tilt=1e5) for at in places]
+    first, second = rd.End(body="shaft", interface="left"), rd.End(body="fan", interface="seat")
+    gear = rd.Gear(name="gear", first=first, second=second, ratio=0.3)
     rotors = {"shaft": turning(shaft(components=parts)), "fan": turning(fan, 0.3)}
     system = rd.assemble(rotors, tuple(held), "shaft", (gear,))
     rigid = complexity.rigid_bodies_system(system, ["shaft", "fan"])
@@ -156,29 +139,21 @@ def test_what_makes_no_sense_is_refused():
         complexity.system_with(engine(), {"nose": element})
     with pytest.raises(rd.SuperelementError, match="has no rigid motion"):
         complexity.as_rigid_body(hub(stiffness=np.eye(4)))
+    names = ("mass", "stiffness", "gyroscopic", "stress_stiffening", "spin_softening")
+    parts = {name: getattr(element, name)[np.ix_(modal, modal)] for name in names}
     nothing = dataclasses.replace(
-        element,
-        coordinates=tuple(element.coordinates[i] for i in modal),
-        **{
-            name: getattr(element, name)[np.ix_(modal, modal)]
-            for name in ("mass", "stiffness", "gyroscopic", "stress_stiffening", "spin_softening")
-        },
-        rigid_body_modes=element.rigid_body_modes[modal],
+        element, coordinates=tuple(element.coordinates[i] for i in modal), **parts,
+        rigid_body_modes=element.rigid_body_modes[modal], spin_generator=None, moments=None,
         recovery_modes=element.recovery_modes[:, :, modal],
-        spin_generator=None,
-        moments=None,
-    )
+    )  # fmt: skip
     with pytest.raises(rd.SuperelementError, match="has no interface coordinates"):
         complexity.without_modes(nothing)
     arguments = (ramp_and_hold(100.0, 0.1), UNBALANCE)
     options = {"bearing": "mount left", "step_s": 1e-3}
-    with pytest.raises(rd.AnalysisError, match="no models to compare"):
-        complexity.compare_complexity({}, *arguments, bands_hz=[(0, 1)], **options)
-    for band, text in (
-        ((5.0, 1.0), "each needs 0 <= low < high"),
-        ((900.0, 950.0), "no response between 900 and 950 Hz"),
+    for models, band, text in (
+        ({}, (0, 1), "no models to compare"),
+        ({"full": engine()}, (5.0, 1.0), "each needs 0 <= low < high"),
+        ({"full": engine()}, (900.0, 950.0), "no response between 900 and 950 Hz"),
     ):
         with pytest.raises(rd.AnalysisError, match=text):
-            complexity.compare_complexity(
-                {"full": engine()}, *arguments, bands_hz=[band], **options
-            )
+            complexity.compare_complexity(models, *arguments, bands_hz=[band], **options)

@@ -7,9 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 import scipy.linalg as la
-from rotors import ground, three_disk_element, turning
+from rotors import between_bearings, three_disk_element
 
-from solidwhirl.rotordyn import End, InternalDamping, assemble, modes_at_speed
+from solidwhirl.rotordyn import End, InternalDamping, modes_at_speed
 from solidwhirl.rotordyn.response.unbalance import Unbalance
 from solidwhirl.rotordyn.run_up.integration import run_up
 from solidwhirl.rotordyn.run_up.record import MotionState
@@ -28,11 +28,6 @@ def struck(system, seed=0):
     return MotionState(displacement=modes @ weights[0] * 1e-4, velocity=modes @ weights[1] * 0.1)
 
 
-def held(element, c=0.0, ky=5e7, **options):
-    bearings = tuple(ground("rotor", at, 7e7, ky, c) for at in ("left", "right"))
-    return assemble({"rotor": turning(element, **options)}, bearings)
-
-
 def with_centrifugal(element):
     """The element with a made-up K2 on its modes that leaves rigid motion alone."""
     modal = np.array([c.kind == "modal" for c in element.coordinates], dtype=float)
@@ -40,28 +35,26 @@ def with_centrifugal(element):
 
 
 def test_free_undamped_motion_keeps_its_energy():
-    system = held(with_centrifugal(three_disk_element()))
+    system = between_bearings(with_centrifugal(three_disk_element()), 7e7, 5e7)
     assert system.centrifugal_stiffness.any() and system.gyroscopic.any()
     start = struck(system)
     run = run_up(system, constant(800.0, 0.5), [], step_s=1e-4, initial=start)
     stiffness = system.stiffness + 800.0**2 * system.centrifugal_stiffness
-    energy = 0.5 * (
-        start.velocity @ system.mass @ start.velocity
-        + start.displacement @ stiffness @ start.displacement
-    )
+
+    def energy_of(state):
+        kinetic = state.velocity @ system.mass @ state.velocity
+        return 0.5 * (kinetic + state.displacement @ stiffness @ state.displacement)
+
+    energy = energy_of(start)
     assert run.energy.stored_j[0] == pytest.approx(energy, rel=1e-11)
     # exact exponential but for rounding of 1e-16 times h times the highest frequency, 5000 steps
     np.testing.assert_allclose(run.energy.stored_j, energy, rtol=1e-9)
-    end = run.final
-    last = 0.5 * (
-        end.velocity @ system.mass @ end.velocity + end.displacement @ stiffness @ end.displacement
-    )
-    assert last == pytest.approx(energy, rel=1e-9)
+    assert energy_of(run.final) == pytest.approx(energy, rel=1e-9)
 
 
 def test_internal_damping_feeds_an_unstable_rotor():
     damping = InternalDamping(modal_ratio=0.02)
-    system = held(three_disk_element(), ky=7e7, internal_damping=damping)
+    system = between_bearings(three_disk_element(), 7e7, inside=damping)
     speed = 1500.0
     growth = modes_at_speed(system, speed, count=2).eigenvalues.real.max()
     assert growth > 0
@@ -75,7 +68,8 @@ def test_internal_damping_feeds_an_unstable_rotor():
 
 
 def test_energy_balance_closes_with_the_cube_of_the_step():
-    system = held(three_disk_element(), 1e4, internal_damping=InternalDamping(modal_ratio=0.05))
+    inside = InternalDamping(modal_ratio=0.05)
+    system = between_bearings(three_disk_element(), 7e7, 5e7, 1e4, inside=inside)
     unbalances = [Unbalance(body="rotor", interface="left", moment_kg_m=1e-2)]
     profile = ramp_and_hold(500.0, 0.5, 0.1)
     errors = []
@@ -155,10 +149,8 @@ def test_stiff_joints_cost_no_digits():
     # 1e14 N/m beside 1e7: σh = 2e3; the answer is that of joints twice as stiff.
     runs = []
     for stiff in (1e14, 2e14):
-        bearings = tuple(ground("rotor", at, stiff, stiff, 0.0) for at in ("left", "right"))
-        damping = InternalDamping(modal_ratio=0.05)
-        rotor = turning(three_disk_element(), internal_damping=damping)
-        system = assemble({"rotor": rotor}, bearings)
+        inside = InternalDamping(modal_ratio=0.05)
+        system = between_bearings(three_disk_element(), stiff, inside=inside)
         unbalance = Unbalance(body="rotor", interface="left", moment_kg_m=1e-2)
         options = {"step_s": 1e-4, "gravity_m_per_s2": (0.0, -9.81, 0.0),
                    "outputs": [End(body="rotor", interface="right")]}  # fmt: skip

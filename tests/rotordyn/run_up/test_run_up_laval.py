@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from rotors import connect, ground, hub, turning
+from rotors import connect, ground, hub, one_rotor, steel_shaft
 from scipy.special import fresnel
 
-from solidwhirl.rotordyn import Disk, End, assemble, beam_superelement
+from solidwhirl.rotordyn import End
 from solidwhirl.rotordyn.response.unbalance import Unbalance
 from solidwhirl.rotordyn.run_up.integration import run_up
 from solidwhirl.rotordyn.run_up.speed_profile import SpeedProfile, ramp_and_hold
@@ -18,19 +18,13 @@ ECCENTRICITY = 1e-4
 AT = End(body="rotor", interface="hub")
 
 
-def unbalance(phase=0.0):
-    return Unbalance(
-        body="rotor", interface="hub", moment_kg_m=MASS * ECCENTRICITY, phase_rad=phase
-    )
+UNBALANCE = Unbalance(body="rotor", interface="hub", moment_kg_m=MASS * ECCENTRICITY)
 
 
-def laval(damping_ratio=0.0, ratio=1.0, stiff_y=1.0):
+def laval(stiff_y=1.0):
     stiffness = MASS * NATURAL**2
-    damping, tilt = 2 * damping_ratio * MASS * NATURAL, 1e4 * np.eye(2)
-    lateral = (stiffness, stiff_y * stiffness, damping)
-    bearing = ground("rotor", "hub", *lateral, tilt_stiffness_n_m_per_rad=tilt)
-    rotor = turning(hub(mass_kg=MASS), ratio)
-    return assemble({"rotor": rotor}, (bearing,))
+    held = ground("rotor", "hub", stiffness, stiff_y * stiffness, tilt=1e4)
+    return one_rotor(hub(mass_kg=MASS), [held])
 
 
 def mass_center(time, acceleration):
@@ -57,7 +51,7 @@ def accelerated(system, cycles, past=1.6, step=2e-4, **options):
     acceleration = NATURAL**2 / (2 * np.pi * cycles)
     duration = np.ceil(past * NATURAL / acceleration / step) * step
     profile = ramp_and_hold(acceleration * duration, duration)
-    run = run_up(system, profile, [unbalance()], step_s=step, outputs=[AT], **options)
+    run = run_up(system, profile, [UNBALANCE], step_s=step, outputs=[AT], **options)
     x, y, _ = run.translation_m[0]
     return run, x + 1j * y, acceleration
 
@@ -82,21 +76,17 @@ def test_gravity_is_static_equilibrium():
 def test_torsion_answers_a_step_of_acceleration():
     """Two inertias on a shaft, driven at one end: ψ = ψs (1 − cos ωt), ψs = −Ω' J2/k."""
     radius, length = 0.01, 0.5
-    disks = [
-        Disk(name=n, position_m=z, mass_kg=5.0, polar_kg_m2=j, diametral_kg_m2=0.5 * j)
-        for n, z, j in (("drive", 0.0, 0.4), ("driven", length, 0.1))
-    ]
+    disks = [(z, 5.0, j, 0.5 * j) for z, j in ((0.0, 0.4), (length, 0.1))]
     # density next to nothing leaves two inertias and a spring
-    shaft = beam_superelement(
-        "shaft", [0.0, length], radius, 0.0, (2e11, 0.3, 1e-3), {"a": 0.0, "b": length}, disks,
-        ("ux", "uy", "rx", "ry", "rz"),
-    )  # fmt: skip
-    held = tuple(connect(at, f"shaft.{at}", stiffness=1e6, tilt=1e4) for at in "ab")
-    system = assemble({"shaft": turning(shaft, 2.0)}, held)
+    light = {"material": (2e11, 0.3, 1e-3), "components": ("ux", "uy", "rx", "ry", "rz")}
+    seats = {"a": 0.0, "b": length}
+    shaft = steel_shaft("shaft", [0.0, length], radius, seats, disks, **light)
+    held = [connect(at, f"rotor.{at}", stiffness=1e6, tilt=1e4) for at in "ab"]
+    system = one_rotor(shaft, held, 2.0)
     spring = 2e11 / 2.6 * 0.5 * np.pi * radius**4 / length
     natural = np.sqrt(spring * (1 / 0.4 + 1 / 0.1))
     acceleration = 50.0
-    ends = [End(body="shaft", interface=at) for at in "ab"]
+    ends = [End(body="rotor", interface=at) for at in "ab"]
     stop = 2.5 * 2 * np.pi / natural
     step = stop / 500
     profile = SpeedProfile(times_s=[0.0, stop, 2 * stop], speeds_rad_s=[0, 50 * stop, 50 * stop])

@@ -6,7 +6,17 @@ import dataclasses
 
 import numpy as np
 import pytest
-from rotors import connect, ground, hub, three_disk_element, turning
+from rotors import (
+    between_bearings,
+    connect,
+    ground,
+    hub,
+    one_rotor,
+    rigid_body,
+    steel_shaft,
+    three_disk_element,
+    turning,
+)
 
 from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.response.unbalance import Unbalance
@@ -19,14 +29,10 @@ def spools():
     """Two rigid rotors on springs, one turning against the other."""
     rotors, bearings = {}, []
     for name, ratio in (("a", 1.0), ("b", -1.4)):
-        element = rd.rigid_superelement(
-            name, 8.0, [0.0, 0.0, 0.2], [0.4, 0.4, 0.5], {"l": 0.0, "r": 0.5},
-            ("ux", "uy", "rx", "ry"),
-        )  # fmt: skip
+        element = rigid_body(name, 8.0, 0.2, [0.4, 0.4, 0.5], {"l": 0.0, "r": 0.5})
         rotors[name] = turning(element, ratio)
-        own = {"stiffness_n_per_m": np.diag([4e5, 3e5]), "damping": 100.0}
-        ends = (rd.End(body=name, interface=at) for at in "lr")
-        bearings += [connect(f"{name} {e.interface}", e, **own) for e in ends]
+        own = (None, (4e5, 3e5), 100.0)
+        bearings += [connect(f"{name} {at}", f"{name}.{at}", *own) for at in "lr"]
     return rd.assemble(rotors, tuple(bearings))
 
 
@@ -69,10 +75,7 @@ def test_records_are_samples_of_all_steps():
 
 def test_speeds_beyond_the_basis_are_noted():
     element = dataclasses.replace(three_disk_element(), maximum_speed_rad_s=100.0)
-    system = rd.assemble(
-        {"rotor": turning(element, 2.0)},
-        tuple(ground("rotor", at, 7e7) for at in ("left", "right")),
-    )
+    system = between_bearings(element, 7e7, ratio=2.0)
     run = run_up(system, ramp_and_hold(60.0, 1e-2), [], step_s=1e-3, phase_error_rad=1.0)
     assert run.notes == (
         "above 50 rad/s a body runs faster than its basis was made for; the run goes to 60 rad/s",
@@ -119,29 +122,21 @@ def geared(damping=1.0, joined=True):
     parts = ("ux", "uy", "rx", "ry", "rz")
 
     def train(name, length, inertia):
-        disk = rd.Disk(name="d", position_m=length, mass_kg=5.0, polar_kg_m2=inertia,
-                    diametral_kg_m2=0.5 * inertia)  # fmt: skip
-        ends = {"a": 0.0, "b": length}
-        return rd.beam_superelement(
-            name, [0.0, length], 0.01, 0.0, (2e11, 0.3, 1e-3), ends, [disk], parts
-        )
+        disk = [(length, 5.0, inertia, 0.5 * inertia)]
+        # next to no mass of its own
+        light = {"material": (2e11, 0.3, 1e-3), "components": parts}
+        return steel_shaft(name, [0.0, length], 0.01, {"a": 0.0, "b": length}, disk, **light)
 
-    elements = {"shaft": (train("shaft", 0.5, 0.1), 1.0), "fan": (train("fan", 0.2, 0.6), 0.3)}
-    bearings = tuple(
-        # damping lets the ringing of the torsion die out; it acts on what departs from Ω(t) only
-        connect(
-            f"{body} {at}",
-            f"{body}.{at}",
-            stiffness=1e7,
-            tilt=1e5,
-            torsion_damping_n_m_s_per_rad=damping,
-        )
-        for body in elements
-        for at in "ab"
-    )
-    gear = rd.Gear(name="gear", first=rd.End(body="shaft", interface="b"),
-                second=rd.End(body="fan", interface="a"), ratio=0.3)  # fmt: skip
-    rotors = {name: turning(e, r) for name, (e, r) in elements.items()}
+    rotors = {
+        "shaft": turning(train("shaft", 0.5, 0.1)),
+        "fan": turning(train("fan", 0.2, 0.6), 0.3),
+    }
+    # damping lets the ringing of the torsion die out; it acts on what departs from Ω(t) only
+    loss = {"torsion_damping_n_m_s_per_rad": damping}
+    places = [f"{body}.{at}" for body in rotors for at in "ab"]
+    bearings = tuple(connect(at, at, stiffness=1e7, tilt=1e5, **loss) for at in places)
+    first, second = rd.End(body="shaft", interface="b"), rd.End(body="fan", interface="a")
+    gear = rd.Gear(name="gear", first=first, second=second, ratio=0.3)
     return rd.assemble(rotors, bearings, "shaft", (gear,) if joined else ())
 
 
@@ -161,10 +156,12 @@ def test_torque_runs_through_a_geared_train():
     assert angle[2] == pytest.approx(0.3 * angle[1], rel=1e-9)
 
 
-def test_a_driven_train_as_a_whole_keeps_to_its_speed():
+@pytest.mark.parametrize("step_s", [1e-3, 1e-2])
+def test_work_of_the_torque_and_speed_of_the_train_are_exact_for_any_step(step_s):
+    """The ringing of the shaft at 20 Hz, and of its ends at 1 MHz, needs no resolution."""
     ends = [rd.End(body=body, interface="b") for body in ("shaft", "fan")]
     run = run_up(
-        geared(damping=0.0), ramp_and_hold(100.0, 0.5), [], step_s=1e-3, outputs=ends,
+        geared(damping=0.0), ramp_and_hold(100.0, 0.5), [], step_s=step_s, outputs=ends,
         drives=[rd.End(body="shaft", interface="a")], phase_error_rad=1.0,
     )  # fmt: skip
     shaft, fan = run.rotation_rad[:, 2]
@@ -172,15 +169,6 @@ def test_a_driven_train_as_a_whole_keeps_to_its_speed():
     # no angular momentum beyond that of Ω(t), counted at the reference shaft; the ends at the
     # gear have next to no inertia, which leaves 1e-9 of the torque in balance to rounding
     np.testing.assert_allclose(0.1 * shaft + 0.3 * 0.6 * fan, 0.0, atol=1e-5 * np.abs(fan).max())
-
-
-@pytest.mark.parametrize("step_s", [1e-3, 1e-2])
-def test_work_of_the_torque_is_exact_for_any_step(step_s):
-    """The ringing of the shaft at 20 Hz, and of its ends at 1 MHz, needs no resolution."""
-    run = run_up(
-        geared(damping=0.0), ramp_and_hold(100.0, 0.5), [], step_s=step_s,
-        drives=[rd.End(body="shaft", interface="a")], phase_error_rad=1.0,
-    )  # fmt: skip
     assert run.energy.stored_j.max() > 1e-3
     assert np.abs(run.energy.error_j).max() < 1e-9 * run.energy.stored_j.max()
 
@@ -189,25 +177,22 @@ def test_each_free_train_needs_one_drive():
     options = {"step_s": 1e-3, "phase_error_rad": 1.0}
     profile = ramp_and_hold(100.0, 0.1)
     first, second = rd.End(body="shaft", interface="a"), rd.End(body="fan", interface="b")
-    with pytest.raises(rd.AnalysisError, match=r"do not balance the 1 train\(s\)"):
-        run_up(geared(), profile, [], drives=[first, second], **options)
-    with pytest.raises(rd.AnalysisError, match=r"do not balance the 2 train\(s\)"):
-        run_up(geared(joined=False), profile, [], drives=[first], **options)
-    run = run_up(
-        geared(joined=False), profile, [], drives=[first, second], outputs=[first], **options
-    )
+    apart = geared(joined=False)
+    for system, drives, trains in ((geared(), [first, second], 1), (apart, [first], 2)):
+        with pytest.raises(rd.AnalysisError, match=rf"do not balance the {trains} train\(s\)"):
+            run_up(system, profile, [], drives=drives, **options)
+    run = run_up(apart, profile, [], drives=[first, second], outputs=[first], **options)
     assert np.abs(run.rotation_rad[0, 2]).max() > 0
 
 
 def test_nothing_to_stand_on_is_refused():
-    system = rd.assemble({"rotor": turning(hub())}, ())
+    system = one_rotor(hub())
     with pytest.raises(rd.AnalysisError, match="nothing holds the system against its weight"):
         run_up(system, PROFILE, [], step_s=1e-3, gravity_m_per_s2=(0.0, -9.81, 0.0))
 
 
 def test_a_support_that_pushes_outwards_drives_the_motion_away():
-    held = ground("rotor", "hub", 4e4, -1e4, tilt=1e5)
-    system = rd.assemble({"rotor": turning(hub(mass_kg=10.0))}, (held,))
+    system = one_rotor(hub(mass_kg=10.0), [ground("rotor", "hub", 4e4, -1e4, tilt=1e5)])
     at = rd.End(body="rotor", interface="hub")
     place = np.zeros(system.size)
     place[:2] = 1e-3
@@ -220,9 +205,8 @@ def test_a_support_that_pushes_outwards_drives_the_motion_away():
 
 
 def test_bearings_beyond_their_law_are_noted():
-    held = ground("rotor", "hub", 1e6, None, 1e3, speed_law=rd.LEE_ANISOTROPIC,
-                  tilt=1e6)  # fmt: skip
-    system = rd.assemble({"rotor": turning(hub())}, (held,))
+    held = ground("rotor", "hub", 1e6, None, 1e3, speed_law=rd.LEE_ANISOTROPIC, tilt=1e6)
+    system = one_rotor(hub(), [held])
     run = run_up(system, ramp_and_hold(1200.0, 1.0), [], step_s=1e-3, phase_error_rad=1.0)
     (note,) = run.notes
     # 1106.27 to 1200 rad/s

@@ -9,22 +9,21 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from rotors import (
+    between_bearings,
     connect,
+    eigenvalues_of,
     general,
-    ground,
     hub,
     one_rotor,
     polynomial_law,
     table_law,
     three_disk,
     three_disk_element,
-    turning,
 )
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
 from solidwhirl import rotordyn as rd
-from solidwhirl.rotordyn.assembly.system import matrices_at_speed
 from solidwhirl.rotordyn.modes.damping import DampingRule
 from solidwhirl.rotordyn.stability.intervals import stability_chart, unstable_intervals
 from solidwhirl.rotordyn.stability.whirl_decrements import whirl_decrements
@@ -203,24 +202,18 @@ def _assembled(case):
     body = general(case.mass, case.stiffness, np.zeros_like(case.mass))
     body = dataclasses.replace(body, gyroscopic=case.gyroscopic)
     if case.isotropic:
-        body = dataclasses.replace(
-            body, spin_generator=np.kron(np.eye(len(case.mass) // 2), -CROSS)
-        )
-    options = {}
+        turn = np.kron(np.eye(len(case.mass) // 2), -CROSS)
+        body = dataclasses.replace(body, spin_generator=turn)
     if case.interpolation == "polynomial":
         parts = tuple(float(v) for v in case.c[:, 0, 0])
         law = polynomial_law((1.0,), (1.0,), parts, parts, top=case.top)
-        options = {"stiffness_n_per_m": case.k[0], "damping_n_s_per_m": EYE}
+        film = connect("film", "rotor.hub", None, case.k[0], 1.0, speed_law=law)
     else:
         law = table_law(case.rows, case.k, case.c, case.interpolation)
-    end = rd.End(body="general", interface="hub")
-    bearing = connect("film", end, speed_law=law, **options)
-    system = rd.assemble({"general": turning(body)}, (bearing,))
-    return dataclasses.replace(
-        system,
-        damping=system.damping + case.damping,
-        circulatory_stiffness=case.circulatory,
-    )
+        film = connect("film", "rotor.hub", speed_law=law)
+    system = one_rotor(body, [film])
+    damping = system.damping + case.damping
+    return dataclasses.replace(system, damping=damping, circulatory_stiffness=case.circulatory)
 
 
 def _sampled(case, found, count):
@@ -302,17 +295,9 @@ def test_window_at_one_row(top_rpm, middle_rpm, half_rpm):
     """Damping falls linearly from c to −c and back: it is negative over half the width."""
     rows = np.array([middle_rpm - 2 * half_rpm, middle_rpm, middle_rpm + 2 * half_rpm, 3e4])
     rows, signs = rows[rows >= 0], np.array([1.0, -1.0, 1.0, 1.0])[rows >= 0]
-    law = table_law(
-        rows * RPM,
-        np.repeat(1e6 * EYE[None], rows.size, 0),
-        200.0 * signs[:, None, None] * EYE,
-        "linear",
-    )
-    spring = np.diag([0.0, 0.0, 2e4, 2e4])
-    body = turning(hub(stiffness=spring))
-    end = rd.End(body="disk", interface="hub")
-    tilts = {"tilt_damping_n_m_s_per_rad": 5.0 * EYE}
-    system = rd.assemble({"disk": body}, (connect("b", end, speed_law=law, **tilts),))
+    law = table_law(rows * RPM, np.full(rows.size, 1e6), 200.0 * signs, "linear")
+    bearing = connect("b", "rotor.hub", drag=5.0, speed_law=law)
+    system = one_rotor(hub(stiffness=np.diag([0.0, 0.0, 2e4, 2e4])), [bearing])
     (found,) = unstable_intervals(system, 0.0, top_rpm * RPM)
     ends = np.clip([middle_rpm - half_rpm, middle_rpm + half_rpm], 0, top_rpm)
     np.testing.assert_allclose(np.array([found.low_rad_s, found.high_rad_s]) / RPM, ends, rtol=1e-9)
@@ -323,9 +308,8 @@ def test_window_at_one_row(top_rpm, middle_rpm, half_rpm):
     assert found.kind == "flutter"
     damped = np.sqrt(1e5 - 100.0 * (middle_rpm in (0, top_rpm)) * (middle_rpm == 0))
     assert found.frequency_hz == pytest.approx(damped / (2 * np.pi), rel=1e-9)
-    assert len(unstable_intervals(system, 0.0, max(middle_rpm - 1.01 * half_rpm, 1.0) * RPM)) == (
-        middle_rpm == 0
-    )
+    before = max(middle_rpm - 1.01 * half_rpm, 1.0) * RPM
+    assert len(unstable_intervals(system, 0.0, before)) == (middle_rpm == 0)
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.3])
@@ -336,13 +320,8 @@ def test_sleeping_top(damping):
     """
     tilt, polar, diametral = 50.0, 0.1, 0.05
     body = hub(polar_kg_m2=polar, diametral_kg_m2=diametral, stiffness=np.diag([1e6, 1e6, 0, 0]))
-    end = rd.End(body="disk", interface="hub")
-    spring = {
-        "tilt": -tilt,
-        "tilt_damping_n_m_s_per_rad": damping * EYE,
-        "damping_n_s_per_m": damping * EYE,
-    }
-    system = rd.assemble({"disk": turning(body)}, (connect("b", end, **spring),))
+    spring = connect("b", "rotor.hub", damping=damping, tilt=-tilt, drag=damping)
+    system = one_rotor(body, [spring])
     limit = 2 * np.sqrt(tilt * diametral) / polar
     (found,) = unstable_intervals(system, 0.0, 3 * limit)
     assert (found.low_rad_s, found.opens, found.kind) == (0.0, False, "divergence")
@@ -364,8 +343,7 @@ def test_two_undamped_modes_meet_and_part():
     k = ramp[:, None, None] * np.diag([1.0, 0.0]) + cross * CROSS
     law = table_law(rows, k, interpolation="linear")
     body = general(np.eye(5), np.diag([0.0, stiffness, 9e5, 8e5, 7e5]), np.zeros((5, 5)))
-    end = rd.End(body="general", interface="hub")
-    system = rd.assemble({"general": turning(body)}, (connect("b", end, speed_law=law),))
+    system = one_rotor(body, [connect("b", "rotor.hub", speed_law=law)])
     (found,) = unstable_intervals(system, 0.0, top)
     slope = (ramp[1] - ramp[0]) / top
     ends = (stiffness + np.array([-2.0, 2.0]) * cross - ramp[0]) / slope
@@ -380,8 +358,8 @@ def test_free_motions_are_no_instability():
     free = one_rotor(three_disk_element(), [])
     assert unstable_intervals(free, 0.0, 2500.0) == ()
     inside = rd.InternalDamping(stiffness_coefficient_s=1e-6)
-    rotor = turning(three_disk_element(), internal_damping=inside)
-    (found,) = unstable_intervals(rd.assemble({"r": rotor}, ()), 0.0, 2500.0)
+    lossy = one_rotor(three_disk_element(), internal_damping=inside)
+    (found,) = unstable_intervals(lossy, 0.0, 2500.0)
     assert (found.whirl, found.closes) == ("forward", False)
     # the precession (Ip/It) Ω is slower than the material turns
     assert 0 < 2 * np.pi * found.frequency_hz < 0.5 * found.low_rad_s
@@ -392,22 +370,9 @@ def test_free_motions_are_no_instability():
 def test_onset_is_that_of_the_mode_that_grows():
     """Slow modes of soft supports are as near to the axis at the onset of the elastic one."""
     inside = rd.InternalDamping(stiffness_coefficient_s=1e-6)
-    rotor = turning(three_disk_element(), internal_damping=inside)
-    held = tuple(ground("r", end, 100.0, 90.0, 1.0) for end in ("left", "right"))
-    system = rd.assemble({"r": rotor}, held)
+    system = between_bearings(three_disk_element(), 100.0, 90.0, 1.0, inside=inside)
     (found,) = unstable_intervals(system, 0.0, 2500.0)
-    matrices = matrices_at_speed(system, found.low_rad_s)
-    n = system.size
-    companion = np.block(
-        [
-            [np.zeros((n, n)), 1e3 * np.eye(n)],
-            [
-                -np.linalg.solve(matrices.mass, matrices.stiffness) / 1e3,
-                -np.linalg.solve(matrices.mass, matrices.damping + matrices.gyroscopic),
-            ],
-        ]
-    )
-    values = np.linalg.eigvals(companion)
+    values = eigenvalues_of(system, found.low_rad_s, 1e3)
     forward = values[np.abs(values - 1483j).argmin()]
     assert abs(found.eigenvalue - forward) < 1e-7 * abs(forward)
     assert abs(forward.real) < 1e-9 * abs(forward)
@@ -418,10 +383,8 @@ def test_undamped_isotropic_pair_is_neutral():
     """Real parts of rounding are neither growth nor a window, whatever solver finds them."""
     body = hub(mass_kg=10, polar_kg_m2=0.08, stiffness=np.diag([9e5, 9e5, 2e4, 2e4]))
     # a support of negative stiffness leaves no proof from the signs of the bearings
-    k = np.repeat(-3e5 * EYE[None], 2, 0)
-    law = table_law([0.0, 2000.0], k, 0 * k)
-    end = rd.End(body="rotor", interface="hub")
-    system = one_rotor(body, [connect("b", end, speed_law=law)])
+    law = table_law([0.0, 2000.0], [-3e5, -3e5])
+    system = one_rotor(body, [connect("b", "rotor.hub", speed_law=law)])
     assert unstable_intervals(system, 0.0, 2000.0) == ()
     chart = stability_chart(system, np.linspace(0.0, 2000.0, 5))
     assert not chart.unstable_count.any()
@@ -438,11 +401,8 @@ def test_ranges_without_meaning_are_refused(low, high):
 def test_first_forward_and_backward_mode_of_a_disk():
     """m z'' + d z' + k z and I θ'' + (d − iΩ Ip) θ' + kt θ: closed form, axis held harder."""
     mass, k, d, tilt, polar, diametral, loss = 10.0, 4e6, 300.0, 2e4, 0.1, 0.05, 3.0
-    body = hub(mass_kg=mass, polar_kg_m2=polar, diametral_kg_m2=diametral,
-               stiffness=np.diag([k, k, tilt, tilt]))  # fmt: skip
-    end = rd.End(body="disk", interface="hub")
-    damper = {"damping_n_s_per_m": d * EYE, "tilt_damping_n_m_s_per_rad": loss * EYE}
-    system = rd.assemble({"disk": turning(body)}, (connect("b", end, **damper),))
+    body = hub(mass, polar, diametral, np.diag([k, k, tilt, tilt]))
+    system = one_rotor(body, [connect("b", "rotor.hub", damping=d, drag=loss)])
     speeds = np.array([0.0, 100.0, 600.0])
     found = whirl_decrements(system, speeds)
     for at, speed in enumerate(speeds):
@@ -460,9 +420,7 @@ def test_first_forward_and_backward_mode_of_a_disk():
 def test_heavily_damped_modes_are_not_the_first():
     """Damping ratios of 0.8 across the axis: the first mode of either whirl is a tilt."""
     body = hub(mass_kg=10.0, polar_kg_m2=0.0, stiffness=np.diag([1e5, 1e5, 2e4, 2e4]))
-    end = rd.End(body="disk", interface="hub")
-    damper = connect("b", end, damping=1600.0 * EYE)
-    system = rd.assemble({"disk": turning(body)}, (damper,))
+    system = one_rotor(body, [connect("b", "rotor.hub", damping=1600.0)])
     found = whirl_decrements(system, [0.0, 500.0])
     tilts = np.sqrt(2e4 / 0.05) / (2 * np.pi)
     hard = whirl_decrements(system, [500.0], DampingRule(amplification_min=0.0))

@@ -76,15 +76,6 @@ def test_other_coordinates_and_sums_against_points():
     assert joined_moments(found, None) is None
 
 
-def test_rigid_body_against_points():
-    """Two interfaces: a turn of the body moves both; coordinates that do not fit, as spread."""
-    masses, places, total, center, inertia = cloud(4)
-    body = rigid_superelement("c", total, center, inertia, {"a": [0.1, 0, 0], "b": [0, 0.2, 1]})
-    motions = body.constraint
-    expected = summed(masses, places, rigid_fields(places, np.zeros(3)))
-    assert_same(projected_moments(body.moments, motions), expected)
-
-
 def disk_points(mass_kg, polar_kg_m2, diametral_kg_m2, center_m):
     """Six pairs of points with a disk's mass and inertia."""
     across = np.sqrt(1.5 * polar_kg_m2 / mass_kg)

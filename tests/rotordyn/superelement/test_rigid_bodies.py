@@ -3,18 +3,14 @@
 import numpy as np
 import pytest
 import scipy.linalg as la
+from rotors import connect, turning
 
 from solidwhirl.rotordyn import (
-    Bearing,
-    End,
-    Rotor,
     SuperelementError,
     assemble,
     beam_superelement,
     modes_at_speed,
-    read_superelement,
     rigid_superelement,
-    write_superelement,
 )
 from solidwhirl.rotordyn.assembly.reactions import joint_forces
 
@@ -28,12 +24,9 @@ def _body(**options):
     )
 
 
-def _spring(end, stiffness):
-    return Bearing(
-        name=end,
-        first=End(body="drum", interface=end),
-        stiffness_n_per_m=np.eye(2) * stiffness,
-    )
+def _spring(end, stiffness, body="drum", second=None):
+    name, other = end if body == "drum" else f"{body} {end}", second and f"{second}.{end}"
+    return connect(name, f"{body}.{end}", other, stiffness)
 
 
 def _closed_form(speed, stiffness_a, stiffness_b):
@@ -52,9 +45,7 @@ def _closed_form(speed, stiffness_a, stiffness_b):
 @pytest.mark.parametrize("speed", [0.0, 800.0])
 def test_rigid_rotor_on_two_springs(speed):
     lateral = _body(components=("ux", "uy", "rx", "ry"))
-    assembled = assemble(
-        {"drum": Rotor(element=lateral, speed_ratio=1.0)}, (_spring("a", 3e6), _spring("b", 1e6))
-    )
+    assembled = assemble({"drum": turning(lateral, 1.0)}, (_spring("a", 3e6), _spring("b", 1e6)))
     assert assembled.size == 4
     found = np.sort(modes_at_speed(assembled, speed).eigenvalues.imag)
     expected = np.sort(np.abs(_closed_form(speed, 3e6, 1e6)))
@@ -62,7 +53,7 @@ def test_rigid_rotor_on_two_springs(speed):
 
 
 def test_free_rigid_body_has_no_frequency():
-    modes = modes_at_speed(assemble({"drum": Rotor(element=_body(), speed_ratio=0.0)}, ()), 0.0)
+    modes = modes_at_speed(assemble({"drum": turning(_body(), 0.0)}, ()), 0.0)
     assert modes.frequency_hz.size == 0
     assert modes.zero_count == 12
 
@@ -71,30 +62,14 @@ def test_free_rigid_body_has_no_frequency():
 def test_stiff_springs_at_three_places_keep_the_digits_of_a_soft_one(stiffness):
     # Three seats on one line are one more than a rigid body needs, so one spring bends nothing.
     # Between the drum and a light beam the springs are stiff; the beam hangs on soft ones.
-    ends = {"a": -0.3, "middle": 0.1, "b": 0.5}
-    beam = beam_superelement("beam", [-0.3, 0.1, 0.5], 0.05, 0.0, (2e11, 0.3, 7800.0), ends)
-    joints = tuple(
-        Bearing(
-            name=name,
-            first=End(body="drum", interface=name),
-            second=End(body="beam", interface=name),
-            stiffness_n_per_m=np.eye(2) * stiffness,
-        )
-        for name in ends
-    )
-    soft = tuple(
-        Bearing(
-            name=f"soft {name}",
-            first=End(body="beam", interface=name),
-            stiffness_n_per_m=np.eye(2) * 1e3,
-        )
-        for name in ("a", "b")
-    )
+    beam = beam_superelement("beam", [-0.3, 0.1, 0.5], 0.05, 0.0, (2e11, 0.3, 7800.0), PLACES)
+    joints = [_spring(name, stiffness, second="beam") for name in PLACES]
+    soft = [_spring(name, 1e3, "beam") for name in ("a", "b")]
     rotors = {
-        "drum": Rotor(element=_body(components=("ux", "uy", "rx", "ry")), speed_ratio=0.0),
-        "beam": Rotor(element=beam, speed_ratio=0.0),
+        "drum": turning(_body(components=("ux", "uy", "rx", "ry")), 0.0),
+        "beam": turning(beam, 0.0),
     }
-    found = modes_at_speed(assemble(rotors, joints + soft), 0.0).eigenvalues.imag[:4]
+    found = modes_at_speed(assemble(rotors, (*joints, *soft)), 0.0).eigenvalues.imag[:4]
     # two rigid bodies moving as one on 2 kN/m
     weight = beam.mass_kg
     center = (MASS * 0.05 + weight * 0.1) / (MASS + weight)
@@ -114,38 +89,15 @@ def test_clamped_casing_does_not_move():
         "shaft", [0.0, 0.4, 0.8], 0.03, 0.0, (2e11, 0.3, 7800.0), {"a": 0.0, "b": 0.8}
     )
 
-    def bearings(second):
-        return tuple(
-            Bearing(
-                name=end,
-                first=End(body="shaft", interface=end),
-                second=End(body="drum", interface=end) if second else None,
-                stiffness_n_per_m=np.eye(2) * 1e8,
-            )
-            for end in ("a", "b")
-        )
-
-    mount = Bearing(
-        name="mount",
-        first=End(body="drum", interface="middle"),
-        rigid=("ux", "uy", "uz", "rx", "ry", "rz"),
-    )
-    shaft = {"shaft": Rotor(element=rotor, speed_ratio=1.0)}
-    on_casing = assemble(
-        {**shaft, "drum": Rotor(element=casing, speed_ratio=0.0)}, (*bearings(True), mount)
-    )
-    on_ground = assemble(shaft, bearings(False))
+    mount = connect("mount", "drum.middle", rigid=("ux", "uy", "uz", "rx", "ry", "rz"))
+    shaft = {"shaft": turning(rotor, 1.0)}
+    drum = {"drum": turning(casing, 0.0)}
+    seats = (_spring(end, 1e8, "shaft", "drum") for end in "ab")
+    on_casing = assemble(shaft | drum, (*seats, mount))
+    on_ground = assemble(shaft, tuple(_spring(end, 1e8, "shaft") for end in "ab"))
     for speed in (0.0, 500.0):
         found = modes_at_speed(on_casing, speed).frequency_hz
         assert found == pytest.approx(modes_at_speed(on_ground, speed).frequency_hz, rel=1e-9)
-
-
-def test_file_keeps_the_constraint(tmp_path):
-    body = _body()
-    write_superelement(body, tmp_path / "drum.h5")
-    again = read_superelement(tmp_path / "drum.h5")
-    assert np.array_equal(again.constraint, body.constraint)
-    assert np.array_equal(again.spin_generator, body.spin_generator)
 
 
 @pytest.mark.parametrize(
@@ -179,8 +131,8 @@ def test_exact_joint_of_a_rigid_body_carries_what_statics_says():
         {"spring": 0.0, "middle": 0.6, "pin": 1.0},
         components=("ux", "uy", "rx", "ry"),
     )
-    pin = Bearing(name="pin", first=End(body="drum", interface="pin"), rigid=("ux", "uy"))
-    held = assemble({"drum": Rotor(element=body, speed_ratio=0.0)}, (_spring("spring", 2e5), pin))
+    pin = connect("pin", "drum.pin", rigid=("ux", "uy"))
+    held = assemble({"drum": turning(body, 0.0)}, (_spring("spring", 2e5), pin))
     weight = 10.0 * 9.81
     # weight along −x on every coordinate of the body, as its mass matrix spreads it
     load = body.mass @ body.rigid_body_modes[:, 0] * -9.81

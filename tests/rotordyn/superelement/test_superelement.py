@@ -84,9 +84,7 @@ def test_arrays_are_read_only_and_exactly_symmetric(inner):
     mass[0, 1] += 1e-12 * mass.max()
     repaired = dataclasses.replace(inner, mass=mass)
     np.testing.assert_array_equal(repaired.mass, repaired.mass.T)
-
-
-def test_a_caller_keeps_its_own_array(inner):
+    # the caller keeps its own array
     mass = np.array(inner.mass)
     element = dataclasses.replace(inner, mass=mass)
     mass[0, 0] = -1.0

@@ -1,0 +1,39 @@
+"""Bodies meshed and reduced in one call."""
+
+from __future__ import annotations
+
+import scipy.sparse
+
+from solidwhirl.meshing import MeshSize, mesh_meridian, mesh_solid
+from solidwhirl.reduction import ReductionRequest, reduce_body
+
+
+def requested(level="harmonic", **changes):
+    """A request for lateral motion at rest, changed."""
+    usual = {
+        "orders": (1,),
+        "components": ("ux", "uy"),
+        "degree": 2,
+        "modes": 8,
+        "maximum_speed_rad_s": 0.0,
+        "gyroscopic": False,
+        "centrifugal": False,
+    }
+    return ReductionRequest(level=level, **(usual | changes))
+
+
+def reduced_to(body, level="harmonic", size=None, mesh=None, comm=None, **request):
+    """Superelement of a body and the ledger of its reduction."""
+    from mpi4py import MPI
+
+    comm = comm or MPI.COMM_SELF
+    if mesh is None and comm.rank == 0:
+        make = mesh_meridian if level == "harmonic" else mesh_solid
+        mesh = make(body, size or MeshSize(size_m=0.02, corner_size_m=0.002, growth=0.8))
+    return reduce_body(body, mesh, comm, requested(level, **request), {})
+
+
+def sparse(matrix):
+    """PETSc matrix as one of scipy."""
+    indptr, indices, data = matrix.getValuesCSR()
+    return scipy.sparse.csr_matrix((data, indices, indptr), shape=matrix.getSize())
