@@ -33,8 +33,8 @@ _LARGEST, _MOST = 1e30, 2001
 # What a validator that runs before the type makes acceptable besides.
 _ALSO = {
     "_pair": "number, or [number, number] at the two ends",
-    "_matrix": "number, [x, y], or [[xx, xy], [yx, yy]]",
-    "_switch": '`"auto"`, `"on"`, `"off"`',
+    "_matrix": "matrix",
+    "_switch": "switch",
     "_several": "number, or list of numbers",
 }
 _PATTERNS = {"[A-Za-z0-9_-]{0,63}\\.": "place", "^[A-Za-z][A-Za-z0-9_-]{0,63}$": "name"}
