@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -36,6 +37,11 @@ def test_names_are_different_and_can_be_chosen(laval):
     names = [p.name for p in pictures]
     assert len(set(names)) == len(names)
     assert {"engine", "campbell", "mode_critical_1", "mode_critical_1_film"} <= set(names)
+    # notes and damping have diagrams of their own
+    plain = laval.campbell
+    noted = replace(plain, log_decrement=plain.log_decrement + 0.1, notes=("a note",))
+    more = {p.name for p in pictures_of(replace(laval, campbell=noted), modes=2)}
+    assert more - set(names) == {"campbell_annotated", "campbell_damped"}
     assert [p.name for p in chosen_pictures(pictures, ["camp*"])] == ["campbell"]
     assert chosen_pictures(pictures, []) == pictures
     with pytest.raises(OutputError, match="no picture is called 'engin'; there are engine"):
