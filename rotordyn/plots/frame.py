@@ -15,7 +15,7 @@ from functools import wraps
 from pathlib import Path
 from textwrap import fill
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, ParamSpec, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec, TypeAlias, TypeVar
 
 from solidwhirl.rotordyn.core.atomic import replacing
 from solidwhirl.rotordyn.core.errors import AnalysisError
@@ -233,16 +233,6 @@ def picture(
         axes.set_title(fill(title, letters), fontsize=TITLE_PT)
         yield figure, axes
         write_figure(figure, path)
-
-
-def draw_grid(
-    axes: Axes,
-    which: Literal["major", "both"] = "major",
-    axis: Literal["both", "x", "y"] = "both",
-) -> None:
-    """Draw a grid behind everything."""
-    axes.grid(visible=True, which=which, axis=axis, color=GRID_COLOR, linewidth=0.6)
-    axes.set_axisbelow(True)
 
 
 def add_legend(

@@ -191,7 +191,10 @@ def _draw(figure: Figure, axes: Axes, chart: charts.Chart) -> None:
         axes.set_aspect("equal")
         axes.locator_params(nbins=3, steps=[1, 2, 5, 10])
     if not chart.marks(charts.Heat):
-        frame.draw_grid(axes, "both" if chart.x.is_log else "major")
+        axes.grid(
+            which="both" if chart.x.is_log else "major", color=frame.GRID_COLOR, linewidth=0.6
+        )
+        axes.set_axisbelow(True)
 
 
 def _number_decades(own: Any) -> None:

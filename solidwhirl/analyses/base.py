@@ -111,16 +111,11 @@ class Operating(NamedTuple):
         """Lowest and highest speed of the reference shaft, rpm."""
         return self.from_rpm / self.ratio, self.to_rpm / self.ratio
 
-    @property
-    def reference_rad_s(self) -> tuple[float, float]:
-        """The same in rad/s."""
-        low, high = self.reference_rpm
-        return low * RAD_S_PER_RPM, high * RAD_S_PER_RPM
-
 
 def reference_ranges_rad_s(operating: Iterable[Operating]) -> dict[str, tuple[float, float]]:
     """Return operating speeds as speeds of the reference shaft, by what a legend says."""
-    return {o.text: o.reference_rad_s for o in operating}
+    ranges = ((o.text, o.reference_rpm) for o in operating)
+    return {text: (low * RAD_S_PER_RPM, high * RAD_S_PER_RPM) for text, (low, high) in ranges}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 
-_WORDS = "kg|m2|m3|m|s2|s|n|pa|hz|rpm|rad|deg|gib|percent"
+_WORDS = "kg|m2|m3|m|s2|s|n|pa|hz|rpm|rad|deg|j|gib|percent"
 _UNIT = re.compile(
-    rf"^(?P<name>.+?)_(?P<unit>(?:{_WORDS})(?:_(?:{_WORDS}))*(?:_per_(?:{_WORDS})(?:_(?:{_WORDS}))*)?)"
-    r"(?P<index>\[[^\]]*\])?$"
+    rf"^(?P<name>.+?)_(?P<unit>(?:{_WORDS})(?:_(?:{_WORDS}))*(?:_per_(?:{_WORDS})(?:_(?:{_WORDS}))*)?"
+    rf"|per_(?:{_WORDS}))(?P<index>\[[^\]]*\])?$"
 )
 _SYMBOLS = {
     "m2": "m²",
@@ -16,6 +16,7 @@ _SYMBOLS = {
     "n": "N",
     "pa": "Pa",
     "hz": "Hz",
+    "j": "J",
     "gib": "GiB",
     "deg": "°",
     "percent": "%",
@@ -30,7 +31,11 @@ def unit_of(key: str) -> str:
     found = _UNIT.match(key)
     if found is None:
         return ""
-    over, _, under = found["unit"].partition("_per_")
+    # the usual name of an angular frequency leaves out "per"
+    unit = {"rad_s": "rad_per_s"}.get(found["unit"], found["unit"])
+    if unit.startswith("per_"):
+        unit = f"1_{unit}"
+    over, _, under = unit.partition("_per_")
     printed = [
         "·".join(_SYMBOLS.get(word, word) for word in part.split("_"))
         for part in (over, under)

@@ -10,6 +10,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from solidwhirl.core import plain_data
+from solidwhirl.core.key_units import name_of, unit_of
 from solidwhirl.core.plain_data import Labelled
 
 # Significant digits of speeds and frequencies along an axis.
@@ -17,30 +18,6 @@ _DIGITS = 13
 # Axes that count from 1, as pictures and reports do.
 _COUNTED = ("branch", "mode", "critical_speed", "peak", "resonance", "reference")
 
-# Longer endings first: a name that ends in _n_per_m ends in _m as well.
-_UNITS = {
-    "_n_m_s_per_rad": "N m s/rad",
-    "_n_m_per_rad": "N m/rad",
-    "_rad_per_s": "rad/s",
-    "_n_s_per_m": "N s/m",
-    "_m_per_s": "m/s",
-    "_n_per_m": "N/m",
-    "_kg_m2": "kg m2",
-    "_rad_s": "rad/s",
-    "_kg_m": "kg m",
-    "_per_s": "1/s",
-    "_rpm": "rpm",
-    "_deg": "degree",
-    "_rad": "rad",
-    "_n_m": "N m",
-    "_pa": "Pa",
-    "_hz": "Hz",
-    "_kg": "kg",
-    "_m": "m",
-    "_n": "N",
-    "_s": "s",
-    "_j": "J",
-}
 _LONG_NAMES = {
     "speed_rpm": "speed of the reference shaft",
     "whirl": "direction of whirl",
@@ -52,19 +29,21 @@ _LONG_NAMES = {
     "major_m": "major semi-axis of the orbit",
     "minor_m": "minor semi-axis of the orbit",
     "amplification": "amplification of the peak",
+    "verdict_15_percent": "verdict on a margin of 15 %",
+    "verdict_20_percent": "verdict on a margin of 20 %",
     "margin": "distance from the operating speed over it, negative below",
 }
 
 
 def units_of(name: str) -> str:
     """Return the unit that a name such as "stiffness_n_per_m" carries, "1" where it has none."""
-    return next((unit for ending, unit in _UNITS.items() if name.endswith(ending)), "1")
+    plain = unit_of(name).replace("·", " ").replace("²", "2").replace("³", "3")
+    return plain.replace("°", "degree") or "1"
 
 
 def long_name_of(name: str) -> str:
     """Return the text for the axis of a picture, without the unit that a name carries."""
-    ending = next((ending for ending in _UNITS if name.endswith(ending)), "")
-    return _LONG_NAMES.get(name) or name.removesuffix(ending).replace("_", " ")
+    return _LONG_NAMES.get(name) or name_of(name).replace("_", " ")
 
 
 def labelled(

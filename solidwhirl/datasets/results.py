@@ -19,7 +19,6 @@ from solidwhirl.analyses.base import record_of
 from solidwhirl.analyses.kinds.critical_speed_map import CriticalSpeedMapSpec
 from solidwhirl.analyses.registry import KINDS
 from solidwhirl.core.plain_data import Labelled
-from solidwhirl.datasets.analyses import analysis_dataset, peaks_dataset, record_dataset
 from solidwhirl.datasets.batch import batch_datasets, is_batch
 from solidwhirl.datasets.files import read_netcdf, write_netcdf
 from solidwhirl.datasets.parts import filled, labelled, tabled, with_errors
@@ -57,6 +56,8 @@ _MODES = {
     "shape": ("coordinate", "mode"),
 }
 Document = Mapping[str, Any]
+_PEAK_NUMBERS = ("speed_rpm", "frequency_hz", "amplitude_m", "amplification")
+_PEAK_ERRORS = ("frequency_error_estimate", "amplitude_error_estimate")
 _Errors = rd.CampbellErrors | rd.CriticalSpeedErrors | rd.FrequencyErrors | None
 
 
@@ -369,3 +370,49 @@ def _table(dim: str, rows: list[Document]) -> xr.Dataset:
     plain = (str, int, float, type(None))
     keys = [key for key in rows[0] if all(isinstance(row.get(key), plain) for row in rows)]
     return labelled({key: (dim, filled([row.get(key) for row in rows])) for key in keys})
+
+
+def analysis_dataset(document: Document) -> xr.Dataset:
+    """Return one analysis of a run as a dataset.
+
+    Names are those of results.json; single numbers and texts are attributes. Kinds without arrays
+    have attributes alone.
+    """
+    found = KINDS[document["kind"]].labels(document)
+    return labelled(*found[:2], **_single(document) | dict(found.attributes))
+
+
+def peaks_dataset(document: Document) -> xr.Dataset | None:
+    """Return the resonance peaks of one analysis as a dataset; None where it has none.
+
+    place, exciter, speed_rpm, frequency_hz, amplitude_m, amplification over peak, which counts
+    from 1, and error estimates where there are such.
+    """
+    peaks = KINDS[document["kind"]].peaks(document)
+    if peaks is None:
+        return None
+    rows = list(peaks)
+    errors = [key for key in _PEAK_ERRORS if rows and all(key in row for row in rows)]
+    variables: dict[str, Labelled] = {
+        key: ("peak", np.array([row[key] for row in rows], dtype=str))
+        for key in ("place", "exciter")
+    }
+    for key in (*_PEAK_NUMBERS, *errors):
+        variables[key] = ("peak", np.array([row[key] for row in rows], dtype=float))
+    return labelled(variables)
+
+
+def record_dataset(record: Mapping[str, Any], document: Document) -> xr.Dataset:
+    """Return the record over time that an analysis writes beside results.json."""
+    found = KINDS[document["kind"]].record_labels(record, document)
+    return labelled(*found[:2], **found.attributes)
+
+
+def _single(document: Document) -> dict[str, Any]:
+    """Numbers, texts, and lists of texts."""
+    out: dict[str, Any] = {}
+    for key, value in document.items():
+        texts = isinstance(value, list) and all(isinstance(v, str) for v in value)
+        if isinstance(value, str | int | float) or (texts and value):
+            out[key] = value
+    return out

@@ -29,12 +29,8 @@ from solidwhirl.scene_checks.speeds_asked import scene_speeds, speeds_beyond, to
 def make_plan(scene: Scene, bodies: Mapping[str, Body], level: str | None = None) -> Plan:
     """Decide what a scene needs.
 
-    Parameters
-    ----------
-    bodies
-        Its geometry (see `solidwhirl.model.bodies.build_bodies`).
-    level
-        In the place of the scene's "auto" (see `solidwhirl.bodies.fidelity`).
+    `bodies`: its geometry (see `solidwhirl.model.bodies.build_bodies`). `level`: in the place of
+    the scene's "auto" (see `solidwhirl.bodies.fidelity`).
     """
     speeds = scene_speeds(scene)
     fastest = top_speed(scene)

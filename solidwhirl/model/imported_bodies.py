@@ -32,13 +32,8 @@ _FORMATS = {".npz": "npz", ".json": "Matrix Market", ".op4": "OUTPUT4", NATIVE: 
 def with_files_read(scene: Scene) -> tuple[Scene, list[str]]:
     """Read the files of imported bodies: their digest, and the interfaces where none are named.
 
-    Returns
-    -------
-    scene : Scene
-        With `sha256`, and with `interfaces` by the numbers of nodes, or by the names in a
-        superelement file.
-    problems : list of str
-        One line each, which begins with the key; empty if all is well.
+    Returns the scene with `sha256`, and with `interfaces` by the numbers of nodes, or by the names
+    in a superelement file; and problems, one line each, which begins with the key.
     """
     found, problems = {}, []
     for name, spec in scene.imported.items():

@@ -53,10 +53,7 @@ def is_adapted(level: str, model: ModelSpec) -> bool:
 def choose_resolution(body: Body, level: str, model: ModelSpec) -> Resolution:
     """Choose element order and sizes to begin with; sizes given in the scene win.
 
-    Parameters
-    ----------
-    model
-        The scene's accuracy, and sizes and order if given.
+    `model`: the scene's accuracy, and sizes and order if given.
     """
     thinnest = min(_thickness(body))
     if level == "solid":

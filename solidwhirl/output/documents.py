@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -15,6 +16,7 @@ from solidwhirl.bodies.reduction import BodyResult
 from solidwhirl.core.check_report import checks_document
 from solidwhirl.core.outcome import is_picture
 from solidwhirl.core.plain_data import plain_data
+from solidwhirl.core.stages import silent
 from solidwhirl.core.versions import package_versions
 from solidwhirl.cost.forecast import forecast_document
 from solidwhirl.estimates.documents import accuracy_document, critical_speed_entry, with_estimate
@@ -26,11 +28,10 @@ from solidwhirl.model.interface_documents import interfaces_document
 from solidwhirl.model.mesh_bodies import source_document
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.model.resolution import Resolution
-from solidwhirl.output.comparison import compared
 from solidwhirl.output.report import report_text
 from solidwhirl.page.frame.records import Run
 from solidwhirl.page.sections import write_report
-from solidwhirl.pipeline.cached_stages import Keeper, no_keeper
+from solidwhirl.pipeline.cached_stages import Keeper
 from solidwhirl.pipeline.run import ExcitedCriticalSpeed, Results
 from solidwhirl.pipeline.verdict import verdict_document
 from solidwhirl.rotordyn import Superelement, draw_campbell, write_superelement
@@ -40,6 +41,8 @@ from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.rotordyn.modes.whirl import unbalance_excitation
 from solidwhirl.rotordyn.plots.errors import draw_campbell_errors, draw_critical_speed_errors
 from solidwhirl.rotordyn.storage.sidecar import superelement_document
+from solidwhirl.scene.records import ReferenceSpec
+from solidwhirl.scene_reading.paths import leading_steps
 from solidwhirl.scene_reading.reader import scene_hash
 
 SCHEMA = "solidwhirl-results-1"
@@ -213,25 +216,15 @@ def write_into(
     """Write results into a claimed folder, and return what `results.json` holds.
 
     Everything is written to a temporary folder in it and moved into place file by file when it is
-    complete, `results.json` last but for the manifest.
-
-    Parameters
-    ----------
-    keeper
-        Where pictures are kept; None: nowhere.
-    scene_path, command
-        For the page: the scene file, and the command line that repeats the run.
-
-    Raises
-    ------
-    OutputError
-        The folder can't be written.
+    complete, `results.json` last but for the manifest. `keeper`: where pictures are kept; None:
+    nowhere. `scene_path`, `command`: for the page, the scene file and the command line that repeats
+    the run. Raises OutputError: the folder can't be written.
     """
     document = results_document(results)
     with replacing_files(folder) as scratch:
         _write_all(results, document, scratch)
         if pictures:
-            _draw_all(results, scratch, keeper or no_keeper())
+            _draw_all(results, scratch, keeper or Keeper(store=None, progress=silent))
         if page:
             run = Run(results=results, document=document, scene_path=scene_path, command=command)
             write_report(run, scratch / "report.html")
@@ -366,4 +359,48 @@ def _mass_properties(result: BodyResult) -> dict[str, Any]:
         "center_of_gravity_m": np.asarray(p.center_of_gravity_m).tolist(),
         "polar_inertia_kg_m2": p.polar_inertia_kg_m2,
         "diametral_inertia_kg_m2": p.diametral_inertia_kg_m2,
+    }
+
+
+def value_at(document: Mapping[str, Any], path: str) -> float | None:
+    """Return the number at a place such as "critical_speeds[0].frequency_hz"; None for none."""
+    found: Any = document
+    for step in leading_steps(path)[0]:
+        try:
+            found = found[int(step[1:-1]) if step.startswith("[") else step]
+        except (KeyError, IndexError, TypeError, ValueError):
+            return None
+    number = isinstance(found, int | float) and not isinstance(found, bool)
+    return float(found) if number else None
+
+
+def compared(
+    references: Sequence[ReferenceSpec], document: Mapping[str, Any]
+) -> list[dict[str, Any]]:
+    """Compare the contents of `results.json` with the references of a scene.
+
+    Returns of each what the scene says, `result`, `relative_difference` from the reference (None
+    where either is missing or the reference is 0), and `met` (None without tolerance; a result that
+    is missing meets none).
+    """
+    return [_compared(reference, value_at(document, reference.quantity))
+            for reference in references]  # fmt: skip
+
+
+def _compared(reference: ReferenceSpec, found: float | None) -> dict[str, Any]:
+    difference = None
+    if found is not None and reference.value != 0.0:
+        difference = (found - reference.value) / abs(reference.value)
+    met = None
+    if reference.tolerance is not None:
+        met = difference is not None and abs(difference) <= reference.tolerance
+    return {
+        "quantity": reference.quantity,
+        "title": reference.title,
+        "source": reference.source,
+        "value": reference.value,
+        "result": found,
+        "relative_difference": difference,
+        "tolerance": reference.tolerance,
+        "met": met,
     }

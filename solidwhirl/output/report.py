@@ -55,12 +55,6 @@ def report_text(results: Results, document: dict[str, Any]) -> str:
     return "\n\n".join(p for p in parts if p) + "\n"
 
 
-def doubts_text(doubts: Iterable[Doubt]) -> str:
-    """Warnings about a scene as Markdown; empty if there are none."""
-    lines = [f"- {markdown_text(doubt.message)}" for doubt in doubts]
-    return "\n".join(["Warnings:", "", *lines]) if lines else ""
-
-
 def plan_text(plan: Plan, doubts: Iterable[Doubt] = ()) -> str:
     """The plan as Markdown tables, after warnings about the scene."""
     effects = _table(
@@ -86,8 +80,8 @@ def plan_text(plan: Plan, doubts: Iterable[Doubt] = ()) -> str:
         ),
     )
     parts = [effects, bodies] if plan.bodies else [effects]
-    said = doubts_text(doubts)
-    parts = [said, *parts] if said else parts
+    if said := [f"- {markdown_text(doubt.message)}" for doubt in doubts]:
+        parts.insert(0, "\n".join(["Warnings:", "", *said]))
     if plan.analyses:
         parts.append(_table("analysis | kind", plan.analyses))
     if plan.speeds_beyond:

@@ -99,13 +99,3 @@ def write_film(frames: list[Image], path: Path) -> None:
                 file, frames * 3, fps=_RATE_HZ, codec="libx264", macro_block_size=_BLOCK
             )
         shutil.copyfile(file, temporary)
-
-
-def draw_mode_film(
-    shape: EngineShape,
-    path: Path,
-    title: str,
-    told: Callable[[int, int], None] = lambda frame, frames: None,
-) -> None:
-    """Draw a mode as a film."""
-    write_film(mode_frames(shape, title, told), path)

@@ -137,9 +137,9 @@ def _draw_mode(shape: Callable[[], EngineShape], title: str, path: Path) -> None
 def _draw_film(
     shape: Callable[[], EngineShape], title: str, told: Callable[[int, int], None], path: Path
 ) -> None:
-    from solidwhirl.pictures.animation import draw_mode_film
+    from solidwhirl.pictures.animation import mode_frames, write_film
 
-    draw_mode_film(shape(), path, title, told)
+    write_film(mode_frames(shape(), title, told), path)
 
 
 def _analyses(results: Results, title: str) -> Iterator[Picture]:

@@ -29,10 +29,7 @@ def alarms_of(
 ) -> tuple[Alarm, ...]:
     """Return the alarms of a run, one for each onset: what else begins there is said with it.
 
-    Parameters
-    ----------
-    analyses
-        Kind and document of each analysis by its name, as in `results.json`.
+    `analyses`: kind and document of each analysis by its name, as in `results.json`.
     """
     unstable = (
         *_unstable(stability),

@@ -12,7 +12,7 @@ from typing import Any, Literal
 from solidwhirl.cache.codec import fingerprint
 from solidwhirl.cache.files import FreshStore, StageStore
 from solidwhirl.core.outcome import Outcome, Write
-from solidwhirl.core.stages import Progress, silent
+from solidwhirl.core.stages import Progress
 from solidwhirl.files.run_folder import writing_problem
 from solidwhirl.scene.records import Scene, without_folders
 
@@ -144,11 +144,6 @@ class Keeper:
                 path.write_bytes(kept)
 
         return write
-
-
-def no_keeper() -> Keeper:
-    """A keeper that keeps nothing."""
-    return Keeper(store=None, progress=silent)
 
 
 def _copy(data: bytes) -> Write:

@@ -153,15 +153,8 @@ def analyses_of(
 ) -> dict[str, Outcome]:
     """Run the analyses of the scene.
 
-    Parameters
-    ----------
-    estimates
-        Errors of these, or None.
-
-    Raises
-    ------
-    AnalysisError
-        One has no answer; the message names it.
+    `estimates`: errors of the diagram, or None. Raises AnalysisError: one has no answer; the
+    message names it.
     """
     job = engine.job
     scene = with_moments(job.scene, {n: e.mass_kg for n, e in engine.elements.items()})

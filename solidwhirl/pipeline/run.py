@@ -46,7 +46,7 @@ def run_scene(
     foreseen: Callable[[Plan, Forecast], None] = lambda plan, expected: None,
     store: StageStore | None = None,
 ) -> Results | None:
-    """Run a scene from geometry to Campbell diagram.
+    """Run a scene from geometry to Campbell diagram; None on ranks other than 0.
 
     Parameters
     ----------
@@ -59,10 +59,6 @@ def run_scene(
         Called once with what will be computed and what it will cost, before the long work.
     store
         Where completed stages are kept and taken from; None: nowhere. Only rank 0 uses it.
-
-    Returns
-    -------
-    Results, or None on ranks other than 0.
 
     Raises
     ------

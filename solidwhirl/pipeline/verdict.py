@@ -28,21 +28,14 @@ def verdict_document(
 ) -> dict[str, Any]:
     """Return the key `verdict` of `results.json`: plain data with units in the keys.
 
-    Parameters
-    ----------
-    document
-        The contents of `results.json` but for the verdict.
-    operating
-        From `operating_speeds`.
+    `document`: the contents of `results.json` but for the verdict. `operating`: from
+    `operating_speeds`.
 
-    Returns
-    -------
-    dict
-        Critical speeds are those that count, with amplification and margin. `margins.passed` is
-        None without an analysis of margins. `vibration` has, of each observed place of each
-        unbalance response, the largest amplitude within the operating speeds and over the sweep.
-        `coupling_effect` is the relative change of the critical speeds and modes that count by the
-        other coupling of the interfaces, None where it was not computed.
+    Critical speeds are those that count, with amplification and margin. `margins.passed` is None
+    without an analysis of margins. `vibration` has, of each observed place of each unbalance
+    response, the largest amplitude within the operating speeds and over the sweep.
+    `coupling_effect` is the relative change of the critical speeds and modes that count by the
+    other coupling of the interfaces, None where it was not computed.
     """
     accuracy = document["accuracy"]
     return {

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from paper.rows import Row, markdown, per_cent, table
 
-from solidwhirl.page.run.comparison import unit_of
+from solidwhirl.core.key_units import unit_of
 from solidwhirl.rotordyn import LEE_ANISOTROPIC, LEE_ISOTROPIC
 
 RPM = np.pi / 30.0

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from solidwhirl.core.blocks import warning
+from solidwhirl.core.key_units import unit_of
 from solidwhirl.page.frame.plotly_chart import page_chart
 from solidwhirl.page.frame.records import Block, Run, Section, Table
 from solidwhirl.rotordyn.plots.chart import Axis, Bars, Chart, Curve, Look, Part, Rule
 
-_UNITS = (
-    ("_kg_m2", "kg m²"), ("_n_per_m", "N/m"), ("_rad_s", "rad/s"), ("_hz", "Hz"),
-    ("_rpm", "rpm"), ("_kg", "kg"), ("_pa", "Pa"), ("_m", "m"), ("_n", "N"), ("_s", "s"),
-)  # fmt: skip
 _PER_ROW = 26
 
 
@@ -37,12 +33,6 @@ def section(run: Run) -> Section | None:
         blocks=blocks,
         note="Values that the scene names with their source, beside what this run computed.",
     )
-
-
-def unit_of(quantity: str) -> str:
-    """Unit of a place in the results, by the end of its last name; empty if it has none."""
-    last = re.sub(r"\[\d+\]", "", quantity).rsplit(".", 1)[-1]
-    return next((unit for ending, unit in _UNITS if last.endswith(ending)), "")
 
 
 def _title(entry: Mapping[str, Any]) -> str:

@@ -11,9 +11,9 @@ import pytest
 import xarray as xr
 
 from solidwhirl.analyses.registry import KINDS
-from solidwhirl.datasets.analyses import analysis_dataset
 from solidwhirl.datasets.parts import filled, labelled, long_name_of, units_of
 from solidwhirl.datasets.results import (
+    analysis_dataset,
     campbell_dataset,
     critical_speed_dataset,
     critical_speed_map_dataset,

@@ -7,8 +7,7 @@ import pytest
 
 from solidwhirl.batch.journal import BatchTableError, open_journal
 from solidwhirl.batch.table import write_table
-from solidwhirl.datasets.analyses import peaks_dataset
-from solidwhirl.datasets.results import datasets
+from solidwhirl.datasets.results import datasets, peaks_dataset
 from solidwhirl.sweep.records import BatchRow
 
 

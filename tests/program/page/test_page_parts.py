@@ -12,8 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solidwhirl.core.errors import SceneError
-from solidwhirl.output.comparison import compared, value_at
-from solidwhirl.output.documents import results_document
+from solidwhirl.output.documents import compared, results_document, value_at
 from solidwhirl.page.frame.build import page_html
 from solidwhirl.page.frame.records import Chart, Run, Section, Table, Text
 from solidwhirl.page.frame.render import cell_text, data_json, plain, table_html, text_html

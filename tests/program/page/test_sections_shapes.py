@@ -17,7 +17,7 @@ from solidwhirl.page.frame.build import page_html
 from solidwhirl.page.frame.records import Section
 from solidwhirl.page.frame.render import plain
 from solidwhirl.page.modes import shapes
-from solidwhirl.page.modes.viewer_data import NOTHING, packed, viewer_data
+from solidwhirl.page.modes.shapes import NOTHING, packed, viewer_data
 from solidwhirl.rotordyn.assembly.coordinates import body_rows
 from solidwhirl.rotordyn.superelement.surface import around_axis
 
