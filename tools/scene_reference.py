@@ -33,8 +33,8 @@ _LARGEST, _MOST = 1e30, 2001
 # What a validator that runs before the type makes acceptable besides.
 _ALSO = {
     "_pair": "number, or [number, number] at the two ends",
-    "_matrix": "number, [x, y], or [[xx, xy], [yx, yy]]",
-    "_switch": '`"auto"`, `"on"`, `"off"`',
+    "_matrix": "matrix",
+    "_switch": "switch",
     "_several": "number, or list of numbers",
 }
 _PATTERNS = {"[A-Za-z0-9_-]{0,63}\\.": "place", "^[A-Za-z][A-Za-z0-9_-]{0,63}$": "name"}
@@ -111,7 +111,9 @@ def _table(record: type[Record], meanings: Mapping[str, str], owners: Mapping[st
         linked = _LINK.fullmatch(meaning)
         if linked and f"(#{linked[1]})" in shown:
             meaning = ""
-        rows.setdefault((f"{shown}{of}", _default(field), meaning), []).append(f"`{key}`")
+        value = re.sub("^number (?=.)", "", f"{shown}{of}")
+        name = f"**`{key}`**" if field.is_required() else f"`{key}`"
+        rows.setdefault((value, _default(field), meaning), []).append(name)
     lines = ["| key | value | default | meaning |", "|---|---|---|---|"]
     lines += [f"| {', '.join(keys)} | {' | '.join(rest)} |" for rest, keys in rows.items()]
     return "\n".join(lines)
@@ -123,7 +125,7 @@ def _validator(extra: Any) -> str:
 
 def _default(field: FieldInfo) -> str:
     if field.is_required():
-        return "**required**"
+        return ""
     value = field.get_default(call_default_factory=True)
     if value is None or value in ((), {}) or isinstance(value, Record):
         return ""

@@ -81,9 +81,7 @@ def slurm_script(job: SlurmJob) -> str:
     """Return the script."""
     template = (resources.files(__package__) / "slurm.sh").read_text(encoding="utf-8")
     text: str = Template(template, keep_trailing_newline=True).render(
-        name=job.name,
-        ranks=job.ranks,
-        memory_mib=job.memory_mib,
+        job=job,
         time=_time_text(job.minutes),
         # % begins a pattern of Slurm's in names of files
         log=_quoted(str(job.log).replace("%", "%%")),

@@ -1,8 +1,8 @@
 #!/bin/bash
-#SBATCH --job-name={{ name }}
-#SBATCH --ntasks={{ ranks }}
+#SBATCH --job-name={{ job.name }}
+#SBATCH --ntasks={{ job.ranks }}
 #SBATCH --cpus-per-task=1
-#SBATCH --mem-per-cpu={{ memory_mib }}M
+#SBATCH --mem-per-cpu={{ job.memory_mib }}M
 #SBATCH --time={{ time }}
 #SBATCH --output={{ log }}
 #SBATCH --open-mode=append

@@ -100,11 +100,16 @@ def run_block(text, folder):
 
 @pytest.mark.parametrize(("page", "mark"), WITH_CODE)
 def test_python_blocks_run(page, mark, tmp_path):
-    """Each in a process of its own, as a reader would; blocks of a page share a folder."""
+    """Each in a process of its own, as a reader would; blocks of a page share a folder.
+
+    One that begins with `# <file>.py` is also that file.
+    """
     (tmp_path / "scenes").symlink_to(ROOT / "scenes", target_is_directory=True)
     for number, (own, text) in enumerate(MARKED[page]):
         if own != mark:
             continue
+        if named := re.match(r"# (\w+\.py)\n", text):
+            (tmp_path / named[1]).write_text(text, encoding="utf-8")
         printed, said = run_block(text, tmp_path)
         assert "Warning" not in said, said
         shown = re.match(r"```\n\n```text\n(.*?)^```$", rest_after(page, text), FLAGS)

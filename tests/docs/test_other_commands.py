@@ -102,7 +102,6 @@ NOT_RUN = {
     "make study": DRY,
     "sbatch sweep.sh": "needs Slurm;"
     " tests/program/batch/test_batch.py runs such a script without it",
-    "solidwhirl run --no-pictures": "names an option in a sentence; no whole command",
 }
 # ranks as root, and more of them than cores
 MPI = {

@@ -32,40 +32,34 @@ def refused(*words):
     return " ".join(done.output.replace("│", " ").split())
 
 
-@pytest.mark.parametrize("name", ["", LONG, f"a/{LONG}/b", DEEP])
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("run", "SCENE", "--out"),
-        ("batch", "SCENE", "--out"),
-        ("pictures", "SCENE", "--out"),
-        ("study", "SCENE", "--out"),
-        ("geometry", "SCENE", "--step"),
-        ("export", "SCENE", "--format", "npz", "-o"),
-        ("init",),
-        ("check",),
-        ("plan",),
-        ("batch-pictures",),
-        ("batch", "SCENE", "--out", "out", "--slurm"),
-        ("run", "SCENE", "--out", "out", "--store"),
-    ],
-)
-def test_names_that_are_none_are_refused(scene, tmp_path, words, name):
-    said = refused(*(scene if word == "SCENE" else word for word in words), name)
-    assert "is empty" in said or "too long" in said
+FOLDERS = [
+    ("run", "SCENE", "--out"),
+    ("batch", "SCENE", "--out"),
+    ("pictures", "SCENE", "--out"),
+    ("study", "SCENE", "--out"),
+    ("init",),
+]
+FILES = [
+    ("geometry", "SCENE", "--step"),
+    ("export", "SCENE", "--format", "npz", "-o"),
+    ("check",),
+    ("plan",),
+    ("batch-pictures",),
+    ("batch", "SCENE", "--out", "out", "--slurm"),
+    ("run", "SCENE", "--out", "out", "--store"),
+]
+
+
+@pytest.mark.parametrize("words", FOLDERS + FILES)
+def test_names_that_are_none_are_refused(scene, tmp_path, words):
+    words = [scene if word == "SCENE" else word for word in words]
+    for name in ("", LONG, f"a/{LONG}/b", DEEP):
+        said = refused(*words, name)
+        assert "is empty" in said or "too long" in said
     assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("run", "SCENE", "--out"),
-        ("batch", "SCENE", "--out"),
-        ("pictures", "SCENE", "--out"),
-        ("study", "SCENE", "--out"),
-        ("init",),
-    ],
-)
+@pytest.mark.parametrize("words", FOLDERS)
 def test_folders_in_a_file_are_refused(scene, tmp_path, words):
     (tmp_path / "file").write_text("mine", encoding="utf-8")
     refused(*(scene if word == "SCENE" else word for word in words), tmp_path / "file" / "out")
@@ -121,13 +115,8 @@ def test_markdown_is_escaped_and_plain_text_is_not():
 @pytest.mark.solver
 def test_quiet_batch_names_what_failed(scene, tmp_path):
     bad = tmp_path / "bad.toml"
-    text = (
-        Path(scene)
-        .read_text("utf-8")
-        .replace("mass_kg = 10.0", "mass_kg = 1e-29")
-        .replace('"rotor"', '"bad"', 1)
-    )
-    bad.write_text(text, encoding="utf-8")
+    text = Path(scene).read_text("utf-8").replace("mass_kg = 10.0", "mass_kg = 1e-29")
+    bad.write_text(text.replace('"rotor"', '"bad"', 1), encoding="utf-8")
     done = CliRunner().invoke(
         app, ["batch", scene, str(bad), "--out", str(tmp_path / "b"), "--no-pictures", "-q"]
     )

@@ -155,17 +155,14 @@ def test_fillet_as_long_as_its_edge():
     conforming(merge_fillets(found))
 
 
-def test_cavity_corners():
-    radius = 0.05
-    found = subdivide(
-        body(
-            section("tube", 0.0, 1.0, 0.1, 0.2),
-            section("one", 0.0, 0.1, 0.2, 0.6),
-            section("two", 0.9, 1.0, 0.2, 0.6),
-            section("drum", 0.1, 0.9, 0.5, 0.6),
-            fillet=radius,
-        )
+def test_all_corners_of_a_cavity_get_fillets():
+    parts = (
+        section("tube", 0.0, 1.0, 0.1, 0.2),
+        section("one", 0.0, 0.1, 0.2, 0.6),
+        section("two", 0.9, 1.0, 0.2, 0.6),
+        section("drum", 0.1, 0.9, 0.5, 0.6),
     )
+    found = subdivide(body(*parts, fillet=0.05))
     conforming(found)
     check_tangent(found)
     assert len(found.fillet_arcs) == 4
@@ -173,13 +170,12 @@ def test_cavity_corners():
 
 def test_flat_corners_stay_as_they_are():
     """A kink of 1e-7 rad would give a fillet 5 nm long: reported, not filleted."""
-    shape = body(
+    parts = (
         section("a", 0.0, 0.5, 0.0, 0.1),
         section("b", 0.5, 1.0, 0.0, (0.1, 0.1 + 1e-5)),
         section("c", 0.2, 0.3, 0.1, 0.2),
-        fillet=0.01,
     )
-    found = subdivide(shape)
+    found = subdivide(body(*parts, fillet=0.01))
     conforming(found)
     assert sorted(corner.filleted for corner in found.corners) == [False, True, True]
 

@@ -126,33 +126,6 @@ def test_translation_moves_the_centre_only():
     assert two[3] == pytest.approx(one[3], rel=1e-12)
 
 
-def test_tapered_body_by_midpoint_sum():
-    """Sum thin cylinders; the midpoint rule's error falls with the square of their width."""
-    parts = (
-        section("hub", 0.0, 0.3, (0.01, 0.03), (0.05, 0.08)),
-        section("tip", 0.3, 0.5, (0.03, 0.03), (0.08, 0.03)),
-    )
-    exact = np.array(values(mass_properties(body(*parts))))
-    errors = []
-    for count in (1000, 2000, 4000):
-        mass = axial = polar = square = 0.0
-        for part in parts:
-            width = (part.end_m - part.start_m) / count
-            z = part.start_m + width * (np.arange(count) + 0.5)
-            inner, outer = np.array([part.radii_at(x) for x in z]).T
-            slices = RHO * math.pi * width * (outer**2 - inner**2)
-            mass += slices.sum()
-            axial += (slices * z).sum()
-            square += (slices * z**2).sum()
-            polar += (slices * (outer**2 + inner**2) / 2.0).sum()
-        centre = axial / mass
-        brute = (mass, centre, polar, polar / 2.0 + square - mass * centre**2)
-        errors.append(np.abs(np.array(brute) / exact - 1.0).max())
-    assert errors[-1] < 1e-6
-    rates = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
-    assert rates == pytest.approx([2.0, 2.0], abs=0.05)
-
-
 def test_fillets_by_green_on_chords():
     """The same integrals over the filleted outline with arcs as chords: error falls as h^2."""
     shape = body(

@@ -95,20 +95,27 @@ def test_refused_rigid_disks(inertia, message):
         )
 
 
-def test_refused_bodies():
-    one = section("a", 0.0, 1.0, 0.0, 0.1)
-    seat = interface("seat", "face", 0.0)
-    disk = RigidDisk(
-        name="fan", interface="sea", mass_kg=1.0, polar_inertia_kg_m2=0, diametral_inertia_kg_m2=0
-    )
-    with pytest.raises(GeometryError, match="body 'b' has no section"):
-        Body(name="b", sections=())
-    with pytest.raises(GeometryError, match="'b': two sections are called 'a'"):
-        Body(name="b", sections=(one, one))
-    with pytest.raises(GeometryError, match="'b': two interfaces are called 'seat'"):
-        Body(name="b", sections=(one,), interfaces=(seat, seat))
-    with pytest.raises(GeometryError, match=r"'fan' sits on the interface 'sea'.*known: seat"):
-        Body(name="b", sections=(one,), interfaces=(seat,), rigid_disks=(disk,))
-    for radius in (-0.001, NAN):
-        with pytest.raises(GeometryError, match=r"'b': fillet radius is .* m, must be finite"):
-            Body(name="b", sections=(one,), fillet_radius_m=radius)
+ONE = section("a", 0.0, 1.0, 0.0, 0.1)
+SEAT = interface("seat", "face", 0.0)
+FAN = RigidDisk(
+    name="fan", interface="sea", mass_kg=1.0, polar_inertia_kg_m2=0, diametral_inertia_kg_m2=0
+)
+
+
+@pytest.mark.parametrize(
+    ("parts", "message"),
+    [
+        ({"sections": ()}, "body 'b' has no section"),
+        ({"sections": (ONE, ONE)}, "'b': two sections are called 'a'"),
+        ({"interfaces": (SEAT, SEAT)}, "'b': two interfaces are called 'seat'"),
+        (
+            {"interfaces": (SEAT,), "rigid_disks": (FAN,)},
+            r"'fan' sits on the interface 'sea'.*known: seat",
+        ),
+        ({"fillet_radius_m": -0.001}, r"'b': fillet radius is .* m, must be finite"),
+        ({"fillet_radius_m": NAN}, r"'b': fillet radius is .* m, must be finite"),
+    ],
+)
+def test_refused_bodies(parts, message):
+    with pytest.raises(GeometryError, match=message):
+        Body(**{"name": "b", "sections": (ONE,), **parts})

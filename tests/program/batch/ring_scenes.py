@@ -1,5 +1,6 @@
 """Scene of a rigid, turning ring on two equal springs, whose modes are known in closed form."""
 
+from solidwhirl.build import bearing
 from solidwhirl.identify.scene import scene_text
 
 ENDS = ("left", "right")
@@ -23,9 +24,7 @@ def ring_scene(sweep, **more):
                 "interfaces": {"left": -0.1, "right": 0.1},
             }
         },
-        "bearings": [
-            {"name": end, "first": f"ring.{end}", "stiffness_n_per_m": 1e6} for end in ENDS
-        ],
+        "bearings": [bearing(end, f"ring.{end}", stiffness_n_per_m=1e6) for end in ENDS],
         **more,
         "sweep": sweep,
     }

@@ -354,23 +354,16 @@ def test_row_of_a_rigid_body_on_springs_in_closed_form(rigid_case, number):
     level = np.sqrt(2 * k / m)
     tilt, inertia, polar = 2 * k * 0.1**2, 0.2, 0.3
     backward = np.sqrt(tilt / (inertia + polar))
-    speeds = np.linspace(0.0, 6000.0, 4) * np.pi / 30
-    half, root = 0.5 * polar * speeds, np.sqrt((0.5 * polar * speeds) ** 2 + inertia * tilt)
-    expected = np.array(
-        [(root - half) / inertia, (root + half) / inertia, *[0 * speeds + level] * 2]
-    )
-    found = np.array(row.campbell_frequency_hz)
+    half = 0.5 * polar * np.linspace(0.0, 6000.0, 4) * np.pi / 30
+    root = np.sqrt(half**2 + inertia * tilt)
+    expected = [(root - half) / inertia, (root + half) / inertia, *[0 * half + level] * 2]
+    found = 2 * np.pi * np.sort(row.campbell_frequency_hz, axis=0)
     # the same matrices in other coordinates: round-off alone
-    np.testing.assert_allclose(
-        np.sort(found, axis=0), np.sort(expected / 2 / np.pi, axis=0), rtol=1e-9
-    )
+    np.testing.assert_allclose(found, np.sort(expected, axis=0), rtol=1e-9)
     wanted = sorted([(level, "backward"), (level, "forward"), (backward, "backward")])
-    np.testing.assert_allclose(
-        row.critical_speed_rpm, [s * 30 / np.pi for s, _ in wanted], rtol=1e-9
-    )
-    np.testing.assert_allclose(
-        row.critical_frequency_hz, [s / 2 / np.pi for s, _ in wanted], rtol=1e-9
-    )
+    speeds = np.array([speed for speed, _ in wanted])
+    np.testing.assert_allclose(row.critical_speed_rpm, speeds * 30 / np.pi, rtol=1e-9)
+    np.testing.assert_allclose(row.critical_frequency_hz, speeds / 2 / np.pi, rtol=1e-9)
     assert sorted(row.critical_whirl) == sorted(w for _, w in wanted)
     np.testing.assert_allclose(row.campbell_speed_rpm, [0, 2000, 4000, 6000], rtol=1e-12)
     assert np.abs(row.campbell_log_decrement).max() < 1e-9

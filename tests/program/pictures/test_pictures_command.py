@@ -14,7 +14,6 @@ from solidwhirl.pictures import catalogue
 from solidwhirl.pictures.catalogue import pictures_of
 from solidwhirl.pictures.picture_names import refuse_unknown_names
 from solidwhirl.pipeline import run as pipeline
-from solidwhirl.pipeline.cached_stages import Keeper, open_store
 from solidwhirl.pipeline.run import run_scene
 from solidwhirl.scene_reading.reader import read_scene
 
@@ -76,21 +75,6 @@ def test_second_time_nothing_is_drawn_again(laval, tmp_path, monkeypatch):
     assert len(stages) > 2 and {f.name for f in tmp_path.glob(".stages/*")} == stages
     with pytest.raises(AssertionError, match="drawn again"):  # another format is another picture
         pictures_command(laval.scene, tmp_path, lines.append, formats="pdf", only=["engine"])
-
-
-def test_a_picture_is_kept_once_for_each_format(tmp_path):
-    drawn = []
-
-    def draw(path):
-        drawn.append(path.name)
-        path.write_text(path.suffix)
-
-    keeper = Keeper(store=open_store(tmp_path / "store"), progress=drawn.append)
-    write = keeper.picture(keeper.key("a picture"), draw)
-    for name in ("a.png", "a.svg", "b.png", "b.svg"):
-        write(tmp_path / name)
-        assert (tmp_path / name).read_text() == (tmp_path / name).suffix
-    assert drawn == ["a.png", "a.svg"]
 
 
 def test_what_can_not_be_drawn_does_not_stop_the_others(laval, tmp_path, monkeypatch):

@@ -228,22 +228,11 @@ def test_case_without_a_scene_is_left_to_fail(tmp_path, small_scene):
     assert bad.digest == batch_cases([written(tmp_path, data)])[1].digest != good.digest
 
 
-def test_demonstration_scene(root):
+def test_demonstration_on_the_twin_rotor(root):
+    """One sample in each of 80 equally likely parts of every normal distribution."""
     # files lie beside the scene that names them
     (case,) = batch_cases([root / "scenes" / "own_mesh.toml"])
     assert case_scene(case).mesh_bodies
-    cases = batch_cases([root / "scenes" / "sweep.toml"])
-    assert len(cases) == len({case.digest for case in cases}) == 64
-    for case in cases:
-        disk = case_scene(case).beams["rotor"].disks[0]
-        # a factor leaves the shape as it is
-        assert disk.polar_inertia_kg_m2 / disk.mass_kg == pytest.approx(0.01, rel=1e-14)
-        k = [b.stiffness_n_per_m[0][0] for b in case_scene(case).bearings]
-        assert k == [case.values["bearing_stiffness_n_per_m"]] * 2
-
-
-def test_demonstration_on_the_twin_rotor(root):
-    """One sample in each of 80 equally likely parts of every normal distribution."""
     cases = batch_cases([root / "scenes" / "ferraris_sweep.toml"])
     assert len(cases) == 80
     for name, mean, deviation, lower, upper in (

@@ -11,7 +11,7 @@ from scipy import stats
 
 from solidwhirl.core.key_units import label_of, wrapped
 from solidwhirl.sweep.analysis import SweepPictureSettings, analyse_sweep, sweep_document
-from solidwhirl.sweep.bands import least_samples, order_statistics, quantiles
+from solidwhirl.sweep.bands import LEVELS, least_samples, order_statistics, quantiles
 from solidwhirl.sweep.design import SweepPictureError, sweep_designs
 from solidwhirl.sweep.margins import band_margin
 from solidwhirl.sweep.matching import match_curves, visiting_order
@@ -141,12 +141,20 @@ def test_samples_give_the_powers_of_the_laval_rotor():
     """ln ω = ½ ln k - ½ ln m: exponents ±½."""
     (found,) = analyse_sweep(sample_rows(200), SweepPictureSettings())
     assert found.design.kind == "samples"
-    name = lateral_track(found).name
-    item = next(s for s in found.sensitivities if s.quantity == name)
+    track = lateral_track(found)
+    item = next(s for s in found.sensitivities if s.quantity == track.name)
     powers = {e.parameter: e.elasticity for e in item.regressions}
     assert powers == {"k": pytest.approx(0.5, abs=1e-9), "m": pytest.approx(-0.5, abs=1e-9)}
     assert item.linear and item.r_squared > 0.995  # ±5 %: curvature of the root is 0.1 %
     assert item.power_law_r_squared == pytest.approx(1.0, abs=1e-12)
+    # bands of the critical speed are those of its branch of the diagram: lognormal with s √2/2
+    exact = RPM * np.sqrt(4e6 / 15.0) * np.exp(stats.norm.ppf(LEVELS) * 0.05 / np.sqrt(2.0))
+    at = found.tracks.index(track)
+    low, high = found.critical_quantiles.low[:, at], found.critical_quantiles.high[:, at]
+    assert ((low < exact) & (exact < high)).all()
+    speeds = found.critical_quantiles.value[:, at]
+    bands = 60.0 * found.bands.frequency_hz.value[:, :, 0]
+    assert any(np.allclose(speeds, branch, rtol=1e-12) for branch in bands.T)
 
 
 def test_regression_agrees_with_scipy_and_its_limits_hold_95_percent():
@@ -307,28 +315,6 @@ def test_quantiles_of_normal_samples():
     found = quantiles(samples)
     assert found.count.tolist() == [100, 50]
     assert found.value[1].tolist() == [49.5, 50.0]
-
-
-def test_bands_of_the_laval_rotor():
-    """The branch is lognormal with spread s√2/2: 5 and 95 % at exp(∓1.645 s/√2)."""
-    spread, count = 0.05, 100
-    (found,) = analyse_sweep(sample_rows(count, spread), SweepPictureSettings())
-    bands = found.bands
-    assert bands is not None and bands.cases == count
-    middle = np.sqrt(4e6 / 15.0) / (2.0 * np.pi)
-    flat = np.ptp(bands.frequency_hz.value[1], axis=1) < 1e-9
-    (branch,) = np.flatnonzero(flat)
-    exact = middle * np.exp(stats.norm.ppf([0.05, 0.5, 0.95]) * spread / np.sqrt(2.0))
-    low, high = bands.frequency_hz.low[:, branch, 0], bands.frequency_hz.high[:, branch, 0]
-    assert ((low < exact) & (exact < high)).all()
-    # the conical branches do not depend on k and m: bands without width at the closed form
-    spin = SPEEDS / RPM
-    root = np.sqrt((POLAR * spin) ** 2 + 4.0 * DIAMETRAL * TILT)
-    forward = (POLAR * spin + root) / (2.0 * DIAMETRAL) / (2.0 * np.pi)
-    assert any(np.allclose(b, forward) for b in bands.frequency_hz.value[0])
-    track = lateral_track(found)
-    speeds = found.critical_quantiles.value[:, found.tracks.index(track)]
-    np.testing.assert_allclose(speeds, 60.0 * bands.frequency_hz.value[:, branch, 0], rtol=1e-12)
 
 
 def test_margins_between_cases_do_not_miss_the_band():
