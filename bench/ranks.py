@@ -119,7 +119,7 @@ def run(case: dict) -> dict:
 def table(rows: list[dict]) -> str:
     """Markdown."""
     head = ("unknowns", "ranks", "wall [s]", "busy of a rank [s]", "speed-up",
-            "peak of rank 0 [GiB]", "of the others [GiB]", "held modes differ by")  # fmt: skip
+            "peak of rank 0 [GiB]", "of the others [GiB]", "modes differ by")  # fmt: skip
     lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
     one = {r["unknowns"]: r for r in rows if r["ranks"] == 1}
     for r in rows:

@@ -154,7 +154,7 @@ def ranks_table(whole: dict[str, list[dict]]) -> str:
     """Memory and time of reductions on several ranks, both roads, Markdown."""
     lines = [
         "| unknowns of the mesh | solver | ranks | rank 0 [GiB] | the others, at most [GiB] | "
-        "all [GiB] | wall [s] | processor time of a rank [s] | held modes differ by |",
+        "all [GiB] | wall [s] | processor time of a rank [s] | fixed-interface modes differ by |",
         "|" + "---|" * 9,
     ]
     for road, rows in whole.items():

@@ -94,7 +94,7 @@ def measure_factor(corner_m: float, setting: dict) -> dict:
 
 
 def measure_krylov(corner_m: float, block: int) -> dict:
-    """28 held modes with a block size."""
+    """28 fixed-interface modes with a block size."""
     from solidwhirl.reduction.solvers import block_krylov
     from solidwhirl.reduction.solvers.constrained import eigenpairs, factorise
 

@@ -150,7 +150,7 @@ def order_checks(
     where = body.name if operators.harmonic is None else f"{body.name}, n={operators.harmonic}"
     out = list(verification.verify_order(operators, basis, orthogonality, where))
     if operators.harmonic is not None:
-        return [*out, verification.count_held_modes(operators, basis, where)]
+        return [*out, verification.count_fixed_modes(operators, basis, where)]
     if isinstance(body, MeshedBody):
         if basis.generator is not None:
             out.append(verification.check_evenness(where, evenness(operators, basis)))

@@ -40,8 +40,8 @@ _UNEVEN_LIMIT = 5e-2
 _GAP = 1e-4
 _SAME = PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN
 
-MODES = "held modes and all frequencies of the body"
-MISSING = "no held mode is missing"
+MODES = "fixed-interface modes and all frequencies of the body"
+MISSING = "no fixed-interface mode is missing"
 
 
 def verify_order(
@@ -50,14 +50,14 @@ def verify_order(
     """Check the basis of one circumferential order, or of the solid.
 
     `operators`, `basis`: of the body; the factor of the basis is used again. Result: residual of
-    the held modes at rest, M-orthonormality of them and of the basis, and reciprocity of the
-    interface forces.
+    the fixed-interface modes at rest, M-orthonormality of them and of the basis, and reciprocity of
+    the interface forces.
     """
     out = []
     if basis.fixed_vectors.shape[1]:
-        residual, own = held_mode_errors(operators, basis)
+        residual, own = fixed_mode_errors(operators, basis)
         orthogonality = max(orthogonality, own)
-        name = "residual of every held eigenpair"
+        name = "residual of every fixed-interface mode"
         direct = isinstance(basis.factor, ConstrainedFactor)
         limit = _RESIDUAL_LIMIT if direct else _ITERATIVE_RESIDUAL_LIMIT
         out.append(compared(name, where, residual, limit, MODES))
@@ -71,8 +71,8 @@ def verify_order(
     return tuple(out)
 
 
-def held_mode_errors(operators: BodyOperators, basis: Basis) -> tuple[float, float]:
-    """Return the largest residual of the held modes at rest, and how far they are from orthonormal.
+def fixed_mode_errors(operators: BodyOperators, basis: Basis) -> tuple[float, float]:
+    """Return the largest residual of the fixed-interface modes, and how far from orthonormal they are.
 
     Returns residual: |x − (λ − σ)(K − σM)⁻¹M x| over |x| in the norm of M, with the interfaces
     held: a bound of the relative distance of λ − σ from an eigenvalue. Over the ratio of λ − σ to
@@ -144,8 +144,8 @@ def modes_below(operators: BodyOperators, eigenvalue: float) -> int:
     return count
 
 
-def count_held_modes(operators: BodyOperators, basis: Basis, where: str) -> Invariant:
-    """Check on its own mesh that no held mode at rest is missing; the basis' factor is used up."""
+def count_fixed_modes(operators: BodyOperators, basis: Basis, where: str) -> Invariant:
+    """Check on its own mesh that no mode at rest is missing; the basis' factor is used up."""
     if not isinstance(basis.factor, ConstrainedFactor):
         return undecided(MISSING, where, MODES, "modes are counted by a factorisation only")
     shift, found = highest_gap(basis)
@@ -169,7 +169,7 @@ def count_found_modes(operators: BodyOperators, basis: Basis, where: str) -> Inv
     if len(found) < 2:
         return undecided(MISSING, where, MODES, "fewer than two modes were looked for")
     every = replace(basis, fixed_eigenvalues=found[:-1], omitted_eigenvalue=float(found[-1]))
-    return count_held_modes(operators, every, where)
+    return count_fixed_modes(operators, every, where)
 
 
 def _moved_factor_count(operators: BodyOperators, basis: Basis, eigenvalue: float) -> int:
@@ -191,7 +191,7 @@ def _moved_factor_count(operators: BodyOperators, basis: Basis, eigenvalue: floa
 
 
 def highest_gap(basis: Basis) -> tuple[float, int]:
-    """Return a shift [1/s²] in the highest gap of the list of held modes, and the modes below it.
+    """Return a shift [1/s²] in the highest gap of fixed-interface modes, and the modes below it.
 
     The list is that of the modes at rest and the eigenvalue that follows them; zero modes if there
     is no gap of relative size `_GAP`.

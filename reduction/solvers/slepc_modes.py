@@ -1,4 +1,4 @@
-"""Held modes by SLEPc's shift-and-invert Krylov-Schur, with a factor that is there already."""
+"""Fixed-interface modes by SLEPc's shift-and-invert Krylov-Schur, with a factor given."""
 
 from __future__ import annotations
 

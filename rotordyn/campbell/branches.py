@@ -273,7 +273,7 @@ def branch_notes(
         *_indefinite_notes(assembled, at_speeds),
         *_meeting_notes(assembled, at_speeds),
         *_end_notes(at_speeds),
-        *_doubt_notes(at_speeds),
+        *_ambiguity_notes(at_speeds),
     )
 
 
@@ -362,13 +362,13 @@ def _state(at_speed: Tracked, beyond: Tracked, branch: int) -> str:
     return "zero" if slow or beyond.modes.zero_count > at_speed.modes.zero_count else "lost"
 
 
-def _doubt_notes(at_speeds: Sequence[Tracked]) -> Iterator[TrackingNote]:
+def _ambiguity_notes(at_speeds: Sequence[Tracked]) -> Iterator[TrackingNote]:
     for before, after in pairwise(at_speeds):
         speed = after.modes.speed_rad_s
         both = (before.columns >= 0) & (after.columns >= 0)
         for branch in np.flatnonzero(both & (after.overlap < GOOD_OVERLAP)):
             mac = float(after.overlap[branch])
-            text = f"branch {branch + 1} is in doubt at {speed:.6g} rad/s, likeness {mac:.2f}"
+            text = f"branch {branch + 1} is ambiguous at {speed:.6g} rad/s, MAC {mac:.2f}"
             yield TrackingNote(
                 kind="ambiguous", speed_rad_s=speed, branches=(int(branch),), text=text
             )

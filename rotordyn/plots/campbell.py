@@ -184,7 +184,7 @@ def draw_annotated_campbell(
     excitation_ratios: Mapping[str, float],
     operating_rad_s: Mapping[str, tuple[float, float]] | None = None,
 ) -> None:
-    """Draw a Campbell diagram with marks where branches cross, veer, end or are in doubt.
+    """Draw a Campbell diagram with marks where branches cross, veer, end or are ambiguous.
 
     Arguments and errors as in `draw_campbell`; the marks are those of `campbell.notes`.
     """

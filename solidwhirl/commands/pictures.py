@@ -20,7 +20,7 @@ from solidwhirl.files.picture_index import Picture
 from solidwhirl.pictures.picture_names import refuse_unknown_names
 
 if TYPE_CHECKING:
-    from solidwhirl.pipeline.cached_stages import Keeper
+    from solidwhirl.pipeline.cached_stages import StageCache
     from solidwhirl.scene.records import Scene
 
 EXAMPLES = options.examples(
@@ -112,7 +112,7 @@ def pictures_command(
     """
     from solidwhirl.files.run_folder import STAGES, claimed
     from solidwhirl.pictures.catalogue import pictures_of
-    from solidwhirl.pipeline.cached_stages import Keeper, engine_part, open_store
+    from solidwhirl.pipeline.cached_stages import StageCache, engine_part, open_store
     from solidwhirl.pipeline.run import run_scene
 
     kinds = chosen_formats(formats)
@@ -124,11 +124,11 @@ def pictures_command(
         assert results is not None
         pictures = pictures_of(results, modes, progress)
         chosen = chosen_pictures(pictures, only)
-        keeper = Keeper(store=kept, progress=progress)
+        stage_cache = StageCache(store=kept, progress=progress)
         content = (engine_part(scene), scene.analyses, scene.name, scene.title)
         entries: dict[str, list[Path]] = {}
         failed: list[tuple[str, str]] = []
-        for picture in (_kept(picture, keeper, content) for picture in chosen):
+        for picture in (_kept(picture, stage_cache, content) for picture in chosen):
             if drawn := _draw(picture, folder, kinds, progress, failed):
                 entries[picture.name] = drawn
         files = tuple(path for drawn in entries.values() for path in drawn)
@@ -175,12 +175,12 @@ def _no_format(kinds: Sequence[str], names: Sequence[str]) -> OutputError:
     return OutputError(f"--formats: none of {', '.join(kinds)} is a format of {', '.join(names)}")
 
 
-def _kept(picture: Picture, keeper: Keeper, content: Any) -> Picture:
+def _kept(picture: Picture, stage_cache: StageCache, content: Any) -> Picture:
     """The picture, taken from the store where it was drawn before."""
     if picture.name == "cost":  # of this run
         return picture
-    key = keeper.key("picture of a run", content, picture.name)
-    return replace(picture, draw=keeper.picture(key, picture.draw))
+    key = stage_cache.key("picture of a run", content, picture.name)
+    return replace(picture, draw=stage_cache.picture(key, picture.draw))
 
 
 def _draw(

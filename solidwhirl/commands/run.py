@@ -133,7 +133,7 @@ def _written(scene: Scene, asked: RunOptions) -> tuple[Results, dict[str, Any]]:
 
     from solidwhirl.files.run_folder import STAGES, claimed, refuse_foreign_results
     from solidwhirl.output.documents import write_into
-    from solidwhirl.pipeline.cached_stages import Keeper, open_fresh_store, open_store
+    from solidwhirl.pipeline.cached_stages import StageCache, open_fresh_store, open_store
     from solidwhirl.pipeline.run import run_scene
 
     progress = RunProgress(quiet=asked.quiet, pictures=asked.pictures)
@@ -150,7 +150,7 @@ def _written(scene: Scene, asked: RunOptions) -> tuple[Results, dict[str, Any]]:
             results,
             folder,
             pictures=asked.pictures,
-            keeper=Keeper(store=kept, progress=progress),
+            stage_cache=StageCache(store=kept, progress=progress),
             scene_path=asked.scene,
             command=asked.command,
         )

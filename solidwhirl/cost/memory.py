@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from solidwhirl.cost.work import Cost, CostError, fineness_of, predict_body_cost
+from solidwhirl.cost.work import Cost, CostError, predict_body_cost, resolution_of
 from solidwhirl.geometry import Body
 from solidwhirl.meshing.imported.records import MeshedBody
 from solidwhirl.model.plan_records import BodyPlan
@@ -53,7 +53,7 @@ def refuse_what_does_not_fit(
         ]
         advice = f"What fits: {'; '.join(found)}" if found else "No coarser mesh of its rule fits"
         raise MemoryShortageError(
-            f"bodies.{name}: level {plan.level}, element order {fineness_of(plan).degree}, "
+            f"bodies.{name}: level {plan.level}, element order {resolution_of(plan).degree}, "
             f"would have {_numbers(cost)}, {available_gib:.3g} GiB are available. {advice}."
         )
 
@@ -91,7 +91,7 @@ def _alternatives(
     available_gib: float,
 ) -> Iterator[tuple[str, Cost]]:
     """What fits, in the order of what it gives up."""
-    resolution = fineness_of(plan)
+    resolution = resolution_of(plan)
     size, solid = resolution.size, plan.level == "solid"
     tried: list[list[tuple[str, BodyPlan]]] = []
     if estimates and not solid:

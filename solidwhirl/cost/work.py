@@ -116,7 +116,7 @@ def predict_body_cost(
     if isinstance(body, MeshedBody):
         mesh = body.expected
     elif mesh is None:
-        mesh = predict_mesh(body, fineness_of(plan).size, dimension)
+        mesh = predict_mesh(body, resolution_of(plan).size, dimension)
     problems = [_problem(plan, order, modes) for order in _orders(plan)]
     factor = 1.0 / machine.relative_to(REFERENCE_MACHINE)
     given = isinstance(body, MeshedBody) and body.request.step is None
@@ -124,7 +124,7 @@ def predict_body_cost(
     for problem in problems:
         for stage, spent in _problem_s(plan, mesh, problem, len(problems), estimates).items():
             seconds[stage] = seconds.get(stage, 0.0) + spent
-    solved = mesh.unknowns(fineness_of(plan).degree)
+    solved = mesh.unknowns(resolution_of(plan).degree)
     return Cost(
         unknowns=sum(p.families for p in problems) * solved,
         coordinates=sum(p.families * p.columns for p in problems),
@@ -190,7 +190,7 @@ def _whole(plan: Plan, scene: Scene, costs: Mapping[str, Cost], machine: Machine
     )
 
 
-def fineness_of(plan: BodyPlan) -> Resolution:
+def resolution_of(plan: BodyPlan) -> Resolution:
     """Return the mesh and element order of a body that has a mesh; CostError for a beam."""
     if plan.resolution is None:
         raise CostError(f"level {plan.level} has no mesh")
@@ -239,8 +239,8 @@ def _problem_s(
     plan: BodyPlan, mesh: PredictedMesh, problem: _Problem, problems: int, estimates: bool
 ) -> dict[str, float]:
     """Reference seconds of one circumferential order, by stage."""
-    key = f"{plan.level}.{fineness_of(plan).degree}"
-    unknowns = mesh.unknowns(fineness_of(plan).degree)
+    key = f"{plan.level}.{resolution_of(plan).degree}"
+    unknowns = mesh.unknowns(resolution_of(plan).degree)
     solved = problem.share * unknowns
     eigen = plan.eigenproblems // problems
     # the first of several is that of the centrifugal field
@@ -270,7 +270,7 @@ def _problem_s(
 
 def _estimate_s(plan: BodyPlan, mesh: PredictedMesh, problem: _Problem) -> float:
     """Seconds of the residual solves, and of the mesh with elements one order higher."""
-    degree = fineness_of(plan).degree
+    degree = resolution_of(plan).degree
     key, finer = f"{plan.level}.{degree}", f"{plan.level}.{degree + 1}"
     residuals = 3 * problem.columns
     solved = problem.share * mesh.unknowns(degree)
@@ -321,7 +321,7 @@ def _meshing_s(level: str, mesh: PredictedMesh) -> float:
 def _memory_gib(plan: BodyPlan, unknowns: int, problem: _Problem, estimates: bool) -> float:
     """Memory of one order beyond the program: matrices and factors, vectors of the basis."""
     what = "estimate" if estimates and plan.level == "harmonic" else "reduction"
-    gib, power, copies = measured.MEMORY[f"{plan.level}.{fineness_of(plan).degree}.{what}"]
+    gib, power, copies = measured.MEMORY[f"{plan.level}.{resolution_of(plan).degree}.{what}"]
     # solids were measured for lateral motion
     size = unknowns * (problem.share / _LATERAL if plan.level == "solid" else 1.0)
     vectors = 8.0 * unknowns * problem.columns / 1024.0**3

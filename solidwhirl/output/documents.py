@@ -31,7 +31,7 @@ from solidwhirl.model.resolution import Resolution
 from solidwhirl.output.report import report_text
 from solidwhirl.page.frame.records import Run
 from solidwhirl.page.sections import write_report
-from solidwhirl.pipeline.cached_stages import Keeper
+from solidwhirl.pipeline.cached_stages import StageCache
 from solidwhirl.pipeline.run import ExcitedCriticalSpeed, Results
 from solidwhirl.pipeline.verdict import verdict_document
 from solidwhirl.rotordyn import Superelement, draw_campbell, write_superelement
@@ -171,7 +171,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
                 "circumferential_orders": list(b.orders),
                 "interface_components": list(b.components),
                 "motions_by_interface": {k: list(v) for k, v in b.interface_components.items()},
-                **_fineness(b.resolution),
+                **_resolution(b.resolution),
                 "maximum_speed_rpm": b.maximum_speed_rad_s * RPM_PER_RAD_S,
                 "matrices": b.matrices,
                 "factorisations_at_most": b.factorisations,
@@ -183,7 +183,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
     }
 
 
-def _fineness(found: Resolution | None) -> dict[str, Any]:
+def _resolution(found: Resolution | None) -> dict[str, Any]:
     """Mesh to begin with; beams have none."""
     return {
         "element_order": None if found is None else found.degree,
@@ -209,22 +209,22 @@ def write_into(
     *,
     pictures: bool = True,
     page: bool = True,
-    keeper: Keeper | None = None,
+    stage_cache: StageCache | None = None,
     scene_path: Path | None = None,
     command: str = "",
 ) -> dict[str, Any]:
     """Write results into a claimed folder, and return what `results.json` holds.
 
     Everything is written to a temporary folder in it and moved into place file by file when it is
-    complete, `results.json` last but for the manifest. `keeper`: where pictures are kept; None:
-    nowhere. `scene_path`, `command`: for the page, the scene file and the command line that repeats
+    complete, `results.json` last but for the manifest. `stage_cache`: of pictures; None: nowhere.
+    `scene_path`, `command`: for the page, the scene file and the command line that repeats
     the run. Raises OutputError: the folder can't be written.
     """
     document = results_document(results)
     with replacing_files(folder) as scratch:
         _write_all(results, document, scratch)
         if pictures:
-            _draw_all(results, scratch, keeper or Keeper(store=None, progress=silent))
+            _draw_all(results, scratch, stage_cache or StageCache(store=None, progress=silent))
         if page:
             run = Run(results=results, document=document, scene_path=scene_path, command=command)
             write_report(run, scratch / "report.html")
@@ -263,14 +263,14 @@ def _size_bytes(element: Superelement) -> int:
     return int(1.1 * (forms + arrays + element.recovery_modes.nbytes)) + _AROUND_BYTES
 
 
-def _draw_all(results: Results, folder: Path, keeper: Keeper) -> None:
+def _draw_all(results: Results, folder: Path, stage_cache: StageCache) -> None:
     """All pictures of a run."""
     for outcome in results.analyses.values():
         for file, write in outcome.files.items():
             if is_picture(file):
                 write(folder / file)
     for file, draw in diagrams_of(results).items():
-        keeper.picture(keeper.key(file, draw.args, draw.keywords), draw)(folder / file)
+        stage_cache.picture(stage_cache.key(file, draw.args, draw.keywords), draw)(folder / file)
 
 
 def diagrams_of(results: Results) -> dict[str, partial[None]]:

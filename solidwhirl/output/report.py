@@ -71,7 +71,7 @@ def plan_text(plan: Plan, doubts: Iterable[Doubt] = ()) -> str:
                 b.level,
                 ", ".join(str(n) for n in b.orders),
                 " ".join(b.components),
-                *_fineness(b.resolution),
+                *_resolution(b.resolution),
                 b.matrices,
                 f"<= {b.factorisations}",
                 f"<= {b.eigenproblems}",
@@ -101,7 +101,7 @@ def cost_text(expected: Forecast) -> str:
     return f"{_table(' | '.join(head), rows)}\n\n{said}"
 
 
-def _fineness(found: Resolution | None) -> tuple[str, str, str]:
+def _resolution(found: Resolution | None) -> tuple[str, str, str]:
     """Element order, corner size and expected error to begin with; beams have none."""
     if found is None:
         return "-", "-", "-"

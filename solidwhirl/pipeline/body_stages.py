@@ -19,7 +19,7 @@ from solidwhirl.meshing.imported.records import MeshedBody
 from solidwhirl.model.mesh_bodies import described
 from solidwhirl.model.plan_records import Plan
 from solidwhirl.model.system_parts import engine_of
-from solidwhirl.pipeline.cached_stages import Keeper, engine_part
+from solidwhirl.pipeline.cached_stages import StageCache, engine_part
 from solidwhirl.rotordyn import Superelement
 from solidwhirl.scene.records import Scene
 from solidwhirl.scene_reading.reader import scene_hash
@@ -34,12 +34,12 @@ class Job:
     comm: Any
     clock: reduction.Clock
     #: Where stages come from and are kept; on rank 0 only
-    keeper: Keeper
+    stage_cache: StageCache
 
     @property
     def progress(self) -> Progress:
         """Told each stage that begins, and remarks."""
-        return self.keeper.progress
+        return self.stage_cache.progress
 
 
 def reduced_bodies(
@@ -67,7 +67,7 @@ def reduced_bodies(
             return next_discretisations(scene, plan, reduced, system)
 
         with job.clock.stage("error_estimate"):
-            done, todo = job.keeper.stage(f"judgement of round {number}", key, compute)
+            done, todo = job.stage_cache.stage(f"judgement of round {number}", key, compute)
         later = [name for name in bodies if plan.bodies[name].level == "solid"]
         left_out = f", the mesh of {', '.join(later)} not yet in it" if later else ""
         job.progress(f"estimated error {done.estimate:.1e} after round {number}{left_out}")
@@ -90,7 +90,7 @@ def _judgement_key(
 ) -> str:
     asked = (engine_part(job.scene), job.plan.bodies, job.plan.speeds_rad_s)
     found = [(_content(r.body), r.discretisation, r.mesh, r.element) for r in reduced.values()]
-    return job.keeper.key("judgement", asked, found, simple)
+    return job.stage_cache.key("judgement", asked, found, simple)
 
 
 def _reduce(
@@ -112,11 +112,11 @@ def _reduce(
         told = described(body, mesh) if mesh is not None else None
         body = team.bcast(told)
     key = "" if mesh is None else _reduction_key(job, body, mesh, chosen, team)
-    with job.keeper.alone(key) if key else nullcontext():
+    with job.stage_cache.alone(key) if key else nullcontext():
         kept: tuple[Superelement, ReductionWork, bool] | None = None
         if mesh is not None:
-            kept = job.keeper.find(key)
-            job.keeper.say(f"reduction {body.name}", "computed" if kept is None else "kept")
+            kept = job.stage_cache.find(key)
+            job.stage_cache.say(f"reduction {body.name}", "computed" if kept is None else "kept")
         if team.bcast(kept is not None):
             if mesh is None or kept is None:
                 return None
@@ -132,7 +132,7 @@ def _reduce(
                 job.progress(f"{body.name}: solved iteratively, MUMPS needs more memory")
             work = replace(result.work, indicators=None)
             kept = (result.element, work, result.work.indicators is not None)
-            job.keeper.keep(key, f"reduction {body.name}", kept)
+            job.stage_cache.keep(key, f"reduction {body.name}", kept)
     return result
 
 
@@ -144,16 +144,16 @@ def _mesh(
     before: reduction.BodyResult | None,
 ) -> Mesh:
     """The mesh of a body, the last one again where the sizes are still the same."""
-    if before is not None and job.keeper.same(before.discretisation.local, chosen.local):
+    if before is not None and job.stage_cache.same(before.discretisation.local, chosen.local):
         return before.mesh
-    key = job.keeper.key("mesh", _content(body), level, chosen.size, chosen.local)
+    key = job.stage_cache.key("mesh", _content(body), level, chosen.size, chosen.local)
 
     def compute() -> Mesh:
         job.progress(Stage(name=StageName.MESHING, body=body.name, detail=f" ({level})"))
         return reduction.mesh_body(body, level, chosen)
 
     with job.clock.stage("meshing"):
-        found: Mesh = job.keeper.stage(f"mesh {body.name}", key, compute)
+        found: Mesh = job.stage_cache.stage(f"mesh {body.name}", key, compute)
     return found
 
 
@@ -169,7 +169,7 @@ def _reduction_key(
 ) -> str:
     """All that a body's reduction sees, and a little more."""
     scene, plan = job.scene, job.plan
-    return job.keeper.key(
+    return job.stage_cache.key(
         "reduction",
         _content(body),
         mesh,

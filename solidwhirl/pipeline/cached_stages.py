@@ -31,7 +31,7 @@ def engine_part(scene: Scene) -> dict[str, Any]:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Keeper:
+class StageCache:
     """What a run asks for its stages."""
 
     #: Where they are kept; None: nowhere

@@ -84,7 +84,7 @@ def assembled_engine(
     with job.clock.stage("assembly"):
         system = engine_of(job.scene, job.plan, elements)
         asked = (engine_part(job.scene), job.plan.speeds_rad_s)
-        digest = job.keeper.digest((asked, elements))
+        digest = job.stage_cache.digest((asked, elements))
     return Engine(
         job=job, reduced=reduced, elements=elements, beams=beams, system=system, digest=digest
     )
@@ -93,19 +93,19 @@ def assembled_engine(
 def diagram_of(engine: Engine) -> Diagram:
     """Compute modes at rest, Campbell diagram and critical speeds of an engine."""
     job, system = engine.job, engine.system
-    scene, speeds, keeper = job.scene, job.plan.speeds_rad_s, job.keeper
+    scene, speeds, stage_cache = job.scene, job.plan.speeds_rad_s, job.stage_cache
     job.progress(Stage(name=StageName.CAMPBELL, detail=f" at {len(speeds)} speeds"))
     with job.clock.stage("campbell"):
-        at_rest, diagram = keeper.stage(
+        at_rest, diagram = stage_cache.stage(
             "Campbell diagram",
-            keeper.key("modes and Campbell diagram", engine.digest),
+            stage_cache.key("modes and Campbell diagram", engine.digest),
             lambda: (modes_at_speed(system, 0.0), campbell(system, speeds, **_branches(scene))),
         )
     job.progress(Stage(name=StageName.CRITICAL_SPEEDS))
     with job.clock.stage("critical_speeds"):
-        found = keeper.stage(
+        found = stage_cache.stage(
             "critical speeds",
-            keeper.key("critical speeds", engine.digest),
+            stage_cache.key("critical speeds", engine.digest),
             lambda: _critical_speeds(scene, system, float(speeds.max())),
         )
     excited = tuple(ExcitedCriticalSpeed(excited_by=names, critical=c) for names, c in found)
@@ -114,11 +114,11 @@ def diagram_of(engine: Engine) -> Diagram:
 
 def stability_of_engine(engine: Engine) -> Stability:
     """Look for instability over the range of speeds of a scene, and at its operating speeds."""
-    scene, keeper = engine.job.scene, engine.job.keeper
+    scene, stage_cache = engine.job.scene, engine.job.stage_cache
     top = range_top_rpm(scene)
-    intervals = keeper.stage(
+    intervals = stage_cache.stage(
         "stability",
-        keeper.key("unstable intervals", engine.digest, top),
+        stage_cache.key("unstable intervals", engine.digest, top),
         lambda: intervals_up_to(engine.system, top),
     )
     return stability_of(engine.system, top, operating_speeds(scene), tuple(intervals))
@@ -133,8 +133,8 @@ def estimates_of(engine: Engine, diagram: Diagram) -> Estimates | None:
     with job.clock.stage("error_estimate"):
         comparisons = _comparisons(engine)
         beams = (engine.beams.variants, engine.beams.finer)
-        key = job.keeper.key("error estimates", engine.digest, _seen(comparisons), beams)
-        rest, branches, speeds, free = job.keeper.stage(
+        key = job.stage_cache.key("error estimates", engine.digest, _seen(comparisons), beams)
+        rest, branches, speeds, free = job.stage_cache.stage(
             "error estimates", key, lambda: _estimated(engine, diagram, comparisons)
         )
     return Estimates(
@@ -159,7 +159,7 @@ def analyses_of(
     job = engine.job
     scene = with_moments(job.scene, {n: e.mass_kg for n, e in engine.elements.items()})
     pairs = None if estimates is None else estimates.comparisons
-    seen = job.keeper.digest(None if pairs is None else _seen(pairs))
+    seen = job.stage_cache.digest(None if pairs is None else _seen(pairs))
     seen_by_analyses = analyses.Engine(
         system=engine.system,
         diagram=diagram,
@@ -184,11 +184,11 @@ def analyses_of(
         job.progress(Stage(name=StageName.ANALYSIS, body=spec.label, detail=f" ({spec.kind})"))
         named = [a for a in scene.analyses if a.label in getattr(spec, "refers_to", ())]
         operating = [tuple(o) for o in seen_by_analyses.operating if spec.sees_operating]
-        key = job.keeper.key("analysis", engine.digest, spec, seen, named, operating)
-        picture = partial(job.keeper.picture_of, key, scene.title or scene.name)
+        key = job.stage_cache.key("analysis", engine.digest, spec, seen, named, operating)
+        picture = partial(job.stage_cache.picture_of, key, scene.title or scene.name)
         with job.clock.stage(f"analysis {spec.label}"):
             try:
-                outcome = job.keeper.analysis(spec.label, key, compute)
+                outcome = job.stage_cache.analysis(spec.label, key, compute)
             except AnalysisError as error:
                 raise AnalysisError(f"analyses[{k}] ({spec.label}): {error}") from error
         outcomes[spec.label] = spec.told(outcome, seen_by_analyses, picture)
@@ -241,7 +241,7 @@ def _comparisons(engine: Engine) -> tuple[Comparison, ...]:
     job = engine.job
     asked = [b.model_dump() for b in job.scene.analyses]
     bodies = [(r.body, r.discretisation) for r in engine.reduced.values()]
-    key = job.keeper.key("comparisons", engine.digest, asked, bodies, engine.beams.finer)
+    key = job.stage_cache.key("comparisons", engine.digest, asked, bodies, engine.beams.finer)
     if not engine.reduced:  # beams are compared in milliseconds
         return _compared(engine)
     computed: list[tuple[Comparison, ...]] = []
@@ -250,7 +250,7 @@ def _comparisons(engine: Engine) -> tuple[Comparison, ...]:
         computed.append(_compared(engine))
         return _packed(computed[0])
 
-    kept = job.keeper.stage("comparisons", key, compute)
+    kept = job.stage_cache.stage("comparisons", key, compute)
     return computed[0] if computed else _unpacked(engine, kept)
 
 

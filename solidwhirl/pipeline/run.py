@@ -24,7 +24,7 @@ from solidwhirl.model.plan_records import Plan
 from solidwhirl.model.system_parts import simple_elements
 from solidwhirl.pipeline import engine_stages as stages
 from solidwhirl.pipeline.body_stages import Job, elements_of, reduced_bodies
-from solidwhirl.pipeline.cached_stages import Keeper, engine_part
+from solidwhirl.pipeline.cached_stages import StageCache, engine_part
 from solidwhirl.pipeline.checks import analysis_result_checks, run_checks
 from solidwhirl.pipeline.engine_stages import ExcitedCriticalSpeed
 from solidwhirl.pipeline.results import Results
@@ -68,12 +68,12 @@ def run_scene(
     from mpi4py import MPI
 
     comm = MPI.COMM_SELF if comm is None else comm
-    keeper = Keeper(store=store if comm.rank == 0 else None, progress=progress)
+    stage_cache = StageCache(store=store if comm.rank == 0 else None, progress=progress)
     bodies = build_bodies(scene)
     doubts = implausible(scene, bodies) if comm.rank == 0 else ()
     for doubt in doubts:
         progress(f"warning: {doubt.message}")
-    level, keep_level = _level(scene, bodies, comm, keeper)
+    level, keep_level = _level(scene, bodies, comm, stage_cache)
     plan = make_plan(scene, bodies, level)
     simple = simple_elements(scene, plan)  # milliseconds, and refused before the long work
     solids: dict[str, AnyBody] = {**bodies, **build_mesh_bodies(scene)}
@@ -85,7 +85,7 @@ def run_scene(
     )
     foreseen(plan, expected)
     keep_level()  # not before: what is refused leaves nothing behind
-    job = Job(scene=scene, plan=plan, comm=comm, clock=Clock(), keeper=keeper)
+    job = Job(scene=scene, plan=plan, comm=comm, clock=Clock(), stage_cache=stage_cache)
     beams = _beams(job, {n: b for n, b in bodies.items() if plan.bodies[n].level == "beam"})
     simple |= beams.elements
     meshed = {name: body for name, body in solids.items() if name not in beams.elements}
@@ -98,31 +98,31 @@ def run_scene(
 
 
 def _level(
-    scene: Scene, bodies: Mapping[str, Body], comm: Any, keeper: Keeper
+    scene: Scene, bodies: Mapping[str, Body], comm: Any, stage_cache: StageCache
 ) -> tuple[str, Callable[[], None]]:
     """The level of the bodies, and a function that keeps it; looking for it takes a second."""
     if scene.model.level != "auto" or meshes_for(scene):  # which are decided in no time
         return chosen_level(scene, bodies), lambda: None
     name = "choice of the level"
-    key = keeper.key("level", engine_part(scene), scene.analyses, bodies)
-    kept: str | None = comm.bcast(keeper.find(key))
+    key = stage_cache.key("level", engine_part(scene), scene.analyses, bodies)
+    kept: str | None = comm.bcast(stage_cache.find(key))
     if kept is not None:
-        keeper.say(name, "kept")
+        stage_cache.say(name, "kept")
         return kept, lambda: None
     level = chosen_level(scene, bodies)
-    keeper.say(name, "computed")
-    return level, lambda: keeper.keep(key, name, level)
+    stage_cache.say(name, "computed")
+    return level, lambda: stage_cache.keep(key, name, level)
 
 
 def _beams(job: Job, bodies: Mapping[str, Body]) -> BeamBodies:
     """Bodies of the beam level, their variants where errors are estimated."""
-    scene, plan, keeper = job.scene, job.plan, job.keeper
+    scene, plan, stage_cache = job.scene, job.plan, job.stage_cache
     estimated = scene.model.estimates == "on"
     if not bodies:
         return BeamBodies(elements={}, variants=(), finer={})
     effects = [(effect.name, effect.on) for effect in plan.effects]
-    key = keeper.key("beams", engine_part(scene), plan.bodies, effects, bodies)
-    found: BeamBodies = keeper.stage(
+    key = stage_cache.key("beams", engine_part(scene), plan.bodies, effects, bodies)
+    found: BeamBodies = stage_cache.stage(
         "beams", key, lambda: beam_bodies(scene, plan, bodies, estimated=estimated)
     )
     return found
@@ -158,5 +158,5 @@ def _analysed(engine: stages.Engine, results: Callable[..., Results]) -> Results
         peak_memory_gib=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0**2,
         stability=stability,
         checks=checks,
-        stages=job.keeper.origins,
+        stages=job.stage_cache.origins,
     )

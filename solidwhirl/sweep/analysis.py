@@ -172,7 +172,7 @@ def _notes(
         if doubtful.size:
             where = ", ".join(design.rows[k].case for k in doubtful[:3])
             more = f" and {doubtful.size - 3} more" if doubtful.size > 3 else ""
-            notes.append(f"{track.name}: matched in doubt in {where}{more}")
+            notes.append(f"{track.name}: matched ambiguously in {where}{more}")
     if settings.operating_rpm is not None:
         short = int((~(searched_rpm(design) > settings.operating_rpm[1])).sum())
         if short:

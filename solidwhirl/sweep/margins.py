@@ -125,7 +125,7 @@ def _speed_map(
             notes.append(f"{track.name} is not seen around cases where it was not found")
     doubtful = int(np.any([t.doubtful for t in tracks], axis=0).sum()) if tracks else 0
     if doubtful:
-        notes.append(f"critical speeds of {doubtful} cases matched in doubt")
+        notes.append(f"critical speeds of {doubtful} cases matched ambiguously")
     # of a case that was not searched beyond the band no margin is known
     speeds = np.where(end > high, np.array(columns), np.nan)
     return _map(

@@ -116,7 +116,7 @@ def _one_at_a_time(design: SweepDesign, quantity: Quantity) -> Sensitivity | Non
     used = np.unique(np.concatenate([ladder(design, k) for k in range(len(effects))]))
     notes = [f"not linear in {', '.join(curved)}"] if curved else []
     if doubtful := int(quantity.doubtful[used].sum()):
-        notes.append(f"{doubtful} of {len(used)} cases matched in doubt")
+        notes.append(f"{doubtful} of {len(used)} cases matched ambiguously")
     if missing := int((~np.isfinite(quantity.values[used])).sum()):
         notes.append(f"not found in {missing} of {len(used)} cases")
     return Sensitivity(
@@ -174,7 +174,7 @@ def _samples(design: SweepDesign, quantity: Quantity, confidence: float) -> Sens
     if not known.all():
         notes.append(f"not found in {(~known).sum()} of {known.size} cases, which are left out")
     if quantity.doubtful[known].any():
-        notes.append(f"{quantity.doubtful[known].sum()} of {count} cases matched in doubt")
+        notes.append(f"{quantity.doubtful[known].sum()} of {count} cases matched ambiguously")
     plane = _regression(x, y, confidence)
     positive = (x > 0.0).all() and (y > 0.0).all()
     powers = _regression(np.log(x), np.log(y), confidence) if positive else None

@@ -87,5 +87,5 @@ def _notes(found: SweepAnalysis, bands: CampbellBands) -> list[str]:
         if n and counts[b] >= LEAST_SAMPLES
     ]  # fmt: skip
     if doubtful:
-        notes.append(f"samples matched in doubt: {', '.join(doubtful)}")
+        notes.append(f"samples matched ambiguously: {', '.join(doubtful)}")
     return notes

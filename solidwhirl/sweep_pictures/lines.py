@@ -91,7 +91,7 @@ def _track(
                 errors_along="y")  # fmt: skip
     doubtful = track.doubtful[rows] & np.isfinite(speed)
     if doubtful.any():
-        yield Curve(x=x[doubtful], y=speed[doubtful], name="matched in doubt", look=charts.RING)
+        yield Curve(x=x[doubtful], y=speed[doubtful], name="matched ambiguously", look=charts.RING)
 
 
 def _shown_rows(design: SweepDesign, parameter: int) -> IntArray:

@@ -69,7 +69,7 @@ def _one_mode(level: str) -> float:
 
 
 def _cut_pairs() -> float:
-    """Solid with all motions: held modes that are lateral and do not come in pairs.
+    """Solid with all motions: fixed-interface modes that are lateral and do not come in pairs.
 
     Which ones are lateral is known from a solution for lateral motion alone.
     """

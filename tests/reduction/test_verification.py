@@ -18,7 +18,7 @@ from solidwhirl.rotordyn import check_superelement
 pytestmark = pytest.mark.solver
 
 COARSE = MeshSize(size_m=0.05, corner_size_m=0.02, growth=0.8, around=8)
-MISSING, RESIDUAL = "no held mode is missing", "residual of every held eigenpair"
+MISSING, RESIDUAL = "no fixed-interface mode is missing", "residual of every fixed-interface mode"
 ALL = ("ux", "uy", "uz", "rx", "ry", "rz")
 SPINNING = {"gyroscopic": True, "centrifugal": True, "maximum_speed_rad_s": 2000.0}
 
@@ -139,7 +139,7 @@ def test_modes_that_are_not_orthonormal_fail(monkeypatch):
 
 
 def test_interface_forces_that_are_not_reciprocal_fail(monkeypatch):
-    """One constraint mode is off by 1e-3 of a held mode: no longer in equilibrium."""
+    """One constraint mode is off by 1e-3 of a fixed-interface mode: no longer in equilibrium."""
     from solidwhirl.reduction.body import verification
 
     solve = verification.verify_order

@@ -79,8 +79,8 @@ def test_a_good_run_reports_all_kinds(small):
     assert critical == {ROOTS, COUNT_SPEEDS}
     names = {check.name for check in checks}
     assert {
-        "residual of every held eigenpair",
-        "no held mode is missing",
+        "residual of every fixed-interface mode",
+        "no fixed-interface mode is missing",
         "interface forces are reciprocal",
         "modes of the basis are M-orthonormal",
         "mass properties",
@@ -115,10 +115,12 @@ def test_what_fails_is_said_with_what_it_spoils(small):
     assert bad(checks) == {("rotor", "mass properties")}
 
     result = small.bodies["rotor"]
-    lost = compared("no held mode is missing", "rotor, n=1", 1.0, 0.0, "held modes")
+    lost = compared(
+        "no fixed-interface mode is missing", "rotor, n=1", 1.0, 0.0, "fixed-interface modes"
+    )
     work = dataclasses.replace(result.work, checks=(lost,))
     checks = checked(small, bodies={"rotor": dataclasses.replace(result, work=work)})
-    assert bad(checks) == {("rotor, n=1", "no held mode is missing")}
+    assert bad(checks) == {("rotor, n=1", "no fixed-interface mode is missing")}
 
 
 CHECKS = (
