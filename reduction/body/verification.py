@@ -72,7 +72,7 @@ def verify_order(
 
 
 def fixed_mode_errors(operators: BodyOperators, basis: Basis) -> tuple[float, float]:
-    """Return the largest residual of the fixed-interface modes, and how far from orthonormal they are.
+    """Return the largest residual of the fixed-interface modes, and their lack of orthonormality.
 
     Returns residual: |x − (λ − σ)(K − σM)⁻¹M x| over |x| in the norm of M, with the interfaces
     held: a bound of the relative distance of λ − σ from an eigenvalue. Over the ratio of λ − σ to

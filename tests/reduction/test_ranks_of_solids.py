@@ -149,7 +149,7 @@ def compare(found, expected, tolerance, of_basis):
             assert value.all()
 
 
-# Rounding: sums in another order, another order of elimination. Fixed-interface modes: measured 6e-12.
+# Rounding: other orders of sums and of elimination. Fixed-interface modes: measured 6e-12.
 @pytest.mark.parametrize(
     ("ranks", "case"),
     [
