@@ -1,7 +1,4 @@
-"""Who may import what: the stages stand apart and one file knows the library's versions.
-
-What the layers may import is checked by import-linter in `make check`.
-"""
+"""Who may import what: the stages stand apart and one file knows the library's versions."""
 
 from __future__ import annotations
 
@@ -9,6 +6,7 @@ import ast
 import functools
 import subprocess
 import sys
+from pathlib import Path
 
 STAGES = ("geometry", "meshing", "reduction", "rotordyn")
 LIBRARY = {"dolfinx", "ufl", "basix", "ffcx", "petsc4py", "slepc4py"}
@@ -58,6 +56,21 @@ def versioned(path):
             names = [part for alias in node.names for part in alias.name.split(".")]
         found += [(name, node.lineno) for name in names if name in VERSIONED]
     return found
+
+
+def test_contracts_hold(root):
+    """The contracts of pyproject.toml, by import-linter."""
+    done = subprocess.run(
+        [str(Path(sys.executable).parent / "lint-imports"), "--no-cache"],
+        cwd=root,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "0 broken" in done.stdout
+    assert "0 kept" not in done.stdout
 
 
 def test_sources_import_stages_with_the_package_and_the_library_in_reduction_alone(root):
