@@ -23,6 +23,7 @@ from rotors import (
     turning,
 )
 from scipy.interpolate import PchipInterpolator
+from scipy.optimize import minimize_scalar
 
 from solidwhirl import rotordyn as rd
 from solidwhirl.rotordyn.assembly.bearing_laws import BearingCoefficients, PolynomialLaw
@@ -30,6 +31,7 @@ from solidwhirl.rotordyn.assembly.bearing_notes import bearing_notes
 from solidwhirl.rotordyn.assembly.system import speed_derivative
 from solidwhirl.rotordyn.checks.system_checks import check_critical_speeds
 from solidwhirl.rotordyn.critical_speeds.search import count_critical_speeds
+from solidwhirl.rotordyn.estimates.response_errors import unbalance_peak_errors
 from solidwhirl.rotordyn.modes.complex_form import complex_form
 from solidwhirl.rotordyn.modes.split_spectrum import planes_apart
 from solidwhirl.rotordyn.response import unbalance
@@ -332,6 +334,61 @@ def test_slopes_are_exact_and_one_sided_at_a_knot(interpolation):
     ahead, back = (speed_derivative(system, speed).stiffness for speed in (16.0, -16.0))
     np.testing.assert_array_equal(back, -ahead)
     assert not speed_derivative(system, 0.0).stiffness.any()
+
+
+def test_flutter_of_a_table_that_looks_isotropic():
+    """Rows at low speed and one far up: the true growth is that of the general solver."""
+    stiffness = np.stack([1e6 * np.eye(2)] * 5)
+    stiffness[2] += 5e5 * SKEW
+    laws = [table_law([0.0, 50.0, 60.0, 70.0, 5e4], stiffness, [50.0] * 5, "linear")] * 2
+    for speed in (55.0, 60.0, 65.0):
+        wanted = _eigenvalues(laws, speed)
+        assert wanted.real.max() > 50.0
+        found = rd.modes_at_speed(_system(laws), speed).eigenvalues
+        assert found.real.max() == pytest.approx(wanted.real.max(), rel=1e-9)
+
+
+def test_peak_at_a_kink_of_a_law():
+    """Stiffness falls tenfold within 15 rpm either side of 3000 rpm, where nothing else is."""
+    rpm = np.pi / 30.0
+    rows = np.array([0, 2985, 3015, 9000]) * rpm
+    laws = [table_law(rows, [2e6, 2e6, 2e5, 2e5], [20.0] * 4)] * 2
+    system = _system(laws)
+    placed = [unbalance.Unbalance(body="rotor", interface="a", moment_kg_m=1e-5)]
+    speeds = unbalance.resolving_speeds(system, placed, np.linspace(0.0, 9000.0, 46) * rpm)
+    response = unbalance.unbalance_response(system, placed, speeds).exciters[0]
+    node, major = response.nodes[0], response.orbits().major_m[1:, 0]
+    peaks = unbalance.orbit_peaks(system, placed, node, speeds[1:], major)
+    shown = max(peaks, key=lambda p: p.amplitude)
+    fine = np.linspace(2985.0, 3015.0, 501) * rpm
+    dense = 1e-5 * np.array([_amplitude(laws, speed) for speed in fine])
+    top, step = int(dense.argmax()), fine[1] - fine[0]
+    truth = minimize_scalar(
+        lambda offset: -1e-5 * _amplitude(laws, fine[top] + offset),
+        bounds=(-step, step),
+        method="bounded",
+        options={"xatol": 1e-10},
+    )
+    assert dense.max() > 20.0 * 1e-5 * max(_amplitude(laws, s * rpm) for s in (2980.0, 3020.0))
+    errors = unbalance_peak_errors(system, placed, node, peaks)
+    estimate = float(errors.height_total[peaks.index(shown)])
+    assert abs(shown.amplitude / max(-truth.fun, dense.max()) - 1.0) <= estimate <= 1e-6
+    assert shown.position_rad_s == pytest.approx(fine[top] + truth.x, rel=1e-9)
+    # A height that was read wrong is seen.
+    wrong = [dataclasses.replace(shown, amplitude=(1.0 + 1e-4) * shown.amplitude)]
+    seen = unbalance_peak_errors(system, placed, node, wrong).height_total[0]
+    assert seen == pytest.approx(1e-4, rel=0.05)
+
+
+def test_critical_speeds_below_the_first_sample():
+    """The stiffness dips to a millionth within the first thousandth of the range."""
+    rows, stiffness = [0.0, 20.0, 21.0, 30.0, 31.0, 1e5], [1e6, 1e6, 1e-3, 1e-3, 1e6, 1e6]
+    laws = [table_law(rows, stiffness)] * 2
+    found = np.array([c.speed_rad_s for c in rd.critical_speeds(_system(laws), 1.0, 1e5)])
+    grid = np.concatenate([np.linspace(20.0, 21.0, 300), np.linspace(30.0, 31.0, 300)])
+    above = np.array([np.count_nonzero(_eigenvalues(laws, s).imag > s) for s in grid])
+    changes = np.abs(np.diff(above)).sum()
+    assert np.count_nonzero(found < 100.0) == changes >= 4
 
 
 # The sense of spin.
