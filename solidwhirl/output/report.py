@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from solidwhirl.core.check_report import checks_text
-from solidwhirl.core.errors import markdown_row, markdown_text
+from solidwhirl.core.errors import markdown_cell, markdown_row, markdown_text
 from solidwhirl.core.warnings import Doubt
 from solidwhirl.cost.forecast import Forecast
 from solidwhirl.model.plan_records import Plan
@@ -29,7 +29,7 @@ def report_text(results: Results, document: dict[str, Any]) -> str:
     doubtful = [*(doubt["message"] for doubt in document["doubts"]), *document["bearing_notes"]]
     parts = [
         f"# {markdown_text(results.scene.title or results.scene.name)}",
-        _table(" | ", ((a.about, a.marked) for a in answers(document))),
+        _answers(document),
         "\n".join(f"- **warning:** {markdown_text(message)}" for message in doubtful),
         "## Critical speeds",
         _told([critical_speed_table(found, ratios)]) if found else "None in the speed range.",
@@ -53,6 +53,15 @@ def report_text(results: Results, document: dict[str, Any]) -> str:
         _cost(document),
     ]
     return "\n\n".join(p for p in parts if p) + "\n"
+
+
+def _answers(document: dict[str, Any]) -> str:
+    """What the run comes to; the marks of a judgement are markup, its words are not."""
+    rows = (
+        f"| {markdown_cell(a.about)} | {a._replace(text=markdown_cell(a.text)).marked} |"
+        for a in answers(document)
+    )
+    return "\n".join(["|  |  |", "|---|---|", *rows])
 
 
 def plan_text(plan: Plan, doubts: Iterable[Doubt] = ()) -> str:

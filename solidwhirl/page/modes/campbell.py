@@ -97,7 +97,11 @@ def small_chart(results: Results) -> Chart | None:
     return replace(
         small,
         caption="Higher modes are in the diagram further down." if above else "",
-        layout={**small.layout, "margin": {"l": 56, "r": 16, "t": 8, "b": 44}},
+        layout={
+            **small.layout,
+            "margin": {"l": 56, "r": 16, "t": 8, "b": 44},
+            "modebar": {"orientation": "v"},  # beside the curves, not over the legend
+        },
         controls=(),
     )
 

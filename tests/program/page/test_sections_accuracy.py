@@ -32,6 +32,7 @@ def test_bodies_of_several_materials_are_named(document, laval, small_scene):
     document["accuracy"]["bodies_of_several_materials"] = {"rotor": ["steel", "titanium"]}
     said = "is of several materials (steel, titanium): the estimate has not been checked"
     assert f"- `rotor` {said}" in texts(accuracy.accuracy_blocks(document))
+    assert "| Stability | ✓ **stable**, 0 to 6000 rpm |" in report_text(laval.results, document)
     assert f"- `rotor` {said}" in report_text(laval.results, document)
     assert several_materials(everything().results.scene) == {}
     data = small_scene()
