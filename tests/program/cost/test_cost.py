@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import time
 from dataclasses import replace
 from itertools import pairwise
 
@@ -168,10 +167,8 @@ def test_engine_grows_with_the_cube_of_its_coordinates(planned, small_scene):
     assert still.seconds["critical_speeds"] == 0.0
 
 
-def test_this_machine_is_measured_quickly():
-    start = time.process_time()
+def test_this_machine_is_measured():
     speed = machine_speed()
-    assert time.process_time() - start < 0.1
     # between a slow single-board computer and several times today's fastest core
     assert 0.1 < speed.gflops < 1000.0
     assert 0.1 < speed.gbytes_per_s < 1000.0
