@@ -66,9 +66,8 @@ def unbalance_of(spec: UnbalanceSpec) -> Unbalance:
 
 def unbalance_at(place: str, moment_kg_m: float, phase_deg: float = 0.0) -> Unbalance:
     """Unbalance at "body.interface"."""
-    body, _, interface = place.partition(".")
-    phase = float(np.radians(phase_deg))
-    return Unbalance(body=body, interface=interface, moment_kg_m=moment_kg_m, phase_rad=phase)
+    at, phase = end_of(place), float(np.radians(phase_deg))
+    return Unbalance(body=at.body, interface=at.interface, moment_kg_m=moment_kg_m, phase_rad=phase)
 
 
 def amplitudes_of(motion: Mapping[str, Any]) -> ComplexArray:

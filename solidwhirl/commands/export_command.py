@@ -17,6 +17,7 @@ from solidwhirl.files.run_folder import refuse_existing
 from solidwhirl.files.surface_files import write_surface_vtkhdf, write_surface_vtu
 from solidwhirl.rotordyn.core.atomic import replace_text
 from solidwhirl.rotordyn.core.errors import SuperelementError
+from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
 from solidwhirl.rotordyn.exchange.exported import Exported
 from solidwhirl.rotordyn.exchange.matrices.arrays_npz import write_npz
 from solidwhirl.rotordyn.exchange.matrices.dmig import write_dmig
@@ -126,9 +127,10 @@ def export_body(
     element = read_superelement(body)
     with writing(out):
         out.parent.mkdir(parents=True, exist_ok=True)
-    named = {chosen.options[key]: value for key, value in options.items()}
-    if "speed_rpm" in options:
-        named["speed_rad_s"] = options["speed_rpm"] * math.pi / 30.0
+    named = {
+        chosen.options[key]: value * RAD_S_PER_RPM if key == "speed_rpm" else value
+        for key, value in options.items()
+    }
     try:
         with (
             writing(out),

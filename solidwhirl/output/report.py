@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+import re
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from solidwhirl.core.check_report import checks_text
-from solidwhirl.core.errors import markdown_cell, markdown_row, markdown_text
+from solidwhirl.core.errors import markdown_cell, markdown_text
 from solidwhirl.core.warnings import Doubt
 from solidwhirl.cost.forecast import Forecast
 from solidwhirl.model.plan_records import Plan
@@ -22,6 +23,9 @@ from solidwhirl.pipeline.verdict_text import answers
 from solidwhirl.rotordyn.core.units import RPM_PER_RAD_S
 from solidwhirl.scene_checks.operating import critical_speeds_that_count
 
+# Marks for bold and for code of the page, as they come out of `markdown_cell`.
+_MARKS = re.compile(r"\\\*\\\*|\\`")
+
 
 def report_text(results: Results, document: dict[str, Any]) -> str:
     """Markdown report of a run and the contents of its `results.json`."""
@@ -29,7 +33,7 @@ def report_text(results: Results, document: dict[str, Any]) -> str:
     doubtful = [*(doubt["message"] for doubt in document["doubts"]), *document["bearing_notes"]]
     parts = [
         f"# {markdown_text(results.scene.title or results.scene.name)}",
-        _answers(document),
+        _table(" | ", ((a.about, a.marked) for a in answers(document)), _marked_cell),
         "\n".join(f"- **warning:** {markdown_text(message)}" for message in doubtful),
         "## Critical speeds",
         _told([critical_speed_table(found, ratios)]) if found else "None in the speed range.",
@@ -53,15 +57,6 @@ def report_text(results: Results, document: dict[str, Any]) -> str:
         _cost(document),
     ]
     return "\n\n".join(p for p in parts if p) + "\n"
-
-
-def _answers(document: dict[str, Any]) -> str:
-    """What the run comes to; the marks of a judgement are markup, its words are not."""
-    rows = (
-        f"| {markdown_cell(a.about)} | {a._replace(text=markdown_cell(a.text)).marked} |"
-        for a in answers(document)
-    )
-    return "\n".join(["|  |  |", "|---|---|", *rows])
 
 
 def plan_text(plan: Plan, doubts: Iterable[Doubt] = ()) -> str:
@@ -176,12 +171,21 @@ def _told(blocks: Iterable[Block]) -> str:
         elif isinstance(block, Table):
             title = block.title or block.folded
             rows = [[cell_text(cell) for cell in row] for row in block.rows]
-            parts += [f"### {title}" if title else "", _table(" | ".join(block.head), rows)]
+            table = _table(" | ".join(block.head), rows, _marked_cell)
+            parts += [f"### {title}" if title else "", table]
             parts.append(block.caption)
     return "\n\n".join(part for part in parts if part)
 
 
-def _table(head: str, rows: Iterable[Iterable[Any]]) -> str:
+def _table(
+    head: str, rows: Iterable[Iterable[Any]], cell: Callable[[str], str] = markdown_cell
+) -> str:
     """A table whose titles stand with bars between them."""
     rule = "|" + "---|" * (head.count(" | ") + 1)
-    return "\n".join([f"| {head} |", rule, *(markdown_row(row) for row in rows)])
+    lines = ("| " + " | ".join(cell(str(value)) for value in row) + " |" for row in rows)
+    return "\n".join([f"| {head} |", rule, *lines])
+
+
+def _marked_cell(text: str) -> str:
+    """A cell of the page, whose marks for bold and code are those of Markdown, for a table."""
+    return _MARKS.sub(lambda found: found[0].replace("\\", ""), markdown_cell(text))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from solidwhirl.analyses.unbalances import amplitudes_of, end_of
+from solidwhirl.analyses.unbalances import amplitudes_of, end_of, unbalance_at
 from solidwhirl.core.outcome import Outcome
 from solidwhirl.pipeline.body_stages import Job
 from solidwhirl.pipeline.engine_stages import Diagram, Engine
@@ -17,7 +17,6 @@ from solidwhirl.rotordyn.checks import plain_responses
 from solidwhirl.rotordyn.checks.plain_system import PlainSystem
 from solidwhirl.rotordyn.checks.system_checks import check_system
 from solidwhirl.rotordyn.core.units import RAD_S_PER_RPM
-from solidwhirl.rotordyn.response.unbalance import Unbalance
 from solidwhirl.rotordyn.superelement.invariants import Invariant, check_superelement
 
 # Speeds of a response that are solved again.
@@ -94,18 +93,11 @@ def _responses(
         *plain.knots_rad_s,
         *(c.speed_rad_s for c in critical if abs(c.log_decrement) > _DAMPED),
     ]
+    unbalances = [
+        unbalance_at(u["at"], u["moment_kg_m"], u["phase_deg"]) for u in document["unbalances"]
+    ]
     for exciter in document["exciters"]:
-        placed = [(end_of(u["at"]), u) for u in document["unbalances"]]
-        loads = [
-            Unbalance(
-                body=end.body,
-                interface=end.interface,
-                moment_kg_m=u["moment_kg_m"],
-                phase_rad=float(np.radians(u["phase_deg"])),
-            )
-            for end, u in placed
-            if end.body in exciter["bodies"]
-        ]
+        loads = [load for load in unbalances if load.body in exciter["bodies"]]
         if not any(load.moment_kg_m for load in loads):
             continue
         curves = [

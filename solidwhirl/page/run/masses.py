@@ -44,7 +44,7 @@ def properties_table(bodies: Mapping[str, Any]) -> Table:
     if len(bodies) > 1:
         mass = sum(b["mass_kg"] for b in bodies.values())
         moment = sum(b["mass_kg"] * b["center_of_gravity_m"][2] for b in bodies.values())
-        rows.append(("together", mass, 1e3 * moment / mass, None, None, None))
+        rows.append(("**together**", mass, 1e3 * moment / mass, None, None, None))
     return Table(
         head=(
             "body", "mass [kg]", "centre of gravity z [mm]", "polar inertia [kg m²]",
